@@ -1,0 +1,155 @@
+// The capture session: what a rig (or the simulator) leaves behind, and all the pipeline ever reads.
+// Format: docs/formats.md and docs/session.schema.json.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "core/surface_measurements.h"
+
+namespace kappamu::capture {
+
+/// One photograph. `file` is relative to the session folder.
+struct Frame {
+  std::string file;
+  double exposure_s = 0.0;  ///< exposure time [s], > 0
+};
+
+/// Photographs of one unchanging scene at several exposure times.
+using Stack = std::vector<Frame>;
+
+enum class Setup {
+  back_lit,  ///< camera and projector on opposite sides: lit face and seen face are opposite
+  front_lit  ///< camera beside the projector: one face is lit and seen, lit pixels are left out
+};
+
+enum class PatternRole {
+  fit,      ///< used by the fit
+  validate  ///< kept out of the fit; the report shows how well it is predicted
+};
+
+/// A light pattern and the frames that show the sample under it.
+struct Pattern {
+  std::string id;     ///< unique; names the HDR file
+  std::string image;  ///< what the projector showed: grey PNG of the projector's size, 0 dark, full white
+  PatternRole role = PatternRole::fit;
+  Stack frames;
+};
+
+struct Sample {
+  std::string name;
+  std::array<int, 3> grid{};  ///< voxels to fit along x, y, z of the sample frame
+  double voxel_mm = 0.0;      ///< voxel edge [mm]; the block measures grid * voxel_mm
+  double eta = 1.3;           ///< refractive index relative to air [dimensionless]
+  Sides sides = Sides::open;
+  Face lit_face = Face::z_minus;
+  Face seen_face = Face::z_plus;
+
+  GridShape shape() const { return {grid[0], grid[1], grid[2], voxel_mm}; }
+};
+
+enum class Encoding {
+  linear,   ///< code value proportional to light above the black level (RAW)
+  response  ///< an unknown monotone response curve, recovered from the stacks
+};
+
+struct Camera {
+  int width = 0;      ///< [px]
+  int height = 0;     ///< [px]
+  int bit_depth = 8;  ///< significant bits of a code value, 8 to 16; codes run from 0 to 2^bits - 1
+  Encoding encoding = Encoding::response;
+  std::optional<double> electrons_full_scale;  ///< photo-electrons at full scale, for shot noise
+  std::optional<double> read_noise_electrons;  ///< standard deviation [electrons]
+};
+
+struct Projector {
+  int width = 0;   ///< [px]
+  int height = 0;  ///< [px]
+};
+
+/// A chessboard by its inner corners.
+struct Board {
+  int columns = 0;         ///< inner corners along x
+  int rows = 0;            ///< inner corners along y
+  double square_mm = 0.0;  ///< printed board: edge of a square [mm]
+};
+
+/// The chessboard image the projector shows: inner corner (i, j) lies at origin_px + square_px * (i, j) in
+/// projector pixels (pixel centres at integers).
+struct ProjectedBoard {
+  int columns = 0;
+  int rows = 0;
+  double square_px = 0.0;
+  std::array<double, 2> origin_px{};
+};
+
+/// A plane held before camera and projector: the printed board on it as the camera sees it, and the
+/// projected chessboard on the blank part of the same, unmoved plane.
+struct ProjectorPlane {
+  Frame board;
+  Frame projected;
+};
+
+/// The sample itself, evenly lit before a dark background, from one camera station.
+struct SampleView {
+  std::string station;
+  Face face = Face::z_minus;  ///< the face that looks at the camera
+  Frame frame;
+  /// Corner pixels of the face's outline in the order of docs/conventions.md; found in the picture when absent.
+  std::optional<std::array<std::array<double, 2>, 4>> corners_px;
+};
+
+/// Diffuse white target in the plane of the sample's lit face, lit by the projector's full white.
+struct WhiteTarget {
+  double reflectance = 0.0;  ///< in (0, 1]
+  Stack frames;
+};
+
+/// ColorChecker Classic in the plane of the sample's lit face, lit by the projector's full white.
+struct ColourChart {
+  Stack frames;
+  /// Centres of dark skin, bluish green, black and white patches (the four corner patches, in this order).
+  std::optional<std::array<std::array<double, 2>, 4>> corners_px;
+};
+
+/// Camera stations are camera poses relative to the rig. Projector planes, white target and chart are shot
+/// from `calibration_station`, patterns from `pattern_station`; a sample view is needed from each of the two.
+/// Lens, focus and aperture stay the same throughout.
+struct Calibration {
+  std::vector<Frame> camera_boards;  ///< printed board in many poses
+  Board board;
+  ProjectedBoard projected_board;
+  std::vector<ProjectorPlane> projector_planes;
+  std::vector<SampleView> sample_views;
+  std::vector<Frame> dark;            ///< lens covered
+  std::optional<WhiteTarget> white_target;
+  Stack white_target_black;           ///< the same target while the projector shows black; may be empty
+  std::optional<ColourChart> colour_chart;
+};
+
+struct Session {
+  std::filesystem::path folder;  ///< where session.json lies; not part of the file
+  Setup setup = Setup::back_lit;
+  std::vector<std::string> channels{"R", "G", "B"};
+  Sample sample;
+  Camera camera;
+  Projector projector;
+  std::string calibration_station = "front";
+  std::string pattern_station = "front";
+  std::vector<Pattern> patterns;
+  Calibration calibration;
+};
+
+/// Reads and checks folder/session.json. Throws InputError with one sentence naming file, field and fix for an
+/// unreadable file, a missing or unknown field, a wrong unit, equal or non-positive exposure times, a
+/// pattern without frames. Does not open the images.
+Session read_session(const std::filesystem::path& folder);
+
+/// Writes session.folder/session.json.
+void write_session(const Session& session);
+
+}  // namespace kappamu::capture

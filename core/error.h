@@ -1,0 +1,27 @@
+// The two kinds of failure: bad input (the user's, told in one sentence) and broken invariants (ours).
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace kappamu {
+
+/// Bad input. what() is one clear sentence naming the file, the field and the fix.
+/// The command line prints it and exits with code 1; libraries never print or exit.
+class InputError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A promise of our own code that does not hold: a bug, never the user's fault.
+class InternalError : public std::logic_error {
+ public:
+  using std::logic_error::logic_error;
+};
+
+/// Throws InternalError with `what` unless `holds`.
+inline void check(bool holds, const std::string& what) {
+  if (!holds) throw InternalError("internal error: " + what);
+}
+
+}  // namespace kappamu

@@ -1,0 +1,70 @@
+#include "core/grid.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "core/error.h"
+
+namespace kappamu {
+
+std::string to_string(Face face) {
+  static const std::array<const char*, 6> names{"x-", "x+", "y-", "y+", "z-", "z+"};
+  return names[static_cast<std::size_t>(face)];
+}
+
+Face face_from_string(const std::string& name) {
+  for (const Face face : all_faces) {
+    if (to_string(face) == name) return face;
+  }
+  throw InputError("face '" + name + "' is not one of x-, x+, y-, y+, z-, z+");
+}
+
+FaceShape face_shape(const GridShape& grid, Face face) {
+  switch (axis_of(face)) {
+    case 0:
+      return {grid.ny, grid.nz};
+    case 1:
+      return {grid.nx, grid.nz};
+    default:
+      return {grid.nx, grid.ny};
+  }
+}
+
+std::size_t face_cell(const GridShape& grid, Face face, int u, int v, int depth) {
+  const int axis = axis_of(face);
+  const int w = is_plus(face) ? grid.extent(axis) - 1 - depth : depth;
+  switch (axis) {
+    case 0:
+      return grid.index(w, u, v);
+    case 1:
+      return grid.index(u, w, v);
+    default:
+      return grid.index(u, v, w);
+  }
+}
+
+namespace {
+
+void validate_one(const Volume<double>& volume, const char* name, bool zero_allowed, const char* rule,
+                  const std::string& source) {
+  const GridShape& s = volume.shape();
+  for (std::size_t i = 0; i < volume.size(); ++i) {
+    const double value = volume[i];
+    if (std::isfinite(value) && (value > 0.0 || (zero_allowed && value == 0.0))) continue;
+    const auto nx = static_cast<std::size_t>(s.nx);
+    const auto ny = static_cast<std::size_t>(s.ny);
+    std::ostringstream out;
+    out << source << ": " << name << " is " << value << " at voxel x=" << i % nx << " y=" << i / nx % ny
+        << " z=" << i / nx / ny << "; " << rule;
+    throw InputError(out.str());
+  }
+}
+
+}  // namespace
+
+void validate(const Medium& medium, const std::string& source) {
+  validate_one(medium.kappa, "kappa", false, "every kappa must be finite and positive [mm]", source);
+  validate_one(medium.mu, "mu", true, "every mu must be finite and not negative [1/mm]", source);
+}
+
+}  // namespace kappamu

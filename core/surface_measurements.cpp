@@ -1,0 +1,62 @@
+#include "core/surface_measurements.h"
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace kappamu {
+
+std::string to_string(Quantity quantity) {
+  return quantity == Quantity::exitance ? "exitance" : "radiance_normal";
+}
+std::string to_string(Light light) { return light == Light::collimated ? "collimated" : "diffuse"; }
+std::string to_string(Sides sides) { return sides == Sides::open ? "open" : "mirror"; }
+
+Quantity quantity_from_string(const std::string& name) {
+  if (name == "exitance") return Quantity::exitance;
+  if (name == "radiance_normal") return Quantity::radiance_normal;
+  throw InputError("quantity '" + name + "' is not exitance or radiance_normal");
+}
+Light light_from_string(const std::string& name) {
+  if (name == "collimated") return Light::collimated;
+  if (name == "diffuse") return Light::diffuse;
+  throw InputError("light '" + name + "' is not collimated or diffuse");
+}
+Sides sides_from_string(const std::string& name) {
+  if (name == "open") return Sides::open;
+  if (name == "mirror") return Sides::mirror;
+  throw InputError("sides '" + name + "' is not open or mirror");
+}
+
+void validate(const SurfaceMeasurements& m, const std::string& source) {
+  const auto fail = [&](const std::string& what) { throw InputError(source + ": " + what); };
+  if (m.grid.nx < 1 || m.grid.ny < 1 || m.grid.nz < 1) fail("grid must have at least one voxel along each axis");
+  if (!(m.grid.voxel_mm > 0.0) || !std::isfinite(m.grid.voxel_mm)) fail("voxel_mm must be positive");
+  if (!(m.eta >= 1.0) || m.eta > 4.0) fail("eta must lie between 1 and 4");
+  if (m.channels.empty()) fail("channels must name at least one channel");
+  if (m.patterns < 1) fail("there must be at least one light pattern");
+  const std::size_t lit = m.lit_shape().cells() * static_cast<std::size_t>(m.patterns);
+  const std::size_t seen = m.seen_shape().cells() * static_cast<std::size_t>(m.patterns) * m.channels.size();
+  if (m.irradiance.size() != lit) fail("irradiance does not have shape [patterns][v][u] of the lit face");
+  if (m.value.size() != seen) fail("value does not have shape [channels][patterns][v][u] of the seen face");
+  if (m.variance.size() != seen) fail("variance does not have the shape of value");
+  if (!m.mask.empty() && m.mask.size() != seen) fail("mask does not have the shape of value");
+  bool any_light = false;
+  for (const float e : m.irradiance) {
+    if (!std::isfinite(e) || e < 0.0F) fail("irradiance has a negative or non-finite value");
+    any_light = any_light || e > 0.0F;
+  }
+  if (!any_light) fail("irradiance is zero everywhere; at least one pattern must light the sample");
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < seen; ++i) {
+    if (!m.mask.empty() && m.mask[i] == 0) continue;
+    ++used;
+    if (!std::isfinite(m.value[i])) fail("value has a non-finite entry that mask does not exclude");
+    if (!std::isfinite(m.variance[i]) || m.variance[i] <= 0.0F) {
+      fail("variance must be positive and finite wherever mask allows use");
+    }
+  }
+  if (used == 0) fail("mask leaves nothing to fit");
+}
+
+}  // namespace kappamu

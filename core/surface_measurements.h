@@ -1,0 +1,57 @@
+// The one door into the inverse problem: what the surface of a block sends out under each light pattern.
+// Synthetic, real and Monte Carlo data all enter here (docs/formats.md, "Surface measurements").
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+
+namespace kappamu {
+
+enum class Quantity {
+  exitance,        ///< flux per area leaving the surface, in units of the rig's white irradiance
+  radiance_normal  ///< radiance along the outward normal, in the same unit per steradian
+};
+enum class Light {
+  collimated,  ///< a projector's beam at normal incidence: first-collision source
+  diffuse      ///< light entering diffusely: boundary source
+};
+enum class Sides {
+  open,   ///< Robin condition on the four side faces, as on the others
+  mirror  ///< no flux through the four side faces
+};
+
+std::string to_string(Quantity quantity);
+std::string to_string(Light light);
+std::string to_string(Sides sides);
+Quantity quantity_from_string(const std::string& name);  ///< throws InputError
+Light light_from_string(const std::string& name);        ///< throws InputError
+Sides sides_from_string(const std::string& name);        ///< throws InputError
+
+struct SurfaceMeasurements {
+  GridShape grid;
+  double eta = 1.3;  ///< relative refractive index of the medium [dimensionless]
+  Face lit_face = Face::z_minus;
+  Face seen_face = Face::z_plus;
+  Quantity quantity = Quantity::exitance;
+  Light light = Light::collimated;
+  Sides sides = Sides::open;
+  std::vector<std::string> channels;  ///< C names, such as "R", "G", "B"
+  int patterns = 0;                   ///< M
+
+  std::vector<float> irradiance;   ///< [M][v][u] on the lit face, incident before Fresnel, relative to white
+  std::vector<float> value;        ///< [C][M][v][u] mean over each surface voxel of the seen face
+  std::vector<float> variance;     ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
+  std::vector<std::uint8_t> mask;  ///< [C][M][v][u] 1 = use, 0 = leave out; empty = use all
+
+  FaceShape lit_shape() const { return face_shape(grid, lit_face); }
+  FaceShape seen_shape() const { return face_shape(grid, seen_face); }
+};
+
+/// Throws InputError naming the field unless sizes agree and every used value is finite with a positive
+/// finite variance. `source` names the folder it came from.
+void validate(const SurfaceMeasurements& measurements, const std::string& source);
+
+}  // namespace kappamu
