@@ -1,0 +1,49 @@
+// The kappamu command: parses, dispatches, and turns failures into one sentence and an exit code.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+
+#include "app/command.h"
+#include "core/error.h"
+
+int main(int argc, char** argv) {
+  using namespace kappamu;
+  CLI::App app{"kappamu: from captures of a translucent block to volumes of its diffusion and absorption coefficients"};
+  app.name("kappamu");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.set_version_flag("--version", "kappamu 0.1.0");
+  app.footer(
+      "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished without converging.\n"
+      "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
+  app::Globals globals;
+  app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
+  app.add_option("--device", globals.device,
+                 "OpenCL device: auto (default), reference (serial, no OpenCL), or part of a device name");
+  app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
+
+  app::add_simulate(app, globals);
+  app::add_run(app, globals);
+  app::add_calibrate(app, globals);
+  app::add_merge(app, globals);
+  app::add_fit(app, globals);
+  app::add_export(app, globals);
+  app::add_report(app, globals);
+  app::add_forward(app, globals);
+  app::add_score(app, globals);
+  app::add_doctor(app, globals);
+
+  try {
+    app.parse(argc, argv);
+    return globals.exit_code;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  } catch (const InputError& error) {
+    std::fprintf(stderr, "kappamu: %s\n", error.what());
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "kappamu: out of memory; use a coarser grid or fewer patterns at once\n");
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "kappamu: %s\n", error.what());
+  }
+  return 1;
+}
