@@ -1,5 +1,5 @@
-// What every subcommand shares. One file per subcommand, cmd_<name>.cpp, which parses its options, calls the
-// libraries and prints; it computes nothing itself.
+// What every subcommand shares. One file per subcommand, cmd_<name>.cpp, which parses its options,
+// calls the libraries and prints; it computes nothing itself.
 #pragma once
 
 #include <cstdint>
@@ -16,13 +16,15 @@ namespace kappamu::app {
 
 /// Options every command understands, and what it leaves for main().
 struct Globals {
-  bool json = false;            ///< --json: the last line on standard output is one JSON object
-  std::string device = "auto";  ///< --device: "auto", "reference", or part of an OpenCL device's name
-  std::uint64_t seed = 1;       ///< --seed: wherever chance enters
-  int exit_code = 0;            ///< 0 done, 3 finished without converging; failures throw (1), usage is 2
+  bool json = false;  ///< --json: the last line on standard output is one JSON object
+  std::string device =
+      "auto";              ///< --device: "auto", "reference", or part of an OpenCL device's name
+  std::uint64_t seed = 1;  ///< --seed: wherever chance enters
+  int exit_code = 0;  ///< 0 done, 3 finished without converging; failures throw (1), usage is 2
 };
 
-/// Progress bar on standard error when it is a terminal, silent otherwise; warnings always go to standard error.
+/// Progress bar on standard error when it is a terminal, silent otherwise; warnings always go to
+/// standard error.
 std::unique_ptr<Progress> make_progress();
 
 // Each adds its subcommand to `app`; `globals` outlives the parse.

@@ -8,18 +8,22 @@
 
 int main(int argc, char** argv) {
   using namespace kappamu;
-  CLI::App app{"kappamu: from captures of a translucent block to volumes of its diffusion and absorption coefficients"};
+  CLI::App app{
+      "kappamu: from captures of a translucent block to volumes of its diffusion and absorption "
+      "coefficients"};
   app.name("kappamu");
   app.require_subcommand(1);
   app.fallthrough();
   app.set_version_flag("--version", "kappamu 0.1.0");
   app.footer(
-      "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished without converging.\n"
+      "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished without "
+      "converging.\n"
       "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
   app::Globals globals;
   app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
-  app.add_option("--device", globals.device,
-                 "OpenCL device: auto (default), reference (serial, no OpenCL), or part of a device name");
+  app.add_option(
+      "--device", globals.device,
+      "OpenCL device: auto (default), reference (serial, no OpenCL), or part of a device name");
   app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
 
   app::add_simulate(app, globals);

@@ -10,7 +10,8 @@
 
 namespace kappamu::capture {
 
-/// Inverse response of the camera per channel: linear signal as a fraction of full scale for each code value.
+/// Inverse response of the camera per channel: linear signal as a fraction of full scale for each
+/// code value.
 struct Response {
   /// [channel][code], codes 0 ... 2^bits - 1; rising, 0 at the black level, 1 at the largest code.
   std::vector<std::vector<double>> linear;
@@ -25,7 +26,8 @@ enum PixelFlag : std::uint8_t {
 };
 
 struct HdrImage {
-  Image<float> radiance;      ///< [y][x][channel], in full scales per second: linear signal / exposure time
+  Image<float>
+      radiance;  ///< [y][x][channel], in full scales per second: linear signal / exposure time
   Image<float> variance;      ///< variance of radiance
   Image<std::uint8_t> flags;  ///< [y][x][channel], PixelFlag bits
 };

@@ -1,5 +1,5 @@
-// The capture session: what a rig (or the simulator) leaves behind, and all the pipeline ever reads.
-// Format: docs/formats.md and docs/session.schema.json.
+// The capture session: what a rig (or the simulator) leaves behind, and all the pipeline ever
+// reads. Format: docs/formats.md and docs/session.schema.json.
 #pragma once
 
 #include <array>
@@ -34,8 +34,9 @@ enum class PatternRole {
 
 /// A light pattern and the frames that show the sample under it.
 struct Pattern {
-  std::string id;     ///< unique; names the HDR file
-  std::string image;  ///< what the projector showed: grey PNG of the projector's size, 0 dark, full white
+  std::string id;  ///< unique; names the HDR file
+  std::string
+      image;  ///< what the projector showed: grey PNG of the projector's size, 0 dark, full white
   PatternRole role = PatternRole::fit;
   Stack frames;
 };
@@ -78,8 +79,8 @@ struct Board {
   double square_mm = 0.0;  ///< printed board: edge of a square [mm]
 };
 
-/// The chessboard image the projector shows: inner corner (i, j) lies at origin_px + square_px * (i, j) in
-/// projector pixels (pixel centres at integers).
+/// The chessboard image the projector shows: inner corner (i, j) lies at origin_px + square_px *
+/// (i, j) in projector pixels (pixel centres at integers).
 struct ProjectedBoard {
   int columns = 0;
   int rows = 0;
@@ -99,7 +100,8 @@ struct SampleView {
   std::string station;
   Face face = Face::z_minus;  ///< the face that looks at the camera
   Frame frame;
-  /// Corner pixels of the face's outline in the order of docs/conventions.md; found in the picture when absent.
+  /// Corner pixels of the face's outline in the order of docs/conventions.md; found in the picture
+  /// when absent.
   std::optional<std::array<std::array<double, 2>, 4>> corners_px;
 };
 
@@ -112,22 +114,23 @@ struct WhiteTarget {
 /// ColorChecker Classic in the plane of the sample's lit face, lit by the projector's full white.
 struct ColourChart {
   Stack frames;
-  /// Centres of dark skin, bluish green, black and white patches (the four corner patches, in this order).
+  /// Centres of dark skin, bluish green, black and white patches (the four corner patches, in this
+  /// order).
   std::optional<std::array<std::array<double, 2>, 4>> corners_px;
 };
 
-/// Camera stations are camera poses relative to the rig. Projector planes, white target and chart are shot
-/// from `calibration_station`, patterns from `pattern_station`; a sample view is needed from each of the two.
-/// Lens, focus and aperture stay the same throughout.
+/// Camera stations are camera poses relative to the rig. Projector planes, white target and chart
+/// are shot from `calibration_station`, patterns from `pattern_station`; a sample view is needed
+/// from each of the two. Lens, focus and aperture stay the same throughout.
 struct Calibration {
   std::vector<Frame> camera_boards;  ///< printed board in many poses
   Board board;
   ProjectedBoard projected_board;
   std::vector<ProjectorPlane> projector_planes;
   std::vector<SampleView> sample_views;
-  std::vector<Frame> dark;            ///< lens covered
+  std::vector<Frame> dark;  ///< lens covered
   std::optional<WhiteTarget> white_target;
-  Stack white_target_black;           ///< the same target while the projector shows black; may be empty
+  Stack white_target_black;  ///< the same target while the projector shows black; may be empty
   std::optional<ColourChart> colour_chart;
 };
 
@@ -144,9 +147,9 @@ struct Session {
   Calibration calibration;
 };
 
-/// Reads and checks folder/session.json. Throws InputError with one sentence naming file, field and fix for an
-/// unreadable file, a missing or unknown field, a wrong unit, equal or non-positive exposure times, a
-/// pattern without frames. Does not open the images.
+/// Reads and checks folder/session.json. Throws InputError with one sentence naming file, field and
+/// fix for an unreadable file, a missing or unknown field, a wrong unit, equal or non-positive
+/// exposure times, a pattern without frames. Does not open the images.
 Session read_session(const std::filesystem::path& folder);
 
 /// Writes session.folder/session.json.

@@ -1,4 +1,5 @@
-// The two kinds of failure: bad input (the user's, told in one sentence) and broken invariants (ours).
+// The two kinds of failure: bad input (the user's, told in one sentence) and broken invariants
+// (ours).
 #pragma once
 
 #include <stdexcept>

@@ -45,8 +45,8 @@ std::size_t face_cell(const GridShape& grid, Face face, int u, int v, int depth)
 
 namespace {
 
-void validate_one(const Volume<double>& volume, const char* name, bool zero_allowed, const char* rule,
-                  const std::string& source) {
+void validate_one(const Volume<double>& volume, const char* name, bool zero_allowed,
+                  const char* rule, const std::string& source) {
   const GridShape& s = volume.shape();
   for (std::size_t i = 0; i < volume.size(); ++i) {
     const double value = volume[i];
@@ -54,8 +54,8 @@ void validate_one(const Volume<double>& volume, const char* name, bool zero_allo
     const auto nx = static_cast<std::size_t>(s.nx);
     const auto ny = static_cast<std::size_t>(s.ny);
     std::ostringstream out;
-    out << source << ": " << name << " is " << value << " at voxel x=" << i % nx << " y=" << i / nx % ny
-        << " z=" << i / nx / ny << "; " << rule;
+    out << source << ": " << name << " is " << value << " at voxel x=" << i % nx
+        << " y=" << i / nx % ny << " z=" << i / nx / ny << "; " << rule;
     throw InputError(out.str());
   }
 }
@@ -63,7 +63,8 @@ void validate_one(const Volume<double>& volume, const char* name, bool zero_allo
 }  // namespace
 
 void validate(const Medium& medium, const std::string& source) {
-  validate_one(medium.kappa, "kappa", false, "every kappa must be finite and positive [mm]", source);
+  validate_one(medium.kappa, "kappa", false, "every kappa must be finite and positive [mm]",
+               source);
   validate_one(medium.mu, "mu", true, "every mu must be finite and not negative [1/mm]", source);
 }
 

@@ -1,8 +1,8 @@
 // Voxel grids of a block-shaped sample: shape, faces, cell-centred volumes.
 //
 // Sample frame: origin at the block's corner, axes x, y, z along its edges, lengths in mm; voxel
-// (i, j, k) covers [i h, (i+1) h] x [j h, (j+1) h] x [k h, (k+1) h]. Arrays are [z][y][x] in C order:
-// x varies fastest, as in NumPy.
+// (i, j, k) covers [i h, (i+1) h] x [j h, (j+1) h] x [k h, (k+1) h]. Arrays are [z][y][x] in C
+// order: x varies fastest, as in NumPy.
 #pragma once
 
 #include <array>
@@ -21,7 +21,8 @@ struct GridShape {
   double voxel_mm = 1.0;  ///< voxel edge h [mm]
 
   std::size_t cells() const {
-    return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz);
+    return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
+           static_cast<std::size_t>(nz);
   }
   std::size_t index(int x, int y, int z) const {
     return (static_cast<std::size_t>(z) * ny + y) * static_cast<std::size_t>(nx) + x;
@@ -30,7 +31,9 @@ struct GridShape {
   bool operator==(const GridShape&) const = default;
 
   /// The same block with every voxel split `factor` times along each axis.
-  GridShape refined(int factor) const { return {nx * factor, ny * factor, nz * factor, voxel_mm / factor}; }
+  GridShape refined(int factor) const {
+    return {nx * factor, ny * factor, nz * factor, voxel_mm / factor};
+  }
 };
 
 /// The six faces of the block; the sign tells the direction of the outward normal.
@@ -38,9 +41,15 @@ enum class Face { x_minus, x_plus, y_minus, y_plus, z_minus, z_plus };
 inline constexpr std::array<Face, 6> all_faces{Face::x_minus, Face::x_plus,  Face::y_minus,
                                                Face::y_plus,  Face::z_minus, Face::z_plus};
 
-inline int axis_of(Face face) { return static_cast<int>(face) / 2; }
-inline bool is_plus(Face face) { return static_cast<int>(face) % 2 == 1; }
-inline Face opposite(Face face) { return static_cast<Face>(static_cast<int>(face) ^ 1); }
+inline int axis_of(Face face) {
+  return static_cast<int>(face) / 2;
+}
+inline bool is_plus(Face face) {
+  return static_cast<int>(face) % 2 == 1;
+}
+inline Face opposite(Face face) {
+  return static_cast<Face>(static_cast<int>(face) ^ 1);
+}
 
 /// "x-", "x+", "y-", ...
 std::string to_string(Face face);
@@ -56,7 +65,8 @@ struct FaceShape {
 };
 FaceShape face_shape(const GridShape& grid, Face face);
 
-/// Cell index of the voxel `depth` layers below `face` at face position (u, v); depth 0 is at the surface.
+/// Cell index of the voxel `depth` layers below `face` at face position (u, v); depth 0 is at the
+/// surface.
 std::size_t face_cell(const GridShape& grid, Face face, int u, int v, int depth = 0);
 
 /// One value per voxel, cell-centred, [z][y][x].
@@ -64,7 +74,8 @@ template <class T>
 class Volume {
  public:
   Volume() = default;
-  explicit Volume(const GridShape& shape, T value = T{}) : shape_(shape), data_(shape.cells(), value) {}
+  explicit Volume(const GridShape& shape, T value = T{})
+      : shape_(shape), data_(shape.cells(), value) {}
   Volume(const GridShape& shape, std::vector<T> data) : shape_(shape), data_(std::move(data)) {}
 
   const GridShape& shape() const { return shape_; }
@@ -87,8 +98,9 @@ struct Medium {
   Volume<double> mu;     ///< absorption coefficient μ [1/mm]
 };
 
-/// Throws InputError, naming the coefficient and the first offending voxel, unless every κ is finite and
-/// positive and every μ finite and not negative. `source` names where it came from (a file).
+/// Throws InputError, naming the coefficient and the first offending voxel, unless every κ is
+/// finite and positive and every μ finite and not negative. `source` names where it came from (a
+/// file).
 void validate(const Medium& medium, const std::string& source);
 
 }  // namespace kappamu

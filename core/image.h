@@ -1,5 +1,5 @@
-// Images: [y][x][channel], channel fastest, row 0 on top; the centre of the first pixel is at (0, 0),
-// as in OpenCV.
+// Images: [y][x][channel], channel fastest, row 0 on top; the centre of the first pixel is at (0,
+// 0), as in OpenCV.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,8 @@ class Image {
       : width_(width),
         height_(height),
         channels_(channels),
-        data_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels),
+        data_(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
+                  static_cast<std::size_t>(channels),
               value) {}
 
   int width() const { return width_; }

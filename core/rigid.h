@@ -1,5 +1,6 @@
-// Rigid motions between named frames: `camera_from_sample` maps sample coordinates to camera coordinates,
-// and reads right by adjacency: camera_from_board = camera_from_sample * sample_from_board.
+// Rigid motions between named frames: `camera_from_sample` maps sample coordinates to camera
+// coordinates, and reads right by adjacency: camera_from_board = camera_from_sample *
+// sample_from_board.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,7 +13,9 @@ struct Rigid {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
-  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const { return rotation * point + translation; }
+  Eigen::Vector3d operator*(const Eigen::Vector3d& point) const {
+    return rotation * point + translation;
+  }
   Rigid operator*(const Rigid& other) const {
     return {rotation * other.rotation, rotation * other.translation + translation};
   }

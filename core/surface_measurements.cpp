@@ -9,8 +9,12 @@ namespace kappamu {
 std::string to_string(Quantity quantity) {
   return quantity == Quantity::exitance ? "exitance" : "radiance_normal";
 }
-std::string to_string(Light light) { return light == Light::collimated ? "collimated" : "diffuse"; }
-std::string to_string(Sides sides) { return sides == Sides::open ? "open" : "mirror"; }
+std::string to_string(Light light) {
+  return light == Light::collimated ? "collimated" : "diffuse";
+}
+std::string to_string(Sides sides) {
+  return sides == Sides::open ? "open" : "mirror";
+}
 
 Quantity quantity_from_string(const std::string& name) {
   if (name == "exitance") return Quantity::exitance;
@@ -30,15 +34,20 @@ Sides sides_from_string(const std::string& name) {
 
 void validate(const SurfaceMeasurements& m, const std::string& source) {
   const auto fail = [&](const std::string& what) { throw InputError(source + ": " + what); };
-  if (m.grid.nx < 1 || m.grid.ny < 1 || m.grid.nz < 1) fail("grid must have at least one voxel along each axis");
-  if (!(m.grid.voxel_mm > 0.0) || !std::isfinite(m.grid.voxel_mm)) fail("voxel_mm must be positive");
+  if (m.grid.nx < 1 || m.grid.ny < 1 || m.grid.nz < 1)
+    fail("grid must have at least one voxel along each axis");
+  if (!(m.grid.voxel_mm > 0.0) || !std::isfinite(m.grid.voxel_mm))
+    fail("voxel_mm must be positive");
   if (!(m.eta >= 1.0) || m.eta > 4.0) fail("eta must lie between 1 and 4");
   if (m.channels.empty()) fail("channels must name at least one channel");
   if (m.patterns < 1) fail("there must be at least one light pattern");
   const std::size_t lit = m.lit_shape().cells() * static_cast<std::size_t>(m.patterns);
-  const std::size_t seen = m.seen_shape().cells() * static_cast<std::size_t>(m.patterns) * m.channels.size();
-  if (m.irradiance.size() != lit) fail("irradiance does not have shape [patterns][v][u] of the lit face");
-  if (m.value.size() != seen) fail("value does not have shape [channels][patterns][v][u] of the seen face");
+  const std::size_t seen =
+      m.seen_shape().cells() * static_cast<std::size_t>(m.patterns) * m.channels.size();
+  if (m.irradiance.size() != lit)
+    fail("irradiance does not have shape [patterns][v][u] of the lit face");
+  if (m.value.size() != seen)
+    fail("value does not have shape [channels][patterns][v][u] of the seen face");
   if (m.variance.size() != seen) fail("variance does not have the shape of value");
   if (!m.mask.empty() && m.mask.size() != seen) fail("mask does not have the shape of value");
   bool any_light = false;

@@ -1,5 +1,6 @@
-// The one door into the inverse problem: what the surface of a block sends out under each light pattern.
-// Synthetic, real and Monte Carlo data all enter here (docs/formats.md, "Surface measurements").
+// The one door into the inverse problem: what the surface of a block sends out under each light
+// pattern. Synthetic, real and Monte Carlo data all enter here (docs/formats.md, "Surface
+// measurements").
 #pragma once
 
 #include <cstdint>
@@ -41,17 +42,19 @@ struct SurfaceMeasurements {
   std::vector<std::string> channels;  ///< C names, such as "R", "G", "B"
   int patterns = 0;                   ///< M
 
-  std::vector<float> irradiance;   ///< [M][v][u] on the lit face, incident before Fresnel, relative to white
-  std::vector<float> value;        ///< [C][M][v][u] mean over each surface voxel of the seen face
-  std::vector<float> variance;     ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
+  std::vector<float>
+      irradiance;  ///< [M][v][u] on the lit face, incident before Fresnel, relative to white
+  std::vector<float> value;  ///< [C][M][v][u] mean over each surface voxel of the seen face
+  std::vector<float>
+      variance;  ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
   std::vector<std::uint8_t> mask;  ///< [C][M][v][u] 1 = use, 0 = leave out; empty = use all
 
   FaceShape lit_shape() const { return face_shape(grid, lit_face); }
   FaceShape seen_shape() const { return face_shape(grid, seen_face); }
 };
 
-/// Throws InputError naming the field unless sizes agree and every used value is finite with a positive
-/// finite variance. `source` names the folder it came from.
+/// Throws InputError naming the field unless sizes agree and every used value is finite with a
+/// positive finite variance. `source` names the folder it came from.
 void validate(const SurfaceMeasurements& measurements, const std::string& source);
 
 }  // namespace kappamu

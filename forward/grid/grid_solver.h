@@ -1,14 +1,16 @@
-// Grid diffusion on a block, many light patterns at once: the interface both backends implement (the serial
-// double reference and OpenCL), and all that the inverse problem needs of the forward model.
+// Grid diffusion on a block, many light patterns at once: the interface both backends implement
+// (the serial double reference and OpenCL), and all that the inverse problem needs of the forward
+// model.
 //
-// Discretisation (docs/theory.md): cell-centred finite volumes on cubic voxels of edge h. With G_ij the
-// conductance of the face between cells i and j, h·2κ_iκ_j/(κ_i+κ_j), and G_b = h²/(h/(2κ_i) + 2A) that of a
-// boundary face (0 on mirror sides),
+// Discretisation (docs/theory.md): cell-centred finite volumes on cubic voxels of edge h. With G_ij
+// the conductance of the face between cells i and j, h·2κ_iκ_j/(κ_i+κ_j), and G_b = h²/(h/(2κ_i) +
+// 2A) that of a boundary face (0 on mirror sides),
 //     (A φ)_i = Σ_j G_ij (φ_i − φ_j) + Σ_b G_b φ_i + μ_i h³ φ_i = b_i.
-// Every equation is a balance of power [mm² · irradiance]. A is symmetric positive definite: it is its own
-// adjoint. All irradiances are relative to the rig's white irradiance; φ has the same unit.
+// Every equation is a balance of power [mm² · irradiance]. A is symmetric positive definite: it is
+// its own adjoint. All irradiances are relative to the rig's white irradiance; φ has the same unit.
 //
-// Surface arrays are [pattern][v][u] over a face (core/grid.h), volume arrays [z][y][x]; host data are double.
+// Surface arrays are [pattern][v][u] over a face (core/grid.h), volume arrays [z][y][x]; host data
+// are double.
 #pragma once
 
 #include <memory>
@@ -23,12 +25,14 @@
 namespace kappamu::forward {
 
 enum class SourceModel {
-  first_collision,  ///< a collimated beam deposits its first collisions along the column below the lit face
+  first_collision,  ///< a collimated beam deposits its first collisions along the column below the
+                    ///< lit face
   boundary          ///< diffuse entry through q = 4 E_t/(1 − R_φ) at the lit face
 };
 enum class Convention {
   physical,  ///< A = (1+R_j)/(1−R_φ): coefficients comparable with published ones
-  wang2008   ///< [W] literally: C = 2.1489, q = E_t, boundary source, exitance reported as π·L of [W] (3)
+  wang2008   ///< [W] literally: C = 2.1489, q = E_t, boundary source, exitance reported as π·L of
+             ///< [W] (3)
 };
 
 /// What does not change while κ and μ vary.
@@ -36,13 +40,14 @@ struct GridSetup {
   GridShape shape;
   double eta = 1.3;
   Face lit_face = Face::z_minus;
-  Sides sides = Sides::open;  ///< mirror: no flux through the four faces beside lit_face and its opposite
+  Sides sides =
+      Sides::open;  ///< mirror: no flux through the four faces beside lit_face and its opposite
   SourceModel source = SourceModel::first_collision;
   Convention convention = Convention::physical;
 };
 
 struct SolveOptions {
-  double tolerance = 1e-6;    ///< on ‖b − Aφ‖₂/‖b‖₂ of every pattern
+  double tolerance = 1e-6;  ///< on ‖b − Aφ‖₂/‖b‖₂ of every pattern
   int max_iterations = 200;
 };
 
@@ -50,10 +55,10 @@ enum class Termination { converged, ran_out, failed };
 
 struct SolveReport {
   Termination termination = Termination::failed;
-  int iterations = 0;                  ///< of the slowest pattern
-  std::vector<double> residual;        ///< final relative residual of each pattern
+  int iterations = 0;            ///< of the slowest pattern
+  std::vector<double> residual;  ///< final relative residual of each pattern
   double seconds = 0.0;
-  std::string message;                 ///< one sentence: why it stopped
+  std::string message;  ///< one sentence: why it stopped
 };
 
 /// A batch of M volumes, one per pattern, living where the backend computes.
@@ -63,11 +68,12 @@ class BatchField {
   virtual int patterns() const = 0;
 };
 
-/// Sums over patterns of products of two fields; what a gradient is assembled from (inverse/adjoint.h).
-/// Each is a volume [z][y][x].
+/// Sums over patterns of products of two fields; what a gradient is assembled from
+/// (inverse/adjoint.h). Each is a volume [z][y][x].
 struct PairProducts {
-  std::vector<double> cell;    ///< Σ_m λ_i φ_i
-  std::vector<double> face_x;  ///< Σ_m (λ_i − λ_j)(φ_i − φ_j), j = i's neighbour towards +x; 0 at the last x
+  std::vector<double> cell;  ///< Σ_m λ_i φ_i
+  std::vector<double>
+      face_x;  ///< Σ_m (λ_i − λ_j)(φ_i − φ_j), j = i's neighbour towards +x; 0 at the last x
   std::vector<double> face_y;  ///< the same towards +y
   std::vector<double> face_z;  ///< the same towards +z
 };
@@ -78,36 +84,45 @@ class GridSolver {
 
   virtual const GridSetup& setup() const = 0;
   virtual const BoundaryConstants& constants() const = 0;
-  virtual std::string backend() const = 0;  ///< "reference" or the OpenCL device's name and precision
+  virtual std::string backend()
+      const = 0;  ///< "reference" or the OpenCL device's name and precision
 
-  /// Sets κ [mm] and μ [1/mm] and rebuilds the preconditioner. Throws InputError on invalid coefficients.
+  /// Sets κ [mm] and μ [1/mm] and rebuilds the preconditioner. Throws InputError on invalid
+  /// coefficients.
   virtual void set_medium(std::span<const double> kappa, std::span<const double> mu) = 0;
 
   /// A zero field for `patterns` right-hand sides.
   virtual std::unique_ptr<BatchField> make_field(int patterns) const = 0;
-  virtual void fill(BatchField& field, std::span<const double> values /* [pattern][z][y][x] */) const = 0;
-  virtual void read(const BatchField& field, std::span<double> values /* [pattern][z][y][x] */) const = 0;
+  virtual void fill(BatchField& field,
+                    std::span<const double> values /* [pattern][z][y][x] */) const = 0;
+  virtual void read(const BatchField& field,
+                    std::span<double> values /* [pattern][z][y][x] */) const = 0;
 
   /// b of each pattern for incident irradiance [pattern][v][u] on the lit face, before Fresnel.
   virtual void light_source(std::span<const double> irradiance, BatchField& b) const = 0;
 
-  /// b = (∂ exitance/∂φ)ᵀ weights: the adjoint of exitance() for a face; weights are [pattern][v][u].
-  virtual void exitance_adjoint(Face face, std::span<const double> weights, BatchField& b) const = 0;
+  /// b = (∂ exitance/∂φ)ᵀ weights: the adjoint of exitance() for a face; weights are
+  /// [pattern][v][u].
+  virtual void exitance_adjoint(Face face, std::span<const double> weights,
+                                BatchField& b) const = 0;
 
   /// y = A φ.
   virtual void apply(const BatchField& phi, BatchField& y) const = 0;
 
   /// Solves A φ = b; `phi` holds the initial guess on entry (zero, or the last solution).
-  virtual SolveReport solve(const BatchField& b, BatchField& phi, const SolveOptions& options) const = 0;
+  virtual SolveReport solve(const BatchField& b, BatchField& phi,
+                            const SolveOptions& options) const = 0;
 
-  /// Exitance per area of `face` under φ, [pattern][v][u]: G_b φ_i / h², plus, on the lit face under the boundary
-  /// source, what light_source() put there (linear in irradiance, which may be empty on all other faces).
+  /// Exitance per area of `face` under φ, [pattern][v][u]: G_b φ_i / h², plus, on the lit face
+  /// under the boundary source, what light_source() put there (linear in irradiance, which may be
+  /// empty on all other faces).
   virtual void exitance(const BatchField& phi, Face face, std::span<const double> irradiance,
                         std::span<double> out) const = 0;
 
   virtual PairProducts pair_products(const BatchField& lambda, const BatchField& phi) const = 0;
 
-  /// Σ_m λ_i E_m(u, v) with (u, v) the column of cell i below the lit face: volume [z][y][x], for ∂b/∂κ, ∂b/∂μ.
+  /// Σ_m λ_i E_m(u, v) with (u, v) the column of cell i below the lit face: volume [z][y][x], for
+  /// ∂b/∂κ, ∂b/∂μ.
   virtual std::vector<double> column_products(const BatchField& lambda,
                                               std::span<const double> irradiance) const = 0;
 };
@@ -117,9 +132,9 @@ std::unique_ptr<GridSolver> make_reference_solver(const GridSetup& setup);
 
 enum class Precision { single_precision, double_precision };
 
-/// `device` selects as device::choose does ("auto", "reference", part of a device name). Falls back to the
-/// reference, with a warning through `progress`-independent SolverChoice::warning, when the device fails its
-/// known-answer test. Throws InputError when no device matches.
+/// `device` selects as device::choose does ("auto", "reference", part of a device name). Falls back
+/// to the reference, with a warning through `progress`-independent SolverChoice::warning, when the
+/// device fails its known-answer test. Throws InputError when no device matches.
 struct SolverChoice {
   std::unique_ptr<GridSolver> solver;
   std::string warning;  ///< empty, or one sentence the caller must show
