@@ -19,7 +19,6 @@ out=${out:-out/$sample}
 
 scripts/build.sh release
 kappamu=build/app/kappamu
-start=$(date +%s.%N)
 
 if [[ -f $out/truth/truth.json && -f $out/simulate.json ]]; then
   echo "demo: capture of '$sample' already simulated in $out (remove that folder to start afresh)"
@@ -40,5 +39,5 @@ echo "demo: scoring against the truth"
 "$kappamu" score "$out/run" --truth "$out/truth" --json | tee "$out/score.log"
 tail -n 1 "$out/score.log" >"$out/score.json"
 
-python3 scripts/demo_summary.py "$out" "$(echo "$(date +%s.%N) - $start" | bc)"
+python3 scripts/demo_summary.py "$out"
 exit "$status"
