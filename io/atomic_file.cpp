@@ -1,0 +1,252 @@
+#include "io/atomic_file.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <ostream>
+#include <streambuf>
+#include <string>
+#include <system_error>
+
+#include "core/error.h"
+
+namespace kappamu::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::string_view temporary_mark = ".partial-";
+
+/// What the user can do about a failed write.
+const char* advice(int error) {
+  switch (error) {
+    case ENOSPC:
+    case EDQUOT:
+      return "free space or choose another folder (-o)";
+    case EFBIG:
+      return "the file system or a limit of this account refuses a file of this size, choose "
+             "another folder (-o)";
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      return "choose a folder that you may write to (-o)";
+    default:
+      return "check the folder or choose another (-o)";
+  }
+}
+
+[[noreturn]] void fail(const fs::path& target, int error) {
+  throw InputError("cannot write " + target.string() + ": " +
+                   std::generic_category().message(error) + "; " + advice(error));
+}
+
+/// ".name.partial-<process>-<count>.ext": hidden, unique, and with the extension libraries look at.
+fs::path temporary_name(const fs::path& target) {
+  static std::atomic<unsigned> count{0};
+  std::string name(".");
+  name.append(target.stem().string()).append(temporary_mark);
+  name.append(std::to_string(::getpid())).append("-").append(std::to_string(count++));
+  name.append(target.extension().string());
+  return target.parent_path() / name;
+}
+
+/// Removes the file it names unless released.
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(fs::path name) : name_(std::move(name)) {}
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  ~TemporaryFile() {
+    std::error_code ignored;
+    if (!name_.empty()) fs::remove(name_, ignored);
+  }
+  const fs::path& name() const { return name_; }
+  void release() { name_.clear(); }
+
+ private:
+  fs::path name_;
+};
+
+/// Closes its descriptor; close() also reports what the system only tells then.
+class Descriptor {
+ public:
+  Descriptor(const fs::path& name, int flags) : fd_(::open(name.c_str(), flags, 0666)) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  int get() const { return fd_; }
+  /// 0 or the error number.
+  int close() {
+    const int result = ::close(fd_);
+    fd_ = -1;
+    return result == 0 ? 0 : errno;
+  }
+
+ private:
+  int fd_;
+};
+
+/// 0 or the error number. Some file systems cannot flush (EINVAL); their data is as safe as it
+/// gets.
+int flush_to_disk(int fd) {
+  while (::fsync(fd) != 0) {
+    if (errno == EINTR) continue;
+    return errno == EINVAL || errno == ENOTSUP ? 0 : errno;
+  }
+  return 0;
+}
+
+/// A write-only stream buffer over a descriptor that remembers the first error.
+class DescriptorBuffer : public std::streambuf {
+ public:
+  explicit DescriptorBuffer(int fd) : fd_(fd) { reset(); }
+  int error() const { return error_; }
+
+ protected:
+  int_type overflow(int_type c) override {
+    if (!drain()) return traits_type::eof();
+    if (!traits_type::eq_int_type(c, traits_type::eof())) sputc(traits_type::to_char_type(c));
+    return traits_type::not_eof(c);
+  }
+  std::streamsize xsputn(const char* data, std::streamsize size) override {
+    if (size < epptr() - pptr()) {
+      traits_type::copy(pptr(), data, static_cast<std::size_t>(size));
+      pbump(static_cast<int>(size));
+      return size;
+    }
+    return drain() && write_all(data, static_cast<std::size_t>(size)) ? size : 0;
+  }
+  int sync() override { return drain() ? 0 : -1; }
+  pos_type seekoff(off_type offset, std::ios_base::seekdir from, std::ios_base::openmode) override {
+    if (!drain()) return pos_type(off_type(-1));
+    const int whence = from == std::ios_base::beg   ? SEEK_SET
+                       : from == std::ios_base::cur ? SEEK_CUR
+                                                    : SEEK_END;
+    return pos_type(::lseek(fd_, offset, whence));
+  }
+  pos_type seekpos(pos_type position, std::ios_base::openmode which) override {
+    return seekoff(off_type(position), std::ios_base::beg, which);
+  }
+
+ private:
+  void reset() { setp(buffer_.data(), buffer_.data() + buffer_.size()); }
+  bool drain() {
+    const bool written = write_all(pbase(), static_cast<std::size_t>(pptr() - pbase()));
+    reset();
+    return written;
+  }
+  bool write_all(const char* data, std::size_t size) {
+    while (size > 0 && error_ == 0) {
+      const ssize_t written = ::write(fd_, data, size);
+      if (written < 0) {
+        if (errno != EINTR) error_ = errno;
+        continue;
+      }
+      data += written;
+      size -= static_cast<std::size_t>(written);
+    }
+    return error_ == 0;
+  }
+
+  int fd_;
+  int error_ = 0;
+  std::array<char, 1 << 16> buffer_;
+};
+
+void make_parent(const fs::path& target) {
+  if (target.parent_path().empty()) return;
+  std::error_code error;
+  fs::create_directories(target.parent_path(), error);
+  if (error) fail(target, error.value());
+}
+
+void rename_into_place(TemporaryFile& temporary, const fs::path& target) {
+  std::error_code error;
+  fs::rename(temporary.name(), target, error);
+  if (error) fail(target, error.value());
+  temporary.release();
+}
+
+}  // namespace
+
+void write_atomically(const fs::path& target, const std::function<void(const fs::path&)>& write) {
+  make_parent(target);
+  TemporaryFile temporary(temporary_name(target));
+  try {
+    write(temporary.name());
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw InputError("cannot write " + target.string() + ": " + error.what());
+  }
+  Descriptor file(temporary.name(), O_RDONLY);
+  if (file.get() < 0) fail(target, errno);
+  if (const int error = flush_to_disk(file.get())) fail(target, error);
+  rename_into_place(temporary, target);
+}
+
+void write_stream_atomically(const fs::path& target,
+                             const std::function<void(std::ostream&)>& write) {
+  make_parent(target);
+  TemporaryFile temporary(temporary_name(target));
+  Descriptor file(temporary.name(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC);
+  if (file.get() < 0) fail(target, errno);
+  DescriptorBuffer buffer(file.get());
+  std::ostream stream(&buffer);
+  try {
+    write(stream);
+    stream.flush();
+  } catch (const std::exception& error) {
+    // The disk's reason is the cause; what the writer threw about it is the consequence.
+    if (buffer.error() != 0) fail(target, buffer.error());
+    if (dynamic_cast<const InputError*>(&error) != nullptr) throw;
+    if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) throw;
+    throw InputError("cannot write " + target.string() + ": " + error.what());
+  }
+  if (buffer.error() != 0) fail(target, buffer.error());
+  if (!stream) fail(target, EIO);
+  if (const int error = flush_to_disk(file.get())) fail(target, error);
+  if (const int error = file.close()) fail(target, error);
+  rename_into_place(temporary, target);
+}
+
+void write_bytes_atomically(const fs::path& target, std::span<const std::byte> bytes) {
+  write_stream_atomically(target, [&](std::ostream& out) {
+    out.write(reinterpret_cast<const char*>(bytes.data()),
+              static_cast<std::streamsize>(bytes.size()));
+  });
+}
+
+void write_text_atomically(const fs::path& target, std::string_view text) {
+  write_bytes_atomically(target, std::as_bytes(std::span(text)));
+}
+
+std::size_t remove_stale_temporaries(const fs::path& folder) {
+  std::size_t removed = 0;
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
+       it.increment(error)) {
+    const std::string name = it->path().filename().string();
+    const std::size_t mark = name.find(temporary_mark);
+    if (name.front() != '.' || mark == std::string::npos) continue;
+    const char* digits = name.data() + mark + temporary_mark.size();
+    int process = 0;
+    if (std::from_chars(digits, name.data() + name.size(), process).ec != std::errc()) continue;
+    if (process <= 0 || ::kill(process, 0) == 0 || errno != ESRCH) continue;
+    std::error_code remove_error;
+    if (fs::remove(it->path(), remove_error)) ++removed;
+  }
+  return removed;
+}
+
+}  // namespace kappamu::io

@@ -1,0 +1,36 @@
+// Writing files so that a reader sees the old file or the new one, never a part: everything goes to
+// a temporary name in the target's folder, is flushed to the disk, and is then renamed.
+//
+// Every function creates missing parent folders, removes its temporary on any failure, leaves an
+// older file of the target's name untouched then, and throws InputError naming file and reason.
+// Safe from several threads and processes at once; the last rename wins.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <span>
+#include <string_view>
+
+namespace kappamu::io {
+
+/// Calls `write` with the temporary's name (it ends in the target's extension); `write` makes that
+/// file or throws. InputError passes through; other exceptions become one InputError with their
+/// text.
+void write_atomically(const std::filesystem::path& target,
+                      const std::function<void(const std::filesystem::path& temporary)>& write);
+
+/// Calls `write` with a seekable binary stream. A failed write is reported with the system's reason
+/// even when `write` does not look at the stream's state.
+void write_stream_atomically(const std::filesystem::path& target,
+                             const std::function<void(std::ostream& out)>& write);
+
+void write_bytes_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
+void write_text_atomically(const std::filesystem::path& target, std::string_view text);
+
+/// Removes the temporaries that a killed process left in `folder` and below; those of processes
+/// still alive stay. A missing folder is no error. Returns the number removed.
+std::size_t remove_stale_temporaries(const std::filesystem::path& folder);
+
+}  // namespace kappamu::io

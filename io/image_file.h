@@ -1,0 +1,37 @@
+// Photographs and pictures: camera frames of 8 or 16 bit (PNG, TIFF, JPEG), linear EXR, and the
+// pictures of the report. One channel is grey, three are R, G, B in that order.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "core/image.h"
+
+namespace kappamu::io {
+
+/// Code values as stored: 8-bit files give 0 ... 255, 16-bit files 0 ... 65535; no gamma, no
+/// rotation by the file's orientation tag, alpha dropped. Throws InputError naming the file if it
+/// is missing, truncated, damaged or of another kind.
+Image<std::uint16_t> read_code_image(const std::filesystem::path& file);
+
+/// Linear EXR with channels R, G, B (three channels), or a single channel of any name.
+Image<float> read_float_image(const std::filesystem::path& file);
+
+/// PNG or TIFF by the file's extension (.png, .tif, .tiff), one or three channels, lossless.
+void write_image(const std::filesystem::path& file, const Image<std::uint8_t>& image);
+void write_image(const std::filesystem::path& file, const Image<std::uint16_t>& image);
+
+/// EXR with channels R, G, B, or Y for one channel; 32-bit float.
+void write_float_image(const std::filesystem::path& file, const Image<float>& image);
+
+/// Camera codes 0 ... 2^bit_depth - 1, stored unshifted in 8 bits (bit_depth 8) or 16 bits (9 to
+/// 16).
+void write_code_image(const std::filesystem::path& file, const Image<std::uint16_t>& image,
+                      int bit_depth);
+
+/// The bytes of a PNG / JPEG file, for embedding in a report. `quality` 1 to 100.
+std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image);
+std::vector<std::uint8_t> encode_jpeg(const Image<std::uint8_t>& image, int quality);
+
+}  // namespace kappamu::io

@@ -1,0 +1,131 @@
+#include "io/image_integrity.h"
+
+#include <cstdint>
+#include <cstring>
+#include <vector>
+
+namespace kappamu::io {
+
+namespace {
+
+using Bytes = std::span<const std::byte>;
+
+bool starts_with(Bytes bytes, const char* text, std::size_t size) {
+  return bytes.size() >= size && std::memcmp(bytes.data(), text, size) == 0;
+}
+
+/// Unsigned number of `size` bytes at `at`, which must lie inside.
+std::uint64_t number(Bytes bytes, std::uint64_t at, std::size_t size, bool big_endian) {
+  std::uint64_t value = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    const std::size_t k = big_endian ? i : size - 1 - i;
+    value = value << 8 | std::to_integer<std::uint64_t>(bytes[at + k]);
+  }
+  return value;
+}
+
+/// Chunks of length, type, data, checksum until IEND (PNG specification, section 5).
+bool png_is_complete(Bytes bytes) {
+  std::uint64_t at = 8;
+  while (at + 12 <= bytes.size()) {
+    const std::uint64_t end = at + 12 + number(bytes, at, 4, true);
+    if (end > bytes.size()) return false;
+    if (std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0) return true;
+    at = end;
+  }
+  return false;
+}
+
+/// Marker segments up to the first scan, then an end-of-image marker (ITU T.81, annex B; coded data
+/// never contains one).
+bool jpeg_is_complete(Bytes bytes) {
+  constexpr std::uint64_t start_of_scan = 0xDA;
+  constexpr std::byte end_of_image{0xD9};
+  std::uint64_t at = 2;
+  while (at + 4 <= bytes.size()) {
+    const std::uint64_t marker = number(bytes, at + 1, 1, true);
+    at += 2 + number(bytes, at + 2, 2, true);
+    if (marker == start_of_scan) break;
+  }
+  for (; at + 1 < bytes.size(); ++at) {
+    if (bytes[at] == std::byte{0xFF} && bytes[at + 1] == end_of_image) return true;
+  }
+  return false;
+}
+
+/// The first directory and the strips or tiles it names lie inside the file (TIFF 6.0, section 2).
+/// BigTIFF is left to the decoder.
+bool tiff_is_complete(Bytes bytes) {
+  if (bytes.size() < 8) return false;
+  const bool big = bytes[0] == std::byte{'M'};
+  const auto has = [&](std::uint64_t at, std::uint64_t size) {
+    return size <= bytes.size() && at <= bytes.size() - size;
+  };
+  if (number(bytes, 2, 2, big) != 42) return true;
+  const std::uint64_t directory = number(bytes, 4, 4, big);
+  if (!has(directory, 2)) return false;
+  const std::uint64_t entries = number(bytes, directory, 2, big);
+  if (!has(directory + 2, entries * 12)) return false;
+
+  std::vector<std::uint64_t> offsets;
+  std::vector<std::uint64_t> sizes;
+  for (std::uint64_t e = 0; e < entries; ++e) {
+    const std::uint64_t at = directory + 2 + e * 12;
+    const std::uint64_t tag = number(bytes, at, 2, big);
+    const bool is_offset = tag == 273 || tag == 324;  // StripOffsets, TileOffsets
+    const bool is_size = tag == 279 || tag == 325;    // StripByteCounts, TileByteCounts
+    if (!is_offset && !is_size) continue;
+    const std::size_t width = number(bytes, at + 2, 2, big) == 3 ? 2 : 4;  // SHORT or LONG
+    const std::uint64_t count = number(bytes, at + 4, 4, big);
+    const std::uint64_t list = count * width <= 4 ? at + 8 : number(bytes, at + 8, 4, big);
+    if (!has(list, count * width)) return false;
+    for (std::uint64_t i = 0; i < count; ++i) {
+      (is_offset ? offsets : sizes).push_back(number(bytes, list + i * width, width, big));
+    }
+  }
+  if (offsets.empty() || offsets.size() != sizes.size()) return false;
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    if (!has(offsets[i], sizes[i])) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+ImageKind image_kind(Bytes bytes) {
+  if (starts_with(bytes, "\x89PNG\r\n\x1a\n", 8)) return ImageKind::png;
+  if (starts_with(bytes, "II", 2) || starts_with(bytes, "MM", 2)) return ImageKind::tiff;
+  if (starts_with(bytes, "\xFF\xD8\xFF", 3)) return ImageKind::jpeg;
+  if (starts_with(bytes, "\x76\x2f\x31\x01", 4)) return ImageKind::exr;
+  return ImageKind::unknown;
+}
+
+const char* to_string(ImageKind kind) {
+  switch (kind) {
+    case ImageKind::png:
+      return "PNG";
+    case ImageKind::tiff:
+      return "TIFF";
+    case ImageKind::jpeg:
+      return "JPEG";
+    case ImageKind::exr:
+      return "EXR";
+    default:
+      return "unknown";
+  }
+}
+
+bool is_complete(Bytes bytes) {
+  switch (image_kind(bytes)) {
+    case ImageKind::png:
+      return png_is_complete(bytes);
+    case ImageKind::jpeg:
+      return jpeg_is_complete(bytes);
+    case ImageKind::tiff:
+      return tiff_is_complete(bytes);
+    default:
+      return true;
+  }
+}
+
+}  // namespace kappamu::io

@@ -1,0 +1,22 @@
+// Whether the bytes of a photograph are complete. Decoders fill a truncated picture with grey or
+// black and tell nobody, which would pass for a measurement.
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+namespace kappamu::io {
+
+enum class ImageKind { png, tiff, jpeg, exr, unknown };
+
+/// Recognises the format by its first bytes.
+ImageKind image_kind(std::span<const std::byte> bytes);
+
+/// "PNG", "TIFF", ...
+const char* to_string(ImageKind kind);
+
+/// False if a PNG lacks chunks up to IEND, a JPEG its end marker, or a TIFF the strips or tiles
+/// that its directory names. Says nothing about damage inside (decoders find that by checksums).
+bool is_complete(std::span<const std::byte> bytes);
+
+}  // namespace kappamu::io

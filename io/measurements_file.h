@@ -1,0 +1,19 @@
+// SurfaceMeasurements as a folder: measurements.json and NumPy arrays (docs/formats.md, "Surface
+// measurements").
+#pragma once
+
+#include <filesystem>
+
+#include "core/surface_measurements.h"
+
+namespace kappamu::io {
+
+/// Throws InputError naming file and field if a field is missing, unknown or wrong, or an array has
+/// another shape than measurements.json says; what it returns passes validate().
+SurfaceMeasurements read_measurements(const std::filesystem::path& folder);
+
+/// Validates, then writes; measurements.json comes last, so a folder that has one is complete.
+void write_measurements(const std::filesystem::path& folder,
+                        const SurfaceMeasurements& measurements);
+
+}  // namespace kappamu::io

@@ -1,0 +1,245 @@
+#include "io/npy.h"
+
+#include <algorithm>
+#include <bit>
+#include <cctype>
+#include <charconv>
+#include <cstring>
+#include <limits>
+#include <ostream>
+#include <string_view>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/read_file.h"
+
+namespace kappamu::io {
+
+namespace fs = std::filesystem;
+
+static_assert(std::endian::native == std::endian::little,
+              "arrays are copied to and from little-endian files as they are");
+
+namespace {
+
+constexpr std::string_view magic = "\x93NUMPY";
+constexpr std::size_t alignment = 64;
+
+[[noreturn]] void fail(const fs::path& file, const std::string& why) {
+  throw InputError(file.string() + ": " + why);
+}
+
+/// Reads NumPy's header, a Python dictionary of three entries.
+class HeaderParser {
+ public:
+  HeaderParser(std::string_view text, const fs::path& file) : text_(text), file_(file) {}
+
+  void parse() {
+    expect('{');
+    while (!accept('}')) {
+      const std::string key = quoted();
+      expect(':');
+      if (key == "descr") {
+        if (peek() != '\'' && peek() != '"') {
+          fail(file_, "structured NumPy arrays are not supported; save one plain float32 array");
+        }
+        type = quoted();
+      } else if (key == "fortran_order") {
+        fortran_order = word() == "True";
+      } else if (key == "shape") {
+        parse_shape();
+      } else {
+        broken();
+      }
+      if (!accept(',') && peek() != '}') broken();
+    }
+    if (type.empty() || !has_shape_) broken();
+  }
+
+  std::string type;
+  bool fortran_order = false;
+  std::vector<std::size_t> shape;
+
+ private:
+  [[noreturn]] void broken() const { fail(file_, "broken NumPy header; write the file again"); }
+  char peek() {
+    while (at_ < text_.size() && std::isspace(static_cast<unsigned char>(text_[at_]))) ++at_;
+    if (at_ == text_.size()) broken();
+    return text_[at_];
+  }
+  bool accept(char c) {
+    if (peek() != c) return false;
+    ++at_;
+    return true;
+  }
+  void expect(char c) {
+    if (!accept(c)) broken();
+  }
+  std::string quoted() {
+    const char quote = peek();
+    if (quote != '\'' && quote != '"') broken();
+    const std::size_t end = text_.find(quote, at_ + 1);
+    if (end == std::string_view::npos) broken();
+    std::string result(text_.substr(at_ + 1, end - at_ - 1));
+    at_ = end + 1;
+    return result;
+  }
+  std::string word() {
+    peek();
+    std::string result;
+    while (at_ < text_.size() && std::isalpha(static_cast<unsigned char>(text_[at_]))) {
+      result += text_[at_++];
+    }
+    if (result != "True" && result != "False") broken();
+    return result;
+  }
+  void parse_shape() {
+    expect('(');
+    while (!accept(')')) {
+      peek();
+      std::size_t extent = 0;
+      const char* begin = text_.data() + at_;
+      const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), extent);
+      if (error != std::errc()) broken();
+      at_ += static_cast<std::size_t>(end - begin);
+      shape.push_back(extent);
+      if (!accept(',') && peek() != ')') broken();
+    }
+    has_shape_ = true;
+  }
+
+  std::string_view text_;
+  const fs::path& file_;
+  std::size_t at_ = 0;
+  bool has_shape_ = false;
+};
+
+template <class T>
+std::vector<float> convert(const std::byte* data, std::size_t count) {
+  std::vector<float> values(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    T value;
+    std::memcpy(&value, data + i * sizeof(T), sizeof(T));
+    values[i] = static_cast<float>(value);
+  }
+  return values;
+}
+
+struct ElementType {
+  const char* name;
+  std::size_t size;
+  std::vector<float> (*convert)(const std::byte*, std::size_t);
+};
+constexpr ElementType element_types[] = {
+    {"<f4", 4, convert<float>},        {"<f8", 8, convert<double>},
+    {"<i4", 4, convert<std::int32_t>}, {"<i8", 8, convert<std::int64_t>},
+    {"|u1", 1, convert<std::uint8_t>}, {"|b1", 1, convert<std::uint8_t>},
+};
+
+template <class T>
+void write_array(const fs::path& file, const char* type, const std::vector<std::size_t>& shape,
+                 std::span<const T> values) {
+  std::string axes;
+  std::size_t count = 1;
+  for (const std::size_t extent : shape) {
+    axes += std::to_string(extent) + ", ";
+    count *= extent;
+  }
+  check(count == values.size(), "array for " + file.string() + " has " +
+                                    std::to_string(values.size()) + " values, its shape says " +
+                                    std::to_string(count));
+  // A tuple of one needs its comma, longer ones do not: (5,) but (5, 3).
+  if (shape.size() == 1) axes.pop_back();
+  if (shape.size() > 1) axes.resize(axes.size() - 2);
+  std::string header =
+      std::string("{'descr': '") + type + "', 'fortran_order': False, 'shape': (" + axes + "), }";
+  const std::size_t preamble = magic.size() + 4;
+  header.append(alignment - 1 - (preamble + header.size()) % alignment, ' ');
+  header += '\n';
+  check(header.size() <= 0xFFFF, "NumPy header of " + file.string() + " is too long");
+  write_stream_atomically(file, [&](std::ostream& out) {
+    out << magic << '\x01' << '\x00' << static_cast<char>(header.size() & 0xFF)
+        << static_cast<char>(header.size() >> 8) << header;
+    out.write(reinterpret_cast<const char*>(values.data()),
+              static_cast<std::streamsize>(values.size_bytes()));
+  });
+}
+
+}  // namespace
+
+NpyArray read_npy(const fs::path& file) {
+  const std::vector<std::byte> bytes = read_bytes(file);
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (!text.starts_with(magic)) fail(file, "not a NumPy .npy file");
+  const auto byte = [&](std::size_t i) -> std::size_t {
+    if (i >= bytes.size()) fail(file, "truncated NumPy file; write or copy it again");
+    return std::to_integer<std::size_t>(bytes[i]);
+  };
+  const std::size_t version = byte(6);
+  if (version < 1 || version > 3) fail(file, "unknown NumPy format version; save it again");
+  // Version 1 has a 16-bit header length, versions 2 and 3 a 32-bit one.
+  const std::size_t begin = version == 1 ? 10 : 12;
+  std::size_t length = byte(8) | byte(9) << 8;
+  if (version > 1) length |= byte(10) << 16 | byte(11) << 24;
+  if (length > bytes.size() - begin) fail(file, "truncated NumPy file; write or copy it again");
+
+  HeaderParser header(text.substr(begin, length), file);
+  header.parse();
+  const auto* type = std::find_if(std::begin(element_types), std::end(element_types),
+                                  [&](const ElementType& t) { return header.type == t.name; });
+  if (type == std::end(element_types)) {
+    fail(file, "element type '" + header.type +
+                   "' is not supported; save it as float32 (array.astype('<f4'))");
+  }
+  if (header.fortran_order) {
+    fail(file, "array is in Fortran order; save it with numpy.ascontiguousarray");
+  }
+  std::size_t count = 1;
+  for (const std::size_t extent : header.shape) {
+    if (extent != 0 && count > std::numeric_limits<std::size_t>::max() / 16 / extent) {
+      fail(file, "shape " + shape_to_string(header.shape) + " is too large");
+    }
+    count *= extent;
+  }
+  const std::size_t available = bytes.size() - begin - length;
+  if (available != count * type->size) {
+    fail(file, std::string(available < count * type->size ? "truncated" : "overlong") +
+                   " NumPy file: shape " + shape_to_string(header.shape) + " of " + header.type +
+                   " takes " + std::to_string(count * type->size) + " bytes, the file holds " +
+                   std::to_string(available) + "; write or copy it again");
+  }
+  return {header.shape, type->convert(bytes.data() + begin + length, count)};
+}
+
+NpyArray read_npy(const fs::path& file, const std::vector<std::size_t>& shape) {
+  NpyArray array = read_npy(file);
+  if (array.shape != shape) {
+    fail(file, "array has shape " + shape_to_string(array.shape) + " instead of " +
+                   shape_to_string(shape));
+  }
+  return array;
+}
+
+void write_npy(const fs::path& file, const std::vector<std::size_t>& shape,
+               std::span<const float> values) {
+  write_array(file, "<f4", shape, values);
+}
+void write_npy(const fs::path& file, const std::vector<std::size_t>& shape,
+               std::span<const double> values) {
+  write_array(file, "<f8", shape, values);
+}
+void write_npy(const fs::path& file, const std::vector<std::size_t>& shape,
+               std::span<const std::uint8_t> values) {
+  write_array(file, "|u1", shape, values);
+}
+
+std::string shape_to_string(const std::vector<std::size_t>& shape) {
+  if (shape.empty()) return "[]";
+  std::string result;
+  for (const std::size_t extent : shape) {
+    result.append("[").append(std::to_string(extent)).append("]");
+  }
+  return result;
+}
+
+}  // namespace kappamu::io

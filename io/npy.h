@@ -1,0 +1,37 @@
+// NumPy's .npy files: shape and numbers, C order, little-endian (format versions 1.0 to 3.0 are
+// read, 1.0 is written: https://numpy.org/doc/stable/reference/generated/numpy.lib.format.html).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace kappamu::io {
+
+struct NpyArray {
+  std::vector<std::size_t> shape;  ///< slowest axis first; empty for a single number
+  std::vector<float> values;       ///< C order: the last axis varies fastest
+};
+
+/// Reads float32, float64, int32, int64, uint8 and bool arrays, converted to float. Throws
+/// InputError naming the file unless it is a complete little-endian C-order array of those types.
+NpyArray read_npy(const std::filesystem::path& file);
+
+/// The same, and throws InputError naming both shapes unless the array has `shape`.
+NpyArray read_npy(const std::filesystem::path& file, const std::vector<std::size_t>& shape);
+
+/// Write float32 / float64 / uint8; `values` holds as many numbers as `shape` says.
+void write_npy(const std::filesystem::path& file, const std::vector<std::size_t>& shape,
+               std::span<const float> values);
+void write_npy(const std::filesystem::path& file, const std::vector<std::size_t>& shape,
+               std::span<const double> values);
+void write_npy(const std::filesystem::path& file, const std::vector<std::size_t>& shape,
+               std::span<const std::uint8_t> values);
+
+/// "[4][3][2]", for messages.
+std::string shape_to_string(const std::vector<std::size_t>& shape);
+
+}  // namespace kappamu::io
