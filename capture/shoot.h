@@ -1,0 +1,67 @@
+// Shoots a capture plan through a RigDevice and leaves a session folder (docs/formats.md).
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/device.h"
+#include "capture/session.h"
+#include "core/image.h"
+#include "core/progress.h"
+
+namespace kappamu::capture {
+
+/// A light pattern still to be photographed.
+struct PlannedPattern {
+  std::string id;             ///< letters, digits, '_', '-', '.'; unique
+  Image<std::uint8_t> image;  ///< one channel, the projector's size, 0 dark, 255 full white
+  PatternRole role = PatternRole::fit;
+};
+
+/// Everything a session needs that the rig cannot know by itself. Empty or zero parts are left out
+/// of the session where its format allows that.
+struct CapturePlan {
+  Setup setup = Setup::back_lit;
+  Sample sample;
+  std::string calibration_station = "front";
+  std::string pattern_station = "back";  ///< the same as calibration_station when front-lit
+  std::vector<PlannedPattern> patterns;
+  std::vector<double> exposures_s;         ///< of each pattern's stack [s]; distinct
+  std::vector<double> target_exposures_s;  ///< of white target and chart [s]; empty = exposures_s
+  Board board;
+  int camera_board_views = 15;
+  ProjectedBoard projected_board;
+  int projector_plane_poses = 6;
+  std::optional<double> white_reflectance;  ///< in (0, 1]; absent = no white target
+  bool colour_chart = true;
+  int dark_repeats = 2;  ///< dark frames at the shortest and at the longest exposure, each
+};
+
+/// Shoots everything and writes folder/session.json last, so that a folder with one is complete.
+/// Single frames (boards, planes, sample views) are metered: the longest time among the plan's that
+/// saturates fewer than 0.2 % of the code values. Throws InputError for a plan that contradicts
+/// itself or the rig, before the first exposure.
+Session shoot_session(RigDevice& device, const CapturePlan& plan,
+                      const std::filesystem::path& folder, Progress& progress);
+
+/// The lit face's outline in projector pixels, corners in the order of docs/conventions.md:
+/// (u, v) = (0,0), (max,0), (max,max), (0,max).
+using ProjectorQuad = std::array<std::array<double, 2>, 4>;
+
+/// n * n patterns, each lighting one cell of the n * n division of the quad (by its homography),
+/// cells in rows of u; ids are prefix + two or more digits from 00.
+std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
+                                                const ProjectorQuad& quad, int n, PatternRole role,
+                                                const std::string& prefix);
+
+/// What the projector shows for a projected board: squares exact by area coverage, black top left
+/// square, one square of white around, black beyond.
+Image<std::uint8_t> make_chessboard_image(const Projector& projector, const ProjectedBoard& board);
+
+/// An image of the projector's size in one grey value.
+Image<std::uint8_t> make_uniform_image(const Projector& projector, std::uint8_t value);
+
+}  // namespace kappamu::capture
