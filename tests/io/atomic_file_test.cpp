@@ -1,0 +1,169 @@
+#include "io/atomic_file.h"
+
+#include <sched.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <ostream>
+
+#include "tests/io/support.h"
+
+namespace kappamu::io {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+using AtomicFile = FolderTest;
+
+constexpr int child_cannot_prepare = 77;
+
+/// Runs `act` in a child process (limits and mounts of its own) and returns what it wrote to `note`
+/// in the test's folder; empty when the child could not prepare itself.
+template <class Act>
+std::string in_child(const fs::path& note, const Act& act) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const std::string text = act();
+    if (text.empty()) std::_Exit(child_cannot_prepare);
+    // The note is smaller than any limit under test.
+    std::ofstream(note) << text;
+    std::_Exit(0);
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFEXITED(status)) << "the child died of signal " << WTERMSIG(status);
+  if (WEXITSTATUS(status) == child_cannot_prepare) return "";
+  return read_text(note);
+}
+
+TEST_F(AtomicFile, TextComesBack) {
+  write_text_atomically(folder_ / "a.txt", "one\ntwo");
+  EXPECT_EQ(read_text(folder_ / "a.txt"), "one\ntwo");
+  write_text_atomically(folder_ / "a.txt", "");
+  EXPECT_EQ(read_text(folder_ / "a.txt"), "");
+  EXPECT_THAT(listing(), ElementsAre("a.txt"));
+}
+
+TEST_F(AtomicFile, MissingParentFoldersAreMade) {
+  write_text_atomically(folder_ / "b" / "c" / "a.txt", "x");
+  EXPECT_EQ(read_text(folder_ / "b" / "c" / "a.txt"), "x");
+}
+
+TEST_F(AtomicFile, StreamIsSeekable) {
+  write_stream_atomically(folder_ / "a.bin", [](std::ostream& out) {
+    out << "head";
+    out << std::string(200'000, 'x');  // beyond the buffer
+    const auto end = out.tellp();
+    out.seekp(0);
+    out << "HEAD";
+    out.seekp(end);
+    out << "tail";
+  });
+  const std::string text = read_text(folder_ / "a.bin");
+  EXPECT_EQ(text.size(), 200'008U);
+  EXPECT_EQ(text.substr(0, 5), "HEADx");
+  EXPECT_EQ(text.substr(text.size() - 5), "xtail");
+}
+
+TEST_F(AtomicFile, FailingWriterLeavesTheOldFileAndNoTemporary) {
+  write_text_atomically(folder_ / "a.txt", "old");
+  const auto partly = [](const fs::path& temporary) {
+    std::ofstream(temporary) << "new";
+    throw std::runtime_error("the lamp went out");
+  };
+  const std::string sentence = sentence_of([&] { write_atomically(folder_ / "a.txt", partly); });
+  EXPECT_EQ(sentence, "cannot write " + (folder_ / "a.txt").string() + ": the lamp went out");
+  EXPECT_EQ(read_text(folder_ / "a.txt"), "old");
+  EXPECT_THAT(listing(), ElementsAre("a.txt"));
+}
+
+TEST_F(AtomicFile, WriterThatMakesNoFileIsToldSo) {
+  const std::string sentence =
+      sentence_of([&] { write_atomically(folder_ / "a.txt", [](const fs::path&) {}); });
+  EXPECT_THAT(sentence, HasSubstr("a.txt: No such file or directory"));
+}
+
+TEST_F(AtomicFile, TargetThatIsAFolderIsRefused) {
+  fs::create_directories(folder_ / "a.txt");
+  const std::string sentence = sentence_of([&] { write_text_atomically(folder_ / "a.txt", "x"); });
+  EXPECT_THAT(sentence, HasSubstr("a.txt: Is a directory"));
+  EXPECT_THAT(listing(), ElementsAre("a.txt"));
+}
+
+TEST_F(AtomicFile, ParentThatIsAFileIsRefused) {
+  write_text_atomically(folder_ / "a", "x");
+  EXPECT_THAT(sentence_of([&] { write_text_atomically(folder_ / "a" / "b.txt", "x"); }),
+              HasSubstr("b.txt: Not a directory"));
+}
+
+TEST_F(AtomicFile, FileSizeLimitGivesOneSentence) {
+  write_text_atomically(folder_ / "a.bin", "old");
+  const std::string sentence = in_child(folder_ / "note", [&]() -> std::string {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{8192, 8192};
+    if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) return "";
+    try {
+      write_text_atomically(folder_ / "a.bin", std::string(300'000, 'x'));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "no error";
+  });
+  EXPECT_EQ(sentence, "cannot write " + (folder_ / "a.bin").string() +
+                          ": File too large; the file system or a limit of this account refuses a "
+                          "file of this size, choose another folder (-o)");
+  EXPECT_EQ(read_text(folder_ / "a.bin"), "old");
+  EXPECT_THAT(listing(), testing::UnorderedElementsAre("a.bin", "note"));
+}
+
+TEST_F(AtomicFile, FullDiskGivesOneSentence) {
+  const fs::path disk = folder_ / "disk";
+  fs::create_directories(disk);
+  const std::string report = in_child(folder_ / "note", [&]() -> std::string {
+    // A file system of 64 KiB that only this child sees and that ends with it.
+    if (::unshare(CLONE_NEWNS) != 0 && ::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) return "";
+    ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr);
+    if (::mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=64k") != 0) return "";
+    write_text_atomically(disk / "x.npy", "old");
+    std::string text = "no error";
+    try {
+      write_text_atomically(disk / "x.npy", std::string(300'000, 'x'));
+    } catch (const InputError& error) {
+      text = error.what();
+    }
+    text += "|" + read_text(disk / "x.npy");
+    for (const auto& entry : fs::directory_iterator(disk)) {
+      text += "|" + entry.path().filename().string();
+    }
+    return text;
+  });
+  if (report.empty()) GTEST_SKIP() << "this account may not mount a small file system";
+  EXPECT_EQ(report, "cannot write " + (disk / "x.npy").string() +
+                        ": No space left on device; free space or choose another folder (-o)"
+                        "|old|x.npy");
+}
+
+TEST_F(AtomicFile, StaleTemporariesAreRemovedAndLivingOnesStay) {
+  const pid_t dead = ::fork();
+  if (dead == 0) std::_Exit(0);
+  ::waitpid(dead, nullptr, 0);
+  const std::string stale = ".a.partial-" + std::to_string(dead) + "-0.npy";
+  const std::string living = ".a.partial-" + std::to_string(::getpid()) + "-0.npy";
+  fs::create_directories(folder_ / "sub");
+  for (const auto& name : {stale, living, std::string("a.npy"), std::string(".a.partial-x")}) {
+    write_text_atomically(folder_ / "sub" / name, "x");
+  }
+  EXPECT_EQ(remove_stale_temporaries(folder_), 1U);
+  EXPECT_THAT(listing(), testing::UnorderedElementsAre("sub", living, "a.npy", ".a.partial-x"));
+  EXPECT_EQ(remove_stale_temporaries(folder_ / "missing"), 0U);
+}
+
+}  // namespace
+}  // namespace kappamu::io
