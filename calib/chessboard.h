@@ -1,0 +1,50 @@
+// Inner corners of a chessboard in a photograph, in one order whatever way the detector saw it.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/image.h"
+
+namespace kappamu::calib {
+
+/// Corner (column i, row j) is corners[j * columns + i], in pixels. The order is that of the
+/// upright rule: seen in the image, the rows' direction turned clockwise by 90° is the columns'
+/// direction (the board is not mirrored), and of the two (for a square board four) orders left, the
+/// one whose first row points most to the right. So for a board or projector turned by less than
+/// 90° against the camera, corner (0, 0) is the one meant.
+struct BoardCorners {
+  int columns = 0;
+  int rows = 0;
+  std::vector<Eigen::Vector2d> pixels;  ///< [row][column]
+
+  const Eigen::Vector2d& at(int column, int row) const {
+    return pixels[static_cast<std::size_t>(row) * columns + column];
+  }
+};
+
+/// Luminance (0.299, 0.587, 0.114) of a three-channel image; a one-channel image as it is.
+Image<float> to_grey(const Image<float>& image);
+
+/// How corners are refined. Defaults from 216 rendered corners of known place (spacing 13 to 30 px,
+/// 1 % noise): RMS error 0.036 px, against 0.085 px with an 11 x 11 window (half 5) and no
+/// smoothing, the values in common use. Smoothing helps because the gradients are differences of
+/// neighbouring pixels, which a sharp edge aliases.
+struct CornerRefinement {
+  int half_window_px = 11;    ///< at most; cut to 0.4 of the smallest corner spacing
+  double smoothing_px = 1.5;  ///< standard deviation of the Gaussian before, at most a third of the
+                              ///< half window; 0 = none
+};
+
+/// Finds the board in a grey image of any linear scale and refines the corners to sub-pixel
+/// precision (OpenCV's adaptive detector, then its sector-based one; gradient refinement of
+/// Förstner and Gülch 1987 in a window that stays within the adjoining squares). `name` is the
+/// file, for messages. Throws InputError if the board is not wholly visible.
+BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
+                             const std::string& name, const CornerRefinement& refinement = {});
+
+/// The upright rule above, applied to corners of either handedness and any start. Public for tests.
+void make_upright(BoardCorners& corners);
+
+}  // namespace kappamu::calib

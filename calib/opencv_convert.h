@@ -1,0 +1,34 @@
+// Conversions between OpenCV's types and ours. Included by .cpp files only.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calib/chessboard.h"
+#include "calib/lens.h"
+#include "core/rigid.h"
+
+namespace kappamu::calib {
+
+inline cv::Mat camera_matrix(const Lens& lens) {
+  return (cv::Mat_<double>(3, 3) << lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
+}
+
+inline cv::Mat distortion_vector(const Lens& lens) {
+  const auto& d = lens.distortion;
+  return (cv::Mat_<double>(5, 1) << d[0], d[1], d[2], d[3], d[4]);
+}
+
+/// Rotation vector and translation as one block of six, and back.
+std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& translation);
+std::array<double, 6> six_of(const Rigid& motion);
+Rigid rigid_of(const std::array<double, 6>& six);
+
+/// Board corners at square * (i, j, 0) in the order of BoardCorners.
+std::vector<cv::Point3f> board_points(int columns, int rows, double square);
+std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels);
+
+}  // namespace kappamu::calib
