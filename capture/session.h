@@ -152,7 +152,10 @@ struct Session {
 /// exposure times, a pattern without frames. Does not open the images.
 Session read_session(const std::filesystem::path& folder);
 
-/// Writes session.folder/session.json.
+/// The checks of read_session on a session made otherwise.
+void validate(const Session& session);
+
+/// Writes session.folder/session.json (atomically) after validate().
 void write_session(const Session& session);
 
 }  // namespace kappamu::capture
