@@ -106,12 +106,14 @@ Image<std::uint16_t> read_code_image(const fs::path& file) {
   if (kind == ImageKind::unknown || kind == ImageKind::exr) {
     fail("not a PNG, TIFF or JPEG image");
   }
-  if (!is_complete(bytes)) {
-    fail(std::string("truncated ") + to_string(kind) + " image; copy or photograph it again");
+  const Integrity integrity = check_integrity(bytes);
+  if (integrity != Integrity::complete) {
+    fail(std::string(integrity == Integrity::truncated ? "truncated " : "damaged ") +
+         to_string(kind) + " image; copy or photograph it again");
   }
   cv::Mat mat;
   const auto damaged = [&] {
-    fail(std::string("damaged or unusual ") + to_string(kind) +
+    fail(std::string("unreadable ") + to_string(kind) +
          " image; it must be grey or RGB with 8 or 16 bits per channel");
   };
   try {

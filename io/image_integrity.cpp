@@ -1,5 +1,7 @@
 #include "io/image_integrity.h"
 
+#include <zlib.h>
+
 #include <cstdint>
 #include <cstring>
 #include <vector>
@@ -24,16 +26,23 @@ std::uint64_t number(Bytes bytes, std::uint64_t at, std::size_t size, bool big_e
   return value;
 }
 
-/// Chunks of length, type, data, checksum until IEND (PNG specification, section 5).
-bool png_is_complete(Bytes bytes) {
+/// Chunks of length, type, data, checksum of type and data, until IEND (PNG specification,
+/// section 5).
+Integrity check_png(Bytes bytes) {
   std::uint64_t at = 8;
   while (at + 12 <= bytes.size()) {
-    const std::uint64_t end = at + 12 + number(bytes, at, 4, true);
-    if (end > bytes.size()) return false;
-    if (std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0) return true;
-    at = end;
+    const std::uint64_t length = number(bytes, at, 4, true);
+    if (length >> 31 != 0) return Integrity::damaged;
+    if (at + 12 + length > bytes.size()) return Integrity::truncated;
+    const auto* type = reinterpret_cast<const unsigned char*>(bytes.data() + at + 4);
+    if (::crc32(0, type, static_cast<unsigned>(length + 4)) !=
+        number(bytes, at + 8 + length, 4, true)) {
+      return Integrity::damaged;
+    }
+    if (std::memcmp(type, "IEND", 4) == 0) return Integrity::complete;
+    at += 12 + length;
   }
-  return false;
+  return Integrity::truncated;
 }
 
 /// Marker segments up to the first scan, then an end-of-image marker (ITU T.81, annex B; coded data
@@ -115,16 +124,19 @@ const char* to_string(ImageKind kind) {
   }
 }
 
-bool is_complete(Bytes bytes) {
+Integrity check_integrity(Bytes bytes) {
+  const auto verdict = [](bool complete) {
+    return complete ? Integrity::complete : Integrity::truncated;
+  };
   switch (image_kind(bytes)) {
     case ImageKind::png:
-      return png_is_complete(bytes);
+      return check_png(bytes);
     case ImageKind::jpeg:
-      return jpeg_is_complete(bytes);
+      return verdict(jpeg_is_complete(bytes));
     case ImageKind::tiff:
-      return tiff_is_complete(bytes);
+      return verdict(tiff_is_complete(bytes));
     default:
-      return true;
+      return Integrity::complete;
   }
 }
 

@@ -15,8 +15,10 @@ ImageKind image_kind(std::span<const std::byte> bytes);
 /// "PNG", "TIFF", ...
 const char* to_string(ImageKind kind);
 
-/// False if a PNG lacks chunks up to IEND, a JPEG its end marker, or a TIFF the strips or tiles
-/// that its directory names. Says nothing about damage inside (decoders find that by checksums).
-bool is_complete(std::span<const std::byte> bytes);
+enum class Integrity { complete, truncated, damaged };
+
+/// Truncated: a PNG lacks chunks up to IEND, a JPEG its end marker, or a TIFF the strips or tiles
+/// that its directory names. Damaged: a PNG chunk belies its checksum (other formats have none).
+Integrity check_integrity(std::span<const std::byte> bytes);
 
 }  // namespace kappamu::io

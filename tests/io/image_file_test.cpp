@@ -1,5 +1,6 @@
 #include "io/image_file.h"
 
+#include <fstream>
 #include <random>
 
 #include "io/exr.h"
@@ -105,7 +106,7 @@ TEST_F(ImageFile, FlippedBytesAreFoundByThePngChecksum) {
   text[text.size() / 2] = static_cast<char>(text[text.size() / 2] ^ 0x40);
   write_text_atomically(folder_ / "a.png", text);
   EXPECT_THAT(sentence_of([&] { read_code_image(folder_ / "a.png"); }),
-              HasSubstr("a.png: damaged or unusual PNG image"));
+              HasSubstr("a.png: damaged PNG image"));
 }
 
 /// Random damage may give an error or another picture, never a crash.
@@ -122,7 +123,7 @@ TEST_F(ImageFile, DamagedBytesNeverCrash) {
     for (int round = 0; round < 200; ++round) {
       std::string text = whole;
       for (int i = 0; i < 4; ++i) text[random() % text.size()] = static_cast<char>(random());
-      write_text_atomically(file, text);
+      std::ofstream(file, std::ios::binary) << text;
       try {
         if (file.extension() == ".exr") {
           read_float_image(file);

@@ -89,8 +89,10 @@ TEST_F(MeasurementsFile, WrongFieldsAreNamed) {
   EXPECT_THAT(after("kappamu-measurements", "kappamu-session"),
               HasSubstr("field 'format' is not \"kappamu-measurements\""));
   EXPECT_THAT(after("\"version\": 1", "\"version\": 2"), HasSubstr("field 'version' must be 1"));
-  EXPECT_THAT(after("\"z-\"", "\"top\""), HasSubstr("field 'lit_face': face 'top' is not one of"));
-  EXPECT_THAT(after("radiance_normal", "flux"), HasSubstr("field 'quantity': quantity 'flux'"));
+  EXPECT_THAT(after("\"z-\"", "\"top\""),
+              HasSubstr("field 'lit_face' is wrong: face 'top' is not one of"));
+  EXPECT_THAT(after("radiance_normal", "flux"),
+              HasSubstr("field 'quantity' is wrong: quantity 'flux'"));
   EXPECT_THAT(after("\"R\"", "\"G\""), HasSubstr("field 'channels' names 'G' twice"));
   EXPECT_THAT(after("\"R\"", "3"), HasSubstr("field 'channels' must hold names"));
   EXPECT_THAT(after("3,\\s+2,\\s+4", "3, 2"), HasSubstr("field 'grid' must be [nx, ny, nz]"));
