@@ -1,0 +1,313 @@
+#include "calib/projector.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+
+#include <algorithm>
+
+#include "calib/lens_model.h"
+#include "calib/opencv_convert.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+const char* const undetermined =
+    "projector calibration: the planes do not determine the projector; add entries to "
+    "calibration.projector_planes with the plane tilted by 20 to 40 degrees in different "
+    "directions";
+
+template <class T>
+Eigen::Matrix<T, 3, 1> moved(const T* six, const Eigen::Matrix<T, 3, 1>& point) {
+  Eigen::Matrix<T, 3, 1> result;
+  ceres::AngleAxisRotatePoint(six, point.data(), result.data());
+  for (int k = 0; k < 3; ++k) result[k] += six[3 + k];
+  return result;
+}
+
+/// Printed corner, camera pixels; the camera's lens is known.
+struct PrintedResidual {
+  LensNumbers camera;
+  Eigen::Vector3d point_in_plane;
+  Eigen::Vector2d observed;
+
+  template <class T>
+  bool operator()(const T* plane, T* residual) const {
+    std::array<T, 9> numbers;
+    for (int k = 0; k < 9; ++k) numbers[k] = T(camera[k]);
+    const Eigen::Matrix<T, 3, 1> point = moved<T>(plane, point_in_plane.cast<T>());
+    const Eigen::Matrix<T, 2, 1> pixel = project_numbers<T>(numbers.data(), false, point);
+    residual[0] = pixel.x() - observed.x();
+    residual[1] = pixel.y() - observed.y();
+    return true;
+  }
+};
+
+/// Projected corner: the camera's ray meets the plane, and the projector sees that point at a pixel
+/// known exactly. The error is the camera's, so the residual is scaled to camera pixels.
+struct ProjectedResidual {
+  Eigen::Vector3d ray;
+  Eigen::Vector2d projector_pixel;
+  double camera_px_per_projector_px;
+  bool square_pixels;
+
+  template <class T>
+  bool operator()(const T* numbers, const T* projector, const T* plane, T* residual) const {
+    const Eigen::Matrix<T, 3, 1> axis(T(0.0), T(0.0), T(1.0));
+    Eigen::Matrix<T, 3, 1> normal;
+    ceres::AngleAxisRotatePoint(plane, axis.data(), normal.data());
+    const Eigen::Matrix<T, 3, 1> direction = ray.cast<T>();
+    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> origin(plane + 3);
+    const Eigen::Matrix<T, 3, 1> point = direction * (normal.dot(origin) / normal.dot(direction));
+    const Eigen::Matrix<T, 2, 1> pixel =
+        project_numbers<T>(numbers, square_pixels, moved<T>(projector, point));
+    residual[0] = (pixel.x() - projector_pixel.x()) * camera_px_per_projector_px;
+    residual[1] = (pixel.y() - projector_pixel.y()) * camera_px_per_projector_px;
+    return true;
+  }
+};
+
+struct Setting {
+  const Lens& camera;
+  const capture::Board& printed;
+  const capture::ProjectedBoard& projected;
+  const std::vector<PlaneView>& planes;
+
+  Eigen::Vector2d projector_pixel(int i, int j) const {
+    return {projected.origin_px[0] + projected.square_px * i,
+            projected.origin_px[1] + projected.square_px * j};
+  }
+};
+
+struct Fit {
+  LensModel model = LensModel::pinhole_square;
+  LensNumbers numbers{};
+  std::array<double, 6> projector{};
+  std::vector<std::array<double, 6>> planes;
+  double residual_sum_of_squares = 0.0;
+  std::size_t residuals = 0;
+  bool converged = false;
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+  Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Zero();
+
+  double criterion() const {
+    return information_criterion(residual_sum_of_squares, residuals, parameter_count(model));
+  }
+};
+
+/// Camera pixels per projector pixel on this plane, from the projected board's diagonals.
+double magnification(const PlaneView& plane, const capture::ProjectedBoard& board) {
+  const BoardCorners& c = plane.projected;
+  const double seen = (c.at(c.columns - 1, c.rows - 1) - c.at(0, 0)).norm() +
+                      (c.at(0, c.rows - 1) - c.at(c.columns - 1, 0)).norm();
+  return seen / (2.0 * board.square_px * std::hypot(c.columns - 1, c.rows - 1));
+}
+
+/// Plane poses from the printed board, then Zhang's method with the roles of camera and projector
+/// exchanged.
+Fit start_with_opencv(const Setting& setting, int width, int height) {
+  Fit fit;
+  std::vector<std::vector<cv::Point3f>> objects;
+  std::vector<std::vector<cv::Point2f>> images;
+  for (const PlaneView& plane : setting.planes) {
+    const Rigid pose =
+        board_pose(setting.camera, plane.printed, setting.printed.square_mm, plane.name);
+    fit.planes.push_back(six_of(pose));
+    std::vector<cv::Point3f> points;
+    std::vector<cv::Point2f> pixels;
+    for (int j = 0; j < plane.projected.rows; ++j) {
+      for (int i = 0; i < plane.projected.columns; ++i) {
+        const Eigen::Vector3d point = meet_plane(setting.camera, pose, plane.projected.at(i, j));
+        points.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()), 0.0F);
+        const Eigen::Vector2d pixel = setting.projector_pixel(i, j);
+        pixels.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+      }
+    }
+    objects.push_back(std::move(points));
+    images.push_back(std::move(pixels));
+  }
+  cv::Mat matrix = cv::Mat::eye(3, 3, CV_64F);  // equal focal lengths, kept by FIX_ASPECT_RATIO
+  cv::Mat distortion;
+  std::vector<cv::Mat> rotations;
+  std::vector<cv::Mat> translations;
+  try {
+    cv::calibrateCamera(objects, images, cv::Size(width, height), matrix, distortion, rotations,
+                        translations,
+                        cv::CALIB_FIX_ASPECT_RATIO | cv::CALIB_FIX_K1 | cv::CALIB_FIX_K2 |
+                            cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST);
+  } catch (const cv::Exception&) {
+    throw InputError(undetermined);
+  }
+  fit.numbers = {matrix.at<double>(0, 0),
+                 matrix.at<double>(1, 1),
+                 matrix.at<double>(0, 2),
+                 matrix.at<double>(1, 2),
+                 0.0,
+                 0.0,
+                 0.0,
+                 0.0,
+                 0.0};
+  if (!std::all_of(fit.numbers.begin(), fit.numbers.end(),
+                   [](double n) { return std::isfinite(n); })) {
+    throw InputError(undetermined);
+  }
+  const Rigid projector_from_plane = rigid_of(six_of(rotations[0], translations[0]));
+  fit.projector = six_of(projector_from_plane * rigid_of(fit.planes[0]).inverse());
+  return fit;
+}
+
+void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
+  for (std::size_t p = 0; p < setting.planes.size(); ++p) {
+    const PlaneView& plane = setting.planes[p];
+    for (int j = 0; j < plane.printed.rows; ++j) {
+      for (int i = 0; i < plane.printed.columns; ++i) {
+        const Eigen::Vector3d corner(setting.printed.square_mm * i, setting.printed.square_mm * j,
+                                     0.0);
+        problem.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<PrintedResidual, 2, 6>(
+                new PrintedResidual{numbers_of(setting.camera), corner, plane.printed.at(i, j)}),
+            nullptr, fit.planes[p].data());
+      }
+    }
+    const double scale = magnification(plane, setting.projected);
+    for (int j = 0; j < plane.projected.rows; ++j) {
+      for (int i = 0; i < plane.projected.columns; ++i) {
+        problem.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<ProjectedResidual, 2, 9, 6, 6>(new ProjectedResidual{
+                setting.camera.unproject(plane.projected.at(i, j)), setting.projector_pixel(i, j),
+                scale, has_square_pixels(fit.model)}),
+            nullptr, fit.numbers.data(), fit.projector.data(), fit.planes[p].data());
+      }
+    }
+  }
+}
+
+Fit refine(const Setting& setting, const Fit& start, LensModel model) {
+  Fit fit = start;
+  if (has_square_pixels(start.model) && !has_square_pixels(model)) fit.numbers[1] = fit.numbers[0];
+  fit.model = model;
+  ceres::Problem problem;
+  add_residuals(setting, fit, problem);
+  const std::vector<int> fixed = fixed_numbers(model);
+  if (!fixed.empty()) {
+    problem.SetManifold(fit.numbers.data(), new ceres::SubsetManifold(9, fixed));
+  }
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_SCHUR;
+  options.max_num_iterations = 200;
+  options.function_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-12;
+  options.gradient_tolerance = 1e-12;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  fit.converged = summary.termination_type == ceres::CONVERGENCE;
+  fit.residuals = static_cast<std::size_t>(problem.NumResiduals());
+  fit.residual_sum_of_squares = 2.0 * summary.final_cost;
+
+  ceres::Covariance covariance({});
+  const double* lens = fit.numbers.data();
+  const double* pose = fit.projector.data();
+  const std::vector<std::pair<const double*, const double*>> wanted{{lens, lens}, {pose, pose}};
+  if (!summary.IsSolutionUsable() || !covariance.Compute(wanted, &problem)) {
+    throw InputError(undetermined);
+  }
+  Eigen::Matrix<double, 9, 9, Eigen::RowMajor> lens_block;
+  Eigen::Matrix<double, 6, 6, Eigen::RowMajor> pose_block;
+  covariance.GetCovarianceBlock(lens, lens, lens_block.data());
+  covariance.GetCovarianceBlock(pose, pose, pose_block.data());
+  const double freedom = static_cast<double>(fit.residuals) - parameter_count(model) - 6.0 -
+                         6.0 * static_cast<double>(setting.planes.size());
+  const double variance = fit.residual_sum_of_squares / std::max(freedom, 1.0);
+  fit.covariance = lens_block * variance;
+  fit.pose_covariance = pose_block * variance;
+  return fit;
+}
+
+/// Residuals in projector pixels, and of the printed corners in camera pixels.
+void add_views(const Setting& setting, ProjectorCalibration& result) {
+  double sum = 0.0;
+  double printed_sum = 0.0;
+  std::size_t count = 0;
+  std::size_t printed_count = 0;
+  for (std::size_t p = 0; p < setting.planes.size(); ++p) {
+    const PlaneView& plane = setting.planes[p];
+    const Rigid& pose = result.station_from_plane[p];
+    ViewResidual view;
+    view.name = plane.name;
+    double view_sum = 0.0;
+    for (int j = 0; j < plane.projected.rows; ++j) {
+      for (int i = 0; i < plane.projected.columns; ++i) {
+        const Eigen::Vector3d point =
+            pose * meet_plane(setting.camera, pose, plane.projected.at(i, j));
+        const Eigen::Vector2d pixel = setting.projector_pixel(i, j);
+        view.pixels.push_back(pixel);
+        view.residuals.push_back(result.lens.project(result.projector_from_station * point) -
+                                 pixel);
+        view_sum += view.residuals.back().squaredNorm();
+      }
+    }
+    for (int j = 0; j < plane.printed.rows; ++j) {
+      for (int i = 0; i < plane.printed.columns; ++i) {
+        const Eigen::Vector3d corner(setting.printed.square_mm * i, setting.printed.square_mm * j,
+                                     0.0);
+        printed_sum +=
+            (setting.camera.project(pose * corner) - plane.printed.at(i, j)).squaredNorm();
+        ++printed_count;
+      }
+    }
+    view.rms_px = std::sqrt(view_sum / static_cast<double>(view.residuals.size()));
+    sum += view_sum;
+    count += view.residuals.size();
+    result.views.push_back(std::move(view));
+  }
+  result.rms_px = std::sqrt(sum / static_cast<double>(count));
+  result.printed_rms_px = std::sqrt(printed_sum / static_cast<double>(printed_count));
+}
+
+}  // namespace
+
+Eigen::Vector3d meet_plane(const Lens& lens, const Rigid& camera_from_plane,
+                           const Eigen::Vector2d& pixel) {
+  const Rigid plane_from_camera = camera_from_plane.inverse();
+  const Eigen::Vector3d direction = plane_from_camera.rotation * lens.unproject(pixel);
+  const Eigen::Vector3d& eye = plane_from_camera.translation;
+  Eigen::Vector3d point = eye - direction * (eye.z() / direction.z());
+  point.z() = 0.0;
+  return point;
+}
+
+ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
+                                         const capture::ProjectedBoard& projected,
+                                         const std::vector<PlaneView>& planes, int width,
+                                         int height, std::optional<LensModel> model) {
+  if (planes.size() < 3) {
+    throw InputError("projector calibration: " + std::to_string(planes.size()) +
+                     " planes given and at least 3 are needed (6 or more are good); add entries to "
+                     "calibration.projector_planes in session.json");
+  }
+  const Setting setting{camera, printed, projected, planes};
+  const Fit start = start_with_opencv(setting, width, height);
+  Fit best = refine(setting, start, model.value_or(LensModel::pinhole_square));
+  if (!model) {
+    const Fit simplest = best;
+    for (const LensModel richer :
+         {LensModel::radial1_square, LensModel::pinhole, LensModel::radial1, LensModel::radial2,
+          LensModel::radial2_tangential}) {
+      const Fit fit = refine(setting, simplest, richer);
+      if (fit.criterion() < best.criterion()) best = fit;
+    }
+  }
+  ProjectorCalibration result;
+  result.model = best.model;
+  result.lens = lens_of(best.numbers, has_square_pixels(best.model), width, height);
+  result.covariance = best.covariance;
+  result.projector_from_station = rigid_of(best.projector);
+  result.pose_covariance = best.pose_covariance;
+  result.converged = best.converged;
+  for (const auto& plane : best.planes) result.station_from_plane.push_back(rigid_of(plane));
+  add_views(setting, result);
+  return result;
+}
+
+}  // namespace kappamu::calib

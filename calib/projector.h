@@ -1,0 +1,56 @@
+// The projector as a camera run backwards: chessboards it projects on planes whose pose a printed
+// board tells (Zhang & Huang 2006; Kimura, Mochimaru & Kanade 2007), refined jointly with those
+// poses.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/camera.h"
+#include "calib/chessboard.h"
+#include "calib/lens.h"
+#include "capture/session.h"
+#include "core/rigid.h"
+
+namespace kappamu::calib {
+
+/// One plane: printed and projected corners, both in camera pixels.
+struct PlaneView {
+  std::string name;  ///< file of the projected board, for messages and the report
+  BoardCorners printed;
+  BoardCorners projected;
+};
+
+struct ProjectorCalibration {
+  Lens lens;  ///< projector pixels; `width`, `height` of the projector
+  LensModel model = LensModel::pinhole_square;
+  /// Covariance of (fx, fy, cx, cy, k1, k2, p1, p2, k3), as CameraCalibration's; the camera's own
+  /// uncertainty is not in it.
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+  Rigid projector_from_station;  ///< from the camera frame at the calibration station
+  /// Covariance of its rotation vector [rad] and translation [mm].
+  Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  double rms_px = 0.0;                    ///< projected corners, distance in projector pixels
+  double printed_rms_px = 0.0;            ///< printed corners of the same planes, in camera pixels
+  std::vector<Rigid> station_from_plane;  ///< printed board's corner (i, j) at square * (i, j, 0)
+  std::vector<ViewResidual> views;        ///< pixels and residuals in projector pixels
+  bool converged = false;
+};
+
+/// Calibrates from at least three planes. The lens model is chosen as in calibrate_camera, starting
+/// from square pixels without distortion: the projected board covers only a part of the projector's
+/// frame, and a needless coefficient does harm where it is extrapolated.
+/// Throws InputError for fewer than three planes or planes that do not determine the projector.
+ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
+                                         const capture::ProjectedBoard& projected,
+                                         const std::vector<PlaneView>& planes, int width,
+                                         int height, std::optional<LensModel> model = std::nullopt);
+
+/// Where the ray through a pixel meets the plane z = 0 of `camera_from_plane`, in plane
+/// coordinates.
+Eigen::Vector3d meet_plane(const Lens& lens, const Rigid& camera_from_plane,
+                           const Eigen::Vector2d& pixel);
+
+}  // namespace kappamu::calib
