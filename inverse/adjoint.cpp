@@ -1,0 +1,181 @@
+#include "inverse/adjoint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+#include "forward/grid/grid_physics.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+using forward::GridSetup;
+using forward::SourceModel;
+
+void add_to(std::vector<double>& sum, const std::vector<double>& term) {
+  if (sum.empty()) {
+    sum = term;
+    return;
+  }
+  check(sum.size() == term.size(), "adjoint sums of different grids cannot be added");
+  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += term[i];
+}
+
+/// One coefficient grid seen by the terms of the gradient below.
+struct Assembly {
+  const GridSetup& setup;
+  const BoundaryConstants& constants;
+  std::span<const double> kappa;
+  std::span<const double> mu;
+  const AdjointSums& sums;
+  CoefficientPair gradient;
+
+  double conductance(std::size_t cell) const {
+    const double h = setup.shape.voxel_mm;
+    return h * h / (h / (2.0 * kappa[cell]) + 2.0 * constants.A);
+  }
+  /// ∂ log G_b/∂ log κ = G_b/(2 h κ).
+  double conductance_log_slope(std::size_t cell) const {
+    return conductance(cell) / (2.0 * setup.shape.voxel_mm * kappa[cell]);
+  }
+
+  void add_faces(const std::vector<double>& face, int axis);
+  void add_cells();
+  void add_boundary(Face face);
+  void add_observation(Face seen_face);
+  void add_boundary_source();
+  void add_first_collisions();
+};
+
+/// −∂G_ij (λ_i − λ_j)(φ_i − φ_j), G_ij = 2h κ_i κ_j/(κ_i + κ_j).
+void Assembly::add_faces(const std::vector<double>& face, int axis) {
+  const GridShape& s = setup.shape;
+  const std::size_t step = axis == 0   ? 1
+                           : axis == 1 ? static_cast<std::size_t>(s.nx)
+                                       : static_cast<std::size_t>(s.nx) * s.ny;
+  for (int z = 0; z < s.nz - (axis == 2 ? 1 : 0); ++z) {
+    for (int y = 0; y < s.ny - (axis == 1 ? 1 : 0); ++y) {
+      for (int x = 0; x < s.nx - (axis == 0 ? 1 : 0); ++x) {
+        const std::size_t i = s.index(x, y, z);
+        const std::size_t j = i + step;
+        const double sum = kappa[i] + kappa[j];
+        const double power = face[i] * 2.0 * s.voxel_mm * kappa[i] * kappa[j] / (sum * sum);
+        gradient.log_kappa[i] -= power * kappa[j];
+        gradient.log_kappa[j] -= power * kappa[i];
+      }
+    }
+  }
+}
+
+/// −∂(μ h³) λ φ.
+void Assembly::add_cells() {
+  const double volume = std::pow(setup.shape.voxel_mm, 3);
+  for (std::size_t i = 0; i < mu.size(); ++i) {
+    gradient.log_mu[i] -= volume * mu[i] * sums.products.cell[i];
+  }
+}
+
+/// −∂G_b λ φ.
+void Assembly::add_boundary(Face face) {
+  if (!forward::is_open(setup, face)) return;
+  const FaceShape shape = face_shape(setup.shape, face);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t i = face_cell(setup.shape, face, u, v);
+      gradient.log_kappa[i] -= conductance(i) * conductance_log_slope(i) * sums.products.cell[i];
+    }
+  }
+}
+
+/// ψ ∂M/∂κ at fixed φ: M − M_entered is proportional to G_b.
+void Assembly::add_observation(Face seen_face) {
+  const FaceShape shape = face_shape(setup.shape, seen_face);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t i = face_cell(setup.shape, seen_face, u, v);
+      const std::size_t s = static_cast<std::size_t>(v) * shape.nu + u;
+      gradient.log_kappa[i] += conductance_log_slope(i) * sums.observed[s];
+    }
+  }
+}
+
+/// λ ∂(G_b q).
+void Assembly::add_boundary_source() {
+  const double q = forward::boundary_q_per_irradiance(setup, constants);
+  const FaceShape shape = face_shape(setup.shape, setup.lit_face);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t i = face_cell(setup.shape, setup.lit_face, u, v);
+      gradient.log_kappa[i] += conductance(i) * conductance_log_slope(i) * q * sums.columns[i];
+    }
+  }
+}
+
+/// λ ∂b, b_i = h² E_t a_i e^(−τ_i) (1 − e^(−x_i)) with x = h σt' = h/(3κ), τ_i = Σ_{above} x and
+/// a = σs'/σt' = 1 − 3κμ. A voxel's κ also shades every voxel below it: walk each column upwards
+/// and carry what lies deeper.
+void Assembly::add_first_collisions() {
+  const GridShape& s = setup.shape;
+  const FaceShape shape = face_shape(s, setup.lit_face);
+  const int depth = s.extent(axis_of(setup.lit_face));
+  const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
+  std::vector<double> tau(static_cast<std::size_t>(depth) + 1, 0.0);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      for (int k = 0; k < depth; ++k) {
+        const std::size_t i = face_cell(s, setup.lit_face, u, v, k);
+        tau[k + 1] = tau[k] + s.voxel_mm / (3.0 * kappa[i]);
+      }
+      double deeper = 0.0;
+      for (int k = depth - 1; k >= 0; --k) {
+        const std::size_t i = face_cell(s, setup.lit_face, u, v, k);
+        const double x = tau[k + 1] - tau[k];
+        const double collided = std::exp(-tau[k]) * -std::expm1(-x);
+        const double absorbed_share = 3.0 * kappa[i] * mu[i];
+        const double albedo = std::max(0.0, 1.0 - absorbed_share);
+        const double weight = scale * sums.columns[i];
+        const double by_albedo = absorbed_share < 1.0 ? -absorbed_share * weight * collided : 0.0;
+        gradient.log_mu[i] += by_albedo;
+        gradient.log_kappa[i] += by_albedo - x * (weight * albedo * std::exp(-tau[k + 1]) - deeper);
+        deeper += weight * albedo * collided;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void AdjointSums::add(const AdjointSums& other) {
+  add_to(products.cell, other.products.cell);
+  add_to(products.face_x, other.products.face_x);
+  add_to(products.face_y, other.products.face_y);
+  add_to(products.face_z, other.products.face_z);
+  add_to(columns, other.columns);
+  add_to(observed, other.observed);
+}
+
+CoefficientPair assemble_gradient(const GridSetup& setup, const BoundaryConstants& constants,
+                                  Face seen_face, std::span<const double> kappa,
+                                  std::span<const double> mu, const AdjointSums& sums) {
+  const std::size_t cells = setup.shape.cells();
+  check(kappa.size() == cells && mu.size() == cells, "coefficients do not fit the grid");
+  Assembly assembly{setup, constants,
+                    kappa, mu,
+                    sums,  {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)}};
+  assembly.add_faces(sums.products.face_x, 0);
+  assembly.add_faces(sums.products.face_y, 1);
+  assembly.add_faces(sums.products.face_z, 2);
+  assembly.add_cells();
+  for (const Face face : all_faces) assembly.add_boundary(face);
+  assembly.add_observation(seen_face);
+  if (setup.source == SourceModel::boundary) {
+    assembly.add_boundary_source();
+  } else {
+    assembly.add_first_collisions();
+  }
+  return std::move(assembly.gradient);
+}
+
+}  // namespace kappamu::inverse

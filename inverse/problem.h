@@ -1,0 +1,70 @@
+// The data of one channel as the fit sees them on one grid of its coarse-to-fine ladder: exitance,
+// weights, light. Made from SurfaceMeasurements, then restricted level by level.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "core/grid.h"
+#include "core/surface_measurements.h"
+#include "forward/grid/grid_solver.h"
+
+namespace kappamu::inverse {
+
+/// Standard deviation added in quadrature to the measured one, for what the model cannot reproduce:
+/// σ² = variance + (relative |d|)² + (of_maximum · max d of the pattern)².
+struct ModelError {
+  double relative = 0.0;    ///< of each datum [dimensionless]
+  double of_maximum = 0.0;  ///< of the largest datum of its pattern [dimensionless]
+};
+
+struct Problem {
+  forward::GridSetup setup;
+  Face seen_face = Face::z_plus;
+  int patterns = 0;                ///< M
+  std::vector<double> irradiance;  ///< [M][v][u] on the lit face, before Fresnel
+  std::vector<double> data;        ///< [M][v][u] exitance on the seen face
+  std::vector<double> weight;      ///< [M][v][u] 1/σ², 0 where masked
+
+  FaceShape lit_shape() const { return face_shape(setup.shape, setup.lit_face); }
+  FaceShape seen_shape() const { return face_shape(setup.shape, seen_face); }
+  std::size_t used() const;  ///< data with weight > 0
+};
+
+/// Exitance per unit of the measured quantity [dimensionless or sr].
+double exitance_per_value(const SurfaceMeasurements& measurements, const forward::GridSetup& setup);
+
+/// The setup `measurements` ask for: collimated light enters by first collisions, diffuse light
+/// through the boundary; under [W]'s convention all of it does.
+forward::GridSetup make_setup(const SurfaceMeasurements& measurements,
+                              forward::Convention convention);
+
+/// Channel `channel` of `measurements`, which must have passed validate().
+Problem make_problem(const SurfaceMeasurements& measurements, int channel,
+                     forward::Convention convention, const ModelError& model_error);
+
+/// The same on voxels of twice the edge. Odd extents are rounded up: the last coarse voxels
+/// overhang the block, which the correction of Objective absorbs. Irradiance keeps its power; a
+/// coarse datum exists where all fine data it covers inside the block do. `model_error` is that of
+/// the coarse grid.
+Problem coarsen(const Problem& fine, const ModelError& model_error);
+
+/// Means over face pixels of a `factor` times finer image [M][v][u], where the fine face may be
+/// smaller than factor × the coarse one (overhang): means over what exists.
+std::vector<double> restrict_face(const std::vector<double>& fine, FaceShape fine_shape,
+                                  FaceShape coarse_shape, int factor, int patterns);
+
+/// Splits every pixel of `coarse` [M][v][u] into factor² equal ones, cut to `fine_shape`.
+std::vector<double> split_face(const std::vector<double>& coarse, FaceShape coarse_shape,
+                               FaceShape fine_shape, int factor, int patterns);
+
+/// Cell-centred trilinear interpolation of `coarse` to voxels of half the edge, cut to
+/// `fine_shape`; constant beyond the outermost centres.
+std::vector<double> prolong(const std::vector<double>& coarse, const GridShape& coarse_shape,
+                            const GridShape& fine_shape);
+
+/// Splits every voxel of `coarse` into factor³ equal ones, cut to `fine_shape`.
+std::vector<double> split_voxels(const std::vector<double>& coarse, const GridShape& coarse_shape,
+                                 const GridShape& fine_shape, int factor);
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,98 @@
+// Media, light and measurements the tests of the inverse problem share.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "core/surface_measurements.h"
+#include "forward/grid/grid_solver.h"
+#include "inverse/adjoint.h"
+#include "inverse/objective.h"
+#include "inverse/problem.h"
+
+namespace kappamu::inverse::cases {
+
+/// Normal numbers that are the same on every platform (Box-Muller over mt19937_64).
+class Noise {
+ public:
+  explicit Noise(std::uint64_t seed) : engine_(seed) {}
+  double normal() {
+    const double u = uniform();
+    return std::sqrt(-2.0 * std::log(u)) * std::cos(6.283185307179586 * uniform());
+  }
+  double uniform() { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+inline CoefficientPair random_direction(const GridShape& shape, std::uint64_t seed) {
+  Noise noise(seed);
+  CoefficientPair pair{std::vector<double>(shape.cells()), std::vector<double>(shape.cells())};
+  for (double& x : pair.log_kappa) x = noise.normal();
+  for (double& x : pair.log_mu) x = noise.normal();
+  return pair;
+}
+
+/// κ about 0.15 mm and μ about 0.05 1/mm, varying from voxel to voxel by `contrast` (log units).
+inline CoefficientPair rough_medium(const GridShape& shape, double contrast, std::uint64_t seed) {
+  CoefficientPair fields = random_direction(shape, seed);
+  for (double& x : fields.log_kappa) x = std::log(0.15) + contrast * x;
+  for (double& x : fields.log_mu) x = std::log(0.05) + contrast * x;
+  return fields;
+}
+
+/// Smooth fields with an absorbing box, as a function of position relative to the block.
+inline CoefficientPair smooth_medium(const GridShape& shape) {
+  CoefficientPair fields{std::vector<double>(shape.cells()), std::vector<double>(shape.cells())};
+  for (int z = 0; z < shape.nz; ++z) {
+    for (int y = 0; y < shape.ny; ++y) {
+      for (int x = 0; x < shape.nx; ++x) {
+        const double a = (x + 0.5) / shape.nx;
+        const double b = (y + 0.5) / shape.ny;
+        const double c = (z + 0.5) / shape.nz;
+        const bool box = a > 0.25 && a < 0.5 && b > 0.5 && b < 0.75 && c > 0.25;
+        const std::size_t i = shape.index(x, y, z);
+        fields.log_kappa[i] = std::log(0.2) + 0.5 * std::sin(5.0 * a + 1.0) * std::cos(4.0 * b);
+        fields.log_mu[i] =
+            std::log(0.02) + 0.4 * std::cos(4.0 * a - 3.0 * b + c) + (box ? 0.8 : 0.0);
+      }
+    }
+  }
+  return fields;
+}
+
+/// side × side patches, one lit with irradiance 1 in each pattern: [side²][v][u].
+inline std::vector<float> patch_light(FaceShape face, int side) {
+  std::vector<float> light;
+  for (int m = 0; m < side * side; ++m) {
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u) {
+        const bool lit = u * side / face.nu == m % side && v * side / face.nv == m / side;
+        light.push_back(lit ? 1.0F : 0.0F);
+      }
+    }
+  }
+  return light;
+}
+
+inline std::vector<double> exponential(const std::vector<double>& log) {
+  std::vector<double> value;
+  for (const double x : log) value.push_back(std::exp(x));
+  return value;
+}
+
+/// Noise-free exitance under `light`, [patterns][v][u].
+inline std::vector<double> simulate(const forward::GridSetup& setup, const CoefficientPair& fields,
+                                    Face seen, const std::vector<double>& light, int patterns,
+                                    const std::string& device) {
+  auto choice = forward::make_grid_solver(setup, device, forward::Precision::double_precision);
+  choice.solver->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
+  return solve_exitance(*choice.solver, seen, light, patterns, 16, {1e-9, 1000});
+}
+
+}  // namespace kappamu::inverse::cases
