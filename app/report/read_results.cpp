@@ -1,0 +1,124 @@
+// What calibration and fit say about themselves: calibration/calibration.json and fit/fit.json.
+#include <nlohmann/json.hpp>
+
+#include "app/report/run_data.h"
+#include "core/error.h"
+#include "io/npy.h"
+#include "io/read_file.h"
+
+namespace kappamu::app::report {
+
+namespace {
+
+using nlohmann::json;
+
+/// Runs `interpret` on the parsed file; what is missing or of the wrong kind becomes one sentence.
+template <class Result>
+Result interpret_json(const std::filesystem::path& file, Result (*interpret)(const json&)) {
+  try {
+    return interpret(json::parse(io::read_text(file)));
+  } catch (const json::exception& error) {
+    throw InputError(file.string() + ": not as kappamu writes it (" + error.what() +
+                     "); repeat that stage with --force");
+  }
+}
+
+std::vector<std::string> warnings_of(const json& object) {
+  return object.value("warnings", std::vector<std::string>{});
+}
+
+LensCalibration lens_from_json(const json& object) {
+  LensCalibration lens;
+  lens.rms_px = object.at("rms_px").get<double>();
+  lens.width = object.at("width").get<int>();
+  lens.height = object.at("height").get<int>();
+  for (const json& view : object.at("views")) {
+    lens.views.push_back(view.at("name").get<std::string>());
+    lens.view_rms_px.push_back(view.at("rms_px").get<double>());
+    for (const json& pixel : view.value("pixels", json::array())) {
+      lens.x.push_back(pixel.at(0).get<double>());
+      lens.y.push_back(pixel.at(1).get<double>());
+    }
+    for (const json& residual : view.value("residuals", json::array())) {
+      lens.dx.push_back(residual.at(0).get<double>());
+      lens.dy.push_back(residual.at(1).get<double>());
+    }
+  }
+  if (lens.dx.size() != lens.x.size()) {
+    lens.dx.clear();
+    lens.dy.clear();
+  }
+  return lens;
+}
+
+CalibrationData calibration_from_json(const json& object) {
+  CalibrationData data;
+  if (object.contains("camera")) data.camera = lens_from_json(object["camera"]);
+  if (object.contains("projector")) data.projector = lens_from_json(object["projector"]);
+  if (object.contains("response"))
+    data.response = object["response"].get<std::vector<std::vector<double>>>();
+  data.warnings = warnings_of(object);
+  return data;
+}
+
+Convergence convergence_from_json(const json& object) {
+  Convergence convergence;
+  convergence.channel = object.at("name").get<std::string>();
+  convergence.converged = object.at("converged").get<bool>();
+  convergence.reason = object.value("reason", std::string());
+  convergence.chi2_per_value = object.at("chi2_per_value").get<double>();
+  if (object.contains("seconds")) convergence.seconds = object["seconds"].get<double>();
+  for (const json& step : object.value("history", json::array())) {
+    convergence.evaluations.push_back(step.at("evaluations").get<double>());
+    convergence.objective.push_back(step.at("objective").get<double>());
+    if (step.contains("regularisation"))
+      convergence.regularisation.push_back(step["regularisation"].get<double>());
+  }
+  return convergence;
+}
+
+FitData fit_from_json(const json& object) {
+  FitData data;
+  for (const json& channel : object.at("channels")) {
+    data.convergence.push_back(convergence_from_json(channel));
+    data.channels.push_back(data.convergence.back().channel);
+  }
+  data.warnings = warnings_of(object);
+  return data;
+}
+
+double voxel_from_json(const json& object) {
+  return object.at("voxel_mm").get<double>();
+}
+
+Volume<double> read_volume(const std::filesystem::path& file, double voxel_mm) {
+  const io::NpyArray array = io::read_npy(file);
+  if (array.shape.size() != 3)
+    throw InputError(file.string() + ": has shape " + io::shape_to_string(array.shape) +
+                     " where [z][y][x] is needed; repeat the fit");
+  const GridShape shape{static_cast<int>(array.shape[2]), static_cast<int>(array.shape[1]),
+                        static_cast<int>(array.shape[0]), voxel_mm};
+  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
+}
+
+}  // namespace
+
+std::optional<CalibrationData> read_calibration(const std::filesystem::path& run) {
+  const std::filesystem::path file = run / "calibration" / "calibration.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  return interpret_json(file, calibration_from_json);
+}
+
+std::optional<FitData> read_fit(const std::filesystem::path& run) {
+  const std::filesystem::path folder = run / "fit";
+  const std::filesystem::path file = folder / "fit.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  FitData data = interpret_json(file, fit_from_json);
+  const double voxel_mm = interpret_json(file, voxel_from_json);
+  for (const std::string& channel : data.channels)
+    data.media.push_back({read_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
+                          read_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
+  return data;
+}
+
+}  // namespace kappamu::app::report

@@ -1,0 +1,109 @@
+// Everything the report says, read from a run folder. Parts a run does not have are empty: a fit of
+// someone's measurements has no calibration and no HDR images.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/run_record.h"
+#include "capture/session.h"
+#include "core/grid.h"
+#include "core/image.h"
+#include "core/surface_measurements.h"
+
+namespace kappamu::app::report {
+
+/// One lens calibration, camera or projector.
+struct LensCalibration {
+  double rms_px = 0.0;              ///< reprojection RMS over all corners
+  std::vector<std::string> views;   ///< file names
+  std::vector<double> view_rms_px;  ///< per view
+  int width = 0;                    ///< [px]
+  int height = 0;                   ///< [px]
+  std::vector<double> x, y;         ///< found corners [px]; empty where not recorded
+  std::vector<double> dx, dy;       ///< residuals, found - reprojected [px]; empty or as long as x
+};
+
+struct CalibrationData {
+  std::optional<LensCalibration> camera;
+  std::optional<LensCalibration> projector;
+  /// [channel][code] linear signal as a fraction of full scale.
+  std::vector<std::vector<double>> response;
+  std::vector<std::string> warnings;
+};
+
+/// What one pattern's HDR image is worth.
+struct HdrSummary {
+  std::string pattern;
+  Image<float> thumbnail;  ///< radiance [full scales/s], reduced
+  double bright = 0.0;     ///< 99.9 % quantile of valid radiance [full scales/s]
+  double noise = 0.0;      ///< smallest 1 % quantile of the standard deviation [full scales/s]
+  double saturated = 0.0;  ///< fraction of pixel values saturated in every frame
+  double dark = 0.0;       ///< fraction below the noise in every frame
+  double missing = 0.0;    ///< fraction without a frame
+};
+
+/// How the optimiser got there, one colour channel.
+struct Convergence {
+  std::string channel;
+  bool converged = false;
+  std::string reason;                  ///< why it stopped
+  std::vector<double> evaluations;     ///< gradient evaluations so far
+  std::vector<double> objective;       ///< dimensionless
+  std::vector<double> regularisation;  ///< weight; empty where it was constant
+  double chi2_per_value = 0.0;         ///< Σ (residual²/variance) / values used
+  std::optional<double> seconds;
+};
+
+struct FitData {
+  std::vector<Medium> media;  ///< per channel, in the order of `channels`
+  std::vector<std::string> channels;
+  std::vector<Convergence> convergence;
+  std::vector<std::string> warnings;
+};
+
+/// Measured surfaces and what the fitted volume predicts for them.
+struct Comparison {
+  SurfaceMeasurements measured;
+  std::vector<float> predicted;       ///< [C][M][v][u] like measured.value; empty without a fit
+  std::vector<std::string> patterns;  ///< M names
+};
+
+struct RunData {
+  std::filesystem::path folder;
+  std::optional<RunRecord> record;
+  std::optional<capture::Session> session;  ///< absent when the session folder is gone
+  std::optional<CalibrationData> calibration;
+  std::vector<HdrSummary> hdr;
+  std::optional<Comparison> fit_patterns;
+  std::optional<Comparison> validate_patterns;
+  std::optional<FitData> fit;
+};
+
+/// Reads what there is. Throws InputError when `run` holds neither measurements nor a fit, or when
+/// a file that is there is damaged.
+RunData read_run(const std::filesystem::path& run);
+
+std::optional<CalibrationData> read_calibration(const std::filesystem::path& run);
+std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run);
+std::optional<FitData> read_fit(const std::filesystem::path& run);
+
+/// E = Σ(L' − L)²/ΣL² over the used values of one pattern and channel, or of all where left out,
+/// and the part of it that the measurement's own noise explains, Σσ²/ΣL².
+struct AppearanceError {
+  double error = 0.0;
+  double noise = 0.0;
+  double used = 0.0;  ///< fraction of values used
+  double chi2_per_value = 0.0;
+};
+AppearanceError appearance_error(const Comparison& comparison,
+                                 std::optional<std::size_t> channel = std::nullopt,
+                                 std::optional<std::size_t> pattern = std::nullopt);
+
+/// One pattern of `values` [C][M][v][u] as an image, channels last; three channels at most.
+Image<float> pattern_image(const SurfaceMeasurements& measured, const std::vector<float>& values,
+                           std::size_t pattern);
+
+}  // namespace kappamu::app::report

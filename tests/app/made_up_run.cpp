@@ -1,0 +1,256 @@
+#include "made_up_run.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "app/run_record.h"
+#include "capture/session.h"
+#include "io/atomic_file.h"
+#include "io/exr.h"
+#include "io/image_file.h"
+#include "io/measurements_file.h"
+#include "io/npy.h"
+
+namespace kappamu::app {
+
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr double noise_of_value = 0.01;  // relative
+constexpr double noise_floor = 2e-5;     // of the brightest value
+
+/// Centre of the lit patch of a pattern, as fractions of the face.
+std::array<double, 2> patch_centre(int pattern) {
+  return {(pattern % 4 + 0.5) / 4.0, (pattern / 4 % 4 + 0.5) / 4.0};
+}
+
+SurfaceMeasurements make_measurements(const MadeUpRun& options, int patterns, int first,
+                                      std::mt19937& random) {
+  SurfaceMeasurements measured;
+  measured.grid = {options.nx, options.ny, options.nz, 0.5};
+  measured.channels = {"R", "G", "B"};
+  measured.patterns = patterns;
+  std::normal_distribution<double> normal;
+  const std::array<double, 3> spread{0.16, 0.12, 0.08};
+  for (int m = 0; m < patterns; ++m) {
+    const auto [cx, cy] = patch_centre(first + m);
+    for (int y = 0; y < options.ny; ++y)
+      for (int x = 0; x < options.nx; ++x)
+        measured.irradiance.push_back(std::abs((x + 0.5) / options.nx - cx) < 0.125 &&
+                                              std::abs((y + 0.5) / options.ny - cy) < 0.125
+                                          ? 1.0F
+                                          : 2e-4F);
+  }
+  for (const double width : spread)
+    for (int m = 0; m < patterns; ++m) {
+      const auto [cx, cy] = patch_centre(first + m);
+      for (int y = 0; y < options.ny; ++y)
+        for (int x = 0; x < options.nx; ++x) {
+          const double r = std::hypot((x + 0.5) / options.nx - cx, (y + 0.5) / options.ny - cy);
+          const double value = 0.1 * std::exp(-r / width);
+          const double sigma = noise_of_value * value + noise_floor * 0.1;
+          measured.value.push_back(static_cast<float>(value + sigma * normal(random)));
+          measured.variance.push_back(static_cast<float>(sigma * sigma));
+          measured.mask.push_back(x == 0 && y < 4 ? 0 : 1);
+        }
+    }
+  return measured;
+}
+
+void write_prediction(const fs::path& file, const SurfaceMeasurements& measured,
+                      double model_error) {
+  std::vector<float> prediction = measured.value;
+  const auto nu = static_cast<std::size_t>(measured.seen_shape().nu);
+  for (std::size_t i = 0; i < prediction.size(); ++i)
+    prediction[i] *=
+        static_cast<float>(1.0 + model_error * std::sin(0.4 * static_cast<double>(i % nu)));
+  io::write_npy(file,
+                {measured.channels.size(), static_cast<std::size_t>(measured.patterns),
+                 static_cast<std::size_t>(measured.seen_shape().nv), nu},
+                std::span<const float>(prediction));
+}
+
+void write_fit(const fs::path& run, const MadeUpRun& options) {
+  json channels = json::array();
+  const std::vector<std::size_t> shape{static_cast<std::size_t>(options.nz),
+                                       static_cast<std::size_t>(options.ny),
+                                       static_cast<std::size_t>(options.nx)};
+  const std::array<const char*, 3> names{"R", "G", "B"};
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    std::vector<float> kappa, mu;
+    for (int z = 0; z < options.nz; ++z)
+      for (int y = 0; y < options.ny; ++y)
+        for (int x = 0; x < options.nx; ++x) {
+          const double blob = std::exp(
+              -0.02 * (std::pow(x - 12.0, 2) + std::pow(y - 18.0, 2) + 4.0 * std::pow(z - 5.0, 2)));
+          kappa.push_back(
+              static_cast<float>((0.3 + 0.1 * static_cast<double>(c)) * (1.0 - 0.6 * blob)));
+          mu.push_back(
+              static_cast<float>(0.004 * (1.0 + static_cast<double>(c)) * (1.0 + 2.0 * blob)));
+        }
+    io::write_npy(run / "fit" / ("kappa_" + std::string(names[c]) + ".npy"), shape,
+                  std::span<const float>(kappa));
+    io::write_npy(run / "fit" / ("mu_" + std::string(names[c]) + ".npy"), shape,
+                  std::span<const float>(mu));
+    json history = json::array();
+    for (int i = 0; i < 60; ++i)
+      history.push_back({{"evaluations", i + 1},
+                         {"objective", 4e3 * std::pow(0.83, i) + 1.0 + (i % 20 == 19 ? 40.0 : 0.0)},
+                         {"regularisation", std::pow(0.1, i / 20)}});
+    channels.push_back(
+        {{"name", names[c]},
+         {"converged", options.converged},
+         {"reason", options.converged ? "gradient below tolerance" : "evaluation limit reached"},
+         {"chi2_per_value", 0.98 + 0.05 * static_cast<double>(c)},
+         {"seconds", 14.2},
+         {"history", history}});
+  }
+  io::write_text_atomically(
+      run / "fit" / "fit.json",
+      json{{"format", "kappamu-fit"},
+           {"version", 1},
+           {"voxel_mm", 0.5},
+           {"channels", channels},
+           {"warnings",
+            options.converged ? json::array() : json{"channel R stopped at its evaluation limit"}}}
+          .dump(1));
+}
+
+json lens(double rms, int width, int height, int views, std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  json list = json::array();
+  for (int v = 0; v < views; ++v) {
+    json pixels = json::array(), residuals = json::array();
+    const double x0 = width * (0.05 + 0.4 * (v % 3) / 2.0),
+                 y0 = height * (0.05 + 0.3 * (v / 3 % 3) / 2.0);
+    for (int j = 0; j < 6; ++j)
+      for (int i = 0; i < 9; ++i) {
+        pixels.push_back({x0 + 0.055 * width * i + 3 * j, y0 + 0.09 * height * j + 2 * i});
+        residuals.push_back({rms * 0.7 * normal(random), rms * 0.7 * normal(random)});
+      }
+    list.push_back({{"name", "calibration/board_" + std::to_string(v) + ".png"},
+                    {"rms_px", rms * (0.8 + 0.05 * v)},
+                    {"pixels", pixels},
+                    {"residuals", residuals}});
+  }
+  return {{"rms_px", rms}, {"width", width}, {"height", height}, {"views", list}};
+}
+
+void write_calibration(const fs::path& run, const MadeUpRun& options, std::mt19937& random) {
+  std::vector<std::vector<double>> response(3);
+  for (std::size_t c = 0; c < 3; ++c)
+    for (int code = 0; code < 4096; ++code)
+      response[c].push_back(std::pow(code / 4095.0, 2.0 + 0.1 * static_cast<double>(c)));
+  io::write_text_atomically(run / "calibration" / "calibration.json",
+                            json{{"camera", lens(options.camera_rms_px, 640, 480, 9, random)},
+                                 {"projector", lens(0.18, 1024, 768, 6, random)},
+                                 {"response", response},
+                                 {"warnings", json::array()}}
+                                .dump());
+}
+
+void write_hdr(const fs::path& file, int pattern) {
+  constexpr int width = 160, height = 120;
+  io::ExrImage image;
+  image.width = width;
+  image.height = height;
+  const auto [cx, cy] = patch_centre(pattern);
+  for (const char* channel : {"R", "G", "B"}) {
+    std::vector<float> radiance, variance, flags;
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        const double r = std::hypot(x / 160.0 - 0.2 - 0.6 * cx, y / 120.0 - 0.2 - 0.6 * cy);
+        const bool inside = x > 24 && x < 136 && y > 18 && y < 102;
+        radiance.push_back(static_cast<float>(inside ? 8.0 * std::exp(-r / 0.1) : 0.0));
+        variance.push_back(1e-8F + 1e-5F * radiance.back());
+        flags.push_back(inside ? 0.0F : 2.0F);
+      }
+    image.channels[channel] = radiance;
+    image.channels[std::string("variance.") + channel] = variance;
+    image.channels[std::string("flags.") + channel] = flags;
+  }
+  io::write_exr(file, image);
+}
+
+capture::Session make_session(const fs::path& folder, const MadeUpRun& options) {
+  capture::Session session;
+  session.folder = folder;
+  session.sample = {"made-up block", {options.nx, options.ny, options.nz}, 0.5};
+  session.camera = {640, 480, 12, capture::Encoding::response, std::nullopt, std::nullopt};
+  session.projector = {1024, 768};
+  session.pattern_station = "back";
+  for (int i = 0; i < options.fit_patterns + options.validate_patterns; ++i) {
+    const bool fit = i < options.fit_patterns;
+    const std::string id =
+        (fit ? "fit_0" : "validate_0") + std::to_string(fit ? i : i - options.fit_patterns);
+    const std::string frame = "frames/" + id;
+    session.patterns.push_back(
+        {id,
+         "patterns/" + id + ".png",
+         fit ? capture::PatternRole::fit : capture::PatternRole::validate,
+         {{frame + "_0.png", 1.0 / 30.0}, {frame + "_1.png", 0.25}, {frame + "_2.png", 2.0}}});
+    Image<std::uint8_t> light(1024, 768, 1, 0);
+    const auto [cx, cy] = patch_centre(i);
+    for (int y = 0; y < 768; ++y)
+      for (int x = 0; x < 1024; ++x)
+        if (std::abs(x / 1024.0 - 0.2 - 0.6 * cx) < 0.07 &&
+            std::abs(y / 768.0 - 0.2 - 0.6 * cy) < 0.07)
+          light(x, y) = 255;
+    io::write_image(folder / session.patterns.back().image, light);
+  }
+  capture::Calibration& calibration = session.calibration;
+  calibration.board = {9, 6, 4.0};
+  calibration.projected_board = {9, 6, 40.0, {300.0, 200.0}};
+  for (int i = 0; i < 9; ++i)
+    calibration.camera_boards.push_back({"calibration/board_" + std::to_string(i) + ".png", 0.1});
+  for (int i = 0; i < 6; ++i) {
+    const std::string plane = "calibration/plane_" + std::to_string(i);
+    calibration.projector_planes.push_back(
+        {{plane + "_board.png", 0.1}, {plane + "_projected.png", 0.1}});
+  }
+  calibration.sample_views = {
+      {"front", Face::z_minus, {"calibration/sample_front.png", 0.1}, std::nullopt},
+      {"back", Face::z_plus, {"calibration/sample_back.png", 0.1}, std::nullopt}};
+  calibration.dark = {{"calibration/dark_0.png", 0.1}};
+  calibration.white_target = capture::WhiteTarget{0.99, {{"calibration/white_0.png", 0.1}}};
+  capture::write_session(session);
+  return session;
+}
+
+}  // namespace
+
+fs::path make_run(const fs::path& folder, const MadeUpRun& options) {
+  std::mt19937 random(7);
+  const fs::path run = folder / "run";
+  RunRecord record;
+  record.input_fingerprint = "0123456789abcdef";
+  record.device = "a made-up device";
+  record.versions = library_versions();
+  for (const char* name : stage_names) record.stages[name] = {StageStatus::done, "key", 3.5, {}};
+
+  const SurfaceMeasurements fit = make_measurements(options, options.fit_patterns, 0, random);
+  io::write_measurements(run / "measurements", fit);
+  write_prediction(run / "fit" / "prediction.npy", fit, options.model_error);
+  write_fit(run, options);
+  record.input_kind = RunRecord::InputKind::measurements;
+  record.input = run / "measurements";
+  if (options.with_session) {
+    const capture::Session session = make_session(folder / "session", options);
+    record.input_kind = RunRecord::InputKind::session;
+    record.input = session.folder;
+    const SurfaceMeasurements validate =
+        make_measurements(options, options.validate_patterns, options.fit_patterns, random);
+    io::write_measurements(run / "measurements_validate", validate);
+    write_prediction(run / "fit" / "prediction_validate.npy", validate, options.model_error);
+    write_calibration(run, options, random);
+    for (std::size_t i = 0; i < session.patterns.size(); ++i)
+      write_hdr(run / "hdr" / (session.patterns[i].id + ".exr"), static_cast<int>(i));
+  }
+  write_run_record(record, run);
+  return run;
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,99 @@
+#include "process.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+namespace kappamu::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path new_folder() {
+  std::string name = (fs::temp_directory_path() / "kappamu-test-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder");
+  return name;
+}
+
+std::string contents(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream all;
+  all << in.rdbuf();
+  return all.str();
+}
+
+int exit_code_of(int status) {
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+/// Starts /bin/sh -c command with its outputs in files.
+pid_t start(const std::string& command, const std::string& output, const std::string& error) {
+  const pid_t child = fork();
+  if (child != 0) return child;
+  const int out = open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  const int err = open(error.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  const int in = open("/dev/null", O_RDONLY);
+  dup2(in, STDIN_FILENO);
+  dup2(out, STDOUT_FILENO);
+  dup2(err, STDERR_FILENO);
+  execl("/bin/sh", "sh", "-c", command.c_str(), static_cast<char*>(nullptr));
+  _exit(127);
+}
+
+}  // namespace
+
+ProcessResult run_process(const std::string& shell_command) {
+  const fs::path outputs = new_folder();
+  const fs::path out = outputs / "out", error = outputs / "error";
+  const pid_t child = start(shell_command, out, error);
+  int status = 0;
+  waitpid(child, &status, 0);
+  ProcessResult result{exit_code_of(status), contents(out), contents(error)};
+  fs::remove_all(outputs);
+  return result;
+}
+
+ProcessResult kappamu(const std::string& arguments, const std::string& environment) {
+  return run_process(environment + " " KAPPAMU_PROGRAM " " + arguments);
+}
+
+bool kappamu_killed_after(const std::string& arguments, int milliseconds) {
+  // exec: the signal must reach kappamu itself, not a shell around it.
+  const pid_t child = start("exec " KAPPAMU_PROGRAM " " + arguments, "/dev/null", "/dev/null");
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(milliseconds);
+  int status = 0;
+  while (std::chrono::steady_clock::now() < end) {
+    if (waitpid(child, &status, WNOHANG) == child) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  kill(child, SIGKILL);
+  waitpid(child, &status, 0);
+  return WIFSIGNALED(status);
+}
+
+std::string last_line(const std::string& output) {
+  const std::size_t end = output.find_last_not_of('\n');
+  if (end == std::string::npos) return {};
+  const std::size_t begin = output.rfind('\n', end);
+  return output.substr(begin == std::string::npos ? 0 : begin + 1,
+                       end - (begin == std::string::npos ? 0 : begin + 1) + 1);
+}
+
+void TemporaryFolderTest::SetUp() {
+  folder_ = new_folder();
+}
+
+void TemporaryFolderTest::TearDown() {
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+}
+
+}  // namespace kappamu::app

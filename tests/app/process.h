@@ -1,0 +1,41 @@
+// Running programs from tests: exit code and both outputs, and a temporary folder per test.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <sys/types.h>
+
+#include <filesystem>
+#include <string>
+
+namespace kappamu::app {
+
+struct ProcessResult {
+  int exit_code = 0;  ///< 128 + signal when killed, as in a shell
+  std::string standard_output;
+  std::string standard_error;
+};
+
+/// Runs a shell command to its end.
+ProcessResult run_process(const std::string& shell_command);
+
+/// `kappamu arguments`, with the program under test. `environment` goes before it ("A=b C=d").
+ProcessResult kappamu(const std::string& arguments, const std::string& environment = "");
+
+/// Starts `kappamu arguments` in the background, output discarded; kills it with SIGKILL after
+/// `milliseconds` unless it has ended. Returns whether it had to be killed.
+bool kappamu_killed_after(const std::string& arguments, int milliseconds);
+
+/// The last line of standard output.
+std::string last_line(const std::string& output);
+
+class TemporaryFolderTest : public testing::Test {
+ protected:
+  void SetUp() override;
+  void TearDown() override;
+  const std::filesystem::path& folder() const { return folder_; }
+
+ private:
+  std::filesystem::path folder_;
+};
+
+}  // namespace kappamu::app
