@@ -1,0 +1,37 @@
+// Work spread over threads by rows; results must not depend on which thread does what.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace kappamu::synthetic {
+
+/// Calls work(row) for every row in [0, rows), on `threads` threads (0: one per core). Rethrows the
+/// first exception.
+template <class Work>
+void for_rows(int rows, const Work& work, unsigned threads = 0) {
+  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
+  std::atomic<int> next{0};
+  std::exception_ptr failure;
+  std::mutex failure_lock;
+  const auto run = [&] {
+    try {
+      for (int row = next++; row < rows; row = next++) work(row);
+    } catch (...) {
+      const std::lock_guard guard(failure_lock);
+      if (!failure) failure = std::current_exception();
+      next = rows;
+    }
+  };
+  std::vector<std::jthread> helpers;
+  for (unsigned i = 1; i < threads && static_cast<int>(i) < rows; ++i) helpers.emplace_back(run);
+  run();
+  helpers.clear();
+  if (failure) std::rethrow_exception(failure);
+}
+
+}  // namespace kappamu::synthetic

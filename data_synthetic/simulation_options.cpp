@@ -1,0 +1,76 @@
+#include "data_synthetic/simulation_options.h"
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace kappamu::synthetic {
+
+std::vector<double> SimulationOptions::geometric_exposures(double first, double last, int count) {
+  std::vector<double> exposures;
+  for (int i = 0; i < count; ++i) {
+    exposures.push_back(count == 1 ? first : first * std::pow(last / first, i / (count - 1.0)));
+  }
+  return exposures;
+}
+
+SimulationOptions tiny_options() {
+  SimulationOptions options;
+  options.sample = "tiny";
+  options.patches = 2;
+  options.exposures_s = SimulationOptions::geometric_exposures(1.0 / 30.0, 8.0, 5);
+  options.projector_size = {640, 480};
+  options.board_views = 12;
+  options.projector_planes = 8;
+  options.holdout = 4;
+  return options;
+}
+
+namespace {
+
+std::string number(double value) {
+  std::string text = std::to_string(value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return text;
+}
+
+void within(const std::string& option, double value, double low, double high) {
+  if (!(value >= low && value <= high)) {
+    throw InputError(option + " is " + number(value) + ": choose a value from " + number(low) +
+                     " to " + number(high));
+  }
+}
+
+}  // namespace
+
+void validate(const SimulationOptions& options) {
+  within("patches", options.patches, 1, 16);
+  within("noise", options.noise_scale, 0, 10);
+  within("bit depth", options.bit_depth, 8, 16);
+  within("board views", options.board_views, 12, 60);
+  within("projector planes", options.projector_planes, 8, 40);
+  within("rays per side", options.rays_per_side, 1, 8);
+  within("refinement", options.refinement, 2, 4);
+  within("holdout", options.holdout, 0, 16);
+  within("projector width", options.projector_size[0], 320, 8192);
+  within("projector height", options.projector_size[1], 240, 8192);
+  if (options.camera_size) {
+    within("camera width", (*options.camera_size)[0], 320, 8192);
+    within("camera height", (*options.camera_size)[1], 240, 8192);
+  }
+  if (options.grid) {
+    for (const int extent : *options.grid) within("grid", extent, 4, 1024);
+  }
+  if (options.exposures_s.empty()) throw InputError("exposures are empty: give at least one time");
+  double previous = 0.0;
+  for (const double exposure : options.exposures_s) {
+    if (!(exposure > previous)) {
+      throw InputError("exposures must be positive and rising: " + number(exposure) +
+                       " s follows " + number(previous) + " s");
+    }
+    previous = exposure;
+  }
+}
+
+}  // namespace kappamu::synthetic

@@ -1,0 +1,50 @@
+// What a user may choose about a simulated capture.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/session.h"
+
+namespace kappamu::synthetic {
+
+struct SimulationOptions {
+  std::string sample = "demo";  ///< see sample_names()
+  /// Voxels along x, y, z instead of the sample's own, for quick variants.
+  std::optional<std::array<int, 3>> grid;
+  int patches = 4;           ///< n × n patches of light to fit, 1 to 16
+  bool validation = true;    ///< add validation patterns: 4 of 8 × 8 patches, a cross, a checker
+  double noise_scale = 1.0;  ///< factor on shot and read noise, 0 (none) to 10
+  std::uint64_t seed = 1;    ///< of the sample's structure, the rig's imperfections and the noise
+  int bit_depth = 12;        ///< 8 to 16
+  capture::Encoding encoding = capture::Encoding::response;
+  /// Exposure times of each pattern [s], rising; six in geometric steps as in the paper: 1/30
+  /// ... 8.
+  std::vector<double> exposures_s = geometric_exposures(1.0 / 30.0, 8.0, 6);
+  /// Camera picture [px]; the sample's default where absent: 640 × 480 for demo, 400 × 300 for
+  /// tiny, 1280 × 960 for the paper's samples.
+  std::optional<std::array<int, 2>> camera_size;
+  std::array<int, 2> projector_size{1024, 768};  ///< [px]
+  /// Further pattern pictures (PNG or TIFF of the projector's size), with the role "validate".
+  std::vector<std::filesystem::path> pattern_files;
+  int board_views = 15;       ///< printed-board pictures, 12 to 60
+  int projector_planes = 10;  ///< planes, 8 to 40
+  int rays_per_side = 3;      ///< rays per pixel and side of a camera pixel, 1 to 8
+  int refinement = 2;         ///< light transport cells per fitted voxel and side, 2 to 4
+  int holdout = 8;            ///< n × n held-out patches in the truth, 0 (none) to 16
+
+  static std::vector<double> geometric_exposures(double first, double last, int count);
+};
+
+/// The small, quick variant for tests: sample "tiny", 2 × 2 patches, four exposures, a small
+/// camera.
+SimulationOptions tiny_options();
+
+/// Throws InputError naming option, value and bound.
+void validate(const SimulationOptions& options);
+
+}  // namespace kappamu::synthetic

@@ -1,0 +1,120 @@
+#include "data_synthetic/targets.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace kappamu::synthetic {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// +1 or −1 by turns on unit intervals, +1 on [0, 1), averaged near its jumps over `width`.
+double square_wave(double x, double width) {
+  const double edge = std::round(x);
+  const double right_of_edge = std::fmod(std::abs(edge), 2.0) < 0.5 ? 1.0 : -1.0;
+  return right_of_edge * std::clamp(2.0 * (x - edge) / width, -1.0, 1.0);
+}
+
+/// Blackness in [0, 1] of the chessboard at `position` in squares from inner corner (0, 0).
+double board_ink(const Vector2d& position, int columns, int rows, double width) {
+  const double on_board =
+      coverage(position.x(), -1.0, columns, width) * coverage(position.y(), -1.0, rows, width);
+  const double pattern = square_wave(position.x(), width) * square_wave(position.y(), width);
+  return on_board * (0.5 + 0.5 * pattern);
+}
+
+constexpr double chart_gap = 0.16;     // between patches, in pitches
+constexpr double chart_border = 0.25;  // dark frame beyond the outer pitches, in pitches
+constexpr double chart_frame_reflectance = 0.035;
+
+}  // namespace
+
+Quad board_quad(const capture::Board& board, const Rigid& world_from_board) {
+  const double margin = (1.0 + board_margin_squares) * board.square_mm;
+  Quad quad;
+  quad.world_from_quad = world_from_board;
+  quad.low = Vector2d::Constant(-margin);
+  quad.high = Vector2d((board.columns - 1) * board.square_mm + margin,
+                       (board.rows - 1) * board.square_mm + margin);
+  quad.albedo = [board](const Vector2d& position, double footprint_mm) {
+    const double ink = board_ink(position / board.square_mm, board.columns, board.rows,
+                                 footprint_mm / board.square_mm);
+    const double value = paper_reflectance + ink * (ink_reflectance - paper_reflectance);
+    return std::array<double, 3>{value, value, value};
+  };
+  return quad;
+}
+
+Quad plain_quad(const Vector2d& size_mm, double reflectance, const Rigid& world_from_quad) {
+  Quad quad;
+  quad.world_from_quad = world_from_quad;
+  quad.low = -0.5 * size_mm;
+  quad.high = 0.5 * size_mm;
+  quad.albedo = [reflectance](const Vector2d&, double) {
+    return std::array<double, 3>{reflectance, reflectance, reflectance};
+  };
+  return quad;
+}
+
+double chart_height_mm(double width_mm) {
+  return width_mm * (4.0 + 2.0 * chart_border) / (6.0 + 2.0 * chart_border);
+}
+
+const std::array<std::array<double, 3>, 24>& chart_reflectances() {
+  static const std::array<std::array<double, 3>, 24> reflectances = [] {
+    constexpr std::array<std::array<double, 3>, 24> lab{{
+        {37.54, 14.37, 14.92},  {64.66, 19.27, 17.50},  {49.32, -3.82, -22.54},
+        {43.46, -12.74, 22.72}, {54.94, 9.61, -24.79},  {70.48, -32.26, -0.37},
+        {62.73, 35.83, 56.50},  {39.43, 10.75, -45.17}, {50.57, 48.64, 16.67},
+        {30.10, 22.54, -20.87}, {71.77, -24.13, 58.19}, {71.51, 18.24, 67.37},
+        {28.37, 15.42, -49.80}, {54.38, -39.72, 32.27}, {42.43, 51.05, 28.62},
+        {81.80, 2.67, 80.41},   {50.63, 51.28, -14.12}, {49.57, -29.71, -28.32},
+        {95.19, -1.03, 2.93},   {81.29, -0.57, 0.44},   {66.89, -0.75, -0.06},
+        {50.76, -0.13, 0.14},   {35.63, -0.46, -0.48},  {20.64, 0.07, -0.46},
+    }};
+    const auto inverse_f = [](double t) {  // CIE 15:2004, inverse of the L*a*b* function
+      return t > 6.0 / 29.0 ? t * t * t : 3.0 * 36.0 / 841.0 * (t - 4.0 / 29.0);
+    };
+    // XYZ (D50) to linear sRGB, Bradford adaptation (B. Lindbloom).
+    const Eigen::Matrix3d rgb_from_xyz{{3.1338561, -1.6168667, -0.4906146},
+                                       {-0.9787684, 1.9161415, 0.0334540},
+                                       {0.0719453, -0.2289914, 1.4052427}};
+    std::array<std::array<double, 3>, 24> out{};
+    for (std::size_t p = 0; p < lab.size(); ++p) {
+      const double f = (lab[p][0] + 16.0) / 116.0;
+      const Vector3d xyz(0.9642 * inverse_f(f + lab[p][1] / 500.0), inverse_f(f),
+                         0.8251 * inverse_f(f - lab[p][2] / 200.0));
+      const Vector3d rgb = p < 18 ? Vector3d(rgb_from_xyz * xyz) : Vector3d::Constant(xyz.y());
+      for (int c = 0; c < 3; ++c) out[p][c] = std::clamp(rgb[c], 0.005, 1.0);
+    }
+    return out;
+  }();
+  return reflectances;
+}
+
+Quad chart_quad(double width_mm, const Rigid& world_from_chart) {
+  const double pitch = width_mm / (6.0 + 2.0 * chart_border);
+  Quad quad = plain_quad({width_mm, chart_height_mm(width_mm)}, 0.0, world_from_chart);
+  const Vector2d first = quad.low + Vector2d::Constant(chart_border * pitch);
+  quad.albedo = [=](const Vector2d& position, double footprint_mm) {
+    const Vector2d at = (position - first) / pitch;
+    const int column = std::clamp(static_cast<int>(std::floor(at.x())), 0, 5);
+    const int row = std::clamp(static_cast<int>(std::floor(at.y())), 0, 3);
+    const double width = footprint_mm / pitch;
+    const double on_patch =
+        coverage(at.x(), column + 0.5 * chart_gap, column + 1.0 - 0.5 * chart_gap, width) *
+        coverage(at.y(), row + 0.5 * chart_gap, row + 1.0 - 0.5 * chart_gap, width);
+    std::array<double, 3> albedo{};
+    for (int c = 0; c < 3; ++c) {
+      albedo[c] = chart_frame_reflectance +
+                  on_patch * (chart_reflectances()[row * 6 + column][c] - chart_frame_reflectance);
+    }
+    return albedo;
+  };
+  return quad;
+}
+
+}  // namespace kappamu::synthetic
