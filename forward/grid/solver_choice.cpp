@@ -1,13 +1,15 @@
 // Which backend solves: the one place that knows them all.
+#include "device/device_info.h"
 #include "forward/grid/grid_solver.h"
+#include "forward/grid/opencl_solver.h"
 
 namespace kappamu::forward {
 
 SolverChoice make_grid_solver(const GridSetup& setup, const std::string& device,
-                              Precision /*precision*/) {
+                              Precision precision) {
   if (device == "reference") return {make_reference_solver(setup), ""};
-  return {make_reference_solver(setup),
-          "The OpenCL grid solver is not part of this build: solving with the serial reference."};
+  const auto choice = device::choose(device::list_devices(), device);
+  return {make_opencl_solver(setup, device::Context::of(choice.index), precision), ""};
 }
 
 }  // namespace kappamu::forward

@@ -1,0 +1,215 @@
+#include "device/context.h"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <utility>
+
+#include "core/error.h"
+#include "device/opencl_api.h"
+
+namespace kappamu::device {
+
+std::string error_name(cl_int code) {
+  switch (code) {
+    case CL_DEVICE_NOT_FOUND:
+      return "CL_DEVICE_NOT_FOUND";
+    case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+      return "CL_MEM_OBJECT_ALLOCATION_FAILURE";
+    case CL_OUT_OF_RESOURCES:
+      return "CL_OUT_OF_RESOURCES";
+    case CL_OUT_OF_HOST_MEMORY:
+      return "CL_OUT_OF_HOST_MEMORY";
+    case CL_BUILD_PROGRAM_FAILURE:
+      return "CL_BUILD_PROGRAM_FAILURE";
+    case CL_INVALID_VALUE:
+      return "CL_INVALID_VALUE";
+    case CL_INVALID_KERNEL_NAME:
+      return "CL_INVALID_KERNEL_NAME";
+    case CL_INVALID_ARG_SIZE:
+      return "CL_INVALID_ARG_SIZE";
+    case CL_INVALID_ARG_INDEX:
+      return "CL_INVALID_ARG_INDEX";
+    case CL_INVALID_KERNEL_ARGS:
+      return "CL_INVALID_KERNEL_ARGS";
+    case CL_INVALID_WORK_GROUP_SIZE:
+      return "CL_INVALID_WORK_GROUP_SIZE";
+    case CL_INVALID_BUFFER_SIZE:
+      return "CL_INVALID_BUFFER_SIZE";
+    default:
+      return "error " + std::to_string(code);
+  }
+}
+
+void check_call(cl_int code, const char* call, const std::string& device) {
+  if (code == CL_SUCCESS) return;
+  if (code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY ||
+      code == CL_INVALID_BUFFER_SIZE) {
+    throw InputError("device '" + device +
+                     "' is out of memory; use a coarser grid, fewer patterns at once, or another "
+                     "--device");
+  }
+  throw DeviceError(std::string(call) + " failed with " + error_name(code) + " on device '" +
+                    device + "'");
+}
+
+class Program {
+ public:
+  Program(cl_program program, std::string device) : program_(program), device_(std::move(device)) {}
+
+  cl_kernel kernel(const std::string& name) {
+    const auto found = kernels_.find(name);
+    if (found != kernels_.end()) return found->second;
+    cl_int code = CL_SUCCESS;
+    cl_kernel kernel = clCreateKernel(program_, name.c_str(), &code);
+    check_call(code, ("clCreateKernel(" + name + ")").c_str(), device_);
+    return kernels_.emplace(name, kernel).first->second;
+  }
+
+ private:
+  cl_program program_;  ///< lives as long as the process, like its context
+  std::string device_;
+  std::map<std::string, cl_kernel> kernels_;
+};
+
+struct Context::Impl {
+  DeviceInfo info;
+  cl_device_id device = nullptr;
+  cl_context context = nullptr;
+  cl_command_queue queue = nullptr;
+  std::map<std::pair<std::string, std::string>, Program> programs;  ///< by (text, options)
+};
+
+Context::Context(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Context::~Context() = default;
+
+Context& Context::of(std::size_t index) {
+  // Never destroyed: OpenCL drivers may be unloaded before static objects are.
+  static auto& contexts = *new std::map<std::size_t, std::unique_ptr<Context>>;
+  static std::mutex mutex;
+  const std::scoped_lock lock(mutex);
+  auto& slot = contexts[index];
+  if (slot) return *slot;
+
+  auto impl = std::make_unique<Impl>();
+  const auto devices = platform_devices();
+  check(index < devices.size(), "device index beyond the list");
+  impl->info = list_devices()[index];
+  impl->device = devices[index].device;
+  const std::string& name = impl->info.name;
+  const cl_context_properties properties[] = {
+      CL_CONTEXT_PLATFORM, reinterpret_cast<cl_context_properties>(devices[index].platform), 0};
+  cl_int code = CL_SUCCESS;
+  impl->context = clCreateContext(properties, 1, &impl->device, nullptr, nullptr, &code);
+  check_call(code, "clCreateContext", name);
+  impl->queue = clCreateCommandQueue(impl->context, impl->device, 0, &code);
+  check_call(code, "clCreateCommandQueue", name);
+  slot.reset(new Context(std::move(impl)));
+  return *slot;
+}
+
+const DeviceInfo& Context::info() const {
+  return impl_->info;
+}
+
+Program& Context::program(const KernelSource& source, const std::string& options) {
+  const std::pair<std::string, std::string> key{source.text, options};
+  const auto found = impl_->programs.find(key);
+  if (found != impl_->programs.end()) return found->second;
+
+  cl_int code = CL_SUCCESS;
+  const char* text = source.text;
+  cl_program program = clCreateProgramWithSource(impl_->context, 1, &text, nullptr, &code);
+  check_call(code, "clCreateProgramWithSource", impl_->info.name);
+  code = clBuildProgram(program, 1, &impl_->device, options.c_str(), nullptr, nullptr);
+  if (code != CL_SUCCESS) {
+    const std::string log = text_property([&](std::size_t size, void* value, std::size_t* needed) {
+      return clGetProgramBuildInfo(program, impl_->device, CL_PROGRAM_BUILD_LOG, size, value,
+                                   needed);
+    });
+    clReleaseProgram(program);
+    throw DeviceError(std::string("clBuildProgram failed with ") + error_name(code) + " for " +
+                      source.path + " with '" + options + "' on device '" + impl_->info.name +
+                      "':\n" + log);
+  }
+  return impl_->programs.emplace(key, Program(program, impl_->info.name)).first->second;
+}
+
+Buffer Context::allocate(std::size_t bytes) {
+  Buffer buffer;
+  cl_int code = CL_SUCCESS;
+  cl_mem memory = clCreateBuffer(impl_->context, CL_MEM_READ_WRITE, std::max<std::size_t>(bytes, 1),
+                                 nullptr, &code);
+  check_call(code, "clCreateBuffer", impl_->info.name);
+  buffer.handle_ =
+      std::shared_ptr<void>(memory, [](void* m) { clReleaseMemObject(static_cast<cl_mem>(m)); });
+  buffer.bytes_ = bytes;
+  return buffer;
+}
+
+void Context::write(const Buffer& buffer, const void* data, std::size_t bytes) {
+  check(bytes <= buffer.bytes(), "write past the end of a device buffer");
+  check_call(clEnqueueWriteBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
+                                  0, bytes, data, 0, nullptr, nullptr),
+             "clEnqueueWriteBuffer", impl_->info.name);
+}
+
+void Context::read(const Buffer& buffer, void* data, std::size_t bytes) {
+  check(bytes <= buffer.bytes(), "read past the end of a device buffer");
+  check_call(clEnqueueReadBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
+                                 0, bytes, data, 0, nullptr, nullptr),
+             "clEnqueueReadBuffer", impl_->info.name);
+}
+
+void Context::zero(const Buffer& buffer, std::size_t bytes) {
+  check(bytes <= buffer.bytes(), "zeroing past the end of a device buffer");
+  const cl_uchar zero = 0;
+  check_call(clEnqueueFillBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), &zero, 1,
+                                 0, bytes, 0, nullptr, nullptr),
+             "clEnqueueFillBuffer", impl_->info.name);
+}
+
+void Context::copy(const Buffer& from, const Buffer& to, std::size_t bytes) {
+  check(bytes <= from.bytes() && bytes <= to.bytes(), "copy past the end of a device buffer");
+  check_call(
+      clEnqueueCopyBuffer(impl_->queue, static_cast<cl_mem>(from.handle_.get()),
+                          static_cast<cl_mem>(to.handle_.get()), 0, 0, bytes, 0, nullptr, nullptr),
+      "clEnqueueCopyBuffer", impl_->info.name);
+}
+
+void Context::launch_list(Program& program, const char* name, const Range& range,
+                          std::span<const Argument> arguments) {
+  const std::string& device = impl_->info.name;
+  cl_kernel kernel = program.kernel(name);
+  cl_uint position = 0;
+  for (const Argument& argument : arguments) {
+    cl_mem memory = static_cast<cl_mem>(argument.handle_);
+    const cl_int code = argument.is_buffer_
+                            ? clSetKernelArg(kernel, position, sizeof memory, &memory)
+                            : clSetKernelArg(kernel, position, argument.size_, argument.bytes_);
+    if (code != CL_SUCCESS) {
+      check_call(
+          code,
+          ("clSetKernelArg(" + std::string(name) + ", " + std::to_string(position) + ")").c_str(),
+          device);
+    }
+    ++position;
+  }
+  const auto round_up = [](std::size_t n, std::size_t unit) {
+    return (n + unit - 1) / unit * unit;
+  };
+  const std::size_t local[] = {range.local0, range.local1};
+  const std::size_t global[] = {round_up(range.global0, range.local0),
+                                round_up(range.global1, range.local1)};
+  const cl_int code =
+      clEnqueueNDRangeKernel(impl_->queue, kernel, 2, nullptr, global, local, 0, nullptr, nullptr);
+  if (code != CL_SUCCESS) {
+    check_call(code, ("clEnqueueNDRangeKernel(" + std::string(name) + ")").c_str(), device);
+  }
+}
+
+void Context::finish() {
+  check_call(clFinish(impl_->queue), "clFinish", impl_->info.name);
+}
+
+}  // namespace kappamu::device

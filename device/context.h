@@ -1,0 +1,109 @@
+// One OpenCL device at work: buffers, programs, launches, on one in-order queue. The only place
+// that calls OpenCL. Not safe for use from several threads at once.
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+#include "device/device_info.h"
+#include "device/kernel_source.h"
+
+namespace kappamu::device {
+
+/// An OpenCL call failed; what() names the call, the error and the device, and holds the build log
+/// where there is one. Running out of device memory is an InputError instead: the user can act on
+/// it.
+class DeviceError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Device memory, freed with its last owner.
+class Buffer {
+ public:
+  Buffer() = default;
+  std::size_t bytes() const { return bytes_; }
+  explicit operator bool() const { return handle_ != nullptr; }
+
+ private:
+  friend class Context;
+  friend class Argument;
+  std::shared_ptr<void> handle_;  ///< cl_mem
+  std::size_t bytes_ = 0;
+};
+
+/// A kernel argument: a buffer or a scalar of the kernel's own type.
+class Argument {
+ public:
+  explicit Argument(const Buffer& buffer) : handle_(buffer.handle_.get()), is_buffer_(true) {}
+  template <class T>
+  requires std::is_arithmetic_v<T>
+  explicit Argument(T value) : size_(sizeof(T)) {
+    static_assert(sizeof(T) <= sizeof(bytes_));
+    std::memcpy(bytes_, &value, sizeof(T));
+  }
+
+ private:
+  friend class Context;
+  void* handle_ = nullptr;
+  bool is_buffer_ = false;
+  std::size_t size_ = 0;
+  alignas(8) unsigned char bytes_[8] = {};
+};
+
+/// A two-dimensional index space. The global size is rounded up to a multiple of the local one, so
+/// kernels return where get_global_id() is past their work.
+struct Range {
+  std::size_t global0 = 1, global1 = 1;
+  std::size_t local0 = 1, local1 = 1;
+};
+
+/// A compiled OpenCL file; lives as long as its context.
+class Program;
+
+class Context {
+ public:
+  /// The context of list_devices()[index]; one per device and process, kept for the life of the
+  /// process together with the programs built on it.
+  static Context& of(std::size_t index);
+
+  ~Context();
+  Context(const Context&) = delete;
+  Context& operator=(const Context&) = delete;
+
+  const DeviceInfo& info() const;
+
+  /// Compiles `source` with `options` ("-DREAL=float"), or returns what was compiled before from
+  /// the same text and options. Throws DeviceError with the build log.
+  Program& program(const KernelSource& source, const std::string& options);
+
+  /// Uninitialised device memory. Throws InputError when the device has too little.
+  Buffer allocate(std::size_t bytes);
+  void write(const Buffer& buffer, const void* data, std::size_t bytes);
+  void read(const Buffer& buffer, void* data, std::size_t bytes);  ///< after all work before it
+  void zero(const Buffer& buffer, std::size_t bytes);
+  void copy(const Buffer& from, const Buffer& to, std::size_t bytes);
+
+  template <class... T>
+  void launch(Program& program, const char* kernel, const Range& range, const T&... arguments) {
+    const Argument list[] = {Argument(arguments)...};
+    launch_list(program, kernel, range, list);
+  }
+
+  /// Waits until all queued work is done.
+  void finish();
+
+ private:
+  struct Impl;
+  explicit Context(std::unique_ptr<Impl> impl);
+  void launch_list(Program& program, const char* kernel, const Range& range,
+                   std::span<const Argument> arguments);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kappamu::device

@@ -1,0 +1,125 @@
+#include "forward/grid/grid_hierarchy.h"
+
+#include <array>
+
+#include "forward/grid/grid_physics.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+GridShape coarser(const GridShape& s) {
+  return {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
+}
+
+/// Strides of the face array across `axis` and of a cell array.
+struct Strides {
+  std::array<int, 3> of;
+};
+Strides face_strides(const GridShape& s, int axis) {
+  const int nx = s.nx + (axis == 0 ? 1 : 0);
+  const int ny = s.ny + (axis == 1 ? 1 : 0);
+  return {{1, nx, nx * ny}};
+}
+Strides cell_strides(const GridShape& s) {
+  return {{1, s.nx, s.nx * s.ny}};
+}
+
+}  // namespace
+
+std::size_t face_count(const GridShape& shape, int axis) {
+  const auto along = static_cast<std::size_t>(shape.extent(axis));
+  return shape.cells() / along * (along + 1);
+}
+
+void upload(device::Context& context, const Format& format, std::span<const double> values,
+            const device::Buffer& buffer) {
+  if (!format.single) {
+    context.write(buffer, values.data(), values.size_bytes());
+    return;
+  }
+  const std::vector<float> rounded(values.begin(), values.end());
+  context.write(buffer, rounded.data(), rounded.size() * sizeof(float));
+}
+
+Hierarchy::Hierarchy(device::Context& context, const Format& format, const GridSetup& setup,
+                     double robin_A)
+    : context_(context),
+      format_(format),
+      setup_(setup),
+      robin_A_(robin_A),
+      program_(assembly_program(context, format)) {
+  const std::size_t unit = format.real_bytes();
+  kappa_ = context.allocate(setup.shape.cells() * unit);
+  mu_ = context.allocate(setup.shape.cells() * unit);
+  for (GridShape shape = setup.shape;; shape = coarser(shape)) {
+    Level level;
+    level.shape = shape;
+    level.gx = context.allocate(face_count(shape, 0) * unit);
+    level.gy = context.allocate(face_count(shape, 1) * unit);
+    level.gz = context.allocate(face_count(shape, 2) * unit);
+    level.sink = context.allocate(shape.cells() * unit);
+    const bool last = shape.cells() == 1;
+    if (!last) {
+      for (device::Buffer* w : {&level.wx, &level.wy, &level.wz}) {
+        *w = context.allocate(shape.cells() * unit);
+      }
+    }
+    levels_.push_back(level);
+    if (last) break;
+  }
+}
+
+void Hierarchy::set_medium(std::span<const double> kappa, std::span<const double> mu) {
+  upload(context_, format_, kappa, kappa_);
+  upload(context_, format_, mu, mu_);
+  const Level& level = levels_.front();
+  const GridShape& s = level.shape;
+  const auto assemble = [&](auto h, auto two_a) {
+    context_.launch(program_, "assemble",
+                    {1, static_cast<std::size_t>(s.ny) * static_cast<std::size_t>(s.nz)}, s.nx,
+                    s.ny, s.nz, h, two_a, int{is_open(setup_, Face::x_minus)},
+                    int{is_open(setup_, Face::y_minus)}, int{is_open(setup_, Face::z_minus)},
+                    kappa_, mu_, level.gx, level.gy, level.gz, level.sink);
+  };
+  if (format_.single) {
+    assemble(static_cast<float>(s.voxel_mm), static_cast<float>(2.0 * robin_A_));
+  } else {
+    assemble(s.voxel_mm, 2.0 * robin_A_);
+  }
+  for (std::size_t l = 0; l + 1 < levels_.size(); ++l) coarsen(levels_[l], levels_[l + 1]);
+  has_medium_ = true;
+}
+
+void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
+  const GridShape& f = fine.shape;
+  const GridShape& c = coarse.shape;
+  const std::array<const device::Buffer*, 3> fine_faces{&fine.gx, &fine.gy, &fine.gz};
+  const std::array<const device::Buffer*, 3> coarse_faces{&coarse.gx, &coarse.gy, &coarse.gz};
+  const std::array<const device::Buffer*, 3> weights{&fine.wx, &fine.wy, &fine.wz};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const std::size_t p = axis == 0 ? 1 : 0;
+    const std::size_t q = axis == 2 ? 1 : 2;
+    const auto extent = [](const GridShape& s, std::size_t along) {
+      return s.extent(static_cast<int>(along));
+    };
+    const auto lines = [&](const GridShape& s) {
+      return device::Range{
+          1, static_cast<std::size_t>(extent(s, p)) * static_cast<std::size_t>(extent(s, q))};
+    };
+    const auto fs = face_strides(f, axis).of;
+    const auto cs = face_strides(c, axis).of;
+    const auto cell = cell_strides(f).of;
+    context_.launch(program_, "coarsen_faces", lines(c), extent(f, a), extent(c, a), extent(f, p),
+                    extent(f, q), extent(c, p), extent(c, q), fs[a], fs[p], fs[q], cs[a], cs[p],
+                    cs[q], *fine_faces[a], *coarse_faces[a]);
+    context_.launch(program_, "weights", lines(f), extent(f, a), extent(f, p), extent(f, q), fs[a],
+                    fs[p], fs[q], cell[a], cell[p], cell[q], *fine_faces[a], *weights[a]);
+  }
+  context_.launch(program_, "coarsen_sink",
+                  {1, static_cast<std::size_t>(c.ny) * static_cast<std::size_t>(c.nz)}, f.nx, f.ny,
+                  f.nz, c.nx, c.ny, c.nz, fine.sink, coarse.sink);
+}
+
+}  // namespace kappamu::forward

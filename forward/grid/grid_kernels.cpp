@@ -1,0 +1,69 @@
+#include "forward/grid/grid_kernels.h"
+
+#include <algorithm>
+#include <string>
+
+#include "core/error.h"
+
+namespace kappamu::forward {
+
+extern const device::KernelSource grid_assemble_cl, grid_operator_cl, grid_surface_cl,
+    grid_transfer_cl, grid_vectors_cl;
+
+namespace {
+
+std::string number_options(const Format& format) {
+  return std::string(format.single ? "-DREAL=float" : "-DREAL=double") +
+         (format.accurate_sums ? " -DACCU=double" : " -DACCU=float");
+}
+
+}  // namespace
+
+Format format_of(const device::DeviceInfo& device, Precision precision) {
+  if (precision == Precision::double_precision && !device.fp64) {
+    throw InputError("device '" + device.name +
+                     "' has no double precision; use --precision single or another --device");
+  }
+  return {precision == Precision::single_precision, device.fp64};
+}
+
+device::Program& assembly_program(device::Context& context, const Format& format) {
+  return context.program(grid_assemble_cl, number_options(format));
+}
+
+LaneKernels::LaneKernels(device::Context& context, const Format& format, int lanes)
+    : lanes_(lanes), gpu_(context.info().kind == device::Kind::gpu) {
+  // A CPU core wants all lanes of a cell in one vector and long rows; a GPU wants many items whose
+  // neighbours touch neighbouring memory.
+  const int width = gpu_ ? std::min(lanes, 4) : lanes;
+  groups_ = lanes / width;
+  segment_ = gpu_ ? 16 : 0x40000000;
+  const std::string options = number_options(format) + " -DWIDTH=" + std::to_string(width) +
+                              " -DGROUPS=" + std::to_string(groups_) +
+                              " -DSEGMENT=" + std::to_string(segment_) +
+                              " -DINTERLEAVED=" + (gpu_ ? "1" : "0");
+  operator_ = &context.program(grid_operator_cl, options);
+  transfer_ = &context.program(grid_transfer_cl, options);
+  vectors_ = &context.program(grid_vectors_cl, options);
+  surface_ = &context.program(grid_surface_cl, options);
+}
+
+device::Range LaneKernels::rows(const GridShape& grid) const {
+  device::Range range =
+      items(static_cast<std::size_t>(grid.ny) * static_cast<std::size_t>(grid.nz));
+  range.global0 = static_cast<std::size_t>(groups_) * static_cast<std::size_t>(segments(grid));
+  return range;
+}
+
+device::Range LaneKernels::items(std::size_t count) const {
+  const auto groups = static_cast<std::size_t>(groups_);
+  if (!gpu_) return {groups, count, 1, 1};
+  return {groups, count, groups, 64 / groups};
+}
+
+int LaneKernels::runs(std::size_t cells) const {
+  // Enough runs to keep every core or lane busy, few enough to sum quickly afterwards.
+  return static_cast<int>(std::min<std::size_t>(cells, gpu_ ? 16384 : 256));
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,53 @@
+// The OpenCL files of the grid solver, compiled for one precision and one number of lanes.
+#pragma once
+
+#include <cstddef>
+
+#include "device/context.h"
+#include "forward/grid/grid_solver.h"
+
+namespace kappamu::forward {
+
+/// How numbers are stored and summed on a device.
+struct Format {
+  bool single = true;         ///< storage: float or double
+  bool accurate_sums = true;  ///< sums in double, or in float where the device has no double
+  std::size_t real_bytes() const { return single ? sizeof(float) : sizeof(double); }
+  std::size_t accu_bytes() const { return accurate_sums ? sizeof(double) : sizeof(float); }
+};
+
+/// Throws InputError when double precision is asked of a device without it.
+Format format_of(const device::DeviceInfo& device, Precision precision);
+
+/// Conductances and weights: no lanes.
+device::Program& assembly_program(device::Context& context, const Format& format);
+
+/// Everything that works on a batch of `lanes` patterns.
+class LaneKernels {
+ public:
+  LaneKernels(device::Context& context, const Format& format, int lanes);
+
+  int lanes() const { return lanes_; }
+  device::Program& level_operator() const { return *operator_; }
+  device::Program& transfer() const { return *transfer_; }
+  device::Program& vectors() const { return *vectors_; }
+  device::Program& surface() const { return *surface_; }
+
+  /// Items for the rows of a grid (grid_operator.cl, grid_transfer.cl).
+  device::Range rows(const GridShape& grid) const;
+  int segments(const GridShape& grid) const { return (grid.nx - 1) / segment_ + 1; }
+  /// Items for `count` pieces of work per vector group.
+  device::Range items(std::size_t count) const;
+  /// How many runs to cut `cells` into (grid_vectors.cl).
+  int runs(std::size_t cells) const;
+
+ private:
+  int lanes_, groups_, segment_;
+  bool gpu_;
+  device::Program* operator_;
+  device::Program* transfer_;
+  device::Program* vectors_;
+  device::Program* surface_;
+};
+
+}  // namespace kappamu::forward

@@ -1,0 +1,175 @@
+// The operator of one grid level on a batch of fields, and its smoother.
+//
+//   (A φ)_i = Σ_faces G (φ_i − φ_neighbour) + S_i φ_i,     φ_neighbour = 0 outside the block
+//
+// in flux form: differences first, so that float keeps the small absorption S = μ h³ that the sum
+// of a stored diagonal would round away.
+//
+// Layout. A field is [z][y][x][GROUPS] vectors of WIDTH patterns. Face conductances include the
+// boundary faces (0 on mirrors): gx is [nz][ny][nx+1], gy [nz][ny+1][nx], gz [nz+1][ny][nx]; gx[x]
+// lies between cells x−1 and x:
+//
+//        gx[0]     gx[1]     gx[2]              gx[nx]
+//          |  x=0    |  x=1    |      ...          |
+//
+// Work: one item per vector group and segment of a row of x: global id 0 = group + GROUPS segment,
+// 1 = row = y + ny z.
+#ifndef REAL
+#define REAL float  // storage and arithmetic
+#endif
+#ifndef ACCU
+#define ACCU double  // sums and residuals; float where the device has no double
+#endif
+#ifndef WIDTH
+#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
+#endif
+#ifndef GROUPS
+#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
+#endif
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#if WIDTH == 1
+typedef REAL vec;
+typedef ACCU accu_vec;
+#define to_vec(v) ((REAL)(v))
+#define to_accu(v) ((ACCU)(v))
+#else
+typedef JOIN(REAL, WIDTH) vec;
+typedef JOIN(ACCU, WIDTH) accu_vec;
+#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
+#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
+#endif
+
+#ifndef SEGMENT
+#define SEGMENT 0x40000000  // cells of a row one item walks; shorter on GPUs, which want more items
+#endif
+
+#define ROW_SETUP                                                                           \
+  const int group = (int)get_global_id(0) % GROUPS;                                         \
+  const int segment = (int)get_global_id(0) / GROUPS;                                       \
+  const int segments = (nx - 1) / SEGMENT + 1;                                              \
+  const int row = (int)get_global_id(1);                                                    \
+  if (segment >= segments || row >= ny * nz) return;                                        \
+  const int x_begin = segment * SEGMENT, x_end = min(nx, x_begin + SEGMENT);                \
+  const int y = row % ny, z = row / ny;                                                     \
+  const int south = y > 0 ? nx * GROUPS : 0;                                                \
+  const int north = y + 1 < ny ? nx * GROUPS : 0;                                           \
+  const int down = z > 0 ? nx * ny * GROUPS : 0;                                            \
+  const int up = z + 1 < nz ? nx * ny * GROUPS : 0;                                         \
+  const int has_south = y > 0, has_north = y + 1 < ny;                                     \
+  const int has_down = z > 0, has_up = z + 1 < nz;                                         \
+  gx += (size_t)row * (nx + 1);                                                             \
+  gy += ((size_t)z * (ny + 1) + y) * nx;                                                    \
+  gz += (size_t)row * nx;                                                                   \
+  sink += (size_t)row * nx;                                                                 \
+  const size_t first = (size_t)row * nx * GROUPS + group;
+
+#define LEVEL_ARGUMENTS                                                                   \
+  const int nx, const int ny, const int nz, global const REAL *restrict gx,               \
+      global const REAL *restrict gy, global const REAL *restrict gz,                     \
+      global const REAL *restrict sink
+
+// y = A x, and per segment Σ x·y in `partial` [row][segment][GROUPS].
+kernel void apply_dot(LEVEL_ARGUMENTS, global const vec *restrict in, global vec *restrict out,
+                      global accu_vec *restrict partial) {
+  ROW_SETUP
+  in += first;
+  out += first;
+  accu_vec sum = (accu_vec)(0);
+  vec west = x_begin > 0 ? in[(x_begin - 1) * GROUPS] : (vec)(0), here = in[x_begin * GROUPS];
+  for (int x = x_begin; x < x_end; ++x) {
+    const int i = x * GROUPS;
+    const vec east = x + 1 < nx ? in[i + GROUPS] : (vec)(0);
+    const vec value = gx[x] * (here - west) + gx[x + 1] * (here - east) +
+                      gy[x] * (here - (has_south ? in[i - south] : (vec)(0))) +
+                      gy[x + nx] * (here - (has_north ? in[i + north] : (vec)(0))) +
+                      gz[x] * (here - (has_down ? in[i - down] : (vec)(0))) +
+                      gz[x + nx * ny] * (here - (has_up ? in[i + up] : (vec)(0))) + sink[x] * here;
+    out[i] = value;
+    sum += to_accu(value) * to_accu(here);
+    west = here;
+    here = east;
+  }
+  partial[(row * segments + segment) * GROUPS + group] = sum;
+}
+
+// r = b − A x with x and the arithmetic in ACCU, and per segment Σ r² in `partial` [row][segment][GROUPS].
+kernel void residual_accurate(LEVEL_ARGUMENTS, global const accu_vec *restrict in,
+                              global const vec *restrict rhs, global vec *restrict out,
+                              global accu_vec *restrict partial) {
+  ROW_SETUP
+  in += first;
+  rhs += first;
+  out += first;
+  accu_vec sum = (accu_vec)(0);
+  accu_vec west = x_begin > 0 ? in[(x_begin - 1) * GROUPS] : (accu_vec)(0);
+  accu_vec here = in[x_begin * GROUPS];
+  for (int x = x_begin; x < x_end; ++x) {
+    const int i = x * GROUPS;
+    const accu_vec east = x + 1 < nx ? in[i + GROUPS] : (accu_vec)(0);
+    const accu_vec value = (ACCU)gx[x] * (here - west) + (ACCU)gx[x + 1] * (here - east) +
+                           (ACCU)gy[x] * (here - (has_south ? in[i - south] : (accu_vec)(0))) +
+                           (ACCU)gy[x + nx] * (here - (has_north ? in[i + north] : (accu_vec)(0))) +
+                           (ACCU)gz[x] * (here - (has_down ? in[i - down] : (accu_vec)(0))) +
+                           (ACCU)gz[x + nx * ny] * (here - (has_up ? in[i + up] : (accu_vec)(0))) +
+                           (ACCU)sink[x] * here;
+    const accu_vec difference = to_accu(rhs[i]) - value;
+    out[i] = to_vec(difference);
+    sum += difference * difference;
+    west = here;
+    here = east;
+  }
+  partial[(row * segments + segment) * GROUPS + group] = sum;
+}
+
+// The first half of the pre-smoother, from φ = 0: φ = f / D on cells of `colour` = (x+y+z) mod 2.
+kernel void smooth_from_zero(LEVEL_ARGUMENTS, const int colour, global vec *restrict phi,
+                             global const vec *restrict rhs) {
+  ROW_SETUP
+  phi += first;
+  rhs += first;
+  for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
+    const REAL diagonal =
+        gx[x] + gx[x + 1] + gy[x] + gy[x + nx] + gz[x] + gz[x + nx * ny] + sink[x];
+    phi[x * GROUPS] = rhs[x * GROUPS] * ((REAL)1 / diagonal);
+  }
+}
+
+// Gauss-Seidel on cells of one colour: φ = (f + Σ G φ_neighbour) / D; all neighbours have the other
+// colour, so the order within a colour does not matter.
+kernel void smooth(LEVEL_ARGUMENTS, const int colour, global vec *restrict phi,
+                   global const vec *restrict rhs) {
+  ROW_SETUP
+  phi += first;
+  rhs += first;
+  for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
+    const int i = x * GROUPS;
+    const vec west = x > 0 ? phi[i - GROUPS] : (vec)(0);
+    const vec east = x + 1 < nx ? phi[i + GROUPS] : (vec)(0);
+    const REAL diagonal =
+        gx[x] + gx[x + 1] + gy[x] + gy[x + nx] + gz[x] + gz[x + nx * ny] + sink[x];
+    const vec inflow = gx[x] * west + gx[x + 1] * east + gy[x] * (has_south ? phi[i - south] : (vec)(0)) +
+                       gy[x + nx] * (has_north ? phi[i + north] : (vec)(0)) +
+                       gz[x] * (has_down ? phi[i - down] : (vec)(0)) +
+                       gz[x + nx * ny] * (has_up ? phi[i + up] : (vec)(0));
+    phi[i] = (rhs[i] + inflow) * ((REAL)1 / diagonal);
+  }
+}
+
+// The residual after the pre-smoother, on cells of `colour`, the one smoothed first, from zero: its
+// φ = f / D still holds, so f − A φ = Σ G φ_neighbour there, and the residual of the other colour
+// is zero.
+kernel void residual_after_smoothing(LEVEL_ARGUMENTS, const int colour,
+                                     global const vec *restrict phi, global vec *restrict out) {
+  ROW_SETUP
+  phi += first;
+  out += first;
+  for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
+    const int i = x * GROUPS;
+    const vec west = x > 0 ? phi[i - GROUPS] : (vec)(0);
+    const vec east = x + 1 < nx ? phi[i + GROUPS] : (vec)(0);
+    out[i] = gx[x] * west + gx[x + 1] * east + gy[x] * (has_south ? phi[i - south] : (vec)(0)) +
+             gy[x + nx] * (has_north ? phi[i + north] : (vec)(0)) + gz[x] * (has_down ? phi[i - down] : (vec)(0)) +
+             gz[x + nx * ny] * (has_up ? phi[i + up] : (vec)(0));
+  }
+}

@@ -1,0 +1,120 @@
+// What goes in and out of the block, and the sums a gradient is made of. Fields are
+// [z][y][x][GROUPS] vectors; face samples [v][u][GROUPS]. A face is told by affine indices: its
+// sample (u, v) touches cell `cell + u cell_u + v cell_v` and face conductance `g + u g_u + v g_v`.
+#ifndef REAL
+#define REAL float  // storage and arithmetic
+#endif
+#ifndef ACCU
+#define ACCU double  // sums and residuals; float where the device has no double
+#endif
+#ifndef WIDTH
+#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
+#endif
+#ifndef GROUPS
+#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
+#endif
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#if WIDTH == 1
+typedef REAL vec;
+typedef ACCU accu_vec;
+#define to_vec(v) ((REAL)(v))
+#define to_accu(v) ((ACCU)(v))
+#else
+typedef JOIN(REAL, WIDTH) vec;
+typedef JOIN(ACCU, WIDTH) accu_vec;
+#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
+#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
+#endif
+#define LANES (WIDTH * GROUPS)
+
+#define FACE_SETUP                                             \
+  const int group = (int)get_global_id(0);                     \
+  const int k = (int)get_global_id(1);                         \
+  if (group >= GROUPS || k >= nu * nv) return;                 \
+  const int u = k % nu, v = k / nu;                            \
+  const size_t i = ((size_t)cell + (size_t)u * cell_u + (size_t)v * cell_v) * GROUPS + group; \
+  const REAL conductance = faces[(size_t)g + (size_t)u * g_u + (size_t)v * g_v];
+
+#define FACE_ARGUMENTS                                                                      \
+  const int nu, const int nv, const int cell, const int cell_u, const int cell_v, const int g, \
+      const int g_u, const int g_v, global const REAL *restrict faces
+
+// b += scale G value on the face's cells.
+kernel void add_on_face(FACE_ARGUMENTS, const REAL scale, global const vec *restrict value,
+                        global vec *restrict b) {
+  FACE_SETUP
+  b[i] += (scale * conductance) * value[k * GROUPS + group];
+}
+
+// out = scale G (φ − q E) + apart E.
+kernel void exitance(FACE_ARGUMENTS, const REAL scale, const REAL q, const REAL apart,
+                     global const vec *restrict irradiance, global const vec *restrict phi,
+                     global vec *restrict out) {
+  FACE_SETUP
+  const vec e = irradiance[k * GROUPS + group];
+  out[k * GROUPS + group] = (scale * conductance) * (phi[i] - q * e) + apart * e;
+}
+
+// First collisions: b = deposit E(column), column = x a_x + y a_y + z a_z. One item per row.
+kernel void deposit(const int nx, const int ny, const int nz, const int a_x, const int a_y,
+                    const int a_z, global const REAL *restrict fraction,
+                    global const vec *restrict irradiance, global vec *restrict b) {
+  const int group = (int)get_global_id(0);
+  const int row = (int)get_global_id(1);
+  if (group >= GROUPS || row >= ny * nz) return;
+  const int column = (row % ny) * a_y + (row / ny) * a_z;
+  for (int x = 0; x < nx; ++x) {
+    const size_t i = (size_t)row * nx + x;
+    b[i * GROUPS + group] = fraction[i] * irradiance[(column + x * a_x) * GROUPS + group];
+  }
+}
+
+// Σ over lanes of a·b for fields read as scalars, first lanes only: padding lanes are zero anyway.
+ACCU sum_lanes(global const REAL *a, global const REAL *b, size_t i) {
+  ACCU sum = 0;
+  for (int m = 0; m < LANES; ++m) sum += (ACCU)a[i * LANES + m] * (ACCU)b[i * LANES + m];
+  return sum;
+}
+// Σ over lanes of (a_i − a_j)(b_i − b_j).
+ACCU sum_lanes_across(global const REAL *a, global const REAL *b, size_t i, size_t j) {
+  ACCU sum = 0;
+  for (int m = 0; m < LANES; ++m) {
+    sum += (ACCU)(a[i * LANES + m] - a[j * LANES + m]) * (ACCU)(b[i * LANES + m] - b[j * LANES + m]);
+  }
+  return sum;
+}
+
+// PairProducts of one batch, added to what earlier batches left. One item per row.
+kernel void pair_products(const int nx, const int ny, const int nz, global const REAL *restrict a,
+                          global const REAL *restrict b, global ACCU *restrict cell,
+                          global ACCU *restrict face_x, global ACCU *restrict face_y,
+                          global ACCU *restrict face_z) {
+  const int row = (int)get_global_id(1);
+  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  const int y = row % ny, z = row / ny;
+  for (int x = 0; x < nx; ++x) {
+    const size_t i = (size_t)row * nx + x;
+    cell[i] += sum_lanes(a, b, i);
+    if (x + 1 < nx) face_x[i] += sum_lanes_across(a, b, i, i + 1);
+    if (y + 1 < ny) face_y[i] += sum_lanes_across(a, b, i, i + nx);
+    if (z + 1 < nz) face_z[i] += sum_lanes_across(a, b, i, i + (size_t)nx * ny);
+  }
+}
+
+// sum += Σ over lanes of a · E(column); arguments as in deposit().
+kernel void column_products(const int nx, const int ny, const int nz, const int a_x, const int a_y,
+                            const int a_z, global const REAL *restrict a,
+                            global const REAL *restrict irradiance, global ACCU *restrict sum) {
+  const int row = (int)get_global_id(1);
+  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  const int column = (row % ny) * a_y + (row / ny) * a_z;
+  for (int x = 0; x < nx; ++x) {
+    const size_t i = (size_t)row * nx + x;
+    ACCU total = 0;
+    for (int m = 0; m < LANES; ++m) {
+      total += (ACCU)a[i * LANES + m] * (ACCU)irradiance[(size_t)(column + x * a_x) * LANES + m];
+    }
+    sum[i] += total;
+  }
+}

@@ -1,0 +1,113 @@
+// Transfer between a fine grid level and the next coarser one, on a batch of fields.
+//
+// A coarse cell X holds fine cells 2X and, where it exists, 2X+1 along every axis. Interpolation is
+// cell-centred and conductance-weighted, a product over the axes: along x, fine cell i of coarse
+// cell I next to coarse cell J takes
+//
+//     (1 − w) φ_I + w φ_J,   w = (resistance from I's centre to i) / (resistance from I's to J's centre)
+//
+//          I             J                 uniform κ: w = 1/4; towards a barrier w → 0
+//     |  o  I  i  |  j  J  o  |
+//
+// so that flux, not value, runs on through jumps of κ. Restriction is the transpose. Values outside
+// the block are 0. Only fine cells of one colour (x+y+z) mod 2 take part: the residual of the other
+// colour is zero, and what it would receive is overwritten by the smoother.
+//
+// Fields are [z][y][x][GROUPS] vectors; weights wx, wy, wz are [z][y][x] on the fine level.
+#ifndef REAL
+#define REAL float  // storage and arithmetic
+#endif
+#ifndef ACCU
+#define ACCU double  // sums and residuals; float where the device has no double
+#endif
+#ifndef WIDTH
+#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
+#endif
+#ifndef GROUPS
+#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
+#endif
+#define JOIN_(a, b) a##b
+#define JOIN(a, b) JOIN_(a, b)
+#if WIDTH == 1
+typedef REAL vec;
+typedef ACCU accu_vec;
+#define to_vec(v) ((REAL)(v))
+#define to_accu(v) ((ACCU)(v))
+#else
+typedef JOIN(REAL, WIDTH) vec;
+typedef JOIN(ACCU, WIDTH) accu_vec;
+#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
+#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
+#endif
+
+#ifndef SEGMENT
+#define SEGMENT 0x40000000  // cells of a row one item walks; shorter on GPUs, which want more items
+#endif
+
+// coarse = Pᵀ residual. Items as in grid_operator.cl, over the coarse grid.
+kernel void restrict_residual(const int nx, const int ny, const int nz, const int cx, const int cy,
+                              const int cz, const int colour, global const REAL *restrict wx,
+                              global const REAL *restrict wy, global const REAL *restrict wz,
+                              global const vec *restrict residual, global vec *restrict coarse) {
+  const int group = (int)get_global_id(0) % GROUPS;
+  const int begin = (int)get_global_id(0) / GROUPS * SEGMENT;
+  const int row = (int)get_global_id(1);
+  if (begin >= cx || row >= cy * cz) return;
+  const int cell_y = row % cy, cell_z = row / cy;
+  const int z_begin = max(2 * cell_z - 1, 0), z_end = min(2 * cell_z + 3, nz);
+  const int y_begin = max(2 * cell_y - 1, 0), y_end = min(2 * cell_y + 3, ny);
+  for (int cell_x = begin; cell_x < min(cx, begin + SEGMENT); ++cell_x) {
+    const int x_begin = max(2 * cell_x - 1, 0), x_end = min(2 * cell_x + 3, nx);
+    vec sum = (vec)(0);
+    for (int z = z_begin; z < z_end; ++z) {
+      for (int y = y_begin; y < y_end; ++y) {
+        const int fine_row = (z * ny + y) * nx;
+        for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
+          const int i = fine_row + x;
+          const REAL weight = ((x >> 1) == cell_x ? 1 - wx[i] : wx[i]) *
+                              ((y >> 1) == cell_y ? 1 - wy[i] : wy[i]) *
+                              ((z >> 1) == cell_z ? 1 - wz[i] : wz[i]);
+          sum += weight * residual[(size_t)i * GROUPS + group];
+        }
+      }
+    }
+    coarse[((size_t)row * cx + cell_x) * GROUPS + group] = sum;
+  }
+}
+
+// φ += P coarse on fine cells of one colour. Items as in
+// grid_operator.cl, over the fine grid.
+kernel void prolong_add(const int nx, const int ny, const int nz, const int cx, const int cy,
+                        const int cz, const int colour, global const REAL *restrict wx,
+                        global const REAL *restrict wy, global const REAL *restrict wz,
+                        global const vec *restrict coarse, global vec *restrict phi) {
+  const int group = (int)get_global_id(0) % GROUPS;
+  const int begin = (int)get_global_id(0) / GROUPS * SEGMENT;
+  const int row = (int)get_global_id(1);
+  if (begin >= nx || row >= ny * nz) return;
+  const int end = min(nx, begin + SEGMENT);
+  const int y = row % ny, z = row / ny;
+  // Own parents and those across; where there is none the weight is made zero.
+  const int y_across = (y >> 1) + ((y & 1) ? 1 : -1), z_across = (z >> 1) + ((z & 1) ? 1 : -1);
+  const int has_y = y_across >= 0 && y_across < cy, has_z = z_across >= 0 && z_across < cz;
+  const int own_y = (y >> 1) * cx, own_z = (z >> 1) * cx * cy;
+  const int far_y = has_y ? y_across * cx : own_y, far_z = has_z ? z_across * cx * cy : own_z;
+  global const vec *restrict oo = coarse + (size_t)(own_y + own_z) * GROUPS + group;
+  global const vec *restrict fo = coarse + (size_t)(far_y + own_z) * GROUPS + group;
+  global const vec *restrict of = coarse + (size_t)(own_y + far_z) * GROUPS + group;
+  global const vec *restrict ff = coarse + (size_t)(far_y + far_z) * GROUPS + group;
+  for (int x = begin + ((colour ^ begin ^ y ^ z) & 1); x < end; x += 2) {
+    const int i = row * nx + x;
+    const REAL ty = wy[i], tz = wz[i], tx = wx[i];
+    const REAL w_oo = (1 - ty) * (1 - tz), w_fo = has_y * ty * (1 - tz);
+    const REAL w_of = has_z * (1 - ty) * tz, w_ff = has_y * has_z * ty * tz;
+    const int own = (x >> 1) * GROUPS;
+    const int x_across = (x >> 1) + ((x & 1) ? 1 : -1);
+    vec sum = (1 - tx) * (w_oo * oo[own] + w_fo * fo[own] + w_of * of[own] + w_ff * ff[own]);
+    if (x_across >= 0 && x_across < cx) {
+      const int far = x_across * GROUPS;
+      sum += tx * (w_oo * oo[far] + w_fo * fo[far] + w_of * of[far] + w_ff * ff[far]);
+    }
+    phi[(size_t)i * GROUPS + group] += sum;
+  }
+}

@@ -1,0 +1,392 @@
+#include "forward/grid/opencl_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <sstream>
+
+#include "core/error.h"
+#include "forward/grid/batched_cg.h"
+#include "forward/grid/grid_hierarchy.h"
+#include "forward/grid/grid_physics.h"
+#include "forward/grid/opencl_field.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+OpenclField& cast(BatchField& field) {
+  auto* own = dynamic_cast<OpenclField*>(&field);
+  check(own != nullptr, "a field of another backend was given to the OpenCL solver");
+  return *own;
+}
+const OpenclField& cast(const BatchField& field) {
+  const auto* own = dynamic_cast<const OpenclField*>(&field);
+  check(own != nullptr, "a field of another backend was given to the OpenCL solver");
+  return *own;
+}
+
+/// Where a face's samples lie among cells and face conductances (grid_surface.cl).
+struct FaceIndex {
+  int nu, nv, cell, cell_u, cell_v, g, g_u, g_v;
+};
+
+FaceIndex face_index(const GridShape& s, Face face) {
+  const FaceShape size = face_shape(s, face);
+  const int axis = axis_of(face);
+  const int face_nx = s.nx + (axis == 0 ? 1 : 0);
+  const int face_ny = s.ny + (axis == 1 ? 1 : 0);
+  const std::array<int, 3> cells{1, s.nx, s.nx * s.ny};
+  const std::array<int, 3> faces{1, face_nx, face_nx * face_ny};
+  const auto a = static_cast<std::size_t>(axis);
+  const std::size_t u = axis == 0 ? 1 : 0;
+  const std::size_t v = axis == 2 ? 1 : 2;
+  const int last = is_plus(face) ? s.extent(axis) - 1 : 0;
+  const int last_face = is_plus(face) ? s.extent(axis) : 0;
+  return {size.nu,  size.nv, last * cells[a], cells[u], cells[v], last_face * faces[a],
+          faces[u], faces[v]};
+}
+
+/// column = x a[0] + y a[1] + z a[2] below the lit face.
+std::array<int, 3> column_strides(const GridShape& s, Face lit) {
+  switch (axis_of(lit)) {
+    case 0:
+      return {0, 1, s.ny};
+    case 1:
+      return {1, 0, s.nx};
+    default:
+      return {1, s.nx, 0};
+  }
+}
+
+class OpenclSolver final : public GridSolver {
+ public:
+  OpenclSolver(const GridSetup& setup, device::Context& context, Precision precision)
+      : setup_(setup), context_(context), format_(format_of(context.info(), precision)) {
+    validate(setup_);
+    constants_ = constants_of(setup_);
+    most_lanes_ = lanes_that_fit();
+    hierarchy_.emplace(context_, format_, setup_, constants_.A);
+    deposit_ = context_.allocate(cells() * format_.real_bytes());
+  }
+
+  const GridSetup& setup() const override { return setup_; }
+  const BoundaryConstants& constants() const override { return constants_; }
+  std::string backend() const override {
+    return context_.info().name + (format_.single ? " (single precision)" : " (double precision)");
+  }
+
+  void set_medium(std::span<const double> kappa, std::span<const double> mu) override {
+    validate_medium(setup_.shape, kappa, mu);
+    hierarchy_->set_medium(kappa, mu);
+    if (setup_.source == SourceModel::first_collision) {
+      upload(context_, format_, beam_fate(setup_, kappa, mu).scattered, deposit_);
+    }
+  }
+
+  std::unique_ptr<BatchField> make_field(int patterns) const override {
+    check(patterns >= 1, "a field needs at least one pattern");
+    auto field = std::make_unique<OpenclField>();
+    field->total = patterns;
+    field->blocks = cut_into_blocks(patterns, most_lanes_);
+    for (Block& block : field->blocks) {
+      block.values = context_.allocate(field_bytes(block));
+      context_.zero(block.values, field_bytes(block));
+    }
+    return field;
+  }
+
+  void fill(BatchField& field, std::span<const double> values) const override {
+    check(values.size() == cells() * static_cast<std::size_t>(field.patterns()),
+          "fill: wrong number of values");
+    for (const Block& block : cast(field).blocks) {
+      write_block(context_, format_, block, cells(), values);
+    }
+  }
+
+  void read(const BatchField& field, std::span<double> values) const override {
+    check(values.size() == cells() * static_cast<std::size_t>(field.patterns()),
+          "read: wrong number of values");
+    for (const Block& block : cast(field).blocks) {
+      read_block(context_, format_, block, cells(), values);
+    }
+  }
+
+  void light_source(std::span<const double> irradiance, BatchField& b) const override {
+    const Face lit = setup_.lit_face;
+    if (setup_.source == SourceModel::boundary) {
+      set_on_face(lit, irradiance, boundary_q_per_irradiance(setup_, constants_), cast(b));
+      return;
+    }
+    need_medium();
+    const GridShape& s = setup_.shape;
+    const std::vector<double> power =
+        scaled(irradiance, constants_.normal_transmittance * voxel_area());
+    const std::array<int, 3> a = column_strides(s, lit);
+    for (const Block& block : cast(b).blocks) {
+      const LaneKernels& k = kernels(block.lanes);
+      const Block light = face_block(lit, block, power);
+      context_.launch(k.surface(), "deposit", k.items(rows()), s.nx, s.ny, s.nz, a[0], a[1], a[2],
+                      deposit_, light.values, block.values);
+    }
+  }
+
+  void exitance_adjoint(Face face, std::span<const double> weights, BatchField& b) const override {
+    set_on_face(face, weights, exitance_per_flux(setup_) / voxel_area(), cast(b));
+  }
+
+  void apply(const BatchField& phi, BatchField& y) const override {
+    need_medium();
+    const OpenclField& in = cast(phi);
+    const OpenclField& out = cast(y);
+    check(in.total == out.total, "apply: fields of different batches");
+    for (std::size_t i = 0; i < in.blocks.size(); ++i) {
+      cg().apply(kernels(in.blocks[i].lanes), in.blocks[i].values, out.blocks[i].values);
+    }
+  }
+
+  SolveReport solve(const BatchField& b, BatchField& phi,
+                    const SolveOptions& options) const override;
+
+  void exitance(const BatchField& phi, Face face, std::span<const double> irradiance,
+                std::span<double> out) const override {
+    need_medium();
+    const OpenclField& field = cast(phi);
+    const std::size_t samples = face_shape(setup_.shape, face).cells();
+    check(out.size() == samples * static_cast<std::size_t>(field.total),
+          "exitance: wrong number of outputs");
+    const bool entering = face == setup_.lit_face && setup_.source == SourceModel::boundary;
+    check(!entering || irradiance.size() == out.size(), "exitance: the lit face needs irradiance");
+    const double scale = exitance_per_flux(setup_) / voxel_area();
+    const double q = entering ? boundary_q_per_irradiance(setup_, constants_) : 0.0;
+    const double apart = entering ? exitance_per_irradiance(setup_, constants_) : 0.0;
+    const std::vector<double> dark(entering ? 0 : out.size(), 0.0);
+    for (const Block& block : field.blocks) {
+      const LaneKernels& k = kernels(block.lanes);
+      const Block light =
+          face_block(face, block, entering ? irradiance : std::span<const double>(dark));
+      const Block result = face_block(face, block, {});
+      on_face(face, [&](auto&&... place) {
+        with_reals(
+            [&](auto s, auto qq, auto e) {
+              context_.launch(k.surface(), "exitance", k.items(samples), place..., s, qq, e,
+                              light.values, block.values, result.values);
+            },
+            scale, q, apart);
+      });
+      read_block(context_, format_, result, samples, out);
+    }
+  }
+
+  PairProducts pair_products(const BatchField& lambda, const BatchField& phi) const override;
+  std::vector<double> column_products(const BatchField& lambda,
+                                      std::span<const double> irradiance) const override;
+
+ private:
+  std::size_t cells() const { return setup_.shape.cells(); }
+  std::size_t rows() const { return cells() / static_cast<std::size_t>(setup_.shape.nx); }
+  double voxel_area() const { return setup_.shape.voxel_mm * setup_.shape.voxel_mm; }
+  std::size_t field_bytes(const Block& block) const {
+    return cells() * static_cast<std::size_t>(block.lanes) * format_.real_bytes();
+  }
+  void need_medium() const {
+    check(hierarchy_->has_medium(), "set_medium must come before the first use of the solver");
+  }
+  static std::vector<double> scaled(std::span<const double> values, double factor) {
+    std::vector<double> result(values.begin(), values.end());
+    for (double& v : result) v *= factor;
+    return result;
+  }
+
+  /// The most lanes whose work space takes no more than half the device's memory.
+  int lanes_that_fit() const {
+    const device::DeviceInfo& info = context_.info();
+    for (const int lanes : {16, 8, 4, 1}) {
+      const double field = static_cast<double>(cells()) * lanes;
+      // r, z, p, q, coarse levels, the caller's b, φ and λ; the gathered solution.
+      const double bytes = field * (8.0 * static_cast<double>(format_.real_bytes()) +
+                                    2.0 * static_cast<double>(format_.accu_bytes()));
+      if (bytes < 0.5 * static_cast<double>(info.global_memory_bytes) &&
+          field * static_cast<double>(format_.accu_bytes()) <
+              static_cast<double>(info.max_allocation_bytes)) {
+        return lanes;
+      }
+    }
+    throw InputError("grid of " + std::to_string(setup_.shape.nx) + " x " +
+                     std::to_string(setup_.shape.ny) + " x " + std::to_string(setup_.shape.nz) +
+                     " voxels does not fit the memory of device '" + info.name +
+                     "'; use a coarser grid or another --device");
+  }
+
+  const LaneKernels& kernels(int lanes) const {
+    return kernels_.try_emplace(lanes, context_, format_, lanes).first->second;
+  }
+  BatchedCg& cg() const {
+    if (!cg_) cg_.emplace(context_, format_, *hierarchy_, most_lanes_);
+    return *cg_;
+  }
+
+  /// Samples of one face for the patterns of `block`: uploaded from `values`, or left empty.
+  Block face_block(Face face, const Block& block, std::span<const double> values) const {
+    const std::size_t samples = face_shape(setup_.shape, face).cells();
+    Block result{block.first, block.count, block.lanes, {}};
+    result.values =
+        context_.allocate(samples * static_cast<std::size_t>(block.lanes) * format_.real_bytes());
+    if (!values.empty()) write_block(context_, format_, result, samples, values);
+    return result;
+  }
+
+  /// Calls f with the doubles as the kernels' reals.
+  template <class F, class... T>
+  void with_reals(F f, T... values) const {
+    if (format_.single) {
+      f(static_cast<float>(values)...);
+    } else {
+      f(values...);
+    }
+  }
+
+  /// Calls launch with the face's place as grid_surface.cl wants it.
+  template <class F>
+  void on_face(Face face, F launch) const {
+    const FaceIndex f = face_index(setup_.shape, face);
+    const Level& level = hierarchy_->finest();
+    const int axis = axis_of(face);
+    const device::Buffer& faces = axis == 0 ? level.gx : axis == 1 ? level.gy : level.gz;
+    launch(f.nu, f.nv, f.cell, f.cell_u, f.cell_v, f.g, f.g_u, f.g_v, faces);
+  }
+
+  /// b = scale G_b values on the face's cells, 0 elsewhere.
+  void set_on_face(Face face, std::span<const double> values, double scale, OpenclField& b) const {
+    need_medium();
+    const std::size_t samples = face_shape(setup_.shape, face).cells();
+    check(values.size() == samples * static_cast<std::size_t>(b.total),
+          "wrong number of values on face " + to_string(face));
+    for (const Block& block : b.blocks) {
+      const LaneKernels& k = kernels(block.lanes);
+      context_.zero(block.values, field_bytes(block));
+      const Block sample = face_block(face, block, values);
+      on_face(face, [&](auto&&... place) {
+        with_reals(
+            [&](auto s) {
+              context_.launch(k.surface(), "add_on_face", k.items(samples), place..., s,
+                              sample.values, block.values);
+            },
+            scale);
+      });
+    }
+  }
+
+  std::vector<double> read_sums(const device::Buffer& buffer) const;
+  device::Buffer zero_sums() const {
+    device::Buffer buffer = context_.allocate(cells() * format_.accu_bytes());
+    context_.zero(buffer, cells() * format_.accu_bytes());
+    return buffer;
+  }
+
+  GridSetup setup_;
+  BoundaryConstants constants_;
+  device::Context& context_;
+  Format format_;
+  int most_lanes_ = 1;
+  std::optional<Hierarchy> hierarchy_;
+  device::Buffer deposit_;  ///< first-collision fraction of each voxel
+  // Made on first use: which lanes are needed depends on the batches that come.
+  mutable std::map<int, LaneKernels> kernels_;
+  mutable std::optional<BatchedCg> cg_;
+};
+
+SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
+                                const SolveOptions& options) const {
+  need_medium();
+  const auto start = std::chrono::steady_clock::now();
+  const OpenclField& rhs = cast(b);
+  const OpenclField& x = cast(phi);
+  check(rhs.total == x.total, "solve: fields of different batches");
+  SolveReport report;
+  double worst = 0.0;
+  bool stagnated = false;
+  for (std::size_t i = 0; i < rhs.blocks.size(); ++i) {
+    const Block& block = rhs.blocks[i];
+    const BatchedCg::Result one =
+        cg().solve(kernels(block.lanes), block.values, x.blocks[i].values, options);
+    report.iterations = std::max(report.iterations, one.iterations);
+    stagnated = stagnated || one.stagnated;
+    for (int m = 0; m < block.count; ++m) {
+      const double residual = one.residual[static_cast<std::size_t>(m)];
+      report.residual.push_back(residual);
+      if (!(residual <= worst)) worst = residual;
+    }
+  }
+  context_.finish();
+  std::ostringstream message;
+  message << "relative residual " << worst << " after " << report.iterations << " iterations";
+  if (!std::isfinite(worst)) {
+    report.termination = Termination::failed;
+    message << ", not a number: the right-hand side or the start is not finite";
+  } else if (worst <= options.tolerance) {
+    report.termination = Termination::converged;
+  } else {
+    report.termination = Termination::ran_out;
+    message << ", tolerance " << options.tolerance << " not met";
+    if (stagnated) message << ": rounding allows no better, use double precision";
+  }
+  report.message = message.str();
+  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return report;
+}
+
+std::vector<double> OpenclSolver::read_sums(const device::Buffer& buffer) const {
+  std::vector<double> values(cells());
+  if (format_.accurate_sums) {
+    context_.read(buffer, values.data(), values.size() * sizeof(double));
+    return values;
+  }
+  std::vector<float> rounded(cells());
+  context_.read(buffer, rounded.data(), rounded.size() * sizeof(float));
+  std::copy(rounded.begin(), rounded.end(), values.begin());
+  return values;
+}
+
+PairProducts OpenclSolver::pair_products(const BatchField& lambda, const BatchField& phi) const {
+  const OpenclField& l = cast(lambda);
+  const OpenclField& p = cast(phi);
+  check(l.total == p.total, "pair_products: fields of different batches");
+  const GridShape& s = setup_.shape;
+  const std::array<device::Buffer, 4> sums{zero_sums(), zero_sums(), zero_sums(), zero_sums()};
+  for (std::size_t i = 0; i < l.blocks.size(); ++i) {
+    context_.launch(kernels(l.blocks[i].lanes).surface(), "pair_products", {1, rows()}, s.nx, s.ny,
+                    s.nz, l.blocks[i].values, p.blocks[i].values, sums[0], sums[1], sums[2],
+                    sums[3]);
+  }
+  return {read_sums(sums[0]), read_sums(sums[1]), read_sums(sums[2]), read_sums(sums[3])};
+}
+
+std::vector<double> OpenclSolver::column_products(const BatchField& lambda,
+                                                  std::span<const double> irradiance) const {
+  const OpenclField& field = cast(lambda);
+  const Face lit = setup_.lit_face;
+  const GridShape& s = setup_.shape;
+  check(irradiance.size() == face_shape(s, lit).cells() * static_cast<std::size_t>(field.total),
+        "column_products: wrong number of irradiances");
+  const std::array<int, 3> a = column_strides(s, lit);
+  const device::Buffer sum = zero_sums();
+  for (const Block& block : field.blocks) {
+    const Block light = face_block(lit, block, irradiance);
+    context_.launch(kernels(block.lanes).surface(), "column_products", {1, rows()}, s.nx, s.ny,
+                    s.nz, a[0], a[1], a[2], block.values, light.values, sum);
+  }
+  return read_sums(sum);
+}
+
+}  // namespace
+
+std::unique_ptr<GridSolver> make_opencl_solver(const GridSetup& setup, device::Context& context,
+                                               Precision precision) {
+  return std::make_unique<OpenclSolver>(setup, context, precision);
+}
+
+}  // namespace kappamu::forward
