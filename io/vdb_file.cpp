@@ -3,7 +3,10 @@
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <map>
@@ -28,10 +31,41 @@ constexpr const char* provenance_prefix = "provenance_";
 class StreamArchive : public openvdb::io::Archive {
  public:
   void write_to(std::ostream& out, const openvdb::GridCPtrVec& grids,
-                const openvdb::MetaMap& metadata) const {
+                const openvdb::MetaMap& metadata, const std::string& identity) const {
     Archive::write(out, grids, /*seekable=*/true, metadata);
+    // OpenVDB puts a random UUID after magic number, file version, library version and offset flag
+    // (8 + 4 + 8 + 1 bytes). Ours follows from the content: same volume, same bytes.
+    constexpr std::streamoff uuid_offset = 21;
+    out.seekp(uuid_offset);
+    out << identity;
   }
 };
+
+/// A UUID (version 8 of RFC 9562, which leaves its bits free) from all numbers and texts of a set,
+/// by the 64-bit hash FNV-1a.
+std::string identity_of(const VolumeSet& set) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&](const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 0x100000001b3;
+  };
+  for (const NamedVolume& named : named_volumes(set)) {
+    add(named.name.data(), named.name.size());
+    add(named.volume->values().data(), named.volume->size() * sizeof(double));
+  }
+  for (const auto& [name, text] : set.metadata) {
+    add(name.data(), name.size());
+    add(text.data(), text.size());
+  }
+  const std::uint64_t high = hash;
+  add(&high, sizeof high);
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%08x-%04x-8%03x-8%03x-%012llx",
+                static_cast<unsigned>(high >> 32), static_cast<unsigned>(high >> 16 & 0xFFFF),
+                static_cast<unsigned>(high & 0xFFF), static_cast<unsigned>(hash >> 52),
+                static_cast<unsigned long long>(hash & 0xFFFFFFFFFFFF));
+  return text.data();
+}
 
 /// Sample frame [mm] from voxel index: scale by h, centres at half voxels.
 openvdb::math::Transform::Ptr sample_from_index(double voxel_mm) {
@@ -251,8 +285,10 @@ void write_vdb(const fs::path& file, const VolumeSet& set) {
   validate(set, file.string());
   openvdb::initialize();
   const openvdb::GridCPtrVec grids = make_grids(set);
-  write_stream_atomically(
-      file, [&](std::ostream& out) { StreamArchive().write_to(out, grids, file_metadata(set)); });
+  const std::string identity = identity_of(set);
+  write_stream_atomically(file, [&](std::ostream& out) {
+    StreamArchive().write_to(out, grids, file_metadata(set), identity);
+  });
 }
 
 VolumeSet read_vdb(const fs::path& file) {

@@ -76,9 +76,12 @@ VolumeSet read_volume_folder(const fs::path& folder) {
   for (const std::string& channel : set.channels) {
     set.media.push_back({read_array(folder / ("kappa_" + channel + ".npy"), shape),
                          read_array(folder / ("mu_" + channel + ".npy"), shape)});
-    const auto read_extra = [&](const char* prefix, std::vector<Volume<double>>& volumes) {
-      const fs::path file = folder / (prefix + channel + ".npy");
-      if (fs::exists(file)) volumes.push_back(read_array(file, shape));
+    // volume.json lists what belongs to it; other arrays may be left over from an older volume.
+    const auto read_extra = [&](const std::string& prefix, std::vector<Volume<double>>& volumes) {
+      const std::string name = prefix + channel;
+      if (header.object("units").contains(name)) {
+        volumes.push_back(read_array(folder / (name + ".npy"), shape));
+      }
     };
     read_extra("std_kappa_", set.kappa_std);
     read_extra("std_mu_", set.mu_std);
