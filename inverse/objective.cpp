@@ -229,4 +229,9 @@ void Objective::set_correction(std::vector<double> correction) {
   correction_ = std::move(correction);
 }
 
+void Objective::restore(std::vector<double> correction, const SolveCount& solves) {
+  set_correction(std::move(correction));
+  solves_ = solves;
+}
+
 }  // namespace kappamu::inverse

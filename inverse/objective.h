@@ -78,6 +78,8 @@ class Objective {
   double refresh_correction(const Refinement& refinement, const CoefficientPair& fields);
   const std::vector<double>& correction() const { return correction_; }
   void set_correction(std::vector<double> correction);
+  /// Where a checkpoint left off.
+  void restore(std::vector<double> correction, const SolveCount& solves);
 
  private:
   CoefficientPair adjoint(const std::vector<double>& by_exitance);

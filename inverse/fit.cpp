@@ -1,0 +1,396 @@
+#include "inverse/fit.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "core/error.h"
+#include "inverse/basis.h"
+#include "inverse/fit_state.h"
+#include "inverse/homogeneous.h"
+#include "inverse/problem.h"
+#include "inverse/sensitivity.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+/// Coarser grids keep at least this many voxels along every axis: fewer resolve neither the decay
+/// along the light nor a patch.
+constexpr int fewest_voxels = 4;
+/// Less relief of χ² than this share by a lower weight: the misfit is not the regulariser's doing.
+constexpr double stagnation = 0.03;
+/// χ² per datum above which stopping there is worth a warning.
+constexpr double suspicious_chi2 = 1.5;
+
+/// The objective in the coordinates the optimiser moves in.
+class FitFunction final : public Function {
+ public:
+  FitFunction(Objective& objective, const Basis& basis) : objective_(objective), basis_(basis) {}
+  double data(const Vector& z) override { return objective_.value(basis_.to_fields(z)); }
+  Vector data_gradient() override { return basis_.gradient(objective_.gradient()); }
+  double roughness(const Vector& z) const override { return basis_.roughness(z); }
+  Vector roughness_gradient(const Vector& z) const override { return basis_.roughness_gradient(z); }
+  double amplitude(const Vector& direction) const override {
+    const CoefficientPair fields = basis_.to_fields(direction);
+    double largest = 0.0;
+    for (const double x : fields.log_kappa) largest = std::max(largest, std::abs(x));
+    for (const double x : fields.log_mu) largest = std::max(largest, std::abs(x));
+    return largest;
+  }
+
+ private:
+  Objective& objective_;
+  const Basis& basis_;
+};
+
+double thickness(const Problem& problem) {
+  const GridShape& shape = problem.setup.shape;
+  return shape.extent(axis_of(problem.setup.lit_face)) * shape.voxel_mm;
+}
+
+std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int channel,
+                                 const FitOptions& options) {
+  std::vector<Problem> ladder;
+  ladder.push_back(make_problem(measurements, channel, options.convention, options.model_error));
+  while (static_cast<int>(ladder.size()) < options.max_levels) {
+    const GridShape& s = ladder.back().setup.shape;
+    if (std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
+    Problem coarser = coarsen(ladder.back(), options.coarse_model_error);
+    if (coarser.used() < 16) break;  // masks left nothing whole
+    ladder.push_back(std::move(coarser));
+  }
+  return ladder;
+}
+
+/// One channel's fit; run() from start or checkpoint to the end.
+class ChannelRun {
+ public:
+  ChannelRun(const SurfaceMeasurements& measurements, int channel, const FitOptions& options,
+             const Checkpoint& checkpoint, Progress& progress)
+      : options_(options),
+        checkpoint_(checkpoint),
+        progress_(progress),
+        stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
+        fingerprint_(fingerprint(measurements, channel, options)),
+        per_value_(exitance_per_value(measurements, make_setup(measurements, options.convention))),
+        ladder_(make_ladder(measurements, channel, options)) {}
+
+  ChannelFit run();
+
+ private:
+  void open_level();
+  void begin();
+  void begin_stage();
+  void iterate_stage();
+  void end_stage();
+  void finish_level(bool stagnated);
+  ChannelFit result();
+
+  double seconds() const {
+    return state_.seconds + std::chrono::duration<double>(Clock::now() - start_).count();
+  }
+  Refinement refinement() const {
+    const auto level = static_cast<std::size_t>(state_.level);
+    if (state_.level == 0) return refine(ladder_[0]);
+    return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
+  }
+  double chi2_per_datum() const {
+    return 2.0 * state_.optimiser.data / static_cast<double>(objective_->problem().used());
+  }
+  void warn(const std::string& sentence);
+  void save();
+  void tell();
+
+  const FitOptions& options_;
+  const Checkpoint& checkpoint_;
+  Progress& progress_;
+  std::string stage_name_;
+  std::uint64_t fingerprint_;
+  double per_value_;
+  std::vector<Problem> ladder_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_save_ = Clock::now();
+  FitState state_;
+  std::unique_ptr<Objective> objective_;
+  std::unique_ptr<Basis> basis_;
+  std::unique_ptr<FitFunction> function_;
+};
+
+void ChannelRun::warn(const std::string& sentence) {
+  auto& warnings = state_.report.warnings;
+  if (std::find(warnings.begin(), warnings.end(), sentence) != warnings.end()) return;
+  warnings.push_back(sentence);
+  progress_.warn(stage_name_ + ": " + sentence);
+}
+
+void ChannelRun::save() {
+  last_save_ = Clock::now();
+  if (!checkpoint_.save) return;
+  FitState saved = state_;
+  saved.seconds = seconds();
+  saved.solves = objective_->solves();
+  checkpoint_.save(saved.bytes(fingerprint_));
+}
+
+void ChannelRun::tell() {
+  // Each grid costs eight times the next coarser one: progress counts grids, then weights.
+  const double levels = static_cast<double>(ladder_.size());
+  const double done = levels - 1.0 - state_.level;
+  char detail[128];
+  std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d",
+                static_cast<int>(done) + 1, static_cast<int>(levels), state_.optimiser.weight,
+                chi2_per_datum(), state_.stage_steps);
+  const double reach = 1.0 / std::max(1.0, std::sqrt(chi2_per_datum() / options_.target_chi2));
+  progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
+}
+
+void ChannelRun::open_level() {
+  const Problem& problem = ladder_[static_cast<std::size_t>(state_.level)];
+  objective_ = std::make_unique<Objective>(problem, options_.backend);
+  const double depth = thickness(problem);
+  basis_ = std::make_unique<Basis>(options_.coordinates, problem.setup.shape, depth,
+                                   options_.smooth_length * depth);
+  function_ = std::make_unique<FitFunction>(*objective_, *basis_);
+  if (!objective_->warning().empty()) warn(objective_->warning());
+}
+
+void ChannelRun::begin() {
+  state_.level = static_cast<int>(ladder_.size()) - 1;
+  open_level();
+  HomogeneousFit start = fit_homogeneous(*objective_);
+  const std::size_t cells = objective_->problem().setup.shape.cells();
+  const auto fields = [&] {
+    return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
+  };
+  if (options_.correct_grid) {
+    objective_->refresh_correction(refinement(), fields());
+    start = fit_homogeneous(*objective_);
+    objective_->refresh_correction(refinement(), fields());
+  }
+  state_.correction = objective_->correction();
+  state_.report.homogeneous_kappa = start.kappa;
+  state_.report.homogeneous_mu = start.mu;
+  state_.report.homogeneous_log_residual = start.log_residual;
+  if (!start.converged) {
+    warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
+  }
+  state_.optimiser.z = basis_->from_fields(fields());
+  state_.optimiser.weight = options_.weight.value_or(options_.first_weight);
+}
+
+void ChannelRun::begin_stage() {
+  if (options_.correct_grid) {
+    objective_->refresh_correction(refinement(), basis_->to_fields(state_.optimiser.z));
+    state_.correction = objective_->correction();
+  }
+  start(*function_, state_.optimiser);
+  if (!std::isfinite(state_.optimiser.data)) {
+    throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
+  }
+  state_.stage_steps = 0;
+  state_.small_decreases = 0;
+  state_.in_stage = true;
+  save();
+}
+
+void ChannelRun::iterate_stage() {
+  // Two in a row: a single short step is often followed by a long one.
+  while (state_.small_decreases < 2) {
+    if (state_.stage_steps >= options_.stage_steps) {
+      state_.ran_out = state_.ran_out || state_.level == 0;
+      break;
+    }
+    const double before = state_.optimiser.value();
+    const StepOutcome outcome = step(*function_, state_.optimiser, options_.optimiser);
+    if (outcome == StepOutcome::stalled) break;
+    ++state_.stage_steps;
+    const double after = state_.optimiser.value();
+    const bool small = before - after < options_.stage_tolerance * after;
+    state_.small_decreases = small ? state_.small_decreases + 1 : 0;
+    tell();
+    if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=
+        checkpoint_.interval_seconds) {
+      save();
+    }
+  }
+}
+
+void ChannelRun::end_stage() {
+  const double chi2 = chi2_per_datum();
+  const SolveCount& solves = objective_->solves();
+  state_.report.history.push_back({state_.level, state_.optimiser.weight, state_.stage_steps,
+                                   solves.forward, solves.adjoint, state_.optimiser.value(), chi2,
+                                   state_.optimiser.roughness, seconds()});
+  state_.in_stage = false;
+  const bool stagnated = state_.last_chi2 > 0.0 && chi2 > (1.0 - stagnation) * state_.last_chi2;
+  const double next = state_.optimiser.weight * options_.weight_factor;
+  state_.last_chi2 = chi2;
+  if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
+    finish_level(stagnated);
+  } else {
+    state_.optimiser.weight = next;
+  }
+}
+
+void ChannelRun::finish_level(bool stagnated) {
+  const double chi2 = state_.last_chi2;
+  if (state_.level > 0) {
+    const CoefficientPair coarse = basis_->to_fields(state_.optimiser.z);
+    const GridShape coarse_shape = objective_->problem().setup.shape;
+    --state_.level;
+    open_level();
+    const GridShape& shape = objective_->problem().setup.shape;
+    const double weight = state_.optimiser.weight;
+    state_.optimiser = OptimiserState{};
+    state_.optimiser.z = basis_->from_fields({prolong(coarse.log_kappa, coarse_shape, shape),
+                                              prolong(coarse.log_mu, coarse_shape, shape)});
+    state_.optimiser.weight =
+        options_.weight.value_or(weight / std::pow(options_.weight_factor, options_.restart_steps));
+    state_.correction = objective_->correction();
+    state_.last_chi2 = 0.0;
+    return;
+  }
+  FitReport& report = state_.report;
+  char sentence[200];
+  if (state_.ran_out) {
+    report.status = FitStatus::ran_out;
+    std::snprintf(sentence, sizeof sentence,
+                  "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
+                  options_.stage_steps, chi2);
+  } else if (chi2 <= options_.target_chi2 || options_.weight) {
+    report.status = FitStatus::converged;
+    std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
+  } else {
+    report.status = stagnated ? FitStatus::above_noise : FitStatus::ran_out;
+    std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
+                  stagnated ? "Lower weights stopped helping" : "The lowest weight was reached",
+                  chi2);
+  }
+  report.message = sentence;
+  if (chi2 > suspicious_chi2) {
+    std::snprintf(sentence, sizeof sentence,
+                  "The volumes explain the data only to %.2g times their stated noise (chi2 per "
+                  "datum %.3g): variances, calibration or the diffusion model do not hold.",
+                  std::sqrt(chi2), chi2);
+    warn(sentence);
+  }
+  report.chi2_per_datum = chi2;
+  report.weight = state_.optimiser.weight;
+  state_.finished = true;
+  save();
+}
+
+ChannelFit ChannelRun::result() {
+  const CoefficientPair fields = basis_->to_fields(state_.optimiser.z);
+  const GridShape& shape = ladder_[0].setup.shape;
+  objective_->value(fields);
+  ChannelFit fit;
+  fit.medium = {Volume<double>(shape), Volume<double>(shape)};
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    fit.medium.kappa[i] = std::exp(fields.log_kappa[i]);
+    fit.medium.mu[i] = std::exp(fields.log_mu[i]);
+  }
+  for (const double m : objective_->prediction()) {
+    fit.prediction.push_back(static_cast<float>(m / per_value_));
+  }
+  if (options_.sensitivity_probes > 0) {
+    CoefficientPair root =
+        estimate_sensitivity(*objective_, options_.sensitivity_probes, options_.seed);
+    fit.sensitivity_kappa =
+        Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));
+    fit.sensitivity_mu =
+        Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
+  }
+  fit.report = state_.report;
+  fit.report.backend = objective_->backend_name();
+  fit.report.data = ladder_[0].used();
+  fit.report.seconds = seconds();
+  return fit;
+}
+
+ChannelFit ChannelRun::run() {
+  bool resumed = false;
+  if (!checkpoint_.initial.empty()) {
+    resumed = state_.restore(checkpoint_.initial, fingerprint_);
+    if (!resumed) {
+      warn("The checkpoint belongs to other measurements or options; the fit starts anew.");
+    }
+  }
+  if (resumed) {
+    open_level();
+    objective_->restore(state_.correction, state_.solves);
+  } else {
+    begin();
+  }
+  while (!state_.finished) {
+    if (!state_.in_stage) begin_stage();
+    iterate_stage();
+    end_stage();
+  }
+  ChannelFit fit = result();
+  fit.report.resumed = resumed;
+  return fit;
+}
+
+void require(bool holds, const std::string& sentence) {
+  if (!holds) throw InputError("fit options: " + sentence);
+}
+
+}  // namespace
+
+void validate(const FitOptions& o) {
+  require(!o.weight || *o.weight >= 0.0, "weight must not be negative");
+  require(o.first_weight > 0.0, "first_weight must be positive");
+  require(o.last_weight > 0.0 && o.last_weight <= o.first_weight,
+          "last_weight must be positive and at most first_weight");
+  require(o.weight_factor > 0.0 && o.weight_factor < 1.0, "weight_factor must lie in (0, 1)");
+  require(o.restart_steps >= 0.0, "restart_steps must not be negative");
+  require(o.target_chi2 > 0.0, "target_chi2 must be positive");
+  require(o.stage_tolerance > 0.0 && o.stage_tolerance < 1.0, "stage_tolerance must lie in (0, 1)");
+  require(o.stage_steps >= 1, "stage_steps must be at least 1");
+  require(o.max_levels >= 1, "max_levels must be at least 1");
+  require(o.model_error.relative >= 0.0 && o.model_error.of_maximum >= 0.0 &&
+              o.coarse_model_error.relative >= 0.0 && o.coarse_model_error.of_maximum >= 0.0,
+          "model errors must not be negative");
+  require(o.smooth_length > 0.0, "smooth_length must be positive");
+  require(o.sensitivity_probes >= 0, "sensitivity_probes must not be negative");
+  require(o.optimiser.memory >= 1, "memory must be at least 1 pair");
+  require(o.optimiser.first_step > 0.0 && o.optimiser.longest_step > 0.0,
+          "step bounds must be positive");
+  require(o.optimiser.max_backtracks >= 1, "max_backtracks must be at least 1");
+  require(o.optimiser.golden_tolerance > 0.0, "golden_tolerance must be positive");
+  require(o.backend.batch >= 1, "batch must be at least 1 pattern");
+  require(o.backend.refined_memory_mb > 0.0, "refined_memory_mb must be positive");
+  require(o.backend.solve.tolerance > 0.0 && o.backend.solve.max_iterations >= 1,
+          "the solver's tolerance must be positive and max_iterations at least 1");
+}
+
+std::string to_string(FitStatus status) {
+  switch (status) {
+    case FitStatus::converged:
+      return "converged";
+    case FitStatus::above_noise:
+      return "above_noise";
+    default:
+      return "ran_out";
+  }
+}
+
+ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
+                       const FitOptions& options, const Checkpoint& checkpoint,
+                       Progress& progress) {
+  validate(options);
+  validate(measurements, "measurements");
+  if (channel < 0 || channel >= static_cast<int>(measurements.channels.size())) {
+    throw InputError("measurements: there is no channel " + std::to_string(channel));
+  }
+  return ChannelRun(measurements, channel, options, checkpoint, progress).run();
+}
+
+}  // namespace kappamu::inverse

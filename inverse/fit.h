@@ -1,0 +1,115 @@
+// Surface measurements of one channel in, volumes of κ and μ out.
+//
+// Minimises ½ Σ w (r M(κ, μ) − d)² + α R over (log κ, log μ): from the best homogeneous block,
+// coarse grid to fine, the weight α lowered from strong to the noise level and the minimum found at
+// each weight; r corrects for the grid's own error and is refreshed at every weight (objective.h,
+// basis.h, docs/theory.md).
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "core/progress.h"
+#include "core/surface_measurements.h"
+#include "inverse/objective.h"
+#include "inverse/optimiser.h"
+
+namespace kappamu::inverse {
+
+struct FitOptions {
+  OptimiserOptions optimiser;
+  Coordinates coordinates = Coordinates::smooth;
+  forward::Convention convention = forward::Convention::physical;
+
+  /// Fixed weight α instead of the path [dimensionless].
+  std::optional<double> weight;
+  double first_weight = 300.0;  ///< α where the path starts, on the coarsest grid
+  double last_weight = 1e-3;    ///< α below which the path does not go
+  double weight_factor = 0.25;  ///< from one α to the next, in (0, 1)
+  /// A finer grid starts at the α the coarser one ended with, divided by this power of
+  /// weight_factor.
+  double restart_steps = 1.0;
+  double target_chi2 = 1.0;  ///< χ² per datum that ends the path: the noise level
+
+  double stage_tolerance = 2e-3;  ///< relative decrease per step below which a weight is done
+  int stage_steps = 40;           ///< most steps at one weight
+  int max_levels = 4;             ///< grids, the finest included; 1 = the finest alone
+  bool correct_grid = true;       ///< the correction r
+
+  ModelError model_error{0.002, 2e-4};  ///< on the finest grid
+  ModelError coarse_model_error{0.01, 1e-3};
+
+  double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
+  int sensitivity_probes = 0;  ///< adjoint solves spent on where the data constrain the volume
+  std::uint64_t seed = 1;      ///< of those probes
+  Backend backend;
+};
+
+/// Throws InputError naming option, value and bound.
+void validate(const FitOptions& options);
+
+enum class FitStatus {
+  converged,    ///< every weight was minimised to stage_tolerance, down to the noise level
+  above_noise,  ///< the same, but lower weights stopped helping above the noise level
+  ran_out       ///< stage_steps or last_weight ended it
+};
+std::string to_string(FitStatus status);
+
+/// One weight on one grid.
+struct StageRecord {
+  int level = 0;  ///< 0 = finest
+  double weight = 0.0;
+  int steps = 0;
+  int forward_solves = 0;  ///< batched, so far on this grid
+  int adjoint_solves = 0;
+  double objective = 0.0;
+  double chi2_per_datum = 0.0;
+  double roughness = 0.0;  ///< R
+  double seconds = 0.0;    ///< since the channel's start, earlier runs of a resumed fit included
+};
+
+struct FitReport {
+  FitStatus status = FitStatus::ran_out;
+  std::string message;  ///< one sentence: why it stopped
+  std::string backend;
+  std::vector<StageRecord> history;
+  std::vector<std::string> warnings;
+  double homogeneous_kappa = 0.0;         ///< [mm]
+  double homogeneous_mu = 0.0;            ///< [1/mm]
+  double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
+  double chi2_per_datum = 0.0;
+  double weight = 0.0;   ///< α at the end
+  std::size_t data = 0;  ///< used
+  double seconds = 0.0;
+  bool resumed = false;
+};
+
+struct ChannelFit {
+  Medium medium;
+  std::vector<float> prediction;  ///< [M][v][u], unit of SurfaceMeasurements::value, r included
+  /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
+  /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
+  Volume<float> sensitivity_kappa;
+  Volume<float> sensitivity_mu;
+  FitReport report;
+};
+
+/// How a fit survives being killed. `save` receives everything the next step needs; give the last
+/// bytes back as `initial` with the same measurements and options, and the fit ends in the same
+/// bits. `initial` of other inputs is ignored, with a warning.
+struct Checkpoint {
+  std::function<void(std::span<const std::byte>)> save;
+  std::vector<std::byte> initial;
+  double interval_seconds = 30.0;  ///< between saves within a weight; a new weight always saves
+};
+
+/// Throws InputError for measurements no fit can start from.
+ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress);
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,37 @@
+// Everything a fit is between two steps: what a checkpoint holds.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "inverse/fit.h"
+#include "inverse/optimiser.h"
+
+namespace kappamu::inverse {
+
+struct FitState {
+  int level = 0;          ///< of the ladder of grids; 0 = finest
+  bool in_stage = false;  ///< the weight has been set up and evaluated
+  bool finished = false;
+  bool ran_out = false;     ///< some weight on the finest grid ended on stage_steps
+  int stage_steps = 0;      ///< taken at this weight
+  int small_decreases = 0;  ///< in a row
+  double last_chi2 = 0.0;   ///< at the end of the last weight on this grid; 0 before the first
+  double seconds = 0.0;     ///< spent by earlier runs
+  OptimiserState optimiser;
+  Vector correction;
+  SolveCount solves;  ///< on this grid
+  FitReport report;   ///< so far
+
+  std::vector<std::byte> bytes(std::uint64_t fingerprint) const;
+  /// False, leaving the state as it was, unless `bytes` carry this fingerprint and are whole.
+  bool restore(std::span<const std::byte> bytes, std::uint64_t fingerprint);
+};
+
+/// Of everything that determines the result: channel, data and options.
+std::uint64_t fingerprint(const SurfaceMeasurements& measurements, int channel,
+                          const FitOptions& options);
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,22 @@
+// Where a fit starts: the homogeneous block that comes closest, two parameters for all voxels.
+#pragma once
+
+#include "inverse/objective.h"
+
+namespace kappamu::inverse {
+
+struct HomogeneousFit {
+  double kappa = 0.0;         ///< [mm]
+  double mu = 0.0;            ///< [1/mm]
+  double log_residual = 0.0;  ///< root mean square of log M − log d over the data used
+  int evaluations = 0;        ///< batched forward solves
+  bool converged = false;
+};
+
+/// Levenberg-Marquardt on log M − log d over the data above three standard deviations, from the
+/// best of a table of guesses that spans marble to milk to wax at any size of block. The logarithm
+/// makes all guesses, however far off, slope towards the solution. Uses the objective's correction.
+/// Throws InputError when no datum stands above its noise.
+HomogeneousFit fit_homogeneous(Objective& objective);
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,244 @@
+#include "inverse/optimiser.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Share of the promised decrease a step must keep (Armijo).
+constexpr double sufficient_decrease = 1e-4;
+
+template <class A, class B>
+double dot(const std::vector<A>& a, const std::vector<B>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    sum += static_cast<double>(a[i]) * static_cast<double>(b[i]);
+  }
+  return sum;
+}
+
+template <class T>
+void add_scaled(Vector& to, double factor, const std::vector<T>& term) {
+  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * static_cast<double>(term[i]);
+}
+
+Vector full_gradient(const Function& function, const OptimiserState& state) {
+  Vector g = state.data_gradient;
+  add_scaled(g, state.weight, function.roughness_gradient(state.z));
+  return g;
+}
+
+/// A point on the search line, not yet accepted.
+struct Trial {
+  Vector z;
+  double data = 0.0;
+  double roughness = 0.0;
+  double value = 0.0;
+};
+
+Trial evaluate(Function& function, const OptimiserState& state, const Vector& direction,
+               double length) {
+  Trial trial{state.z, 0.0, 0.0, 0.0};
+  add_scaled(trial.z, length, direction);
+  trial.data = function.data(trial.z);
+  trial.roughness = function.roughness(trial.z);
+  trial.value = trial.data + state.weight * trial.roughness;
+  return trial;
+}
+
+void accept(Function& function, OptimiserState& state, Trial trial) {
+  state.z = std::move(trial.z);
+  state.data = trial.data;
+  state.roughness = trial.roughness;
+  state.data_gradient = function.data_gradient();
+}
+
+/// −H g by the two-loop recursion (Nocedal & Wright, algorithm 7.4).
+Vector lbfgs_direction(const Function& function, const OptimiserState& state, const Vector& g) {
+  const std::size_t pairs = state.steps.size();
+  std::vector<Vector> changes(pairs);
+  std::vector<double> curvature(pairs);
+  for (std::size_t k = 0; k < pairs; ++k) {
+    const Vector s(state.steps[k].begin(), state.steps[k].end());
+    changes[k].assign(state.changes[k].begin(), state.changes[k].end());
+    add_scaled(changes[k], state.weight, function.roughness_gradient(s));
+    curvature[k] = dot(s, changes[k]);
+  }
+  const auto usable = [&](std::size_t k) {
+    return curvature[k] >
+           1e-10 * std::sqrt(dot(state.steps[k], state.steps[k]) * dot(changes[k], changes[k]));
+  };
+  Vector d = g;
+  std::vector<double> alpha(pairs, 0.0);
+  std::optional<double> scale;
+  for (std::size_t k = pairs; k-- > 0;) {
+    if (!usable(k)) continue;
+    if (!scale) scale = curvature[k] / dot(changes[k], changes[k]);
+    alpha[k] = dot(state.steps[k], d) / curvature[k];
+    add_scaled(d, -alpha[k], changes[k]);
+  }
+  for (double& x : d) x *= scale.value_or(1.0);
+  for (std::size_t k = 0; k < pairs; ++k) {
+    if (!usable(k)) continue;
+    add_scaled(d, alpha[k] - dot(changes[k], d) / curvature[k], state.steps[k]);
+  }
+  for (double& x : d) x = -x;
+  return d;
+}
+
+StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
+  const Vector g = full_gradient(function, state);
+  Vector direction = lbfgs_direction(function, state, g);
+  double slope = dot(direction, g);
+  if (!(slope < 0.0)) {
+    state.steps.clear();
+    state.changes.clear();
+    direction = g;
+    for (double& x : direction) x = -x;
+    slope = dot(direction, g);
+    if (!(slope < 0.0)) return StepOutcome::stalled;
+  }
+  const double value = state.value();
+  const double amplitude = function.amplitude(direction);
+  double length = state.steps.empty() ? options.first_step / amplitude
+                                      : std::min(1.0, options.longest_step / amplitude);
+  for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
+    Trial trial = evaluate(function, state, direction, length);
+    if (trial.value <= value + sufficient_decrease * length * slope) {
+      std::vector<float> moved(state.z.size());
+      for (std::size_t i = 0; i < moved.size(); ++i) {
+        moved[i] = static_cast<float>(trial.z[i] - state.z[i]);
+      }
+      const Vector before = state.data_gradient;
+      accept(function, state, std::move(trial));
+      std::vector<float> change(before.size());
+      for (std::size_t i = 0; i < change.size(); ++i) {
+        change[i] = static_cast<float>(state.data_gradient[i] - before[i]);
+      }
+      state.steps.push_back(std::move(moved));
+      state.changes.push_back(std::move(change));
+      if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
+        state.steps.erase(state.steps.begin());
+        state.changes.erase(state.changes.begin());
+      }
+      return StepOutcome::progressed;
+    }
+    // The parabola through value, slope and the trial, kept within [0.1, 0.5] of the length.
+    const double curvature = trial.value - value - slope * length;
+    const double best = std::isfinite(curvature) && curvature > 0.0
+                            ? -0.5 * slope * length * length / curvature
+                            : 0.0;
+    length = std::clamp(best, 0.1 * length, 0.5 * length);
+  }
+  if (state.steps.empty()) return StepOutcome::stalled;
+  // A worn history can spoil the direction: once more along the gradient.
+  state.steps.clear();
+  state.changes.clear();
+  return lbfgs_step(function, state, options);
+}
+
+StepOutcome wang2008_step(Function& function, OptimiserState& state,
+                          const OptimiserOptions& options) {
+  Vector p = full_gradient(function, state);
+  for (double& x : p) x = -x;
+  Vector direction = p;
+  if (!state.direction.empty()) {
+    const double denominator = dot(state.previous_gradient, state.previous_gradient);
+    const double beta = std::max(0.0, (dot(p, p) - dot(p, state.previous_gradient)) / denominator);
+    add_scaled(direction, beta, state.direction);
+    if (!(dot(direction, p) > 0.0)) direction = p;
+  }
+  // Bracket a minimum from the last step's length, then shrink it by the golden section.
+  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
+  const double unit = state.previous_step > 0.0
+                          ? state.previous_step
+                          : options.first_step / function.amplitude(direction);
+  Trial best = evaluate(function, state, direction, unit);
+  double left = 0.0;
+  double middle = unit;
+  double right = unit;
+  for (int k = 0; best.value >= state.value(); ++k) {
+    if (k == options.max_backtracks) return StepOutcome::stalled;
+    right = middle;
+    middle *= 1.0 - golden;
+    best = evaluate(function, state, direction, middle);
+  }
+  if (right == middle) {
+    for (int k = 0; k < options.max_backtracks; ++k) {
+      right = middle + (middle - left) / golden;
+      Trial further = evaluate(function, state, direction, right);
+      if (further.value >= best.value) break;
+      left = middle;
+      middle = right;
+      best = std::move(further);
+    }
+  }
+  while (right - left > options.golden_tolerance * middle) {
+    const bool into_right = right - middle > middle - left;
+    const double probe = into_right ? middle + (1.0 - golden) * (right - middle)
+                                    : middle - (1.0 - golden) * (middle - left);
+    Trial trial = evaluate(function, state, direction, probe);
+    if (trial.value < best.value) {
+      (into_right ? left : right) = middle;
+      middle = probe;
+      best = std::move(trial);
+    } else {
+      (into_right ? right : left) = probe;
+    }
+  }
+  // gradient() belongs to the last point evaluated.
+  best = evaluate(function, state, direction, middle);
+  state.previous_step = middle;
+  state.direction = std::move(direction);
+  state.previous_gradient = std::move(p);
+  accept(function, state, std::move(best));
+  return StepOutcome::progressed;
+}
+
+void put_all(ByteWriter& out, const std::vector<std::vector<float>>& list) {
+  out.put<std::uint64_t>(list.size());
+  for (const auto& item : list) out.put(item);
+}
+
+void get_all(ByteReader& in, std::vector<std::vector<float>>& list) {
+  std::uint64_t count = 0;
+  in.get(count);
+  list.clear();
+  for (std::uint64_t k = 0; k < count; ++k) in.get(list.emplace_back());
+}
+
+}  // namespace
+
+void OptimiserState::write(ByteWriter& out) const {
+  for (const Vector* v : {&z, &data_gradient, &direction, &previous_gradient}) out.put(*v);
+  for (const double x : {weight, data, roughness, previous_step}) out.put(x);
+  put_all(out, steps);
+  put_all(out, changes);
+}
+
+void OptimiserState::read(ByteReader& in) {
+  for (Vector* v : {&z, &data_gradient, &direction, &previous_gradient}) in.get(*v);
+  for (double* x : {&weight, &data, &roughness, &previous_step}) in.get(*x);
+  get_all(in, steps);
+  get_all(in, changes);
+}
+
+void start(Function& function, OptimiserState& state) {
+  state.data = function.data(state.z);
+  state.roughness = function.roughness(state.z);
+  state.data_gradient = function.data_gradient();
+  state.direction.clear();
+  state.previous_gradient.clear();
+}
+
+StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
+  return options.method == Method::lbfgs ? lbfgs_step(function, state, options)
+                                         : wang2008_step(function, state, options);
+}
+
+}  // namespace kappamu::inverse

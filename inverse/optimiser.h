@@ -1,0 +1,67 @@
+// One step of minimisation at a time, with all that the next step needs in a plain state, so that a
+// fit can be stopped anywhere and resumed to the same bits.
+#pragma once
+
+#include <vector>
+
+#include "inverse/basis.h"
+#include "inverse/state_bytes.h"
+
+namespace kappamu::inverse {
+
+/// What is minimised: f(z) = data(z) + weight · R(z).
+class Function {
+ public:
+  virtual ~Function() = default;
+  virtual double data(const Vector& z) = 0;
+  /// Of the data term at the z of the last data().
+  virtual Vector data_gradient() = 0;
+  virtual double roughness(const Vector& z) const = 0;
+  virtual Vector roughness_gradient(const Vector& z) const = 0;  ///< linear in z
+  /// Largest change of log κ or log μ along `direction` [log units].
+  virtual double amplitude(const Vector& direction) const = 0;
+};
+
+enum class Method {
+  lbfgs,    ///< limited-memory BFGS with Armijo backtracking
+  wang2008  ///< [W] Table I: Polak-Ribière conjugate gradients, golden-section search
+};
+
+struct OptimiserOptions {
+  Method method = Method::lbfgs;
+  int memory = 12;                ///< L-BFGS pairs kept
+  double first_step = 0.5;        ///< change of log κ or log μ in the first step
+  double longest_step = 2.0;      ///< and in any step
+  int max_backtracks = 12;        ///< halvings of a step before the search gives up
+  double golden_tolerance = 0.1;  ///< final width of the bracket over the step found
+};
+
+struct OptimiserState {
+  Vector z;
+  double weight = 0.0;     ///< of R
+  double data = 0.0;       ///< data term at z
+  double roughness = 0.0;  ///< R at z
+  Vector data_gradient;    ///< at z
+  /// L-BFGS pairs, oldest first: steps and changes of the data gradient. R's share of the latter is
+  /// linear in the step and added when used, so that pairs stay true when the weight changes.
+  std::vector<std::vector<float>> steps;
+  std::vector<std::vector<float>> changes;
+  Vector direction;          ///< conjugate gradients: the last direction
+  Vector previous_gradient;  ///< conjugate gradients: the gradient it was made of
+  double previous_step = 0.0;
+
+  double value() const { return data + weight * roughness; }
+  void write(ByteWriter& out) const;
+  void read(ByteReader& in);
+};
+
+enum class StepOutcome { progressed, stalled };
+
+/// Evaluates f at state.z and forgets the direction of conjugate gradients.
+void start(Function& function, OptimiserState& state);
+
+/// One step from state.z, where start() or the last step evaluated f. `stalled`: no lower value was
+/// found along the search direction; the state is as before.
+StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options);
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,102 @@
+// Plain numbers and arrays to bytes and back, for checkpoints: native byte order, because a
+// checkpoint is resumed on the machine that wrote it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "core/error.h"
+
+namespace kappamu::inverse {
+
+class ByteWriter {
+ public:
+  template <class T>
+  void put(const T& value) {
+    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+    append(&value, sizeof(T));
+  }
+  template <class T>
+  void put(const std::vector<T>& values) {
+    put<std::uint64_t>(values.size());
+    append(values.data(), values.size() * sizeof(T));
+  }
+  void put(const std::string& text) { put(std::vector<char>(text.begin(), text.end())); }
+  const std::vector<std::byte>& bytes() const { return bytes_; }
+
+ private:
+  void append(const void* data, std::size_t count) {
+    if (count == 0) return;
+    const std::size_t end = bytes_.size();
+    bytes_.resize(end + count);
+    std::memcpy(bytes_.data() + end, data, count);
+  }
+  std::vector<std::byte> bytes_;
+};
+
+/// Throws InputError when the bytes end early.
+class ByteReader {
+ public:
+  explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  template <class T>
+  void get(T& value) {
+    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+    std::memcpy(&value, take(sizeof(T)), sizeof(T));
+  }
+  template <class T>
+  void get(std::vector<T>& values) {
+    std::uint64_t count = 0;
+    get(count);
+    if (count > bytes_.size() / sizeof(T)) throw truncated();
+    const std::byte* from = take(count * sizeof(T));
+    values.resize(count);
+    if (count > 0) std::memcpy(values.data(), from, count * sizeof(T));
+  }
+  void get(std::string& text) {
+    std::vector<char> characters;
+    get(characters);
+    text.assign(characters.begin(), characters.end());
+  }
+  bool at_end() const { return bytes_.empty(); }
+
+ private:
+  static InputError truncated() { return InputError("the checkpoint is truncated"); }
+  const std::byte* take(std::size_t count) {
+    if (count > bytes_.size()) throw truncated();
+    const std::byte* begin = bytes_.data();
+    bytes_ = bytes_.subspan(count);
+    return begin;
+  }
+  std::span<const std::byte> bytes_;
+};
+
+/// FNV-1a, 64 bit: tells inputs apart that a checkpoint must not be mixed with.
+class Fingerprint {
+ public:
+  template <class T>
+  void add(const T& value) {
+    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+    add_bytes(&value, sizeof(T));
+  }
+  template <class T>
+  void add(std::span<const T> values) {
+    add(static_cast<std::uint64_t>(values.size()));
+    add_bytes(values.data(), values.size_bytes());
+  }
+  void add(const std::string& text) { add(std::span<const char>(text.data(), text.size())); }
+  std::uint64_t value() const { return hash_; }
+
+ private:
+  void add_bytes(const void* data, std::size_t count) {
+    const auto* byte = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < count; ++i) hash_ = (hash_ ^ byte[i]) * 0x100000001b3ULL;
+  }
+  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+};
+
+}  // namespace kappamu::inverse
