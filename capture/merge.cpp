@@ -1,0 +1,251 @@
+#include "capture/merge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "capture/frames.h"
+#include "capture/noise_model.h"
+#include "core/error.h"
+
+namespace kappamu::capture {
+namespace {
+
+// A frame is left out where the merged estimate puts it within this many standard deviations of
+// saturation: a pixel kept only when its noise happens to be low would be biased.
+constexpr float saturation_margin_sigmas = 4.0F;
+
+struct Sum {
+  float radiance = 0.0F;
+  float variance = 0.0F;
+  std::uint8_t flags = pixel_ok;
+};
+
+// Codes of one channel to linear signal.
+class CodeReader {
+ public:
+  CodeReader(const Radiometry& radiometry, int channel)
+      : linear_(radiometry.response.linear[static_cast<std::size_t>(channel)].begin(),
+                radiometry.response.linear[static_cast<std::size_t>(channel)].end()),
+        saturated_from_(static_cast<std::uint16_t>(saturation_code(radiometry.bit_depth))) {}
+  static constexpr bool rounds = true;
+  float linear(std::uint16_t code) const { return linear_[code]; }
+  bool saturated(std::uint16_t code) const { return code >= saturated_from_; }
+  float saturation() const { return linear_[saturated_from_]; }
+  // Debevec & Malik 1997, eq. (4).
+  float hat(std::uint16_t code) const {
+    return static_cast<float>(std::min<int>(code, static_cast<int>(linear_.size()) - 1 - code));
+  }
+
+ private:
+  std::vector<float> linear_;
+  std::uint16_t saturated_from_;
+};
+
+// Fractions of full scale of one channel to signal above black.
+class FloatReader {
+ public:
+  FloatReader(const Radiometry& radiometry, int channel)
+      : black_(static_cast<float>(radiometry.black_level[static_cast<std::size_t>(channel)] /
+                                  ((1 << radiometry.bit_depth) - 1))) {}
+  static constexpr bool rounds = false;
+  float linear(float value) const { return (value - black_) / (1.0F - black_); }
+  bool saturated(float value) const { return value >= saturation(); }
+  float saturation() const { return 0.99F; }
+  float hat(float value) const { return std::min(value, 1.0F - value); }
+
+ private:
+  float black_;
+};
+
+// Merges one pixel's values; `value(j)` is that of frame j, frames by rising exposure time.
+template <class Reader>
+class PixelMerger {
+ public:
+  PixelMerger(Reader reader, const NoiseModel& noise, const std::vector<float>& exposures,
+              MergeWeight weight)
+      : reader_(std::move(reader)), noise_(noise), exposures_(exposures), weight_(weight) {
+    limit_ = reader_.saturation() -
+             saturation_margin_sigmas * std::sqrt(noise_.variance(reader_.saturation()));
+    dark_deviation_ = std::sqrt(noise_.variance(0.0F));
+  }
+
+  template <class Value>
+  Sum merge(const Value& value) const {
+    // Every frame weighted by its time: right to first order under shot noise, and independent of
+    // the codes but for saturation.
+    float signal = 0.0F;
+    float time = 0.0F;
+    float longest = 0.0F;
+    std::size_t usable = exposures_.size();
+    for (std::size_t j = 0; j < exposures_.size(); ++j) {
+      if (reader_.saturated(value(j))) {
+        usable = j;  // longer ones are saturated too, or moved
+        break;
+      }
+      signal += reader_.linear(value(j));
+      time += exposures_[j];
+      longest = exposures_[j];
+    }
+    if (usable == 0) {
+      const float bound = reader_.saturation() / exposures_.front();
+      return {bound, bound * bound, pixel_saturated};
+    }
+    const float first = signal / time;
+    Sum sum = weight_ == MergeWeight::inverse_variance ? by_variance(value, usable, first)
+                                                       : by_hat(value, usable, first);
+    if (sum.radiance * longest < dark_deviation_) sum.flags = pixel_dark;
+    return sum;
+  }
+
+ private:
+  template <class Value>
+  Sum by_variance(const Value& value, std::size_t usable, float first) const {
+    float weighted = 0.0F;
+    float weights = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      const float t = exposures_[j];
+      if (j > 0 && first * t > limit_) break;
+      // Radiance is linear(value)/t, of variance noise/t².
+      const float weight = t / noise_.variance(first * t);
+      weighted += weight * reader_.linear(value(j));
+      weights += weight * t;
+    }
+    return {weighted / weights, 1.0F / weights};
+  }
+
+  template <class Value>
+  Sum by_hat(const Value& value, std::size_t usable, float first) const {
+    float logarithms = 0.0F;
+    float weights = 0.0F;
+    float squares = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      const float signal = reader_.linear(value(j));
+      const float weight = reader_.hat(value(j));
+      if (!(signal > 0.0F) || !(weight > 0.0F)) continue;
+      logarithms += weight * (std::log(signal) - std::log(exposures_[j]));
+      weights += weight;
+      squares += weight * weight * noise_.variance(signal) / (signal * signal);
+    }
+    if (weights == 0.0F) return by_variance(value, usable, first);
+    const float radiance = std::exp(logarithms / weights);
+    return {radiance, radiance * radiance * squares / (weights * weights)};
+  }
+
+  Reader reader_;
+  const NoiseModel& noise_;
+  const std::vector<float>& exposures_;
+  MergeWeight weight_;
+  float limit_ = 0.0F;
+  float dark_deviation_ = 0.0F;
+};
+
+std::string seconds(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g s", value);
+  return text;
+}
+
+void check_light(const HdrImage& image, const std::vector<float>& exposures,
+                 const std::string& name, bool require_light) {
+  const auto all = [&](std::uint8_t flag) {
+    return std::all_of(image.flags.values().begin(), image.flags.values().end(),
+                       [flag](std::uint8_t value) { return (value & flag) != 0; });
+  };
+  const std::string frames = "in all " + std::to_string(exposures.size()) + " frames";
+  if (all(pixel_saturated)) {
+    throw InputError(name + ": every pixel is saturated " + frames +
+                     "; add exposures shorter than " + seconds(exposures.front()) + ".");
+  }
+  if (require_light && all(pixel_dark)) {
+    throw InputError(name + ": every pixel is darker than the noise " + frames +
+                     "; add exposures longer than " + seconds(exposures.back()) +
+                     " or check that the projector was on.");
+  }
+}
+
+// `pixels[j]` are the values of frame j, by rising exposure time.
+template <class Reader, class T>
+HdrImage merge_sorted(const std::vector<const Image<T>*>& images,
+                      const std::vector<float>& exposures, const Radiometry& radiometry,
+                      const std::string& name, const MergeOptions& options) {
+  const Image<T>& shape = *images.front();
+  const int channels = shape.channels();
+  for (const Image<T>* image : images) {
+    check(image->same_shape(shape), "merge: frames of one stack differ in shape");
+  }
+  check(radiometry.response.linear.size() == static_cast<std::size_t>(channels) &&
+            radiometry.noise.size() == static_cast<std::size_t>(channels),
+        "merge: radiometry and frames differ in channels");
+  HdrImage out{Image<float>(shape.width(), shape.height(), channels),
+               Image<float>(shape.width(), shape.height(), channels),
+               Image<std::uint8_t>(shape.width(), shape.height(), channels)};
+  std::vector<const T*> pixels;
+  for (const Image<T>* image : images) pixels.push_back(image->values().data());
+  for (int c = 0; c < channels; ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    const NoiseModel noise(radiometry.response.linear[channel], radiometry.noise[channel],
+                           Reader::rounds);
+    const PixelMerger<Reader> merger(Reader(radiometry, c), noise, exposures, options.weight);
+    for (std::size_t i = channel; i < shape.size(); i += static_cast<std::size_t>(channels)) {
+      const Sum sum = merger.merge([&](std::size_t j) { return pixels[j][i]; });
+      out.radiance.values()[i] = sum.radiance;
+      out.variance.values()[i] = sum.variance;
+      out.flags.values()[i] = sum.flags;
+    }
+  }
+  check_light(out, exposures, name, options.require_light);
+  return out;
+}
+
+template <class Reader, class Exposed, class Access>
+HdrImage merge(std::span<const Exposed> frames, const Access& image_of,
+               const Radiometry& radiometry, const std::string& name, const MergeOptions& options) {
+  if (frames.empty()) throw InputError(name + ": there are no frames to merge; add at least one.");
+  std::vector<const Exposed*> sorted;
+  for (const Exposed& frame : frames) sorted.push_back(&frame);
+  std::sort(sorted.begin(), sorted.end(),
+            [](const Exposed* a, const Exposed* b) { return a->exposure_s < b->exposure_s; });
+  std::vector<decltype(image_of(*sorted.front()))> images;
+  std::vector<float> exposures;
+  for (const Exposed* frame : sorted) {
+    images.push_back(image_of(*frame));
+    exposures.push_back(static_cast<float>(frame->exposure_s));
+  }
+  return merge_sorted<Reader>(images, exposures, radiometry, name, options);
+}
+
+}  // namespace
+
+HdrImage merge_frames(std::span<const ExposedFrame> frames, const Radiometry& radiometry,
+                      const std::string& name, const MergeOptions& options) {
+  return merge<CodeReader>(
+      frames, [](const ExposedFrame& frame) { return &frame.codes; }, radiometry, name, options);
+}
+
+HdrImage merge_float_frames(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
+                            const std::string& name, const MergeOptions& options) {
+  return merge<FloatReader>(
+      frames, [](const ExposedFloatFrame& frame) { return &frame.linear; }, radiometry, name,
+      options);
+}
+
+HdrImage merge_stack(const Session& session, const Stack& stack, const std::string& label,
+                     const Radiometry& radiometry, const MergeOptions& options) {
+  const std::string name = (session.folder / "session.json").string() + ": " + label;
+  if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float_frame)) {
+    std::vector<ExposedFloatFrame> frames;
+    for (const Frame& frame : stack) {
+      frames.push_back({load_float_frame(session, frame), frame.exposure_s});
+    }
+    return merge_float_frames(frames, radiometry, name, options);
+  }
+  std::vector<ExposedFrame> frames;
+  for (const Frame& frame : stack) {
+    frames.push_back({load_frame(session, frame), frame.exposure_s});
+  }
+  return merge_frames(frames, radiometry, name, options);
+}
+
+}  // namespace kappamu::capture
