@@ -1,0 +1,271 @@
+#include "calib/pose.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+
+#include <limits>
+#include <optional>
+
+#include "calib/face.h"
+#include "calib/opencv_convert.h"
+#include "calib/outline.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+using Six = std::array<double, 6>;
+using Corners = std::array<Eigen::Vector2d, 4>;
+
+template <class T>
+Eigen::Matrix<T, 3, 1> moved(const T* six, const Eigen::Vector3d& point) {
+  const Eigen::Matrix<T, 3, 1> in = point.cast<T>();
+  Eigen::Matrix<T, 3, 1> out;
+  ceres::AngleAxisRotatePoint(six, in.data(), out.data());
+  for (int k = 0; k < 3; ++k) out[k] += six[3 + k];
+  return out;
+}
+
+/// Distance in pixels of an edge point's ray from the plane through the eye and an edge, measured
+/// in the undistorted image.
+struct EdgeResidual {
+  Eigen::Vector3d ray;  ///< z = 1
+  Eigen::Vector3d start;
+  Eigen::Vector3d end;
+  double focal_px;
+
+  template <class T>
+  bool operator()(const T* pose, T* residual) const {
+    const Eigen::Matrix<T, 3, 1> line = moved(pose, start).cross(moved(pose, end));
+    const Eigen::Matrix<T, 3, 1> direction = ray.cast<T>();
+    residual[0] = focal_px * line.dot(direction) / line.template head<2>().norm();
+    return true;
+  }
+};
+
+struct CornerResidual {
+  Eigen::Vector3d ray;  ///< z = 1
+  Eigen::Vector3d corner;
+  double focal_px;
+
+  template <class T>
+  bool operator()(const T* pose, T* residual) const {
+    const Eigen::Matrix<T, 3, 1> point = moved(pose, corner);
+    residual[0] = focal_px * (point.x() / point.z() - ray.x());
+    residual[1] = focal_px * (point.y() / point.z() - ray.y());
+    return true;
+  }
+};
+
+struct Refined {
+  Six pose{};
+  double cost = std::numeric_limits<double>::infinity();
+  double rms_px = 0.0;
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+};
+
+double focal(const Lens& lens) {
+  return 0.5 * (lens.fx + lens.fy);
+}
+
+/// Solves and adds RMS (of residual blocks) and covariance.
+Refined solve(ceres::Problem& problem, Six& pose) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = 100;
+  options.function_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-12;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  Refined result;
+  result.pose = pose;
+  if (!summary.IsSolutionUsable() || pose[5] <= 0.0) return result;
+  result.cost = summary.final_cost;
+  std::vector<double> residuals;
+  ceres::Problem::EvaluateOptions plain;
+  plain.apply_loss_function = false;
+  problem.Evaluate(plain, nullptr, &residuals, nullptr, nullptr);
+  double sum = 0.0;
+  for (const double r : residuals) sum += r * r;
+  result.rms_px = std::sqrt(sum / problem.NumResidualBlocks());
+  ceres::Covariance covariance({});
+  const std::vector<std::pair<const double*, const double*>> wanted{{pose.data(), pose.data()}};
+  if (covariance.Compute(wanted, &problem)) {
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> block;
+    covariance.GetCovarianceBlock(pose.data(), pose.data(), block.data());
+    const double freedom = std::max(1.0, static_cast<double>(residuals.size()) - 6.0);
+    result.covariance = block * (2.0 * summary.final_cost / freedom);
+  }
+  return result;
+}
+
+/// Both solutions of the planar problem, ordered by OpenCV, in normalised coordinates.
+std::vector<Six> planar_poses(const Corners& corners_px, const Lens& lens,
+                              const std::array<Eigen::Vector3d, 4>& corners) {
+  std::vector<cv::Point3d> objects;
+  std::vector<cv::Point2d> images;
+  for (std::size_t k = 0; k < 4; ++k) {
+    objects.emplace_back(corners[k].x(), corners[k].y(), corners[k].z());
+    const Eigen::Vector3d ray = lens.unproject(corners_px[k]);
+    images.emplace_back(ray.x(), ray.y());
+  }
+  std::vector<cv::Mat> rotations;
+  std::vector<cv::Mat> translations;
+  std::vector<Six> poses;
+  try {
+    cv::solvePnPGeneric(objects, images, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotations,
+                        translations, false, cv::SOLVEPNP_IPPE);
+  } catch (const cv::Exception&) {
+    return poses;
+  }
+  for (std::size_t k = 0; k < rotations.size(); ++k) {
+    poses.push_back(six_of(rotations[k], translations[k]));
+  }
+  return poses;
+}
+
+Refined refine_on_corners(const Corners& corners_px, const Lens& lens,
+                          const std::array<Eigen::Vector3d, 4>& corners) {
+  Refined best;
+  for (Six pose : planar_poses(corners_px, lens, corners)) {
+    ceres::Problem problem;
+    for (std::size_t k = 0; k < 4; ++k) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<CornerResidual, 2, 6>(
+              new CornerResidual{lens.unproject(corners_px[k]), corners[k], focal(lens)}),
+          nullptr, pose.data());
+    }
+    const Refined refined = solve(problem, pose);
+    if (refined.cost < best.cost) best = refined;
+  }
+  return best;
+}
+
+/// Edge k joins corners k and k + 1 in the order of face_corners.
+Refined refine_on_edges(const std::vector<std::vector<Eigen::Vector2d>>& edges, const Lens& lens,
+                        const std::array<Eigen::Vector3d, 4>& corners, Six pose) {
+  constexpr double cauchy_px = 0.3;  // a few times the scatter of a clean edge
+  ceres::Problem problem;
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (const Eigen::Vector2d& pixel : edges[k]) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<EdgeResidual, 1, 6>(new EdgeResidual{
+              lens.unproject(pixel), corners[k], corners[(k + 1) % 4], focal(lens)}),
+          new ceres::CauchyLoss(cauchy_px), pose.data());
+    }
+  }
+  return solve(problem, pose);
+}
+
+/// The sides of a quadrilateral, each turned so that the bright side lies to its right.
+std::vector<std::vector<Eigen::Vector2d>> straight_edges(const Corners& corners, bool mirrored) {
+  std::vector<std::vector<Eigen::Vector2d>> edges;
+  for (std::size_t k = 0; k < 4; ++k) {
+    edges.push_back({corners[k], corners[(k + 1) % 4]});
+    if (mirrored) std::swap(edges.back()[0], edges.back()[1]);
+  }
+  return edges;
+}
+
+/// The projected edges as polylines, each turned so that the bright side lies to its right.
+std::vector<std::vector<Eigen::Vector2d>> projected_edges(
+    const Lens& lens, const Rigid& pose, const std::array<Eigen::Vector3d, 4>& corners,
+    bool mirrored) {
+  constexpr int pieces = 16;
+  std::vector<std::vector<Eigen::Vector2d>> edges;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector3d& start = corners[k];
+    const Eigen::Vector3d& end = corners[(k + 1) % 4];
+    std::vector<Eigen::Vector2d> line;
+    for (int i = 0; i <= pieces; ++i) {
+      const double t = static_cast<double>(i) / pieces;
+      line.push_back(lens.project(pose * (start + (mirrored ? 1.0 - t : t) * (end - start))));
+    }
+    edges.push_back(std::move(line));
+  }
+  return edges;
+}
+
+SamplePose result_of(const Refined& refined, const Lens& lens, const GridShape& grid, Face face) {
+  SamplePose result;
+  result.face = face;
+  result.camera_from_sample = rigid_of(refined.pose);
+  result.covariance = refined.covariance;
+  result.rms_px = refined.rms_px;
+  const auto corners = face_corners(grid, face);
+  for (std::size_t k = 0; k < 4; ++k) {
+    result.corners_px[k] = lens.project(result.camera_from_sample * corners[k]);
+  }
+  return result;
+}
+
+InputError does_not_fit(const std::string& name, const GridShape& grid, Face face) {
+  const FaceShape shape = face_shape(grid, face);
+  const auto rounded = [](double value) {
+    std::string text = std::to_string(value);
+    return text.substr(0, text.find('.') + 3);
+  };
+  return InputError(
+      name + ": the outline does not fit a face of " + rounded(shape.nu * grid.voxel_mm) + " x " +
+      rounded(shape.nv * grid.voxel_mm) +
+      " mm; check sample.grid and sample.voxel_mm in session.json, or give corners_px "
+      "of this sample view in the documented order");
+}
+
+}  // namespace
+
+SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const GridShape& grid,
+                            Face face, const std::string& name) {
+  const Quad quad = find_bright_quad(grey, name);
+  const auto corners = face_corners(grid, face);
+  // The coarse outline may be some pixels off: search wide around it first. Those points decide
+  // between the planar problem's two solutions; then search narrow around the fitted outline.
+  constexpr double wide_px = 8.0;
+  constexpr double narrow_px = 5.0;
+  const bool mirrored = seen_mirrored(face);
+  std::vector<std::vector<Eigen::Vector2d>> edges =
+      edge_points(grey, straight_edges(from_clockwise(face, quad), mirrored), wide_px);
+  Refined best;
+  for (const Six& start : planar_poses(from_clockwise(face, quad), lens, corners)) {
+    const Refined refined = refine_on_edges(edges, lens, corners, start);
+    if (refined.cost < best.cost) best = refined;
+  }
+  for (int pass = 0; pass < 2 && std::isfinite(best.cost); ++pass) {
+    const auto lines = projected_edges(lens, rigid_of(best.pose), corners, mirrored);
+    edges = edge_points(grey, lines, narrow_px);
+    for (std::size_t k = 0; k < 4; ++k) {
+      constexpr double smallest_part_found = 0.4;  // of an edge, at one point per pixel
+      const double length = (lines[k].back() - lines[k].front()).norm();
+      if (static_cast<double>(edges[k].size()) < smallest_part_found * length) {
+        throw does_not_fit(name, grid, face);
+      }
+    }
+    best = refine_on_edges(edges, lens, corners, best.pose);
+  }
+  constexpr double largest_rms_px = 2.0;  // beyond this it is another shape
+  if (!std::isfinite(best.cost) || best.rms_px > largest_rms_px) {
+    throw does_not_fit(name, grid, face);
+  }
+  SamplePose result = result_of(best, lens, grid, face);
+  for (const auto& edge : edges) {
+    result.edge_px.insert(result.edge_px.end(), edge.begin(), edge.end());
+  }
+  return result;
+}
+
+SamplePose pose_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px, const Lens& lens,
+                             const GridShape& grid, Face face, const std::string& name) {
+  const Refined refined = refine_on_corners(corners_px, lens, face_corners(grid, face));
+  const SamplePose result = result_of(refined, lens, grid, face);
+  const Eigen::Vector3d eye = result.camera_from_sample.inverse().translation;
+  const Eigen::Vector3d on_face = face_point(grid, face, 0.0, 0.0);
+  constexpr double largest_rms_px = 10.0;  // clicked by hand
+  if (!std::isfinite(refined.cost) || refined.rms_px > largest_rms_px ||
+      (eye - on_face).dot(face_normal(face)) <= 0.0) {
+    throw does_not_fit(name, grid, face);
+  }
+  return result;
+}
+
+}  // namespace kappamu::calib
