@@ -18,7 +18,7 @@ enum class StageStatus {
 struct StageRecord {
   StageStatus status = StageStatus::started;
   std::string key;       ///< fingerprint of everything the outputs depend on
-  double seconds = 0.0;  ///< wall time, over all attempts
+  double seconds = 0.0;  ///< wall time of the attempt that completed it
   std::vector<std::string> warnings;
 };
 

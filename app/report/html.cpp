@@ -93,7 +93,8 @@ Html table(const std::vector<std::string>& header, const std::vector<std::vector
     for (const Html& cell : cells) line += element("td", cell);
     body += element("tr", line);
   }
-  return element("table", element("thead", element("tr", head)) + element("tbody", body));
+  const Html top = header.empty() ? Html{} : element("thead", element("tr", head));
+  return element("table", top + element("tbody", body));
 }
 
 Html row(const std::vector<Html>& blocks) {

@@ -52,7 +52,7 @@ Html origin_table(const RunRecord& record) {
   for (const auto& [name, value] : record.options)
     rows.push_back({text("option " + name), text(value)});
   for (const auto& [name, value] : record.versions) rows.push_back({text(name), text(value)});
-  return table({"Origin", ""}, rows);
+  return table({}, rows);
 }
 
 }  // namespace

@@ -103,8 +103,8 @@ Criterion judge_prediction(const RunData& run) {
   criterion.light = within_noise ? Light::green : graded(error.error, good_error, usable_error);
   criterion.sentence = "Appearance error E = " + number(error.error) + " on " +
                        std::to_string(run.validate_patterns->patterns.size()) +
-                       " patterns the fit never saw; the photographs' own noise explains " +
-                       number(error.noise) + " of it.";
+                       " patterns the fit never saw; the photographs' own noise alone makes " +
+                       number(error.noise) + ".";
   return criterion;
 }
 

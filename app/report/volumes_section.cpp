@@ -9,7 +9,7 @@ namespace {
 
 constexpr int slices_shown = 5;
 constexpr int slice_pixels = 160;  // longest side of the stored picture
-constexpr int slice_width = 176;   // CSS px
+constexpr int slice_width = 168;   // CSS px: five and the legend fill the page's width
 
 Image<float> slice(const Volume<double>& volume, int z) {
   const GridShape& shape = volume.shape();

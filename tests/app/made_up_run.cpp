@@ -27,9 +27,15 @@ std::array<double, 2> patch_centre(int pattern) {
   return {(pattern % 4 + 0.5) / 4.0, (pattern / 4 % 4 + 0.5) / 4.0};
 }
 
-SurfaceMeasurements make_measurements(const MadeUpRun& options, int patterns, int first,
-                                      std::mt19937& random) {
+struct MadeUpSurface {
   SurfaceMeasurements measured;
+  std::vector<float> truth;  ///< measured.value without its noise
+};
+
+MadeUpSurface make_surface(const MadeUpRun& options, int patterns, int first,
+                           std::mt19937& random) {
+  MadeUpSurface surface;
+  SurfaceMeasurements& measured = surface.measured;
   measured.grid = {options.nx, options.ny, options.nz, 0.5};
   measured.channels = {"R", "G", "B"};
   measured.patterns = patterns;
@@ -52,17 +58,18 @@ SurfaceMeasurements make_measurements(const MadeUpRun& options, int patterns, in
           const double r = std::hypot((x + 0.5) / options.nx - cx, (y + 0.5) / options.ny - cy);
           const double value = 0.1 * std::exp(-r / width);
           const double sigma = noise_of_value * value + noise_floor * 0.1;
+          surface.truth.push_back(static_cast<float>(value));
           measured.value.push_back(static_cast<float>(value + sigma * normal(random)));
           measured.variance.push_back(static_cast<float>(sigma * sigma));
           measured.mask.push_back(x == 0 && y < 4 ? 0 : 1);
         }
     }
-  return measured;
+  return surface;
 }
 
-void write_prediction(const fs::path& file, const SurfaceMeasurements& measured,
-                      double model_error) {
-  std::vector<float> prediction = measured.value;
+void write_prediction(const fs::path& file, const MadeUpSurface& surface, double model_error) {
+  const SurfaceMeasurements& measured = surface.measured;
+  std::vector<float> prediction = surface.truth;
   const auto nu = static_cast<std::size_t>(measured.seen_shape().nu);
   for (std::size_t i = 0; i < prediction.size(); ++i)
     prediction[i] *=
@@ -97,9 +104,10 @@ void write_fit(const fs::path& run, const MadeUpRun& options) {
                   std::span<const float>(mu));
     json history = json::array();
     for (int i = 0; i < 60; ++i)
-      history.push_back({{"evaluations", i + 1},
-                         {"objective", 4e3 * std::pow(0.83, i) + 1.0 + (i % 20 == 19 ? 40.0 : 0.0)},
-                         {"regularisation", std::pow(0.1, i / 20)}});
+      history.push_back(
+          {{"evaluations", i + 1},
+           {"objective", (4e3 * std::pow(0.83, i) + 1.0) * (1.0 + 0.2 * static_cast<double>(c))},
+           {"regularisation", std::pow(0.1, i / 20)}});
     channels.push_back(
         {{"name", names[c]},
          {"converged", options.converged},
@@ -231,8 +239,8 @@ fs::path make_run(const fs::path& folder, const MadeUpRun& options) {
   record.versions = library_versions();
   for (const char* name : stage_names) record.stages[name] = {StageStatus::done, "key", 3.5, {}};
 
-  const SurfaceMeasurements fit = make_measurements(options, options.fit_patterns, 0, random);
-  io::write_measurements(run / "measurements", fit);
+  const MadeUpSurface fit = make_surface(options, options.fit_patterns, 0, random);
+  io::write_measurements(run / "measurements", fit.measured);
   write_prediction(run / "fit" / "prediction.npy", fit, options.model_error);
   write_fit(run, options);
   record.input_kind = RunRecord::InputKind::measurements;
@@ -241,9 +249,9 @@ fs::path make_run(const fs::path& folder, const MadeUpRun& options) {
     const capture::Session session = make_session(folder / "session", options);
     record.input_kind = RunRecord::InputKind::session;
     record.input = session.folder;
-    const SurfaceMeasurements validate =
-        make_measurements(options, options.validate_patterns, options.fit_patterns, random);
-    io::write_measurements(run / "measurements_validate", validate);
+    const MadeUpSurface validate =
+        make_surface(options, options.validate_patterns, options.fit_patterns, random);
+    io::write_measurements(run / "measurements_validate", validate.measured);
     write_prediction(run / "fit" / "prediction_validate.npy", validate, options.model_error);
     write_calibration(run, options, random);
     for (std::size_t i = 0; i < session.patterns.size(); ++i)
