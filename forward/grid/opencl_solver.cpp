@@ -10,9 +10,11 @@
 
 #include "core/error.h"
 #include "forward/grid/batched_cg.h"
+#include "forward/grid/face_index.h"
 #include "forward/grid/grid_hierarchy.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/opencl_field.h"
+#include "forward/grid/solver_self_test.h"
 
 namespace kappamu::forward {
 
@@ -29,43 +31,14 @@ const OpenclField& cast(const BatchField& field) {
   return *own;
 }
 
-/// Where a face's samples lie among cells and face conductances (grid_surface.cl).
-struct FaceIndex {
-  int nu, nv, cell, cell_u, cell_v, g, g_u, g_v;
-};
-
-FaceIndex face_index(const GridShape& s, Face face) {
-  const FaceShape size = face_shape(s, face);
-  const int axis = axis_of(face);
-  const int face_nx = s.nx + (axis == 0 ? 1 : 0);
-  const int face_ny = s.ny + (axis == 1 ? 1 : 0);
-  const std::array<int, 3> cells{1, s.nx, s.nx * s.ny};
-  const std::array<int, 3> faces{1, face_nx, face_nx * face_ny};
-  const auto a = static_cast<std::size_t>(axis);
-  const std::size_t u = axis == 0 ? 1 : 0;
-  const std::size_t v = axis == 2 ? 1 : 2;
-  const int last = is_plus(face) ? s.extent(axis) - 1 : 0;
-  const int last_face = is_plus(face) ? s.extent(axis) : 0;
-  return {size.nu,  size.nv, last * cells[a], cells[u], cells[v], last_face * faces[a],
-          faces[u], faces[v]};
-}
-
-/// column = x a[0] + y a[1] + z a[2] below the lit face.
-std::array<int, 3> column_strides(const GridShape& s, Face lit) {
-  switch (axis_of(lit)) {
-    case 0:
-      return {0, 1, s.ny};
-    case 1:
-      return {1, 0, s.nx};
-    default:
-      return {1, s.nx, 0};
-  }
-}
-
 class OpenclSolver final : public GridSolver {
  public:
-  OpenclSolver(const GridSetup& setup, device::Context& context, Precision precision)
-      : setup_(setup), context_(context), format_(format_of(context.info(), precision)) {
+  OpenclSolver(const GridSetup& setup, device::Context& context, Precision precision, Trust trust)
+      : setup_(setup),
+        context_(context),
+        precision_(precision),
+        trust_(trust),
+        format_(format_of(context.info(), precision)) {
     validate(setup_);
     constants_ = constants_of(setup_);
     most_lanes_ = lanes_that_fit();
@@ -204,7 +177,7 @@ class OpenclSolver final : public GridSolver {
   /// The most lanes whose work space takes no more than half the device's memory.
   int lanes_that_fit() const {
     const device::DeviceInfo& info = context_.info();
-    for (const int lanes : {16, 8, 4, 1}) {
+    for (const int lanes : {full_lanes, 8, 4, 1}) {
       const double field = static_cast<double>(cells()) * lanes;
       // r, z, p, q, coarse levels, the caller's b, φ and λ; the gathered solution.
       const double bytes = field * (8.0 * static_cast<double>(format_.real_bytes()) +
@@ -222,6 +195,14 @@ class OpenclSolver final : public GridSolver {
   }
 
   const LaneKernels& kernels(int lanes) const {
+    if (trust_ == Trust::verify && !kernels_.contains(lanes)) {
+      const Verdict& verdict = solver_verdict(context_, precision_, lanes);
+      if (!verdict.trusted) {
+        throw device::DeviceError("device '" + context_.info().name +
+                                  "' fails its known-answer test (" + verdict.message +
+                                  "); use --device reference");
+      }
+    }
     return kernels_.try_emplace(lanes, context_, format_, lanes).first->second;
   }
   BatchedCg& cg() const {
@@ -290,6 +271,8 @@ class OpenclSolver final : public GridSolver {
   GridSetup setup_;
   BoundaryConstants constants_;
   device::Context& context_;
+  Precision precision_;
+  Trust trust_;
   Format format_;
   int most_lanes_ = 1;
   std::optional<Hierarchy> hierarchy_;
@@ -385,8 +368,8 @@ std::vector<double> OpenclSolver::column_products(const BatchField& lambda,
 }  // namespace
 
 std::unique_ptr<GridSolver> make_opencl_solver(const GridSetup& setup, device::Context& context,
-                                               Precision precision) {
-  return std::make_unique<OpenclSolver>(setup, context, precision);
+                                               Precision precision, Trust trust) {
+  return std::make_unique<OpenclSolver>(setup, context, precision, trust);
 }
 
 }  // namespace kappamu::forward
