@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "core/error.h"
@@ -40,19 +39,38 @@ double coverage(double position, double low, double high, double width) {
 
 namespace {
 
-/// A camera as one quad sees it, in the quad's frame.
-struct QuadCamera {
-  Rigid quad_from_camera;
-  Vector3d origin;
+/// Where a ray meets a quad's plane, in the quad's frame.
+struct Hit {
+  double distance = 0.0;  // in lengths of the ray's direction
+  Vector2d at = Vector2d::Zero();
+  Vector2d footprint = Vector2d::Zero();  // extent along x and y of the ray's share of the picture
 };
 
+/// `spacing` is the distance between neighbouring rays at unit depth.
+std::optional<Hit> meet_plane(const Rigid& quad_from_camera, const Vector3d& direction,
+                              double spacing) {
+  const Vector3d ray = quad_from_camera.rotation * direction;
+  const Vector3d& origin = quad_from_camera.translation;
+  const double distance = -origin.z() / ray.z();
+  if (ray.z() <= 0.0 || distance <= 0.0) return std::nullopt;
+  Hit hit;
+  hit.distance = distance;
+  hit.at = (origin + distance * ray).head<2>();
+  for (int axis = 0; axis < 2; ++axis) {
+    const Vector3d turn = quad_from_camera.rotation.col(axis);
+    const Vector3d shift = distance * (turn - turn.z() / ray.z() * ray);
+    hit.footprint += spacing * shift.head<2>().cwiseAbs();
+  }
+  return hit;
+}
+
 /// Irradiance of the light at a point of the quad.
-double irradiance(const Illumination& light, const Quad& quad, const Vector3d& point_in_quad) {
+double irradiance(const Illumination& light, const Quad& quad, const Vector2d& at) {
   double sum = light.ambient;
   if (light.projector != nullptr && light.thrown != nullptr) {
     const Vector3d normal = -quad.world_from_quad.rotation.col(2);
-    const ProjectorSample sample =
-        sample_projector(*light.projector, quad.world_from_quad * point_in_quad, normal);
+    const ProjectorSample sample = sample_projector(
+        *light.projector, quad.world_from_quad * Vector3d(at.x(), at.y(), 0.0), normal);
     if (sample.white > 0.0) sum += sample.white * thrown_value(*light.thrown, sample.pixel);
   }
   return sum;
@@ -62,43 +80,37 @@ double irradiance(const Illumination& light, const Quad& quad, const Vector3d& p
 
 Image<float> render_quads(const RayTable& rays, const Rigid& world_from_camera,
                           const std::vector<Quad>& quads, const Illumination& light) {
-  std::vector<QuadCamera> cameras;
+  std::vector<Rigid> quad_from_camera;
   for (const Quad& quad : quads) {
-    const Rigid quad_from_camera = quad.world_from_quad.inverse() * world_from_camera;
-    cameras.push_back({quad_from_camera, quad_from_camera.translation});
+    quad_from_camera.push_back(quad.world_from_quad.inverse() * world_from_camera);
   }
+  const double spacing = 1.0 / (rays.focal_px() * rays.per_side());
   Image<float> image(rays.width(), rays.height(), 3);
   for_rows(rays.height(), [&](int y) {
     for (int x = 0; x < rays.width(); ++x) {
       std::array<double, 3> sum{};
       for (int n = 0; n < rays.per_pixel(); ++n) {
         const Vector3d direction = rays.direction(x, y, n);
-        double nearest = std::numeric_limits<double>::infinity();
-        std::size_t hit = quads.size();
-        Vector3d point = Vector3d::Zero();
-        double footprint = 0.0;
+        std::optional<Hit> nearest;
+        std::size_t hit_quad = 0;
         for (std::size_t q = 0; q < quads.size(); ++q) {
-          const Vector3d ray = cameras[q].quad_from_camera.rotation * direction;
-          const double distance = -cameras[q].origin.z() / ray.z();
-          if (ray.z() <= 0.0 || distance <= 0.0 || distance >= nearest) continue;
-          const Vector3d at = cameras[q].origin + distance * ray;
-          const double width = distance / (rays.focal_px() * rays.per_side());
-          if (at.x() < quads[q].low.x() - width || at.x() > quads[q].high.x() + width ||
-              at.y() < quads[q].low.y() - width || at.y() > quads[q].high.y() + width) {
+          const std::optional<Hit> hit = meet_plane(quad_from_camera[q], direction, spacing);
+          if (!hit || (nearest && hit->distance >= nearest->distance)) continue;
+          if ((hit->at.array() < (quads[q].low - hit->footprint).array()).any() ||
+              (hit->at.array() > (quads[q].high + hit->footprint).array()).any()) {
             continue;
           }
-          nearest = distance;
-          hit = q;
-          point = at;
-          footprint = width;
+          nearest = hit;
+          hit_quad = q;
         }
-        if (hit == quads.size()) continue;
-        const Quad& quad = quads[hit];
-        const double present = coverage(point.x(), quad.low.x(), quad.high.x(), footprint) *
-                               coverage(point.y(), quad.low.y(), quad.high.y(), footprint);
+        if (!nearest) continue;
+        const Quad& quad = quads[hit_quad];
+        const double present =
+            coverage(nearest->at.x(), quad.low.x(), quad.high.x(), nearest->footprint.x()) *
+            coverage(nearest->at.y(), quad.low.y(), quad.high.y(), nearest->footprint.y());
         if (present <= 0.0) continue;
-        const std::array<double, 3> albedo = quad.albedo(point.head<2>(), footprint);
-        const double light_here = present * irradiance(light, quad, point);
+        const std::array<double, 3> albedo = quad.albedo(nearest->at, nearest->footprint);
+        const double light_here = present * irradiance(light, quad, nearest->at);
         for (int c = 0; c < 3; ++c) sum[c] += albedo[c] * light_here;
       }
       for (int c = 0; c < 3; ++c) {

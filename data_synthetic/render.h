@@ -44,10 +44,10 @@ class RayTable {
   std::vector<std::array<float, 2>> directions_;
 };
 
-/// Diffuse reflectances R, G, B of a surface at (x, y) [mm], averaged over about `footprint_mm`;
-/// nothing where the surface has ended.
-using Albedo =
-    std::function<std::array<double, 3>(const Eigen::Vector2d& position, double footprint_mm)>;
+/// Diffuse reflectances R, G, B of a surface at (x, y) [mm], averaged over the extent of one ray
+/// along x and y, `footprint` [mm].
+using Albedo = std::function<std::array<double, 3>(const Eigen::Vector2d& position,
+                                                   const Eigen::Vector2d& footprint)>;
 
 /// A textured rectangle in the plane z = 0 of its own frame, seen from its -z side.
 struct Quad {

@@ -19,10 +19,11 @@ double square_wave(double x, double width) {
 }
 
 /// Blackness in [0, 1] of the chessboard at `position` in squares from inner corner (0, 0).
-double board_ink(const Vector2d& position, int columns, int rows, double width) {
-  const double on_board =
-      coverage(position.x(), -1.0, columns, width) * coverage(position.y(), -1.0, rows, width);
-  const double pattern = square_wave(position.x(), width) * square_wave(position.y(), width);
+double board_ink(const Vector2d& position, int columns, int rows, const Vector2d& width) {
+  const double on_board = coverage(position.x(), -1.0, columns, width.x()) *
+                          coverage(position.y(), -1.0, rows, width.y());
+  const double pattern =
+      square_wave(position.x(), width.x()) * square_wave(position.y(), width.y());
   return on_board * (0.5 + 0.5 * pattern);
 }
 
@@ -39,9 +40,9 @@ Quad board_quad(const capture::Board& board, const Rigid& world_from_board) {
   quad.low = Vector2d::Constant(-margin);
   quad.high = Vector2d((board.columns - 1) * board.square_mm + margin,
                        (board.rows - 1) * board.square_mm + margin);
-  quad.albedo = [board](const Vector2d& position, double footprint_mm) {
+  quad.albedo = [board](const Vector2d& position, const Vector2d& footprint) {
     const double ink = board_ink(position / board.square_mm, board.columns, board.rows,
-                                 footprint_mm / board.square_mm);
+                                 footprint / board.square_mm);
     const double value = paper_reflectance + ink * (ink_reflectance - paper_reflectance);
     return std::array<double, 3>{value, value, value};
   };
@@ -53,7 +54,7 @@ Quad plain_quad(const Vector2d& size_mm, double reflectance, const Rigid& world_
   quad.world_from_quad = world_from_quad;
   quad.low = -0.5 * size_mm;
   quad.high = 0.5 * size_mm;
-  quad.albedo = [reflectance](const Vector2d&, double) {
+  quad.albedo = [reflectance](const Vector2d&, const Vector2d&) {
     return std::array<double, 3>{reflectance, reflectance, reflectance};
   };
   return quad;
@@ -99,14 +100,14 @@ Quad chart_quad(double width_mm, const Rigid& world_from_chart) {
   const double pitch = width_mm / (6.0 + 2.0 * chart_border);
   Quad quad = plain_quad({width_mm, chart_height_mm(width_mm)}, 0.0, world_from_chart);
   const Vector2d first = quad.low + Vector2d::Constant(chart_border * pitch);
-  quad.albedo = [=](const Vector2d& position, double footprint_mm) {
+  quad.albedo = [=](const Vector2d& position, const Vector2d& footprint) {
     const Vector2d at = (position - first) / pitch;
     const int column = std::clamp(static_cast<int>(std::floor(at.x())), 0, 5);
     const int row = std::clamp(static_cast<int>(std::floor(at.y())), 0, 3);
-    const double width = footprint_mm / pitch;
+    const Vector2d width = footprint / pitch;
     const double on_patch =
-        coverage(at.x(), column + 0.5 * chart_gap, column + 1.0 - 0.5 * chart_gap, width) *
-        coverage(at.y(), row + 0.5 * chart_gap, row + 1.0 - 0.5 * chart_gap, width);
+        coverage(at.x(), column + 0.5 * chart_gap, column + 1.0 - 0.5 * chart_gap, width.x()) *
+        coverage(at.y(), row + 0.5 * chart_gap, row + 1.0 - 0.5 * chart_gap, width.y());
     std::array<double, 3> albedo{};
     for (int c = 0; c < 3; ++c) {
       albedo[c] = chart_frame_reflectance +

@@ -1,0 +1,216 @@
+#include "data_synthetic/score.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "core/error.h"
+#include "data_synthetic/transport.h"
+#include "io/exr.h"
+#include "io/image_file.h"
+#include "io/npy.h"
+
+namespace kappamu::synthetic {
+
+namespace {
+
+constexpr int score_refinement =
+    2;  // cells per fitted voxel and side when a run's volumes are solved
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<std::size_t> shape_of(const GridShape& grid) {
+  return {static_cast<std::size_t>(grid.nz), static_cast<std::size_t>(grid.ny),
+          static_cast<std::size_t>(grid.nx)};
+}
+
+Volume<double> read_volume(const std::filesystem::path& file, const GridShape& grid) {
+  const io::NpyArray array = io::read_npy(file, shape_of(grid));
+  return {grid, std::vector<double>(array.values.begin(), array.values.end())};
+}
+
+/// Mean over the cells of each coarser voxel.
+Volume<double> average_volume(const Volume<double>& fine, const GridShape& coarse) {
+  const int factor = fine.shape().nx / coarse.nx;
+  Volume<double> out(coarse);
+  const double weight = 1.0 / (factor * factor * factor);
+  for (int z = 0; z < fine.shape().nz; ++z) {
+    for (int y = 0; y < fine.shape().ny; ++y) {
+      for (int x = 0; x < fine.shape().nx; ++x) {
+        out(x / factor, y / factor, z / factor) += weight * fine(x, y, z);
+      }
+    }
+  }
+  return out;
+}
+
+/// Relative errors of one coefficient, median by layer; appends all of them to `all`.
+std::vector<double> errors_by_depth(const Volume<double>& found, const Volume<double>& truth,
+                                    Face lit_face, std::vector<double>& all) {
+  const GridShape& grid = truth.shape();
+  const FaceShape face = face_shape(grid, lit_face);
+  std::vector<double> layers;
+  for (int depth = 0; depth < grid.extent(axis_of(lit_face)); ++depth) {
+    std::vector<double> errors;
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u) {
+        const std::size_t cell = face_cell(grid, lit_face, u, v, depth);
+        errors.push_back(std::abs(found[cell] / truth[cell] - 1.0));
+      }
+    }
+    all.insert(all.end(), errors.begin(), errors.end());
+    layers.push_back(median(std::move(errors)));
+  }
+  return layers;
+}
+
+void score_hdr(const std::filesystem::path& run, const Truth& truth,
+               const std::filesystem::path& truth_folder, Score& score) {
+  std::vector<double> all;
+  std::size_t on_sample = 0;
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::directory_iterator(truth_folder / "radiance")) {
+    files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const std::filesystem::path& file : files) {
+    const std::filesystem::path found_file = run / "hdr" / file.filename();
+    if (!std::filesystem::exists(found_file)) continue;
+    const Image<float> expected = io::read_float_image(file);
+    const io::ExrImage found = io::read_exr(found_file);
+    if (found.width != expected.width() || found.height != expected.height()) {
+      throw InputError(found_file.string() + ": is not of the size of " + file.string() +
+                       "; is this the run of that simulation?");
+    }
+    std::vector<double> errors;
+    for (std::size_t c = 0; c < truth.channels.size(); ++c) {
+      const auto value = found.channels.find(truth.channels[c]);
+      const auto flags = found.channels.find("flags." + truth.channels[c]);
+      if (value == found.channels.end() || flags == found.channels.end()) {
+        throw InputError(found_file.string() + ": channel " + truth.channels[c] +
+                         " or its flags are missing; make the file again with `kappamu merge`");
+      }
+      for (std::size_t i = 0; i < value->second.size(); ++i) {
+        const double true_value = expected.values()[i * truth.channels.size() + c];
+        if (true_value <= 0.0) continue;  // beside the sample
+        ++on_sample;
+        if (flags->second[i] == 0.0F) {
+          errors.push_back(std::abs(value->second[i] / true_value - 1.0));
+        }
+      }
+    }
+    all.insert(all.end(), errors.begin(), errors.end());
+    if (!errors.empty()) {
+      score.hdr_relative_error_by_pattern[file.stem().string()] = median(std::move(errors));
+    }
+  }
+  if (all.empty()) return;
+  score.hdr_valid_fraction = static_cast<double>(all.size()) / static_cast<double>(on_sample);
+  score.hdr_relative_error_median = median(std::move(all));
+}
+
+void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
+                        const std::filesystem::path& truth_folder, Score& score) {
+  std::vector<double> kappa_errors;
+  std::vector<double> mu_errors;
+  for (std::size_t c = 0; c < truth.channels.size(); ++c) {
+    const std::string& name = truth.channels[c];
+    const auto true_volume = [&](const std::string& what) {
+      return average_volume(
+          read_volume(truth_folder / (what + "_" + name + ".npy"), truth.transport_grid),
+          truth.grid);
+    };
+    score.kappa_relative_error_by_depth[name] =
+        errors_by_depth(media[c].kappa, true_volume("kappa"), truth.lit_face, kappa_errors);
+    score.mu_relative_error_by_depth[name] =
+        errors_by_depth(media[c].mu, true_volume("mu"), truth.lit_face, mu_errors);
+  }
+  score.kappa_relative_error = median(std::move(kappa_errors));
+  score.mu_relative_error = median(std::move(mu_errors));
+}
+
+}  // namespace
+
+double holdout_error(const std::vector<Medium>& media, const Truth& truth,
+                     const std::filesystem::path& truth_folder, const std::string& device,
+                     Progress& progress, std::map<std::string, double>* by_channel) {
+  const FaceShape lit = face_shape(truth.grid, truth.lit_face);
+  const FaceShape seen = face_shape(truth.grid, truth.seen_face);
+  const auto size = [](int value) { return static_cast<std::size_t>(value); };
+  const std::size_t patterns = size(truth.holdout * truth.holdout);
+  const io::NpyArray light =
+      io::read_npy(truth_folder / "holdout_irradiance.npy", {patterns, size(lit.nv), size(lit.nu)});
+  const io::NpyArray expected =
+      io::read_npy(truth_folder / "holdout_exitance.npy",
+                   {truth.channels.size(), patterns, size(seen.nv), size(seen.nu)});
+  const std::vector<double> irradiance = split_cells(
+      std::vector<double>(light.values.begin(), light.values.end()), lit, score_refinement);
+
+  const GridShape fine = truth.grid.refined(score_refinement);
+  Transport transport({fine, truth.eta, truth.lit_face, truth.sides}, device);
+  if (!transport.warning().empty()) progress.warn(transport.warning());
+  const bool lit_is_seen = truth.lit_face == truth.seen_face;
+  double misfit = 0.0;
+  double squares = 0.0;
+  for (std::size_t c = 0; c < truth.channels.size(); ++c) {
+    transport.set_medium({split_cells(media[c].kappa, score_refinement),
+                          split_cells(media[c].mu, score_refinement)});
+    const std::vector<double> found = average_cells(
+        transport.exitance(irradiance, truth.seen_face,
+                           [&](double fraction) {
+                             progress.update("held-out light",
+                                             (static_cast<double>(c) + fraction) /
+                                                 static_cast<double>(truth.channels.size()),
+                                             truth.channels[c]);
+                           }),
+        face_shape(fine, truth.seen_face), score_refinement);
+    double channel_misfit = 0.0;
+    double channel_squares = 0.0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      if (lit_is_seen && light.values[i] > 0.0F) continue;
+      const double value = expected.values[c * found.size() + i];
+      channel_misfit += (found[i] - value) * (found[i] - value);
+      channel_squares += value * value;
+    }
+    if (by_channel != nullptr) (*by_channel)[truth.channels[c]] = channel_misfit / channel_squares;
+    misfit += channel_misfit;
+    squares += channel_squares;
+  }
+  return misfit / squares;
+}
+
+Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
+                const std::string& device, Progress& progress) {
+  const auto start = std::chrono::steady_clock::now();
+  const Truth truth = read_truth(truth_folder);
+  Score score;
+  const bool has_hdr = std::filesystem::is_directory(run / "hdr");
+  const bool has_fit =
+      std::filesystem::exists(run / "fit" / ("kappa_" + truth.channels.front() + ".npy"));
+  if (!has_hdr && !has_fit) {
+    throw InputError(run.string() +
+                     ": has neither hdr/ nor fit/; score a folder that `kappamu run` has made");
+  }
+  if (has_hdr) score_hdr(run, truth, truth_folder, score);
+  if (has_fit) {
+    std::vector<Medium> media;
+    for (const std::string& name : truth.channels) {
+      media.push_back({read_volume(run / "fit" / ("kappa_" + name + ".npy"), truth.grid),
+                       read_volume(run / "fit" / ("mu_" + name + ".npy"), truth.grid)});
+      validate(media.back(), (run / "fit").string());
+    }
+    score_coefficients(media, truth, truth_folder, score);
+    if (truth.holdout > 0) {
+      score.holdout_E =
+          holdout_error(media, truth, truth_folder, device, progress, &score.holdout_E_by_channel);
+    }
+  }
+  score.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return score;
+}
+
+}  // namespace kappamu::synthetic
