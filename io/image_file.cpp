@@ -63,9 +63,12 @@ cv::Mat to_opencv(const Image<Code>& image) {
   return mat;
 }
 
-/// Noisy frames hardly compress: level 1 is several times faster than the default for a few per
-/// cent more bytes.
-const std::vector<int> fast_png{cv::IMWRITE_PNG_COMPRESSION, 1};
+/// For camera frames: noise hardly compresses, and looking for runs only is a third faster than
+/// zlib's default search and gives smaller files (measured on 16-bit frames with shot noise).
+const std::vector<int> fast_png{cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
+                                cv::IMWRITE_PNG_STRATEGY_RLE};
+/// For pictures on a page, small and smooth.
+const std::vector<int> small_png{cv::IMWRITE_PNG_COMPRESSION, 6};
 
 template <class Code>
 std::vector<std::uint8_t> encode(const std::string& extension, const Image<Code>& image,
@@ -186,7 +189,7 @@ void write_code_image(const fs::path& file, const Image<std::uint16_t>& image, i
 }
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
-  return encode(".png", image, fast_png);
+  return encode(".png", image, small_png);
 }
 
 std::vector<std::uint8_t> encode_jpeg(const Image<std::uint8_t>& image, int quality) {
