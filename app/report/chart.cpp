@@ -32,6 +32,11 @@ Html label(double x, double y, const std::string& content, const std::string& an
            const std::string& colour = ink, const std::string& transform = "") {
   Attributes attributes{
       {"x", pixels(x)}, {"y", pixels(y)}, {"text-anchor", anchor}, {"fill", colour}};
+  if (colour != ink) {  // on top of data: a halo keeps it legible
+    attributes.emplace_back("paint-order", "stroke");
+    attributes.emplace_back("stroke", "#fff");
+    attributes.emplace_back("stroke-width", "4");
+  }
   if (!transform.empty()) attributes.emplace_back("transform", transform);
   return element("text", attributes, text(content));
 }
@@ -181,7 +186,11 @@ Html render(const LineChart& chart) {
   if (chart.reference && is_drawable(*chart.reference, chart.log_y))
     y_range.include(*chart.reference);
 
-  const Frame frame = frame_of(chart.width, chart.height, true);
+  Frame frame = frame_of(chart.width, chart.height, true);
+  const bool has_legend = std::any_of(chart.series.begin(), chart.series.end(),
+                                      [](const Series& series) { return !series.name.empty(); });
+  const double legend_x = frame.right - 40;
+  if (has_legend) frame.right -= 56;
   const Axis x(x_range.low, x_range.high, chart.log_x, frame.left, frame.right);
   const Axis y(y_range.low, y_range.high, chart.log_y, frame.bottom, frame.top);
   Html content = y_axis(y, frame, chart.y_label) + x_axis(x, frame, chart.x_label);
@@ -202,9 +211,9 @@ Html render(const LineChart& chart) {
     if (series.dashed) attributes.emplace_back("stroke-dasharray", "5 4");
     content += empty_element("polyline", attributes);
     if (series.name.empty()) continue;
-    content += line(frame.right - 24, legend_y - 4, frame.right - 6, legend_y - 4, series.colour,
+    content += line(legend_x, legend_y - 4, legend_x + 18, legend_y - 4, series.colour,
                     series.dashed ? "5 4" : "");
-    content += label(frame.right - 30, legend_y, series.name, "end");
+    content += label(legend_x + 24, legend_y, series.name, "start");
     legend_y += 16;
   }
   return svg(chart.width, chart.height, content);

@@ -87,6 +87,15 @@ std::string last_line(const std::string& output) {
                        end - (begin == std::string::npos ? 0 : begin + 1) + 1);
 }
 
+void expect_one_sentence(const ProcessResult& result, const std::string& part) {
+  EXPECT_EQ(result.exit_code, 1) << result.standard_output << result.standard_error;
+  EXPECT_EQ(result.standard_error.rfind("kappamu: ", 0), 0U) << result.standard_error;
+  EXPECT_EQ(result.standard_error.find('\n'), result.standard_error.size() - 1)
+      << "not one line: " << result.standard_error;
+  EXPECT_NE(result.standard_error.find(part), std::string::npos)
+      << "no '" << part << "' in: " << result.standard_error;
+}
+
 void TemporaryFolderTest::SetUp() {
   folder_ = new_folder();
 }

@@ -28,6 +28,9 @@ bool kappamu_killed_after(const std::string& arguments, int milliseconds);
 /// The last line of standard output.
 std::string last_line(const std::string& output);
 
+/// Exit code 1 and exactly one line on standard error, "kappamu: ..." with `part` in it.
+void expect_one_sentence(const ProcessResult& result, const std::string& part);
+
 class TemporaryFolderTest : public testing::Test {
  protected:
   void SetUp() override;

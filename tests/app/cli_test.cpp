@@ -1,0 +1,138 @@
+// The command as a shell sees it: manual pages, usage errors, and one sentence for failures that
+// need no session. Bad sessions are in bad_session_test.cpp.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "io/npy.h"
+#include "io/volume_file.h"
+#include "process.h"
+
+namespace kappamu::app {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class EverySubcommand : public testing::TestWithParam<std::string> {};
+
+TEST_P(EverySubcommand, HelpIsAManualPage) {
+  const ProcessResult result = kappamu(GetParam() + " --help");
+  EXPECT_EQ(result.exit_code, 0) << result.standard_error;
+  EXPECT_THAT(result.standard_output, HasSubstr(GetParam()));
+  // More than a list of options: says what it does, and fits a terminal.
+  EXPECT_GT(result.standard_output.size(), 400U) << result.standard_output;
+  EXPECT_EQ(result.standard_error, "");
+}
+
+TEST_P(EverySubcommand, UnknownOptionIsUsageError) {
+  const ProcessResult result = kappamu(GetParam() + " --no-such-option");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.standard_error, "");
+}
+
+INSTANTIATE_TEST_SUITE_P(Cli, EverySubcommand,
+                         testing::Values("simulate", "run", "calibrate", "merge", "fit", "export",
+                                         "report", "forward", "score", "doctor"),
+                         [](const auto& parameter) { return parameter.param; });
+
+TEST(Cli, NoSubcommandIsUsageError) {
+  EXPECT_EQ(kappamu("").exit_code, 2);
+  EXPECT_EQ(kappamu("no-such-command").exit_code, 2);
+  EXPECT_EQ(kappamu("--help").exit_code, 0);
+  EXPECT_THAT(kappamu("--version").standard_output, HasSubstr("0.1.0"));
+}
+
+class CliFailures : public TemporaryFolderTest {
+ protected:
+  std::string at(const std::string& name) const { return (folder() / name).string(); }
+
+  /// κ, μ of 4 × 4 × 4 voxels and one pattern of light, with one κ replaced.
+  std::string forward_arguments(float odd_kappa) const {
+    std::vector<float> kappa(64, 0.3F);
+    kappa[21] = odd_kappa;
+    io::write_npy(at("kappa.npy"), {4, 4, 4}, std::span<const float>(kappa));
+    io::write_npy(at("mu.npy"), {4, 4, 4}, std::span<const float>(std::vector<float>(64, 0.01F)));
+    io::write_npy(at("light.npy"), {1, 4, 4}, std::span<const float>(std::vector<float>(16, 1.0F)));
+    return "forward --kappa " + at("kappa.npy") + " --mu " + at("mu.npy") +
+           " --voxel 0.5 --eta 1.3 --irradiance " + at("light.npy") + " --lit-face z- -o " +
+           at("out");
+  }
+};
+
+TEST_F(CliFailures, ForwardOfAGoodVolumeSucceeds) {
+  const ProcessResult result = kappamu(forward_arguments(0.3F) + " --device reference");
+  EXPECT_EQ(result.exit_code, 0) << result.standard_error;
+  EXPECT_TRUE(fs::exists(folder() / "out" / "summary.json"));
+}
+
+TEST_F(CliFailures, VolumeWithNaN) {
+  expect_one_sentence(kappamu(forward_arguments(std::nanf("")) + " --device reference"),
+                      "kappa.npy");
+}
+
+TEST_F(CliFailures, VolumeWithZeroKappa) {
+  expect_one_sentence(kappamu(forward_arguments(0.0F) + " --device reference"), "kappa.npy");
+}
+
+TEST_F(CliFailures, VolumeWithNegativeKappa) {
+  expect_one_sentence(kappamu(forward_arguments(-0.3F) + " --device reference"), "kappa.npy");
+}
+
+class ExportFailures : public CliFailures, public testing::WithParamInterface<float> {};
+
+TEST_P(ExportFailures, BadKappaIsRefused) {
+  const GridShape shape{4, 4, 4, 0.5};
+  io::VolumeSet set;
+  set.channels = {"R"};
+  set.media = {{Volume<double>(shape, 0.3), Volume<double>(shape, 0.01)}};
+  io::write_volume_folder(at("volume"), set);
+  std::vector<float> kappa(64, 0.3F);
+  kappa[21] = GetParam();
+  io::write_npy(at("volume/kappa_R.npy"), {4, 4, 4}, std::span<const float>(kappa));
+  expect_one_sentence(kappamu("export " + at("volume") + " -o " + at("out")), "kappa");
+  EXPECT_FALSE(fs::exists(folder() / "out" / "volume.vti"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Cli, ExportFailures, testing::Values(std::nanf(""), 0.0F, -0.3F));
+
+TEST_F(CliFailures, NoOpenClDevice) {
+  fs::create_directories(folder() / "no-drivers");
+  expect_one_sentence(kappamu(forward_arguments(0.3F), "OCL_ICD_VENDORS=" + at("no-drivers") + "/"),
+                      "OpenCL");
+}
+
+TEST_F(CliFailures, UnknownDevice) {
+  expect_one_sentence(kappamu(forward_arguments(0.3F) + " --device abacus"), "abacus");
+}
+
+TEST_F(CliFailures, FullDisk) {
+  // A limit on file sizes stands in for a full disk: the write fails in the same place. Ignoring
+  // SIGXFSZ makes it an error of write(), as ENOSPC is. Faces of 32 × 32 floats are twice the
+  // limit.
+  io::write_npy(at("kappa.npy"), {4, 32, 32},
+                std::span<const float>(std::vector<float>(4096, 0.3F)));
+  io::write_npy(at("mu.npy"), {4, 32, 32}, std::span<const float>(std::vector<float>(4096, 0.01F)));
+  io::write_npy(at("light.npy"), {1, 32, 32},
+                std::span<const float>(std::vector<float>(1024, 1.0F)));
+  const ProcessResult result = run_process(
+      "trap '' XFSZ; ulimit -f 4; exec " KAPPAMU_PROGRAM " forward --kappa " + at("kappa.npy") +
+      " --mu " + at("mu.npy") + " --voxel 0.5 --eta 1.3 --irradiance " + at("light.npy") +
+      " --lit-face z- --device reference -o " + at("out"));
+  expect_one_sentence(result, "cannot write");
+  // Nothing half-written stays under a final name.
+  EXPECT_FALSE(fs::exists(folder() / "out" / "exitance_z+.npy"));
+}
+
+TEST_F(CliFailures, MissingInputsAreNamed) {
+  expect_one_sentence(kappamu("run " + at("nowhere") + " -o " + at("run")), "nowhere");
+  expect_one_sentence(kappamu("calibrate " + at("nowhere") + " -o " + at("run")), "nowhere");
+  expect_one_sentence(kappamu("merge " + at("nowhere") + " -o " + at("run")), "nowhere");
+  expect_one_sentence(kappamu("report " + at("nowhere")), "nowhere");
+  expect_one_sentence(kappamu("export " + at("nowhere") + " -o " + at("out")), "nowhere");
+}
+
+}  // namespace
+}  // namespace kappamu::app

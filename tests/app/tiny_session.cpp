@@ -1,0 +1,55 @@
+#include "tiny_session.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <stdexcept>
+
+#include "process.h"
+
+namespace kappamu::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path make_session() {
+  const fs::path folder = fs::path(KAPPAMU_TEST_FOLDER) / "tiny";
+  fs::create_directories(folder);
+  // CTest runs tests in processes of their own, several at once: the first simulates.
+  const int lock = open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  flock(lock, LOCK_EX);
+  const fs::path complete = folder / "complete";
+  // A session older than the program may be of another format.
+  const bool is_current =
+      fs::exists(complete) && fs::last_write_time(complete) > fs::last_write_time(KAPPAMU_PROGRAM);
+  if (!is_current) {
+    fs::remove_all(folder / "capture");
+    const ProcessResult result =
+        kappamu("simulate --sample tiny --seed 3 -o " + (folder / "capture").string());
+    if (result.exit_code != 0) {
+      close(lock);
+      throw std::runtime_error("kappamu simulate failed: " + result.standard_error);
+    }
+    close(open(complete.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644));
+    fs::last_write_time(complete, fs::file_time_type::clock::now());
+  }
+  close(lock);
+  return folder / "capture" / "session";
+}
+
+}  // namespace
+
+const fs::path& tiny_session() {
+  static const fs::path session = make_session();
+  return session;
+}
+
+fs::path linked_session(const fs::path& folder) {
+  fs::copy(tiny_session(), folder,
+           fs::copy_options::recursive | fs::copy_options::create_hard_links);
+  return folder;
+}
+
+}  // namespace kappamu::app
