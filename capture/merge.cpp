@@ -73,26 +73,29 @@ class PixelMerger {
 
   template <class Value>
   Sum merge(const Value& value) const {
-    // Every frame weighted by its time: right to first order under shot noise, and independent of
-    // the codes but for saturation.
+    // First every frame weighted by its time, which leans least on the longest one and so decides
+    // fairly which frames are near saturation.
     float signal = 0.0F;
     float time = 0.0F;
-    float longest = 0.0F;
-    std::size_t usable = exposures_.size();
-    for (std::size_t j = 0; j < exposures_.size(); ++j) {
-      if (reader_.saturated(value(j))) {
-        usable = j;  // longer ones are saturated too, or moved
-        break;
-      }
-      signal += reader_.linear(value(j));
-      time += exposures_[j];
-      longest = exposures_[j];
-    }
+    std::size_t usable = 0;
+    for (; usable < exposures_.size() && !reader_.saturated(value(usable)); ++usable) {
+      signal += reader_.linear(value(usable));
+      time += exposures_[usable];
+    }  // longer ones than the first saturated are saturated too, or moved
     if (usable == 0) {
       const float bound = reader_.saturation() / exposures_.front();
       return {bound, bound * bound, pixel_saturated};
     }
-    const float first = signal / time;
+    while (usable > 1 && signal / time * exposures_[usable - 1] > limit_) --usable;
+    // Then by time squared, best under read noise, where the weights need a good estimate most.
+    float moment = 0.0F;
+    float squares = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      moment += exposures_[j] * reader_.linear(value(j));
+      squares += exposures_[j] * exposures_[j];
+    }
+    const float first = moment / squares;
+    const float longest = exposures_[usable - 1];
     Sum sum = weight_ == MergeWeight::inverse_variance ? by_variance(value, usable, first)
                                                        : by_hat(value, usable, first);
     if (sum.radiance * longest < dark_deviation_) sum.flags = pixel_dark;
@@ -106,7 +109,6 @@ class PixelMerger {
     float weights = 0.0F;
     for (std::size_t j = 0; j < usable; ++j) {
       const float t = exposures_[j];
-      if (j > 0 && first * t > limit_) break;
       // Radiance is linear(value)/t, of variance noise/t².
       const float weight = t / noise_.variance(first * t);
       weighted += weight * reader_.linear(value(j));

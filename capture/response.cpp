@@ -21,8 +21,11 @@ constexpr double log_exposure_floor = 0.002;
 // Samples whose mean is nearer to black than this many of their standard errors say too little, and
 // the logarithm would bias them: at 20 the bias is 1/(2 * 20^2) = 0.13 %.
 constexpr double least_signal_to_noise = 20.0;
-constexpr double tukey_constant = 4.685;  // 95 % efficiency on normal errors
-constexpr int reweightings = 6;
+constexpr double tukey_constant = 4.685;  // 95 % efficiency on normal errors, as Huber's
+constexpr double huber_constant = 1.345;
+constexpr int plain_rounds = 2;  // until the weights fit the slope of the curve
+constexpr int huber_rounds = 4;
+constexpr int tukey_rounds = 3;
 
 struct Observation {
   int knot = 0;         // between knot and knot + 1
@@ -30,8 +33,10 @@ struct Observation {
   double base = 0;      // ln((z - black)/(top - black))
   double log_exposure = 0;
   double code = 0;
-  double code_variance = 0;  // of the block's mean
-  double weight = 0;
+  double code_variance = 0;   // of the block's mean
+  double total_variance = 0;  // the same with log_exposure_floor, as a variance of the code
+  double robust = 1;          // 1 for an inlier, 0 for an outlier
+  double weight = 0;          // of ln exposure in the least squares
 };
 
 // All observations of one scene block; its unknown ln irradiance is eliminated.
@@ -122,39 +127,54 @@ void for_each_residual(std::vector<Group>& groups, const Curve& curve, const Vis
   }
 }
 
+// Slopes of a curve that is flat or falls somewhere are bounded away from zero.
+double safe_slope(const Curve& curve, const Observation& seen) {
+  return std::max(curve.slope(seen), 1e-3 / (seen.code - curve.black()));
+}
+
 void weigh_by_noise(std::vector<Group>& groups, const Curve& curve) {
   for (Group& group : groups) {
     for (Observation& seen : group) {
-      const double slope = std::max(curve.slope(seen), 1e-3 / curve.range());
-      seen.weight =
-          1.0 / (slope * slope * seen.code_variance + log_exposure_floor * log_exposure_floor);
+      const double slope = safe_slope(curve, seen);
+      const double floor = log_exposure_floor / slope;
+      seen.total_variance = seen.code_variance + floor * floor;
+      seen.robust = 1.0;
+      seen.weight = 1.0 / (slope * slope * seen.total_variance);
     }
   }
 }
 
-// Tukey's biweight on the residuals in units of their robust spread. Returns the share cut off.
-double weigh_down_outliers(std::vector<Group>& groups, const Curve& curve) {
+enum class Robust { huber, tukey };
+
+// Weights the residuals down in units of their robust spread: by Huber's function, which has one
+// minimum and so finds its way from a poor curve, or by Tukey's, which then drops outliers
+// altogether. Returns the share cut off (Tukey) or bounded (Huber).
+double weigh_down_outliers(std::vector<Group>& groups, const Curve& curve, Robust robust) {
   std::vector<double> sizes;
   for_each_residual(groups, curve, [&](Observation& seen, double residual) {
     sizes.push_back(std::abs(residual) * std::sqrt(seen.weight));
   });
   if (sizes.empty()) return 0.0;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  const double cut = tukey_constant * std::max(*middle / 0.6745, 0.1);
-  std::size_t outliers = 0;
-  std::vector<double> factors;
-  for_each_residual(groups, curve, [&](Observation& seen, double residual) {
-    const double u = residual * std::sqrt(seen.weight) / cut;
-    const double factor = std::abs(u) < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
-    outliers += factor == 0.0 ? 1 : 0;
-    factors.push_back(factor);
-  });
+  std::vector<double> sorted = sizes;
+  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  const double spread = std::max(*middle / 0.6745, 1.0);  // never below the noise itself
+  const double cut = (robust == Robust::tukey ? tukey_constant : huber_constant) * spread;
+  std::size_t beyond = 0;
   std::size_t at = 0;
   for (Group& group : groups) {
-    for (Observation& seen : group) seen.weight *= factors[at++];
+    for (Observation& seen : group) {
+      const double u = sizes[at++] / cut;
+      beyond += u >= 1.0 ? 1 : 0;
+      if (robust == Robust::tukey) {
+        seen.robust = u < 1.0 ? (1.0 - u * u) * (1.0 - u * u) : 0.0;
+      } else {
+        seen.robust = 1.0 / std::max(u, 1.0);
+      }
+      seen.weight *= seen.robust;
+    }
   }
-  return static_cast<double>(outliers) / static_cast<double>(sizes.size());
+  return static_cast<double>(beyond) / static_cast<double>(sizes.size());
 }
 
 // Normal equations of s after elimination of each group's ln irradiance:
@@ -162,7 +182,6 @@ double weigh_down_outliers(std::vector<Group>& groups, const Curve& curve) {
 struct NormalEquations {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd right;
-  double constant = 0.0;
   double freedom = 0.0;  // observations less groups
 };
 
@@ -184,7 +203,6 @@ NormalEquations assemble(const std::vector<Group>& groups, int knots) {
         normal.right[seen.knot + a] -= seen.weight * phi[a] * y;
         mean[seen.knot + a] += seen.weight * phi[a];
       }
-      normal.constant += seen.weight * y * y;
       mean_y += seen.weight * y;
       weights += seen.weight;
       used += seen.weight > 0.0 ? 1 : 0;
@@ -206,7 +224,6 @@ NormalEquations assemble(const std::vector<Group>& groups, int knots) {
         mean[i] = 0.0;  // each knot of the group once
       }
     }
-    normal.constant -= mean_y * mean_y / weights;
   }
   return normal;
 }
@@ -221,31 +238,45 @@ Eigen::MatrixXd roughness(int knots) {
   return penalty;
 }
 
-// Minimises the generalised cross-validation score over decades (in half steps) of the smoothness
-// weight; returns that weight.
-double solve(const NormalEquations& normal, Curve& curve) {
+// Squared residuals in units of the codes' noise. Measured in codes, not in ln exposure: with equal
+// ratios between exposures a staircase of that ratio fits every ln exposure and hides the noise on
+// its flat steps, but it explains no code.
+double code_misfit(std::vector<Group>& groups, const Curve& curve) {
+  double sum = 0.0;
+  for_each_residual(groups, curve, [&](const Observation& seen, double residual) {
+    const double codes = residual / safe_slope(curve, seen);
+    sum += seen.robust * codes * codes / seen.total_variance;
+  });
+  return sum;
+}
+
+// Solves for half decades of the smoothness weight and keeps the curve of the least generalised
+// cross-validation score; returns its weight.
+double solve(std::vector<Group>& groups, Curve& curve) {
   const int knots = curve.knots();
+  const NormalEquations normal = assemble(groups, knots);
   Eigen::MatrixXd gauge = Eigen::MatrixXd::Zero(knots, knots);
   gauge(knots - 1, knots - 1) = normal.matrix.trace();  // s = 0 at the largest code
   const Eigen::MatrixXd penalty = roughness(knots);
   const double scale = normal.matrix.trace() / knots;
   double best_score = std::numeric_limits<double>::infinity();
   double best_weight = 0.0;
-  for (int half_decade = -4; half_decade <= 14; ++half_decade) {
+  Curve best = curve;
+  for (int half_decade = -2; half_decade <= 14; ++half_decade) {
     const double weight = scale * std::pow(10.0, 0.5 * half_decade);
     const Eigen::LDLT<Eigen::MatrixXd> factored(normal.matrix + gauge + weight * penalty);
-    const Eigen::VectorXd s = factored.solve(normal.right);
-    const double squares = normal.constant - 2.0 * normal.right.dot(s) + s.dot(normal.matrix * s);
-    const double parameters = factored.solve(normal.matrix).trace();
-    const double freedom = normal.freedom - parameters;
+    curve.s() = factored.solve(normal.right);
+    curve.s().array() -= curve.s()[knots - 1];
+    const double freedom = normal.freedom - factored.solve(normal.matrix).trace();
     if (freedom <= 1.0) continue;
-    const double score = std::max(squares, 0.0) / (freedom * freedom);
+    const double score = code_misfit(groups, curve) / (freedom * freedom);
     if (score < best_score) {
       best_score = score;
       best_weight = weight;
-      curve.s() = s.array() - s[knots - 1];
+      best = curve;
     }
   }
+  curve = best;
   return best_weight;
 }
 
@@ -308,10 +339,13 @@ RecoveredResponse recover_response(const std::vector<ResponseSample>& samples, i
         "add exposure times, or set camera.encoding to 'linear' if the frames are.");
   }
 
-  for (int round = 0; round < reweightings; ++round) {
+  for (int round = 0; round < plain_rounds + huber_rounds + tukey_rounds; ++round) {
     weigh_by_noise(groups, curve);
-    if (round > 0) report.outlier_share = weigh_down_outliers(groups, curve);
-    report.smoothness = solve(assemble(groups, curve.knots()), curve);
+    if (round >= plain_rounds) {
+      const Robust robust = round < plain_rounds + huber_rounds ? Robust::huber : Robust::tukey;
+      report.outlier_share = weigh_down_outliers(groups, curve, robust);
+    }
+    report.smoothness = solve(groups, curve);
   }
   double squares = 0.0;
   double weights = 0.0;
