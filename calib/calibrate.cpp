@@ -1,0 +1,239 @@
+#include "calib/calibrate.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "calib/chessboard.h"
+#include "capture/frames.h"
+#include "capture/merge.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+std::string rounded(double value, const char* format = "%.2f") {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+/// Stages of the work: progress, time, warnings.
+class Stages {
+ public:
+  Stages(CalibrationResult& result, Progress& progress) : result_(result), progress_(progress) {}
+
+  template <class Work>
+  void run(const std::string& stage, double from, const Work& work) {
+    progress_.update("calibrate", from, stage);
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    result_.seconds[stage] +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  void warn(const std::string& sentence) {
+    result_.warnings.push_back(sentence);
+    progress_.warn(sentence);
+  }
+
+ private:
+  CalibrationResult& result_;
+  Progress& progress_;
+};
+
+/// A frame as luminance in codes; corners do not mind the response.
+Image<float> load_codes(const capture::Session& session, const capture::Frame& frame) {
+  const Image<std::uint16_t> codes = capture::load_frame(session, frame);
+  Image<float> image(codes.width(), codes.height(), codes.channels());
+  std::transform(codes.values().begin(), codes.values().end(), image.values().begin(),
+                 [](std::uint16_t code) { return static_cast<float>(code); });
+  return to_grey(image);
+}
+
+/// A frame as luminance, linear in light, where the position of an edge is symmetric.
+Image<float> load_linear(const capture::Session& session, const capture::Frame& frame,
+                         const capture::Radiometry& radiometry) {
+  if (capture::is_float_frame(frame)) return to_grey(capture::load_float_frame(session, frame));
+  const Image<std::uint16_t> codes = capture::load_frame(session, frame);
+  Image<float> image(codes.width(), codes.height(), codes.channels());
+  for (std::size_t k = 0; k < codes.size(); ++k) {
+    const auto channel = k % static_cast<std::size_t>(codes.channels());
+    image.values()[k] = static_cast<float>(radiometry.response.linear[channel][codes.values()[k]]);
+  }
+  return to_grey(image);
+}
+
+BoardCorners printed_corners(const capture::Session& session, const capture::Frame& frame) {
+  const capture::Board& board = session.calibration.board;
+  return find_chessboard(load_codes(session, frame), board.columns, board.rows, frame.file);
+}
+
+const capture::SampleView& view_from(const capture::Session& session, const std::string& station,
+                                     Face face) {
+  const auto& views = session.calibration.sample_views;
+  const auto found = std::find_if(views.begin(), views.end(), [&](const capture::SampleView& v) {
+    return v.station == station && v.face == face;
+  });
+  if (found == views.end()) {
+    throw InputError((session.folder / "session.json").string() +
+                     ": calibration.sample_views has no view of face " + to_string(face) +
+                     " from station \"" + station + "\"; photograph the sample from there");
+  }
+  return *found;
+}
+
+SamplePose pose_in(const capture::Session& session, const capture::SampleView& view,
+                   const CalibrationResult& result) {
+  const GridShape grid = session.sample.shape();
+  SamplePose pose;
+  if (view.corners_px) {
+    std::array<Eigen::Vector2d, 4> corners;
+    for (std::size_t k = 0; k < 4; ++k) {
+      corners[k] = {(*view.corners_px)[k][0], (*view.corners_px)[k][1]};
+    }
+    pose = pose_from_corners(corners, result.camera.lens, grid, view.face, view.frame.file);
+  } else {
+    pose = find_sample_pose(load_linear(session, view.frame, result.radiometry), result.camera.lens,
+                            grid, view.face, view.frame.file);
+  }
+  pose.station = view.station;
+  return pose;
+}
+
+void calibrate_lenses(const capture::Session& session, Stages& stages, CalibrationResult& result) {
+  const capture::Calibration& shots = session.calibration;
+  std::vector<BoardView> views;
+  std::vector<PlaneView> planes;
+  stages.run("camera", 0.3, [&] {
+    for (const capture::Frame& frame : shots.camera_boards) {
+      views.push_back({frame.file, printed_corners(session, frame)});
+    }
+    // The planes' printed boards are seen through the same lens: they help it, too.
+    for (const capture::ProjectorPlane& plane : shots.projector_planes) {
+      views.push_back({plane.board.file, printed_corners(session, plane.board)});
+    }
+    result.camera =
+        calibrate_camera(views, shots.board.square_mm, session.camera.width, session.camera.height);
+  });
+  stages.run("projector", 0.5, [&] {
+    const capture::ProjectedBoard& board = shots.projected_board;
+    for (std::size_t p = 0; p < shots.projector_planes.size(); ++p) {
+      const capture::Frame& frame = shots.projector_planes[p].projected;
+      planes.push_back(
+          {frame.file, views[shots.camera_boards.size() + p].corners,
+           find_chessboard(load_codes(session, frame), board.columns, board.rows, frame.file)});
+    }
+    result.projector = calibrate_projector(result.camera.lens, shots.board, board, planes,
+                                           session.projector.width, session.projector.height);
+  });
+  constexpr double suspicious_rms_px = 1.0;
+  if (result.camera.rms_px > suspicious_rms_px) {
+    stages.warn("the camera's reprojection error is " + rounded(result.camera.rms_px) +
+                " px: look for a bent board or a blurred picture among the views with the largest "
+                "error in calibration.json.");
+  }
+  constexpr double uncertain_focal = 0.02;
+  if (result.camera.standard_deviation(0) > uncertain_focal * result.camera.lens.fx) {
+    stages.warn("the camera's focal length is known to " +
+                rounded(100.0 * result.camera.standard_deviation(0) / result.camera.lens.fx) +
+                " % only: add board views tilted by 20 to 40 degrees.");
+  }
+  if (result.projector.rms_px > suspicious_rms_px) {
+    stages.warn("the projector's reprojection error is " + rounded(result.projector.rms_px) +
+                " px: check projected_board in session.json and that no plane moved between its "
+                "two pictures.");
+  }
+}
+
+void calibrate_light(const capture::Session& session, Stages& stages, CalibrationResult& result) {
+  const capture::Calibration& shots = session.calibration;
+  const std::string json = (session.folder / "session.json").string();
+  std::optional<capture::HdrImage> white;
+  double reflectance = 1.0;
+  if (shots.white_target) {
+    reflectance = shots.white_target->reflectance;
+    white = capture::merge_stack(session, shots.white_target->frames, "white target",
+                                 result.radiometry);
+    std::optional<capture::HdrImage> black;
+    if (!shots.white_target_black.empty()) {
+      black = capture::merge_stack(session, shots.white_target_black, "white target under black",
+                                   result.radiometry, {.require_light = false});
+    }
+    result.white = measure_white(*white, black, reflectance, result.camera.lens,
+                                 result.calibration_pose.camera_from_sample, session.sample.shape(),
+                                 session.sample.lit_face, json + ": calibration.white_target");
+    result.scale = result.white.scale;
+    if (!black) {
+      stages.warn(
+          "no white_target.black_frames: light from the projector's black pixels is taken "
+          "as zero.");
+    }
+  }
+  if (shots.colour_chart) {
+    const std::string name = json + ": calibration.colour_chart";
+    const capture::HdrImage chart = capture::merge_stack(session, shots.colour_chart->frames,
+                                                         "colour chart", result.radiometry);
+    ChartPatches patches;
+    if (const auto& given = shots.colour_chart->corners_px) {
+      std::array<Eigen::Vector2d, 4> corners;
+      for (std::size_t k = 0; k < 4; ++k) corners[k] = {(*given)[k][0], (*given)[k][1]};
+      patches = chart_from_corners(corners);
+    } else {
+      patches = find_chart(to_grey(chart.radiance), name);
+    }
+    result.chart =
+        measure_chart(chart, patches, white ? &*white : nullptr, reflectance, result.white.scale);
+    if (!white) {
+      if (result.chart->scale.empty()) {
+        throw InputError(name + ": no neutral patch can be used; add shorter exposures");
+      }
+      result.scale = result.chart->scale;
+      stages.warn(
+          "no white target: the scale comes from the colour chart's neutral patches, and "
+          "the projector's light is taken as even over the lit face.");
+    } else {
+      constexpr double suspicious = 0.03;
+      if (result.chart->residual_rms > suspicious) {
+        stages.warn("white target and colour chart disagree by " +
+                    rounded(100.0 * result.chart->residual_rms, "%.1f") +
+                    " % (root mean square over the neutral patches): check "
+                    "white_target.reflectance and that both were in the plane of the lit face.");
+      }
+    }
+  }
+  if (result.scale.empty()) {
+    throw InputError(
+        json +
+        ": calibration has neither white_target nor colour_chart, so that radiance has "
+        "no scale; photograph one of them");
+  }
+}
+
+}  // namespace
+
+CalibrationResult calibrate(const capture::Session& session, Progress& progress) {
+  CalibrationResult result;
+  Stages stages(result, progress);
+  stages.run("response", 0.0,
+             [&] { result.radiometry = capture::find_radiometry(session, progress); });
+  calibrate_lenses(session, stages, result);
+  stages.run("pose", 0.7, [&] {
+    const Face lit = session.sample.lit_face;
+    const Face seen = session.sample.seen_face;
+    result.calibration_pose =
+        pose_in(session, view_from(session, session.calibration_station, lit), result);
+    const bool same = session.pattern_station == session.calibration_station && lit == seen;
+    result.pattern_pose =
+        same ? result.calibration_pose
+             : pose_in(session, view_from(session, session.pattern_station, seen), result);
+    result.projector_from_sample =
+        result.projector.projector_from_station * result.calibration_pose.camera_from_sample;
+  });
+  stages.run("light", 0.8, [&] { calibrate_light(session, stages, result); });
+  progress.update("calibrate", 1.0, "done");
+  return result;
+}
+
+}  // namespace kappamu::calib
