@@ -1,0 +1,173 @@
+#include "calib/measure.h"
+
+#include <algorithm>
+
+#include "calib/footprint.h"
+#include "calib/irradiance.h"
+#include "core/error.h"
+#include "core/optics.h"
+#include "io/image_file.h"
+
+namespace kappamu::calib {
+namespace {
+
+Image<std::uint16_t> load_pattern(const capture::Session& session,
+                                  const capture::Pattern& pattern) {
+  const auto file = session.folder / pattern.image;
+  Image<std::uint16_t> image = io::read_code_image(file);
+  if (image.width() != session.projector.width || image.height() != session.projector.height ||
+      image.channels() != 1) {
+    throw InputError(file.string() + ": the pattern is " + std::to_string(image.width()) + " x " +
+                     std::to_string(image.height()) + " with " + std::to_string(image.channels()) +
+                     " channels, but the projector shows grey images of " +
+                     std::to_string(session.projector.width) + " x " +
+                     std::to_string(session.projector.height) +
+                     "; give the image that was shown, as a grey 8-bit PNG");
+  }
+  if (std::any_of(image.values().begin(), image.values().end(),
+                  [](std::uint16_t code) { return code > 255; })) {
+    throw InputError(file.string() + ": the pattern has codes above 255; save it with 8 bits");
+  }
+  return image;
+}
+
+/// Voxels lit above the threshold and the eight around each.
+std::vector<std::uint8_t> lit_voxels(const float* irradiance, const FaceShape& shape,
+                                     double threshold) {
+  std::vector<std::uint8_t> lit(shape.cells(), 0);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      if (irradiance[static_cast<std::size_t>(v) * shape.nu + u] <= threshold) continue;
+      for (int dv = std::max(0, v - 1); dv <= std::min(shape.nv - 1, v + 1); ++dv) {
+        for (int du = std::max(0, u - 1); du <= std::min(shape.nu - 1, u + 1); ++du) {
+          lit[static_cast<std::size_t>(dv) * shape.nu + du] = 1;
+        }
+      }
+    }
+  }
+  return lit;
+}
+
+/// One channel of one picture into value, variance and mask [v][u].
+struct Target {
+  float* value;
+  float* variance;
+  std::uint8_t* mask;
+};
+void average(const capture::HdrImage& picture, int channel, const Footprints& footprints,
+             const std::vector<double>& exitance_per_signal, const MeasureOptions& options,
+             const Target& target) {
+  constexpr std::uint8_t unusable = capture::pixel_saturated | capture::pixel_missing;
+  const auto channels = static_cast<std::size_t>(picture.radiance.channels());
+  const FaceShape& shape = footprints.shape;
+  for (std::size_t voxel = 0; voxel < shape.cells(); ++voxel) {
+    double sum = 0.0;
+    double variance = 0.0;
+    bool good = footprints.visible[voxel] != 0;
+    for (std::size_t k = footprints.begin[voxel]; k < footprints.begin[voxel + 1]; ++k) {
+      const std::size_t at = footprints.pixel[k] * channels + static_cast<std::size_t>(channel);
+      const double weight = footprints.weight[k];
+      good = good && (picture.flags.values()[at] & unusable) == 0;
+      sum += weight * picture.radiance.values()[at];
+      variance += weight * weight * picture.variance.values()[at];
+    }
+    const double factor = exitance_per_signal[voxel] * footprints.inverse_coverage[voxel];
+    const double value = factor * sum;
+    const int u = static_cast<int>(voxel) % shape.nu;
+    const int v = static_cast<int>(voxel) / shape.nu;
+    const bool rim = u == 0 || v == 0 || u == shape.nu - 1 || v == shape.nv - 1;
+    const double relative = rim ? options.rim_relative_error : options.relative_error;
+    target.value[voxel] = static_cast<float>(value);
+    target.variance[voxel] =
+        static_cast<float>(factor * factor * variance + relative * relative * value * value);
+    target.mask[voxel] = good && target.variance[voxel] > 0.0F ? 1 : 0;
+  }
+}
+
+}  // namespace
+
+SurfaceMeasurements measure_surface(const capture::Session& session,
+                                    const CalibrationResult& calibration, capture::PatternRole role,
+                                    const HdrSource& hdr, Progress& progress,
+                                    const MeasureOptions& options) {
+  std::vector<const capture::Pattern*> patterns;
+  for (const capture::Pattern& pattern : session.patterns) {
+    if (pattern.role == role) patterns.push_back(&pattern);
+  }
+  const std::string role_name = role == capture::PatternRole::fit ? "fit" : "validate";
+  if (patterns.empty()) {
+    throw InputError((session.folder / "session.json").string() + ": no pattern has the role \"" +
+                     role_name + "\"; mark some with it");
+  }
+  const capture::Sample& sample = session.sample;
+  SurfaceMeasurements result;
+  result.grid = sample.shape();
+  result.eta = sample.eta;
+  result.lit_face = sample.lit_face;
+  result.seen_face = sample.seen_face;
+  result.quantity = Quantity::exitance;
+  result.light = Light::collimated;
+  result.sides = sample.sides;
+  result.channels = session.channels;
+  result.patterns = static_cast<int>(patterns.size());
+
+  const LitFace lit(calibration.projector.lens, calibration.projector_from_sample, result.grid,
+                    sample.lit_face, calibration.white.flat, calibration.white.projector_black);
+  constexpr double least_reached = 0.9;
+  if (lit.reached() < least_reached) {
+    throw InputError((session.folder / "session.json").string() +
+                     ": by this calibration the projector reaches only " +
+                     std::to_string(static_cast<int>(100.0 * lit.reached())) +
+                     " % of the lit face; check projector size, projected_board and the sample "
+                     "view from station \"" +
+                     session.calibration_station + "\"");
+  }
+  const Footprints footprints =
+      make_footprints(calibration.camera.lens, calibration.pattern_pose.camera_from_sample,
+                      result.grid, sample.seen_face);
+  const BoundaryConstants optics = boundary_constants(sample.eta);
+
+  const std::size_t channels = session.channels.size();
+  const std::size_t seen_cells = footprints.shape.cells();
+  const std::size_t count = patterns.size();
+  result.value.resize(channels * count * seen_cells);
+  result.variance.resize(result.value.size());
+  result.mask.resize(result.value.size());
+  std::vector<std::vector<double>> exitance_per_signal(channels, std::vector<double>(seen_cells));
+  for (std::size_t voxel = 0; voxel < seen_cells; ++voxel) {
+    if (footprints.visible[voxel] == 0) continue;
+    const double shape_factor = radiance_per_exitance(optics, footprints.cos_outside[voxel]);
+    for (std::size_t c = 0; c < channels; ++c) {
+      exitance_per_signal[c][voxel] = 1.0 / (calibration.scale[c] * shape_factor);
+    }
+  }
+
+  const bool front_lit = sample.lit_face == sample.seen_face;
+  for (std::size_t m = 0; m < count; ++m) {
+    progress.update("measure " + role_name, static_cast<double>(m) / static_cast<double>(count),
+                    patterns[m]->id);
+    const std::vector<float> irradiance = lit.irradiance(load_pattern(session, *patterns[m]));
+    result.irradiance.insert(result.irradiance.end(), irradiance.begin(), irradiance.end());
+    const capture::HdrImage picture = hdr(patterns[m]->id);
+    check(picture.radiance.width() == session.camera.width &&
+              picture.radiance.height() == session.camera.height &&
+              picture.radiance.channels() == static_cast<int>(channels),
+          "the HDR picture of pattern " + patterns[m]->id + " has the camera's size and channels");
+    const std::vector<std::uint8_t> lit_here =
+        front_lit ? lit_voxels(irradiance.data(), footprints.shape, options.lit_threshold)
+                  : std::vector<std::uint8_t>(seen_cells, 0);
+    for (std::size_t c = 0; c < channels; ++c) {
+      const std::size_t at = (c * count + m) * seen_cells;
+      average(picture, static_cast<int>(c), footprints, exitance_per_signal[c], options,
+              {&result.value[at], &result.variance[at], &result.mask[at]});
+      for (std::size_t voxel = 0; voxel < seen_cells; ++voxel) {
+        if (lit_here[voxel] != 0) result.mask[at + voxel] = 0;
+      }
+    }
+  }
+  progress.update("measure " + role_name, 1.0, "done");
+  validate(result, session.folder.string());
+  return result;
+}
+
+}  // namespace kappamu::calib
