@@ -115,17 +115,17 @@ std::vector<Rigid> camera_board_poses(const Rig& rig, int count, std::uint64_t s
         rotation(35.0 * jitter(seed, board_tilt, 4 * i), 35.0 * jitter(seed, board_tilt, 4 * i + 1),
                  15.0 * jitter(seed, board_tilt, 4 * i + 2));
     Vector2d field(view % 3 - 1, view / 3 % 3 - 1);
-    double fraction = 0.55 + 0.12 * jitter(seed, board_tilt, 4 * i + 3);  // of the picture's width
+    double fraction = 0.50 + 0.12 * jitter(seed, board_tilt, 4 * i + 3);  // of the picture's width
     Rigid pose;
     for (int attempt = 0; attempt < 40; ++attempt) {
       const double distance = board_width * camera_focal_widths / fraction;
-      const Vector2d pixel(rig.camera_lens.width * (0.5 + 0.27 * field.x()),
-                           rig.camera_lens.height * (0.5 + 0.27 * field.y()));
+      const Vector2d pixel(rig.camera_lens.width * (0.5 + 0.36 * field.x()),
+                           rig.camera_lens.height * (0.5 + 0.36 * field.y()));
       pose.rotation = turn;
       pose.translation = distance * rig.camera_lens.unproject(pixel) - turn * middle;
       if (board_in_view(rig.camera_lens, board, pose)) break;
-      field *= 0.93;
-      if (attempt % 4 == 3) fraction *= 0.95;
+      field *= 0.96;
+      if (attempt % 6 == 5) fraction *= 0.95;
     }
     check(board_in_view(rig.camera_lens, board, pose), "a board pose lies in the picture");
     poses.push_back(pose);

@@ -1,0 +1,117 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "data_synthetic/score.h"
+
+namespace kappamu::app {
+
+namespace {
+
+using nlohmann::json;
+
+json calibration_json(const synthetic::CalibrationErrors& errors) {
+  return {{"camera_focal_relative", errors.camera_focal_relative},
+          {"projector_focal_relative", errors.projector_focal_relative},
+          {"camera_face_px", errors.camera_face_px},
+          {"projector_face_px", errors.projector_face_px},
+          {"camera_angle_degrees", errors.camera_angle_degrees},
+          {"camera_position_mm", errors.camera_position_mm},
+          {"projector_angle_degrees", errors.projector_angle_degrees},
+          {"projector_position_mm", errors.projector_position_mm}};
+}
+
+json to_json(const synthetic::Score& score) {
+  const auto optional = [](const std::optional<double>& value) {
+    return value ? json(*value) : json(nullptr);
+  };
+  return {{"holdout_E", optional(score.holdout_E)},
+          {"holdout_E_by_channel", score.holdout_E_by_channel},
+          {"hdr_relative_error_median", optional(score.hdr_relative_error_median)},
+          {"hdr_relative_error_by_pattern", score.hdr_relative_error_by_pattern},
+          {"hdr_valid_fraction", score.hdr_valid_fraction},
+          {"kappa_relative_error", optional(score.kappa_relative_error)},
+          {"mu_relative_error", optional(score.mu_relative_error)},
+          {"kappa_relative_error_by_depth", score.kappa_relative_error_by_depth},
+          {"mu_relative_error_by_depth", score.mu_relative_error_by_depth},
+          {"calibration", score.calibration ? calibration_json(*score.calibration) : json(nullptr)},
+          {"seconds", score.seconds}};
+}
+
+void print_layers(const char* name, const std::map<std::string, std::vector<double>>& layers) {
+  for (const auto& [channel, errors] : layers) {
+    std::printf("%s %-27s", name, (channel + " by depth, lit face first").c_str());
+    for (const double error : errors) std::printf(" %.0f", 100.0 * error);
+    std::printf(" %%\n");
+  }
+}
+
+void print_table(const synthetic::Score& score) {
+  if (score.holdout_E) {
+    std::printf("appearance error E, held-out    %.2e", *score.holdout_E);
+    for (const auto& [channel, error] : score.holdout_E_by_channel) {
+      std::printf("  %s %.2e", channel.c_str(), error);
+    }
+    std::printf("\n");
+  }
+  if (score.hdr_relative_error_median) {
+    std::printf("HDR relative error, median      %.2f %% (%.0f %% of the sample's pixels valid)\n",
+                100.0 * *score.hdr_relative_error_median, 100.0 * score.hdr_valid_fraction);
+  }
+  if (score.calibration) {
+    const synthetic::CalibrationErrors& errors = *score.calibration;
+    std::printf("camera on the seen face         %.3f px, %.3f°, %.3f mm, focal length %.2f %%\n",
+                errors.camera_face_px, errors.camera_angle_degrees, errors.camera_position_mm,
+                100.0 * errors.camera_focal_relative);
+    std::printf("projector on the lit face       %.3f px, %.3f°, %.3f mm, focal length %.2f %%\n",
+                errors.projector_face_px, errors.projector_angle_degrees,
+                errors.projector_position_mm, 100.0 * errors.projector_focal_relative);
+  }
+  if (score.kappa_relative_error) {
+    std::printf("κ relative error, median        %.1f %%\n", 100.0 * *score.kappa_relative_error);
+    std::printf("μ relative error, median        %.1f %%\n", 100.0 * *score.mu_relative_error);
+    print_layers("  κ", score.kappa_relative_error_by_depth);
+    print_layers("  μ", score.mu_relative_error_by_depth);
+  }
+}
+
+}  // namespace
+
+void add_score(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "score",
+      "Compare a finished run of a simulated capture with the ground truth.\n\n"
+      "E = Σ(L' − L)²/ΣL² compares what the run's volumes send out under light patches the "
+      "capture\n"
+      "never showed, solved on a grid refined two times, with the noise-free truth; below 1e-3 is\n"
+      "good, a homogeneous block has a few 1e-2. The HDR error is the median of |found/true − 1|\n"
+      "over unflagged pixels on the sample. Calibration is compared on the sample's faces, in\n"
+      "pixels. κ and μ are compared voxel by voxel, by layer below the lit face: continuous light\n"
+      "leaves deep μ undetermined, so large errors there do not spoil E. Parts a run does not "
+      "have\n"
+      "are left out.");
+  auto run = std::make_shared<std::string>();
+  auto truth = std::make_shared<std::string>();
+  command->add_option("run", *run, "Run folder, as written by `kappamu run`")
+      ->required()
+      ->type_name("RUN");
+  command->add_option("--truth", *truth, "Truth folder, as written by `kappamu simulate`")
+      ->required()
+      ->type_name("TRUTH");
+  command->footer(
+      "Example: kappamu score demo/run --truth demo/truth\n"
+      "With --json: holdout_E, hdr_relative_error_median, kappa_relative_error, "
+      "mu_relative_error,\n"
+      "calibration (an object) and more; null where the run lacks the part.");
+  command->callback([run, truth, &globals] {
+    const auto progress = make_progress();
+    const synthetic::Score score = synthetic::score_run(*run, *truth, globals.device, *progress);
+    if (globals.json)
+      std::printf("%s\n", to_json(score).dump().c_str());
+    else
+      print_table(score);
+  });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,171 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "core/error.h"
+#include "data_synthetic/simulate.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct SimulateArguments {
+  std::string out;
+  bool tiny = false;
+  synthetic::SimulationOptions options;
+  std::string encoding = "response";
+  std::string camera;  ///< "WxH"
+  std::string grid;    ///< "NxMxL"
+  std::vector<double> exposures_s;
+  std::vector<std::string> patterns;
+};
+
+/// "640x480" as numbers; throws InputError naming `option`.
+template <std::size_t N>
+std::array<int, N> parse_extents(const std::string& text, const std::string& option,
+                                 const std::string& example) {
+  std::array<int, N> extents{};
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < N; ++i) {
+    const std::size_t end = i + 1 < N ? text.find('x', at) : text.size();
+    const std::string part = end == std::string::npos ? "" : text.substr(at, end - at);
+    if (part.empty() || part.size() > 6 ||
+        part.find_first_not_of("0123456789") != std::string::npos) {
+      throw InputError(option + " \"" + text + "\" is not of the form " + example);
+    }
+    extents[i] = std::stoi(part);
+    at = end + 1;
+  }
+  return extents;
+}
+
+synthetic::SimulationOptions resolve(const SimulateArguments& arguments, std::uint64_t seed) {
+  synthetic::SimulationOptions options = arguments.options;
+  options.seed = seed;
+  options.encoding =
+      arguments.encoding == "linear" ? capture::Encoding::linear : capture::Encoding::response;
+  if (!arguments.camera.empty()) {
+    options.camera_size = parse_extents<2>(arguments.camera, "--camera", "640x480");
+  }
+  if (!arguments.grid.empty()) {
+    options.grid = parse_extents<3>(arguments.grid, "--grid", "40x32x12");
+  }
+  if (!arguments.exposures_s.empty()) options.exposures_s = arguments.exposures_s;
+  options.pattern_files.assign(arguments.patterns.begin(), arguments.patterns.end());
+  return options;
+}
+
+std::string extents(const GridShape& grid) {
+  return std::to_string(grid.nx) + " x " + std::to_string(grid.ny) + " x " +
+         std::to_string(grid.nz);
+}
+
+void print(const synthetic::SimulationReport& report, bool json) {
+  double total = 0.0;
+  for (const auto& [stage, seconds] : report.seconds) total += seconds;
+  if (json) {
+    const auto voxels = [](const GridShape& grid) {
+      return nlohmann::json{grid.nx, grid.ny, grid.nz};
+    };
+    const nlohmann::json object{{"session", report.session.string()},
+                                {"truth", report.truth.string()},
+                                {"sample", report.sample},
+                                {"grid", voxels(report.grid)},
+                                {"voxel_mm", report.grid.voxel_mm},
+                                {"transport_grid", voxels(report.transport_grid)},
+                                {"transport_backend", report.transport_backend},
+                                {"patterns", report.patterns},
+                                {"frames", report.frames},
+                                {"seconds_by_stage", report.seconds},
+                                {"seconds", total}};
+    std::printf("%s\n", object.dump().c_str());
+    return;
+  }
+  std::printf("session   %s (%d patterns, %d frames)\n", report.session.c_str(), report.patterns,
+              report.frames);
+  std::printf("truth     %s\n", report.truth.c_str());
+  std::printf("sample    %s, %s voxels of %g mm to fit\n", report.sample.c_str(),
+              extents(report.grid).c_str(), report.grid.voxel_mm);
+  std::printf("transport %s cells of %g mm on %s\n", extents(report.transport_grid).c_str(),
+              report.transport_grid.voxel_mm, report.transport_backend.c_str());
+  std::printf("seconds   %.1f\n", total);
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "simulate",
+      "Simulate the capture of a translucent block by a projector and a camera.\n\n"
+      "Writes OUT/session, a capture session such as any rig leaves (docs/formats.md), and\n"
+      "OUT/truth, the ground truth for `kappamu score`: true κ, μ, optics, poses, noise-free\n"
+      "pictures, and the block's answer to light patches the session never shows. Light passes\n"
+      "through the block by grid diffusion in the physical convention with the first-collision\n"
+      "source, on a grid two times finer than the one to be fitted; lenses, vignetting, defocus,\n"
+      "black level, response, noise and mounting errors are those of docs/simulator.md. The pose\n"
+      "of everything is a little off and unknown to the pipeline.");
+  auto arguments = std::make_shared<SimulateArguments>();
+  SimulateArguments& a = *arguments;
+  command
+      ->add_option("--sample", a.options.sample,
+                   "demo (40 x 32 x 12 voxels, back-lit), wax1 (130 x 53 x 37, back-lit), wax2 "
+                   "(140 x 75 x 48, front-lit), marble (256 x 256 x 20, back-lit), stone "
+                   "(128 x 128 x 41, back-lit), tiny (12 x 10 x 6, back-lit)")
+      ->type_name("NAME")
+      ->capture_default_str();
+  command->add_option("-o,--out", a.out, "Folder to write session/ and truth/ into")
+      ->required()
+      ->type_name("OUT");
+  command->add_option("--patches", a.options.patches, "Fit patterns: n x n patches of light")
+      ->type_name("N")
+      ->capture_default_str();
+  command->add_flag("!--no-validation", a.options.validation,
+                    "Leave out the patterns kept from the fit (4 small patches, cross, checker)");
+  command
+      ->add_option("--pattern", a.patterns,
+                   "Further pattern pictures, grey, 8 bits, 1024 x 768; not used by the fit")
+      ->type_name("FILE");
+  command
+      ->add_option("--noise", a.options.noise_scale,
+                   "Factor on shot noise (20000 electrons full scale) and read noise (5); 0: none")
+      ->type_name("FACTOR")
+      ->capture_default_str();
+  command->add_option("--bit-depth", a.options.bit_depth, "Bits of a code value, 8 to 16")
+      ->type_name("BITS")
+      ->capture_default_str();
+  command
+      ->add_option("--encoding", a.encoding, "response (an unknown monotone curve) or linear (RAW)")
+      ->check(CLI::IsMember({"response", "linear"}))
+      ->capture_default_str();
+  command
+      ->add_option("--exposures", a.exposures_s,
+                   "Exposure times of each pattern in seconds, rising (six from 1/30 to 8)")
+      ->type_name("SECONDS");
+  command
+      ->add_option("--camera", a.camera,
+                   "Camera picture (demo 640x480, tiny 400x300, others 1280x960)")
+      ->type_name("WxH");
+  command->add_option("--grid", a.grid, "Voxels to fit, instead of the sample's own")
+      ->type_name("NxMxL");
+  command
+      ->add_option("--holdout", a.options.holdout,
+                   "n of the n x n held-out patches in the truth; 0: none, quicker")
+      ->type_name("N")
+      ->capture_default_str();
+  command->footer(
+      "Example:\n"
+      "  $ kappamu simulate --sample demo -o demo\n"
+      "  $ kappamu run demo/session -o demo/run\n"
+      "  $ kappamu score demo/run --truth demo/truth\n"
+      "Equal options and --seed give equal frames on one --device. Not simulated: colour wheel,\n"
+      "camera defocus and vignetting, inter-reflections, surface gloss, light past the block.");
+  command->callback([arguments, &globals] {
+    const auto progress = make_progress();
+    print(synthetic::simulate(resolve(*arguments, globals.seed), arguments->out, globals.device,
+                              *progress),
+          globals.json);
+  });
+}
+
+}  // namespace kappamu::app
