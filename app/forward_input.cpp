@@ -1,0 +1,102 @@
+#include "app/forward_input.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <utility>
+
+#include "core/error.h"
+#include "io/npy.h"
+#include "io/volume_file.h"
+
+namespace kappamu::app {
+
+namespace {
+
+Volume<double> from_npy(const std::string& file, std::optional<double> voxel) {
+  if (!voxel)
+    throw InputError(file + ": --voxel is missing; .npy files do not tell the voxel edge");
+  const io::NpyArray array = io::read_npy(file);
+  const auto fits = [](std::size_t n) {
+    return n >= 1 && n <= static_cast<std::size_t>(std::numeric_limits<int>::max());
+  };
+  if (array.shape.size() != 3 || !std::all_of(array.shape.begin(), array.shape.end(), fits)) {
+    throw InputError(file + ": shape " + io::shape_to_string(array.shape) +
+                     " is not that of a volume [z][y][x]");
+  }
+  const GridShape shape{static_cast<int>(array.shape[2]), static_cast<int>(array.shape[1]),
+                        static_cast<int>(array.shape[0]), *voxel};
+  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
+}
+
+Medium from_vdb(const std::string& file, const ForwardFiles& files) {
+  io::VolumeSet set = io::read_vdb(file);
+  if (!files.channel && set.channels.size() > 1) {
+    throw InputError(file + ": has several channels; choose one with --channel");
+  }
+  const std::string wanted = files.channel.value_or(set.channels.front());
+  const auto found = std::find(set.channels.begin(), set.channels.end(), wanted);
+  if (found == set.channels.end()) throw InputError(file + ": has no channel '" + wanted + "'");
+  Medium medium = std::move(set.media[static_cast<std::size_t>(found - set.channels.begin())]);
+  const double voxel = medium.kappa.shape().voxel_mm;
+  if (files.voxel && std::abs(*files.voxel - voxel) > 1e-6 * voxel) {
+    throw InputError(file + ": its voxel edge is " + std::to_string(voxel) + " mm, not " +
+                     std::to_string(*files.voxel) + "; leave --voxel out");
+  }
+  return medium;
+}
+
+Volume<double> read_volume(const std::string& file, const ForwardFiles& files, bool kappa) {
+  if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files.voxel);
+  Medium medium = from_vdb(file, files);
+  return std::move(kappa ? medium.kappa : medium.mu);
+}
+
+std::string extents(const GridShape& s) {
+  return io::shape_to_string({static_cast<std::size_t>(s.nz), static_cast<std::size_t>(s.ny),
+                              static_cast<std::size_t>(s.nx)});
+}
+
+}  // namespace
+
+Medium read_medium(const ForwardFiles& files) {
+  Medium medium{read_volume(files.kappa, files, true), read_volume(files.mu, files, false)};
+  const GridShape shape = medium.kappa.shape();
+  if (!(shape == medium.mu.shape())) {
+    throw InputError(files.kappa + " has shape " + extents(shape) + " and " + files.mu +
+                     " has shape " + extents(medium.mu.shape()) +
+                     "; kappa and mu must share one grid");
+  }
+  // One at a time, so that the sentence names the right file.
+  validate(Medium{medium.kappa, Volume<double>(shape, 0.0)}, files.kappa);
+  validate(Medium{Volume<double>(shape, 1.0), medium.mu}, files.mu);
+  return medium;
+}
+
+Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Face lit_face) {
+  const io::NpyArray array = io::read_npy(files.irradiance);
+  const FaceShape face = face_shape(grid, lit_face);
+  std::vector<std::size_t> shape = array.shape;
+  if (shape.size() == 2) shape.insert(shape.begin(), 1);
+  const std::vector<std::size_t> wanted{static_cast<std::size_t>(face.nv),
+                                        static_cast<std::size_t>(face.nu)};
+  if (shape.size() != 3 || shape[0] < 1 || shape[1] != wanted[0] || shape[2] != wanted[1]) {
+    throw InputError(files.irradiance + " has shape " + io::shape_to_string(array.shape) + " but " +
+                     files.kappa + " makes face " + to_string(lit_face) + " " +
+                     io::shape_to_string(wanted) + "; irradiance must be [M]" +
+                     io::shape_to_string(wanted));
+  }
+  const auto bad = std::find_if(array.values.begin(), array.values.end(),
+                                [](float e) { return !(std::isfinite(e) && e >= 0.0F); });
+  if (bad != array.values.end()) {
+    const auto i = static_cast<std::size_t>(bad - array.values.begin());
+    throw InputError(
+        files.irradiance + ": irradiance is " + std::to_string(*bad) + " at pattern " +
+        std::to_string(i / face.cells()) + ", v=" + std::to_string(i % face.cells() / wanted[1]) +
+        " u=" + std::to_string(i % wanted[1]) + "; it must be finite and not negative");
+  }
+  return {static_cast<int>(shape[0]), {array.values.begin(), array.values.end()}};
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,32 @@
+// What `kappamu forward` reads: κ, μ and light from .npy or .vdb files, checked against each other.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+
+namespace kappamu::app {
+
+struct ForwardFiles {
+  std::string kappa;                   ///< .npy [z][y][x], or .vdb
+  std::string mu;                      ///< the same
+  std::string irradiance;              ///< .npy [M][v][u], or [v][u] for one pattern
+  std::optional<double> voxel;         ///< [mm]; a .vdb brings its own
+  std::optional<std::string> channel;  ///< which of a .vdb's
+};
+
+/// Throws InputError naming file and voxel of the first bad coefficient, and both files where
+/// shapes or voxel sizes disagree.
+Medium read_medium(const ForwardFiles& files);
+
+struct Irradiance {
+  int patterns = 0;
+  std::vector<double> values;  ///< [M][v][u]
+};
+/// Throws InputError naming the file unless the shape is that of the lit face and every value is
+/// finite and not negative.
+Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Face lit_face);
+
+}  // namespace kappamu::app

@@ -1,0 +1,100 @@
+#include "forward/grid/power_balance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "core/error.h"
+#include "forward/grid/grid_physics.h"
+
+namespace kappamu::forward {
+
+std::vector<PowerBalance> power_balance(const GridSolver& solver, const Medium& medium,
+                                        const BatchField& phi, std::span<const double> irradiance,
+                                        const std::array<std::vector<double>, 6>& exitance) {
+  const GridSetup& setup = solver.setup();
+  const GridShape& shape = setup.shape;
+  const double h = shape.voxel_mm;
+  const double transmittance = solver.constants().normal_transmittance;
+  const auto patterns = static_cast<std::size_t>(phi.patterns());
+  const FaceShape lit = face_shape(shape, setup.lit_face);
+  check(irradiance.size() == patterns * lit.cells(), "power_balance: wrong number of irradiances");
+
+  // What a beam of unit power in column k leaves in the block without scattering, and what passes.
+  std::vector<double> beam_absorbed(lit.cells(), 0.0), beam_unscattered(lit.cells(), 0.0);
+  if (setup.source == SourceModel::first_collision) {
+    const BeamFate fate = beam_fate(setup, medium.kappa.values(), medium.mu.values());
+    const int depth = shape.extent(axis_of(setup.lit_face));
+    for (int v = 0; v < lit.nv; ++v) {
+      for (int u = 0; u < lit.nu; ++u) {
+        const std::size_t k = static_cast<std::size_t>(v) * lit.nu + u;
+        double scattered = 0.0;
+        for (int w = 0; w < depth; ++w) {
+          scattered += fate.scattered[face_cell(shape, setup.lit_face, u, v, w)];
+        }
+        beam_unscattered[k] = fate.unscattered[k];
+        beam_absorbed[k] = 1.0 - scattered - fate.unscattered[k];
+      }
+    }
+  }
+
+  std::vector<double> fluence(shape.cells() * patterns);
+  solver.read(phi, fluence);
+  std::vector<PowerBalance> balances(patterns);
+  for (std::size_t m = 0; m < patterns; ++m) {
+    PowerBalance& balance = balances[m];
+    for (std::size_t k = 0; k < lit.cells(); ++k) {
+      const double power = transmittance * irradiance[m * lit.cells() + k] * h * h;
+      balance.entering += power;
+      balance.unscattered += power * beam_unscattered[k];
+      balance.absorbed += power * beam_absorbed[k];
+    }
+    for (std::size_t i = 0; i < shape.cells(); ++i) {
+      balance.absorbed += medium.mu[i] * fluence[m * shape.cells() + i] * h * h * h;
+    }
+    for (std::size_t f = 0; f < all_faces.size(); ++f) {
+      const std::size_t samples = exitance[f].size() / patterns;
+      for (std::size_t k = 0; k < samples; ++k) {
+        balance.exiting[f] += exitance[f][m * samples + k] * h * h;
+      }
+    }
+  }
+  return balances;
+}
+
+std::vector<std::string> diffusion_warnings(const GridSetup& setup, const Medium& medium) {
+  constexpr double much_absorption = 0.1;  // μ/σt', where P1 and transport part visibly
+  constexpr double few_mean_free_paths = 4.0;
+  std::vector<std::string> warnings;
+  std::size_t absorbing = 0, without_scattering = 0;
+  double inverse_mean_free_path = 0.0;
+  for (std::size_t i = 0; i < medium.kappa.size(); ++i) {
+    const double ratio = 3.0 * medium.kappa[i] * medium.mu[i];
+    absorbing += ratio > much_absorption ? 1 : 0;
+    without_scattering += ratio >= 1.0 ? 1 : 0;
+    inverse_mean_free_path += 1.0 / (3.0 * medium.kappa[i]);
+  }
+  const auto cells = static_cast<double>(medium.kappa.size());
+  std::ostringstream out;
+  if (absorbing > 0) {
+    out << 100.0 * static_cast<double>(absorbing) / cells
+        << " % of the voxels absorb more than a tenth of what they extinguish (3 kappa mu > 0.1); "
+           "diffusion is inaccurate there";
+    if (without_scattering > 0) {
+      out << ", and in " << without_scattering << " voxels no scattering is left (3 kappa mu >= 1)";
+    }
+    warnings.push_back(out.str());
+    out.str("");
+  }
+  const double depth = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
+  const double paths = depth * inverse_mean_free_path / cells;
+  if (paths < few_mean_free_paths) {
+    out << "the block is only " << paths
+        << " transport mean free paths thick along the light; diffusion needs about "
+        << few_mean_free_paths << " to hold within a few percent";
+    warnings.push_back(out.str());
+  }
+  return warnings;
+}
+
+}  // namespace kappamu::forward
