@@ -1,8 +1,7 @@
 #include "inverse/basis.h"
 
+#include <Eigen/Cholesky>
 #include <cmath>
-#include <numbers>
-#include <utility>
 
 #include "core/error.h"
 
@@ -10,133 +9,103 @@ namespace kappamu::inverse {
 
 namespace {
 
-Eigen::MatrixXd cosine_matrix(int n) {
-  Eigen::MatrixXd matrix(n, n);
-  for (int k = 0; k < n; ++k) {
-    const double norm = std::sqrt((k == 0 ? 1.0 : 2.0) / n);
-    for (int i = 0; i < n; ++i)
-      matrix(k, i) = norm * std::cos(std::numbers::pi * k * (i + 0.5) / n);
-  }
-  return matrix;
+Vector joined(const CoefficientPair& fields) {
+  Vector z = fields.log_kappa;
+  z.insert(z.end(), fields.log_mu.begin(), fields.log_mu.end());
+  return z;
 }
 
-/// Eigenvalue of the 3-point Neumann Laplacian of n voxels.
-double laplacian_eigenvalue(int k, int n) {
-  return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
+CoefficientPair parted(const Vector& z) {
+  const auto half = static_cast<std::ptrdiff_t>(z.size() / 2);
+  return {Vector(z.begin(), z.begin() + half), Vector(z.begin() + half, z.end())};
+}
+
+Vector flat(const Eigen::MatrixXd& m) {
+  return {m.data(), m.data() + m.size()};
+}
+
+/// The 3-point Neumann Laplacian along the depth, for κ and for μ.
+Eigen::MatrixXd depth_laplacian(int depth) {
+  Eigen::MatrixXd laplacian = Eigen::MatrixXd::Zero(2 * depth, 2 * depth);
+  for (int d = 0; d + 1 < depth; ++d) {
+    for (const int i : {d, depth + d}) {
+      laplacian(i, i) += 1.0;
+      laplacian(i + 1, i + 1) += 1.0;
+      laplacian(i, i + 1) -= 1.0;
+      laplacian(i + 1, i) -= 1.0;
+    }
+  }
+  return laplacian;
 }
 
 }  // namespace
 
-Basis::Basis(Coordinates coordinates, const GridShape& shape, double thickness_mm, double length_mm)
-    : coordinates_(coordinates),
-      shape_(shape),
-      voxel_over_thickness_(shape.voxel_mm / thickness_mm) {
-  if (coordinates_ == Coordinates::voxels) return;
-  for (int axis = 0; axis < 3; ++axis) cosines_.push_back(cosine_matrix(shape.extent(axis)));
-  const double mass = std::pow(shape.voxel_mm / length_mm, 2);
-  for (int z = 0; z < shape.nz; ++z) {
-    for (int y = 0; y < shape.ny; ++y) {
-      for (int x = 0; x < shape.nx; ++x) {
-        const double eigenvalue = laplacian_eigenvalue(x, shape.nx) +
-                                  laplacian_eigenvalue(y, shape.ny) +
-                                  laplacian_eigenvalue(z, shape.nz);
-        scale_.push_back(1.0 / std::sqrt(voxel_over_thickness_ * (eigenvalue + mass)));
-        rough_.push_back(eigenvalue / (eigenvalue + mass));
-      }
+Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralBlocks& blocks)
+    : shape_(shape) {
+  if (options.coordinates == Coordinates::voxels) return;
+  modes_.emplace(shape, options.depth_axis);
+  const bool informed = options.coordinates == Coordinates::informed;
+  check(!informed || static_cast<int>(blocks.size()) == modes_->bins(),
+        "the data's Hessian does not fit the grid");
+  const Eigen::MatrixXd along_depth = depth_laplacian(modes_->depth());
+  const double mass = std::pow(shape.voxel_mm / options.length_mm, 2);
+  const double smooth = options.weight * shape.voxel_mm / options.thickness_mm;
+  for (int bin = 0; bin < modes_->bins(); ++bin) {
+    double eigenvalue = 0.0;
+    for (const int wave : modes_->members(bin)) {
+      eigenvalue += modes_->laplacian()[static_cast<std::size_t>(wave)] /
+                    static_cast<double>(modes_->members(bin).size());
     }
+    Eigen::MatrixXd metric = smooth * along_depth;
+    metric.diagonal().array() += smooth * (eigenvalue + mass);
+    if (informed) metric += blocks[static_cast<std::size_t>(bin)];
+    const Eigen::LLT<Eigen::MatrixXd> factored(metric);
+    check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");
+    factors_.emplace_back(factored.matrixU());
   }
 }
 
-/// Separable: one matrix product per axis.
-void Basis::cosine_transform(std::span<double> volume, bool inverse) const {
-  using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  const int nx = shape_.nx;
-  const int ny = shape_.ny;
-  const int nz = shape_.nz;
-  const auto oriented = [&](int axis) -> Eigen::MatrixXd {
-    return inverse ? Eigen::MatrixXd(cosines_[axis].transpose()) : cosines_[axis];
-  };
-  Eigen::Map<RowMajor> lines(volume.data(), static_cast<Eigen::Index>(ny) * nz, nx);
-  lines = (lines * oriented(0).transpose()).eval();
-  const Eigen::MatrixXd along_y = oriented(1);
-  for (int z = 0; z < nz; ++z) {
-    Eigen::Map<RowMajor> slice(volume.data() + static_cast<std::size_t>(z) * ny * nx, ny, nx);
-    slice = (along_y * slice).eval();
+void Basis::apply(Factor factor, Eigen::MatrixXd& coefficients) const {
+  for (int bin = 0; bin < modes_->bins(); ++bin) {
+    const std::vector<int>& members = modes_->members(bin);
+    const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
+    Eigen::MatrixXd part = coefficients(Eigen::all, members);
+    switch (factor) {
+      case Factor::solve:
+        upper.solveInPlace(part);
+        break;
+      case Factor::solve_transposed:
+        upper.transpose().solveInPlace(part);
+        break;
+      case Factor::multiply:
+        part = (upper * part).eval();
+        break;
+    }
+    coefficients(Eigen::all, members) = part;
   }
-  Eigen::Map<RowMajor> columns(volume.data(), nz, static_cast<Eigen::Index>(ny) * nx);
-  columns = (oriented(2) * columns).eval();
 }
 
 CoefficientPair Basis::to_fields(const Vector& z) const {
-  check(z.size() == size(), "coordinates do not fit the basis");
-  const auto half = static_cast<std::ptrdiff_t>(shape_.cells());
-  CoefficientPair fields{Vector(z.begin(), z.begin() + half), Vector(z.begin() + half, z.end())};
-  if (coordinates_ == Coordinates::voxels) return fields;
-  for (Vector* field : {&fields.log_kappa, &fields.log_mu}) {
-    for (std::size_t i = 0; i < field->size(); ++i) (*field)[i] *= scale_[i];
-    cosine_transform(*field, true);
-  }
-  return fields;
+  check(z.size() == 2 * shape_.cells(), "coordinates do not fit the basis");
+  if (!modes_) return parted(z);
+  Eigen::MatrixXd coefficients = Eigen::Map<const Eigen::MatrixXd>(
+      z.data(), modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
+  apply(Factor::solve, coefficients);
+  return modes_->synthesise(coefficients);
 }
 
 Vector Basis::from_fields(const CoefficientPair& fields) const {
-  Vector z = fields.log_kappa;
-  z.insert(z.end(), fields.log_mu.begin(), fields.log_mu.end());
-  if (coordinates_ == Coordinates::voxels) return z;
-  const std::size_t half = shape_.cells();
-  for (const std::size_t begin : {std::size_t{0}, half}) {
-    const std::span<double> part(z.data() + begin, half);
-    cosine_transform(part, false);
-    for (std::size_t i = 0; i < half; ++i) part[i] /= scale_[i];
-  }
-  return z;
+  if (!modes_) return joined(fields);
+  Eigen::MatrixXd coefficients = modes_->analyse(fields);
+  apply(Factor::multiply, coefficients);
+  return flat(coefficients);
 }
 
 Vector Basis::gradient(const CoefficientPair& by_field) const {
-  Vector g = by_field.log_kappa;
-  g.insert(g.end(), by_field.log_mu.begin(), by_field.log_mu.end());
-  if (coordinates_ == Coordinates::voxels) return g;
-  const std::size_t half = shape_.cells();
-  for (const std::size_t begin : {std::size_t{0}, half}) {
-    const std::span<double> part(g.data() + begin, half);
-    cosine_transform(part, false);
-    for (std::size_t i = 0; i < half; ++i) part[i] *= scale_[i];
-  }
-  return g;
-}
-
-double Basis::roughness(const Vector& z) const {
-  const Vector g = roughness_gradient(z);
-  double sum = 0.0;
-  for (std::size_t i = 0; i < z.size(); ++i) sum += z[i] * g[i];
-  return 0.5 * sum;
-}
-
-Vector Basis::roughness_gradient(const Vector& z) const {
-  Vector g(z.size(), 0.0);
-  const std::size_t half = shape_.cells();
-  if (coordinates_ == Coordinates::smooth) {
-    for (std::size_t i = 0; i < z.size(); ++i) g[i] = rough_[i % half] * z[i];
-    return g;
-  }
-  const auto couple = [&](std::size_t i, std::size_t j) {
-    const double slope = voxel_over_thickness_ * (z[i] - z[j]);
-    g[i] += slope;
-    g[j] -= slope;
-  };
-  for (const std::size_t begin : {std::size_t{0}, half}) {
-    for (int w = 0; w < shape_.nz; ++w) {
-      for (int v = 0; v < shape_.ny; ++v) {
-        for (int u = 0; u < shape_.nx; ++u) {
-          const std::size_t i = begin + shape_.index(u, v, w);
-          if (u + 1 < shape_.nx) couple(i, begin + shape_.index(u + 1, v, w));
-          if (v + 1 < shape_.ny) couple(i, begin + shape_.index(u, v + 1, w));
-          if (w + 1 < shape_.nz) couple(i, begin + shape_.index(u, v, w + 1));
-        }
-      }
-    }
-  }
-  return g;
+  if (!modes_) return joined(by_field);
+  Eigen::MatrixXd coefficients = modes_->analyse(by_field);
+  apply(Factor::solve_transposed, coefficients);
+  return flat(coefficients);
 }
 
 }  // namespace kappamu::inverse

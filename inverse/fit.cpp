@@ -11,7 +11,9 @@
 #include "inverse/basis.h"
 #include "inverse/fit_state.h"
 #include "inverse/homogeneous.h"
+#include "inverse/lateral_hessian.h"
 #include "inverse/problem.h"
+#include "inverse/roughness.h"
 #include "inverse/sensitivity.h"
 
 namespace kappamu::inverse {
@@ -23,19 +25,29 @@ using Clock = std::chrono::steady_clock;
 /// Coarser grids keep at least this many voxels along every axis: fewer resolve neither the decay
 /// along the light nor a patch.
 constexpr int fewest_voxels = 4;
-/// Less relief of χ² than this share by a lower weight: the misfit is not the regulariser's doing.
-constexpr double stagnation = 0.03;
 /// χ² per datum above which stopping there is worth a warning.
 constexpr double suspicious_chi2 = 1.5;
 
-/// The objective in the coordinates the optimiser moves in.
+/// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
 class FitFunction final : public Function {
  public:
-  FitFunction(Objective& objective, const Basis& basis) : objective_(objective), basis_(basis) {}
-  double data(const Vector& z) override { return objective_.value(basis_.to_fields(z)); }
-  Vector data_gradient() override { return basis_.gradient(objective_.gradient()); }
-  double roughness(const Vector& z) const override { return basis_.roughness(z); }
-  Vector roughness_gradient(const Vector& z) const override { return basis_.roughness_gradient(z); }
+  FitFunction(Objective& objective, const Basis& basis, double thickness_mm, double weight)
+      : objective_(objective), basis_(basis), thickness_mm_(thickness_mm), weight_(weight) {}
+
+  double value(const Vector& z) override {
+    const CoefficientPair fields = basis_.to_fields(z);
+    roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, fields);
+    return objective_.value(fields) + weight_ * roughness_.value;
+  }
+  Vector gradient() override {
+    CoefficientPair sum = objective_.gradient();
+    for (std::size_t i = 0; i < sum.log_mu.size(); ++i) {
+      sum.log_kappa[i] += weight_ * roughness_.gradient.log_kappa[i];
+      sum.log_mu[i] += weight_ * roughness_.gradient.log_mu[i];
+    }
+    return basis_.gradient(sum);
+  }
+  double last_roughness() const { return roughness_.value; }
   double amplitude(const Vector& direction) const override {
     const CoefficientPair fields = basis_.to_fields(direction);
     double largest = 0.0;
@@ -47,6 +59,9 @@ class FitFunction final : public Function {
  private:
   Objective& objective_;
   const Basis& basis_;
+  double thickness_mm_;
+  double weight_;
+  Roughness roughness_;
 };
 
 double thickness(const Problem& problem) {
@@ -85,6 +100,7 @@ class ChannelRun {
 
  private:
   void open_level();
+  void set_basis();
   void begin();
   void begin_stage();
   void iterate_stage();
@@ -101,7 +117,8 @@ class ChannelRun {
     return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
   }
   double chi2_per_datum() const {
-    return 2.0 * state_.optimiser.data / static_cast<double>(objective_->problem().used());
+    const double data = state_.optimiser.value - state_.weight * state_.roughness;
+    return 2.0 * data / static_cast<double>(objective_->problem().used());
   }
   void warn(const std::string& sentence);
   void save();
@@ -144,7 +161,7 @@ void ChannelRun::tell() {
   const double done = levels - 1.0 - state_.level;
   char detail[128];
   std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d",
-                static_cast<int>(done) + 1, static_cast<int>(levels), state_.optimiser.weight,
+                static_cast<int>(done) + 1, static_cast<int>(levels), state_.weight,
                 chi2_per_datum(), state_.stage_steps);
   const double reach = 1.0 / std::max(1.0, std::sqrt(chi2_per_datum() / options_.target_chi2));
   progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
@@ -153,11 +170,19 @@ void ChannelRun::tell() {
 void ChannelRun::open_level() {
   const Problem& problem = ladder_[static_cast<std::size_t>(state_.level)];
   objective_ = std::make_unique<Objective>(problem, options_.backend);
-  const double depth = thickness(problem);
-  basis_ = std::make_unique<Basis>(options_.coordinates, problem.setup.shape, depth,
-                                   options_.smooth_length * depth);
-  function_ = std::make_unique<FitFunction>(*objective_, *basis_);
   if (!objective_->warning().empty()) warn(objective_->warning());
+}
+
+/// The coordinates of this weight; needs state_.blocks.
+void ChannelRun::set_basis() {
+  const Problem& problem = objective_->problem();
+  const double depth = thickness(problem);
+  basis_ =
+      std::make_unique<Basis>(problem.setup.shape,
+                              BasisOptions{options_.coordinates, axis_of(problem.setup.lit_face),
+                                           depth, options_.smooth_length * depth, state_.weight},
+                              state_.blocks);
+  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, state_.weight);
 }
 
 void ChannelRun::begin() {
@@ -180,17 +205,26 @@ void ChannelRun::begin() {
   if (!start.converged) {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
-  state_.optimiser.z = basis_->from_fields(fields());
-  state_.optimiser.weight = options_.weight.value_or(options_.first_weight);
+  state_.fields = fields();
+  state_.weight = options_.weight.value_or(options_.first_weight);
 }
 
 void ChannelRun::begin_stage() {
+  const bool first_of_level = state_.last_chi2 == 0.0;
   if (options_.correct_grid) {
-    objective_->refresh_correction(refinement(), basis_->to_fields(state_.optimiser.z));
+    objective_->refresh_correction(refinement(), state_.fields);
     state_.correction = objective_->correction();
   }
+  if (options_.coordinates == Coordinates::informed && first_of_level) {
+    objective_->value(state_.fields);
+    state_.blocks = estimate_lateral_blocks(*objective_, axis_of(ladder_[0].setup.lit_face),
+                                            options_.metric_probes, options_.seed);
+  }
+  set_basis();
+  state_.optimiser.z = basis_->from_fields(state_.fields);
   start(*function_, state_.optimiser);
-  if (!std::isfinite(state_.optimiser.data)) {
+  state_.roughness = function_->last_roughness();
+  if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
   }
   state_.stage_steps = 0;
@@ -206,11 +240,12 @@ void ChannelRun::iterate_stage() {
       state_.ran_out = state_.ran_out || state_.level == 0;
       break;
     }
-    const double before = state_.optimiser.value();
+    const double before = state_.optimiser.value;
     const StepOutcome outcome = step(*function_, state_.optimiser, options_.optimiser);
     if (outcome == StepOutcome::stalled) break;
     ++state_.stage_steps;
-    const double after = state_.optimiser.value();
+    state_.roughness = function_->last_roughness();
+    const double after = state_.optimiser.value;
     const bool small = before - after < options_.stage_tolerance * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     tell();
@@ -223,35 +258,34 @@ void ChannelRun::iterate_stage() {
 
 void ChannelRun::end_stage() {
   const double chi2 = chi2_per_datum();
+  state_.fields = basis_->to_fields(state_.optimiser.z);
   const SolveCount& solves = objective_->solves();
-  state_.report.history.push_back({state_.level, state_.optimiser.weight, state_.stage_steps,
-                                   solves.forward, solves.adjoint, state_.optimiser.value(), chi2,
-                                   state_.optimiser.roughness, seconds()});
+  state_.report.history.push_back({state_.level, state_.weight, state_.stage_steps, solves.forward,
+                                   solves.adjoint, state_.optimiser.value, chi2, state_.roughness,
+                                   seconds()});
   state_.in_stage = false;
-  const bool stagnated = state_.last_chi2 > 0.0 && chi2 > (1.0 - stagnation) * state_.last_chi2;
-  const double next = state_.optimiser.weight * options_.weight_factor;
+  const bool stagnated =
+      state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
+  const double next = state_.weight * options_.weight_factor;
   state_.last_chi2 = chi2;
   if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
     finish_level(stagnated);
   } else {
-    state_.optimiser.weight = next;
+    state_.weight = next;
   }
 }
 
 void ChannelRun::finish_level(bool stagnated) {
   const double chi2 = state_.last_chi2;
   if (state_.level > 0) {
-    const CoefficientPair coarse = basis_->to_fields(state_.optimiser.z);
     const GridShape coarse_shape = objective_->problem().setup.shape;
     --state_.level;
     open_level();
     const GridShape& shape = objective_->problem().setup.shape;
-    const double weight = state_.optimiser.weight;
+    state_.fields = {prolong(state_.fields.log_kappa, coarse_shape, shape),
+                     prolong(state_.fields.log_mu, coarse_shape, shape)};
     state_.optimiser = OptimiserState{};
-    state_.optimiser.z = basis_->from_fields({prolong(coarse.log_kappa, coarse_shape, shape),
-                                              prolong(coarse.log_mu, coarse_shape, shape)});
-    state_.optimiser.weight =
-        options_.weight.value_or(weight / std::pow(options_.weight_factor, options_.restart_steps));
+    if (!options_.weight) state_.weight /= std::pow(options_.weight_factor, options_.restart_steps);
     state_.correction = objective_->correction();
     state_.last_chi2 = 0.0;
     return;
@@ -281,13 +315,13 @@ void ChannelRun::finish_level(bool stagnated) {
     warn(sentence);
   }
   report.chi2_per_datum = chi2;
-  report.weight = state_.optimiser.weight;
+  report.weight = state_.weight;
   state_.finished = true;
   save();
 }
 
 ChannelFit ChannelRun::result() {
-  const CoefficientPair fields = basis_->to_fields(state_.optimiser.z);
+  const CoefficientPair& fields = state_.fields;
   const GridShape& shape = ladder_[0].setup.shape;
   objective_->value(fields);
   ChannelFit fit;
@@ -325,6 +359,7 @@ ChannelFit ChannelRun::run() {
   if (resumed) {
     open_level();
     objective_->restore(state_.correction, state_.solves);
+    if (state_.in_stage) set_basis();
   } else {
     begin();
   }
@@ -352,6 +387,7 @@ void validate(const FitOptions& o) {
   require(o.weight_factor > 0.0 && o.weight_factor < 1.0, "weight_factor must lie in (0, 1)");
   require(o.restart_steps >= 0.0, "restart_steps must not be negative");
   require(o.target_chi2 > 0.0, "target_chi2 must be positive");
+  require(o.stagnation >= 0.0 && o.stagnation < 1.0, "stagnation must lie in [0, 1)");
   require(o.stage_tolerance > 0.0 && o.stage_tolerance < 1.0, "stage_tolerance must lie in (0, 1)");
   require(o.stage_steps >= 1, "stage_steps must be at least 1");
   require(o.max_levels >= 1, "max_levels must be at least 1");

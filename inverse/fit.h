@@ -23,7 +23,7 @@ namespace kappamu::inverse {
 
 struct FitOptions {
   OptimiserOptions optimiser;
-  Coordinates coordinates = Coordinates::smooth;
+  Coordinates coordinates = Coordinates::informed;
   forward::Convention convention = forward::Convention::physical;
 
   /// Fixed weight α instead of the path [dimensionless].
@@ -35,6 +35,9 @@ struct FitOptions {
   /// weight_factor.
   double restart_steps = 1.0;
   double target_chi2 = 1.0;  ///< χ² per datum that ends the path: the noise level
+  /// Less relief of χ² than this share by a lower weight ends the path too: what is left is not the
+  /// regulariser's doing.
+  double stagnation = 0.03;
 
   double stage_tolerance = 2e-3;  ///< relative decrease per step below which a weight is done
   int stage_steps = 40;           ///< most steps at one weight
@@ -45,6 +48,7 @@ struct FitOptions {
   ModelError coarse_model_error{0.01, 1e-3};
 
   double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
+  int metric_probes = 4;       ///< adjoint solves per grid for the data's share of the metric
   int sensitivity_probes = 0;  ///< adjoint solves spent on where the data constrain the volume
   std::uint64_t seed = 1;      ///< of those probes
   Backend backend;

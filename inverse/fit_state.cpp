@@ -56,7 +56,14 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
   for (const bool b : {in_stage, finished, ran_out}) out.put(b);
-  for (const double x : {last_chi2, seconds}) out.put(x);
+  for (const double x : {last_chi2, seconds, weight, roughness}) out.put(x);
+  out.put(fields.log_kappa);
+  out.put(fields.log_mu);
+  out.put<std::uint64_t>(blocks.size());
+  for (const Eigen::MatrixXd& block : blocks) {
+    out.put<std::uint64_t>(static_cast<std::uint64_t>(block.rows()));
+    out.put(std::vector<double>(block.data(), block.data() + block.size()));
+  }
   optimiser.write(out);
   out.put(correction);
   for (const int n : {solves.forward, solves.adjoint, solves.refined}) out.put(n);
@@ -75,7 +82,21 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     FitState state;
     for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
     for (bool* b : {&state.in_stage, &state.finished, &state.ran_out}) in.get(*b);
-    for (double* x : {&state.last_chi2, &state.seconds}) in.get(*x);
+    for (double* x : {&state.last_chi2, &state.seconds, &state.weight, &state.roughness})
+      in.get(*x);
+    in.get(state.fields.log_kappa);
+    in.get(state.fields.log_mu);
+    std::uint64_t count = 0;
+    in.get(count);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      std::uint64_t rows = 0;
+      std::vector<double> values;
+      in.get(rows);
+      in.get(values);
+      if (values.size() != rows * rows) return false;
+      const auto size = static_cast<Eigen::Index>(rows);
+      state.blocks.emplace_back(Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size));
+    }
     state.optimiser.read(in);
     in.get(state.correction);
     for (int* n : {&state.solves.forward, &state.solves.adjoint, &state.solves.refined}) in.get(*n);
@@ -107,7 +128,7 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
 
   print.add(o.optimiser.method);
   for (const int n : {o.optimiser.memory, o.optimiser.max_backtracks, o.stage_steps, o.max_levels,
-                      o.backend.batch, o.backend.solve.max_iterations}) {
+                      o.metric_probes, o.backend.batch, o.backend.solve.max_iterations}) {
     print.add(n);
   }
   print.add(o.coordinates);
@@ -115,10 +136,10 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   print.add(o.weight.has_value());
   for (const double x :
        {o.weight.value_or(0.0), o.first_weight, o.last_weight, o.weight_factor, o.restart_steps,
-        o.target_chi2, o.stage_tolerance, o.model_error.relative, o.model_error.of_maximum,
-        o.coarse_model_error.relative, o.coarse_model_error.of_maximum, o.smooth_length,
-        o.optimiser.first_step, o.optimiser.longest_step, o.optimiser.golden_tolerance,
-        o.backend.solve.tolerance, o.backend.refined_memory_mb}) {
+        o.target_chi2, o.stagnation, o.stage_tolerance, o.model_error.relative,
+        o.model_error.of_maximum, o.coarse_model_error.relative, o.coarse_model_error.of_maximum,
+        o.smooth_length, o.optimiser.first_step, o.optimiser.longest_step,
+        o.optimiser.golden_tolerance, o.backend.solve.tolerance, o.backend.refined_memory_mb}) {
     print.add(x);
   }
   print.add(o.correct_grid);

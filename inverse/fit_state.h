@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "inverse/basis.h"
 #include "inverse/fit.h"
 #include "inverse/optimiser.h"
 
@@ -20,6 +21,10 @@ struct FitState {
   int small_decreases = 0;  ///< in a row
   double last_chi2 = 0.0;   ///< at the end of the last weight on this grid; 0 before the first
   double seconds = 0.0;     ///< spent by earlier runs
+  double weight = 0.0;      ///< α
+  double roughness = 0.0;   ///< R now
+  CoefficientPair fields;   ///< where the weight was begun
+  LateralBlocks blocks;     ///< the data's Hessian on this grid, for the metric
   OptimiserState optimiser;
   Vector correction;
   SolveCount solves;  ///< on this grid

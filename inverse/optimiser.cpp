@@ -27,53 +27,43 @@ void add_scaled(Vector& to, double factor, const std::vector<T>& term) {
   for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * static_cast<double>(term[i]);
 }
 
-Vector full_gradient(const Function& function, const OptimiserState& state) {
-  Vector g = state.data_gradient;
-  add_scaled(g, state.weight, function.roughness_gradient(state.z));
-  return g;
+Vector negative(Vector v) {
+  for (double& x : v) x = -x;
+  return v;
 }
 
 /// A point on the search line, not yet accepted.
 struct Trial {
   Vector z;
-  double data = 0.0;
-  double roughness = 0.0;
   double value = 0.0;
 };
 
 Trial evaluate(Function& function, const OptimiserState& state, const Vector& direction,
                double length) {
-  Trial trial{state.z, 0.0, 0.0, 0.0};
+  Trial trial{state.z, 0.0};
   add_scaled(trial.z, length, direction);
-  trial.data = function.data(trial.z);
-  trial.roughness = function.roughness(trial.z);
-  trial.value = trial.data + state.weight * trial.roughness;
+  trial.value = function.value(trial.z);
   return trial;
 }
 
+/// The trial must be the last point evaluated.
 void accept(Function& function, OptimiserState& state, Trial trial) {
   state.z = std::move(trial.z);
-  state.data = trial.data;
-  state.roughness = trial.roughness;
-  state.data_gradient = function.data_gradient();
+  state.value = trial.value;
+  state.gradient = function.gradient();
 }
 
 /// −H g by the two-loop recursion (Nocedal & Wright, algorithm 7.4).
-Vector lbfgs_direction(const Function& function, const OptimiserState& state, const Vector& g) {
+Vector lbfgs_direction(const OptimiserState& state) {
   const std::size_t pairs = state.steps.size();
-  std::vector<Vector> changes(pairs);
+  const auto& changes = state.changes;
   std::vector<double> curvature(pairs);
-  for (std::size_t k = 0; k < pairs; ++k) {
-    const Vector s(state.steps[k].begin(), state.steps[k].end());
-    changes[k].assign(state.changes[k].begin(), state.changes[k].end());
-    add_scaled(changes[k], state.weight, function.roughness_gradient(s));
-    curvature[k] = dot(s, changes[k]);
-  }
+  for (std::size_t k = 0; k < pairs; ++k) curvature[k] = dot(state.steps[k], changes[k]);
   const auto usable = [&](std::size_t k) {
     return curvature[k] >
            1e-10 * std::sqrt(dot(state.steps[k], state.steps[k]) * dot(changes[k], changes[k]));
   };
-  Vector d = g;
+  Vector d = state.gradient;
   std::vector<double> alpha(pairs, 0.0);
   std::optional<double> scale;
   for (std::size_t k = pairs; k-- > 0;) {
@@ -87,23 +77,21 @@ Vector lbfgs_direction(const Function& function, const OptimiserState& state, co
     if (!usable(k)) continue;
     add_scaled(d, alpha[k] - dot(changes[k], d) / curvature[k], state.steps[k]);
   }
-  for (double& x : d) x = -x;
-  return d;
+  return negative(std::move(d));
 }
 
 StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
-  const Vector g = full_gradient(function, state);
-  Vector direction = lbfgs_direction(function, state, g);
+  const Vector& g = state.gradient;
+  Vector direction = lbfgs_direction(state);
   double slope = dot(direction, g);
   if (!(slope < 0.0)) {
     state.steps.clear();
     state.changes.clear();
-    direction = g;
-    for (double& x : direction) x = -x;
+    direction = negative(g);
     slope = dot(direction, g);
     if (!(slope < 0.0)) return StepOutcome::stalled;
   }
-  const double value = state.value();
+  const double value = state.value;
   const double amplitude = function.amplitude(direction);
   double length = state.steps.empty() ? options.first_step / amplitude
                                       : std::min(1.0, options.longest_step / amplitude);
@@ -114,11 +102,11 @@ StepOutcome lbfgs_step(Function& function, OptimiserState& state, const Optimise
       for (std::size_t i = 0; i < moved.size(); ++i) {
         moved[i] = static_cast<float>(trial.z[i] - state.z[i]);
       }
-      const Vector before = state.data_gradient;
+      const Vector before = state.gradient;
       accept(function, state, std::move(trial));
       std::vector<float> change(before.size());
       for (std::size_t i = 0; i < change.size(); ++i) {
-        change[i] = static_cast<float>(state.data_gradient[i] - before[i]);
+        change[i] = static_cast<float>(state.gradient[i] - before[i]);
       }
       state.steps.push_back(std::move(moved));
       state.changes.push_back(std::move(change));
@@ -144,8 +132,7 @@ StepOutcome lbfgs_step(Function& function, OptimiserState& state, const Optimise
 
 StepOutcome wang2008_step(Function& function, OptimiserState& state,
                           const OptimiserOptions& options) {
-  Vector p = full_gradient(function, state);
-  for (double& x : p) x = -x;
+  Vector p = negative(state.gradient);
   Vector direction = p;
   if (!state.direction.empty()) {
     const double denominator = dot(state.previous_gradient, state.previous_gradient);
@@ -162,7 +149,7 @@ StepOutcome wang2008_step(Function& function, OptimiserState& state,
   double left = 0.0;
   double middle = unit;
   double right = unit;
-  for (int k = 0; best.value >= state.value(); ++k) {
+  for (int k = 0; best.value >= state.value; ++k) {
     if (k == options.max_backtracks) return StepOutcome::stalled;
     right = middle;
     middle *= 1.0 - golden;
@@ -215,25 +202,25 @@ void get_all(ByteReader& in, std::vector<std::vector<float>>& list) {
 }  // namespace
 
 void OptimiserState::write(ByteWriter& out) const {
-  for (const Vector* v : {&z, &data_gradient, &direction, &previous_gradient}) out.put(*v);
-  for (const double x : {weight, data, roughness, previous_step}) out.put(x);
+  for (const Vector* v : {&z, &gradient, &direction, &previous_gradient}) out.put(*v);
+  for (const double x : {value, previous_step}) out.put(x);
   put_all(out, steps);
   put_all(out, changes);
 }
 
 void OptimiserState::read(ByteReader& in) {
-  for (Vector* v : {&z, &data_gradient, &direction, &previous_gradient}) in.get(*v);
-  for (double* x : {&weight, &data, &roughness, &previous_step}) in.get(*x);
+  for (Vector* v : {&z, &gradient, &direction, &previous_gradient}) in.get(*v);
+  for (double* x : {&value, &previous_step}) in.get(*x);
   get_all(in, steps);
   get_all(in, changes);
 }
 
 void start(Function& function, OptimiserState& state) {
-  state.data = function.data(state.z);
-  state.roughness = function.roughness(state.z);
-  state.data_gradient = function.data_gradient();
-  state.direction.clear();
-  state.previous_gradient.clear();
+  OptimiserState fresh;
+  fresh.z = std::move(state.z);
+  fresh.value = function.value(fresh.z);
+  fresh.gradient = function.gradient();
+  state = std::move(fresh);
 }
 
 StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options) {

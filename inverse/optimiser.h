@@ -9,15 +9,12 @@
 
 namespace kappamu::inverse {
 
-/// What is minimised: f(z) = data(z) + weight · R(z).
+/// What is minimised, f(z).
 class Function {
  public:
   virtual ~Function() = default;
-  virtual double data(const Vector& z) = 0;
-  /// Of the data term at the z of the last data().
-  virtual Vector data_gradient() = 0;
-  virtual double roughness(const Vector& z) const = 0;
-  virtual Vector roughness_gradient(const Vector& z) const = 0;  ///< linear in z
+  virtual double value(const Vector& z) = 0;
+  virtual Vector gradient() = 0;  ///< at the z of the last value()
   /// Largest change of log κ or log μ along `direction` [log units].
   virtual double amplitude(const Vector& direction) const = 0;
 };
@@ -38,26 +35,22 @@ struct OptimiserOptions {
 
 struct OptimiserState {
   Vector z;
-  double weight = 0.0;     ///< of R
-  double data = 0.0;       ///< data term at z
-  double roughness = 0.0;  ///< R at z
-  Vector data_gradient;    ///< at z
-  /// L-BFGS pairs, oldest first: steps and changes of the data gradient. R's share of the latter is
-  /// linear in the step and added when used, so that pairs stay true when the weight changes.
+  double value = 0.0;  ///< f(z)
+  Vector gradient;     ///< at z
+  /// L-BFGS pairs, oldest first: steps and changes of the gradient.
   std::vector<std::vector<float>> steps;
   std::vector<std::vector<float>> changes;
   Vector direction;          ///< conjugate gradients: the last direction
   Vector previous_gradient;  ///< conjugate gradients: the gradient it was made of
   double previous_step = 0.0;
 
-  double value() const { return data + weight * roughness; }
   void write(ByteWriter& out) const;
   void read(ByteReader& in);
 };
 
 enum class StepOutcome { progressed, stalled };
 
-/// Evaluates f at state.z and forgets the direction of conjugate gradients.
+/// Evaluates f at state.z and forgets all about earlier steps.
 void start(Function& function, OptimiserState& state);
 
 /// One step from state.z, where start() or the last step evaluated f. `stalled`: no lower value was

@@ -1,0 +1,19 @@
+// The data's Hessian as the metric of the fit needs it: per lateral frequency, from a few random
+// adjoint solves.
+#pragma once
+
+#include <cstdint>
+
+#include "inverse/basis.h"
+#include "inverse/objective.h"
+
+namespace kappamu::inverse {
+
+/// For random signs s on the data, g = JᵀW^½ s has the expectation E[g gᵀ] = JᵀWJ. The lateral
+/// waves of g of one frequency band are as many samples of that band's matrix; bands with fewer
+/// samples than rows borrow from their neighbours. At the fields of the objective's last value();
+/// costs `probes` adjoint solves.
+LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
+                                      std::uint64_t seed);
+
+}  // namespace kappamu::inverse
