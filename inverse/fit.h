@@ -28,9 +28,9 @@ struct FitOptions {
 
   /// Fixed weight α instead of the path [dimensionless].
   std::optional<double> weight;
-  double first_weight = 300.0;  ///< α where the path starts, on the coarsest grid
+  double first_weight = 3000.0;  ///< α where the path starts, on the coarsest grid
   double last_weight = 1e-3;    ///< α below which the path does not go
-  double weight_factor = 0.25;  ///< from one α to the next, in (0, 1)
+  double weight_factor = 0.3;  ///< from one α to the next, in (0, 1)
   /// A finer grid starts at the α the coarser one ended with, divided by this power of
   /// weight_factor.
   double restart_steps = 1.0;
@@ -39,16 +39,16 @@ struct FitOptions {
   /// regulariser's doing.
   double stagnation = 0.03;
 
-  double stage_tolerance = 2e-3;  ///< relative decrease per step below which a weight is done
-  int stage_steps = 40;           ///< most steps at one weight
+  double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
+  int stage_steps = 80;           ///< most steps at one weight
   int max_levels = 4;             ///< grids, the finest included; 1 = the finest alone
   bool correct_grid = true;       ///< the correction r
 
-  ModelError model_error{0.002, 2e-4};  ///< on the finest grid
-  ModelError coarse_model_error{0.01, 1e-3};
+  ModelError model_error{0.002, 5e-5};  ///< on the finest grid
+  ModelError coarse_model_error{0.03, 3e-3};
 
   double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
-  int metric_probes = 4;       ///< adjoint solves per grid for the data's share of the metric
+  int metric_probes = 2;       ///< adjoint solves per grid for the data's share of the metric
   int sensitivity_probes = 0;  ///< adjoint solves spent on where the data constrain the volume
   std::uint64_t seed = 1;      ///< of those probes
   Backend backend;

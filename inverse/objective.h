@@ -27,7 +27,7 @@ Refinement refine(const Problem& problem);
 struct Backend {
   std::string device = "auto";
   forward::Precision precision = forward::Precision::single_precision;
-  forward::SolveOptions solve;
+  forward::SolveOptions solve{1e-5, 200};
   int batch = 16;                   ///< patterns solved at once
   double refined_memory_mb = 2048;  ///< bound on the fields of a refined solve [MiB]
 };
