@@ -1,0 +1,138 @@
+// The OpenCL runtime: choosing devices, error sentences, known answers. Tests that need a device
+// are skipped where none is installed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "device/context.h"
+#include "device/device_info.h"
+#include "device/self_test.h"
+
+namespace kappamu::device {
+namespace {
+
+using ::testing::HasSubstr;
+
+DeviceInfo named(const char* platform, const char* name, Kind kind) {
+  DeviceInfo info;
+  info.platform = platform;
+  info.name = name;
+  info.kind = kind;
+  return info;
+}
+
+const std::vector<DeviceInfo> rig{named("Portable Computing Language", "pthread-EPYC", Kind::cpu),
+                                  named("NVIDIA CUDA", "NVIDIA H200", Kind::gpu)};
+
+std::string sentence_of(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
+  try {
+    choose(devices, wanted);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(DeviceChoice, AutoPrefersGpuThenCpu) {
+  EXPECT_EQ(choose(rig, "auto").index, 1U);
+  EXPECT_EQ(choose({rig[0]}, "auto").index, 0U);
+}
+
+TEST(DeviceChoice, WordsMatchPlatformOrNameWhateverTheCase) {
+  EXPECT_EQ(choose(rig, "epyc").index, 0U);
+  EXPECT_EQ(choose(rig, "PORTABLE").index, 0U);
+  EXPECT_EQ(choose(rig, "h200").index, 1U);
+}
+
+TEST(DeviceChoice, NoMatchIsOneSentenceWithTheFix) {
+  const std::string sentence = sentence_of(rig, "radeon");
+  EXPECT_THAT(sentence, HasSubstr("no OpenCL device matches 'radeon'"));
+  EXPECT_THAT(sentence, HasSubstr("NVIDIA H200"));
+  EXPECT_THAT(sentence, HasSubstr("install pocl-opencl-icd or pass --device reference"));
+}
+
+TEST(DeviceChoice, NoDeviceAtAllIsOneSentenceWithTheFix) {
+  EXPECT_EQ(sentence_of({}, "auto"),
+            "no OpenCL device was found; install pocl-opencl-icd or pass --device reference");
+  EXPECT_THAT(sentence_of({}, "pocl"), HasSubstr("no OpenCL device matches 'pocl'"));
+}
+
+class OnDevice : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (list_devices().empty()) GTEST_SKIP() << "no OpenCL device is installed";
+    context_ = &Context::of(choose(list_devices(), "auto").index);
+  }
+  Context* context_ = nullptr;
+};
+
+TEST_F(OnDevice, GivesKnownAnswers) {
+  const SelfTest result = self_test(*context_);
+  EXPECT_TRUE(result.passed) << result.message;
+}
+
+TEST_F(OnDevice, BuildErrorsCarryTheLogAndTrueLineNumbers) {
+  const KernelSource broken{"broken.cl",
+                            "kernel void f(global int *a) {\n  a[0] = missing_name;\n}\n"};
+  try {
+    context_->program(broken, "");
+    FAIL() << "a broken kernel was built";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("clBuildProgram"));
+    EXPECT_THAT(error.what(), HasSubstr("broken.cl"));
+    EXPECT_THAT(error.what(), HasSubstr("missing_name"));
+    EXPECT_THAT(error.what(), HasSubstr(":2:"));
+  }
+}
+
+TEST_F(OnDevice, UnknownKernelIsNamed) {
+  const KernelSource source{"empty.cl", "kernel void here(global int *a) { a[0] = 1; }\n"};
+  Program& program = context_->program(source, "");
+  const Buffer buffer = context_->allocate(4);
+  try {
+    context_->launch(program, "absent", {}, buffer);
+    FAIL() << "a kernel that does not exist was launched";
+  } catch (const DeviceError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("clCreateKernel(absent)"));
+  }
+}
+
+TEST_F(OnDevice, ProgramsAreBuiltOncePerTextAndOptions) {
+  const KernelSource source{"k.cl", "kernel void k(global int *a) { a[0] = N; }\n"};
+  Program* one = &context_->program(source, "-DN=1");
+  EXPECT_EQ(&context_->program(source, "-DN=1"), one);
+  EXPECT_NE(&context_->program(source, "-DN=2"), one);
+}
+
+TEST_F(OnDevice, RoundTripsAndZeroes) {
+  const std::vector<int> sent{3, 1, 4, 1, 5};
+  const Buffer a = context_->allocate(sent.size() * sizeof(int));
+  const Buffer b = context_->allocate(sent.size() * sizeof(int));
+  context_->write(a, sent.data(), a.bytes());
+  context_->copy(a, b, a.bytes());
+  std::vector<int> received(sent.size());
+  context_->read(b, received.data(), b.bytes());
+  EXPECT_EQ(received, sent);
+  context_->zero(b, b.bytes());
+  context_->read(b, received.data(), b.bytes());
+  EXPECT_EQ(received, std::vector<int>(sent.size(), 0));
+}
+
+TEST_F(OnDevice, AccessPastABufferIsRefused) {
+  const Buffer a = context_->allocate(4);
+  std::vector<int> two(2);
+  EXPECT_THROW(context_->read(a, two.data(), 8), InternalError);
+}
+
+TEST_F(OnDevice, TooLittleMemoryIsTheUsersToMend) {
+  try {
+    // Larger than any device of this decade.
+    context_->allocate(std::size_t{1} << 50);
+    FAIL() << "a petabyte was allocated";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("out of memory"));
+  }
+}
+
+}  // namespace
+}  // namespace kappamu::device
