@@ -41,7 +41,6 @@ namespace {
 
 /// Where a ray meets a quad's plane, in the quad's frame.
 struct Hit {
-  double distance = 0.0;  // in lengths of the ray's direction
   Vector2d at = Vector2d::Zero();
   Vector2d footprint = Vector2d::Zero();  // extent along x and y of the ray's share of the picture
 };
@@ -54,7 +53,6 @@ std::optional<Hit> meet_plane(const Rigid& quad_from_camera, const Vector3d& dir
   const double distance = -origin.z() / ray.z();
   if (ray.z() <= 0.0 || distance <= 0.0) return std::nullopt;
   Hit hit;
-  hit.distance = distance;
   hit.at = (origin + distance * ray).head<2>();
   for (int axis = 0; axis < 2; ++axis) {
     const Vector3d turn = quad_from_camera.rotation.col(axis);
@@ -91,27 +89,20 @@ Image<float> render_quads(const RayTable& rays, const Rigid& world_from_camera,
       std::array<double, 3> sum{};
       for (int n = 0; n < rays.per_pixel(); ++n) {
         const Vector3d direction = rays.direction(x, y, n);
-        std::optional<Hit> nearest;
-        std::size_t hit_quad = 0;
-        for (std::size_t q = 0; q < quads.size(); ++q) {
+        double open = 1.0;  // part of the ray that no quad so far has stopped
+        for (std::size_t q = 0; q < quads.size() && open > 0.0; ++q) {
+          const Quad& quad = quads[q];
           const std::optional<Hit> hit = meet_plane(quad_from_camera[q], direction, spacing);
-          if (!hit || (nearest && hit->distance >= nearest->distance)) continue;
-          if ((hit->at.array() < (quads[q].low - hit->footprint).array()).any() ||
-              (hit->at.array() > (quads[q].high + hit->footprint).array()).any()) {
-            continue;
-          }
-          nearest = hit;
-          hit_quad = q;
+          if (!hit) continue;
+          const double present =
+              open * coverage(hit->at.x(), quad.low.x(), quad.high.x(), hit->footprint.x()) *
+              coverage(hit->at.y(), quad.low.y(), quad.high.y(), hit->footprint.y());
+          if (present <= 0.0) continue;
+          open -= present;
+          const std::array<double, 3> albedo = quad.albedo(hit->at, hit->footprint);
+          const double light_here = present * irradiance(light, quad, hit->at);
+          for (int c = 0; c < 3; ++c) sum[c] += albedo[c] * light_here;
         }
-        if (!nearest) continue;
-        const Quad& quad = quads[hit_quad];
-        const double present =
-            coverage(nearest->at.x(), quad.low.x(), quad.high.x(), nearest->footprint.x()) *
-            coverage(nearest->at.y(), quad.low.y(), quad.high.y(), nearest->footprint.y());
-        if (present <= 0.0) continue;
-        const std::array<double, 3> albedo = quad.albedo(nearest->at, nearest->footprint);
-        const double light_here = present * irradiance(light, quad, nearest->at);
-        for (int c = 0; c < 3; ++c) sum[c] += albedo[c] * light_here;
       }
       for (int c = 0; c < 3; ++c) {
         image(x, y, c) = static_cast<float>(sum[c] / (std::numbers::pi * rays.per_pixel()));

@@ -63,8 +63,8 @@ struct Illumination {
   const Image<float>* thrown = nullptr;  ///< thrown_image(); null: the projector is off
 };
 
-/// Radiance [y][x][3] = albedo · irradiance / π of the frontmost quad; black beside all quads.
-/// Quads do not shade each other.
+/// Radiance [y][x][3] = albedo · irradiance / π of the quads, listed from front to back; black
+/// beside all of them. Quads do not shade each other.
 Image<float> render_quads(const RayTable& rays, const Rigid& world_from_camera,
                           const std::vector<Quad>& quads, const Illumination& light);
 

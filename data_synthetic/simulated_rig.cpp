@@ -230,8 +230,9 @@ Image<float> SimulatedRig::picture() {
       break;
     }
     case Subject::white_target:
-      quads.push_back(plain_quad(1.4 * face_mm.cwiseMax(Vector2d(0.7 * s, 0.7 * s)),
-                                 white_target_reflectance, rig_.world_from_target()));
+      // Covers lit face and chart, so that it tells the irradiance on both.
+      quads.push_back(
+          plain_quad({1.8 * s, 1.35 * s}, white_target_reflectance, rig_.world_from_target()));
       break;
     case Subject::colour_chart:
       quads.push_back(chart_quad(1.6 * s, rig_.world_from_target()));
