@@ -48,8 +48,8 @@ class RigDevice {
   /// 0 dark, 255 full white, light proportional to the value.
   virtual void show(const Image<std::uint8_t>& image) = 0;
 
-  /// Takes one frame: code values 0 ... 2^bit_depth - 1 of the camera's size, channels R, G, B (or
-  /// one). `exposure_s` [s] > 0.
+  /// Takes one frame: code values 0 ... 2^bit_depth - 1 of the camera's size, channels R, G,
+  /// B. `exposure_s` [s] > 0.
   virtual Image<std::uint16_t> expose(double exposure_s) = 0;
 };
 

@@ -1,0 +1,122 @@
+// The images a plan shows: patches, chessboard, uniform grey. Declared in shoot.h.
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "capture/shoot.h"
+#include "core/error.h"
+
+namespace kappamu::capture {
+namespace {
+
+// Homography that maps the unit square's corners (0,0), (1,0), (1,1), (0,1) to the quad's.
+Eigen::Matrix3d quad_from_square(const ProjectorQuad& quad) {
+  constexpr double square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  Eigen::Matrix<double, 8, 8> equations = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> right;
+  for (int i = 0; i < 4; ++i) {
+    const double u = square[i][0];
+    const double v = square[i][1];
+    for (int axis = 0; axis < 2; ++axis) {
+      const int row = 2 * i + axis;
+      const double target = quad[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)];
+      equations.block<1, 3>(row, 3 * axis) << u, v, 1.0;
+      equations(row, 6) = -u * target;
+      equations(row, 7) = -v * target;
+      right[row] = target;
+    }
+  }
+  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> solver(equations);
+  if (!solver.isInvertible()) {
+    throw InputError(
+        "the quad of the patch patterns has corners in one line or coinciding; give the four "
+        "corners of the lit face in projector pixels.");
+  }
+  const Eigen::Matrix<double, 8, 1> h = solver.solve(right);
+  Eigen::Matrix3d homography;
+  homography << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0;
+  return homography;
+}
+
+// Mean over [at - 1/2, at + 1/2] of the square wave that is +1 on [0, 1), -1 on [1, 2), ... in
+// units of the square; `at` and the returned mean in pixels of `square_px`.
+double mean_wave(double at, double origin, double square_px) {
+  // The wave's integral is a triangle wave.
+  const auto integral = [](double x) {
+    const double phase = x - 2.0 * std::floor(0.5 * x);
+    return phase < 1.0 ? phase : 2.0 - phase;
+  };
+  const double low = (at - 0.5 - origin) / square_px;
+  const double high = (at + 0.5 - origin) / square_px;
+  return (integral(high) - integral(low)) * square_px;
+}
+
+// Share of the pixel at `at` that lies in [low, high].
+double coverage(double at, double low, double high) {
+  return std::clamp(std::min(at + 0.5, high) - std::max(at - 0.5, low), 0.0, 1.0);
+}
+
+std::uint8_t grey(double share) {
+  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(share, 0.0, 1.0)));
+}
+
+}  // namespace
+
+Image<std::uint8_t> make_uniform_image(const Projector& projector, std::uint8_t value) {
+  return {projector.width, projector.height, 1, value};
+}
+
+Image<std::uint8_t> make_chessboard_image(const Projector& projector, const ProjectedBoard& board) {
+  Image<std::uint8_t> image = make_uniform_image(projector, 0);
+  const double square = board.square_px;
+  // Inner corners lie between squares, so the squares begin one before the first corner.
+  const double left = board.origin_px[0] - square;
+  const double top = board.origin_px[1] - square;
+  const double right = board.origin_px[0] + square * board.columns;
+  const double bottom = board.origin_px[1] + square * board.rows;
+  for (int y = 0; y < projector.height; ++y) {
+    const double wave_y = mean_wave(y, top, square);
+    const double inside_y = coverage(y, top, bottom);
+    const double border_y = coverage(y, top - square, bottom + square);
+    for (int x = 0; x < projector.width; ++x) {
+      const double inside = inside_y * coverage(x, left, right);
+      const double border = border_y * coverage(x, left - square, right + square) - inside;
+      // The product of two waves of ±1 is a chessboard, +1 in the top left square: black.
+      const double white = 0.5 * (1.0 - wave_y * mean_wave(x, left, square));
+      image(x, y) = grey(border + inside * white);
+    }
+  }
+  return image;
+}
+
+std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
+                                                const ProjectorQuad& quad, int n, PatternRole role,
+                                                const std::string& prefix) {
+  if (n < 1 || n > 1000) {
+    throw InputError("the number of patches along an edge is " + std::to_string(n) +
+                     "; it must lie between 1 and 1000.");
+  }
+  const Eigen::Matrix3d square_from_quad = quad_from_square(quad).inverse();
+  std::vector<PlannedPattern> patterns;
+  const std::size_t digits = std::max<std::size_t>(2, std::to_string(n * n - 1).size());
+  for (int i = 0; i < n * n; ++i) {
+    std::string number = std::to_string(i);
+    number.insert(0, digits - number.size(), '0');
+    patterns.push_back({prefix + number, make_uniform_image(projector, 0), role});
+  }
+  for (int y = 0; y < projector.height; ++y) {
+    for (int x = 0; x < projector.width; ++x) {
+      const Eigen::Vector3d at = square_from_quad * Eigen::Vector3d(x, y, 1.0);
+      const double u = at[0] / at[2];
+      const double v = at[1] / at[2];
+      if (!(u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0)) continue;
+      const int cell = static_cast<int>(v * n) * n + static_cast<int>(u * n);
+      patterns[static_cast<std::size_t>(cell)].image(x, y) = 255;
+    }
+  }
+  return patterns;
+}
+
+}  // namespace kappamu::capture

@@ -1,0 +1,257 @@
+#include "capture/shoot.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "capture/frames.h"
+#include "capture/response.h"
+#include "core/error.h"
+#include "io/image_file.h"
+
+namespace kappamu::capture {
+namespace {
+
+constexpr double saturated_share = 0.002;
+
+std::string numbered(const std::string& stem, std::size_t number) {
+  char text[16];
+  std::snprintf(text, sizeof text, "%02zu", number);
+  return stem + text;
+}
+
+class Shooter {
+ public:
+  Shooter(RigDevice& device, const CapturePlan& plan, const std::filesystem::path& folder,
+          Progress& progress)
+      : device_(device), plan_(plan), progress_(progress) {
+    session_.folder = folder;
+    session_.setup = plan.setup;
+    session_.sample = plan.sample;
+    session_.camera = device.camera();
+    session_.projector = device.projector();
+    session_.calibration_station = plan.calibration_station;
+    session_.pattern_station = plan.pattern_station;
+    session_.calibration.board = plan.board;
+    session_.calibration.projected_board = plan.projected_board;
+    exposures_ = plan.exposures_s;
+    target_exposures_ = plan.target_exposures_s.empty() ? exposures_ : plan.target_exposures_s;
+    all_exposures_ = exposures_;
+    all_exposures_.insert(all_exposures_.end(), target_exposures_.begin(), target_exposures_.end());
+    std::sort(all_exposures_.begin(), all_exposures_.end());
+    all_exposures_.erase(std::unique(all_exposures_.begin(), all_exposures_.end()),
+                         all_exposures_.end());
+  }
+
+  // Runs twice: first without device and files, to find what contradicts itself before an hour of
+  // exposures is spent on it, and to count the frames.
+  Session run() {
+    check_plan();
+    std::error_code ignored;
+    for (const bool rehearsal : {true, false}) {
+      rehearsal_ = rehearsal;
+      done_ = 0;
+      session_.patterns.clear();
+      session_.calibration.camera_boards.clear();
+      session_.calibration.projector_planes.clear();
+      session_.calibration.sample_views.clear();
+      session_.calibration.dark.clear();
+      dark();
+      boards();
+      planes();
+      targets();
+      views();
+      patterns();
+      if (!rehearsal) break;
+      validate(session_);
+      total_ = done_;
+      std::filesystem::remove(session_.folder / "session.json", ignored);
+    }
+    write_session(session_);
+    return session_;
+  }
+
+ private:
+  void check_plan() const {
+    const std::string plan = "capture plan: ";
+    if (exposures_.empty()) {
+      throw InputError(plan + "exposures_s is empty; list at least one exposure time.");
+    }
+    for (const PlannedPattern& pattern : plan_.patterns) {
+      if (pattern.image.width() != session_.projector.width ||
+          pattern.image.height() != session_.projector.height || pattern.image.channels() != 1) {
+        throw InputError(plan + "the image of pattern " + pattern.id + " is " +
+                         std::to_string(pattern.image.width()) + " x " +
+                         std::to_string(pattern.image.height()) + " in " +
+                         std::to_string(pattern.image.channels()) +
+                         " channels; make it grey and of the projector's " +
+                         std::to_string(session_.projector.width) + " x " +
+                         std::to_string(session_.projector.height) + ".");
+      }
+    }
+  }
+
+  void place(Subject subject, const std::string& station, bool ambient, int pose = 0,
+             int poses = 1) {
+    if (!rehearsal_) device_.place({subject, station, ambient, pose, poses});
+  }
+  void show(const Image<std::uint8_t>& image) {
+    if (!rehearsal_) device_.show(image);
+  }
+
+  Frame save(const std::string& file, double exposure_s, const Image<std::uint16_t>& codes) {
+    const Camera& camera = session_.camera;
+    if (codes.width() != camera.width || codes.height() != camera.height || codes.channels() != 3) {
+      throw InputError("camera: " + file + " came as " + std::to_string(codes.width()) + " x " +
+                       std::to_string(codes.height()) + " in " + std::to_string(codes.channels()) +
+                       " channels instead of " + std::to_string(camera.width) + " x " +
+                       std::to_string(camera.height) + " in 3; correct the driver.");
+    }
+    io::write_code_image(session_.folder / file, codes, session_.camera.bit_depth);
+    ++done_;
+    progress_.update("shoot", static_cast<double>(done_) / static_cast<double>(total_), file);
+    return {file, exposure_s};
+  }
+  Frame expose(const std::string& file, double exposure_s) {
+    if (rehearsal_) {
+      ++done_;
+      return {file, exposure_s};
+    }
+    const Image<std::uint16_t> codes = device_.expose(exposure_s);
+    return save(file, exposure_s, codes);
+  }
+  Stack stack(const std::string& stem, const std::vector<double>& exposures) {
+    Stack frames;
+    for (const double exposure : exposures) {
+      frames.push_back(expose(stem + "_" + std::to_string(frames.size()) + ".png", exposure));
+    }
+    return frames;
+  }
+
+  // One frame at the longest time that hardly saturates, by trial; the trial is kept.
+  Frame metered(const std::string& file) {
+    if (rehearsal_) return expose(file, exposures_.front());
+    const int saturated_from = saturation_code(session_.camera.bit_depth);
+    // Begins where the last subject of the kind ended and goes to shorter times.
+    std::size_t at = std::min(meter_, all_exposures_.size() - 1);
+    for (;; --at) {
+      const Image<std::uint16_t> codes = device_.expose(all_exposures_[at]);
+      const auto saturated =
+          std::count_if(codes.values().begin(), codes.values().end(),
+                        [&](std::uint16_t code) { return code >= saturated_from; });
+      const bool good =
+          static_cast<double>(saturated) <= saturated_share * static_cast<double>(codes.size());
+      if (!good && at > 0) continue;
+      if (!good) {
+        progress_.warn(file + " is saturated even at the plan's shortest exposure.");
+      }
+      meter_ = at;
+      return save(file, all_exposures_[at], codes);
+    }
+  }
+  void reset_meter() { meter_ = all_exposures_.size(); }
+
+  void dark() {
+    place(Subject::lens_covered, plan_.calibration_station, false);
+    for (const double exposure : {all_exposures_.front(), all_exposures_.back()}) {
+      for (int repeat = 0; repeat < plan_.dark_repeats; ++repeat) {
+        std::vector<Frame>& frames = session_.calibration.dark;
+        frames.push_back(expose(numbered("calibration/dark_", frames.size()) + ".png", exposure));
+      }
+    }
+  }
+
+  void boards() {
+    reset_meter();
+    for (int view = 0; view < plan_.camera_board_views; ++view) {
+      place(Subject::board, plan_.calibration_station, true, view, plan_.camera_board_views);
+      session_.calibration.camera_boards.push_back(
+          metered(numbered("calibration/board_", static_cast<std::size_t>(view)) + ".png"));
+    }
+  }
+
+  void planes() {
+    const Image<std::uint8_t> board =
+        rehearsal_ ? Image<std::uint8_t>()
+                   : make_chessboard_image(session_.projector, plan_.projected_board);
+    std::size_t ambient_meter = all_exposures_.size();
+    std::size_t projected_meter = all_exposures_.size();
+    for (int pose = 0; pose < plan_.projector_plane_poses; ++pose) {
+      const std::string stem = numbered("calibration/plane_", static_cast<std::size_t>(pose));
+      ProjectorPlane plane;
+      place(Subject::plane, plan_.calibration_station, true, pose, plan_.projector_plane_poses);
+      meter_ = ambient_meter;
+      plane.board = metered(stem + "_board.png");
+      ambient_meter = meter_;
+      place(Subject::plane, plan_.calibration_station, false, pose, plan_.projector_plane_poses);
+      show(board);
+      meter_ = projected_meter;
+      plane.projected = metered(stem + "_projected.png");
+      projected_meter = meter_;
+      session_.calibration.projector_planes.push_back(plane);
+    }
+  }
+
+  void targets() {
+    const Image<std::uint8_t> white = make_uniform_image(session_.projector, 255);
+    if (plan_.white_reflectance) {
+      place(Subject::white_target, plan_.calibration_station, false);
+      show(white);
+      session_.calibration.white_target =
+          WhiteTarget{*plan_.white_reflectance, stack("calibration/white", target_exposures_)};
+      show(make_uniform_image(session_.projector, 0));
+      session_.calibration.white_target_black = stack("calibration/black", target_exposures_);
+    }
+    if (plan_.colour_chart) {
+      place(Subject::colour_chart, plan_.calibration_station, false);
+      show(white);
+      session_.calibration.colour_chart =
+          ColourChart{stack("calibration/chart", target_exposures_), std::nullopt};
+    }
+  }
+
+  void views() {
+    std::vector<std::pair<std::string, Face>> stations{
+        {plan_.calibration_station, plan_.sample.lit_face}};
+    if (plan_.pattern_station != plan_.calibration_station) {
+      stations.emplace_back(plan_.pattern_station, plan_.sample.seen_face);
+    }
+    for (const auto& [station, face] : stations) {
+      reset_meter();
+      place(Subject::sample, station, true);
+      session_.calibration.sample_views.push_back(
+          {station, face, metered("calibration/sample_" + station + ".png"), std::nullopt});
+    }
+  }
+
+  void patterns() {
+    place(Subject::sample, plan_.pattern_station, false);
+    for (const PlannedPattern& planned : plan_.patterns) {
+      const std::string image = "patterns/" + planned.id + ".png";
+      show(planned.image);
+      if (!rehearsal_) io::write_image(session_.folder / image, planned.image);
+      session_.patterns.push_back(
+          {planned.id, image, planned.role, stack("frames/" + planned.id, exposures_)});
+    }
+  }
+
+  RigDevice& device_;
+  const CapturePlan& plan_;
+  Progress& progress_;
+  Session session_;
+  std::vector<double> exposures_;
+  std::vector<double> target_exposures_;
+  std::vector<double> all_exposures_;
+  bool rehearsal_ = true;
+  std::size_t meter_ = 0;  // exposure that metering tries first, cut to the last
+  std::size_t done_ = 0;
+  std::size_t total_ = 1;
+};
+
+}  // namespace
+
+Session shoot_session(RigDevice& device, const CapturePlan& plan,
+                      const std::filesystem::path& folder, Progress& progress) {
+  return Shooter(device, plan, folder, progress).run();
+}
+
+}  // namespace kappamu::capture
