@@ -122,7 +122,7 @@ class ChannelRun {
   }
   void warn(const std::string& sentence);
   void save();
-  void tell();
+  void record();
 
   const FitOptions& options_;
   const Checkpoint& checkpoint_;
@@ -155,7 +155,10 @@ void ChannelRun::save() {
   checkpoint_.save(saved.bytes(fingerprint_));
 }
 
-void ChannelRun::tell() {
+void ChannelRun::record() {
+  state_.report.history.push_back({state_.level, state_.weight, state_.stage_steps,
+                                   objective_->solves(), state_.optimiser.value, chi2_per_datum(),
+                                   state_.roughness, seconds()});
   // Each grid costs eight times the next coarser one: progress counts grids, then weights.
   const double levels = static_cast<double>(ladder_.size());
   const double done = levels - 1.0 - state_.level;
@@ -230,6 +233,7 @@ void ChannelRun::begin_stage() {
   state_.stage_steps = 0;
   state_.small_decreases = 0;
   state_.in_stage = true;
+  record();
   save();
 }
 
@@ -248,7 +252,7 @@ void ChannelRun::iterate_stage() {
     const double after = state_.optimiser.value;
     const bool small = before - after < options_.stage_tolerance * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
-    tell();
+    record();
     if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=
         checkpoint_.interval_seconds) {
       save();
@@ -259,10 +263,6 @@ void ChannelRun::iterate_stage() {
 void ChannelRun::end_stage() {
   const double chi2 = chi2_per_datum();
   state_.fields = basis_->to_fields(state_.optimiser.z);
-  const SolveCount& solves = objective_->solves();
-  state_.report.history.push_back({state_.level, state_.weight, state_.stage_steps, solves.forward,
-                                   solves.adjoint, state_.optimiser.value, chi2, state_.roughness,
-                                   seconds()});
   state_.in_stage = false;
   const bool stagnated =
       state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
@@ -279,8 +279,10 @@ void ChannelRun::finish_level(bool stagnated) {
   const double chi2 = state_.last_chi2;
   if (state_.level > 0) {
     const GridShape coarse_shape = objective_->problem().setup.shape;
+    const SolveCount solves = objective_->solves();
     --state_.level;
     open_level();
+    objective_->restore(objective_->correction(), solves);
     const GridShape& shape = objective_->problem().setup.shape;
     state_.fields = {prolong(state_.fields.log_kappa, coarse_shape, shape),
                      prolong(state_.fields.log_mu, coarse_shape, shape)};
@@ -317,6 +319,8 @@ void ChannelRun::finish_level(bool stagnated) {
   report.chi2_per_datum = chi2;
   report.weight = state_.weight;
   state_.finished = true;
+  state_.optimiser = OptimiserState{};
+  state_.blocks.clear();
   save();
 }
 

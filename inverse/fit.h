@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -29,8 +30,8 @@ struct FitOptions {
   /// Fixed weight α instead of the path [dimensionless].
   std::optional<double> weight;
   double first_weight = 3000.0;  ///< α where the path starts, on the coarsest grid
-  double last_weight = 1e-3;    ///< α below which the path does not go
-  double weight_factor = 0.3;  ///< from one α to the next, in (0, 1)
+  double last_weight = 1e-3;     ///< α below which the path does not go
+  double weight_factor = 0.3;    ///< from one α to the next, in (0, 1)
   /// A finer grid starts at the α the coarser one ended with, divided by this power of
   /// weight_factor.
   double restart_steps = 1.0;
@@ -64,13 +65,12 @@ enum class FitStatus {
 };
 std::string to_string(FitStatus status);
 
-/// One weight on one grid.
-struct StageRecord {
-  int level = 0;  ///< 0 = finest
-  double weight = 0.0;
-  int steps = 0;
-  int forward_solves = 0;  ///< batched, so far on this grid
-  int adjoint_solves = 0;
+/// One step of the optimiser; step 0 opens a weight.
+struct StepRecord {
+  int level = 0;        ///< grid, 0 = finest
+  double weight = 0.0;  ///< α
+  int step = 0;         ///< at this weight on this grid
+  SolveCount solves;    ///< so far, on all grids
   double objective = 0.0;
   double chi2_per_datum = 0.0;
   double roughness = 0.0;  ///< R
@@ -81,7 +81,7 @@ struct FitReport {
   FitStatus status = FitStatus::ran_out;
   std::string message;  ///< one sentence: why it stopped
   std::string backend;
-  std::vector<StageRecord> history;
+  std::vector<StepRecord> history;
   std::vector<std::string> warnings;
   double homogeneous_kappa = 0.0;         ///< [mm]
   double homogeneous_mu = 0.0;            ///< [1/mm]

@@ -10,10 +10,19 @@ namespace {
 
 constexpr std::uint64_t magic = 0x6b6d2d6669742d31ULL;  // "km-fit-1"
 
+void write(ByteWriter& out, const SolveCount& solves) {
+  for (const int n : {solves.forward, solves.adjoint, solves.refined}) out.put(n);
+}
+
+void read(ByteReader& in, SolveCount& solves) {
+  for (int* n : {&solves.forward, &solves.adjoint, &solves.refined}) in.get(*n);
+}
+
 void write(ByteWriter& out, const FitReport& report) {
   out.put<std::uint64_t>(report.history.size());
-  for (const StageRecord& r : report.history) {
-    for (const int n : {r.level, r.steps, r.forward_solves, r.adjoint_solves}) out.put(n);
+  for (const StepRecord& r : report.history) {
+    for (const int n : {r.level, r.step}) out.put(n);
+    write(out, r.solves);
     for (const double x : {r.weight, r.objective, r.chi2_per_datum, r.roughness, r.seconds}) {
       out.put(x);
     }
@@ -32,8 +41,9 @@ void read(ByteReader& in, FitReport& report) {
   std::uint64_t count = 0;
   in.get(count);
   for (std::uint64_t k = 0; k < count; ++k) {
-    StageRecord& r = report.history.emplace_back();
-    for (int* n : {&r.level, &r.steps, &r.forward_solves, &r.adjoint_solves}) in.get(*n);
+    StepRecord& r = report.history.emplace_back();
+    for (int* n : {&r.level, &r.step}) in.get(*n);
+    read(in, r.solves);
     for (double* x : {&r.weight, &r.objective, &r.chi2_per_datum, &r.roughness, &r.seconds}) {
       in.get(*x);
     }
@@ -66,7 +76,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   }
   optimiser.write(out);
   out.put(correction);
-  for (const int n : {solves.forward, solves.adjoint, solves.refined}) out.put(n);
+  write(out, solves);
   write(out, report);
   return out.bytes();
 }
@@ -99,7 +109,7 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     }
     state.optimiser.read(in);
     in.get(state.correction);
-    for (int* n : {&state.solves.forward, &state.solves.adjoint, &state.solves.refined}) in.get(*n);
+    read(in, state.solves);
     read(in, state.report);
     if (!in.at_end()) return false;
     *this = std::move(state);
