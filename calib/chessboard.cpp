@@ -77,6 +77,28 @@ cv::Mat stretch_to_bytes(const Image<float>& grey) {
   return bytes;
 }
 
+/// Coarse corners, by OpenCV's detectors in the order of their cost: the adaptive one, the
+/// sector-based one, and both again at twice the size for boards of small squares.
+bool detect(const cv::Mat& bytes, const cv::Size& size, std::vector<cv::Point2f>& points) {
+  constexpr int adaptive = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
+  constexpr int sector = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE;
+  if (cv::findChessboardCorners(bytes, size, points, adaptive)) return true;
+  if (cv::findChessboardCornersSB(bytes, size, points, cv::CALIB_CB_NORMALIZE_IMAGE)) return true;
+  constexpr double factor = 2.0;
+  cv::Mat large;
+  cv::resize(bytes, large, cv::Size(), factor, factor, cv::INTER_CUBIC);
+  if (!cv::findChessboardCorners(large, size, points, adaptive) &&
+      !cv::findChessboardCornersSB(large, size, points, sector)) {
+    return false;
+  }
+  for (cv::Point2f& point : points) {
+    // Pixel centres are at integers in both pictures.
+    point.x = static_cast<float>((point.x + 0.5) / factor - 0.5);
+    point.y = static_cast<float>((point.y + 0.5) / factor - 0.5);
+  }
+  return true;
+}
+
 }  // namespace
 
 void make_upright(BoardCorners& corners) {
@@ -111,14 +133,8 @@ Image<float> to_grey(const Image<float>& image) {
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name, const CornerRefinement& refinement) {
   check(grey.channels() == 1, "find_chessboard wants a grey image");
-  const cv::Size size(columns, rows);
-  const cv::Mat bytes = stretch_to_bytes(grey);
   std::vector<cv::Point2f> points;
-  bool found = cv::findChessboardCorners(
-      bytes, size, points, cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE);
-  if (!found) {
-    found = cv::findChessboardCornersSB(bytes, size, points, cv::CALIB_CB_NORMALIZE_IMAGE);
-  }
+  const bool found = detect(stretch_to_bytes(grey), cv::Size(columns, rows), points);
   if (!found) {
     throw InputError(
         name + ": no chessboard of " + std::to_string(columns) + " x " + std::to_string(rows) +

@@ -1,0 +1,27 @@
+// A calibration as a folder: OpenCV-style YAML for people and other programs, JSON for the report.
+#pragma once
+
+#include <filesystem>
+
+#include "calib/calibrate.h"
+
+namespace kappamu::calib {
+
+/// Writes into `folder` (made if missing), matrices as OpenCV's FileStorage reads them:
+///   camera.yml      camera_matrix, distortion_coefficients, image size, model, covariance (9 x 9
+///   of
+///                   fx fy cx cy k1 k2 p1 p2 k3), rms_px
+///   projector.yml   the same for the projector, and projector_from_station [mm]
+///   pose.yml        camera_from_sample for both stations with covariance (6 x 6, rotation vector
+///                   [rad] and translation [mm]), projector_from_sample
+///   response.yml    inverse response, black level and noise per channel
+///   radiometry.yml  scale, flat field, projector black level
+///   calibration.json  residuals: per view RMS, corners and residual vectors, neutral patches,
+///                   warnings, seconds; written last, so a folder that has one is complete
+/// Numbers are written so that reading gives the same bits.
+void save_calibration(const std::filesystem::path& folder, const CalibrationResult& calibration);
+
+/// Throws InputError naming the file if one is missing, damaged or lacks a field.
+CalibrationResult load_calibration(const std::filesystem::path& folder);
+
+}  // namespace kappamu::calib

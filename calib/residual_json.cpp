@@ -1,0 +1,156 @@
+#include "calib/residual_json.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+using nlohmann::json;
+
+template <class Points>
+json points_json(const Points& points) {
+  json list = json::array();
+  for (const Eigen::Vector2d& point : points) list.push_back({point.x(), point.y()});
+  return list;
+}
+
+Eigen::Vector2d point_from(const json& pair) {
+  return {pair.at(0).get<double>(), pair.at(1).get<double>()};
+}
+
+std::vector<Eigen::Vector2d> points_from(const json& list) {
+  std::vector<Eigen::Vector2d> points;
+  for (const json& pair : list) points.push_back(point_from(pair));
+  return points;
+}
+
+json views_json(const std::vector<ViewResidual>& views, const std::vector<Rigid>& poses) {
+  json list = json::array();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    json pose = json::array();
+    for (int r = 0; r < 3; ++r) {
+      const auto& m = poses[v].rotation;
+      pose.push_back({m(r, 0), m(r, 1), m(r, 2), poses[v].translation[r]});
+    }
+    list.push_back({{"name", views[v].name},
+                    {"rms_px", views[v].rms_px},
+                    {"pixels", points_json(views[v].pixels)},
+                    {"residuals", points_json(views[v].residuals)},
+                    {"board_pose", pose}});
+  }
+  return list;
+}
+
+void views_from(const json& list, std::vector<ViewResidual>& views, std::vector<Rigid>& poses) {
+  for (const json& item : list) {
+    views.push_back({item.at("name").get<std::string>(), item.at("rms_px").get<double>(),
+                     points_from(item.at("pixels")), points_from(item.at("residuals"))});
+    Rigid pose;
+    for (int r = 0; r < 3; ++r) {
+      const json& row = item.at("board_pose").at(r);
+      for (int c = 0; c < 3; ++c) pose.rotation(r, c) = row.at(c).get<double>();
+      pose.translation[r] = row.at(3).get<double>();
+    }
+    poses.push_back(pose);
+  }
+}
+
+json pose_json(const SamplePose& pose) {
+  return {{"station", pose.station},
+          {"face", to_string(pose.face)},
+          {"rms_px", pose.rms_px},
+          {"corners_px", points_json(pose.corners_px)},
+          {"edge_px", points_json(pose.edge_px)}};
+}
+
+json chart_json(const ChartReference& chart) {
+  json neutrals = json::array();
+  for (const NeutralPatch& neutral : chart.neutrals) {
+    neutrals.push_back({{"patch", neutral.patch},
+                        {"published", neutral.published},
+                        {"measured", neutral.measured}});
+  }
+  json middles = json::array();
+  for (const auto& middle : chart.patches.middles) middles.push_back(points_json(middle));
+  return {{"residual_rms", chart.residual_rms},
+          {"found", chart.patches.found},
+          {"scale", chart.scale},
+          {"centres", points_json(chart.patches.centres)},
+          {"middles", middles},
+          {"neutrals", neutrals}};
+}
+
+ChartReference chart_from(const json& object) {
+  ChartReference chart;
+  chart.residual_rms = object.at("residual_rms").get<double>();
+  chart.patches.found = object.at("found").get<int>();
+  chart.scale = object.at("scale").get<std::vector<double>>();
+  for (std::size_t p = 0; p < chart.patches.centres.size(); ++p) {
+    chart.patches.centres[p] = point_from(object.at("centres").at(p));
+    for (std::size_t k = 0; k < 4; ++k) {
+      chart.patches.middles[p][k] = point_from(object.at("middles").at(p).at(k));
+    }
+  }
+  for (const json& neutral : object.at("neutrals")) {
+    chart.neutrals.push_back({neutral.at("patch").get<int>(), neutral.at("published").get<double>(),
+                              neutral.at("measured").get<std::vector<double>>()});
+  }
+  return chart;
+}
+
+}  // namespace
+
+std::string residuals_to_json(const CalibrationResult& calibration) {
+  const CameraCalibration& camera = calibration.camera;
+  const ProjectorCalibration& projector = calibration.projector;
+  const json object = {
+      {"format", "kappamu-calibration"},
+      {"version", 1},
+      {"camera",
+       {{"rms_px", camera.rms_px},
+        {"model", to_string(camera.model)},
+        {"views", views_json(camera.views, camera.camera_from_board)}}},
+      {"projector",
+       {{"rms_px", projector.rms_px},
+        {"printed_rms_px", projector.printed_rms_px},
+        {"model", to_string(projector.model)},
+        {"views", views_json(projector.views, projector.station_from_plane)}}},
+      {"poses",
+       {{"calibration", pose_json(calibration.calibration_pose)},
+        {"pattern", pose_json(calibration.pattern_pose)}}},
+      {"light",
+       {{"scale", calibration.scale},
+        {"white_residual_rms", calibration.white.residual_rms},
+        {"projector_black", calibration.white.projector_black}}},
+      {"chart", calibration.chart ? chart_json(*calibration.chart) : json(nullptr)},
+      {"warnings", calibration.warnings},
+      {"seconds", calibration.seconds}};
+  return object.dump(1) + "\n";
+}
+
+void residuals_from_json(const std::filesystem::path& file, CalibrationResult& calibration) {
+  std::ifstream in(file);
+  if (!in) {
+    throw InputError(file.string() + ": the file is missing; calibrate the session again");
+  }
+  try {
+    const json object = json::parse(in);
+    views_from(object.at("camera").at("views"), calibration.camera.views,
+               calibration.camera.camera_from_board);
+    views_from(object.at("projector").at("views"), calibration.projector.views,
+               calibration.projector.station_from_plane);
+    const json& poses = object.at("poses");
+    calibration.calibration_pose.edge_px = points_from(poses.at("calibration").at("edge_px"));
+    calibration.pattern_pose.edge_px = points_from(poses.at("pattern").at("edge_px"));
+    if (!object.at("chart").is_null()) calibration.chart = chart_from(object.at("chart"));
+    calibration.warnings = object.at("warnings").get<std::vector<std::string>>();
+    calibration.seconds = object.at("seconds").get<std::map<std::string, double>>();
+  } catch (const json::exception& error) {
+    throw InputError(file.string() + ": " + error.what() + "; calibrate the session again");
+  }
+}
+
+}  // namespace kappamu::calib

@@ -1,0 +1,26 @@
+// calibration.json: the part of a calibration that a report shows and nothing computes with.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "calib/calibrate.h"
+
+namespace kappamu::calib {
+
+/// One JSON object:
+///   format "kappamu-calibration", version 1
+///   camera, projector: rms_px, model, views: [{name, rms_px, pixels: [[x, y]], residuals: [[x,
+///   y]],
+///     board_pose: [[r00 r01 r02 tx], ...]}]
+///   poses: {calibration, pattern}: {station, face, rms_px, corners_px, edge_px}
+///   light: scale, residual_rms of the white target, projector_black
+///   chart (or null): residual_rms, found, scale, centres, neutrals: [{patch, published, measured}]
+///   warnings: [text], seconds: {stage: s}
+std::string residuals_to_json(const CalibrationResult& calibration);
+
+/// Fills what residuals_to_json wrote into a calibration read from the YAML files. Throws
+/// InputError naming the file.
+void residuals_from_json(const std::filesystem::path& file, CalibrationResult& calibration);
+
+}  // namespace kappamu::calib

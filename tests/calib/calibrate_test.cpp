@@ -1,0 +1,239 @@
+// A simulated session from its folder to surface measurements, against the simulator's truth.
+#include "calib/calibrate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+
+#include "calib/face.h"
+#include "calib/measure.h"
+#include "capture/merge.h"
+#include "core/error.h"
+#include "data_synthetic/simulate.h"
+#include "data_synthetic/truth.h"
+#include "io/image_file.h"
+
+namespace kappamu::calib {
+namespace {
+
+using ::testing::HasSubstr;
+
+/// One small simulated session, calibrated once for all tests.
+class SimulatedSession : public ::testing::Test {
+ protected:
+  struct State {
+    std::filesystem::path folder;
+    capture::Session session;
+    synthetic::SimulationOptions options;
+    std::unique_ptr<synthetic::Truth> truth;
+    CalibrationResult calibration;
+  };
+  static std::unique_ptr<State> state_;
+
+  static void SetUpTestSuite() {
+    state_ = std::make_unique<State>();
+    state_->folder = std::filesystem::temp_directory_path() /
+                     ("kappamu_calib_test_" + std::to_string(::getpid()));
+    Progress progress;
+    state_->options = synthetic::tiny_options();
+    if (const char* sample = std::getenv("KAPPAMU_CALIB_SAMPLE")) {
+      state_->options = {};
+      state_->options.sample = sample;
+    }
+    synthetic::simulate(state_->options, state_->folder, "reference", progress);
+    state_->session = capture::read_session(state_->folder / "session");
+    state_->truth =
+        std::make_unique<synthetic::Truth>(synthetic::read_truth(state_->folder / "truth"));
+    state_->calibration = calibrate(state_->session, progress);
+  }
+  static void TearDownTestSuite() {
+    std::filesystem::remove_all(state_->folder);
+    state_.reset();
+  }
+
+  static SurfaceMeasurements measured(capture::PatternRole role) {
+    Progress progress;
+    return measure_surface(
+        state_->session, state_->calibration, role,
+        [&](const std::string& id) {
+          for (const capture::Pattern& pattern : state_->session.patterns) {
+            if (pattern.id == id) {
+              return capture::merge_stack(state_->session, pattern.frames, "pattern " + id,
+                                          state_->calibration.radiometry);
+            }
+          }
+          throw InputError("no pattern " + id);
+        },
+        progress);
+  }
+};
+std::unique_ptr<SimulatedSession::State> SimulatedSession::state_;
+
+double degrees_between(const Rigid& a, const Rigid& b) {
+  return Eigen::AngleAxisd(a.rotation.transpose() * b.rotation).angle() * 180.0 / std::numbers::pi;
+}
+
+TEST_F(SimulatedSession, LensesAreExplainedWithinTheBars) {
+  const CalibrationResult& found = state_->calibration;
+  const synthetic::Truth& truth = *state_->truth;
+  std::printf("camera RMS %.4f px (%s), fx %.2f (true %.2f) cx %.2f (%.2f) cy %.2f (%.2f)\n",
+              found.camera.rms_px, to_string(found.camera.model).c_str(), found.camera.lens.fx,
+              truth.camera_lens.fx, found.camera.lens.cx, truth.camera_lens.cx,
+              found.camera.lens.cy, truth.camera_lens.cy);
+  std::printf("projector RMS %.4f px (%s), fx %.2f (true %.2f) cx %.2f (%.2f) cy %.2f (%.2f)\n",
+              found.projector.rms_px, to_string(found.projector.model).c_str(),
+              found.projector.lens.fx, truth.projector.lens.fx, found.projector.lens.cx,
+              truth.projector.lens.cx, found.projector.lens.cy, truth.projector.lens.cy);
+  for (const auto& w : found.warnings) std::printf("warning: %s\n", w.c_str());
+  for (const auto& [stage, seconds] : found.seconds)
+    std::printf("%s %.2f s\n", stage.c_str(), seconds);
+  // Bars of the pipeline.
+  EXPECT_LT(found.camera.rms_px, 0.3);
+  EXPECT_LT(found.projector.rms_px, 0.3);
+  EXPECT_TRUE(found.camera.converged);
+  EXPECT_TRUE(found.projector.converged);
+  // The focal length within four of its own standard deviations.
+  EXPECT_LT(std::abs(found.camera.lens.fx - truth.camera_lens.fx),
+            4.0 * found.camera.standard_deviation(0));
+}
+
+TEST_F(SimulatedSession, SamplePoseIsFound) {
+  const CalibrationResult& found = state_->calibration;
+  const synthetic::Truth& truth = *state_->truth;
+  for (const SamplePose* pose : {&found.calibration_pose, &found.pattern_pose}) {
+    const Rigid true_pose = truth.camera_from_sample(pose->station);
+    const auto corners = face_corners(truth.grid, pose->face);
+    const Eigen::Vector3d middle = 0.5 * (corners[0] + corners[2]);
+    // The camera's focal length scales distance: sideways is what measurements depend on.
+    const Eigen::Vector3d shift = pose->camera_from_sample * middle - true_pose * middle;
+    std::printf("%s: shift %.4f %.4f %.4f mm, turn %.4f deg, RMS %.4f px", pose->station.c_str(),
+                shift.x(), shift.y(), shift.z(),
+                degrees_between(pose->camera_from_sample, true_pose), pose->rms_px);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const Eigen::Vector2d error =
+          pose->corners_px[k] - truth.camera_lens.project(true_pose * corners[k]);
+      std::printf("  (%.3f %.3f)", error.x(), error.y());
+      EXPECT_LT(error.norm(), 0.1);  // a tenth of a pixel
+    }
+    std::printf("\n");
+  }
+}
+
+TEST_F(SimulatedSession, ProjectorPixelsLandWhereTheyShould) {
+  const CalibrationResult& found = state_->calibration;
+  const synthetic::Truth& truth = *state_->truth;
+  double worst = 0.0;
+  for (const Eigen::Vector3d& corner : face_corners(truth.grid, truth.lit_face)) {
+    const Eigen::Vector2d by_us =
+        found.projector.lens.project(found.projector_from_sample * corner);
+    const Eigen::Vector2d by_truth =
+        truth.projector.lens.project(truth.projector_from_sample() * corner);
+    worst = std::max(worst, (by_us - by_truth).norm());
+    std::printf("(%.3f %.3f) ", (by_us - by_truth).x(), (by_us - by_truth).y());
+  }
+  std::printf("\nprojector pixels at the lit face's corners: %.3f px off at most\n", worst);
+  EXPECT_LT(worst, 1.0);  // a thirteenth of a demo voxel
+}
+
+TEST_F(SimulatedSession, ScaleIsRightWithinAPercent) {
+  const CalibrationResult& found = state_->calibration;
+  const synthetic::Truth& truth = *state_->truth;
+  ASSERT_EQ(found.scale.size(), 3U);
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::printf("scale %zu: %.5f, true %.5f (%.3f %%), flat residual %.5f\n", c, found.scale[c],
+                truth.responsivity[c], 100.0 * (found.scale[c] / truth.responsivity[c] - 1.0),
+                found.white.residual_rms[c]);
+    EXPECT_NEAR(found.scale[c], truth.responsivity[c], 0.01 * truth.responsivity[c]);
+  }
+  std::printf("projector black 1:%.0f (true 1:%.0f)\n", 1.0 / found.white.projector_black,
+              1.0 / truth.projector.black_level);
+  EXPECT_NEAR(found.white.projector_black, truth.projector.black_level,
+              0.05 * truth.projector.black_level);
+  ASSERT_TRUE(found.chart.has_value());
+  std::printf("chart: %d patches seen, residual RMS %.4f, scale %.5f %.5f %.5f\n",
+              found.chart->patches.found, found.chart->residual_rms, found.chart->scale[0],
+              found.chart->scale[1], found.chart->scale[2]);
+  EXPECT_LT(found.chart->residual_rms, 0.02);
+}
+
+TEST_F(SimulatedSession, MeasurementsAreTheExitanceThatLeft) {
+  Progress progress;
+  const SurfaceMeasurements found = measured(capture::PatternRole::fit);
+  synthetic::SimulatedRig rig(state_->options, "reference");
+  std::vector<Image<std::uint8_t>> images;
+  for (const capture::Pattern& pattern : state_->session.patterns) {
+    if (pattern.role != capture::PatternRole::fit) continue;
+    const Image<std::uint16_t> codes = io::read_code_image(state_->session.folder / pattern.image);
+    Image<std::uint8_t> image(codes.width(), codes.height(), 1);
+    std::transform(codes.values().begin(), codes.values().end(), image.values().begin(),
+                   [](std::uint16_t code) { return static_cast<std::uint8_t>(code); });
+    images.push_back(image);
+  }
+  rig.prepare(images, 1.0, progress);
+  const FaceShape seen = found.seen_shape();
+  const FaceShape lit = found.lit_shape();
+  const GridShape& fine = rig.transport().block().shape;
+  const int factor = fine.nx / found.grid.nx;
+  double light_error = 0.0;
+  double light = 0.0;
+  for (std::size_t m = 0; m < images.size(); ++m) {
+    const std::vector<double> truth = synthetic::average_cells(
+        rig.lit_face_irradiance(images[m]), face_shape(fine, found.lit_face), factor);
+    for (std::size_t k = 0; k < lit.cells(); ++k) {
+      light_error += std::pow(found.irradiance[m * lit.cells() + k] - truth[k], 2);
+      light += truth[k] * truth[k];
+    }
+  }
+  std::printf("irradiance: relative L2 error %.5f\n", std::sqrt(light_error / light));
+  EXPECT_LT(std::sqrt(light_error / light), 0.05);
+
+  std::vector<double> relative;
+  std::vector<double> ratio_by_ring(4, 0.0);
+  std::vector<double> count_by_ring(4, 0.0);
+  double squares = 0.0;
+  double energy = 0.0;
+  double reduced = 0.0;
+  std::size_t used = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t m = 0; m < images.size(); ++m) {
+      const std::vector<double> truth = synthetic::average_cells(
+          rig.exitance(images[m])[c], face_shape(fine, found.seen_face), factor);
+      for (std::size_t k = 0; k < seen.cells(); ++k) {
+        const std::size_t at = (c * images.size() + m) * seen.cells() + k;
+        if (found.mask[at] == 0) continue;
+        const double error = found.value[at] - truth[k];
+        squares += error * error;
+        energy += truth[k] * truth[k];
+        reduced += error * error / found.variance[at];
+        relative.push_back(std::abs(error) / truth[k]);
+        ++used;
+        const int u = static_cast<int>(k) % seen.nu;
+        const int v = static_cast<int>(k) / seen.nu;
+        const int ring = std::min({u, v, seen.nu - 1 - u, seen.nv - 1 - v, 3});
+        ratio_by_ring[ring] += found.value[at] / truth[k];
+        count_by_ring[ring] += 1.0;
+      }
+    }
+  }
+  std::nth_element(relative.begin(),
+                   relative.begin() + static_cast<std::ptrdiff_t>(relative.size() / 2),
+                   relative.end());
+  std::printf("exitance: E %.3e, median relative error %.5f, reduced chi2 %.3f, %zu of %zu used\n",
+              squares / energy, relative[relative.size() / 2], reduced / static_cast<double>(used),
+              used, found.value.size());
+  for (int ring = 0; ring < 4; ++ring) {
+    std::printf("ring %d: measured/true %.5f\n", ring, ratio_by_ring[ring] / count_by_ring[ring]);
+  }
+  EXPECT_GT(static_cast<double>(used), 0.95 * static_cast<double>(found.value.size()));
+  EXPECT_LT(squares / energy, 1e-4);  // a tenth of the bar for held-out appearance
+  EXPECT_LT(relative[relative.size() / 2], 0.01);
+}
+
+}  // namespace
+}  // namespace kappamu::calib
