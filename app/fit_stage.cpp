@@ -1,0 +1,316 @@
+#include "app/fit_stage.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "core/error.h"
+#include "core/surface_measurements.h"
+#include "inverse/predict.h"
+#include "io/atomic_file.h"
+#include "io/measurements_file.h"
+#include "io/npy.h"
+#include "io/volume_file.h"
+
+namespace kappamu::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using inverse::ChannelFit;
+using inverse::FitReport;
+using inverse::FitStatus;
+
+std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
+                                 const std::vector<std::string>& names) {
+  std::vector<int> indices;
+  const auto& known = measurements.channels;
+  for (const std::string& name : names.empty() ? known : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end()) {
+      std::string list;
+      for (const std::string& k : known) list += (list.empty() ? "" : ", ") + k;
+      throw InputError("channel '" + name + "' is not among those measured (" + list + ")");
+    }
+    indices.push_back(static_cast<int>(at - known.begin()));
+  }
+  return indices;
+}
+
+std::vector<std::byte> read_bytes(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::vector<std::byte> bytes;
+  std::transform(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>(),
+                 std::back_inserter(bytes), [](char c) { return static_cast<std::byte>(c); });
+  return bytes;
+}
+
+void write_volume(const fs::path& file, const Volume<double>& volume) {
+  const GridShape& s = volume.shape();
+  const std::vector<float> values(volume.values().begin(), volume.values().end());
+  io::write_npy(file,
+                {static_cast<std::size_t>(s.nz), static_cast<std::size_t>(s.ny),
+                 static_cast<std::size_t>(s.nx)},
+                std::span<const float>(values));
+}
+
+void write_maps(const fs::path& file, const SurfaceMeasurements& measurements, std::size_t channels,
+                const std::vector<float>& values) {
+  const FaceShape face = measurements.seen_shape();
+  io::write_npy(file,
+                {channels, static_cast<std::size_t>(measurements.patterns),
+                 static_cast<std::size_t>(face.nv), static_cast<std::size_t>(face.nu)},
+                std::span<const float>(values));
+}
+
+/// √(sκ² + sμ²): how strongly the data hold a voxel, by either coefficient.
+Volume<double> joint_sensitivity(const ChannelFit& fit) {
+  Volume<double> joint(fit.medium.kappa.shape());
+  for (std::size_t i = 0; i < joint.size(); ++i) {
+    joint[i] = std::hypot(fit.sensitivity_kappa[i], fit.sensitivity_mu[i]);
+  }
+  return joint;
+}
+
+struct HoldoutError {
+  double error = 0.0;
+  double noise = 0.0;
+};
+
+HoldoutError holdout_error(const SurfaceMeasurements& held_out, int channel,
+                           const std::vector<float>& prediction) {
+  const std::size_t first = prediction.size() * static_cast<std::size_t>(channel);
+  double squares = 0.0;
+  double misfit = 0.0;
+  double variance = 0.0;
+  for (std::size_t i = 0; i < prediction.size(); ++i) {
+    if (!held_out.mask.empty() && held_out.mask[first + i] == 0) continue;
+    const double value = held_out.value[first + i];
+    squares += value * value;
+    misfit += std::pow(prediction[i] - value, 2);
+    variance += held_out.variance[first + i];
+  }
+  return {misfit / squares, variance / squares};
+}
+
+Json channel_json(const std::string& name, const FitReport& report) {
+  Json history = Json::array();
+  for (const inverse::StepRecord& r : report.history) {
+    history.push_back({{"grid", r.level},
+                       {"regularisation", r.weight},
+                       {"step", r.step},
+                       {"evaluations", r.solves.adjoint},
+                       {"forward_solves", r.solves.forward},
+                       {"refined_solves", r.solves.refined},
+                       {"objective", r.objective},
+                       {"chi2_per_value", r.chi2_per_datum},
+                       {"roughness", r.roughness},
+                       {"seconds", r.seconds}});
+  }
+  return {{"name", name},
+          {"converged", report.status != FitStatus::ran_out},
+          {"status", inverse::to_string(report.status)},
+          {"reason", report.message},
+          {"chi2_per_value", report.chi2_per_datum},
+          {"values_used", report.data},
+          {"regularisation", report.weight},
+          {"homogeneous",
+           {{"kappa_mm", report.homogeneous_kappa},
+            {"mu_per_mm", report.homogeneous_mu},
+            {"log_residual_rms", report.homogeneous_log_residual}}},
+          {"seconds", report.seconds},
+          {"resumed", report.resumed},
+          {"warnings", report.warnings},
+          {"history", history}};
+}
+
+Json options_json(const inverse::FitOptions& o) {
+  const bool physical = o.convention == forward::Convention::physical;
+  return {{"optimiser", o.optimiser.method == inverse::Method::lbfgs ? "lbfgs" : "wang2008"},
+          {"convention", physical ? "physical" : "wang2008"},
+          {"weight", o.weight ? Json(*o.weight) : Json(nullptr)},
+          {"first_weight", o.first_weight},
+          {"weight_factor", o.weight_factor},
+          {"target_chi2", o.target_chi2},
+          {"stage_tolerance", o.stage_tolerance},
+          {"stage_steps", o.stage_steps},
+          {"max_levels", o.max_levels},
+          {"correct_grid", o.correct_grid},
+          {"model_error_relative", o.model_error.relative},
+          {"model_error_of_maximum", o.model_error.of_maximum},
+          {"solver_tolerance", o.backend.solve.tolerance},
+          {"precision",
+           o.backend.precision == forward::Precision::double_precision ? "double" : "single"},
+          {"seed", o.seed}};
+}
+
+/// One channel after another: the whole of run_fit_stage but finding the folders.
+class FitStage {
+ public:
+  FitStage(const SurfaceMeasurements& measurements, std::optional<SurfaceMeasurements> held_out,
+           fs::path output, const FitStageOptions& options, Progress& progress)
+      : measurements_(measurements),
+        held_out_(std::move(held_out)),
+        output_(std::move(output)),
+        options_(options),
+        progress_(progress) {}
+
+  FitSummary run();
+
+ private:
+  fs::path checkpoint_file(const std::string& name) const {
+    return output_ / ("checkpoint_" + name + ".bin");
+  }
+  void fit(int channel);
+  void hold_out(int channel, const ChannelFit& fit);
+  void write_json() const;
+
+  const SurfaceMeasurements& measurements_;
+  std::optional<SurfaceMeasurements> held_out_;
+  fs::path output_;
+  const FitStageOptions& options_;
+  Progress& progress_;
+  FitSummary summary_;
+  io::VolumeSet volumes_;
+  std::vector<float> prediction_;
+  std::vector<float> held_out_prediction_;
+};
+
+void FitStage::fit(int channel) {
+  const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
+  const fs::path file = checkpoint_file(name);
+  inverse::Checkpoint checkpoint;
+  if (!options_.restart) checkpoint.initial = read_bytes(file);
+  checkpoint.save = [&](std::span<const std::byte> bytes) {
+    io::write_bytes_atomically(file, bytes);
+  };
+  ChannelFit result =
+      inverse::fit_channel(measurements_, channel, options_.fit, checkpoint, progress_);
+  write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
+  write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
+  if (result.sensitivity_mu.size() > 0) {
+    volumes_.sensitivity.push_back(joint_sensitivity(result));
+    write_volume(output_ / ("sensitivity_" + name + ".npy"), volumes_.sensitivity.back());
+  }
+  prediction_.insert(prediction_.end(), result.prediction.begin(), result.prediction.end());
+  if (held_out_) hold_out(channel, result);
+  volumes_.channels.push_back(name);
+  volumes_.media.push_back(std::move(result.medium));
+  summary_.channels.push_back(name);
+  summary_.device = result.report.backend;
+  summary_.reports.push_back(std::move(result.report));
+}
+
+void FitStage::hold_out(int channel, const ChannelFit& fit) {
+  inverse::PredictOptions options;
+  options.backend = options_.fit.backend;
+  options.convention = options_.fit.convention;
+  const std::vector<float> prediction = inverse::predict(fit.medium, *held_out_, options);
+  held_out_prediction_.insert(held_out_prediction_.end(), prediction.begin(), prediction.end());
+  const HoldoutError error = holdout_error(*held_out_, channel, prediction);
+  summary_.holdout_error.push_back(error.error);
+  summary_.holdout_noise.push_back(error.noise);
+}
+
+void FitStage::write_json() const {
+  Json channels = Json::array();
+  std::vector<std::string> warnings;
+  for (std::size_t c = 0; c < summary_.channels.size(); ++c) {
+    Json channel = channel_json(summary_.channels[c], summary_.reports[c]);
+    if (held_out_) {
+      channel["holdout_E"] = summary_.holdout_error[c];
+      channel["holdout_noise"] = summary_.holdout_noise[c];
+    }
+    channels.push_back(std::move(channel));
+    for (const std::string& w : summary_.reports[c].warnings) {
+      warnings.push_back(summary_.channels[c] + ": " + w);
+    }
+  }
+  const GridShape& s = measurements_.grid;
+  const Json fit{{"format", "kappamu-fit"},
+                 {"version", 1},
+                 {"status", summary_.converged() ? "converged" : "not converged"},
+                 {"grid", {s.nx, s.ny, s.nz}},
+                 {"voxel_mm", s.voxel_mm},
+                 {"eta", measurements_.eta},
+                 {"device", summary_.device},
+                 {"seconds", summary_.seconds},
+                 {"options", options_json(options_.fit)},
+                 {"channels", channels},
+                 {"warnings", warnings}};
+  io::write_text_atomically(output_ / "fit.json", fit.dump(1) + "\n");
+}
+
+FitSummary FitStage::run() {
+  const auto start = std::chrono::steady_clock::now();
+  for (const int channel : channel_indices(measurements_, options_.channels)) fit(channel);
+  write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
+  if (held_out_) {
+    write_maps(output_ / "prediction_validate.npy", *held_out_, summary_.channels.size(),
+               held_out_prediction_);
+  }
+  volumes_.eta = measurements_.eta;
+  volumes_.metadata = {{"program", "kappamu fit"}, {"device", summary_.device}};
+  summary_.volume = output_ / "volume.vdb";
+  io::write_vdb(summary_.volume, volumes_);
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+  summary_.seconds = passed.count();
+  write_json();
+  for (const std::string& name : summary_.channels) fs::remove(checkpoint_file(name));
+  return std::move(summary_);
+}
+
+/// Throws unless both describe the same sample, so that one volume answers for both.
+void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& held_out,
+                         const fs::path& folder) {
+  const auto fail = [&](const std::string& field) {
+    throw InputError((folder / "measurements.json").string() + ": " + field +
+                     " differs from that of the measurements to fit; held-out patterns must be of "
+                     "the same sample");
+  };
+  if (!(fitted.grid == held_out.grid)) fail("grid or voxel_mm");
+  if (fitted.eta != held_out.eta) fail("eta");
+  if (fitted.channels != held_out.channels) fail("channels");
+}
+
+}  // namespace
+
+bool FitSummary::converged() const {
+  return std::all_of(reports.begin(), reports.end(),
+                     [](const FitReport& r) { return r.status != FitStatus::ran_out; });
+}
+
+fs::path find_measurements(const fs::path& input) {
+  for (const fs::path& folder : {input, input / "measurements"}) {
+    if (fs::exists(folder / "measurements.json")) return folder;
+  }
+  throw InputError(input.string() +
+                   (fs::is_directory(input) ? ": has no measurements.json, nor measurements/"
+                                            : ": no such folder") +
+                   "; give a folder of surface measurements or a run that `kappamu merge` filled");
+}
+
+FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
+                         const FitStageOptions& options, Progress& progress) {
+  const fs::path folder = find_measurements(input);
+  const SurfaceMeasurements measurements = io::read_measurements(folder);
+  std::optional<SurfaceMeasurements> held_out;
+  const fs::path beside = input / "measurements_validate";
+  const std::optional<fs::path> validate =
+      options.validate
+          ? options.validate
+          : (fs::exists(beside / "measurements.json") ? std::optional(beside) : std::nullopt);
+  if (validate) {
+    held_out = io::read_measurements(*validate);
+    require_same_sample(measurements, *held_out, *validate);
+  }
+  return FitStage(measurements, std::move(held_out), output, options, progress).run();
+}
+
+}  // namespace kappamu::app
