@@ -1,8 +1,10 @@
 // The only file that includes OpenVDB.
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -38,6 +40,28 @@ class StreamArchive : public openvdb::io::Archive {
     constexpr std::streamoff uuid_offset = 21;
     out.seekp(uuid_offset);
     out << identity;
+  }
+};
+
+/// The size that a file must at least have by its own table of grids. Read before the grids are,
+/// since OpenVDB leaks what it has when a stream ends inside a grid.
+class SizeReader : public openvdb::io::Archive {
+ public:
+  std::streamoff least_size(std::istream& in) {
+    readHeader(in);
+    if (!inputHasGridOffsets()) return 0;
+    setFormatVersion(in);
+    setLibraryVersion(in);
+    openvdb::MetaMap().readMeta(in);
+    std::streamoff size = 0;
+    const std::int32_t grids = readGridCount(in);
+    for (std::int32_t i = 0; i < grids; ++i) {
+      openvdb::io::GridDescriptor descriptor;
+      descriptor.read(in);
+      size = std::max<std::streamoff>(size, descriptor.getEndPos());
+      descriptor.seekToEnd(in);
+    }
+    return size;
   }
 };
 
@@ -144,6 +168,10 @@ class VdbReader {
     try {
       // OpenVDB does not look at the stream's state; a truncated file must not pass for zeros.
       in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
+      const bool complete =
+          SizeReader().least_size(in) <= static_cast<std::streamoff>(fs::file_size(file));
+      if (!complete) throw std::runtime_error("truncated");
+      in.seekg(0);
       openvdb::io::Stream stream(in, /*delayLoad=*/false);
       metadata_ = stream.getMetadata();
       for (const auto& grid : *stream.getGrids()) {

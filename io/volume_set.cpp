@@ -46,7 +46,7 @@ void validate(const VolumeSet& set, const std::string& source) {
       fail(source, "kappa and mu of channel " + name + " do not have one shape");
     }
     if (medium.kappa.size() == 0) fail(source, "volumes are empty");
-    kappamu::validate(medium, source + ", channel " + name);
+    kappamu::validate(medium, std::string(source).append(", channel ").append(name));
   }
   validate_extra(set, set.kappa_std, "standard deviation of kappa", source);
   validate_extra(set, set.mu_std, "standard deviation of mu", source);

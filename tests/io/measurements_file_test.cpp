@@ -22,8 +22,8 @@ SurfaceMeasurements example() {
   m.sides = Sides::mirror;
   m.channels = {"R", "G"};
   m.patterns = 3;
-  for (std::size_t i = 0; i < 3U * 6; ++i) m.irradiance.push_back(static_cast<float>(i) * 0.3F);
-  for (std::size_t i = 0; i < 2U * 3 * 8; ++i) {
+  for (std::size_t i = 0; i < 18; ++i) m.irradiance.push_back(static_cast<float>(i) * 0.3F);
+  for (std::size_t i = 0; i < 48; ++i) {
     m.value.push_back(static_cast<float>(i) * 0.7F - 3.0F);
     m.variance.push_back(1e-6F * static_cast<float>(i + 1));
     m.mask.push_back(i % 3 == 0 ? 0 : 1);
@@ -40,7 +40,7 @@ class MeasurementsFile : public FolderTest {
     const std::string changed = std::regex_replace(text, std::regex(pattern), replacement);
     EXPECT_NE(text, changed) << pattern;
     write_text_atomically(folder_ / "measurements.json", changed);
-    const std::string sentence = sentence_of([&] { read_measurements(folder_); });
+    std::string sentence = sentence_of([&] { read_measurements(folder_); });
     write_text_atomically(folder_ / "measurements.json", text);
     EXPECT_THAT(sentence, HasSubstr("measurements.json"));
     return sentence;

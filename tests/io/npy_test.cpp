@@ -23,8 +23,8 @@ std::string npy_text(std::string header, const std::string& data) {
 }
 
 TEST_F(Npy, FloatsComeBackBitByBit) {
-  std::vector<float> values;
-  for (int i = 0; i < 2 * 3 * 5; ++i) values.push_back(0.1F * static_cast<float>(i) - 1.0F);
+  std::vector<float> values(30);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = 0.1F * static_cast<float>(i) - 1.0F;
   values[3] = std::numeric_limits<float>::infinity();
   values[4] = std::numeric_limits<float>::denorm_min();
   write_npy(folder_ / "a.npy", {2, 3, 5}, std::span<const float>(values));

@@ -46,7 +46,7 @@ std::string sentence_of(const Act& act) {
   try {
     act();
   } catch (const InputError& error) {
-    const std::string sentence = error.what();
+    std::string sentence = error.what();
     EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
     return sentence;
   } catch (const std::exception& error) {
