@@ -31,17 +31,20 @@ device::Program& assembly_program(device::Context& context, const Format& format
   return context.program(grid_assemble_cl, number_options(format));
 }
 
-LaneKernels::LaneKernels(device::Context& context, const Format& format, int lanes)
-    : lanes_(lanes), gpu_(context.info().kind == device::Kind::gpu) {
-  // A CPU core wants all lanes of a cell in one vector and long rows; a GPU wants many items whose
-  // neighbours touch neighbouring memory.
-  const int width = gpu_ ? std::min(lanes, 4) : lanes;
+Layout layout_of(const device::DeviceInfo& device) {
+  return device.kind == device::Kind::gpu ? Layout::gpu : Layout::cpu;
+}
+
+LaneKernels::LaneKernels(device::Context& context, const Format& format, Layout layout, int lanes)
+    : lanes_(lanes), layout_(layout) {
+  const bool gpu = layout == Layout::gpu;
+  const int width = gpu ? std::min(lanes, 4) : lanes;
   groups_ = lanes / width;
-  segment_ = gpu_ ? 16 : 0x40000000;
+  segment_ = gpu ? 16 : 0x40000000;
   const std::string options = number_options(format) + " -DWIDTH=" + std::to_string(width) +
                               " -DGROUPS=" + std::to_string(groups_) +
                               " -DSEGMENT=" + std::to_string(segment_) +
-                              " -DINTERLEAVED=" + (gpu_ ? "1" : "0");
+                              " -DINTERLEAVED=" + (gpu ? "1" : "0");
   operator_ = &context.program(grid_operator_cl, options);
   transfer_ = &context.program(grid_transfer_cl, options);
   vectors_ = &context.program(grid_vectors_cl, options);
@@ -57,13 +60,13 @@ device::Range LaneKernels::rows(const GridShape& grid) const {
 
 device::Range LaneKernels::items(std::size_t count) const {
   const auto groups = static_cast<std::size_t>(groups_);
-  if (!gpu_) return {groups, count, 1, 1};
+  if (layout_ == Layout::cpu) return {groups, count, 1, 1};
   return {groups, count, groups, 64 / groups};
 }
 
 int LaneKernels::runs(std::size_t cells) const {
   // Enough runs to keep every core or lane busy, few enough to sum quickly afterwards.
-  return static_cast<int>(std::min<std::size_t>(cells, gpu_ ? 16384 : 256));
+  return static_cast<int>(std::min<std::size_t>(cells, layout_ == Layout::gpu ? 16384 : 256));
 }
 
 }  // namespace kappamu::forward

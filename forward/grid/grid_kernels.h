@@ -19,13 +19,18 @@ struct Format {
 /// Throws InputError when double precision is asked of a device without it.
 Format format_of(const device::DeviceInfo& device, Precision precision);
 
+/// How work is cut into items. A CPU core wants all lanes of a cell in one vector and long rows; a
+/// GPU wants many items whose neighbours touch neighbouring memory.
+enum class Layout { cpu, gpu };
+Layout layout_of(const device::DeviceInfo& device);
+
 /// Conductances and weights: no lanes.
 device::Program& assembly_program(device::Context& context, const Format& format);
 
 /// Everything that works on a batch of `lanes` patterns.
 class LaneKernels {
  public:
-  LaneKernels(device::Context& context, const Format& format, int lanes);
+  LaneKernels(device::Context& context, const Format& format, Layout layout, int lanes);
 
   int lanes() const { return lanes_; }
   device::Program& level_operator() const { return *operator_; }
@@ -43,7 +48,7 @@ class LaneKernels {
 
  private:
   int lanes_, groups_, segment_;
-  bool gpu_;
+  Layout layout_;
   device::Program* operator_;
   device::Program* transfer_;
   device::Program* vectors_;

@@ -45,6 +45,11 @@ typedef JOIN(ACCU, WIDTH) accu_vec;
 #endif
 
 // coarse = Pᵀ residual. Items as in grid_operator.cl, over the coarse grid.
+//
+// A coarse row gathers from the 16 or fewer fine rows around it. Red cells of one fine row share the
+// parity of x, so each has its parent and one neighbour of it to give to: with x = 2k + odd,
+//
+//     out[X] += own_X + across_(X+1)   (odd = 0)      out[X] += own_X + across_(X−1)   (odd = 1)
 kernel void restrict_residual(const int nx, const int ny, const int nz, const int cx, const int cy,
                               const int cz, const int colour, global const REAL *restrict wx,
                               global const REAL *restrict wy, global const REAL *restrict wz,
@@ -53,25 +58,42 @@ kernel void restrict_residual(const int nx, const int ny, const int nz, const in
   const int begin = (int)get_global_id(0) / GROUPS * SEGMENT;
   const int row = (int)get_global_id(1);
   if (begin >= cx || row >= cy * cz) return;
+  const int end = min(cx, begin + SEGMENT);
   const int cell_y = row % cy, cell_z = row / cy;
-  const int z_begin = max(2 * cell_z - 1, 0), z_end = min(2 * cell_z + 3, nz);
-  const int y_begin = max(2 * cell_y - 1, 0), y_end = min(2 * cell_y + 3, ny);
-  for (int cell_x = begin; cell_x < min(cx, begin + SEGMENT); ++cell_x) {
-    const int x_begin = max(2 * cell_x - 1, 0), x_end = min(2 * cell_x + 3, nx);
-    vec sum = (vec)(0);
-    for (int z = z_begin; z < z_end; ++z) {
-      for (int y = y_begin; y < y_end; ++y) {
-        const int fine_row = (z * ny + y) * nx;
-        for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
-          const int i = fine_row + x;
-          const REAL weight = ((x >> 1) == cell_x ? 1 - wx[i] : wx[i]) *
-                              ((y >> 1) == cell_y ? 1 - wy[i] : wy[i]) *
-                              ((z >> 1) == cell_z ? 1 - wz[i] : wz[i]);
-          sum += weight * residual[(size_t)i * GROUPS + group];
+  coarse += (size_t)row * cx * GROUPS + group;
+  for (int cell_x = begin; cell_x < end; ++cell_x) coarse[cell_x * GROUPS] = (vec)(0);
+
+  for (int z = max(2 * cell_z - 1, 0); z < min(2 * cell_z + 3, nz); ++z) {
+    // own: 1 − w = 1 + (−1) w; across: w = 0 + 1 w
+    const REAL z_at_0 = (z >> 1) == cell_z, z_slope = 1 - 2 * z_at_0;
+    for (int y = max(2 * cell_y - 1, 0); y < min(2 * cell_y + 3, ny); ++y) {
+      const REAL y_at_0 = (y >> 1) == cell_y, y_slope = 1 - 2 * y_at_0;
+      const int odd = (colour ^ y ^ z) & 1;
+      const size_t fine = ((size_t)z * ny + y) * nx;
+      // From the fine cell with x = 2k + odd on: what it gives to its parent's neighbour.
+      const int first = odd ? begin - 1 : begin;
+      const int last = odd ? end : min(end + 1, cx);
+      vec own_before = (vec)(0), across_before = (vec)(0);
+      for (int k = max(first, 0); k < last; ++k) {
+        const int x = 2 * k + odd;
+        vec own = (vec)(0), across = (vec)(0);
+        if (x < nx) {
+          const size_t i = fine + x;
+          const vec given = ((y_at_0 + y_slope * wy[i]) * (z_at_0 + z_slope * wz[i])) *
+                            residual[i * GROUPS + group];
+          across = wx[i] * given;
+          own = given - across;
         }
+        if (odd) {
+          if (k >= begin) coarse[k * GROUPS] += own + across_before;
+        } else if (k > begin) {
+          coarse[(k - 1) * GROUPS] += own_before + across;
+        }
+        own_before = own;
+        across_before = across;
       }
+      if (!odd && last == end) coarse[(end - 1) * GROUPS] += own_before;
     }
-    coarse[((size_t)row * cx + cell_x) * GROUPS + group] = sum;
   }
 }
 

@@ -33,12 +33,12 @@ const OpenclField& cast(const BatchField& field) {
 
 class OpenclSolver final : public GridSolver {
  public:
-  OpenclSolver(const GridSetup& setup, device::Context& context, Precision precision, Trust trust)
+  OpenclSolver(const GridSetup& setup, device::Context& context, const OpenclOptions& options)
       : setup_(setup),
         context_(context),
-        precision_(precision),
-        trust_(trust),
-        format_(format_of(context.info(), precision)) {
+        options_(options),
+        layout_(options.layout.value_or(layout_of(context.info()))),
+        format_(format_of(context.info(), options.precision)) {
     validate(setup_);
     constants_ = constants_of(setup_);
     most_lanes_ = lanes_that_fit();
@@ -195,15 +195,15 @@ class OpenclSolver final : public GridSolver {
   }
 
   const LaneKernels& kernels(int lanes) const {
-    if (trust_ == Trust::verify && !kernels_.contains(lanes)) {
-      const Verdict& verdict = solver_verdict(context_, precision_, lanes);
+    if (options_.trust == Trust::verify && !kernels_.contains(lanes)) {
+      const Verdict& verdict = solver_verdict(context_, options_.precision, lanes);
       if (!verdict.trusted) {
         throw device::DeviceError("device '" + context_.info().name +
                                   "' fails its known-answer test (" + verdict.message +
                                   "); use --device reference");
       }
     }
-    return kernels_.try_emplace(lanes, context_, format_, lanes).first->second;
+    return kernels_.try_emplace(lanes, context_, format_, layout_, lanes).first->second;
   }
   BatchedCg& cg() const {
     if (!cg_) cg_.emplace(context_, format_, *hierarchy_, most_lanes_);
@@ -271,8 +271,8 @@ class OpenclSolver final : public GridSolver {
   GridSetup setup_;
   BoundaryConstants constants_;
   device::Context& context_;
-  Precision precision_;
-  Trust trust_;
+  OpenclOptions options_;
+  Layout layout_;
   Format format_;
   int most_lanes_ = 1;
   std::optional<Hierarchy> hierarchy_;
@@ -368,8 +368,8 @@ std::vector<double> OpenclSolver::column_products(const BatchField& lambda,
 }  // namespace
 
 std::unique_ptr<GridSolver> make_opencl_solver(const GridSetup& setup, device::Context& context,
-                                               Precision precision, Trust trust) {
-  return std::make_unique<OpenclSolver>(setup, context, precision, trust);
+                                               const OpenclOptions& options) {
+  return std::make_unique<OpenclSolver>(setup, context, options);
 }
 
 }  // namespace kappamu::forward

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "device/context.h"
+#include "forward/grid/grid_kernels.h"
 #include "forward/grid/grid_solver.h"
 
 namespace kappamu::forward {
@@ -16,9 +18,15 @@ enum class Trust {
   blind    ///< for that test itself
 };
 
+struct OpenclOptions {
+  Precision precision = Precision::single_precision;
+  Trust trust = Trust::verify;
+  std::optional<Layout> layout;  ///< instead of the device's own, to test one on the other's device
+};
+
 /// Throws InputError when the device lacks memory for the grid or double precision where asked,
 /// DeviceError when its compiler fails or, on use, when kernels fail their known-answer test.
 std::unique_ptr<GridSolver> make_opencl_solver(const GridSetup& setup, device::Context& context,
-                                               Precision precision, Trust trust = Trust::verify);
+                                               const OpenclOptions& options);
 
 }  // namespace kappamu::forward

@@ -71,7 +71,7 @@ Verdict compare(device::Context& context, Precision precision, int lanes) {
   setup.shape = {19, 6, 5, 0.5};
   setup.lit_face = Face::y_plus;
   try {
-    const auto solver = make_opencl_solver(setup, context, precision, Trust::blind);
+    const auto solver = make_opencl_solver(setup, context, {precision, Trust::blind, {}});
     const Answers found = solve_case(*solver, lanes, tolerance);
     const Answers expected = solve_case(*make_reference_solver(setup), lanes, 1e-12);
     const double worst = std::max(relative_difference(found.exitance, expected.exitance),

@@ -16,6 +16,10 @@
 #include "tests/forward/grid_test_tools.h"
 
 namespace kappamu::forward {
+
+extern const device::KernelSource grid_assemble_cl, grid_operator_cl, grid_surface_cl,
+    grid_transfer_cl, grid_vectors_cl;
+
 namespace {
 
 using ::testing::HasSubstr;
@@ -51,16 +55,18 @@ class GridEquivalence : public testing::OnBackend {
   /// storage of φ and of the conductances dominates.
   static double tolerance() { return single() ? 1e-7 : 1e-12; }
   static double allowed() { return single() ? 3e-6 : 1e-9; }
+
+  /// Every quantity of the interface on `device` and on the reference.
+  static void compare(const Case& c, GridSolver& device);
 };
 
-TEST_P(GridEquivalence, EveryQuantityEqualsTheReference) {
-  for (const Case& c : cases) {
+void GridEquivalence::compare(const Case& c, GridSolver& device) {
+  {
     std::ostringstream name;
     name << c.shape.nx << "x" << c.shape.ny << "x" << c.shape.nz << ", " << c.patterns
          << " patterns, lit " << to_string(c.lit);
     SCOPED_TRACE(name.str());
     GridSetup setup{.shape = c.shape, .lit_face = c.lit, .sides = c.sides, .source = c.source};
-    const auto device = solver(setup);
     const auto reference = make_reference_solver(setup);
     const auto medium = testing::random_medium(c.shape, 100, 21);
     const std::size_t samples =
@@ -100,7 +106,7 @@ TEST_P(GridEquivalence, EveryQuantityEqualsTheReference) {
       found.emplace_back("column products", s.column_products(*lambda, light));
       return found;
     };
-    const auto got = answers(*device, tolerance());
+    const auto got = answers(device, tolerance());
     const auto expected = answers(*reference, 1e-13);
     // A face many decay lengths from the light is dark to below the solver's tolerance: maps are
     // held to the brightest face's norm, kind by kind.
@@ -116,6 +122,39 @@ TEST_P(GridEquivalence, EveryQuantityEqualsTheReference) {
       for (std::size_t k = 0; k < difference.size(); ++k) difference[k] -= expected[i].second[k];
       EXPECT_LE(testing::norm(difference), allowed() * scale[kind(got[i].first)]) << got[i].first;
     }
+  }
+}
+
+TEST_P(GridEquivalence, EveryQuantityEqualsTheReference) {
+  for (const Case& c : cases) {
+    const auto device =
+        solver({.shape = c.shape, .lit_face = c.lit, .sides = c.sides, .source = c.source});
+    compare(c, *device);
+  }
+}
+
+/// Work cut as for a GPU gives the same on any device.
+TEST_P(GridEquivalence, TheOtherLayoutEqualsTheReferenceToo) {
+  const auto devices = device::list_devices();
+  const std::size_t index = device::choose(devices, GetParam().device).index;
+  const Layout other = layout_of(devices[index]) == Layout::gpu ? Layout::cpu : Layout::gpu;
+  for (const Case& c : cases) {
+    if (c.patterns != full_lanes) continue;  // compiling every width again takes long
+    const auto device = make_opencl_solver(
+        {.shape = c.shape, .lit_face = c.lit, .sides = c.sides, .source = c.source},
+        device::Context::of(index), {GetParam().precision, Trust::blind, other});
+    compare(c, *device);
+  }
+}
+
+/// Every .cl file stands alone: its -D names have defaults.
+TEST(Kernels, EachFileCompilesByItself) {
+  const auto devices = device::list_devices();
+  if (devices.empty()) GTEST_SKIP() << "no OpenCL device is installed";
+  device::Context& context = device::Context::of(device::choose(devices, "auto").index);
+  for (const device::KernelSource* source : {&grid_assemble_cl, &grid_operator_cl, &grid_surface_cl,
+                                             &grid_transfer_cl, &grid_vectors_cl}) {
+    EXPECT_NO_THROW(context.program(*source, "")) << source->path;
   }
 }
 
