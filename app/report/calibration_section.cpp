@@ -61,8 +61,8 @@ Html calibration_section(const RunData& run) {
     content += note("This run has no calibration: it was fitted from ready surface measurements.");
     return section("Geometric calibration", content);
   }
-  if (run.calibration->camera) content += lens_block("Camera", *run.calibration->camera);
-  if (run.calibration->projector) content += lens_block("Projector", *run.calibration->projector);
+  content += lens_block("Camera", run.calibration->camera);
+  content += lens_block("Projector", run.calibration->projector);
   content += note(
       "Views far above the others are worth a look; corners should reach into the corners of the "
       "picture, and residuals should point everywhere, without a common trend.");

@@ -1,4 +1,5 @@
 #include "app/report/chart.h"
+#include "app/report/picture.h"
 #include "app/report/sections.h"
 
 namespace kappamu::app::report {
@@ -6,31 +7,35 @@ namespace kappamu::app::report {
 Html convergence_section(const RunData& run) {
   if (!run.fit || run.fit->convergence.empty())
     return section("Convergence", note("This run has no convergence history."));
-  LineChart chart;
-  chart.x_label = "gradient evaluations";
-  chart.y_label = "objective";
-  chart.log_y = true;
-  chart.width = 720;
+  LineChart objective;
+  objective.x_label = "gradient evaluations, all grids";
+  objective.y_label = "objective";
+  objective.log_y = true;
+  LineChart chi2 = objective;
+  chi2.y_label = "χ² per value";
+  chi2.reference = 1.0;
+  chi2.reference_label = "noise level";
   std::vector<std::vector<Html>> rows;
   for (std::size_t c = 0; c < run.fit->convergence.size(); ++c) {
     const Convergence& channel = run.fit->convergence[c];
-    chart.series.push_back({channel.channel, channel_colour(channel.channel, c),
-                            channel.evaluations, channel.objective, false});
+    const std::string colour = channel_colour(channel.channel, c);
+    objective.series.push_back(
+        {channel.channel, colour, channel.evaluations, channel.objective, false});
+    chi2.series.push_back({channel.channel, colour, channel.evaluations, channel.chi2, false});
     rows.push_back({text(channel.channel), text(channel.converged ? "yes" : "no"),
                     text(channel.reason),
                     text(channel.evaluations.empty() ? "–" : number(channel.evaluations.back(), 4)),
                     text(number(channel.chi2_per_value)),
                     text(channel.seconds ? duration(*channel.seconds) : "–")});
   }
-  const Html plot = render(chart);
   Html content;
-  if (plot.empty())
+  if (render(objective).empty())
     content += note("The fit recorded no objective values.");
   else
-    content += element("figure",
-                       plot + element("figcaption", text("Objective over gradient evaluations, log "
-                                                         "scale; steps mark a lower regularisation "
-                                                         "weight or a finer grid")));
+    content += row({figure(render(objective),
+                           "Objective; it jumps where the regularisation weight is lowered or a "
+                           "finer grid begins"),
+                    figure(render(chi2), "How far the data are explained")});
   content += table(
       {"Channel", "converged", "stopped because", "evaluations", "χ² per value", "time"}, rows);
   return section("Convergence", content);

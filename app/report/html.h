@@ -50,7 +50,8 @@ Html note(std::string_view plain);
 Html section(std::string_view title, const Html& content);
 /// Content under a smaller heading.
 Html subsection(std::string_view title, const Html& content);
-/// Table with a header row (none where `header` is empty); the first column is left-aligned, the others are figures.
+/// Table with a header row (none where `header` is empty); the first column is left-aligned, the
+/// others are figures.
 Html table(const std::vector<std::string>& header, const std::vector<std::vector<Html>>& rows);
 /// Blocks side by side, wrapping where the page ends.
 Html row(const std::vector<Html>& blocks);

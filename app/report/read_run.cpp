@@ -17,10 +17,11 @@ std::vector<std::size_t> value_shape(const SurfaceMeasurements& measured) {
 }
 
 /// Names of the session's patterns of one role, or numbered ones where the session is gone.
-std::vector<std::string> pattern_names(const RunData& run, capture::PatternRole role, int count) {
+std::vector<std::string> pattern_names(const std::optional<capture::Session>& session,
+                                       capture::PatternRole role, int count) {
   std::vector<std::string> names;
-  if (run.session)
-    for (const capture::Pattern& pattern : run.session->patterns)
+  if (session)
+    for (const capture::Pattern& pattern : session->patterns)
       if (pattern.role == role) names.push_back(pattern.id);
   if (names.size() == static_cast<std::size_t>(count)) return names;
   names.clear();
@@ -28,7 +29,8 @@ std::vector<std::string> pattern_names(const RunData& run, capture::PatternRole 
   return names;
 }
 
-std::optional<Comparison> read_comparison(const RunData& run, const std::filesystem::path& folder,
+std::optional<Comparison> read_comparison(const std::optional<capture::Session>& session,
+                                          const std::filesystem::path& folder,
                                           const std::filesystem::path& prediction,
                                           capture::PatternRole role) {
   if (!std::filesystem::exists(folder / "measurements.json")) return std::nullopt;
@@ -36,11 +38,17 @@ std::optional<Comparison> read_comparison(const RunData& run, const std::filesys
   comparison.measured = io::read_measurements(folder);
   if (std::filesystem::exists(prediction))
     comparison.predicted = io::read_npy(prediction, value_shape(comparison.measured)).values;
-  comparison.patterns = pattern_names(run, role, comparison.measured.patterns);
+  comparison.patterns = pattern_names(session, role, comparison.measured.patterns);
   return comparison;
 }
 
 }  // namespace
+
+std::optional<Comparison> read_validate_patterns(const std::filesystem::path& run,
+                                                 const std::optional<capture::Session>& session) {
+  return read_comparison(session, run / "measurements_validate",
+                         run / "fit" / "prediction_validate.npy", capture::PatternRole::validate);
+}
 
 RunData read_run(const std::filesystem::path& run) {
   if (!std::filesystem::is_directory(run))
@@ -64,11 +72,9 @@ RunData read_run(const std::filesystem::path& run) {
   const std::filesystem::path own = run / "measurements";
   const std::filesystem::path measurements =
       !data.record || from_session || std::filesystem::exists(own) ? own : data.record->input;
-  data.fit_patterns = read_comparison(data, measurements, run / "fit" / "prediction.npy",
+  data.fit_patterns = read_comparison(data.session, measurements, run / "fit" / "prediction.npy",
                                       capture::PatternRole::fit);
-  data.validate_patterns =
-      read_comparison(data, run / "measurements_validate", run / "fit" / "prediction_validate.npy",
-                      capture::PatternRole::validate);
+  data.validate_patterns = read_validate_patterns(run, data.session);
   if (!data.calibration && data.hdr.empty() && !data.fit && !data.fit_patterns)
     throw InputError(run.string() +
                      ": holds nothing to report; run `kappamu run` or `kappamu fit` into it first");

@@ -22,13 +22,13 @@ struct LensCalibration {
   std::vector<double> view_rms_px;  ///< per view
   int width = 0;                    ///< [px]
   int height = 0;                   ///< [px]
-  std::vector<double> x, y;         ///< found corners [px]; empty where not recorded
-  std::vector<double> dx, dy;       ///< residuals, found - reprojected [px]; empty or as long as x
+  std::vector<double> x, y;         ///< found corners [px], of all views
+  std::vector<double> dx, dy;       ///< residuals, projected - found [px], as long as x
 };
 
 struct CalibrationData {
-  std::optional<LensCalibration> camera;
-  std::optional<LensCalibration> projector;
+  LensCalibration camera;
+  LensCalibration projector;
   /// [channel][code] linear signal as a fraction of full scale.
   std::vector<std::vector<double>> response;
   std::vector<std::string> warnings;
@@ -49,11 +49,11 @@ struct HdrSummary {
 struct Convergence {
   std::string channel;
   bool converged = false;
-  std::string reason;                  ///< why it stopped
-  std::vector<double> evaluations;     ///< gradient evaluations so far
-  std::vector<double> objective;       ///< dimensionless
-  std::vector<double> regularisation;  ///< weight; empty where it was constant
-  double chi2_per_value = 0.0;         ///< Σ (residual²/variance) / values used
+  std::string reason;               ///< why it stopped
+  std::vector<double> evaluations;  ///< gradient evaluations so far
+  std::vector<double> objective;    ///< dimensionless
+  std::vector<double> chi2;         ///< χ² per value at the same evaluations
+  double chi2_per_value = 0.0;      ///< Σ (residual²/variance) / values used
   std::optional<double> seconds;
 };
 
@@ -87,6 +87,9 @@ struct RunData {
 RunData read_run(const std::filesystem::path& run);
 
 std::optional<CalibrationData> read_calibration(const std::filesystem::path& run);
+/// The patterns kept out of the fit, with names where `session` tells them.
+std::optional<Comparison> read_validate_patterns(const std::filesystem::path& run,
+                                                 const std::optional<capture::Session>& session);
 std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run);
 std::optional<FitData> read_fit(const std::filesystem::path& run);
 

@@ -29,20 +29,15 @@ Light graded(double value, double good, double usable) {
 
 Criterion judge_calibration(const RunData& run) {
   Criterion criterion{Light::grey, "Calibration", "No lens calibration in this run."};
-  if (!run.calibration || (!run.calibration->camera && !run.calibration->projector))
-    return criterion;
-  double worst = 0.0;
-  criterion.sentence = "Reprojection RMS";
-  const auto add = [&](const char* name, const std::optional<LensCalibration>& lens) {
-    if (!lens) return;
-    worst = std::max(worst, lens->rms_px);
-    criterion.sentence += std::string(" ") + name + " " + number(lens->rms_px) + " px,";
-  };
-  add("camera", run.calibration->camera);
-  add("projector", run.calibration->projector);
+  if (!run.calibration) return criterion;
+  const double camera = run.calibration->camera.rms_px;
+  const double projector = run.calibration->projector.rms_px;
+  const double worst = std::max(camera, projector);
   criterion.light = graded(worst, good_rms_px, usable_rms_px);
-  criterion.sentence += worst <= good_rms_px ? " within " : " above the good ";
-  criterion.sentence += number(good_rms_px) + " px.";
+  criterion.sentence = "Reprojection RMS camera " + number(camera) + " px, projector " +
+                       number(projector) + " px, " +
+                       (worst <= good_rms_px ? "within " : "above the good ") +
+                       number(good_rms_px) + " px.";
   return criterion;
 }
 

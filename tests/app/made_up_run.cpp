@@ -5,6 +5,7 @@
 #include <random>
 
 #include "app/run_record.h"
+#include "calib/calibration_file.h"
 #include "capture/session.h"
 #include "io/atomic_file.h"
 #include "io/exr.h"
@@ -107,7 +108,7 @@ void write_fit(const fs::path& run, const MadeUpRun& options) {
       history.push_back(
           {{"evaluations", i + 1},
            {"objective", (4e3 * std::pow(0.83, i) + 1.0) * (1.0 + 0.2 * static_cast<double>(c))},
-           {"regularisation", std::pow(0.1, i / 20)}});
+           {"chi2_per_value", 1.0 + 300.0 * std::pow(0.85, i)}});
     channels.push_back(
         {{"name", names[c]},
          {"converged", options.converged},
@@ -127,37 +128,48 @@ void write_fit(const fs::path& run, const MadeUpRun& options) {
           .dump(1));
 }
 
-json lens(double rms, int width, int height, int views, std::mt19937& random) {
-  std::normal_distribution<double> normal;
-  json list = json::array();
-  for (int v = 0; v < views; ++v) {
-    json pixels = json::array(), residuals = json::array();
-    const double x0 = width * (0.05 + 0.4 * (v % 3) / 2.0),
-                 y0 = height * (0.05 + 0.3 * (v / 3 % 3) / 2.0);
+std::vector<calib::ViewResidual> views(double rms, int width, int height, int count,
+                                       std::mt19937& random) {
+  std::normal_distribution<double> normal(0.0, rms / std::sqrt(2.0));
+  std::vector<calib::ViewResidual> result;
+  for (int v = 0; v < count; ++v) {
+    calib::ViewResidual view;
+    view.name = "calibration/board_" + std::to_string(v) + ".png";
+    view.rms_px = rms * (0.8 + 0.05 * v);
+    const double x0 = width * (0.05 + 0.4 * (v % 3) / 2.0);
+    const double y0 = height * (0.05 + 0.3 * (v / 3 % 3) / 2.0);
     for (int j = 0; j < 6; ++j)
       for (int i = 0; i < 9; ++i) {
-        pixels.push_back({x0 + 0.055 * width * i + 3 * j, y0 + 0.09 * height * j + 2 * i});
-        residuals.push_back({rms * 0.7 * normal(random), rms * 0.7 * normal(random)});
+        view.pixels.emplace_back(x0 + 0.055 * width * i + 3 * j, y0 + 0.09 * height * j + 2 * i);
+        view.residuals.emplace_back(normal(random), normal(random));
       }
-    list.push_back({{"name", "calibration/board_" + std::to_string(v) + ".png"},
-                    {"rms_px", rms * (0.8 + 0.05 * v)},
-                    {"pixels", pixels},
-                    {"residuals", residuals}});
+    result.push_back(view);
   }
-  return {{"rms_px", rms}, {"width", width}, {"height", height}, {"views", list}};
+  return result;
 }
 
 void write_calibration(const fs::path& run, const MadeUpRun& options, std::mt19937& random) {
-  std::vector<std::vector<double>> response(3);
+  calib::CalibrationResult calibration;
+  calibration.camera.lens = {640, 480, 900.0, 900.0, 320.0, 240.0, {}};
+  calibration.camera.rms_px = options.camera_rms_px;
+  calibration.camera.views = views(options.camera_rms_px, 640, 480, 9, random);
+  calibration.camera.camera_from_board.resize(9);
+  calibration.projector.lens = {1024, 768, 1500.0, 1500.0, 512.0, 384.0, {}};
+  calibration.projector.rms_px = 0.18;
+  calibration.projector.views = views(0.18, 1024, 768, 6, random);
+  calibration.projector.station_from_plane.resize(6);
+  calibration.radiometry.bit_depth = 12;
+  calibration.radiometry.response.linear.resize(3);
+  calibration.radiometry.black_level = {0.0, 0.0, 0.0};
+  calibration.radiometry.noise.resize(3, {20000.0, 5.0, false});
   for (std::size_t c = 0; c < 3; ++c)
     for (int code = 0; code < 4096; ++code)
-      response[c].push_back(std::pow(code / 4095.0, 2.0 + 0.1 * static_cast<double>(c)));
-  io::write_text_atomically(run / "calibration" / "calibration.json",
-                            json{{"camera", lens(options.camera_rms_px, 640, 480, 9, random)},
-                                 {"projector", lens(0.18, 1024, 768, 6, random)},
-                                 {"response", response},
-                                 {"warnings", json::array()}}
-                                .dump());
+      calibration.radiometry.response.linear[c].push_back(
+          std::pow(code / 4095.0, 2.0 + 0.1 * static_cast<double>(c)));
+  calibration.scale = {1.0, 1.0, 1.0};
+  calibration.white.scale = calibration.scale;
+  calibration.white.residual_rms = {0.01, 0.01, 0.01};
+  calib::save_calibration(run / "calibration", calibration);
 }
 
 void write_hdr(const fs::path& file, int pattern) {

@@ -1,4 +1,4 @@
-// What calibration and fit say about themselves: calibration/calibration.json and fit/fit.json.
+// What a fit says about itself: fit/fit.json and the volumes beside it.
 #include <nlohmann/json.hpp>
 
 #include "app/report/run_data.h"
@@ -27,40 +27,6 @@ std::vector<std::string> warnings_of(const json& object) {
   return object.value("warnings", std::vector<std::string>{});
 }
 
-LensCalibration lens_from_json(const json& object) {
-  LensCalibration lens;
-  lens.rms_px = object.at("rms_px").get<double>();
-  lens.width = object.at("width").get<int>();
-  lens.height = object.at("height").get<int>();
-  for (const json& view : object.at("views")) {
-    lens.views.push_back(view.at("name").get<std::string>());
-    lens.view_rms_px.push_back(view.at("rms_px").get<double>());
-    for (const json& pixel : view.value("pixels", json::array())) {
-      lens.x.push_back(pixel.at(0).get<double>());
-      lens.y.push_back(pixel.at(1).get<double>());
-    }
-    for (const json& residual : view.value("residuals", json::array())) {
-      lens.dx.push_back(residual.at(0).get<double>());
-      lens.dy.push_back(residual.at(1).get<double>());
-    }
-  }
-  if (lens.dx.size() != lens.x.size()) {
-    lens.dx.clear();
-    lens.dy.clear();
-  }
-  return lens;
-}
-
-CalibrationData calibration_from_json(const json& object) {
-  CalibrationData data;
-  if (object.contains("camera")) data.camera = lens_from_json(object["camera"]);
-  if (object.contains("projector")) data.projector = lens_from_json(object["projector"]);
-  if (object.contains("response"))
-    data.response = object["response"].get<std::vector<std::vector<double>>>();
-  data.warnings = warnings_of(object);
-  return data;
-}
-
 Convergence convergence_from_json(const json& object) {
   Convergence convergence;
   convergence.channel = object.at("name").get<std::string>();
@@ -71,8 +37,7 @@ Convergence convergence_from_json(const json& object) {
   for (const json& step : object.value("history", json::array())) {
     convergence.evaluations.push_back(step.at("evaluations").get<double>());
     convergence.objective.push_back(step.at("objective").get<double>());
-    if (step.contains("regularisation"))
-      convergence.regularisation.push_back(step["regularisation"].get<double>());
+    convergence.chi2.push_back(step.at("chi2_per_value").get<double>());
   }
   return convergence;
 }
@@ -102,12 +67,6 @@ Volume<double> read_volume(const std::filesystem::path& file, double voxel_mm) {
 }
 
 }  // namespace
-
-std::optional<CalibrationData> read_calibration(const std::filesystem::path& run) {
-  const std::filesystem::path file = run / "calibration" / "calibration.json";
-  if (!std::filesystem::exists(file)) return std::nullopt;
-  return interpret_json(file, calibration_from_json);
-}
 
 std::optional<FitData> read_fit(const std::filesystem::path& run) {
   const std::filesystem::path folder = run / "fit";

@@ -1,0 +1,70 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "app/pipeline.h"
+#include "app/report/run_data.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct CalibrateOptions {
+  std::string session;
+  std::string run;
+  bool force = false;
+};
+
+void run_calibrate(const CalibrateOptions& options, const Globals& globals) {
+  const auto progress = make_progress();
+  Pipeline pipeline(options.session, options.run, options.force);
+  const bool worked = pipeline.calibrate(*progress);
+  const auto data = report::read_calibration(pipeline.folder().path());
+  const double camera = data->camera.rms_px, projector = data->projector.rms_px;
+  const std::string folder = (pipeline.folder().path() / "calibration").string();
+  const double seconds = pipeline.folder().record().stages.at("calibrate").seconds;
+  if (globals.json) {
+    std::printf("%s\n", nlohmann::json{{"calibration", folder},
+                                       {"camera_rms_px", camera},
+                                       {"projector_rms_px", projector},
+                                       {"warnings", data->warnings},
+                                       {"seconds", seconds}}
+                            .dump()
+                            .c_str());
+    return;
+  }
+  std::printf("camera reprojection RMS     %.3f px\n", camera);
+  std::printf("projector reprojection RMS  %.3f px\n", projector);
+  std::printf("%s  (%s)\n", folder.c_str(),
+              worked ? (std::to_string(static_cast<int>(seconds + 0.5)) + " s").c_str()
+                     : "was up to date; --force to redo");
+}
+
+}  // namespace
+
+void add_calibrate(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "calibrate",
+      "Calibrate camera, projector, sample pose and radiometry from a session's own shots.\n\n"
+      "Writes RUN/calibration: camera.yml and projector.yml (OpenCV's model, with covariance),\n"
+      "pose.yml, response.yml, radiometry.yml and calibration.json (residuals by view).\n"
+      "The reprojection RMS is the distance [px] between found corners and where the fitted model\n"
+      "puts them. Below 0.3 px is good; above 1 px, look for a blurred or misread board: the "
+      "report\n"
+      "shows the residuals of every view. A low RMS says nothing about parts of the picture that "
+      "no\n"
+      "board reached.");
+  auto options = std::make_shared<CalibrateOptions>();
+  command->add_option("session", options->session, "Folder with session.json")
+      ->required()
+      ->type_name("SESSION");
+  command->add_option("-o,--out", options->run, "Run folder; made if missing")
+      ->required()
+      ->type_name("RUN");
+  command->add_flag("--force", options->force, "Do it again even if it is up to date");
+  command->footer("Example: kappamu calibrate demo/session -o demo/run");
+  command->callback([options, &globals] { run_calibrate(*options, globals); });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,65 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "app/pipeline.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct MergeOptions {
+  std::string session;
+  std::string run;
+  bool force = false;
+};
+
+void run_merge(const MergeOptions& options, const Globals& globals) {
+  const auto progress = make_progress();
+  Pipeline pipeline(options.session, options.run, options.force);
+  const bool worked = pipeline.merge(*progress);
+  const std::filesystem::path& run = pipeline.folder().path();
+  const double seconds = pipeline.folder().record().stages.at("merge").seconds;
+  const bool measured = std::filesystem::exists(run / "measurements" / "measurements.json");
+  if (globals.json) {
+    nlohmann::json object{{"hdr", (run / "hdr").string()},
+                          {"patterns", pipeline.session()->patterns.size()},
+                          {"measurements", nullptr},
+                          {"seconds", seconds}};
+    if (measured) object["measurements"] = (run / "measurements").string();
+    std::printf("%s\n", object.dump().c_str());
+    return;
+  }
+  std::printf("%zu HDR images  %s  (%s)\n", pipeline.session()->patterns.size(),
+              (run / "hdr").c_str(),
+              worked ? (std::to_string(static_cast<int>(seconds + 0.5)) + " s").c_str()
+                     : "were up to date; --force to redo");
+  if (measured) std::printf("surface values %s\n", (run / "measurements").c_str());
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "merge",
+      "Merge each pattern's exposures into one HDR image, and measure the sample's surface.\n\n"
+      "Writes RUN/hdr/<pattern>.exr: radiance R, G, B [full scales/s], its variance and flags\n"
+      "(1 saturated, 2 dark, 4 missing). Where RUN is calibrated (`kappamu calibrate`), also\n"
+      "RUN/measurements and RUN/measurements_validate: mean exitance and variance of every "
+      "surface\n"
+      "voxel, which `kappamu fit` reads (docs/formats.md). A pixel saturated in every exposure is\n"
+      "left out of the fit: add a shorter exposure when the report shows many.");
+  auto options = std::make_shared<MergeOptions>();
+  command->add_option("session", options->session, "Folder with session.json")
+      ->required()
+      ->type_name("SESSION");
+  command->add_option("-o,--out", options->run, "Run folder; made if missing")
+      ->required()
+      ->type_name("RUN");
+  command->add_flag("--force", options->force, "Do it again even if it is up to date");
+  command->footer("Example: kappamu merge demo/session -o demo/run");
+  command->callback([options, &globals] { run_merge(*options, globals); });
+}
+
+}  // namespace kappamu::app

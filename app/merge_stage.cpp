@@ -1,0 +1,103 @@
+#include "app/merge_stage.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "app/hdr_file.h"
+#include "calib/calibration_file.h"
+#include "calib/measure.h"
+#include "capture/merge.h"
+#include "io/measurements_file.h"
+
+namespace kappamu::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+using capture::Pattern;
+using capture::PatternRole;
+
+// Each holds a whole stack of frames: more would cost memory rather than gain time.
+constexpr unsigned most_threads = 8;
+
+fs::path hdr_file(const fs::path& run, const std::string& pattern) {
+  return run / "hdr" / (pattern + ".exr");
+}
+
+/// Merges and writes what is not there yet; the first failure in the session's order is thrown.
+void merge_patterns(const capture::Session& session, const capture::Radiometry& radiometry,
+                    const fs::path& run, Progress& progress) {
+  const std::size_t count = session.patterns.size();
+  std::vector<std::exception_ptr> failures(count);
+  std::atomic<std::size_t> next{0};
+  std::atomic<bool> failed{false};
+  std::mutex mutex;
+  std::size_t finished = 0;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < count && !failed; i = next++) {
+      const Pattern& pattern = session.patterns[i];
+      try {
+        const fs::path file = hdr_file(run, pattern.id);
+        if (!fs::exists(file))
+          write_hdr(
+              file,
+              capture::merge_stack(session, pattern.frames, "pattern " + pattern.id, radiometry),
+              session.channels);
+        const std::lock_guard lock(mutex);
+        ++finished;
+        progress.update("merge", static_cast<double>(finished) / static_cast<double>(count),
+                        pattern.id);
+      } catch (...) {
+        failures[i] = std::current_exception();
+        failed = true;
+      }
+    }
+  };
+  {
+    const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, most_threads);
+    std::vector<std::jthread> others;
+    for (unsigned i = 1; i < threads; ++i) others.emplace_back(work);
+    work();
+  }
+  for (const std::exception_ptr& failure : failures)
+    if (failure) std::rethrow_exception(failure);
+}
+
+void measure_patterns(const capture::Session& session, const calib::CalibrationResult& calibration,
+                      PatternRole role, const fs::path& run, const fs::path& folder,
+                      Progress& progress) {
+  const bool any = std::any_of(session.patterns.begin(), session.patterns.end(),
+                               [&](const Pattern& pattern) { return pattern.role == role; });
+  if (!any) return;
+  const auto hdr = [&](const std::string& id) {
+    return read_hdr(hdr_file(run, id), session.channels);
+  };
+  io::write_measurements(folder, calib::measure_surface(session, calibration, role, hdr, progress));
+}
+
+}  // namespace
+
+void run_merge_stage(const capture::Session& session, const fs::path& run, Progress& progress) {
+  std::optional<calib::CalibrationResult> calibration;
+  if (fs::exists(run / "calibration" / "calibration.json"))
+    calibration = calib::load_calibration(run / "calibration");
+  merge_patterns(
+      session, calibration ? calibration->radiometry : capture::find_radiometry(session, progress),
+      run, progress);
+  if (!calibration) {
+    progress.warn(
+        "there is no calibration in the run folder, so only HDR images were written; run `kappamu "
+        "calibrate` first to get surface measurements");
+    return;
+  }
+  measure_patterns(session, *calibration, PatternRole::fit, run, run / "measurements", progress);
+  measure_patterns(session, *calibration, PatternRole::validate, run, run / "measurements_validate",
+                   progress);
+}
+
+}  // namespace kappamu::app

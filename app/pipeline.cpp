@@ -1,0 +1,146 @@
+#include "app/pipeline.h"
+
+#include <sstream>
+
+#include "app/calibrate_stage.h"
+#include "app/export_stage.h"
+#include "app/fingerprint.h"
+#include "app/merge_stage.h"
+#include "app/report/report.h"
+#include "core/error.h"
+
+namespace kappamu::app {
+
+namespace fs = std::filesystem;
+
+struct Pipeline::Input {
+  RunRecord::InputKind kind = RunRecord::InputKind::session;
+  fs::path folder;
+  std::string description;  ///< fingerprint of session.json or measurements.json alone
+  std::string fingerprint;  ///< with all files
+  std::optional<capture::Session> session;
+};
+
+namespace {
+
+/// Equal programs give equal bits from equal inputs; another build may not.
+std::string with_program(const std::string& fingerprint) {
+  static const std::string program = content_fingerprint("/proc/self/exe");
+  return Fingerprint().add(program).add(fingerprint).text();
+}
+
+/// Everything in the options that the volumes depend on, as text.
+std::string canonical(const FitStageOptions& options) {
+  const inverse::FitOptions& fit = options.fit;
+  std::ostringstream text;
+  text << std::hexfloat << static_cast<int>(fit.optimiser.method) << ' '
+       << static_cast<int>(fit.coordinates) << ' ' << static_cast<int>(fit.convention) << ' '
+       << fit.weight.value_or(0.0) << ' ' << fit.target_chi2 << ' ' << fit.stage_tolerance << ' '
+       << fit.stage_steps << ' ' << fit.max_levels << ' ' << fit.correct_grid << ' '
+       << fit.model_error.relative << ' ' << fit.model_error.of_maximum << ' '
+       << fit.sensitivity_probes << ' ' << fit.seed << ' ' << fit.backend.device << ' '
+       << static_cast<int>(fit.backend.precision) << ' ' << fit.backend.solve.tolerance;
+  for (const std::string& channel : options.channels) text << ' ' << channel;
+  return text.str();
+}
+
+}  // namespace
+
+Pipeline::Input Pipeline::open_input(const fs::path& folder) {
+  Input input;
+  input.folder = folder;
+  if (fs::exists(folder / "session.json")) {
+    input.session = capture::read_session(folder);
+    input.description = content_fingerprint(folder / "session.json");
+    input.fingerprint = with_program(session_fingerprint(*input.session));
+    return input;
+  }
+  if (fs::exists(folder / "measurements.json")) {
+    input.kind = RunRecord::InputKind::measurements;
+    input.description = content_fingerprint(folder / "measurements.json");
+    input.fingerprint = with_program(measurements_fingerprint(folder));
+    return input;
+  }
+  throw InputError(folder.string() +
+                   (fs::is_directory(folder) ? ": has neither session.json nor measurements.json"
+                                             : ": no such folder") +
+                   "; give a capture session or a folder of surface measurements "
+                   "(docs/formats.md)");
+}
+
+Pipeline::Pipeline(const fs::path& input, const fs::path& run, bool force)
+    : Pipeline(open_input(input), run, force) {}
+
+Pipeline::Pipeline(Input input, const fs::path& run, bool force)
+    : session_(std::move(input.session)),
+      fingerprint_(input.fingerprint),
+      folder_(run, input.kind, input.folder, input.description, force) {}
+
+const capture::Session& Pipeline::require_session() const {
+  if (session_) return *session_;
+  throw InputError((folder_.record().input / "session.json").string() +
+                   ": no such file; calibrate and merge need a capture session, surface "
+                   "measurements go to `kappamu run` or `kappamu fit`");
+}
+
+RunFolder::Stage Pipeline::calibrate_stage() const {
+  return {"calibrate", Fingerprint().add("calibrate").add(fingerprint_).text(), {"calibration"}};
+}
+
+RunFolder::Stage Pipeline::merge_stage() const {
+  const bool calibrated = folder_.is_done(calibrate_stage());
+  std::vector<std::string> outputs{"hdr"};
+  if (calibrated) outputs.emplace_back("measurements");
+  return {"merge",
+          Fingerprint().add("merge").add(fingerprint_).add(calibrated ? "measured" : "hdr").text(),
+          outputs};
+}
+
+bool Pipeline::calibrate(Progress& progress) {
+  const capture::Session& session = require_session();
+  return folder_.run(calibrate_stage(), progress, [&](Progress& listener) {
+    run_calibrate_stage(session, folder_.path(), listener);
+  });
+}
+
+bool Pipeline::merge(Progress& progress) {
+  const capture::Session& session = require_session();
+  return folder_.run(merge_stage(), progress, [&](Progress& listener) {
+    run_merge_stage(session, folder_.path(), listener);
+  });
+}
+
+RunFolder::Stage Pipeline::stage_after(const RunFolder::Stage& earlier, const std::string& name,
+                                       const std::string& options,
+                                       std::vector<std::string> outputs) {
+  return {name, Fingerprint().add(name).add(earlier.key).add(options).text(), std::move(outputs)};
+}
+
+bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
+  const RunFolder::Stage input = session_ ? merge_stage() : RunFolder::Stage{"", fingerprint_, {}};
+  fit_stage_ = stage_after(input, "fit", canonical(options), {"fit"});
+  const fs::path measurements = session_ ? folder_.path() : folder_.record().input;
+  return folder_.run(fit_stage_, progress, [&](Progress& listener) {
+    folder_.set_device(
+        run_fit_stage(measurements, folder_.path() / "fit", options, listener).device);
+  });
+}
+
+bool Pipeline::export_all(Progress& progress) {
+  return folder_.run(stage_after(fit_stage_, "export", "all", {"export"}), progress,
+                     [&](Progress& listener) {
+                       export_volumes(folder_.path() / "fit" / "volume.vdb",
+                                      folder_.path() / "export", {"all"}, listener);
+                     });
+}
+
+bool Pipeline::report(Progress& progress) {
+  return folder_.run(stage_after(fit_stage_, "report", "", {"report.html"}), progress,
+                     [&](Progress& listener) {
+                       listener.update("report", 0.0, "");
+                       report::write_report(folder_.path());
+                       listener.update("report", 1.0, "");
+                     });
+}
+
+}  // namespace kappamu::app

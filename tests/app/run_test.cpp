@@ -1,0 +1,131 @@
+// `kappamu run` end to end on a tiny simulated session: what it leaves, that it resumes after
+// SIGKILL to the same bits, and that a finished run is left alone. How good the volumes are is
+// tested in tests/inverse and scored by scripts/demo.sh.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <fstream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "io/read_file.h"
+#include "process.h"
+#include "tiny_session.h"
+
+namespace kappamu::app {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using testing::HasSubstr;
+
+// Loose enough for a test's patience; the same in every run that is compared.
+const std::string quick_fit = " --device reference";
+
+class RunTest : public TemporaryFolderTest {
+ protected:
+  std::string arguments(const std::string& run) const {
+    return "run " + tiny_session().string() + " -o " + (folder() / run).string() + quick_fit;
+  }
+  /// Every file of a run that holds results, by relative name.
+  std::map<std::string, std::string> results(const std::string& run) const {
+    std::map<std::string, std::string> files;
+    for (const char* part : {"fit", "measurements", "measurements_validate"})
+      for (const auto& entry : fs::recursive_directory_iterator(folder() / run / part))
+        if (entry.path().extension() == ".npy")
+          files[fs::relative(entry.path(), folder() / run)] = io::read_text(entry.path());
+    return files;
+  }
+};
+
+TEST_F(RunTest, LeavesEverythingAndASecondRunDoesNothing) {
+  const ProcessResult first = kappamu(arguments("run") + " --json");
+  ASSERT_TRUE(first.exit_code == 0 || first.exit_code == 3) << first.standard_error;
+  const json summary = json::parse(last_line(first.standard_output));
+  for (const char* field :
+       {"sample", "grid", "camera_rms_px", "projector_rms_px", "holdout_E", "kappa_mu_volume",
+        "report", "seconds", "seconds_total", "device", "warnings"})
+    EXPECT_TRUE(summary.contains(field)) << field;
+  EXPECT_LT(summary["camera_rms_px"].get<double>(), 0.5);
+  EXPECT_LT(summary["projector_rms_px"].get<double>(), 0.5);
+  EXPECT_GT(summary["holdout_E"].get<double>(), 0.0);
+  EXPECT_LT(summary["holdout_E"].get<double>(), 0.05);
+  EXPECT_TRUE(fs::exists(summary["kappa_mu_volume"].get<std::string>()));
+  EXPECT_TRUE(fs::exists(summary["report"].get<std::string>()));
+  for (const char* stage : {"calibrate", "merge", "fit", "export", "report"})
+    EXPECT_TRUE(summary["seconds"].contains(stage)) << stage;
+  for (const char* part :
+       {"run.json", "calibration/calibration.json", "calibration/camera.yml",
+        "measurements/measurements.json", "measurements_validate/measurements.json",
+        "fit/kappa_R.npy", "fit/mu_B.npy", "fit/prediction.npy", "fit/volume.vdb",
+        "export/volume.vti", "report.html"})
+    EXPECT_TRUE(fs::exists(folder() / "run" / part)) << part;
+
+  const auto before = fs::last_write_time(folder() / "run" / "report.html");
+  const auto start = std::chrono::steady_clock::now();
+  const ProcessResult second = kappamu(arguments("run") + " --json");
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
+  EXPECT_EQ(second.exit_code, first.exit_code);
+  EXPECT_EQ(fs::last_write_time(folder() / "run" / "report.html"), before);
+  EXPECT_EQ(last_line(second.standard_output), last_line(first.standard_output));
+  EXPECT_LT(elapsed.count(), 3.0) << "a finished run must only be looked at";
+}
+
+TEST_F(RunTest, KilledAtAnyMomentItEndsInTheSameBits) {
+  const auto start = std::chrono::steady_clock::now();
+  const int code = kappamu(arguments("whole")).exit_code;
+  ASSERT_TRUE(code == 0 || code == 3);
+  const std::chrono::duration<double, std::milli> whole = std::chrono::steady_clock::now() - start;
+
+  // Killed over and over, each time a little later: in calibration, merge, fit and after.
+  int kills = 0;
+  for (const double share : {0.05, 0.15, 0.3, 0.3, 0.4})
+    kills += kappamu_killed_after(arguments("killed"), static_cast<int>(share * whole.count()));
+  EXPECT_GE(kills, 3) << "the kills must hit";
+  EXPECT_EQ(kappamu(arguments("killed")).exit_code, code);
+
+  const auto expected = results("whole");
+  const auto found = results("killed");
+  ASSERT_GE(expected.size(), 12U);
+  ASSERT_EQ(found.size(), expected.size());
+  for (const auto& [name, bytes] : expected) {
+    ASSERT_TRUE(found.contains(name)) << name;
+    EXPECT_TRUE(found.at(name) == bytes) << name << " differs";
+  }
+  EXPECT_TRUE(fs::exists(folder() / "killed" / "report.html"));
+}
+
+TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
+  ASSERT_EQ(kappamu("calibrate " + tiny_session().string() + " -o " + (folder() / "a").string())
+                .exit_code,
+            0);
+  ASSERT_EQ(
+      kappamu("merge " + tiny_session().string() + " -o " + (folder() / "a").string()).exit_code,
+      0);
+  const ProcessResult result = kappamu("run " + (folder() / "a" / "measurements").string() +
+                                       " -o " + (folder() / "b").string() + quick_fit + " --json");
+  ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 3) << result.standard_error;
+  const json summary = json::parse(last_line(result.standard_output));
+  EXPECT_TRUE(summary["camera_rms_px"].is_null());
+  EXPECT_TRUE(fs::exists(folder() / "b" / "fit" / "kappa_R.npy"));
+  EXPECT_THAT(io::read_text(folder() / "b" / "report.html"),
+              HasSubstr("This run has no calibration"));
+}
+
+TEST_F(RunTest, AnotherSessionIsRefused) {
+  const std::string run = " -o " + (folder() / "run").string();
+  ASSERT_EQ(kappamu("calibrate " + tiny_session().string() + run).exit_code, 0);
+  // The same session under another name in session.json.
+  const fs::path other = fs::path(KAPPAMU_TEST_FOLDER) / ("other-" + folder().filename().string());
+  linked_session(other);
+  json document = json::parse(io::read_text(other / "session.json"));
+  document["sample"]["name"] = "another";
+  fs::remove(other / "session.json");
+  std::ofstream(other / "session.json") << document.dump();
+  expect_one_sentence(kappamu("calibrate " + other.string() + run), "another input");
+  fs::remove_all(other);
+}
+
+}  // namespace
+}  // namespace kappamu::app
