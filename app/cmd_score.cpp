@@ -19,7 +19,9 @@ json calibration_json(const synthetic::CalibrationErrors& errors) {
           {"camera_angle_degrees", errors.camera_angle_degrees},
           {"camera_position_mm", errors.camera_position_mm},
           {"projector_angle_degrees", errors.projector_angle_degrees},
-          {"projector_position_mm", errors.projector_position_mm}};
+          {"projector_position_mm", errors.projector_position_mm},
+          {"scale_relative", errors.scale_relative},
+          {"projector_black_relative", errors.projector_black_relative}};
 }
 
 json to_json(const synthetic::Score& score) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "calib/calibration_file.h"
 #include "core/error.h"
 #include "data_synthetic/transport.h"
 #include "io/exr.h"
@@ -196,6 +197,9 @@ Score score_run(const std::filesystem::path& run, const std::filesystem::path& t
                      ": has neither hdr/ nor fit/; score a folder that `kappamu run` has made");
   }
   if (has_hdr) score_hdr(run, truth, truth_folder, score);
+  if (std::filesystem::exists(run / "calibration" / "calibration.json")) {
+    score.calibration = calibration_errors(calib::load_calibration(run / "calibration"), truth);
+  }
   if (has_fit) {
     std::vector<Medium> media;
     for (const std::string& name : truth.channels) {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/calibrate.h"
 #include "core/progress.h"
 #include "data_synthetic/truth.h"
 
@@ -25,6 +26,8 @@ struct CalibrationErrors {
   double camera_position_mm = 0.0;       ///< camera centre in the sample frame
   double projector_angle_degrees = 0.0;  ///< of projector_from_sample
   double projector_position_mm = 0.0;    ///< projector centre in the sample frame
+  double scale_relative = 0.0;  ///< full scales per second for unit radiance, worst channel
+  double projector_black_relative = 0.0;  ///< the projector's black level, |found/true − 1|
 };
 
 /// Parts the run does not have are absent.
@@ -51,6 +54,8 @@ struct Score {
 /// not fit together, or when the run has neither HDR images nor a fit.
 Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
                 const std::string& device, Progress& progress);
+
+CalibrationErrors calibration_errors(const calib::CalibrationResult& found, const Truth& truth);
 
 /// E of media on the fitted grid under the held-out patches of `truth`, all channels pooled;
 /// each channel's own goes to `by_channel`.

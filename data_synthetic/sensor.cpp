@@ -46,7 +46,10 @@ Image<std::uint16_t> expose(const SensorModel& sensor, const Image<float>& radia
         for (int i = 0; i < row_values; ++i) {
           const std::size_t at = static_cast<std::size_t>(y) * row_values + i;
           double signal = static_cast<double>(radiance.values()[at]) * exposure_s;
-          if (sensor.noise_scale > 0.0) {
+          // Light that saturates by ten standard deviations needs no noise.
+          const double spread =
+              std::sqrt(signal / electrons + read_noise * read_noise / (electrons * electrons));
+          if (sensor.noise_scale > 0.0 && signal < 1.0 + 10.0 * spread) {
             const std::uint64_t key = mix(frame_key ^ at);
             const NormalPair normal = normal_pair(key);
             signal = (poisson(signal * electrons, key, normal.first) + read_noise * normal.second) /

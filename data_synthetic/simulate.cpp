@@ -229,8 +229,7 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   std::vector<PlannedPattern> patterns = planned_patterns(rig.rig(), options);
   std::vector<Image<std::uint8_t>> images;
   for (const PlannedPattern& pattern : patterns) images.push_back(pattern.image);
-  rig.prepare(images, options.exposures_s[std::min<std::size_t>(1, options.exposures_s.size() - 1)],
-              progress);
+  rig.prepare(images, progress);
   report.seconds["transport"] = transport_time.seconds();
 
   const Stopwatch shooting_time;

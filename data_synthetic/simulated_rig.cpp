@@ -16,8 +16,9 @@ using Eigen::Vector3d;
 
 namespace {
 
-constexpr double sample_reflectance = 0.8;  // of the sample's faces in even room light
-constexpr double paper_signal = 0.7;        // full scales of white paper in room light
+constexpr double sample_reflectance = 0.8;      // of the sample's faces in even room light
+constexpr double paper_signal = 0.7;            // full scales of white paper in room light
+constexpr double brightest_signal = 2.0 / 3.0;  // full scales of the brightest scattered light
 /// Cells that get more than this irradiance count as lit when the gain is chosen.
 constexpr double lit_threshold = 0.02;
 constexpr int irradiance_samples = 4;  // per side of a transport cell
@@ -134,8 +135,7 @@ void SimulatedRig::solve(const std::vector<Image<std::uint8_t>>& images, Progres
   }
 }
 
-void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, double exposure_s,
-                           Progress& progress) {
+void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, Progress& progress) {
   if (!transport_->warning().empty()) progress.warn(transport_->warning());
   solve(images, progress);
   double brightest = 0.0;
@@ -157,9 +157,11 @@ void SimulatedRig::prepare(const std::vector<Image<std::uint8_t>>& images, doubl
     }
   }
   check(brightest > 0.0, "some light comes through the sample");
-  choose_gain(rig_, brightest, exposure_s);
-  ambient_ =
-      paper_signal * std::numbers::pi / (paper_reflectance * rig_.responsivity[most] * exposure_s);
+  choose_gain(rig_, brightest, options_.exposures_s.front() / brightest_signal);
+  const double room_exposure_s =
+      options_.exposures_s[std::min<std::size_t>(1, options_.exposures_s.size() - 1)];
+  ambient_ = paper_signal * std::numbers::pi /
+             (paper_reflectance * rig_.responsivity[most] * room_exposure_s);
 }
 
 const SimulatedRig::ExitanceMaps& SimulatedRig::exitance(const Image<std::uint8_t>& image) const {

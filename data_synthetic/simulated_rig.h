@@ -22,12 +22,11 @@ class SimulatedRig final : public capture::RigDevice {
   SimulatedRig(const SimulationOptions& options, const std::string& device);
 
   /// Solves light transport for the images a session will show, together, and sets the camera's
-  /// gain by their radiance, as one sets an aperture: the brightest scattered light fills full
-  /// scale in `exposure_s`, where light falls on the seen face itself leaving that out. Room light
-  /// is set so that white paper reaches 0.7 full scales in the same time. Images shown later
-  /// without having been prepared are solved on their own.
-  void prepare(const std::vector<Image<std::uint8_t>>& images, double exposure_s,
-               Progress& progress);
+  /// gain by their radiance, as one sets an aperture: the brightest scattered light fills two
+  /// thirds of full scale in the shortest exposure, where light falls on the seen face itself
+  /// leaving that out. Room light is set so that white paper reaches 0.7 full scales in the second
+  /// exposure. Images shown later without having been prepared are solved on their own.
+  void prepare(const std::vector<Image<std::uint8_t>>& images, Progress& progress);
 
   capture::Camera camera() const override;
   capture::Projector projector() const override;

@@ -115,7 +115,7 @@ TEST(SimulatedRig, ShowsEachSubjectInItsLight) {
   SimulatedRig rig(options, "reference");
   const Image<std::uint8_t> white = grey(rig.projector(), 255);
   Progress silent;
-  rig.prepare({white}, 0.1, silent);
+  rig.prepare({white}, silent);
   const double black = rig.rig().sensor.black_level * 4095.0;
   const auto photograph = [&](capture::Subject subject, const std::string& station, bool ambient,
                               bool lit, double exposure_s) {
@@ -143,17 +143,17 @@ TEST(SimulatedRig, ShowsEachSubjectInItsLight) {
   EXPECT_THROW(rig.show(Image<std::uint8_t>(10, 10, 1)), InputError);
 }
 
-TEST(SimulatedRig, GainFillsTheScaleWithTheBrightestLight) {
+TEST(SimulatedRig, GainPutsTheBrightestLightAtTwoThirdsInTheShortestExposure) {
   SimulationOptions options = tiny_options();
   SimulatedRig rig(options, "reference");
   const Image<std::uint8_t> white = grey(rig.projector(), 255);
   Progress silent;
-  rig.prepare({white}, 0.1, silent);
+  rig.prepare({white}, silent);
   const Image<float> radiance = rig.sample_radiance(white);
   const float brightest = *std::max_element(radiance.values().begin(), radiance.values().end());
   // Pixels average a little over the brightest cell.
   constexpr double averaging = 0.02;
-  EXPECT_NEAR(brightest * 0.1, 1.0, averaging);
+  EXPECT_NEAR(brightest * options.exposures_s.front(), 2.0 / 3.0, averaging);
 }
 
 TEST(SimulatedRig, LightsTheFaceThroughTheTrueLensOnly) {
