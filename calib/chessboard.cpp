@@ -78,18 +78,20 @@ cv::Mat stretch_to_bytes(const Image<float>& grey) {
 }
 
 /// Coarse corners, by OpenCV's detectors in the order of their cost: the adaptive one, the
-/// sector-based one, and both again at twice the size for boards of small squares.
+/// sector-based one, the adaptive one at twice the size for boards of small squares, and at last
+/// with equalised histogram, which helps under uneven light and takes seconds on a noisy dark
+/// ground.
 bool detect(const cv::Mat& bytes, const cv::Size& size, std::vector<cv::Point2f>& points) {
-  constexpr int adaptive = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
-  constexpr int sector = cv::CALIB_CB_NORMALIZE_IMAGE | cv::CALIB_CB_EXHAUSTIVE;
+  constexpr int adaptive = cv::CALIB_CB_ADAPTIVE_THRESH;
   if (cv::findChessboardCorners(bytes, size, points, adaptive)) return true;
-  if (cv::findChessboardCornersSB(bytes, size, points, cv::CALIB_CB_NORMALIZE_IMAGE)) return true;
+  if (cv::findChessboardCornersSB(bytes, size, points)) return true;
   constexpr double factor = 2.0;
   cv::Mat large;
   cv::resize(bytes, large, cv::Size(), factor, factor, cv::INTER_CUBIC);
-  if (!cv::findChessboardCorners(large, size, points, adaptive) &&
-      !cv::findChessboardCornersSB(large, size, points, sector)) {
-    return false;
+  if (!cv::findChessboardCorners(large, size, points, adaptive)) {
+    cv::Mat smooth;
+    cv::GaussianBlur(bytes, smooth, cv::Size(), 1.0);
+    return cv::findChessboardCorners(smooth, size, points, adaptive | cv::CALIB_CB_NORMALIZE_IMAGE);
   }
   for (cv::Point2f& point : points) {
     // Pixel centres are at integers in both pictures.
