@@ -262,7 +262,7 @@ double solve(std::vector<Group>& groups, Curve& curve) {
   double best_score = std::numeric_limits<double>::infinity();
   double best_weight = 0.0;
   Curve best = curve;
-  for (int half_decade = 0; half_decade <= 20; ++half_decade) {
+  for (int half_decade = -2; half_decade <= 16; ++half_decade) {
     const double weight = scale * std::pow(10.0, 0.5 * half_decade);
     const Eigen::LDLT<Eigen::MatrixXd> factored(normal.matrix + gauge + weight * penalty);
     curve.s() = factored.solve(normal.right);

@@ -10,6 +10,14 @@ namespace {
 
 constexpr int code_bins = 32;
 
+// Blocks with a code from here on are not used. Eight-bit files come out of a camera's own
+// processing, which bends the codes below clipping; deeper ones are true to their last codes, and
+// the curve's end, where it is normalised, needs them.
+int clipping_code(int bit_depth) {
+  const int top = (1 << bit_depth) - 1;
+  return bit_depth > 8 ? static_cast<int>(0.998 * top) : saturation_code(bit_depth);
+}
+
 struct BlockStatistics {
   float mean = 0.0F;
   float variance = 0.0F;
@@ -61,7 +69,7 @@ void collect_response_samples(std::span<const ExposedFrame> stack, int channel, 
   std::vector<std::vector<BlockStatistics>> blocks;  // [frame][block]
   for (const ExposedFrame& frame : stack) {
     blocks.push_back(
-        block_statistics(frame.codes, channel, options.block_px, saturation_code(bit_depth)));
+        block_statistics(frame.codes, channel, options.block_px, clipping_code(bit_depth)));
   }
   // For each frame and code bin the blocks whose codes vary least.
   const std::size_t block_count = blocks.front().size();
