@@ -5,13 +5,13 @@
 #endif
 
 // y = a x + y
-kernel void axpy(const int n, const float a, global const float *x, global float *y) {
+kernel void axpy(const int n, const float a, global const float* x, global float* y) {
   const int i = (int)get_global_id(0);
   if (i < n) y[i] += a * x[i];
 }
 
 // partial[group] = Σ x over the group, as a tree in local memory.
-kernel void reduce(const int n, global const float *x, global float *partial) {
+kernel void reduce(const int n, global const float* x, global float* partial) {
   local float tree[GROUP];
   const int l = (int)get_local_id(0), i = (int)get_global_id(0);
   tree[l] = i < n ? x[i] : 0.0f;
@@ -24,7 +24,7 @@ kernel void reduce(const int n, global const float *x, global float *partial) {
 }
 
 // sum[i] = x[first of the group] + ... + x[i] (Hillis & Steele 1986).
-kernel void prefix(const int n, global const float *x, global float *sum) {
+kernel void prefix(const int n, global const float* x, global float* sum) {
   local float scan[GROUP];
   const int l = (int)get_local_id(0), i = (int)get_global_id(0);
   scan[l] = i < n ? x[i] : 0.0f;

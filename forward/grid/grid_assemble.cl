@@ -8,21 +8,23 @@
 REAL robin(REAL kappa, REAL h, REAL two_a, int open) {
   return open ? h * h / (h / (2 * kappa) + two_a) : (REAL)0;
 }
-REAL harmonic(REAL a, REAL b, REAL h) { return h * 2 * (a * b / (a + b)); }
+REAL harmonic(REAL a, REAL b, REAL h) {
+  return h * 2 * (a * b / (a + b));
+}
 
 // One item per row (y, z). open_x, open_y, open_z: whether the faces across that axis are open.
 kernel void assemble(const int nx, const int ny, const int nz, const REAL h, const REAL two_a,
                      const int open_x, const int open_y, const int open_z,
-                     global const REAL *restrict kappa, global const REAL *restrict mu,
-                     global REAL *restrict gx, global REAL *restrict gy, global REAL *restrict gz,
-                     global REAL *restrict sink) {
+                     global const REAL* restrict kappa, global const REAL* restrict mu,
+                     global REAL* restrict gx, global REAL* restrict gy, global REAL* restrict gz,
+                     global REAL* restrict sink) {
   const int row = (int)get_global_id(1);
   if (get_global_id(0) > 0 || row >= ny * nz) return;
   const int y = row % ny, z = row / ny;
   const size_t first = (size_t)row * nx;
   const size_t plane = (size_t)nx * ny;
-  global REAL *face_x = gx + (size_t)row * (nx + 1);
-  global REAL *face_y = gy + ((size_t)z * (ny + 1) + y) * nx;
+  global REAL* face_x = gx + (size_t)row * (nx + 1);
+  global REAL* face_y = gy + ((size_t)z * (ny + 1) + y) * nx;
   for (int x = 0; x < nx; ++x) {
     const size_t i = first + x;
     const REAL k = kappa[i];
@@ -36,49 +38,73 @@ kernel void assemble(const int nx, const int ny, const int nz, const REAL h, con
   }
 }
 
-// Half the resistance between the two children of a coarse cell, 0 where it has one child: `face`
-// is the conductance between them.
-REAL half_inside(global const REAL *face, size_t at, int has_two) {
-  return has_two ? (REAL)0.5 / face[at] : (REAL)0;
+// 1 / D, D = Σ G + S of each cell. One item per row.
+kernel void invert_diagonal(const int nx, const int ny, const int nz,
+                            global const REAL* restrict gx, global const REAL* restrict gy,
+                            global const REAL* restrict gz, global const REAL* restrict sink,
+                            global REAL* restrict inverse) {
+  const int row = (int)get_global_id(1);
+  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  const int y = row % ny, z = row / ny;
+  gx += (size_t)row * (nx + 1);
+  gy += ((size_t)z * (ny + 1) + y) * nx;
+  gz += (size_t)row * nx;
+  for (int x = 0; x < nx; ++x) {
+    const size_t i = (size_t)row * nx + x;
+    inverse[i] = 1 / (gx[x] + gx[x + 1] + gy[x] + gy[x + nx] + gz[x] + gz[x + nx * ny] + sink[i]);
+  }
 }
 
-// Coarse face conductances across one axis: per fine face a series of resistances from centre to
-// centre, the fine faces of a coarse one in parallel. Axis `n` fine cells long (c coarse), stride
-// `step` between faces along it; the other two axes p and q with extents np, nq and strides.
-// One item per coarse (P, Q); faces X = 0..c along the axis.
+// Resistance from child `i` to the node of its coarse cell, which lies between it and its sibling
+// (across conductance g), nearer to the one held more firmly: the share of 1/g is
+// (1/D_i) / (1/D_i + 1/D_sibling), one half where κ is even. An only child is the node itself.
+REAL to_node(REAL g, REAL inverse, REAL inverse_sibling) {
+  return inverse / ((inverse + inverse_sibling) * g);
+}
+
+// Coarse face conductances across one axis: per fine face a series of resistances from node to
+// node, the fine faces of a coarse one in parallel. The axis has n fine and c coarse cells, `step`
+// being the stride of faces along it; the two other axes p and q likewise; `cell...` strides of
+// cells. One item per coarse (P, Q); faces 0..c along the axis.
 kernel void coarsen_faces(const int n, const int c, const int np, const int nq, const int cp,
                           const int cq, const int step, const int step_p, const int step_q,
-                          const int coarse_step, const int coarse_step_p, const int coarse_step_q,
-                          global const REAL *restrict fine, global REAL *restrict coarse) {
+                          const int cell, const int cell_p, const int cell_q, const int coarse_step,
+                          const int coarse_step_p, const int coarse_step_q,
+                          global const REAL* restrict inverse, global const REAL* restrict fine,
+                          global REAL* restrict coarse) {
   const int item = (int)get_global_id(1);
   if (get_global_id(0) > 0 || item >= cp * cq) return;
-  const int cell_p = item % cp, cell_q = item / cp;
-  const int p_end = min(2 * cell_p + 2, np), q_end = min(2 * cell_q + 2, nq);
+  const int coarse_p = item % cp, coarse_q = item / cp;
+  const int p_end = min(2 * coarse_p + 2, np), q_end = min(2 * coarse_q + 2, nq);
   for (int face = 0; face <= c; ++face) {
+    // Face f lies between cells f−1 and f; their siblings are f−2 and f+1.
     const int f = min(2 * face, n);
     const int two_before = face > 0 && 2 * face - 1 < n;
     const int two_after = 2 * face + 1 < n;
     REAL sum = 0;
-    for (int q = 2 * cell_q; q < q_end; ++q) {
-      for (int p = 2 * cell_p; p < p_end; ++p) {
-        const size_t line = (size_t)p * step_p + (size_t)q * step_q;
-        const size_t at = line + (size_t)f * step;
+    for (int q = 2 * coarse_q; q < q_end; ++q) {
+      for (int p = 2 * coarse_p; p < p_end; ++p) {
+        const int at = p * step_p + q * step_q + f * step;
+        const int after = p * cell_p + q * cell_q + f * cell, before = after - cell;
         const REAL g = fine[at];
-        if (g > 0) {
-          sum += 1 / (half_inside(fine, at - step, two_before) + 1 / g +
-                      half_inside(fine, at + step, two_after));
+        REAL resistance = 1 / g;
+        if (two_before) {
+          resistance += to_node(fine[at - step], inverse[before], inverse[before - cell]);
         }
+        if (two_after) {
+          resistance += to_node(fine[at + step], inverse[after], inverse[after + cell]);
+        }
+        if (g > 0) sum += 1 / resistance;
       }
     }
-    coarse[(size_t)face * coarse_step + (size_t)cell_p * coarse_step_p +
-           (size_t)cell_q * coarse_step_q] = sum;
+    coarse[face * coarse_step + coarse_p * coarse_step_p + coarse_q * coarse_step_q] = sum;
   }
 }
 
 // Coarse S = sum over the children. One item per coarse row.
 kernel void coarsen_sink(const int nx, const int ny, const int nz, const int cx, const int cy,
-                         const int cz, global const REAL *restrict fine,
-                         global REAL *restrict coarse) {
+                         const int cz, global const REAL* restrict fine,
+                         global REAL* restrict coarse) {
   const int row = (int)get_global_id(1);
   if (get_global_id(0) > 0 || row >= cy * cz) return;
   const int cell_y = row % cy, cell_z = row / cy;
@@ -95,29 +121,33 @@ kernel void coarsen_sink(const int nx, const int ny, const int nz, const int cx,
   }
 }
 
-// Interpolation weights across one axis (grid_transfer.cl), for every fine cell; arguments as in
-// coarsen_faces, `cell_step...` being strides between cells. One item per fine (p, q).
+// Interpolation weights across one axis (grid_transfer.cl) for every fine cell; arguments as in
+// coarsen_faces. One item per fine (p, q).
 kernel void weights(const int n, const int np, const int nq, const int step, const int step_p,
-                    const int step_q, const int cell_step, const int cell_step_p,
-                    const int cell_step_q, global const REAL *restrict fine,
-                    global REAL *restrict weight) {
+                    const int step_q, const int cell, const int cell_p, const int cell_q,
+                    global const REAL* restrict inverse, global const REAL* restrict fine,
+                    global REAL* restrict weight) {
   const int item = (int)get_global_id(1);
   if (get_global_id(0) > 0 || item >= np * nq) return;
   const int p = item % np, q = item / np;
-  const size_t line = (size_t)p * step_p + (size_t)q * step_q;
+  const int faces = p * step_p + q * step_q, cells = p * cell_p + q * cell_q;
   for (int i = 0; i < n; ++i) {
-    // Faces: `inner` between the siblings, `outer` to the coarse neighbour, `beyond` between the
-    // neighbour's children.
+    // An odd cell has its sibling before it and the coarse neighbour's child j after it; an even
+    // one the other way round. Face k lies before cell k.
     const int odd = i & 1;
-    const int two_here = odd || i + 1 < n;
-    const size_t inner = line + (size_t)(odd ? i : i + 1) * step;
-    const int f = odd ? i + 1 : i;
-    const int two_there = odd ? i + 2 < n : i > 0;
-    const size_t beyond = line + (size_t)(odd ? i + 2 : max(i - 1, 0)) * step;
-    const REAL g = fine[line + (size_t)f * step];
-    const REAL here = half_inside(fine, inner, two_here);
-    const REAL there = half_inside(fine, beyond, two_there);
-    weight[(size_t)i * cell_step + (size_t)p * cell_step_p + (size_t)q * cell_step_q] =
-        g > 0 ? here / (here + 1 / g + there) : (REAL)0;
+    const int sibling = odd ? i - 1 : i + 1, j = odd ? i + 1 : i - 1,
+              j_sibling = odd ? i + 2 : i - 2;
+    const int has_sibling = sibling < n, has_j_sibling = j_sibling >= 0 && j_sibling < n;
+    const REAL g = fine[faces + max(i, j) * step];
+    REAL here = 0, there = 0;
+    if (has_sibling) {
+      here = to_node(fine[faces + max(i, sibling) * step], inverse[cells + i * cell],
+                     inverse[cells + sibling * cell]);
+    }
+    if (has_j_sibling) {
+      there = to_node(fine[faces + max(j, j_sibling) * step], inverse[cells + j * cell],
+                      inverse[cells + j_sibling * cell]);
+    }
+    weight[cells + i * cell] = g > 0 ? here / (here + 1 / g + there) : (REAL)0;
   }
 }

@@ -25,6 +25,12 @@ Strides cell_strides(const GridShape& s) {
   return {{1, s.nx, s.nx * s.ny}};
 }
 
+/// One item per line of cells along the third axis.
+device::Range lines_of(const GridShape& s, std::size_t p, std::size_t q) {
+  return {1, static_cast<std::size_t>(s.extent(static_cast<int>(p))) *
+                 static_cast<std::size_t>(s.extent(static_cast<int>(q)))};
+}
+
 }  // namespace
 
 std::size_t face_count(const GridShape& shape, int axis) {
@@ -59,6 +65,7 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, const GridS
     level.gy = context.allocate(face_count(shape, 1) * unit);
     level.gz = context.allocate(face_count(shape, 2) * unit);
     level.sink = context.allocate(shape.cells() * unit);
+    level.inverse = context.allocate(shape.cells() * unit);
     const bool last = shape.cells() == 1;
     if (!last) {
       for (device::Buffer* w : {&level.wx, &level.wy, &level.wz}) {
@@ -87,7 +94,12 @@ void Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
   } else {
     assemble(s.voxel_mm, 2.0 * robin_A_);
   }
-  for (std::size_t l = 0; l + 1 < levels_.size(); ++l) coarsen(levels_[l], levels_[l + 1]);
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    const Level& at = levels_[l];
+    context_.launch(program_, "invert_diagonal", lines_of(at.shape, 1, 2), at.shape.nx, at.shape.ny,
+                    at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse);
+    if (l + 1 < levels_.size()) coarsen(at, levels_[l + 1]);
+  }
   has_medium_ = true;
 }
 
@@ -104,18 +116,16 @@ void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
     const auto extent = [](const GridShape& s, std::size_t along) {
       return s.extent(static_cast<int>(along));
     };
-    const auto lines = [&](const GridShape& s) {
-      return device::Range{
-          1, static_cast<std::size_t>(extent(s, p)) * static_cast<std::size_t>(extent(s, q))};
-    };
     const auto fs = face_strides(f, axis).of;
     const auto cs = face_strides(c, axis).of;
     const auto cell = cell_strides(f).of;
-    context_.launch(program_, "coarsen_faces", lines(c), extent(f, a), extent(c, a), extent(f, p),
-                    extent(f, q), extent(c, p), extent(c, q), fs[a], fs[p], fs[q], cs[a], cs[p],
-                    cs[q], *fine_faces[a], *coarse_faces[a]);
-    context_.launch(program_, "weights", lines(f), extent(f, a), extent(f, p), extent(f, q), fs[a],
-                    fs[p], fs[q], cell[a], cell[p], cell[q], *fine_faces[a], *weights[a]);
+    context_.launch(program_, "coarsen_faces", lines_of(c, p, q), extent(f, a), extent(c, a),
+                    extent(f, p), extent(f, q), extent(c, p), extent(c, q), fs[a], fs[p], fs[q],
+                    cell[a], cell[p], cell[q], cs[a], cs[p], cs[q], fine.inverse, *fine_faces[a],
+                    *coarse_faces[a]);
+    context_.launch(program_, "weights", lines_of(f, p, q), extent(f, a), extent(f, p),
+                    extent(f, q), fs[a], fs[p], fs[q], cell[a], cell[p], cell[q], fine.inverse,
+                    *fine_faces[a], *weights[a]);
   }
   context_.launch(program_, "coarsen_sink",
                   {1, static_cast<std::size_t>(c.ny) * static_cast<std::size_t>(c.nz)}, f.nx, f.ny,

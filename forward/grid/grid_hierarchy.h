@@ -1,7 +1,9 @@
 // The levels of the multigrid preconditioner: conductances from κ and μ, coarsened twofold along
 // every axis longer than one cell, down to a single cell. A coarse face conductance is the parallel
-// sum over the fine faces of series resistances from centre to centre, so that barriers and
-// channels of κ survive coarsening; absorption adds up.
+// sum over the fine faces of series resistances from node to node, a coarse cell's
+// node lying nearer to its better conducting child, so that barriers and channels of κ survive
+// coarsening; absorption adds up. (With nodes midway, random κ of contrast 1e4 on 128x128x20 voxels
+// took 122 iterations instead of 31, blocks of it more than 400 instead of 35.)
 #pragma once
 
 #include <span>
@@ -16,6 +18,7 @@ namespace kappamu::forward {
 struct Level {
   GridShape shape;
   device::Buffer gx, gy, gz, sink;  ///< layouts: grid_operator.cl
+  device::Buffer inverse;           ///< 1 / (Σ G + S) of each cell
   device::Buffer wx, wy, wz;        ///< interpolation weights from the next level; none on the last
 };
 

@@ -5,6 +5,8 @@
 // in flux form: differences first, so that float keeps the small absorption S = μ h³ that the sum
 // of a stored diagonal would round away.
 //
+// `inverse` is 1/D, D = Σ G + S.
+//
 // Layout. A field is [z][y][x][GROUPS] vectors of WIDTH patterns. Face conductances include the
 // boundary faces (0 on mirrors): gx is [nz][ny][nx+1], gy [nz][ny+1][nx], gz [nz+1][ny][nx]; gx[x]
 // lies between cells x−1 and x:
@@ -44,35 +46,35 @@ typedef JOIN(ACCU, WIDTH) accu_vec;
 #define SEGMENT 0x40000000  // cells of a row one item walks; shorter on GPUs, which want more items
 #endif
 
-#define ROW_SETUP                                                                           \
-  const int group = (int)get_global_id(0) % GROUPS;                                         \
-  const int segment = (int)get_global_id(0) / GROUPS;                                       \
-  const int segments = (nx - 1) / SEGMENT + 1;                                              \
-  const int row = (int)get_global_id(1);                                                    \
-  if (segment >= segments || row >= ny * nz) return;                                        \
-  const int x_begin = segment * SEGMENT, x_end = min(nx, x_begin + SEGMENT);                \
-  const int y = row % ny, z = row / ny;                                                     \
-  const int south = y > 0 ? nx * GROUPS : 0;                                                \
-  const int north = y + 1 < ny ? nx * GROUPS : 0;                                           \
-  const int down = z > 0 ? nx * ny * GROUPS : 0;                                            \
-  const int up = z + 1 < nz ? nx * ny * GROUPS : 0;                                         \
-  const int has_south = y > 0, has_north = y + 1 < ny;                                     \
-  const int has_down = z > 0, has_up = z + 1 < nz;                                         \
-  gx += (size_t)row * (nx + 1);                                                             \
-  gy += ((size_t)z * (ny + 1) + y) * nx;                                                    \
-  gz += (size_t)row * nx;                                                                   \
-  sink += (size_t)row * nx;                                                                 \
+#define ROW_SETUP                                                            \
+  const int group = (int)get_global_id(0) % GROUPS;                          \
+  const int segment = (int)get_global_id(0) / GROUPS;                        \
+  const int segments = (nx - 1) / SEGMENT + 1;                               \
+  const int row = (int)get_global_id(1);                                     \
+  if (segment >= segments || row >= ny * nz) return;                         \
+  const int x_begin = segment * SEGMENT, x_end = min(nx, x_begin + SEGMENT); \
+  const int y = row % ny, z = row / ny;                                      \
+  const int south = y > 0 ? nx * GROUPS : 0;                                 \
+  const int north = y + 1 < ny ? nx * GROUPS : 0;                            \
+  const int down = z > 0 ? nx * ny * GROUPS : 0;                             \
+  const int up = z + 1 < nz ? nx * ny * GROUPS : 0;                          \
+  const int has_south = y > 0, has_north = y + 1 < ny;                       \
+  const int has_down = z > 0, has_up = z + 1 < nz;                           \
+  gx += (size_t)row * (nx + 1);                                              \
+  gy += ((size_t)z * (ny + 1) + y) * nx;                                     \
+  gz += (size_t)row * nx;                                                    \
   const size_t first = (size_t)row * nx * GROUPS + group;
 
-#define LEVEL_ARGUMENTS                                                                   \
-  const int nx, const int ny, const int nz, global const REAL *restrict gx,               \
-      global const REAL *restrict gy, global const REAL *restrict gz,                     \
-      global const REAL *restrict sink
+#define LEVEL_ARGUMENTS                                                     \
+  const int nx, const int ny, const int nz, global const REAL *restrict gx, \
+      global const REAL *restrict gy, global const REAL *restrict gz
 
 // y = A x, and per segment Σ x·y in `partial` [row][segment][GROUPS].
-kernel void apply_dot(LEVEL_ARGUMENTS, global const vec *restrict in, global vec *restrict out,
-                      global accu_vec *restrict partial) {
+kernel void apply_dot(LEVEL_ARGUMENTS, global const REAL* restrict sink,
+                      global const vec* restrict in, global vec* restrict out,
+                      global accu_vec* restrict partial) {
   ROW_SETUP
+  sink += (size_t)row * nx;
   in += first;
   out += first;
   accu_vec sum = (accu_vec)(0);
@@ -93,11 +95,13 @@ kernel void apply_dot(LEVEL_ARGUMENTS, global const vec *restrict in, global vec
   partial[(row * segments + segment) * GROUPS + group] = sum;
 }
 
-// r = b − A x with x and the arithmetic in ACCU, and per segment Σ r² in `partial` [row][segment][GROUPS].
-kernel void residual_accurate(LEVEL_ARGUMENTS, global const accu_vec *restrict in,
-                              global const vec *restrict rhs, global vec *restrict out,
-                              global accu_vec *restrict partial) {
+// r = b − A x with x and the arithmetic in ACCU, and per segment Σ r² in `partial`
+// [row][segment][GROUPS].
+kernel void residual_accurate(LEVEL_ARGUMENTS, global const REAL* restrict sink,
+                              global const accu_vec* restrict in, global const vec* restrict rhs,
+                              global vec* restrict out, global accu_vec* restrict partial) {
   ROW_SETUP
+  sink += (size_t)row * nx;
   in += first;
   rhs += first;
   out += first;
@@ -123,36 +127,35 @@ kernel void residual_accurate(LEVEL_ARGUMENTS, global const accu_vec *restrict i
 }
 
 // The first half of the pre-smoother, from φ = 0: φ = f / D on cells of `colour` = (x+y+z) mod 2.
-kernel void smooth_from_zero(LEVEL_ARGUMENTS, const int colour, global vec *restrict phi,
-                             global const vec *restrict rhs) {
+kernel void smooth_from_zero(LEVEL_ARGUMENTS, global const REAL* restrict inverse, const int colour,
+                             global vec* restrict phi, global const vec* restrict rhs) {
   ROW_SETUP
+  inverse += (size_t)row * nx;
   phi += first;
   rhs += first;
   for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
-    const REAL diagonal =
-        gx[x] + gx[x + 1] + gy[x] + gy[x + nx] + gz[x] + gz[x + nx * ny] + sink[x];
-    phi[x * GROUPS] = rhs[x * GROUPS] * ((REAL)1 / diagonal);
+    phi[x * GROUPS] = inverse[x] * rhs[x * GROUPS];
   }
 }
 
 // Gauss-Seidel on cells of one colour: φ = (f + Σ G φ_neighbour) / D; all neighbours have the other
 // colour, so the order within a colour does not matter.
-kernel void smooth(LEVEL_ARGUMENTS, const int colour, global vec *restrict phi,
-                   global const vec *restrict rhs) {
+kernel void smooth(LEVEL_ARGUMENTS, global const REAL* restrict inverse, const int colour,
+                   global vec* restrict phi, global const vec* restrict rhs) {
   ROW_SETUP
+  inverse += (size_t)row * nx;
   phi += first;
   rhs += first;
   for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
     const int i = x * GROUPS;
     const vec west = x > 0 ? phi[i - GROUPS] : (vec)(0);
     const vec east = x + 1 < nx ? phi[i + GROUPS] : (vec)(0);
-    const REAL diagonal =
-        gx[x] + gx[x + 1] + gy[x] + gy[x + nx] + gz[x] + gz[x + nx * ny] + sink[x];
-    const vec inflow = gx[x] * west + gx[x + 1] * east + gy[x] * (has_south ? phi[i - south] : (vec)(0)) +
+    const vec inflow = gx[x] * west + gx[x + 1] * east +
+                       gy[x] * (has_south ? phi[i - south] : (vec)(0)) +
                        gy[x + nx] * (has_north ? phi[i + north] : (vec)(0)) +
                        gz[x] * (has_down ? phi[i - down] : (vec)(0)) +
                        gz[x + nx * ny] * (has_up ? phi[i + up] : (vec)(0));
-    phi[i] = (rhs[i] + inflow) * ((REAL)1 / diagonal);
+    phi[i] = inverse[x] * (rhs[i] + inflow);
   }
 }
 
@@ -160,7 +163,7 @@ kernel void smooth(LEVEL_ARGUMENTS, const int colour, global vec *restrict phi,
 // φ = f / D still holds, so f − A φ = Σ G φ_neighbour there, and the residual of the other colour
 // is zero.
 kernel void residual_after_smoothing(LEVEL_ARGUMENTS, const int colour,
-                                     global const vec *restrict phi, global vec *restrict out) {
+                                     global const vec* restrict phi, global vec* restrict out) {
   ROW_SETUP
   phi += first;
   out += first;
@@ -169,7 +172,8 @@ kernel void residual_after_smoothing(LEVEL_ARGUMENTS, const int colour,
     const vec west = x > 0 ? phi[i - GROUPS] : (vec)(0);
     const vec east = x + 1 < nx ? phi[i + GROUPS] : (vec)(0);
     out[i] = gx[x] * west + gx[x + 1] * east + gy[x] * (has_south ? phi[i - south] : (vec)(0)) +
-             gy[x + nx] * (has_north ? phi[i + north] : (vec)(0)) + gz[x] * (has_down ? phi[i - down] : (vec)(0)) +
+             gy[x + nx] * (has_north ? phi[i + north] : (vec)(0)) +
+             gz[x] * (has_down ? phi[i - down] : (vec)(0)) +
              gz[x + nx * ny] * (has_up ? phi[i + up] : (vec)(0));
   }
 }

@@ -28,29 +28,29 @@ typedef JOIN(ACCU, WIDTH) accu_vec;
 #endif
 #define LANES (WIDTH * GROUPS)
 
-#define FACE_SETUP                                             \
-  const int group = (int)get_global_id(0);                     \
-  const int k = (int)get_global_id(1);                         \
-  if (group >= GROUPS || k >= nu * nv) return;                 \
-  const int u = k % nu, v = k / nu;                            \
+#define FACE_SETUP                                                                            \
+  const int group = (int)get_global_id(0);                                                    \
+  const int k = (int)get_global_id(1);                                                        \
+  if (group >= GROUPS || k >= nu * nv) return;                                                \
+  const int u = k % nu, v = k / nu;                                                           \
   const size_t i = ((size_t)cell + (size_t)u * cell_u + (size_t)v * cell_v) * GROUPS + group; \
   const REAL conductance = faces[(size_t)g + (size_t)u * g_u + (size_t)v * g_v];
 
-#define FACE_ARGUMENTS                                                                      \
+#define FACE_ARGUMENTS                                                                         \
   const int nu, const int nv, const int cell, const int cell_u, const int cell_v, const int g, \
       const int g_u, const int g_v, global const REAL *restrict faces
 
 // b += scale G value on the face's cells.
-kernel void add_on_face(FACE_ARGUMENTS, const REAL scale, global const vec *restrict value,
-                        global vec *restrict b) {
+kernel void add_on_face(FACE_ARGUMENTS, const REAL scale, global const vec* restrict value,
+                        global vec* restrict b) {
   FACE_SETUP
   b[i] += (scale * conductance) * value[k * GROUPS + group];
 }
 
 // out = scale G (φ − q E) + apart E.
 kernel void exitance(FACE_ARGUMENTS, const REAL scale, const REAL q, const REAL apart,
-                     global const vec *restrict irradiance, global const vec *restrict phi,
-                     global vec *restrict out) {
+                     global const vec* restrict irradiance, global const vec* restrict phi,
+                     global vec* restrict out) {
   FACE_SETUP
   const vec e = irradiance[k * GROUPS + group];
   out[k * GROUPS + group] = (scale * conductance) * (phi[i] - q * e) + apart * e;
@@ -58,8 +58,8 @@ kernel void exitance(FACE_ARGUMENTS, const REAL scale, const REAL q, const REAL 
 
 // First collisions: b = deposit E(column), column = x a_x + y a_y + z a_z. One item per row.
 kernel void deposit(const int nx, const int ny, const int nz, const int a_x, const int a_y,
-                    const int a_z, global const REAL *restrict fraction,
-                    global const vec *restrict irradiance, global vec *restrict b) {
+                    const int a_z, global const REAL* restrict fraction,
+                    global const vec* restrict irradiance, global vec* restrict b) {
   const int group = (int)get_global_id(0);
   const int row = (int)get_global_id(1);
   if (group >= GROUPS || row >= ny * nz) return;
@@ -71,25 +71,26 @@ kernel void deposit(const int nx, const int ny, const int nz, const int a_x, con
 }
 
 // Σ over lanes of a·b for fields read as scalars, first lanes only: padding lanes are zero anyway.
-ACCU sum_lanes(global const REAL *a, global const REAL *b, size_t i) {
+ACCU sum_lanes(global const REAL* a, global const REAL* b, size_t i) {
   ACCU sum = 0;
   for (int m = 0; m < LANES; ++m) sum += (ACCU)a[i * LANES + m] * (ACCU)b[i * LANES + m];
   return sum;
 }
 // Σ over lanes of (a_i − a_j)(b_i − b_j).
-ACCU sum_lanes_across(global const REAL *a, global const REAL *b, size_t i, size_t j) {
+ACCU sum_lanes_across(global const REAL* a, global const REAL* b, size_t i, size_t j) {
   ACCU sum = 0;
   for (int m = 0; m < LANES; ++m) {
-    sum += (ACCU)(a[i * LANES + m] - a[j * LANES + m]) * (ACCU)(b[i * LANES + m] - b[j * LANES + m]);
+    sum +=
+        (ACCU)(a[i * LANES + m] - a[j * LANES + m]) * (ACCU)(b[i * LANES + m] - b[j * LANES + m]);
   }
   return sum;
 }
 
 // PairProducts of one batch, added to what earlier batches left. One item per row.
-kernel void pair_products(const int nx, const int ny, const int nz, global const REAL *restrict a,
-                          global const REAL *restrict b, global ACCU *restrict cell,
-                          global ACCU *restrict face_x, global ACCU *restrict face_y,
-                          global ACCU *restrict face_z) {
+kernel void pair_products(const int nx, const int ny, const int nz, global const REAL* restrict a,
+                          global const REAL* restrict b, global ACCU* restrict cell,
+                          global ACCU* restrict face_x, global ACCU* restrict face_y,
+                          global ACCU* restrict face_z) {
   const int row = (int)get_global_id(1);
   if (get_global_id(0) > 0 || row >= ny * nz) return;
   const int y = row % ny, z = row / ny;
@@ -104,8 +105,8 @@ kernel void pair_products(const int nx, const int ny, const int nz, global const
 
 // sum += Σ over lanes of a · E(column); arguments as in deposit().
 kernel void column_products(const int nx, const int ny, const int nz, const int a_x, const int a_y,
-                            const int a_z, global const REAL *restrict a,
-                            global const REAL *restrict irradiance, global ACCU *restrict sum) {
+                            const int a_z, global const REAL* restrict a,
+                            global const REAL* restrict irradiance, global ACCU* restrict sum) {
   const int row = (int)get_global_id(1);
   if (get_global_id(0) > 0 || row >= ny * nz) return;
   const int column = (row % ny) * a_y + (row / ny) * a_z;

@@ -4,11 +4,13 @@
 // cell-centred and conductance-weighted, a product over the axes: along x, fine cell i of coarse
 // cell I next to coarse cell J takes
 //
-//     (1 − w) φ_I + w φ_J,   w = (resistance from I's centre to i) / (resistance from I's to J's centre)
+//     (1 − w) φ_I + w φ_J,   w = R(I's node, i) / R(I's node, J's node),   R = resistance
 //
-//          I             J                 uniform κ: w = 1/4; towards a barrier w → 0
-//     |  o  I  i  |  j  J  o  |
+//          I             J
+//     |  o  I  i  |  j  J  o  |         uniform κ: w = 1/4
 //
+// The node of a coarse cell lies between its children, nearer to the one with more conductance
+// around it (grid_assemble.cl),
 // so that flux, not value, runs on through jumps of κ. Restriction is the transpose. Values outside
 // the block are 0. Only fine cells of one colour (x+y+z) mod 2 take part: the residual of the other
 // colour is zero, and what it would receive is overwritten by the smoother.
@@ -46,14 +48,14 @@ typedef JOIN(ACCU, WIDTH) accu_vec;
 
 // coarse = Pᵀ residual. Items as in grid_operator.cl, over the coarse grid.
 //
-// A coarse row gathers from the 16 or fewer fine rows around it. Red cells of one fine row share the
-// parity of x, so each has its parent and one neighbour of it to give to: with x = 2k + odd,
+// A coarse row gathers from the 16 or fewer fine rows around it. Red cells of one fine row share
+// the parity of x, so each has its parent and one neighbour of it to give to: with x = 2k + odd,
 //
 //     out[X] += own_X + across_(X+1)   (odd = 0)      out[X] += own_X + across_(X−1)   (odd = 1)
 kernel void restrict_residual(const int nx, const int ny, const int nz, const int cx, const int cy,
-                              const int cz, const int colour, global const REAL *restrict wx,
-                              global const REAL *restrict wy, global const REAL *restrict wz,
-                              global const vec *restrict residual, global vec *restrict coarse) {
+                              const int cz, const int colour, global const REAL* restrict wx,
+                              global const REAL* restrict wy, global const REAL* restrict wz,
+                              global const vec* restrict residual, global vec* restrict coarse) {
   const int group = (int)get_global_id(0) % GROUPS;
   const int begin = (int)get_global_id(0) / GROUPS * SEGMENT;
   const int row = (int)get_global_id(1);
@@ -100,9 +102,9 @@ kernel void restrict_residual(const int nx, const int ny, const int nz, const in
 // φ += P coarse on fine cells of one colour. Items as in
 // grid_operator.cl, over the fine grid.
 kernel void prolong_add(const int nx, const int ny, const int nz, const int cx, const int cy,
-                        const int cz, const int colour, global const REAL *restrict wx,
-                        global const REAL *restrict wy, global const REAL *restrict wz,
-                        global const vec *restrict coarse, global vec *restrict phi) {
+                        const int cz, const int colour, global const REAL* restrict wx,
+                        global const REAL* restrict wy, global const REAL* restrict wz,
+                        global const vec* restrict coarse, global vec* restrict phi) {
   const int group = (int)get_global_id(0) % GROUPS;
   const int begin = (int)get_global_id(0) / GROUPS * SEGMENT;
   const int row = (int)get_global_id(1);
@@ -114,10 +116,10 @@ kernel void prolong_add(const int nx, const int ny, const int nz, const int cx, 
   const int has_y = y_across >= 0 && y_across < cy, has_z = z_across >= 0 && z_across < cz;
   const int own_y = (y >> 1) * cx, own_z = (z >> 1) * cx * cy;
   const int far_y = has_y ? y_across * cx : own_y, far_z = has_z ? z_across * cx * cy : own_z;
-  global const vec *restrict oo = coarse + (size_t)(own_y + own_z) * GROUPS + group;
-  global const vec *restrict fo = coarse + (size_t)(far_y + own_z) * GROUPS + group;
-  global const vec *restrict of = coarse + (size_t)(own_y + far_z) * GROUPS + group;
-  global const vec *restrict ff = coarse + (size_t)(far_y + far_z) * GROUPS + group;
+  global const vec* restrict oo = coarse + (size_t)(own_y + own_z) * GROUPS + group;
+  global const vec* restrict fo = coarse + (size_t)(far_y + own_z) * GROUPS + group;
+  global const vec* restrict of = coarse + (size_t)(own_y + far_z) * GROUPS + group;
+  global const vec* restrict ff = coarse + (size_t)(far_y + far_z) * GROUPS + group;
   for (int x = begin + ((colour ^ begin ^ y ^ z) & 1); x < end; x += 2) {
     const int i = row * nx + x;
     const REAL ty = wy[i], tz = wz[i], tx = wx[i];

@@ -1,6 +1,6 @@
-// Vectors of conjugate gradients on a batch: every pattern (lane) has its own scalars. Sums run in a
-// fixed order: rows in parallel, then stripes of rows, then stripes, so that equal input gives equal
-// bits. Vectors are [cell][GROUPS], scalars [GROUPS] of ACCU vectors.
+// Vectors of conjugate gradients on a batch: every pattern (lane) has its own scalars. Sums run in
+// a fixed order: rows in parallel, then stripes of rows, then stripes, so that equal input gives
+// equal bits. Vectors are [cell][GROUPS], scalars [GROUPS] of ACCU vectors.
 #ifndef REAL
 #define REAL float  // storage and arithmetic
 #endif
@@ -28,16 +28,16 @@ typedef JOIN(ACCU, WIDTH) accu_vec;
 #endif
 
 #ifndef INTERLEAVED
-#define INTERLEAVED 0  // 1: neighbouring items take neighbouring cells (GPUs); 0: each its own stretch
+#define INTERLEAVED 0  // 1: neighbouring items, neighbouring cells (GPUs); 0: own stretches
 #endif
 
 // One item per vector group and run of cells.
-#define RUN_SETUP                                                                           \
-  const int group = (int)get_global_id(0);                                                  \
-  const int run = (int)get_global_id(1);                                                    \
-  if (group >= GROUPS || run >= runs) return;                                               \
-  const int length = (cells - 1) / runs + 1;                                                \
-  const int begin = INTERLEAVED ? run : run * length, step = INTERLEAVED ? runs : 1;        \
+#define RUN_SETUP                                                                    \
+  const int group = (int)get_global_id(0);                                           \
+  const int run = (int)get_global_id(1);                                             \
+  if (group >= GROUPS || run >= runs) return;                                        \
+  const int length = (cells - 1) / runs + 1;                                         \
+  const int begin = INTERLEAVED ? run : run * length, step = INTERLEAVED ? runs : 1; \
   const int end = INTERLEAVED ? cells : min(begin + length, cells);
 
 // a / b per lane, 0 where b is not positive: padding lanes and lanes that are solved exactly.
@@ -51,9 +51,8 @@ accu_vec ratio(accu_vec a, accu_vec b) {
 }
 
 // partial[run] = Σ a·b over the run's cells.
-kernel void dot_runs(const int cells, const int runs,
-                     global const vec *restrict a, global const vec *restrict b,
-                     global accu_vec *restrict partial) {
+kernel void dot_runs(const int cells, const int runs, global const vec* restrict a,
+                     global const vec* restrict b, global accu_vec* restrict partial) {
   RUN_SETUP
   accu_vec sum = (accu_vec)(0);
   for (int i = begin; i < end; i += step) {
@@ -63,8 +62,8 @@ kernel void dot_runs(const int cells, const int runs,
 }
 
 // stripe[s] = Σ partial[k], k = s, s + stripes, ...; called again with one stripe for the total.
-kernel void sum_stripes(const int count, const int stripes, global const accu_vec *restrict partial,
-                        global accu_vec *restrict stripe) {
+kernel void sum_stripes(const int count, const int stripes, global const accu_vec* restrict partial,
+                        global accu_vec* restrict stripe) {
   const int group = (int)get_global_id(0);
   const int s = (int)get_global_id(1);
   if (group >= GROUPS || s >= stripes) return;
@@ -74,10 +73,9 @@ kernel void sum_stripes(const int count, const int stripes, global const accu_ve
 }
 
 // p = z + (rz / rz_before) p; the first time rz_before is 0, hence p = z.
-kernel void update_direction(const int cells, const int runs,
-                             global const accu_vec *restrict rz,
-                             global const accu_vec *restrict rz_before,
-                             global const vec *restrict z, global vec *restrict p) {
+kernel void update_direction(const int cells, const int runs, global const accu_vec* restrict rz,
+                             global const accu_vec* restrict rz_before,
+                             global const vec* restrict z, global vec* restrict p) {
   RUN_SETUP
   const vec beta = to_vec(ratio(rz[group], rz_before[group]));
   for (int i = begin; i < end; i += step) {
@@ -87,11 +85,10 @@ kernel void update_direction(const int cells, const int runs,
 }
 
 // x += α p, r −= α q with α = rz / pq; partial[run] = Σ r².
-kernel void update_solution(const int cells, const int runs,
-                            global const accu_vec *restrict rz, global const accu_vec *restrict pq,
-                            global const vec *restrict p, global const vec *restrict q,
-                            global vec *restrict x, global vec *restrict r,
-                            global accu_vec *restrict partial) {
+kernel void update_solution(const int cells, const int runs, global const accu_vec* restrict rz,
+                            global const accu_vec* restrict pq, global const vec* restrict p,
+                            global const vec* restrict q, global vec* restrict x,
+                            global vec* restrict r, global accu_vec* restrict partial) {
   RUN_SETUP
   const vec alpha = to_vec(ratio(rz[group], pq[group]));
   accu_vec sum = (accu_vec)(0);
@@ -107,7 +104,7 @@ kernel void update_solution(const int cells, const int runs,
 
 // total = x (first) or total + x, in ACCU; x = 0.
 kernel void gather_solution(const int cells, const int runs, const int first,
-                            global vec *restrict x, global accu_vec *restrict total) {
+                            global vec* restrict x, global accu_vec* restrict total) {
   RUN_SETUP
   for (int i = begin; i < end; i += step) {
     const size_t k = (size_t)i * GROUPS + group;
@@ -117,8 +114,8 @@ kernel void gather_solution(const int cells, const int runs, const int first,
 }
 
 // x = total, rounded to storage.
-kernel void store_solution(const int cells, const int runs,
-                           global const accu_vec *restrict total, global vec *restrict x) {
+kernel void store_solution(const int cells, const int runs, global const accu_vec* restrict total,
+                           global vec* restrict x) {
   RUN_SETUP
   for (int i = begin; i < end; i += step) {
     const size_t k = (size_t)i * GROUPS + group;

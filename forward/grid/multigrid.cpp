@@ -23,10 +23,12 @@ void Multigrid::precondition(const LaneKernels& kernels, const device::Buffer& r
 
 void Multigrid::cycle(const LaneKernels& kernels, std::size_t l, const Fields& at) const {
   const Level& level = hierarchy_.levels()[l];
-  smooth(kernels, "smooth_from_zero", level, red, at.solution, at.rhs);
+  smooth(kernels, "smooth_from_zero", level, red, at);
   if (l + 1 == hierarchy_.levels().size()) return;  // a single cell, which is red: solved
-  smooth(kernels, "smooth", level, black, at.solution, at.rhs);
-  smooth(kernels, "residual_after_smoothing", level, red, at.solution, at.residual);
+  smooth(kernels, "smooth", level, black, at);
+  const GridShape& s = level.shape;
+  context_.launch(kernels.level_operator(), "residual_after_smoothing", kernels.rows(s), s.nx, s.ny,
+                  s.nz, level.gx, level.gy, level.gz, red, at.solution, at.residual);
 
   const Fields& below = coarse_[l];
   const GridShape& coarse = hierarchy_.levels()[l + 1].shape;
@@ -34,16 +36,15 @@ void Multigrid::cycle(const LaneKernels& kernels, std::size_t l, const Fields& a
   cycle(kernels, l + 1, below);
   transfer(kernels, "prolong_add", level, coarse, level.shape, below.solution, at.solution);
 
-  smooth(kernels, "smooth", level, black, at.solution, at.rhs);
-  smooth(kernels, "smooth", level, red, at.solution, at.rhs);
+  smooth(kernels, "smooth", level, black, at);
+  smooth(kernels, "smooth", level, red, at);
 }
 
 void Multigrid::smooth(const LaneKernels& kernels, const char* kernel, const Level& level,
-                       int colour, const device::Buffer& first,
-                       const device::Buffer& second) const {
+                       int colour, const Fields& at) const {
   const GridShape& s = level.shape;
   context_.launch(kernels.level_operator(), kernel, kernels.rows(s), s.nx, s.ny, s.nz, level.gx,
-                  level.gy, level.gz, level.sink, colour, first, second);
+                  level.gy, level.gz, level.inverse, colour, at.solution, at.rhs);
 }
 
 void Multigrid::transfer(const LaneKernels& kernels, const char* kernel, const Level& fine,

@@ -28,8 +28,9 @@ class Multigrid {
     device::Buffer rhs, solution, residual;
   };
   void cycle(const LaneKernels& kernels, std::size_t l, const Fields& at) const;
+  /// Half a Gauss-Seidel sweep.
   void smooth(const LaneKernels& kernels, const char* kernel, const Level& level, int colour,
-              const device::Buffer& first, const device::Buffer& second) const;
+              const Fields& at) const;
   void transfer(const LaneKernels& kernels, const char* kernel, const Level& fine,
                 const GridShape& coarse, const GridShape& items, const device::Buffer& from,
                 const device::Buffer& to) const;
