@@ -13,10 +13,12 @@ constexpr int thumbnail_width = 132;  // CSS px
 constexpr int thumbnail_pixels = 160;
 
 std::string exposures_of(const capture::Stack& frames) {
-  std::string result;
-  for (const capture::Frame& frame : frames)
-    result += (result.empty() ? "" : ", ") + number(frame.exposure_s);
-  return result;
+  const auto [shortest, longest] = std::minmax_element(
+      frames.begin(), frames.end(),
+      [](const capture::Frame& a, const capture::Frame& b) { return a.exposure_s < b.exposure_s; });
+  if (frames.size() == 1) return number(shortest->exposure_s) + " s";
+  return std::to_string(frames.size()) + " exposures, " + number(shortest->exposure_s) + " to " +
+         number(longest->exposure_s) + " s";
 }
 
 /// The picture the projector showed; a note where its file is gone.
@@ -98,8 +100,8 @@ Html pattern_gallery(const RunData& run) {
       block += picture(tone_mapped(hdr->thumbnail, hdr->bright), thumbnail_width,
                        "HDR of " + pattern.id);
     const bool held_out = pattern.role == capture::PatternRole::validate;
-    blocks.push_back(figure(block, pattern.id + (held_out ? " (held out)" : "") + ": " +
-                                       exposures_of(pattern.frames) + " s"));
+    blocks.push_back(figure(
+        block, pattern.id + (held_out ? " (held out)" : "") + ": " + exposures_of(pattern.frames)));
   }
   return row(blocks);
 }

@@ -71,6 +71,14 @@ class Axis {
 
   std::vector<double> ticks() const { return logarithmic_ ? decades() : steps(); }
 
+  std::string tick_label(double value) const {
+    const double exponent = std::round(std::log10(std::max(std::abs(value), 1e-300)));
+    const bool is_power = logarithmic_ && std::abs(value / std::pow(10.0, exponent) - 1.0) < 1e-9;
+    if (is_power && std::abs(exponent) >= 4.0)
+      return "1e" + std::to_string(static_cast<int>(exponent));
+    return number(value, 4);
+  }
+
  private:
   std::vector<double> steps() const {
     const double rough = (high_ - low_) / 5.0;
@@ -123,7 +131,7 @@ Html y_axis(const Axis& axis, const Frame& frame, const std::string& title) {
   Html result;
   for (const double tick : axis.ticks()) {
     result += line(frame.left, axis.at(tick), frame.right, axis.at(tick), grid_colour);
-    result += label(frame.left - 7, axis.at(tick) + 4, number(tick, 4), "end");
+    result += label(frame.left - 7, axis.at(tick) + 4, axis.tick_label(tick), "end");
   }
   const double middle = 0.5 * (frame.top + frame.bottom);
   result += label(14, middle, title, "middle", ink, "rotate(-90 14 " + pixels(middle) + ")");
@@ -134,7 +142,7 @@ Html x_axis(const Axis& axis, const Frame& frame, const std::string& title) {
   Html result;
   for (const double tick : axis.ticks()) {
     result += line(axis.at(tick), frame.bottom, axis.at(tick), frame.bottom + 4, axis_colour);
-    result += label(axis.at(tick), frame.bottom + 17, number(tick, 4), "middle");
+    result += label(axis.at(tick), frame.bottom + 17, axis.tick_label(tick), "middle");
   }
   result += line(frame.left, frame.bottom, frame.right, frame.bottom, axis_colour);
   result += label(0.5 * (frame.left + frame.right), frame.bottom + 35, title, "middle");

@@ -6,10 +6,16 @@ namespace kappamu::app::report {
 
 std::vector<std::string> all_warnings(const RunData& run) {
   std::vector<std::string> result;
+  // A stage's own file repeats what it told the run's record, there with the stage's name before
+  // it.
+  const auto is_known = [&](const std::string& warning) {
+    return std::any_of(result.begin(), result.end(), [&](const std::string& known) {
+      return known.find(warning) != std::string::npos;
+    });
+  };
   const auto add = [&](const std::vector<std::string>& warnings) {
     for (const std::string& warning : warnings)
-      if (std::find(result.begin(), result.end(), warning) == result.end())
-        result.push_back(warning);
+      if (!is_known(warning)) result.push_back(warning);
   };
   if (run.record)
     for (const char* name : stage_names)

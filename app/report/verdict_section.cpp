@@ -93,13 +93,25 @@ Criterion judge_prediction(const RunData& run) {
   Criterion criterion{Light::grey, "Held-out light",
                       "No patterns were kept out of the fit: nothing independent judges it."};
   if (!run.validate_patterns || run.validate_patterns->predicted.empty()) return criterion;
-  const AppearanceError error = appearance_error(*run.validate_patterns);
-  const bool within_noise = error.error <= noise_margin * error.noise;
-  criterion.light = within_noise ? Light::green : graded(error.error, good_error, usable_error);
-  criterion.sentence = "Appearance error E = " + number(error.error) + " on " +
-                       std::to_string(run.validate_patterns->patterns.size()) +
-                       " patterns the fit never saw; the photographs' own noise alone makes " +
-                       number(error.noise) + ".";
+  // Pattern by pattern: a sum over all would be that of the brightest.
+  const Comparison& comparison = *run.validate_patterns;
+  const std::size_t count = comparison.patterns.size();
+  double mean = 0.0, noise = 0.0, worst = 0.0;
+  std::string worst_pattern;
+  for (std::size_t pattern = 0; pattern < count; ++pattern) {
+    const AppearanceError error = appearance_error(comparison, std::nullopt, pattern);
+    mean += error.error / static_cast<double>(count);
+    noise += error.noise / static_cast<double>(count);
+    if (error.error < worst) continue;
+    worst = error.error;
+    worst_pattern = comparison.patterns[pattern];
+  }
+  criterion.light =
+      mean <= noise_margin * noise ? Light::green : graded(mean, good_error, usable_error);
+  criterion.sentence = "Appearance error E = " + number(mean, 2) + " on average over " +
+                       std::to_string(count) + " patterns the fit never saw, " + number(worst, 2) +
+                       " at worst (" + worst_pattern + "); the photographs' own noise makes " +
+                       number(noise, 2) + ".";
   return criterion;
 }
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "app/report/picture.h"
 #include "app/report/sections.h"
@@ -8,8 +9,9 @@ namespace kappamu::app::report {
 namespace {
 
 constexpr int slices_shown = 5;
-constexpr int slice_pixels = 160;  // longest side of the stored picture
-constexpr int slice_width = 168;   // CSS px: five and the legend fill the page's width
+constexpr double least_span = 0.01;  // of the scale, relative to the middle, to either side
+constexpr int slice_pixels = 160;    // longest side of the stored picture
+constexpr int slice_width = 168;     // CSS px: five and the legend fill the page's width
 
 Image<float> slice(const Volume<double>& volume, int z) {
   const GridShape& shape = volume.shape();
@@ -30,9 +32,11 @@ std::vector<int> depths(int nz) {
 
 Html slices(const Volume<double>& volume, const std::string& symbol, const std::string& unit) {
   const std::vector<float> values(volume.values().begin(), volume.values().end());
-  // The ends of the scale leave out single runaway voxels.
-  const double low = quantile(values, 0.005);
-  const double high = quantile(values, 0.995);
+  // The ends of the scale leave out single runaway voxels, and lie apart far enough that a constant
+  // looks constant.
+  const double middle = quantile(values, 0.5);
+  const double low = std::min(quantile(values, 0.005), middle - least_span * std::abs(middle));
+  const double high = std::max(quantile(values, 0.995), middle + least_span * std::abs(middle));
   std::vector<Html> blocks;
   for (const int z : depths(volume.shape().nz)) {
     const Image<float> image = reduced(slice(volume, z), slice_pixels);

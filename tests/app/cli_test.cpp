@@ -113,7 +113,7 @@ TEST_F(CliFailures, FullDisk) {
   // SIGXFSZ makes it an error of write(), as ENOSPC is. Faces of 32 × 32 floats are twice the
   // limit.
   io::write_npy(at("kappa.npy"), {4, 32, 32},
-                std::span<const float>(std::vector<float>(4096, 0.3F)));
+                std::span<const float>(std::vector<float>(4096, 0.1F)));
   io::write_npy(at("mu.npy"), {4, 32, 32}, std::span<const float>(std::vector<float>(4096, 0.01F)));
   io::write_npy(at("light.npy"), {1, 32, 32},
                 std::span<const float>(std::vector<float>(1024, 1.0F)));

@@ -27,7 +27,8 @@ fs::path make_session() {
   if (!is_current) {
     fs::remove_all(folder / "capture");
     const ProcessResult result =
-        kappamu("simulate --sample tiny --seed 3 -o " + (folder / "capture").string());
+        kappamu("simulate --sample tiny --seed 3 --patches 2 --holdout 0 -o " +
+                (folder / "capture").string());
     if (result.exit_code != 0) {
       close(lock);
       throw std::runtime_error("kappamu simulate failed: " + result.standard_error);
