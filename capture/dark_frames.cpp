@@ -69,6 +69,7 @@ std::vector<DarkLevel> dark_levels(const Session& session) {
     }
   }
   std::vector<DarkLevel> levels;
+  levels.reserve(histograms.size());
   for (const auto& histogram : histograms) levels.push_back(dark_level(histogram));
   return levels;
 }

@@ -16,7 +16,7 @@ std::string size_text(int width, int height) {
 }
 
 std::filesystem::path existing_path(const Session& session, const Frame& frame) {
-  const std::filesystem::path path = session.folder / frame.file;
+  std::filesystem::path path = session.folder / frame.file;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw InputError(path.string() + ": no such frame; session.json lists it, so put it back or " +

@@ -184,6 +184,7 @@ HdrImage merge_sorted(const std::vector<const Image<T>*>& images,
                Image<float>(shape.width(), shape.height(), channels),
                Image<std::uint8_t>(shape.width(), shape.height(), channels)};
   std::vector<const T*> pixels;
+  pixels.reserve(images.size());
   for (const Image<T>* image : images) pixels.push_back(image->values().data());
   for (int c = 0; c < channels; ++c) {
     const auto channel = static_cast<std::size_t>(c);

@@ -19,8 +19,8 @@ class NoiseModel {
   float variance(float x) const {
     // Written so that x < 0 gives index 0 without a branch on noisy data.
     const float root = std::sqrt(x > 0.0F ? x : 0.0F);
-    const float at = root < 1.0F ? root * (entries - 1) : entries - 1;
-    return table_[static_cast<std::size_t>(at + 0.5F)];
+    const float at = 0.5F + (root < 1.0F ? root : 1.0F) * (entries - 1);
+    return table_[static_cast<std::size_t>(at)];
   }
 
  private:

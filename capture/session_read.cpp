@@ -86,7 +86,7 @@ class Node {
   }
   // A text out of a fixed list.
   std::string choice(std::initializer_list<std::string_view> choices) const {
-    const std::string value = text();
+    std::string value = text();
     if (!contains(choices, value)) fail("is '" + value + "'; write " + list(choices, {}, " or "));
     return value;
   }
