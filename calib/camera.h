@@ -55,10 +55,11 @@ struct CameraCalibration {
   double standard_deviation(int parameter) const;  ///< index into the order of `covariance`
 };
 
-/// Calibrates from at least three views. Without `model`, starts from the simplest plausible lens
-/// and adds parameters only where they pay: the model of least Bayesian information criterion
-/// N ln(RSS/N) + p ln N wins (N residuals, p intrinsic parameters; docs/calibration.md).
-/// Throws InputError for fewer than three views or views that do not determine the lens.
+/// Calibrates from at least three views. Without `model`, starts from one radial coefficient and
+/// adds k2, then p1 and p2, where Akaike's criterion says that they help predict new views (a
+/// missed p1, p2 shifts the principal point by pixels, an idle one costs nothing); k3 only if the
+/// stricter Bayesian criterion agrees (docs/calibration.md). Throws InputError for fewer than three
+/// views or views that do not determine the lens.
 CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double square_mm, int width,
                                    int height, std::optional<LensModel> model = std::nullopt);
 

@@ -38,12 +38,20 @@ Eigen::Matrix<T, 2, 1> project_numbers(const T* numbers, bool square,
   return project<T>(focal_centre.data(), numbers + 4, point);
 }
 
-/// N ln(RSS/N) + p ln N: Bayesian information criterion of Gaussian residuals with unknown variance
-/// (Schwarz 1978), up to a constant.
-inline double information_criterion(double residual_sum_of_squares, std::size_t residuals,
-                                    int parameters) {
+/// N ln(RSS/N) + p ln N: Bayesian information criterion (Schwarz 1978) of Gaussian residuals with
+/// unknown variance, up to a constant. It seldom takes a coefficient that is not there.
+inline double bayesian_criterion(double residual_sum_of_squares, std::size_t residuals,
+                                 int parameters) {
   const auto n = static_cast<double>(residuals);
   return n * std::log(residual_sum_of_squares / n) + parameters * std::log(n);
+}
+
+/// N ln(RSS/N) + 2 p: Akaike's criterion (1974), the model that predicts new views best. It seldom
+/// misses a coefficient that is there.
+inline double akaike_criterion(double residual_sum_of_squares, std::size_t residuals,
+                               int parameters) {
+  const auto n = static_cast<double>(residuals);
+  return n * std::log(residual_sum_of_squares / n) + 2.0 * parameters;
 }
 
 }  // namespace kappamu::calib

@@ -91,7 +91,7 @@ struct Fit {
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Zero();
 
   double criterion() const {
-    return information_criterion(residual_sum_of_squares, residuals, parameter_count(model));
+    return bayesian_criterion(residual_sum_of_squares, residuals, parameter_count(model));
   }
 };
 

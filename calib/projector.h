@@ -39,9 +39,9 @@ struct ProjectorCalibration {
   bool converged = false;
 };
 
-/// Calibrates from at least three planes. The lens model is chosen as in calibrate_camera, starting
-/// from square pixels without distortion: the projected board covers only a part of the projector's
-/// frame, and a needless coefficient does harm where it is extrapolated.
+/// Calibrates from at least three planes. The lens model is the one of least Bayesian information
+/// criterion, from square pixels without distortion upwards: the projected board covers only a part
+/// of the projector's frame, and a needless coefficient does harm where it is extrapolated.
 /// Throws InputError for fewer than three planes or planes that do not determine the projector.
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
                                          const capture::ProjectedBoard& projected,
