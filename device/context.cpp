@@ -185,7 +185,7 @@ void Context::launch_list(Program& program, const char* name, const Range& range
   for (const Argument& argument : arguments) {
     cl_mem memory = static_cast<cl_mem>(argument.handle_);
     const cl_int code = argument.is_buffer_
-                            ? clSetKernelArg(kernel, position, sizeof memory, &memory)
+                            ? clSetKernelArg(kernel, position, sizeof(cl_mem), &memory)
                             : clSetKernelArg(kernel, position, argument.size_, argument.bytes_);
     if (code != CL_SUCCESS) {
       check_call(

@@ -3,7 +3,7 @@
 // sum over the fine faces of series resistances from node to node, a coarse cell's
 // node lying nearer to its better conducting child, so that barriers and channels of κ survive
 // coarsening; absorption adds up. (With nodes midway, random κ of contrast 1e4 on 128x128x20 voxels
-// took 122 iterations instead of 31, blocks of it more than 400 instead of 35.)
+// took 122 iterations instead of 33, blocks of it more than 400 instead of 34.)
 #pragma once
 
 #include <span>

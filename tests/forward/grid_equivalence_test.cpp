@@ -208,8 +208,8 @@ TEST_P(GridEquivalence, RandomJumpsOfFourDecadesAreSolved) {
   const auto medium = testing::random_medium(shape, 1e4, 25);
   const auto s = solver({.shape = shape});
   s->set_medium(medium.kappa, medium.mu);
-  const auto solution =
-      testing::solve_light(*s, testing::random_values(64 * 64 * 4, 0, 1, 26), 4, {1e-6, 100});
+  const auto solution = testing::solve_light(
+      *s, testing::random_values(std::size_t{64} * 64 * 4, 0, 1, 26), 4, {1e-6, 100});
   EXPECT_LE(solution.report.iterations, 34) << solution.report.message;
 }
 

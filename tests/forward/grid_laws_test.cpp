@@ -173,7 +173,7 @@ TEST_P(GridLaws, FluenceDoesNotDependOnTheUnitOfLength) {
   for (double& m : d.mu) m /= unit;
   GridShape scaled = block;
   scaled.voxel_mm *= unit;
-  const Values light = testing::random_values(13 * 11, 0, 1, 13);
+  const Values light = testing::random_values(std::size_t{13} * 11, 0, 1, 13);
   const SolveOptions options{single() ? 1e-7 : 1e-11, 100};
   const auto a = solver({.shape = block});
   const auto b = solver({.shape = scaled});
@@ -189,7 +189,7 @@ TEST_P(GridLaws, FluenceDoesNotDependOnTheUnitOfLength) {
 TEST_P(GridLaws, EqualInputGivesEqualBits) {
   constexpr int patterns = 5;
   const Coefficients c = testing::random_medium(block, 100, 14);
-  const Values light = testing::random_values(13 * 11 * patterns, 0, 1, 15);
+  const Values light = testing::random_values(std::size_t{13} * 11 * patterns, 0, 1, 15);
   const auto run = [&] {
     const auto s = solver({.shape = block});
     s->set_medium(c.kappa, c.mu);
@@ -203,7 +203,7 @@ TEST_P(GridLaws, AGoodStartSavesIterations) {
   const auto s = solver({.shape = block});
   const Coefficients c = testing::random_medium(block, 10, 16);
   s->set_medium(c.kappa, c.mu);
-  const Values light = testing::random_values(13 * 11, 0, 1, 17);
+  const Values light = testing::random_values(std::size_t{13} * 11, 0, 1, 17);
   auto solution = testing::solve_light(*s, light, 1, {1e-7, 100});
   const auto b = s->make_field(1);
   s->light_source(light, *b);
@@ -216,8 +216,8 @@ TEST_P(GridLaws, RunningOutIsReportedNotHidden) {
   const auto s = solver({.shape = block});
   const Coefficients c = testing::random_medium(block, 1000, 18);
   s->set_medium(c.kappa, c.mu);
-  const auto solution =
-      testing::solve_light(*s, testing::random_values(13 * 11, 0, 1, 19), 1, {1e-6, 2});
+  const auto solution = testing::solve_light(
+      *s, testing::random_values(std::size_t{13} * 11, 0, 1, 19), 1, {1e-6, 2});
   EXPECT_EQ(solution.report.termination, Termination::ran_out);
   EXPECT_GT(solution.report.residual[0], 1e-6);
   EXPECT_NE(solution.report.message.find("not met"), std::string::npos);

@@ -46,8 +46,8 @@ TEST(ReferenceSolver, ConvergesOnAJumpyMedium) {
   const auto solver = make_reference_solver(setup);
   const auto medium = testing::random_medium(setup.shape, 1e4, 1);
   solver->set_medium(medium.kappa, medium.mu);
-  const auto solution =
-      testing::solve_light(*solver, testing::random_values(32 * 29 * 2, 0, 1, 2), 2, {1e-10, 400});
+  const auto solution = testing::solve_light(
+      *solver, testing::random_values(std::size_t{32} * 29 * 2, 0, 1, 2), 2, {1e-10, 400});
   EXPECT_EQ(solution.report.termination, Termination::converged) << solution.report.message;
 }
 
