@@ -16,11 +16,11 @@ Eigen::Matrix3d quad_from_square(const ProjectorQuad& quad) {
   constexpr double square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   Eigen::Matrix<double, 8, 8> equations = Eigen::Matrix<double, 8, 8>::Zero();
   Eigen::Matrix<double, 8, 1> right;
-  for (int i = 0; i < 4; ++i) {
+  for (Eigen::Index i = 0; i < 4; ++i) {
     const double u = square[i][0];
     const double v = square[i][1];
-    for (int axis = 0; axis < 2; ++axis) {
-      const int row = 2 * i + axis;
+    for (Eigen::Index axis = 0; axis < 2; ++axis) {
+      const Eigen::Index row = 2 * i + axis;
       const double target = quad[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)];
       equations.block<1, 3>(row, 3 * axis) << u, v, 1.0;
       equations(row, 6) = -u * target;
@@ -92,12 +92,19 @@ Image<std::uint8_t> make_chessboard_image(const Projector& projector, const Proj
 }
 
 std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
-                                                const ProjectorQuad& quad, int n, PatternRole role,
-                                                const std::string& prefix) {
+                                                const ProjectorQuad& quad, int n, double overhang,
+                                                PatternRole role, const std::string& prefix) {
   if (n < 1 || n > 1000) {
     throw InputError("the number of patches along an edge is " + std::to_string(n) +
                      "; it must lie between 1 and 1000.");
   }
+  if (!(overhang >= 0.0 && overhang <= 1.0)) {
+    throw InputError("the overhang of the outer patches must lie between 0 and 1 face widths.");
+  }
+  const auto cell_of = [n](double t) {
+    return std::clamp(static_cast<int>(std::floor(t * n)), 0, n - 1);
+  };
+  const auto inside = [overhang](double t) { return t >= -overhang && t < 1.0 + overhang; };
   const Eigen::Matrix3d square_from_quad = quad_from_square(quad).inverse();
   std::vector<PlannedPattern> patterns;
   const std::size_t digits = std::max<std::size_t>(2, std::to_string(n * n - 1).size());
@@ -111,8 +118,8 @@ std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
       const Eigen::Vector3d at = square_from_quad * Eigen::Vector3d(x, y, 1.0);
       const double u = at[0] / at[2];
       const double v = at[1] / at[2];
-      if (!(u >= 0.0 && u < 1.0 && v >= 0.0 && v < 1.0)) continue;
-      const int cell = static_cast<int>(v * n) * n + static_cast<int>(u * n);
+      if (!inside(u) || !inside(v)) continue;
+      const int cell = cell_of(v) * n + cell_of(u);
       patterns[static_cast<std::size_t>(cell)].image(x, y) = 255;
     }
   }

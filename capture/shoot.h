@@ -52,10 +52,12 @@ Session shoot_session(RigDevice& device, const CapturePlan& plan,
 using ProjectorQuad = std::array<std::array<double, 2>, 4>;
 
 /// n * n patterns, each lighting one cell of the n * n division of the quad (by its homography),
-/// cells in rows of u; ids are prefix + two or more digits from 00.
+/// cells in rows of u; ids are prefix + two or more digits from 00. The outer cells reach beyond
+/// the quad by `overhang` of its width: a quad aimed by eye leaves a strip of the face dark
+/// otherwise, below which nothing is measured.
 std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
-                                                const ProjectorQuad& quad, int n, PatternRole role,
-                                                const std::string& prefix);
+                                                const ProjectorQuad& quad, int n, double overhang,
+                                                PatternRole role, const std::string& prefix);
 
 /// What the projector shows for a projected board: squares exact by area coverage, black top left
 /// square, one square of white around, black beyond.

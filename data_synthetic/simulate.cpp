@@ -18,9 +18,10 @@ using capture::PlannedPattern;
 
 namespace {
 
-/// Dark rim left around the lit part of the face, so that no light passes beside a block that is
-/// not quite where it should be [in S].
-constexpr double rim = 0.02;
+/// How far the outer patches reach beyond the face the operator aims at, in face widths: the block
+/// is never quite where it should be, and a dark strip of face would leave what is below
+/// unmeasured. The holder's opaque mask stops what passes beside the block.
+constexpr double patch_overhang = 0.04;
 /// Exposure times of white target and chart reach from this signal of the white ...
 constexpr double white_signal_low = 0.1;
 /// ... to this one [full scales].
@@ -40,8 +41,8 @@ class Stopwatch {
 /// Where the operator aims: the block as it is meant to stand, the lens without its distortion.
 capture::ProjectorQuad aimed_quad(const Rig& rig) {
   const GridShape& grid = rig.sample.grid;
-  const double half_x = 0.5 * grid.nx * grid.voxel_mm - rim * rig.size_mm;
-  const double half_y = 0.5 * grid.ny * grid.voxel_mm - rim * rig.size_mm;
+  const double half_x = 0.5 * grid.nx * grid.voxel_mm;
+  const double half_y = 0.5 * grid.ny * grid.voxel_mm;
   calib::Lens lens = rig.projector.lens;
   lens.distortion = {};
   capture::ProjectorQuad quad{};
@@ -161,11 +162,11 @@ int count_frames(const capture::Session& session) {
 std::vector<PlannedPattern> planned_patterns(const Rig& rig, const SimulationOptions& options) {
   const capture::ProjectorQuad quad = aimed_quad(rig);
   std::vector<PlannedPattern> patterns = capture::make_patch_patterns(
-      rig.projector_size, quad, options.patches, PatternRole::fit, "fit_");
+      rig.projector_size, quad, options.patches, patch_overhang, PatternRole::fit, "fit_");
   if (options.validation) {
     constexpr int n = 8;
     const std::vector<PlannedPattern> fine = capture::make_patch_patterns(
-        rig.projector_size, quad, n, PatternRole::validate, "validate_patch_");
+        rig.projector_size, quad, n, patch_overhang, PatternRole::validate, "validate_patch_");
     for (const int cell : {1 * n + 1, 2 * n + 5, 5 * n + 2, 6 * n + 6}) {
       patterns.push_back(fine[cell]);
     }
@@ -228,6 +229,7 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   SimulatedRig rig(options, device);
   std::vector<PlannedPattern> patterns = planned_patterns(rig.rig(), options);
   std::vector<Image<std::uint8_t>> images;
+  images.reserve(patterns.size());
   for (const PlannedPattern& pattern : patterns) images.push_back(pattern.image);
   rig.prepare(images, progress);
   report.seconds["transport"] = transport_time.seconds();

@@ -61,7 +61,7 @@ class RampRig final : public RigDevice {
 CapturePlan small_plan() {
   CapturePlan plan;
   plan.sample = {"ramp", {8, 6, 4}, 0.5, 1.3, Sides::open, Face::z_minus, Face::z_plus};
-  plan.patterns = make_patch_patterns({64, 48}, {{{10, 5}, {50, 6}, {52, 40}, {9, 41}}}, 2,
+  plan.patterns = make_patch_patterns({64, 48}, {{{10, 5}, {50, 6}, {52, 40}, {9, 41}}}, 2, 0.0,
                                       PatternRole::fit, "fit_");
   plan.exposures_s = seven_exposures();
   plan.board = {9, 6, 4.0};
@@ -163,10 +163,10 @@ TEST(Shoot, AContradictoryPlanIsRefusedBeforeTheFirstExposure) {
 TEST(PatchPatterns, TileTheQuadOnceEach) {
   const Projector projector{101, 83};
   const ProjectorQuad quad{{{12.3, 7.7}, {88.1, 10.2}, {92.6, 71.4}, {8.9, 75.5}}};
-  const auto patches = make_patch_patterns(projector, quad, 3, PatternRole::validate, "v_");
+  const auto patches = make_patch_patterns(projector, quad, 3, 0.0, PatternRole::validate, "v_");
   ASSERT_EQ(patches.size(), 9U);
   EXPECT_EQ(patches[8].id, "v_08");
-  const auto whole = make_patch_patterns(projector, quad, 1, PatternRole::validate, "w_");
+  const auto whole = make_patch_patterns(projector, quad, 1, 0.0, PatternRole::validate, "w_");
   for (std::size_t i = 0; i < whole[0].image.size(); ++i) {
     int lit = 0;
     for (const PlannedPattern& patch : patches) lit += patch.image.values()[i] == 255 ? 1 : 0;
@@ -179,12 +179,36 @@ TEST(PatchPatterns, TileTheQuadOnceEach) {
   EXPECT_EQ(patches[6].image(11, 73), 255);
 }
 
+// With an overhang the same cells grow outwards only: every pixel inside keeps its patch, and each
+// pixel of a frame around the quad is lit by exactly one outer patch.
+TEST(PatchPatterns, OverhangGrowsTheOuterPatchesOutwards) {
+  const Projector projector{100, 80};
+  // Edges between pixels, so that rounding does not decide.
+  const ProjectorQuad quad{{{19.5, 19.5}, {79.5, 19.5}, {79.5, 59.5}, {19.5, 59.5}}};
+  const auto exact = make_patch_patterns(projector, quad, 3, 0.0, PatternRole::fit, "e_");
+  const auto wide = make_patch_patterns(projector, quad, 3, 0.11, PatternRole::fit, "w_");
+  for (int y = 0; y < projector.height; ++y) {
+    for (int x = 0; x < projector.width; ++x) {
+      const bool inside = x >= 20 && x < 80 && y >= 20 && y < 60;
+      const bool framed = x >= 14 && x <= 86 && y >= 16 && y <= 64;
+      int lit = 0;
+      for (std::size_t m = 0; m < wide.size(); ++m) {
+        lit += wide[m].image(x, y) == 255 ? 1 : 0;
+        if (inside) {
+          ASSERT_EQ(wide[m].image(x, y), exact[m].image(x, y)) << x << ' ' << y;
+        }
+      }
+      ASSERT_EQ(lit, framed ? 1 : 0) << x << ' ' << y;
+    }
+  }
+}
+
 TEST(PatchPatterns, ADegenerateQuadIsRefused) {
-  EXPECT_THAT(
-      input_error_of([] {
-        make_patch_patterns({64, 48}, {{{1, 1}, {1, 1}, {1, 1}, {1, 1}}}, 2, PatternRole::fit, "p");
-      }),
-      testing::HasSubstr("corners in one line"));
+  EXPECT_THAT(input_error_of([] {
+                make_patch_patterns({64, 48}, {{{1, 1}, {1, 1}, {1, 1}, {1, 1}}}, 2, 0.0,
+                                    PatternRole::fit, "p");
+              }),
+              testing::HasSubstr("corners in one line"));
 }
 
 // A corner at a pixel's centre shares that pixel between four squares; the mean over any two by two
