@@ -129,7 +129,8 @@ auto stone_coefficients(double voxel, std::uint64_t seed) {
     constexpr double spacing = 5.0;  // mm
     const Vector3d home = (x / spacing).array().floor();
     for (int n = 0; n < 27; ++n) {
-      const Vector3d cell = home + Vector3d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+      const std::array<int, 3> step{n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1};
+      const Vector3d cell = home + Vector3d(step[0], step[1], step[2]);
       const auto part = [&](int i) {
         return static_cast<std::uint64_t>(static_cast<std::int64_t>(cell[i]));
       };

@@ -21,8 +21,9 @@ RayTable::RayTable(const calib::Lens& lens, int per_side)
   for_rows(height_, [&](int y) {
     for (int x = 0; x < width_; ++x) {
       for (int n = 0; n < per_pixel(); ++n) {
-        const Vector2d offset((n % per_side_ + 0.5) / per_side_ - 0.5,
-                              (n / per_side_ + 0.5) / per_side_ - 0.5);
+        const int row = n / per_side_;
+        const int column = n % per_side_;
+        const Vector2d offset((column + 0.5) / per_side_ - 0.5, (row + 0.5) / per_side_ - 0.5);
         const Vector3d d = lens.unproject(Vector2d(x, y) + offset);
         directions_[(static_cast<std::size_t>(y) * width_ + x) * per_pixel() + n] = {
             static_cast<float>(d.x()), static_cast<float>(d.y())};
@@ -79,6 +80,7 @@ double irradiance(const Illumination& light, const Quad& quad, const Vector2d& a
 Image<float> render_quads(const RayTable& rays, const Rigid& world_from_camera,
                           const std::vector<Quad>& quads, const Illumination& light) {
   std::vector<Rigid> quad_from_camera;
+  quad_from_camera.reserve(quads.size());
   for (const Quad& quad : quads) {
     quad_from_camera.push_back(quad.world_from_quad.inverse() * world_from_camera);
   }

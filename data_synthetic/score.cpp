@@ -122,7 +122,8 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
     const std::string& name = truth.channels[c];
     const auto true_volume = [&](const std::string& what) {
       return average_volume(
-          read_volume(truth_folder / (what + "_" + name + ".npy"), truth.transport_grid),
+          read_volume(truth_folder / std::string(what).append("_").append(name).append(".npy"),
+                      truth.transport_grid),
           truth.grid);
     };
     score.kappa_relative_error_by_depth[name] =

@@ -99,8 +99,10 @@ std::vector<double> SimulatedRig::lit_face_irradiance(const Image<std::uint8_t>&
     for (int u = 0; u < face.nu; ++u) {
       double sum = 0.0;
       for (int n = 0; n < irradiance_samples * irradiance_samples; ++n) {
-        const double x = u + (n % irradiance_samples + 0.5) / irradiance_samples;
-        const double y = v + (n / irradiance_samples + 0.5) / irradiance_samples;
+        const int row = n / irradiance_samples;
+        const int column = n % irradiance_samples;
+        const double x = u + (column + 0.5) / irradiance_samples;
+        const double y = v + (row + 0.5) / irradiance_samples;
         const ProjectorSample sample = sample_projector(
             rig_.projector, rig_.world_from_sample * (fine.voxel_mm * Vector3d(x, y, 0.0)), normal);
         if (sample.white > 0.0) sum += sample.white * thrown_value(thrown, sample.pixel);

@@ -8,6 +8,7 @@ namespace kappamu::synthetic {
 
 std::vector<double> SimulationOptions::geometric_exposures(double first, double last, int count) {
   std::vector<double> exposures;
+  exposures.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
     exposures.push_back(count == 1 ? first : first * std::pow(last / first, i / (count - 1.0)));
   }
