@@ -35,7 +35,7 @@ std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {
       std::string list;
-      for (const std::string& k : known) list += (list.empty() ? "" : ", ") + k;
+      for (const std::string& k : known) list.append(list.empty() ? "" : ", ").append(k);
       throw InputError("channel '" + name + "' is not among those measured (" + list + ")");
     }
     indices.push_back(static_cast<int>(at - known.begin()));

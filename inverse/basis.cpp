@@ -25,10 +25,10 @@ Vector flat(const Eigen::MatrixXd& m) {
 }
 
 /// The 3-point Neumann Laplacian along the depth, for κ and for μ.
-Eigen::MatrixXd depth_laplacian(int depth) {
+Eigen::MatrixXd depth_laplacian(Eigen::Index depth) {
   Eigen::MatrixXd laplacian = Eigen::MatrixXd::Zero(2 * depth, 2 * depth);
-  for (int d = 0; d + 1 < depth; ++d) {
-    for (const int i : {d, depth + d}) {
+  for (Eigen::Index d = 0; d + 1 < depth; ++d) {
+    for (const Eigen::Index i : {d, depth + d}) {
       laplacian(i, i) += 1.0;
       laplacian(i + 1, i + 1) += 1.0;
       laplacian(i, i + 1) -= 1.0;

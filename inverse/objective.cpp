@@ -13,7 +13,6 @@ namespace kappamu::inverse {
 
 namespace {
 
-using forward::BatchField;
 using forward::SolveReport;
 using forward::Termination;
 
