@@ -41,10 +41,11 @@ json to_json(const synthetic::Score& score) {
           {"seconds", score.seconds}};
 }
 
-void print_layers(const char* name, const std::map<std::string, std::vector<double>>& layers) {
-  for (const auto& [channel, errors] : layers) {
+void print_layers(const char* name, const std::vector<std::string>& channels,
+                  const std::map<std::string, std::vector<double>>& layers) {
+  for (const std::string& channel : channels) {
     std::printf("%s %-27s", name, (channel + " by depth, lit face first").c_str());
-    for (const double error : errors) std::printf(" %.0f", 100.0 * error);
+    for (const double error : layers.at(channel)) std::printf(" %.0f", 100.0 * error);
     std::printf(" %%\n");
   }
 }
@@ -52,8 +53,8 @@ void print_layers(const char* name, const std::map<std::string, std::vector<doub
 void print_table(const synthetic::Score& score) {
   if (score.holdout_E) {
     std::printf("appearance error E, held-out    %.2e", *score.holdout_E);
-    for (const auto& [channel, error] : score.holdout_E_by_channel) {
-      std::printf("  %s %.2e", channel.c_str(), error);
+    for (const std::string& channel : score.channels) {
+      std::printf("  %s %.2e", channel.c_str(), score.holdout_E_by_channel.at(channel));
     }
     std::printf("\n");
   }
@@ -73,8 +74,8 @@ void print_table(const synthetic::Score& score) {
   if (score.kappa_relative_error) {
     std::printf("κ relative error, median        %.1f %%\n", 100.0 * *score.kappa_relative_error);
     std::printf("μ relative error, median        %.1f %%\n", 100.0 * *score.mu_relative_error);
-    print_layers("  κ", score.kappa_relative_error_by_depth);
-    print_layers("  μ", score.mu_relative_error_by_depth);
+    print_layers("  κ", score.channels, score.kappa_relative_error_by_depth);
+    print_layers("  μ", score.channels, score.mu_relative_error_by_depth);
   }
 }
 

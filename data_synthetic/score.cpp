@@ -190,6 +190,7 @@ Score score_run(const std::filesystem::path& run, const std::filesystem::path& t
   const auto start = std::chrono::steady_clock::now();
   const Truth truth = read_truth(truth_folder);
   Score score;
+  score.channels = truth.channels;
   const bool has_hdr = std::filesystem::is_directory(run / "hdr");
   const bool has_fit =
       std::filesystem::exists(run / "fit" / ("kappa_" + truth.channels.front() + ".npy"));

@@ -32,6 +32,7 @@ struct CalibrationErrors {
 
 /// Parts the run does not have are absent.
 struct Score {
+  std::vector<std::string> channels;  ///< names, in the truth's order
   /// E = Σ(L' − L)²/ΣL² over all channels, held-out patches and voxels of the seen face (where one
   /// face is lit and seen: its unlit voxels), the run's volumes solved on a grid refined twice.
   std::optional<double> holdout_E;
