@@ -68,6 +68,7 @@ Html sample_table(const capture::Session& session) {
        std::to_string(session.calibration.camera_boards.size()) + " board views, " +
            std::to_string(session.calibration.projector_planes.size()) + " projector planes"}};
   std::vector<std::vector<Html>> rows;
+  rows.reserve(lines.size());
   for (const auto& line : lines) rows.push_back({text(line[0]), text(line[1])});
   return table({}, rows);
 }

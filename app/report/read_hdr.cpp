@@ -85,6 +85,7 @@ std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run) {
         files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   std::vector<HdrSummary> summaries;
+  summaries.reserve(files.size());
   for (const auto& file : files) summaries.push_back(summarise(file));
   return summaries;
 }

@@ -72,7 +72,7 @@ std::filesystem::path write_report(const std::filesystem::path& run) {
   const Html page =
       raw("<!DOCTYPE html>\n") +
       element("html", {{"lang", "en"}}, element("head", head) + element("body", body));
-  const std::filesystem::path path = data.folder / "report.html";
+  std::filesystem::path path = data.folder / "report.html";
   io::write_text_atomically(path, page.markup());
   return path;
 }

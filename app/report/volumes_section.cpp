@@ -25,6 +25,7 @@ Image<float> slice(const Volume<double>& volume, int z) {
 std::vector<int> depths(int nz) {
   const int count = std::min(nz, slices_shown);
   std::vector<int> result;
+  result.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i)
     result.push_back(count == 1 ? nz / 2 : (i * (nz - 1) + (count - 1) / 2) / (count - 1));
   return result;

@@ -80,7 +80,7 @@ TEST_F(RunTest, KilledAtAnyMomentItEndsInTheSameBits) {
 
   // Killed over and over, each time a little later: in calibration, merge, fit and after.
   int kills = 0;
-  for (const double share : {0.05, 0.15, 0.3, 0.3, 0.4})
+  for (const double share : {0.05, 0.1, 0.15, 0.2, 0.25})
     kills += kappamu_killed_after(arguments("killed"), static_cast<int>(share * whole.count()));
   EXPECT_GE(kills, 3) << "the kills must hit";
   EXPECT_EQ(kappamu(arguments("killed")).exit_code, code);
