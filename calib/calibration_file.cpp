@@ -221,7 +221,8 @@ CalibrationResult load_calibration(const std::filesystem::path& folder) {
     const int codes = 1 << result.radiometry.bit_depth;
     const std::vector<double> curves = yaml.matrix("linear", channels, codes);
     for (int c = 0; c < channels; ++c) {
-      result.radiometry.noise.push_back({noise[3 * c], noise[3 * c + 1], noise[3 * c + 2] != 0.0});
+      const std::size_t at = std::size_t{3} * c;
+      result.radiometry.noise.push_back({noise[at], noise[at + 1], noise[at + 2] != 0.0});
       const auto first = curves.begin() + static_cast<std::ptrdiff_t>(c) * codes;
       result.radiometry.response.linear.emplace_back(first, first + codes);
     }

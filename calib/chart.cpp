@@ -271,6 +271,7 @@ ChartPatches chart_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px
   const std::vector<cv::Point2f> lattice{
       {0, 0}, {columns - 1, 0}, {columns - 1, rows - 1}, {0, rows - 1}};
   std::vector<cv::Point2f> pixels;
+  pixels.reserve(corners_px.size());
   for (const Eigen::Vector2d& p : corners_px) {
     pixels.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
   }

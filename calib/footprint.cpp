@@ -30,8 +30,8 @@ class SeenFace {
     constexpr int rays = 8;
     int hits = 0;
     for (int n = 0; n < rays * rays; ++n) {
-      const Eigen::Vector2d at(x + (n % rays + 0.5) / rays - 0.5,
-                               y + (n / rays + 0.5) / rays - 0.5);
+      const int row = n / rays;
+      const Eigen::Vector2d at(x + (n % rays + 0.5) / rays - 0.5, y + (row + 0.5) / rays - 0.5);
       const Eigen::Vector3d ray = camera_.unproject(at);
       const Eigen::Vector3d hit = ray * (origin_.dot(normal_) / ray.dot(normal_)) - origin_;
       const double u = hit.dot(u_step_) / u_step_.squaredNorm();
@@ -78,8 +78,9 @@ Footprints make_footprints(const Lens& camera, const Rigid& camera_from_sample,
       const double cosine = seen.cos_outside(u + 0.5, v + 0.5);
       bool visible = cosine > 0.0;
       for (int n = 0; n < points * points && visible; ++n) {
+        const int row = n / points;
         const Eigen::Vector2d at =
-            seen.pixel(u + (n % points + 0.5) / points, v + (n / points + 0.5) / points);
+            seen.pixel(u + (n % points + 0.5) / points, v + (row + 0.5) / points);
         const int x = static_cast<int>(std::floor(at.x()));
         const int y = static_cast<int>(std::floor(at.y()));
         if (x < 0 || y < 0 || x + 1 >= camera.width || y + 1 >= camera.height) {

@@ -31,7 +31,8 @@ LitFace::LitFace(const Lens& projector, const Rigid& projector_from_sample, cons
     for (int u = 0; u < shape.nu; ++u) {
       for (int n = 0; n < per_voxel_; ++n) {
         const double pu = u + (n % points + 0.5) / points;
-        const double pv = v + (n / points + 0.5) / points;
+        const int row = n / points;
+        const double pv = v + (row + 0.5) / points;
         const Eigen::Vector2d at = pixel(pu, pv);
         const bool reached = projector.contains(at);
         const double white =

@@ -19,7 +19,7 @@ using Corners = std::array<Eigen::Vector2d, 4>;
 
 template <class T>
 Eigen::Matrix<T, 3, 1> moved(const T* six, const Eigen::Vector3d& point) {
-  const Eigen::Matrix<T, 3, 1> in = point.cast<T>();
+  const std::array<T, 3> in{T(point.x()), T(point.y()), T(point.z())};
   Eigen::Matrix<T, 3, 1> out;
   ceres::AngleAxisRotatePoint(six, in.data(), out.data());
   for (int k = 0; k < 3; ++k) out[k] += six[3 + k];
@@ -257,7 +257,7 @@ SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const Gr
 SamplePose pose_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px, const Lens& lens,
                              const GridShape& grid, Face face, const std::string& name) {
   const Refined refined = refine_on_corners(corners_px, lens, face_corners(grid, face));
-  const SamplePose result = result_of(refined, lens, grid, face);
+  SamplePose result = result_of(refined, lens, grid, face);
   const Eigen::Vector3d eye = result.camera_from_sample.inverse().translation;
   const Eigen::Vector3d on_face = face_point(grid, face, 0.0, 0.0);
   constexpr double largest_rms_px = 10.0;  // clicked by hand

