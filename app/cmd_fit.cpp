@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/command.h"
-#include "app/fit_stage.h"
+#include "app/fit_options.h"
 
 namespace kappamu::app {
 
@@ -19,28 +19,8 @@ struct FitCommand {
   std::string input;
   std::string out;
   std::string validate;
-  std::string optimiser = "lbfgs";
-  std::string convention = "physical";
-  std::string precision = "single";
-  bool no_grid_correction = false;
-  FitStageOptions stage;
+  FitArguments fit;
 };
-
-inverse::FitOptions resolved(const FitCommand& command, const Globals& globals) {
-  inverse::FitOptions fit = command.stage.fit;
-  if (command.optimiser == "wang2008") {
-    fit.optimiser.method = inverse::Method::wang2008;
-    fit.coordinates = inverse::Coordinates::voxels;  // as [W] moves, without a metric
-  }
-  if (command.convention == "wang2008") fit.convention = forward::Convention::wang2008;
-  if (command.precision == "double") {
-    fit.backend.precision = forward::Precision::double_precision;
-  }
-  fit.correct_grid = !command.no_grid_correction;
-  fit.backend.device = globals.device;
-  fit.seed = globals.seed;
-  return fit;
-}
 
 int evaluations(const inverse::FitReport& report) {
   return report.history.empty() ? 0 : report.history.back().solves.adjoint;
@@ -83,8 +63,7 @@ void print_table(const FitSummary& summary) {
 
 void run_fit(const FitCommand& command, Globals& globals) {
   const auto progress = make_progress();
-  FitStageOptions options = command.stage;
-  options.fit = resolved(command, globals);
+  FitStageOptions options = resolve(command.fit, globals);
   if (!command.validate.empty()) options.validate = command.validate;
   const FitSummary summary = run_fit_stage(command.input, command.out, options, *progress);
   if (globals.json) {
@@ -93,57 +72,6 @@ void run_fit(const FitCommand& command, Globals& globals) {
     print_table(summary);
   }
   if (!summary.converged()) globals.exit_code = 3;
-}
-
-void add_expert_options(CLI::App& command, FitCommand& options) {
-  inverse::FitOptions& fit = options.stage.fit;
-  const std::string group = "For comparisons and difficult data";
-  const auto number = [&](const std::string& name, double& value, const std::string& text) {
-    command.add_option(name, value, text)->capture_default_str()->group(group);
-  };
-  command
-      .add_option(
-          "--optimiser", options.optimiser,
-          "lbfgs, or wang2008: Polak-Ribière conjugate gradients with golden-section search, "
-          "the paper's, many times slower")
-      ->check(CLI::IsMember({"lbfgs", "wang2008"}))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--convention", options.convention,
-                  "physical, or wang2008: the paper's boundary condition, C = 2.1489")
-      ->check(CLI::IsMember({"physical", "wang2008"}))
-      ->capture_default_str()
-      ->group(group);
-  command.add_option("--precision", options.precision, "Of the solver: single, or double (slower)")
-      ->check(CLI::IsMember({"single", "double"}))
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option_function<double>(
-          "--weight", [&fit](double w) { fit.weight = w; },
-          "Smooth with this weight only, instead of lowering it to the noise level")
-      ->group(group);
-  number("--target-chi2", fit.target_chi2,
-         "Lower the weight until chi2 per value is this; above 1 for a smoother volume");
-  number("--model-error", fit.model_error.relative,
-         "Error of the model relative to each value, added to its standard deviation");
-  number("--model-error-floor", fit.model_error.of_maximum,
-         "The same relative to the largest value of each pattern");
-  number("--stage-tolerance", fit.stage_tolerance,
-         "Relative decrease of the objective per step below which a weight is done");
-  command.add_option("--stage-steps", fit.stage_steps, "Most steps at one weight")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--levels", fit.max_levels,
-                  "Grids from coarse to fine; 1 fits on the full grid at once")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_flag("--no-grid-correction", options.no_grid_correction,
-                "Do not correct for the fitted grid's own error")
-      ->group(group);
 }
 
 }  // namespace
@@ -170,7 +98,6 @@ void add_fit(CLI::App& app, Globals& globals) {
       "not determine deep voxels: where sensitivity is small against its largest value, κ and μ\n"
       "are the smoothing's choice.");
   auto options = std::make_shared<FitCommand>();
-  options->stage.fit.sensitivity_probes = 8;
   command->add_option("input", options->input, "Folder of measurements, or run folder")
       ->required()
       ->type_name("INPUT");
@@ -178,7 +105,7 @@ void add_fit(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("OUT");
   command
-      ->add_option("--channel", options->stage.channels,
+      ->add_option("--channel", options->fit.stage.channels,
                    "Fit this channel only; may be given several times")
       ->type_name("NAME");
   command
@@ -186,8 +113,8 @@ void add_fit(CLI::App& app, Globals& globals) {
                    "Measurements of held-out patterns to predict and score (default: "
                    "INPUT/measurements_validate)")
       ->type_name("FOLDER");
-  command->add_flag("--restart", options->stage.restart, "Ignore the checkpoints in OUT");
-  add_expert_options(*command, *options);
+  command->add_flag("--restart", options->fit.stage.restart, "Ignore the checkpoints in OUT");
+  add_fit_options(*command, options->fit, "For comparisons and difficult data");
   command->footer(
       "Exit code 3: some channel ran out of steps; its volumes are kept and marked in fit.json.\n"
       "Example: kappamu fit demo/run -o demo/run/fit");

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "app/fit_options.h"
 #include "app/pipeline.h"
 #include "app/report/run_data.h"
 #include "app/report/sections.h"
@@ -17,8 +18,7 @@ struct RunOptions {
   std::string input;
   std::string run;
   bool force = false;
-  std::string precision = "single";
-  FitStageOptions fit;
+  FitArguments fit;
 };
 
 /// What the command says at the end, read back from the run folder: a run that was complete says
@@ -103,17 +103,11 @@ void print_table(const RunSummary& summary, const RunFolder& folder) {
 
 void run_run(const RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
-  FitStageOptions fit = options.fit;
-  fit.fit.backend.device = globals.device;
-  fit.fit.seed = globals.seed;
-  if (options.precision == "double")
-    fit.fit.backend.precision = forward::Precision::double_precision;
-  inverse::validate(fit.fit);
-
+  const FitStageOptions fit = resolve(options.fit, globals);
   Pipeline pipeline(options.input, options.run, options.force);
   pipeline.folder().set_options({{"device", globals.device},
                                  {"seed", std::to_string(globals.seed)},
-                                 {"precision", options.precision},
+                                 {"precision", options.fit.precision},
                                  {"target-chi2", std::to_string(fit.fit.target_chi2)},
                                  {"stage-steps", std::to_string(fit.fit.stage_steps)},
                                  {"levels", std::to_string(fit.fit.max_levels)}});
@@ -153,8 +147,6 @@ void add_run(CLI::App& app, Globals& globals) {
       "what the volumes predict: below 1e-3, or close to what the photographs' noise alone makes,\n"
       "is good. Look at the report before you trust a volume.");
   auto options = std::make_shared<RunOptions>();
-  inverse::FitOptions& fit = options->fit.fit;
-  fit.sensitivity_probes = 8;
   command->add_option("input", options->input, "Session folder, or folder of measurements")
       ->required()
       ->type_name("INPUT");
@@ -162,22 +154,7 @@ void add_run(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("RUN");
   command->add_flag("--force", options->force, "Do every stage again, replacing what RUN holds");
-  const std::string group = "Of the fit (see `kappamu fit --help`)";
-  command->add_option("--precision", options->precision, "single, or double (slower)")
-      ->check(CLI::IsMember({"single", "double"}))
-      ->capture_default_str()
-      ->group(group);
-  command
-      ->add_option("--target-chi2", fit.target_chi2,
-                   "Lower the smoothing until χ² per value is this")
-      ->capture_default_str()
-      ->group(group);
-  command->add_option("--stage-steps", fit.stage_steps, "Most steps at one smoothing weight")
-      ->capture_default_str()
-      ->group(group);
-  command->add_option("--levels", fit.max_levels, "Grids from coarse to fine")
-      ->capture_default_str()
-      ->group(group);
+  add_fit_options(*command, options->fit, "Of the fit (see `kappamu fit --help`)");
   command->footer(
       "Exit code 3: the fit did not converge; everything is kept and marked in the report.\n"
       "With --json the last line is one object: sample, grid, camera_rms_px, projector_rms_px,\n"

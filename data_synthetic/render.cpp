@@ -169,12 +169,12 @@ Image<float> FaceView::radiance(const std::vector<std::vector<double>>& exitance
       for (int n = 0; n < per_pixel_; ++n) {
         const std::array<float, 2>& at = position_[pixel * per_pixel_ + n];
         if (at[0] < 0.0F) continue;
-        const double u = std::clamp(at[0] - 0.5, 0.0, shape_.nu - 1.0);
-        const double v = std::clamp(at[1] - 0.5, 0.0, shape_.nv - 1.0);
-        const int u0 = static_cast<int>(u);
-        const int v0 = static_cast<int>(v);
-        const double fu = u - u0;
-        const double fv = v - v0;
+        // On the outer half cell the line through the last two centres goes on: the exitance falls
+        // steeply towards an open edge.
+        const int u0 = std::clamp(static_cast<int>(at[0] - 0.5), 0, std::max(shape_.nu - 2, 0));
+        const int v0 = std::clamp(static_cast<int>(at[1] - 0.5), 0, std::max(shape_.nv - 2, 0));
+        const double fu = shape_.nu > 1 ? at[0] - 0.5 - u0 : 0.0;
+        const double fv = shape_.nv > 1 ? at[1] - 0.5 - v0 : 0.0;
         const std::size_t here = static_cast<std::size_t>(v0) * shape_.nu + u0;
         const std::size_t right = u0 + 1 < shape_.nu ? here + 1 : here;
         const std::size_t down = v0 + 1 < shape_.nv ? static_cast<std::size_t>(shape_.nu) : 0;
@@ -185,7 +185,7 @@ Image<float> FaceView::radiance(const std::vector<std::vector<double>>& exitance
         }
       }
       for (int c = 0; c < channels; ++c) {
-        image(x, y, c) = static_cast<float>(sum[c] * factor_[pixel] / per_pixel_);
+        image(x, y, c) = static_cast<float>(std::max(0.0, sum[c]) * factor_[pixel] / per_pixel_);
       }
     }
   });

@@ -79,7 +79,8 @@ class FaceView {
            const GridShape& surface, Face face, const BoundaryConstants& constants);
 
   /// Radiance [y][x][C] for exitance maps [channel][v][u] on the surface's cells: bilinear between
-  /// cell centres, times the P1 radiance per exitance at each pixel's angle; black beside the face.
+  /// cell centres and linear beyond the outermost, times the P1 radiance per exitance at each
+  /// pixel's angle; black beside the face.
   Image<float> radiance(const std::vector<std::vector<double>>& exitance) const;
 
   /// Whether the whole pixel lies on the face.

@@ -41,11 +41,11 @@ struct FitOptions {
   double stagnation = 0.03;
 
   double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
-  int stage_steps = 80;           ///< most steps at one weight
+  int stage_steps = 200;          ///< most steps at one weight
   int max_levels = 4;             ///< grids, the finest included; 1 = the finest alone
   bool correct_grid = true;       ///< the correction r
 
-  ModelError model_error{0.002, 5e-5};  ///< on the finest grid
+  ModelError model_error{0.001, 5e-5};  ///< on the finest grid
   ModelError coarse_model_error{0.03, 3e-3};
 
   double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
