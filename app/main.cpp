@@ -1,5 +1,6 @@
 // The kappamu command: parses, dispatches, and turns failures into one sentence and an exit code.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
@@ -19,6 +20,8 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished without "
       "converging.\n"
       "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
+  // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
+  std::signal(SIGXFSZ, SIG_IGN);
   app::Globals globals;
   app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
   app.add_option(
