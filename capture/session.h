@@ -136,6 +136,9 @@ struct Calibration {
 
 struct Session {
   std::filesystem::path folder;  ///< where session.json lies; not part of the file
+  /// Where the pictures come from, in words; the report prints it. A simulator says here how it
+  /// made them.
+  std::string description;
   Setup setup = Setup::back_lit;
   std::vector<std::string> channels{"R", "G", "B"};
   Sample sample;

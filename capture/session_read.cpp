@@ -256,7 +256,8 @@ Calibration read_calibration(const Node& node) {
 Session read_document(const Node& node) {
   // Format and version first: a file of another kind should not be blamed for its fields.
   node.expect_fields({"format", "version", "units", "setup", "channels", "sample", "camera",
-                      "projector", "stations", "patterns", "calibration"});
+                      "projector", "stations", "patterns", "calibration"},
+                     {"description"});
   node["format"].choice({"kappamu-session"});
   if (node["version"].number() != 1.0) {
     node["version"].fail("is not 1; this program reads version 1");
@@ -267,6 +268,7 @@ Session read_document(const Node& node) {
   units["time"].unit("s");
 
   Session session;
+  if (node.has("description")) session.description = node["description"].text();
   session.setup = node["setup"].choice({"back-lit", "front-lit"}) == "back-lit" ? Setup::back_lit
                                                                                 : Setup::front_lit;
   session.channels.clear();

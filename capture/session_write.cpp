@@ -98,7 +98,7 @@ void write_session(const Session& session) {
   validate(session);
   json patterns = json::array();
   for (const Pattern& pattern : session.patterns) patterns.push_back(to_json(pattern));
-  const json document{
+  json document{
       {"format", "kappamu-session"},
       {"version", 1},
       {"units", {{"length", "mm"}, {"time", "s"}}},
@@ -111,6 +111,7 @@ void write_session(const Session& session) {
        {{"calibration", session.calibration_station}, {"patterns", session.pattern_station}}},
       {"patterns", std::move(patterns)},
       {"calibration", to_json(session.calibration)}};
+  if (!session.description.empty()) document["description"] = session.description;
   std::string text;
   try {
     text = document.dump(2) + "\n";

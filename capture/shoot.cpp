@@ -25,6 +25,7 @@ class Shooter {
           Progress& progress)
       : device_(device), plan_(plan), progress_(progress) {
     session_.folder = folder;
+    session_.description = plan.description;
     session_.setup = plan.setup;
     session_.sample = plan.sample;
     session_.camera = device.camera();

@@ -24,6 +24,7 @@ struct PlannedPattern {
 /// Everything a session needs that the rig cannot know by itself. Empty or zero parts are left out
 /// of the session where its format allows that.
 struct CapturePlan {
+  std::string description;  ///< of the rig, for the report; may be empty
   Setup setup = Setup::back_lit;
   Sample sample;
   std::string calibration_station = "front";

@@ -193,6 +193,13 @@ capture::CapturePlan capture_plan(const SimulatedRig& simulated, const Simulatio
                                   std::vector<PlannedPattern> patterns) {
   const Rig& rig = simulated.rig();
   capture::CapturePlan plan;
+  const GridShape& fitted = rig.sample.grid;
+  const GridShape& cells = simulated.transport().block().shape;
+  plan.description = "the simulated rig: grid diffusion with the first-collision source on " +
+                     std::to_string(cells.nx) + " × " + std::to_string(cells.ny) + " × " +
+                     std::to_string(cells.nz) + " cells, not the grid of " +
+                     std::to_string(fitted.nx) + " × " + std::to_string(fitted.ny) + " × " +
+                     std::to_string(fitted.nz) + " voxels to be fitted";
   plan.setup = rig.sample.setup;
   plan.sample.name = rig.sample.name;
   plan.sample.grid = {rig.sample.grid.nx, rig.sample.grid.ny, rig.sample.grid.nz};

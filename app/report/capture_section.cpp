@@ -46,7 +46,7 @@ Html sample_table(const capture::Session& session) {
   std::size_t fit = 0;
   for (const capture::Pattern& pattern : session.patterns)
     fit += pattern.role == capture::PatternRole::fit ? 1 : 0;
-  const std::vector<std::vector<std::string>> lines{
+  std::vector<std::vector<std::string>> lines{
       {"sample", sample.name},
       {"block", size(0) + " × " + size(1) + " × " + size(2) + " mm"},
       {"grid", std::to_string(sample.grid[0]) + " × " + std::to_string(sample.grid[1]) + " × " +
@@ -67,6 +67,7 @@ Html sample_table(const capture::Session& session) {
       {"calibration shots",
        std::to_string(session.calibration.camera_boards.size()) + " board views, " +
            std::to_string(session.calibration.projector_planes.size()) + " projector planes"}};
+  if (!session.description.empty()) lines.push_back({"captured by", session.description});
   std::vector<std::vector<Html>> rows;
   rows.reserve(lines.size());
   for (const auto& line : lines) rows.push_back({text(line[0]), text(line[1])});
