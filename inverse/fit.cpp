@@ -31,12 +31,17 @@ constexpr double suspicious_chi2 = 1.5;
 /// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
 class FitFunction final : public Function {
  public:
-  FitFunction(Objective& objective, const Basis& basis, double thickness_mm, double weight)
-      : objective_(objective), basis_(basis), thickness_mm_(thickness_mm), weight_(weight) {}
+  FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
+              double weight)
+      : objective_(objective),
+        basis_(basis),
+        thickness_mm_(thickness_mm),
+        anchor_(anchor),
+        weight_(weight) {}
 
   double value(const Vector& z) override {
     const CoefficientPair fields = basis_.to_fields(z);
-    roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, fields);
+    roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, fields, anchor_);
     return objective_.value(fields) + weight_ * roughness_.value;
   }
   Vector gradient() override {
@@ -60,6 +65,7 @@ class FitFunction final : public Function {
   Objective& objective_;
   const Basis& basis_;
   double thickness_mm_;
+  Anchor anchor_;
   double weight_;
   Roughness roughness_;
 };
@@ -185,7 +191,9 @@ void ChannelRun::set_basis() {
                               BasisOptions{options_.coordinates, axis_of(problem.setup.lit_face),
                                            depth, options_.smooth_length * depth, state_.weight},
                               state_.blocks);
-  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, state_.weight);
+  const Anchor anchor{std::log(state_.report.homogeneous_kappa),
+                      std::log(state_.report.homogeneous_mu), options_.anchor_length * depth};
+  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor, state_.weight);
 }
 
 void ChannelRun::begin() {
@@ -238,10 +246,11 @@ void ChannelRun::begin_stage() {
 }
 
 void ChannelRun::iterate_stage() {
+  state_.ran_out = false;
   // Two in a row: a single short step is often followed by a long one.
   while (state_.small_decreases < 2) {
     if (state_.stage_steps >= options_.stage_steps) {
-      state_.ran_out = state_.ran_out || state_.level == 0;
+      state_.ran_out = true;
       break;
     }
     const double before = state_.optimiser.value;

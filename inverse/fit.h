@@ -49,6 +49,9 @@ struct FitOptions {
   ModelError coarse_model_error{0.03, 3e-3};
 
   double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
+  /// Length beyond which R draws the fields to the homogeneous start, over the thickness
+  /// (roughness.h).
+  double anchor_length = 3.0;
   int metric_probes = 2;       ///< adjoint solves per grid for the data's share of the metric
   int sensitivity_probes = 0;  ///< adjoint solves spent on where the data constrain the volume
   std::uint64_t seed = 1;      ///< of those probes
@@ -59,9 +62,9 @@ struct FitOptions {
 void validate(const FitOptions& options);
 
 enum class FitStatus {
-  converged,    ///< every weight was minimised to stage_tolerance, down to the noise level
+  converged,    ///< the last weight was minimised to stage_tolerance, at the noise level
   above_noise,  ///< the same, but lower weights stopped helping above the noise level
-  ran_out       ///< stage_steps or last_weight ended it
+  ran_out       ///< stage_steps at the last weight, or last_weight, ended it
 };
 std::string to_string(FitStatus status);
 

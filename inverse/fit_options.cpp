@@ -30,6 +30,7 @@ void validate(const FitOptions& o) {
               o.coarse_model_error.relative >= 0.0 && o.coarse_model_error.of_maximum >= 0.0,
           "model errors must not be negative");
   require(o.smooth_length > 0.0, "smooth_length must be positive");
+  require(o.anchor_length > 0.0, "anchor_length must be positive");
   require(o.sensitivity_probes >= 0, "sensitivity_probes must not be negative");
   require(o.optimiser.memory >= 1, "memory must be at least 1 pair");
   require(o.optimiser.first_step > 0.0 && o.optimiser.longest_step > 0.0,

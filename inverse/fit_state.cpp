@@ -148,7 +148,7 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
        {o.weight.value_or(0.0), o.first_weight, o.last_weight, o.weight_factor, o.restart_steps,
         o.target_chi2, o.stagnation, o.stage_tolerance, o.model_error.relative,
         o.model_error.of_maximum, o.coarse_model_error.relative, o.coarse_model_error.of_maximum,
-        o.smooth_length, o.optimiser.first_step, o.optimiser.longest_step,
+        o.smooth_length, o.anchor_length, o.optimiser.first_step, o.optimiser.longest_step,
         o.optimiser.golden_tolerance, o.backend.solve.tolerance, o.backend.refined_memory_mb}) {
     print.add(x);
   }

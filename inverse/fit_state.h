@@ -16,7 +16,7 @@ struct FitState {
   int level = 0;          ///< of the ladder of grids; 0 = finest
   bool in_stage = false;  ///< the weight has been set up and evaluated
   bool finished = false;
-  bool ran_out = false;     ///< some weight on the finest grid ended on stage_steps
+  bool ran_out = false;     ///< the last weight ended on stage_steps
   int stage_steps = 0;      ///< taken at this weight
   int small_decreases = 0;  ///< in a row
   double last_chi2 = 0.0;   ///< at the end of the last weight on this grid; 0 before the first

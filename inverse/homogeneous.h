@@ -14,8 +14,10 @@ struct HomogeneousFit {
 };
 
 /// Levenberg-Marquardt on log M − log d over the data above three standard deviations, from the
-/// best of a table of guesses that spans marble to milk to wax at any size of block. The logarithm
-/// makes all guesses, however far off, slope towards the solution. Uses the objective's correction.
+/// best three of a table of guesses that spans marble to milk to wax at any size of block. The
+/// logarithm makes all guesses, however far off, slope towards the solution. A thin block that
+/// hardly absorbs does not tell μ, and one with structure may seem to absorb nothing: a weak prior
+/// on the absorbed share of collisions, 3κμ, decides there. Uses the objective's correction.
 /// Throws InputError when no datum stands above its noise.
 HomogeneousFit fit_homogeneous(Objective& objective);
 

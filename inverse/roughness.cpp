@@ -1,12 +1,14 @@
 #include "inverse/roughness.h"
 
+#include <cmath>
 #include <cstddef>
 #include <utility>
 #include <vector>
 
 namespace kappamu::inverse {
 
-Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields) {
+Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
+                    const std::optional<Anchor>& anchor) {
   const double scale = shape.voxel_mm / thickness_mm;
   const std::size_t cells = shape.cells();
   CoefficientPair gradient{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
@@ -32,6 +34,16 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
   for (std::size_t i = 0; i < cells; ++i) {
     value +=
         0.5 * (fields.log_kappa[i] * gradient.log_kappa[i] + fields.log_mu[i] * gradient.log_mu[i]);
+  }
+  if (anchor) {
+    const double pull = scale * std::pow(shape.voxel_mm / anchor->length_mm, 2);
+    for (std::size_t i = 0; i < cells; ++i) {
+      const double by_kappa = fields.log_kappa[i] - anchor->log_kappa;
+      const double by_mu = fields.log_mu[i] - anchor->log_mu;
+      value += 0.5 * pull * (by_kappa * by_kappa + by_mu * by_mu);
+      gradient.log_kappa[i] += pull * by_kappa;
+      gradient.log_mu[i] += pull * by_mu;
+    }
   }
   return {value, std::move(gradient)};
 }
