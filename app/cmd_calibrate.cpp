@@ -5,18 +5,13 @@
 #include "app/command.h"
 #include "app/pipeline.h"
 #include "app/report/run_data.h"
+#include "app/session_command.h"
 
 namespace kappamu::app {
 
 namespace {
 
-struct CalibrateOptions {
-  std::string session;
-  std::string run;
-  bool force = false;
-};
-
-void run_calibrate(const CalibrateOptions& options, const Globals& globals) {
+void run_calibrate(const SessionCommand& options, const Globals& globals) {
   const auto progress = make_progress();
   Pipeline pipeline(options.session, options.run, options.force);
   const bool worked = pipeline.calibrate(*progress);
@@ -36,9 +31,7 @@ void run_calibrate(const CalibrateOptions& options, const Globals& globals) {
   }
   std::printf("camera reprojection RMS     %.3f px\n", camera);
   std::printf("projector reprojection RMS  %.3f px\n", projector);
-  std::printf("%s  (%s)\n", folder.c_str(),
-              worked ? (std::to_string(static_cast<int>(seconds + 0.5)) + " s").c_str()
-                     : "was up to date; --force to redo");
+  std::printf("%s  (%s)\n", folder.c_str(), time_taken(worked, seconds).c_str());
 }
 
 }  // namespace
@@ -55,14 +48,7 @@ void add_calibrate(CLI::App& app, Globals& globals) {
       "shows the residuals of every view. A low RMS says nothing about parts of the picture that "
       "no\n"
       "board reached.");
-  auto options = std::make_shared<CalibrateOptions>();
-  command->add_option("session", options->session, "Folder with session.json")
-      ->required()
-      ->type_name("SESSION");
-  command->add_option("-o,--out", options->run, "Run folder; made if missing")
-      ->required()
-      ->type_name("RUN");
-  command->add_flag("--force", options->force, "Do it again even if it is up to date");
+  const auto options = add_session_options(*command);
   command->footer("Example: kappamu calibrate demo/session -o demo/run");
   command->callback([options, &globals] { run_calibrate(*options, globals); });
 }

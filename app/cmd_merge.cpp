@@ -4,18 +4,13 @@
 
 #include "app/command.h"
 #include "app/pipeline.h"
+#include "app/session_command.h"
 
 namespace kappamu::app {
 
 namespace {
 
-struct MergeOptions {
-  std::string session;
-  std::string run;
-  bool force = false;
-};
-
-void run_merge(const MergeOptions& options, const Globals& globals) {
+void run_merge(const SessionCommand& options, const Globals& globals) {
   const auto progress = make_progress();
   Pipeline pipeline(options.session, options.run, options.force);
   const bool worked = pipeline.merge(*progress);
@@ -32,9 +27,7 @@ void run_merge(const MergeOptions& options, const Globals& globals) {
     return;
   }
   std::printf("%zu HDR images  %s  (%s)\n", pipeline.session()->patterns.size(),
-              (run / "hdr").c_str(),
-              worked ? (std::to_string(static_cast<int>(seconds + 0.5)) + " s").c_str()
-                     : "were up to date; --force to redo");
+              (run / "hdr").c_str(), time_taken(worked, seconds).c_str());
   if (measured) std::printf("surface values %s\n", (run / "measurements").c_str());
 }
 
@@ -50,14 +43,7 @@ void add_merge(CLI::App& app, Globals& globals) {
       "surface\n"
       "voxel, which `kappamu fit` reads (docs/formats.md). A pixel saturated in every exposure is\n"
       "left out of the fit: add a shorter exposure when the report shows many.");
-  auto options = std::make_shared<MergeOptions>();
-  command->add_option("session", options->session, "Folder with session.json")
-      ->required()
-      ->type_name("SESSION");
-  command->add_option("-o,--out", options->run, "Run folder; made if missing")
-      ->required()
-      ->type_name("RUN");
-  command->add_flag("--force", options->force, "Do it again even if it is up to date");
+  const auto options = add_session_options(*command);
   command->footer("Example: kappamu merge demo/session -o demo/run");
   command->callback([options, &globals] { run_merge(*options, globals); });
 }

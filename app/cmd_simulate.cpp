@@ -25,6 +25,7 @@ struct SimulateArguments {
 template <std::size_t N>
 std::array<int, N> parse_extents(const std::string& text, const std::string& option,
                                  const std::string& example) {
+  const std::string wrong = option + " \"" + text + "\" is not of the form " + example;
   std::array<int, N> extents{};
   std::size_t at = 0;
   for (std::size_t i = 0; i < N; ++i) {
@@ -32,7 +33,7 @@ std::array<int, N> parse_extents(const std::string& text, const std::string& opt
     const std::string part = end == std::string::npos ? "" : text.substr(at, end - at);
     if (part.empty() || part.size() > 6 ||
         part.find_first_not_of("0123456789") != std::string::npos) {
-      throw InputError(option + " \"" + text + "\" is not of the form " + example);
+      throw InputError(wrong);
     }
     extents[i] = std::stoi(part);
     at = end + 1;

@@ -34,9 +34,11 @@ std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
   for (const std::string& name : names.empty() ? known : names) {
     const auto at = std::find(known.begin(), known.end(), name);
     if (at == known.end()) {
-      std::string list;
-      for (const std::string& k : known) list.append(list.empty() ? "" : ", ").append(k);
-      throw InputError("channel '" + name + "' is not among those measured (" + list + ")");
+      std::string sentence = "channel '";
+      sentence.append(name).append("' is not among those measured (");
+      for (const std::string& k : known)
+        sentence.append(&k == &known.front() ? "" : ", ").append(k);
+      throw InputError(sentence.append(")"));
     }
     indices.push_back(static_cast<int>(at - known.begin()));
   }

@@ -1,0 +1,24 @@
+#include "app/session_command.h"
+
+#include <CLI/CLI.hpp>
+#include <cmath>
+
+namespace kappamu::app {
+
+std::shared_ptr<SessionCommand> add_session_options(CLI::App& command) {
+  auto options = std::make_shared<SessionCommand>();
+  command.add_option("session", options->session, "Folder with session.json")
+      ->required()
+      ->type_name("SESSION");
+  command.add_option("-o,--out", options->run, "Run folder; made if missing")
+      ->required()
+      ->type_name("RUN");
+  command.add_flag("--force", options->force, "Do it again even if it is up to date");
+  return options;
+}
+
+std::string time_taken(bool worked, double seconds) {
+  return worked ? std::to_string(std::lround(seconds)) + " s" : "up to date; --force to redo";
+}
+
+}  // namespace kappamu::app

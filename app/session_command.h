@@ -1,0 +1,23 @@
+// What the commands that do one stage of a session's run share.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+
+namespace kappamu::app {
+
+struct SessionCommand {
+  std::string session;
+  std::string run;
+  bool force = false;
+};
+
+/// Adds SESSION, --out RUN and --force to `command`.
+std::shared_ptr<SessionCommand> add_session_options(CLI::App& command);
+
+/// How long the stage took, or that there was nothing to do.
+std::string time_taken(bool worked, double seconds);
+
+}  // namespace kappamu::app
