@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "calib/lens_model.h"
+#include "calib/lens_solver.h"
 #include "calib/opencv_convert.h"
 #include "core/error.h"
 
@@ -32,14 +33,8 @@ struct CornerResidual {
   }
 };
 
-struct Fit {
-  LensModel model = LensModel::pinhole;
-  LensNumbers numbers{};
+struct Fit : LensFit {
   std::vector<std::array<double, 6>> poses;
-  double residual_sum_of_squares = 0.0;
-  std::size_t residuals = 0;
-  bool converged = false;
-  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
 
   double akaike() const {
     return akaike_criterion(residual_sum_of_squares, residuals, parameter_count(model));
@@ -108,29 +103,14 @@ Fit refine(const std::vector<BoardView>& views, double square_mm, const Fit& sta
       }
     }
   }
-  const std::vector<int> fixed = fixed_numbers(model);
-  if (!fixed.empty()) {
-    problem.SetManifold(fit.numbers.data(), new ceres::SubsetManifold(9, fixed));
-  }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.max_num_iterations = 200;
-  options.function_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-12;
-  options.gradient_tolerance = 1e-12;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  fit.converged = summary.termination_type == ceres::CONVERGENCE;
-  fit.residuals = static_cast<std::size_t>(problem.NumResiduals());
-  fit.residual_sum_of_squares = 2.0 * summary.final_cost;
+  const bool usable = solve(problem, fit);
 
   ceres::Covariance::Options covariance_options;
   covariance_options.algorithm_type = ceres::SPARSE_QR;
   ceres::Covariance covariance(covariance_options);
   const double* block = fit.numbers.data();
   const std::vector<std::pair<const double*, const double*>> wanted{{block, block}};
-  if (!summary.IsSolutionUsable() || !covariance.Compute(wanted, &problem)) {
+  if (!usable || !covariance.Compute(wanted, &problem)) {
     throw InputError(undetermined);
   }
   Eigen::Matrix<double, 9, 9, Eigen::RowMajor> raw;

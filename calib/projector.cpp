@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "calib/lens_model.h"
+#include "calib/lens_solver.h"
 #include "calib/opencv_convert.h"
 #include "core/error.h"
 
@@ -79,15 +80,9 @@ struct Setting {
   }
 };
 
-struct Fit {
-  LensModel model = LensModel::pinhole_square;
-  LensNumbers numbers{};
+struct Fit : LensFit {
   std::array<double, 6> projector{};
   std::vector<std::array<double, 6>> planes;
-  double residual_sum_of_squares = 0.0;
-  std::size_t residuals = 0;
-  bool converged = false;
-  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Zero();
 
   double criterion() const {
@@ -188,28 +183,13 @@ Fit refine(const Setting& setting, const Fit& start, LensModel model) {
   fit.model = model;
   ceres::Problem problem;
   add_residuals(setting, fit, problem);
-  const std::vector<int> fixed = fixed_numbers(model);
-  if (!fixed.empty()) {
-    problem.SetManifold(fit.numbers.data(), new ceres::SubsetManifold(9, fixed));
-  }
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.max_num_iterations = 200;
-  options.function_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-12;
-  options.gradient_tolerance = 1e-12;
-  options.logging_type = ceres::SILENT;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  fit.converged = summary.termination_type == ceres::CONVERGENCE;
-  fit.residuals = static_cast<std::size_t>(problem.NumResiduals());
-  fit.residual_sum_of_squares = 2.0 * summary.final_cost;
+  const bool usable = solve(problem, fit);
 
   ceres::Covariance covariance({});
   const double* lens = fit.numbers.data();
   const double* pose = fit.projector.data();
   const std::vector<std::pair<const double*, const double*>> wanted{{lens, lens}, {pose, pose}};
-  if (!summary.IsSolutionUsable() || !covariance.Compute(wanted, &problem)) {
+  if (!usable || !covariance.Compute(wanted, &problem)) {
     throw InputError(undetermined);
   }
   Eigen::Matrix<double, 9, 9, Eigen::RowMajor> lens_block;

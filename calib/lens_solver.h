@@ -1,0 +1,29 @@
+// Least squares over a lens and whatever poses go with it, for camera and projector alike. Included
+// by .cpp files of this folder only.
+#pragma once
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Core>
+#include <cstddef>
+
+#include "calib/camera.h"
+#include "calib/lens_model.h"
+
+namespace kappamu::calib {
+
+/// A lens fitted to observations, and how well.
+struct LensFit {
+  LensModel model = LensModel::pinhole_square;
+  LensNumbers numbers{};
+  double residual_sum_of_squares = 0.0;
+  std::size_t residuals = 0;
+  bool converged = false;
+  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+};
+
+/// Minimises `problem`, whose residuals refer to fit.numbers, with the numbers held that fit.model
+/// holds fixed. Sets all of `fit` but the covariance; false if the result is of no use.
+[[nodiscard]] bool solve(ceres::Problem& problem, LensFit& fit);
+
+}  // namespace kappamu::calib
