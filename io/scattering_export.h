@@ -9,9 +9,6 @@ namespace kappamu::io {
 /// `result`.
 std::vector<ScatteringVolumes> scattering_with_warnings(const VolumeSet& set, ExportResult& result);
 
-/// `text` with &, <, > and quotes replaced for XML.
-std::string xml_escaped(const std::string& text);
-
 /// The shortest text that reads back as the same number.
 std::string number_text(double value);
 

@@ -4,6 +4,7 @@
 
 #include "io/atomic_file.h"
 #include "io/scattering_export.h"
+#include "io/xml_text.h"
 
 namespace kappamu::io {
 

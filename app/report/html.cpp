@@ -4,39 +4,17 @@
 #include <cmath>
 #include <cstdio>
 
+#include "io/xml_text.h"
+
 namespace kappamu::app::report {
 
 namespace {
-
-std::string escaped(std::string_view plain) {
-  std::string result;
-  result.reserve(plain.size());
-  for (const char c : plain) {
-    switch (c) {
-      case '&':
-        result += "&amp;";
-        break;
-      case '<':
-        result += "&lt;";
-        break;
-      case '>':
-        result += "&gt;";
-        break;
-      case '"':
-        result += "&quot;";
-        break;
-      default:
-        result += c;
-    }
-  }
-  return result;
-}
 
 std::string opening(std::string_view tag, const Attributes& attributes) {
   std::string result = "<";
   result.append(tag);
   for (const auto& [name, value] : attributes)
-    result.append(" ").append(name).append("=\"").append(escaped(value)).append("\"");
+    result.append(" ").append(name).append("=\"").append(io::xml_escaped(value)).append("\"");
   return result;
 }
 
@@ -55,7 +33,7 @@ Html raw(std::string markup) {
 }
 
 Html text(std::string_view plain) {
-  return raw(escaped(plain));
+  return raw(io::xml_escaped(plain));
 }
 
 Html element(std::string_view tag, const Attributes& attributes, const Html& content) {
