@@ -11,6 +11,7 @@
 #include "app/fingerprint.h"
 #include "core/error.h"
 #include "process.h"
+#include "tests/sentence.h"
 
 namespace kappamu::app {
 namespace {
@@ -90,35 +91,23 @@ TEST_F(RunFolderTest, WarningsAreKeptOnceEach) {
 
 TEST_F(RunFolderTest, AnotherInputIsRefusedUnlessForced) {
   open("one").run({"fit", "key", {"out"}}, silent_, work());
-  try {
-    open("two");
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("holds a run of another input"));
-    EXPECT_THAT(error.what(), HasSubstr("--force"));
-  }
+  const std::string sentence = sentence_of([&] { open("two"); });
+  EXPECT_THAT(sentence, HasSubstr("holds a run of another input"));
+  EXPECT_THAT(sentence, HasSubstr("--force"));
   EXPECT_NO_THROW(open("two", true));
 }
 
 TEST_F(RunFolderTest, SecondProcessIsKeptOut) {
   const RunFolder first = open();
-  try {
-    open();
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("another kappamu is working"));
-  }
+  const std::string sentence = sentence_of([&] { open(); });
+  EXPECT_THAT(sentence, HasSubstr("another kappamu is working"));
 }
 
 TEST_F(RunFolderTest, DamagedRecordIsNamed) {
   fs::create_directories(folder() / "run");
   std::ofstream(folder() / "run" / "run.json") << "{\"format\": \"kappamu-run\", ";
-  try {
-    open();
-    FAIL() << "accepted";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("run.json"));
-  }
+  const std::string sentence = sentence_of([&] { open(); });
+  EXPECT_THAT(sentence, HasSubstr("run.json"));
 }
 
 TEST(FingerprintTest, BoundariesBetweenPiecesCount) {

@@ -8,6 +8,7 @@
 #include "board_scene.h"
 #include "core/error.h"
 #include "io/image_file.h"
+#include "tests/sentence.h"
 
 namespace kappamu::calib {
 namespace {
@@ -107,13 +108,9 @@ TEST(Camera, CovarianceIsTheSpreadOfRepeatedCalibrations) {
 TEST(Camera, TwoViewsAreRefusedInOneSentence) {
   std::vector<BoardView> views = views_of(camera_lens(), 0.0, 7);
   views.resize(2);
-  try {
-    calibrate_camera(views, square_mm, 640, 480);
-    FAIL() << "two views passed";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("2 board photographs given and at least 3 are needed"));
-    EXPECT_THAT(error.what(), HasSubstr("calibration.camera_boards"));
-  }
+  const std::string sentence = sentence_of([&] { calibrate_camera(views, square_mm, 640, 480); });
+  EXPECT_THAT(sentence, HasSubstr("2 board photographs given and at least 3 are needed"));
+  EXPECT_THAT(sentence, HasSubstr("calibration.camera_boards"));
 }
 
 TEST(Camera, ViewsWithoutTiltDoNotDetermineTheLens) {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "board_scene.h"
-#include "core/error.h"
+#include "tests/sentence.h"
 
 namespace kappamu::calib {
 namespace {
@@ -120,13 +120,11 @@ TEST(Projector, CovarianceIsTheSpreadOfRepeatedCalibrations) {
 
 TEST(Projector, TwoPlanesAreRefusedInOneSentence) {
   const Rig rig;
-  try {
+  const std::string sentence = sentence_of([&] {
     calibrate_projector(rig.camera, rig.printed, rig.projected, rig.planes(2, 0.0, 4), 1024, 768);
-    FAIL() << "two planes passed";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("2 planes given and at least 3 are needed"));
-    EXPECT_THAT(error.what(), HasSubstr("calibration.projector_planes"));
-  }
+  });
+  EXPECT_THAT(sentence, HasSubstr("2 planes given and at least 3 are needed"));
+  EXPECT_THAT(sentence, HasSubstr("calibration.projector_planes"));
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "io/image_file.h"
 #include "tests/capture/session_files.h"
 #include "tests/capture/simulated_camera.h"
+#include "tests/sentence.h"
 
 namespace kappamu::capture {
 namespace {
@@ -29,7 +30,7 @@ class Frames : public testing::Test {
     session.camera.bit_depth = 12;
   }
   std::string error_of(const std::string& file) {
-    return input_error_of([&] { load_frame(session, {file, 0.1}); });
+    return sentence_of([&] { load_frame(session, {file, 0.1}); });
   }
   std::string path(const std::string& file) const { return (folder.path() / file).string(); }
 
@@ -112,7 +113,7 @@ TEST_F(Frames, AStackSaturatedThroughoutNamesFilePatternAndFix) {
   radiometry.black_level.assign(3, 0.0);
   radiometry.response.linear.assign(3, linear_response(12, 0.0));
   radiometry.noise.assign(3, {20000.0, 5.0, false});
-  EXPECT_EQ(input_error_of([&] {
+  EXPECT_EQ(sentence_of([&] {
               merge_stack(session, {{"a.png", 0.5}, {"b.png", 2.0}}, "pattern fit_03", radiometry);
             }),
             path("session.json") + ": pattern fit_03: every pixel is saturated in all 2 frames; " +

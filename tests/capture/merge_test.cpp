@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "tests/capture/session_files.h"
 #include "tests/capture/simulated_camera.h"
+#include "tests/sentence.h"
 
 namespace kappamu::capture {
 namespace {
@@ -143,18 +144,18 @@ TEST(MergeFrames, AllSaturatedOrAllDarkIsToldWithTheFix) {
   const Radiometry radiometry = true_radiometry(camera, 1);
   const std::vector<double> exposures{0.5, 0.1};
   const auto bright = shoot_stack(camera, Image<float>(5, 4, 1, 1000.0F), exposures, 1);
-  EXPECT_THAT(input_error_of([&] { merge_frames(bright, radiometry, "s: pattern fit_03"); }),
+  EXPECT_THAT(sentence_of([&] { merge_frames(bright, radiometry, "s: pattern fit_03"); }),
               testing::StrEq("s: pattern fit_03: every pixel is saturated in all 2 frames; add "
                              "exposures shorter than 0.1 s."));
   auto dark = shoot_stack(camera, Image<float>(5, 4, 1, 0.0F), exposures, 1);
   for (ExposedFrame& frame : dark) frame.codes = Image<std::uint16_t>(5, 4, 1, 40);
-  EXPECT_THAT(input_error_of([&] { merge_frames(dark, radiometry, "s: pattern fit_03"); }),
+  EXPECT_THAT(sentence_of([&] { merge_frames(dark, radiometry, "s: pattern fit_03"); }),
               testing::HasSubstr("darker than the noise in all 2 frames; add exposures longer "
                                  "than 0.5 s"));
   const HdrImage black =
       merge_frames(dark, radiometry, "s", {MergeWeight::inverse_variance, false});
   EXPECT_NEAR(black.radiance(0, 0), 0.0, 1e-6);
-  EXPECT_THAT(input_error_of([&] { merge_frames({}, radiometry, "s"); }),
+  EXPECT_THAT(sentence_of([&] { merge_frames({}, radiometry, "s"); }),
               testing::HasSubstr("no frames"));
 }
 

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "tests/capture/session_files.h"
 #include "tests/capture/simulated_camera.h"
+#include "tests/sentence.h"
 
 namespace kappamu::capture {
 namespace {
@@ -142,7 +143,7 @@ TEST(ResponseCurve, OneExposureIsNotEnoughAndSaysSo) {
   const Image<float> scene = smooth_scene(64, 64, 1, 0.003, 20.0);
   std::vector<ResponseSample> samples;
   collect_response_samples(shoot_stack(camera, scene, {0.1}, 5), 0, 12, {}, samples);
-  EXPECT_THAT(input_error_of([&] { recover_response(samples, 12, 40.0, {}, "s/session.json"); }),
+  EXPECT_THAT(sentence_of([&] { recover_response(samples, 12, 40.0, {}, "s/session.json"); }),
               testing::AllOf(testing::StartsWith("s/session.json: the exposure stacks do not hold"),
                              testing::HasSubstr("add exposure times")));
 }

@@ -6,8 +6,6 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "core/error.h"
-
 namespace kappamu::capture {
 
 TemporaryFolder::TemporaryFolder() {
@@ -41,15 +39,6 @@ std::string documented_session_text() {
     throw std::runtime_error("docs/formats.md holds no JSON example");
   }
   return text.substr(begin + 8, end - begin - 8);
-}
-
-std::string input_error_of(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 }  // namespace kappamu::capture

@@ -1,8 +1,7 @@
-// Shared by capture's tests: temporary folders, the documented example session, error texts.
+// Shared by capture's tests: temporary folders, the documented example session.
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <string>
 
 namespace kappamu::capture {
@@ -25,8 +24,5 @@ std::string documented_session_text();
 
 void write_text(const std::filesystem::path& file, const std::string& text);
 std::string read_text(const std::filesystem::path& file);
-
-/// The sentence of the InputError that `act` throws; "" if it throws none.
-std::string input_error_of(const std::function<void()>& act);
 
 }  // namespace kappamu::capture

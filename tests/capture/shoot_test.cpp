@@ -15,6 +15,7 @@
 #include "io/image_file.h"
 #include "tests/capture/session_files.h"
 #include "tests/capture/simulated_camera.h"
+#include "tests/sentence.h"
 
 namespace kappamu::capture {
 namespace {
@@ -137,7 +138,7 @@ TEST(Shoot, AContradictoryPlanIsRefusedBeforeTheFirstExposure) {
     CapturePlan plan = small_plan();
     edit(plan);
     const std::string sentence =
-        input_error_of([&] { shoot_session(rig, plan, folder.path(), silent); });
+        sentence_of([&] { shoot_session(rig, plan, folder.path(), silent); });
     EXPECT_EQ(rig.exposed, 0) << sentence;
     EXPECT_EQ(rig.placed, 0) << sentence;
     return sentence;
@@ -204,7 +205,7 @@ TEST(PatchPatterns, OverhangGrowsTheOuterPatchesOutwards) {
 }
 
 TEST(PatchPatterns, ADegenerateQuadIsRefused) {
-  EXPECT_THAT(input_error_of([] {
+  EXPECT_THAT(sentence_of([] {
                 make_patch_patterns({64, 48}, {{{1, 1}, {1, 1}, {1, 1}, {1, 1}}}, 2, 0.0,
                                     PatternRole::fit, "p");
               }),

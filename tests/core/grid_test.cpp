@@ -7,23 +7,13 @@
 #include <limits>
 #include <set>
 
-#include "core/error.h"
 #include "core/surface_measurements.h"
+#include "tests/sentence.h"
 
 namespace kappamu {
 namespace {
 
 using ::testing::HasSubstr;
-
-template <class F>
-std::string sentence_of(F f) {
-  try {
-    f();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no InputError";
-}
 
 TEST(GridShape, VariesXFastest) {
   const GridShape grid{7, 5, 3, 0.5};

@@ -16,6 +16,7 @@
 #include "io/exr.h"
 #include "io/image_file.h"
 #include "io/npy.h"
+#include "tests/sentence.h"
 
 namespace kappamu::synthetic {
 namespace {
@@ -209,12 +210,9 @@ TEST_F(Simulated, ScoreFindsTheErrorsThatWerePutIn) {
 TEST_F(Simulated, ScoreOfAnEmptyFolderSaysWhatIsMissing) {
   Progress silent;
   fs::create_directories(folder_ / "empty");
-  try {
-    score_run(folder_ / "empty", report_.truth, "reference", silent);
-    FAIL() << "an empty run was scored";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), testing::HasSubstr("neither hdr/ nor fit/"));
-  }
+  const std::string sentence =
+      sentence_of([&] { score_run(folder_ / "empty", report_.truth, "reference", silent); });
+  EXPECT_THAT(sentence, testing::HasSubstr("neither hdr/ nor fit/"));
   EXPECT_THROW(score_run(report_.session, folder_ / "empty", "reference", silent), InputError);
 }
 

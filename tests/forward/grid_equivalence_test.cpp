@@ -7,13 +7,13 @@
 #include <map>
 #include <sstream>
 
-#include "core/error.h"
 #include "device/context.h"
 #include "forward/grid/opencl_field.h"
 #include "forward/grid/opencl_solver.h"
 #include "forward/grid/solver_self_test.h"
 #include "tests/forward/grid_backends.h"
 #include "tests/forward/grid_test_tools.h"
+#include "tests/sentence.h"
 
 namespace kappamu::forward {
 
@@ -242,23 +242,11 @@ TEST(SolverChoiceTest, ADistrustedDeviceIsReplacedLoudly) {
 }
 
 TEST(SolverChoiceTest, UnknownDeviceIsOneSentence) {
-  try {
+  const std::string sentence = sentence_of([&] {
     make_grid_solver({.shape = {3, 3, 3, 1.0}}, "no such device");
-    FAIL() << "a device that does not exist was chosen";
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("no OpenCL device matches 'no such device'"));
-    EXPECT_THAT(error.what(), HasSubstr("install pocl-opencl-icd or pass --device reference"));
-  }
-}
-
-template <class F>
-std::string sentence_of(F f) {
-  try {
-    f();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "no error";
+  });
+  EXPECT_THAT(sentence, HasSubstr("no OpenCL device matches 'no such device'"));
+  EXPECT_THAT(sentence, HasSubstr("install pocl-opencl-icd or pass --device reference"));
 }
 
 class GridInput : public testing::OnBackend {};

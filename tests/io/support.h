@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/read_file.h"
+#include "tests/sentence.h"
 
 namespace kappamu::io {
 
@@ -38,24 +39,6 @@ class FolderTest : public testing::Test {
 
   std::filesystem::path folder_;
 };
-
-/// The sentence of the InputError that `act` throws; fails the test when it throws none or when
-/// the text has several lines.
-template <class Act>
-std::string sentence_of(const Act& act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    std::string sentence = error.what();
-    EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
-    return sentence;
-  } catch (const std::exception& error) {
-    ADD_FAILURE() << "expected InputError, got " << error.what();
-    return "";
-  }
-  ADD_FAILURE() << "expected InputError, nothing was thrown";
-  return "";
-}
 
 /// Overwrites `file` with its first `size` bytes.
 inline void truncate_to(const std::filesystem::path& file, std::size_t size) {
