@@ -16,7 +16,7 @@ constexpr double usable_saturated = 2e-2;
 constexpr double good_used = 0.9;  // back-lit: nearly the whole face should carry data
 constexpr double usable_used = 0.5;
 constexpr double usable_used_front_lit = 0.3;  // lit patches are left out by design
-constexpr double low_chi2 = 0.3;               // below: variances overstated, or noise fitted
+constexpr double low_chi2 = 0.1;               // below: variances overstated, or noise fitted
 constexpr double good_chi2 = 1.5;              // about 1 where model and variances are right
 constexpr double usable_chi2 = 4.0;
 constexpr double good_error = 1e-3;
@@ -75,10 +75,14 @@ Criterion judge_fit(const RunData& run) {
   criterion.light = Light::green;
   criterion.sentence = "χ² per value";
   bool converged = true;
+  bool low = false;
   for (const Convergence& channel : run.fit->convergence) {
     const double chi2 = channel.chi2_per_value;
     Light light = graded(chi2, good_chi2, usable_chi2);
-    if (chi2 < low_chi2) light = Light::amber;
+    if (chi2 < low_chi2) {
+      light = Light::amber;
+      low = true;
+    }
     if (!channel.converged) light = std::max(light, Light::amber);
     converged = converged && channel.converged;
     criterion.light = std::max(criterion.light, light);
@@ -86,6 +90,7 @@ Criterion judge_fit(const RunData& run) {
   }
   criterion.sentence += " where 1 is data explained to their noise; ";
   criterion.sentence += converged ? "every channel converged." : "a channel did not converge.";
+  if (low) criterion.sentence += " So low a value says that the variances are overstated.";
   return criterion;
 }
 
