@@ -6,7 +6,8 @@
 
 namespace kappamu::io {
 
-/// `text` with &, <, > and double quotes replaced, for contents and for attributes in double quotes.
+/// `text` with &, <, > and double quotes replaced, for contents and for attributes in double
+/// quotes.
 std::string xml_escaped(std::string_view text);
 
 }  // namespace kappamu::io
