@@ -27,6 +27,8 @@ using Clock = std::chrono::steady_clock;
 constexpr int fewest_voxels = 4;
 /// χ² per datum above which stopping there is worth a warning.
 constexpr double suspicious_chi2 = 1.5;
+/// χ² per datum of the homogeneous block that FitOptions::first_weight is made for.
+constexpr double coarse_start_chi2 = 100.0;
 
 /// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
 class FitFunction final : public Function {
@@ -217,16 +219,22 @@ void ChannelRun::begin() {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
   state_.fields = fields();
-  state_.weight = options_.weight.value_or(options_.first_weight);
+  // χ² of a homogeneous block counts how much sharper than structure the data are: where no coarse
+  // grid with its generous model error goes first, the path starts as much higher.
+  const double chi2 =
+      2.0 * objective_->value(state_.fields) / static_cast<double>(objective_->problem().used());
+  state_.weight =
+      options_.weight.value_or(options_.first_weight * std::max(1.0, chi2 / coarse_start_chi2));
 }
 
 void ChannelRun::begin_stage() {
-  const bool first_of_level = state_.last_chi2 == 0.0;
   if (options_.correct_grid) {
     objective_->refresh_correction(refinement(), state_.fields);
     state_.correction = objective_->correction();
   }
-  if (options_.coordinates == Coordinates::informed && first_of_level) {
+  if (options_.coordinates == Coordinates::informed) {
+    // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
+    // block, and a poor metric costs more steps than these solves.
     objective_->value(state_.fields);
     state_.blocks = estimate_lateral_blocks(*objective_, axis_of(ladder_[0].setup.lit_face),
                                             options_.metric_probes, options_.seed);

@@ -69,6 +69,32 @@ TEST(Roughness, DoesNotDependOnGridOrUnitOfLength) {
   }
 }
 
+TEST(Roughness, AnchorAddsItsPullAlone) {
+  const GridShape grid{4, 3, 5, 0.5};
+  const CoefficientPair fields = cases::smooth_medium(grid);
+  const Anchor anchor{-2.0, -4.0, 3.0};
+  const Roughness plain = roughness(grid, 2.5, fields);
+  const Roughness anchored = roughness(grid, 2.5, fields, anchor);
+  double sum = 0.0;  // ½ ∫ |u − u*|² dV/(ℓ L²)
+  for (std::size_t i = 0; i < grid.cells(); ++i) {
+    sum += std::pow(fields.log_kappa[i] + 2.0, 2) + std::pow(fields.log_mu[i] + 4.0, 2);
+  }
+  const double expected = 0.5 * std::pow(0.5, 3) * sum / (2.5 * 9.0);
+  EXPECT_NEAR(anchored.value - plain.value, expected, 1e-12 * expected);
+  // The gradient is that of the value: exact central differences of a quadratic.
+  constexpr double step = 1e-3;
+  for (const std::size_t i : {std::size_t{0}, std::size_t{17}}) {
+    CoefficientPair up = fields;
+    CoefficientPair down = fields;
+    up.log_mu[i] += step;
+    down.log_mu[i] -= step;
+    const double slope =
+        (roughness(grid, 2.5, up, anchor).value - roughness(grid, 2.5, down, anchor).value) /
+        (2.0 * step);
+    EXPECT_NEAR(anchored.gradient.log_mu[i], slope, 1e-8);
+  }
+}
+
 TEST(Ladder, CoarseGridsKeepThePowerOfOddSizedLight) {
   cases::Block block;
   block.grid = {9, 7, 5, 0.5};

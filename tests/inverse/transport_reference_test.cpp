@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -69,6 +70,9 @@ TEST(TransportReference, HeldOutAppearanceOfTheFittedVolume) {
   const double single = score(fit.medium, m, root / "truth", "single");
   RecordProperty("E_patches", std::to_string(patches));
   RecordProperty("E_single", std::to_string(single));
+  std::printf("E %.2g under patches, %.2g under single voxels; chi2 %.3g after %d solves\n",
+              patches, single, fit.report.chi2_per_datum,
+              fit.report.history.back().solves.forward + fit.report.history.back().solves.adjoint);
   EXPECT_LT(patches, peer_patches);
   EXPECT_LT(single, peer_single);
 }
