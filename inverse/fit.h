@@ -51,7 +51,7 @@ struct FitOptions {
   double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
   /// Length beyond which R draws the fields to the homogeneous start, over the thickness
   /// (roughness.h).
-  double anchor_length = 3.0;
+  double anchor_length = 10.0;
   int metric_probes = 2;       ///< adjoint solves per grid for the data's share of the metric
   int sensitivity_probes = 0;  ///< adjoint solves spent on where the data constrain the volume
   std::uint64_t seed = 1;      ///< of those probes
