@@ -49,17 +49,56 @@ double score(const Medium& medium, SurfaceMeasurements light, const fs::path& tr
   return misfit / squares;
 }
 
-TEST(TransportReference, HeldOutAppearanceOfTheFittedVolume) {
-  const fs::path root =
-      fs::path(KAPPAMU_SOURCE_DIR) / "../shared/data/transport-reference/block-32x32x10";
-  if (!fs::exists(root / "measurements")) GTEST_SKIP() << root << " is not on this machine";
-  SurfaceMeasurements m;  // as measurements.json states it
+const fs::path root =
+    fs::path(KAPPAMU_SOURCE_DIR) / "../shared/data/transport-reference/block-32x32x10";
+
+/// As measurements.json states them.
+SurfaceMeasurements reference_measurements() {
+  SurfaceMeasurements m;
   m.grid = {32, 32, 10, 0.5};
   m.channels = {"grey"};
   m.patterns = 16;
   m.irradiance = read_floats(root / "measurements" / "irradiance.npy");
   m.value = read_floats(root / "measurements" / "value.npy");
   m.variance = read_floats(root / "measurements" / "variance.npy");
+  return m;
+}
+
+/// The table of docs/theory.md, section 4.
+TEST(TransportReference, InformedCoordinatesScoreBest) {
+  if (!fs::exists(root / "measurements")) GTEST_SKIP() << root << " is not on this machine";
+  const SurfaceMeasurements m = reference_measurements();
+  struct Way {
+    const char* name;
+    Coordinates coordinates;
+    Method method;
+  };
+  Progress silent;
+  double informed = 0.0;
+  for (const Way& way : {Way{"informed", Coordinates::informed, Method::lbfgs},
+                         Way{"smooth", Coordinates::smooth, Method::lbfgs},
+                         Way{"voxels", Coordinates::voxels, Method::lbfgs},
+                         Way{"wang2008", Coordinates::voxels, Method::wang2008}}) {
+    FitOptions options;
+    options.coordinates = way.coordinates;
+    options.optimiser.method = way.method;
+    const ChannelFit fit = fit_channel(m, 0, options, {}, silent);
+    const SolveCount& solves = fit.report.history.back().solves;
+    const double patches = score(fit.medium, m, root / "truth", "patches");
+    std::printf("%s: E %.2g patches, %.2g single; chi2 %.3g after %d solves, %s\n", way.name,
+                patches, score(fit.medium, m, root / "truth", "single"), fit.report.chi2_per_datum,
+                solves.forward + solves.adjoint, to_string(fit.report.status).c_str());
+    if (way.coordinates == Coordinates::informed) {
+      informed = patches;
+    } else {
+      EXPECT_LT(informed, 0.5 * patches) << way.name;
+    }
+  }
+}
+
+TEST(TransportReference, HeldOutAppearanceOfTheFittedVolume) {
+  if (!fs::exists(root / "measurements")) GTEST_SKIP() << root << " is not on this machine";
+  const SurfaceMeasurements m = reference_measurements();
   Progress silent;
   const ChannelFit fit = fit_channel(m, 0, {}, {}, silent);
   EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.message;
