@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "inverse/basis.h"
+#include "inverse/fit_function.h"
 #include "inverse/fit_state.h"
 #include "inverse/homogeneous.h"
 #include "inverse/lateral_hessian.h"
@@ -29,48 +30,6 @@ constexpr int fewest_voxels = 4;
 constexpr double suspicious_chi2 = 1.5;
 /// χ² per datum of the homogeneous block that FitOptions::first_weight is made for.
 constexpr double coarse_start_chi2 = 100.0;
-
-/// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
-class FitFunction final : public Function {
- public:
-  FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
-              double weight)
-      : objective_(objective),
-        basis_(basis),
-        thickness_mm_(thickness_mm),
-        anchor_(anchor),
-        weight_(weight) {}
-
-  double value(const Vector& z) override {
-    const CoefficientPair fields = basis_.to_fields(z);
-    roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, fields, anchor_);
-    return objective_.value(fields) + weight_ * roughness_.value;
-  }
-  Vector gradient() override {
-    CoefficientPair sum = objective_.gradient();
-    for (std::size_t i = 0; i < sum.log_mu.size(); ++i) {
-      sum.log_kappa[i] += weight_ * roughness_.gradient.log_kappa[i];
-      sum.log_mu[i] += weight_ * roughness_.gradient.log_mu[i];
-    }
-    return basis_.gradient(sum);
-  }
-  double last_roughness() const { return roughness_.value; }
-  double amplitude(const Vector& direction) const override {
-    const CoefficientPair fields = basis_.to_fields(direction);
-    double largest = 0.0;
-    for (const double x : fields.log_kappa) largest = std::max(largest, std::abs(x));
-    for (const double x : fields.log_mu) largest = std::max(largest, std::abs(x));
-    return largest;
-  }
-
- private:
-  Objective& objective_;
-  const Basis& basis_;
-  double thickness_mm_;
-  Anchor anchor_;
-  double weight_;
-  Roughness roughness_;
-};
 
 double thickness(const Problem& problem) {
   const GridShape& shape = problem.setup.shape;
