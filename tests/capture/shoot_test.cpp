@@ -191,7 +191,7 @@ TEST(PatchPatterns, OverhangGrowsTheOuterPatchesOutwards) {
   for (int y = 0; y < projector.height; ++y) {
     for (int x = 0; x < projector.width; ++x) {
       const bool inside = x >= 20 && x < 80 && y >= 20 && y < 60;
-      const bool framed = x >= 14 && x <= 86 && y >= 16 && y <= 64;
+      const bool framed = x >= 13 && x <= 86 && y >= 16 && y <= 63;
       int lit = 0;
       for (std::size_t m = 0; m < wide.size(); ++m) {
         lit += wide[m].image(x, y) == 255 ? 1 : 0;
