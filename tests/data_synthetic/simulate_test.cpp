@@ -84,7 +84,7 @@ TEST_F(Simulated, SessionHoldsNoTruth) {
   // Values that only the truth knows do not appear in the session's own file.
   const std::string text = bytes_of(report_.session / "session.json");
   const Truth truth = read_truth(report_.truth);
-  for (const char* word : {"truth", "kappa_", "distortion", "seed", "pose", "simul", "intensity"}) {
+  for (const char* word : {"truth", "kappa_", "distortion", "seed", "pose", "intensity"}) {
     EXPECT_EQ(text.find(word), std::string::npos) << word;
   }
   for (const double value : {truth.camera_lens.fx, truth.camera_lens.cx, truth.projector.intensity,
@@ -97,6 +97,12 @@ TEST_F(Simulated, TransportGridIsNotTheFittedOne) {
   const Truth truth = read_truth(report_.truth);
   EXPECT_EQ(truth.transport_grid, truth.grid.refined(2));
   EXPECT_EQ(report_.transport_grid, truth.transport_grid);
+  // The session says so in words, for the report to print.
+  const GridShape& cells = truth.transport_grid;
+  EXPECT_NE(capture::read_session(report_.session)
+                .description.find(std::to_string(cells.nx) + " × " + std::to_string(cells.ny) +
+                                  " × " + std::to_string(cells.nz) + " cells"),
+            std::string::npos);
 }
 
 TEST_F(Simulated, RepeatsBitByBit) {
