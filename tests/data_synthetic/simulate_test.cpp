@@ -3,6 +3,7 @@
 #include "data_synthetic/simulate.h"
 
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +41,9 @@ SimulationOptions small_options() {
 class Simulated : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = fs::path(testing::TempDir()) / "kappamu_simulate_test";
+    // CTest runs the cases of this suite as processes side by side.
+    folder_ =
+        fs::path(testing::TempDir()) / ("kappamu_simulate_test_" + std::to_string(::getpid()));
     fs::remove_all(folder_);
     Progress silent;
     report_ = simulate(small_options(), folder_ / "a", "reference", silent);
