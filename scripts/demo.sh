@@ -25,18 +25,18 @@ if [[ -f $out/truth/truth.json && -f $out/simulate.json ]]; then
 else
   echo "demo: simulating the capture of '$sample' into $out/session"
   mkdir -p "$out"
-  "$kappamu" simulate --sample "$sample" -o "$out" --json "$@" | tee "$out/simulate.log"
+  "$kappamu" simulate --sample "$sample" -o "$out" --json "$@" >"$out/simulate.log"
   tail -n 1 "$out/simulate.log" >"$out/simulate.json"
 fi
 
 echo "demo: running the pipeline on $out/session"
 status=0
-"$kappamu" run "$out/session" -o "$out/run" --json | tee "$out/run.log" || status=$?
+"$kappamu" run "$out/session" -o "$out/run" --json >"$out/run.log" || status=$?
 ((status == 0 || status == 3)) || exit "$status"
 tail -n 1 "$out/run.log" >"$out/run.json"
 
 echo "demo: scoring against the truth"
-"$kappamu" score "$out/run" --truth "$out/truth" --json | tee "$out/score.log"
+"$kappamu" score "$out/run" --truth "$out/truth" --json >"$out/score.log"
 tail -n 1 "$out/score.log" >"$out/score.json"
 
 python3 scripts/demo_summary.py "$out"
