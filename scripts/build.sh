@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Configures and builds a preset (default: release). Sourced paths: the repository root is the working folder.
+# Installs what is missing, configures and builds a preset (default: release).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 preset=${1:-release}
