@@ -2,6 +2,7 @@
 
 #include "core/error.h"
 #include "forward/grid/grid_model.h"
+#include "forward/montecarlo/monte_carlo_model.h"
 
 namespace kappamu::forward {
 
@@ -18,6 +19,8 @@ const std::vector<Entry>& entries() {
        make_multigrid_model},
       {{"reference", "grid diffusion in plain serial double precision, for checking"},
        make_reference_model},
+      {{"montecarlo", "radiative transfer by Monte Carlo, with standard errors (OpenCL only)"},
+       make_monte_carlo_model},
   };
   return all;
 }

@@ -1,0 +1,230 @@
+// Radiative transfer in the voxels by following photons: collimated or Lambertian entry, Woodcock
+// tracking (Woodcock et al. 1965), Henyey-Greenstein scattering, unpolarised Fresnel at the faces.
+//
+// Lengths are voxel edges. A photon's weight is an integer, `full_weight` at entry; whatever it
+// loses is added to a tally, so that what enters is what leaves and what is absorbed, to the unit.
+// Tallies are 64-bit integer sums: they do not depend on the order of the photons. Random numbers
+// are a function of (seed, pattern, photon, event) alone: Philox4x32-10 (Salmon et al. 2011).
+
+constant uint full_weight = 1u << 31;
+// Lighter photons are absorbed whole or not at all: that ends them without creating energy.
+constant uint light_weight = 1u << 25;
+// Squares of weights are kept in units of (2^-16)², so that 2^32 of them fit 64 bits.
+#define SQUARE_SHIFT 15
+// Light that leaves within 10° of the normal is tallied once more for the radiance along it.
+constant float cone_cosine = 0.98480775f;
+constant float two_pi = 6.28318531f;
+
+uint4 philox(uint4 counter, uint2 key) {
+  for (int round = 0; round < 10; ++round) {
+    const uint high0 = mul_hi(0xD2511F53u, counter.x), low0 = 0xD2511F53u * counter.x;
+    const uint high1 = mul_hi(0xCD9E8D57u, counter.z), low1 = 0xCD9E8D57u * counter.z;
+    counter = (uint4)(high1 ^ counter.y ^ key.x, low1, high0 ^ counter.w ^ key.y, low0);
+    key += (uint2)(0x9E3779B9u, 0xBB67AE85u);
+  }
+  return counter;
+}
+
+// For the known-answer test. One item per counter.
+kernel void philox_blocks(const uint key0, const uint key1, const int count,
+                          global const uint4* restrict counters, global uint4* restrict blocks) {
+  const int i = (int)get_global_id(0);
+  if (i < count) blocks[i] = philox(counters[i], (uint2)(key0, key1));
+}
+
+// In (0, 1], fine near 0, where it matters to the logarithm.
+float uniform_of(uint bits) {
+  return fma((float)bits, 0x1p-32f, 0x1p-33f);
+}
+
+// tally += amount, exact, with 32-bit atomics only: the low word tells when it carries.
+void add_to(volatile global uint* tally, ulong amount) {
+  const uint low = (uint)amount;
+  const uint before = atomic_add(tally, low);
+  const uint high = (uint)(amount >> 32) + (before + low < before ? 1u : 0u);
+  if (high != 0) atomic_add(tally + 1, high);
+}
+
+// Unpolarised reflectance inside at a cosine to the normal; 1 beyond the critical angle.
+float fresnel_inside(float eta, float cosine, float* cosine_outside) {
+  const float sine2 = eta * eta * (1 - cosine * cosine);
+  if (sine2 >= 1) return 1;
+  const float outside = sqrt(1 - sine2);
+  const float parallel = (cosine - eta * outside) / (cosine + eta * outside);
+  const float across = (eta * cosine - outside) / (eta * cosine + outside);
+  *cosine_outside = outside;
+  return 0.5f * (parallel * parallel + across * across);
+}
+
+// `direction` turned by a Henyey-Greenstein angle. The frame about it is Duff et al. 2017.
+float3 scatter(float3 direction, float g, float u, float turn) {
+  float cosine = 2 * u - 1;
+  if (fabs(g) > 1e-4f) {
+    const float part = (1 - g * g) / (1 - g + 2 * g * u);
+    cosine = clamp((1 + g * g - part * part) / (2 * g), -1.0f, 1.0f);
+  }
+  const float sine = sqrt(1 - cosine * cosine);
+  float across_cosine;
+  const float across_sine = sincos(two_pi * turn, &across_cosine);
+  const float a = sine * across_cosine, b = sine * across_sine;
+  if (fabs(g) <= 1e-4f) return (float3)(a, b, cosine);
+  const float sign = direction.z < 0 ? -1.0f : 1.0f;
+  const float c = -1 / (sign + direction.z), d = direction.x * direction.y * c;
+  const float3 first =
+      (float3)(1 + sign * direction.x * direction.x * c, sign * d, -sign * direction.x);
+  const float3 second = (float3)(d, sign + direction.y * direction.y * c, -direction.y);
+  const float3 turned = a * first + b * second + cosine * direction;
+  return turned * (1.5f - 0.5f * dot(turned, turned));  // keeps the length at 1
+}
+
+// Component along an axis, and the vector whose (axis, u, v) components these are: the u, v of
+// core/grid.h's faces.
+float along(float3 vector, int axis) {
+  return axis == 0 ? vector.x : axis == 1 ? vector.y : vector.z;
+}
+float3 oriented(int axis, float normal, float u, float v) {
+  return axis == 0   ? (float3)(normal, u, v)
+         : axis == 1 ? (float3)(u, normal, v)
+                     : (float3)(u, v, normal);
+}
+
+// Surface voxel at a point of a face, counted through all faces in order of all_faces.
+int surface_pixel(int axis, int plus, int3 extent, float3 point) {
+  const int3 cell = clamp(convert_int3_rtz(point), (int3)(0), extent - 1);
+  const int x_face = extent.y * extent.z, y_face = extent.x * extent.z;
+  if (axis == 0) return plus * x_face + cell.z * extent.y + cell.y;
+  if (axis == 1) return 2 * x_face + plus * y_face + cell.z * extent.x + cell.x;
+  return 2 * (x_face + y_face) + plus * extent.x * extent.y + cell.y * extent.x + cell.x;
+}
+
+// Photons first, first + 1, ... last - 1 of each pattern; one item per stride of photons and
+// pattern of `patterns` (those that have light).
+//   mean_step    1/majorant, in voxel edges
+//   mirror_axes  bit a set: the two faces across axis a reflect all light
+//   diffuse      nonzero: Lambertian entry, and all light that leaves counts as scattered
+//   voxels       per voxel: (chance that a tentative collision is real, chance that a real one
+//                absorbs), each in units of 2^-32
+//   entry        per pattern and lit pixel: Walker's alias table (chance to stay, other pixel)
+//   exits        per pattern and surface pixel: Σ weight, Σ weight²
+//   totals       per pattern: absorbed, unscattered, then per face Σ weight, Σ weight² in the cone
+kernel void trace(const int nx, const int ny, const int nz, const float mean_step, const float g,
+                  const float eta, const int lit_face, const int mirror_axes, const int diffuse,
+                  const uint seed_low, const uint seed_high, const ulong first, const ulong last,
+                  const int pattern_count, global const int* restrict patterns,
+                  global const uint2* restrict voxels, global const uint2* restrict entry,
+                  volatile global uint* restrict exits, volatile global uint* restrict totals) {
+  if (get_global_id(1) >= (size_t)pattern_count) return;
+  const int pattern = patterns[get_global_id(1)];
+  const int3 extent = (int3)(nx, ny, nz);
+  const float3 top = convert_float3(extent);
+  const int lit_axis = lit_face / 2;
+  const int lit_nu = lit_axis == 0 ? ny : nx;
+  const int lit_pixels = lit_nu * (lit_axis == 2 ? ny : nz);
+  const int surface_pixels = 2 * (ny * nz + nx * nz + nx * ny);
+  const float inward = (lit_face & 1) ? -1.0f : 1.0f;
+  const uint2 key = (uint2)(seed_low, seed_high);
+  entry += (size_t)pattern * lit_pixels;
+  exits += (size_t)pattern * surface_pixels * 4;
+  totals += (size_t)pattern * 28;
+
+  ulong absorbed = 0, unscattered = 0;
+  ulong next = first + get_global_id(0);
+  uint photon = 0, event = 0, weight = 0;
+  bool scattered = false;
+  float3 position = (float3)(0), direction = (float3)(0);
+  while (true) {
+    if (weight == 0) {  // the last one is done: enter the next
+      if (next >= last) break;
+      photon = (uint)next;
+      next += get_global_size(0);
+      event = 0;
+      weight = full_weight;
+      scattered = diffuse != 0;
+      const uint4 r = philox((uint4)(photon, event++, (uint)pattern, 0), key);
+      uint pixel = mul_hi(r.x, (uint)lit_pixels);
+      const uint2 choice = entry[pixel];
+      if (r.y > choice.x) pixel = choice.y;
+      position = oriented(lit_axis, (lit_face & 1) ? along(top, lit_axis) : 0.0f,
+                          (float)(pixel % lit_nu) + uniform_of(r.z),
+                          (float)(pixel / lit_nu) + uniform_of(r.w));
+      float cosine = 1, sine = 0, across_cosine = 1, across_sine = 0;
+      if (diffuse) {
+        const uint4 s = philox((uint4)(photon, event++, (uint)pattern, 0), key);
+        cosine = sqrt(uniform_of(s.x));
+        sine = sqrt(1 - cosine * cosine);
+        across_sine = sincos(two_pi * uniform_of(s.y), &across_cosine);
+      }
+      direction = oriented(lit_axis, inward * cosine, sine * across_cosine, sine * across_sine);
+    }
+
+    const uint4 r = philox((uint4)(photon, event++, (uint)pattern, 0), key);
+    float path = -log(uniform_of(r.x)) * mean_step;
+    while (true) {
+      const float3 end = position + path * direction;
+      if (all(end >= 0.0f) && all(end <= top)) {
+        position = end;
+        break;
+      }
+      // On to the first face in the way; a component of zero never gets there.
+      const float3 wall = select((float3)(0), top, direction > 0.0f);
+      const float3 way =
+          select((float3)(MAXFLOAT), (wall - position) / direction, direction != 0.0f);
+      const int axis = way.x <= way.y && way.x <= way.z ? 0 : way.y <= way.z ? 1 : 2;
+      const float reach = clamp(along(way, axis), 0.0f, path);
+      path -= reach;
+      position = clamp(position + reach * direction, (float3)(0), top);
+      const float normal = along(direction, axis);
+      const int plus = normal > 0 ? 1 : 0;
+      if (axis == 0) position.x = wall.x;
+      if (axis == 1) position.y = wall.y;
+      if (axis == 2) position.z = wall.z;
+      float outside = 0, reflectance = 1;
+      if (!(mirror_axes >> axis & 1)) reflectance = fresnel_inside(eta, fabs(normal), &outside);
+      bool leaves = reflectance < 1;
+      if (leaves && reflectance > 0) {
+        const uint4 s = philox((uint4)(photon, event++, (uint)pattern, 0), key);
+        leaves = uniform_of(s.x) > reflectance;
+      }
+      if (!leaves) {
+        if (axis == 0) direction.x = -direction.x;
+        if (axis == 1) direction.y = -direction.y;
+        if (axis == 2) direction.z = -direction.z;
+        continue;
+      }
+      if (scattered) {
+        const ulong root = (weight + (1u << (SQUARE_SHIFT - 1))) >> SQUARE_SHIFT;
+        volatile global uint* pixel =
+            exits + 4 * (size_t)surface_pixel(axis, plus, extent, position);
+        add_to(pixel, weight);
+        add_to(pixel + 2, root * root);
+        if (outside > cone_cosine) {
+          volatile global uint* cone = totals + 4 * (1 + 2 * axis + plus);
+          add_to(cone, weight);
+          add_to(cone + 2, root * root);
+        }
+      } else {
+        unscattered += weight;
+      }
+      weight = 0;
+      break;
+    }
+    if (weight == 0) continue;
+
+    const int3 cell = min(convert_int3_rtz(position), extent - 1);
+    const uint2 voxel = voxels[((size_t)cell.z * ny + cell.y) * nx + cell.x];
+    if (r.y > voxel.x) continue;  // not a real collision
+    if (weight >= light_weight) {
+      const uint loss = (uint)(((ulong)weight * voxel.y + 0x80000000u) >> 32);
+      absorbed += loss;
+      weight -= loss;
+    } else if (r.y <= mul_hi(voxel.x, voxel.y)) {
+      absorbed += weight;
+      weight = 0;
+    }
+    if (weight == 0) continue;
+    direction = scatter(direction, g, uniform_of(r.z), uniform_of(r.w));
+    scattered = true;
+  }
+  add_to(totals, absorbed);
+  add_to(totals + 2, unscattered);
+}
