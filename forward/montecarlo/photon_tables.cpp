@@ -15,7 +15,7 @@ namespace {
 constexpr double rounding = 1e-6;
 
 std::uint32_t chance(double probability) {
-  return static_cast<std::uint32_t>(std::clamp(probability * 0x1p32 - 0.5, 0.0, 0x1p32 - 1.0));
+  return static_cast<std::uint32_t>(std::min(std::round(probability * 0x1p32), 0x1p32 - 1.0));
 }
 
 std::string voxel_name(const GridShape& shape, std::size_t i) {

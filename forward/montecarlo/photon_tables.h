@@ -26,7 +26,7 @@ struct CollisionTable {
 /// scattering (3κμ > 1, beyond the rounding of single precision), and unless −1 < g < 1.
 CollisionTable collision_table(const Medium& medium, double anisotropy);
 
-/// Walker's alias method (1977): draw a pixel evenly, keep it when a second draw is at most
+/// Walker's alias method (1977): draw a pixel evenly, keep it when a second draw is below
 /// `keep`, else take `other`. Chances are right to 2^-32 of the mean pixel's.
 struct AliasEntry {
   std::uint32_t keep = 0xFFFFFFFF;
