@@ -1,0 +1,112 @@
+// Absorption and voxel size: where the grid, rather than its solver, meets its edge.
+#include <algorithm>
+#include <cmath>
+
+#include "bench/limit_case.h"
+#include "bench/limits.h"
+#include "forward/analytic/slab.h"
+
+namespace kappamu::bench {
+
+namespace {
+
+using forward::Precision;
+using forward::SourceModel;
+
+double relative(double value, double truth) {
+  return std::abs(value / truth - 1.0);
+}
+
+std::string said(const LimitOutcome& outcome) {
+  return outcome.warnings.empty() ? "nothing" : "warns";
+}
+
+/// What a slab of the block's depth sends back and lets through, over what enters.
+struct SlabLight {
+  double reflected = 0.0, transmitted = 0.0;
+};
+SlabLight slab_light(const forward::GridSetup& setup, double kappa, double mu) {
+  const BoundaryConstants constants = boundary_constants(setup.eta);
+  const forward::Slab slab{kappa, mu, setup.shape.nz * setup.shape.voxel_mm};
+  const bool boundary = setup.source == SourceModel::boundary;
+  const forward::SlabFluence fluence = boundary
+                                           ? forward::slab_boundary(slab, constants, 1.0)
+                                           : forward::slab_first_collision(slab, constants, 1.0);
+  const double entering = constants.normal_transmittance;
+  // Under the boundary source exitance_near() is the net flux; E_t enters besides.
+  const double apart = boundary ? entering : 0.0;
+  return {(fluence.exitance_near() + apart) / entering, fluence.exitance_far() / entering};
+}
+
+}  // namespace
+
+LimitTable limit_absorption(const LimitsOptions& options, Progress& progress) {
+  LimitTable table{.id = "absorption", .records = {}, .markdown = ""};
+  constexpr double kappa = 0.3;
+  for (const double mu : {0.0, 1e-6, 1e-3, 1e-1, 1.0, 10.0, 100.0}) {
+    progress.update("absorption", 0.0, to_text(mu));
+    LimitCase limit{.setup = {.shape = {16, 16, 20, 0.25},
+                              .sides = Sides::mirror,
+                              .source = SourceModel::boundary},
+                    .medium = {.mean_kappa = kappa, .mu = mu},
+                    .options = {1e-6, 500},
+                    .device = options.device};
+    const LimitOutcome outcome = run_limit(limit);
+    limit.options.tolerance = 1e-12;
+    limit.precision = Precision::double_precision;
+    const LimitOutcome best = run_limit(limit);
+    // The closed form divides by μ; 1e-9 of it leaves nothing to see.
+    const SlabLight slab = slab_light(limit.setup, kappa, std::max(mu, 1e-9));
+    table.records.push_back({{"μ [1/mm]", mu},
+                             {"voxels per penetration depth", std::sqrt(kappa / mu) / 0.25},
+                             {"iterations", outcome.iterations},
+                             {"true error", *outcome.true_error},
+                             {"imbalance", outcome.imbalance},
+                             {"transmitted", best.transmitted},
+                             {"its error, 1e-6 single", *outcome.dark_error},
+                             {"its error, 1e-12 double", *best.dark_error},
+                             {"grid's error of it", relative(best.transmitted, slab.transmitted)},
+                             {"program", said(outcome)}});
+  }
+  table.markdown =
+      flat_table(table.records, {"μ [1/mm]", "voxels per penetration depth", "iterations",
+                                 "true error", "transmitted", "its error, 1e-6 single",
+                                 "its error, 1e-12 double", "grid's error of it", "program"});
+  return table;
+}
+
+LimitTable limit_coarse(const LimitsOptions& options, Progress& progress) {
+  LimitTable table{.id = "coarse", .records = {}, .markdown = ""};
+  constexpr double mean_free_path = 1.0, thickness = 16.0, mu = 0.01;
+  constexpr double kappa = mean_free_path / 3.0;
+  for (const int deep : {128, 64, 32, 16, 8, 4, 2, 1}) {
+    const double h = thickness / deep;
+    progress.update("coarse", 0.0, to_text(h));
+    Record record{{"voxel / mean free path", h / mean_free_path}};
+    std::string words;
+    for (const SourceModel source : {SourceModel::first_collision, SourceModel::boundary}) {
+      const LimitCase limit{
+          .setup = {.shape = {4, 4, deep, h}, .sides = Sides::mirror, .source = source},
+          .medium = {.mean_kappa = kappa, .mu = mu},
+          .options = {1e-12, 500},
+          .precision = Precision::double_precision,
+          .device = options.device,
+          .with_error = false};
+      const LimitOutcome outcome = run_limit(limit);
+      const SlabLight slab = slab_light(limit.setup, kappa, mu);
+      const std::string name =
+          source == SourceModel::boundary ? ", boundary source" : ", first collision";
+      record.push_back({"reflected" + name, relative(outcome.reflected, slab.reflected)});
+      record.push_back({"transmitted" + name, relative(outcome.transmitted, slab.transmitted)});
+      words = said(outcome);
+    }
+    record.push_back({"program", words});
+    table.records.push_back(record);
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, value] : table.records.front()) names.push_back(name);
+  table.markdown = flat_table(table.records, names);
+  return table;
+}
+
+}  // namespace kappamu::bench
