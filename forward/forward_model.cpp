@@ -1,6 +1,7 @@
 #include "forward/forward_model.h"
 
 #include "core/error.h"
+#include "forward/baseline/baseline_model.h"
 #include "forward/grid/grid_model.h"
 #include "forward/montecarlo/monte_carlo_model.h"
 
@@ -21,6 +22,21 @@ const std::vector<Entry>& entries() {
        make_reference_model},
       {{"montecarlo", "radiative transfer by Monte Carlo, with standard errors (OpenCL only)"},
        make_monte_carlo_model},
+      {{"relaxation", "Jacobi relaxation (Stam 1995, [W] 5.2) on our grid equations",
+        baseline_sweeps},
+       make_relaxation_model},
+      {{"gauss-seidel", "red-black Gauss-Seidel relaxation ([T] 4.2.2) on our grid equations",
+        baseline_sweeps},
+       make_gauss_seidel_model},
+      {{"hierarchical", "[W] 5.3: coarser grids' solutions start the relaxation of finer ones",
+        baseline_sweeps},
+       make_hierarchical_model},
+      {{"adaptive", "[W] 5.3: hierarchical, leaving voxels deep inside at their coarse values",
+        baseline_sweeps},
+       make_adaptive_model},
+      {{"wang2008-stencil", "[W] equation (8), which discretises div grad (kappa phi), solved out",
+        baseline_sweeps},
+       make_wang2008_stencil_model},
   };
   return all;
 }

@@ -58,7 +58,8 @@ class ForwardModel {
 
 struct MethodName {
   std::string name;
-  std::string description;  ///< one line, for --help and error messages
+  std::string description;                             ///< one line, for --help and error messages
+  int max_iterations = SolveOptions{}.max_iterations;  ///< measured default of --max-iterations
 };
 
 /// The names `make_forward_model` knows, cheapest to explain first.

@@ -1,0 +1,19 @@
+// Conjugate gradients with the diagonal as preconditioner, on one batch: not a baseline of its own,
+// but what brings stencil (8) to its discrete solution in reasonable time.
+#pragma once
+
+#include "forward/baseline/batch.h"
+
+namespace kappamu::forward::baseline {
+
+struct DiagonalCgResult {
+  int iterations = 0;
+  std::vector<double> residual;  ///< [pattern] ‖b − A x‖/‖b‖, recomputed from x
+};
+
+/// Solves A x = b from zero. x is an accurate field (Batch::make_accurate_field).
+DiagonalCgResult diagonal_cg(const Batch& batch, const DeviceStencil& stencil,
+                             const device::Buffer& b, const device::Buffer& x,
+                             const SolveOptions& options);
+
+}  // namespace kappamu::forward::baseline
