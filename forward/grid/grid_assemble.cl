@@ -1,8 +1,5 @@
 // Conductances of the finest level from κ and μ, of each coarser level from the finer one, and the
 // weights of interpolation between them. All arrays are scalar, layouts as in grid_operator.cl.
-#ifndef REAL
-#define REAL float
-#endif
 
 // Boundary faces: G_b = h² / (h/(2κ) + 2A); 0 on mirrors.
 REAL robin(REAL kappa, REAL h, REAL two_a, int open) {

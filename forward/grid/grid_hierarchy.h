@@ -6,6 +6,7 @@
 // took 122 iterations instead of 33, blocks of it more than 400 instead of 34.)
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -17,6 +18,8 @@ namespace kappamu::forward {
 
 struct Level {
   GridShape shape;
+  std::array<int, 3> halving{1, 1,
+                             1};  ///< axes coarsened twofold towards the next level (1) or not (0)
   device::Buffer gx, gy, gz, sink;  ///< layouts: grid_operator.cl
   device::Buffer inverse;           ///< 1 / (Σ G + S) of each cell
   device::Buffer wx, wy, wz;        ///< interpolation weights from the next level; none on the last

@@ -24,6 +24,11 @@ Format format_of(const device::DeviceInfo& device, Precision precision);
 enum class Layout { cpu, gpu };
 Layout layout_of(const device::DeviceInfo& device);
 
+/// Rows of a grid times the segments they are cut into: how many sums its row kernels leave.
+std::size_t row_sums(const GridShape& grid, Layout layout);
+/// How many runs to cut `cells` into (grid_vectors.cl).
+int run_count(std::size_t cells, Layout layout);
+
 /// Conductances and weights: no lanes.
 device::Program& assembly_program(device::Context& context, const Format& format);
 
@@ -37,22 +42,23 @@ class LaneKernels {
   device::Program& transfer() const { return *transfer_; }
   device::Program& vectors() const { return *vectors_; }
   device::Program& surface() const { return *surface_; }
+  device::Program& stream() const { return *stream_; }  ///< Layout::cpu only
+  Layout layout() const { return layout_; }
 
   /// Items for the rows of a grid (grid_operator.cl, grid_transfer.cl).
   device::Range rows(const GridShape& grid) const;
-  int segments(const GridShape& grid) const { return (grid.nx - 1) / segment_ + 1; }
   /// Items for `count` pieces of work per vector group.
   device::Range items(std::size_t count) const;
-  /// How many runs to cut `cells` into (grid_vectors.cl).
-  int runs(std::size_t cells) const;
+  int runs(std::size_t cells) const { return run_count(cells, layout_); }
 
  private:
-  int lanes_, groups_, segment_;
+  int lanes_, groups_;
   Layout layout_;
   device::Program* operator_;
   device::Program* transfer_;
   device::Program* vectors_;
   device::Program* surface_;
+  device::Program* stream_ = nullptr;
 };
 
 }  // namespace kappamu::forward

@@ -16,35 +16,6 @@
 //
 // Work: one item per vector group and segment of a row of x: global id 0 = group + GROUPS segment,
 // 1 = row = y + ny z.
-#ifndef REAL
-#define REAL float  // storage and arithmetic
-#endif
-#ifndef ACCU
-#define ACCU double  // sums and residuals; float where the device has no double
-#endif
-#ifndef WIDTH
-#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
-#endif
-#ifndef GROUPS
-#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
-#endif
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef ACCU accu_vec;
-#define to_vec(v) ((REAL)(v))
-#define to_accu(v) ((ACCU)(v))
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(ACCU, WIDTH) accu_vec;
-#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
-#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
-#endif
-
-#ifndef SEGMENT
-#define SEGMENT 0x40000000  // cells of a row one item walks; shorter on GPUs, which want more items
-#endif
 
 #define ROW_SETUP                                                            \
   const int group = (int)get_global_id(0) % GROUPS;                          \
@@ -95,35 +66,43 @@ kernel void apply_dot(LEVEL_ARGUMENTS, global const REAL* restrict sink,
   partial[(row * segments + segment) * GROUPS + group] = sum;
 }
 
-// r = b − A x with x and the arithmetic in ACCU, and per segment Σ r² in `partial`
-// [row][segment][GROUPS].
-kernel void residual_accurate(LEVEL_ARGUMENTS, global const REAL* restrict sink,
-                              global const accu_vec* restrict in, global const vec* restrict rhs,
-                              global vec* restrict out, global accu_vec* restrict partial) {
+// r = b − A (x + d) with differences and sums in ACCU, and per segment Σ r² and Σ b²
+// [row][segment][GROUPS]. Without with_d, d is taken for zero.
+kernel void residual_accurate(LEVEL_ARGUMENTS, global const REAL* restrict sink, const int with_d,
+                              global const vec* restrict in, global const vec* restrict d,
+                              global const vec* restrict rhs, global vec* restrict out,
+                              global accu_vec* restrict sum_rr,
+                              global accu_vec* restrict sum_bb) {
   ROW_SETUP
   sink += (size_t)row * nx;
   in += first;
+  d += first;
   rhs += first;
   out += first;
-  accu_vec sum = (accu_vec)(0);
-  accu_vec west = x_begin > 0 ? in[(x_begin - 1) * GROUPS] : (accu_vec)(0);
-  accu_vec here = in[x_begin * GROUPS];
+  accu_vec rr = (accu_vec)(0), bb = (accu_vec)(0);
+#define AT(i) (with_d ? to_accu(in[i]) + to_accu(d[i]) : to_accu(in[i]))
+  accu_vec west = x_begin > 0 ? AT((x_begin - 1) * GROUPS) : (accu_vec)(0);
+  accu_vec here = AT(x_begin * GROUPS);
   for (int x = x_begin; x < x_end; ++x) {
     const int i = x * GROUPS;
-    const accu_vec east = x + 1 < nx ? in[i + GROUPS] : (accu_vec)(0);
+    const accu_vec east = x + 1 < nx ? AT(i + GROUPS) : (accu_vec)(0);
     const accu_vec value = (ACCU)gx[x] * (here - west) + (ACCU)gx[x + 1] * (here - east) +
-                           (ACCU)gy[x] * (here - (has_south ? in[i - south] : (accu_vec)(0))) +
-                           (ACCU)gy[x + nx] * (here - (has_north ? in[i + north] : (accu_vec)(0))) +
-                           (ACCU)gz[x] * (here - (has_down ? in[i - down] : (accu_vec)(0))) +
-                           (ACCU)gz[x + nx * ny] * (here - (has_up ? in[i + up] : (accu_vec)(0))) +
+                           (ACCU)gy[x] * (here - (has_south ? AT(i - south) : (accu_vec)(0))) +
+                           (ACCU)gy[x + nx] * (here - (has_north ? AT(i + north) : (accu_vec)(0))) +
+                           (ACCU)gz[x] * (here - (has_down ? AT(i - down) : (accu_vec)(0))) +
+                           (ACCU)gz[x + nx * ny] * (here - (has_up ? AT(i + up) : (accu_vec)(0))) +
                            (ACCU)sink[x] * here;
-    const accu_vec difference = to_accu(rhs[i]) - value;
+    const accu_vec right = to_accu(rhs[i]);
+    const accu_vec difference = right - value;
     out[i] = to_vec(difference);
-    sum += difference * difference;
+    rr += difference * difference;
+    bb += right * right;
     west = here;
     here = east;
   }
-  partial[(row * segments + segment) * GROUPS + group] = sum;
+#undef AT
+  sum_rr[(row * segments + segment) * GROUPS + group] = rr;
+  sum_bb[(row * segments + segment) * GROUPS + group] = bb;
 }
 
 // The first half of the pre-smoother, from φ = 0: φ = f / D on cells of `colour` = (x+y+z) mod 2.

@@ -1,32 +1,6 @@
 // What goes in and out of the block, and the sums a gradient is made of. Fields are
 // [z][y][x][GROUPS] vectors; face samples [v][u][GROUPS]. A face is told by affine indices: its
 // sample (u, v) touches cell `cell + u cell_u + v cell_v` and face conductance `g + u g_u + v g_v`.
-#ifndef REAL
-#define REAL float  // storage and arithmetic
-#endif
-#ifndef ACCU
-#define ACCU double  // sums and residuals; float where the device has no double
-#endif
-#ifndef WIDTH
-#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
-#endif
-#ifndef GROUPS
-#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
-#endif
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef ACCU accu_vec;
-#define to_vec(v) ((REAL)(v))
-#define to_accu(v) ((ACCU)(v))
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(ACCU, WIDTH) accu_vec;
-#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
-#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
-#endif
-#define LANES (WIDTH * GROUPS)
 
 #define FACE_SETUP                                                                            \
   const int group = (int)get_global_id(0);                                                    \

@@ -16,42 +16,13 @@
 // colour is zero, and what it would receive is overwritten by the smoother.
 //
 // Fields are [z][y][x][GROUPS] vectors; weights wx, wy, wz are [z][y][x] on the fine level.
-#ifndef REAL
-#define REAL float  // storage and arithmetic
-#endif
-#ifndef ACCU
-#define ACCU double  // sums and residuals; float where the device has no double
-#endif
-#ifndef WIDTH
-#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
-#endif
-#ifndef GROUPS
-#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
-#endif
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef ACCU accu_vec;
-#define to_vec(v) ((REAL)(v))
-#define to_accu(v) ((ACCU)(v))
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(ACCU, WIDTH) accu_vec;
-#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
-#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
-#endif
-
-#ifndef SEGMENT
-#define SEGMENT 0x40000000  // cells of a row one item walks; shorter on GPUs, which want more items
-#endif
-
 // coarse = Pᵀ residual. Items as in grid_operator.cl, over the coarse grid.
 //
 // A coarse row gathers from the 16 or fewer fine rows around it. Red cells of one fine row share
 // the parity of x, so each has its parent and one neighbour of it to give to: with x = 2k + odd,
 //
 //     out[X] += own_X + across_(X+1)   (odd = 0)      out[X] += own_X + across_(X−1)   (odd = 1)
+
 kernel void restrict_residual(const int nx, const int ny, const int nz, const int cx, const int cy,
                               const int cz, const int colour, global const REAL* restrict wx,
                               global const REAL* restrict wy, global const REAL* restrict wz,

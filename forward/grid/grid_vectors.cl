@@ -1,31 +1,6 @@
 // Vectors of conjugate gradients on a batch: every pattern (lane) has its own scalars. Sums run in
 // a fixed order: rows in parallel, then stripes of rows, then stripes, so that equal input gives
 // equal bits. Vectors are [cell][GROUPS], scalars [GROUPS] of ACCU vectors.
-#ifndef REAL
-#define REAL float  // storage and arithmetic
-#endif
-#ifndef ACCU
-#define ACCU double  // sums and residuals; float where the device has no double
-#endif
-#ifndef WIDTH
-#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
-#endif
-#ifndef GROUPS
-#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
-#endif
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef ACCU accu_vec;
-#define to_vec(v) ((REAL)(v))
-#define to_accu(v) ((ACCU)(v))
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(ACCU, WIDTH) accu_vec;
-#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
-#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
-#endif
 
 #ifndef INTERLEAVED
 #define INTERLEAVED 0  // 1: neighbouring items, neighbouring cells (GPUs); 0: own stretches
@@ -39,16 +14,6 @@ typedef JOIN(ACCU, WIDTH) accu_vec;
   const int length = (cells - 1) / runs + 1;                                         \
   const int begin = INTERLEAVED ? run : run * length, step = INTERLEAVED ? runs : 1; \
   const int end = INTERLEAVED ? cells : min(begin + length, cells);
-
-// a / b per lane, 0 where b is not positive: padding lanes and lanes that are solved exactly.
-accu_vec ratio(accu_vec a, accu_vec b) {
-#if WIDTH == 1
-  return b > 0 ? a / b : 0;
-#else
-  const accu_vec safe = b > (accu_vec)(0) ? b : (accu_vec)(1);
-  return b > (accu_vec)(0) ? a / safe : (accu_vec)(0);
-#endif
-}
 
 // partial[run] = Σ a·b over the run's cells.
 kernel void dot_runs(const int cells, const int runs, global const vec* restrict a,
@@ -102,23 +67,24 @@ kernel void update_solution(const int cells, const int runs, global const accu_v
   partial[run * GROUPS + group] = sum;
 }
 
-// total = x (first) or total + x, in ACCU; x = 0.
-kernel void gather_solution(const int cells, const int runs, const int first,
-                            global vec* restrict x, global accu_vec* restrict total) {
+// x + d anew, as the nearest x and what that leaves over (Knuth's two-sum).
+kernel void renormalise(const int cells, const int runs, global vec* restrict x,
+                        global vec* restrict d) {
   RUN_SETUP
   for (int i = begin; i < end; i += step) {
     const size_t k = (size_t)i * GROUPS + group;
-    total[k] = first ? to_accu(x[k]) : total[k] + to_accu(x[k]);
-    x[k] = (vec)(0);
+    const vec high = x[k] + d[k], shift = high - x[k];
+    d[k] = (x[k] - (high - shift)) + (d[k] - shift);
+    x[k] = high;
   }
 }
 
-// x = total, rounded to storage.
-kernel void store_solution(const int cells, const int runs, global const accu_vec* restrict total,
-                           global vec* restrict x) {
+// x += d
+kernel void add(const int cells, const int runs, global const vec* restrict d,
+                global vec* restrict x) {
   RUN_SETUP
   for (int i = begin; i < end; i += step) {
     const size_t k = (size_t)i * GROUPS + group;
-    x[k] = to_vec(total[k]);
+    x[k] += d[k];
   }
 }

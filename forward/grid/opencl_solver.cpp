@@ -206,7 +206,7 @@ class OpenclSolver final : public GridSolver {
     return kernels_.try_emplace(lanes, context_, format_, layout_, lanes).first->second;
   }
   BatchedCg& cg() const {
-    if (!cg_) cg_.emplace(context_, format_, *hierarchy_, most_lanes_);
+    if (!cg_) cg_.emplace(context_, format_, *hierarchy_, layout_, most_lanes_);
     return *cg_;
   }
 

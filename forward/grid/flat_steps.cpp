@@ -1,0 +1,87 @@
+#include <algorithm>
+
+#include "forward/grid/cg_steps.h"
+#include "forward/grid/multigrid.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+class FlatSteps final : public CgSteps {
+ public:
+  FlatSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy, int lanes)
+      : context_(context),
+        hierarchy_(hierarchy),
+        multigrid_(context, format, hierarchy, lanes),
+        sums_(context, format, lanes),
+        cells_(hierarchy.finest().shape.cells()),
+        real_bytes_(format.real_bytes()) {
+    const auto l = static_cast<std::size_t>(lanes);
+    for (device::Buffer* field : {&z_, &p_, &q_})
+      *field = context.allocate(cells_ * l * real_bytes_);
+    const std::size_t sums = std::max(row_sums(hierarchy.finest().shape, Layout::gpu),
+                                      static_cast<std::size_t>(run_count(cells_, Layout::gpu)));
+    partial_ = context.allocate(sums * l * format.accu_bytes());
+    for (device::Buffer* scalar : {&rz_[0], &rz_[1], &pq_, &rr_}) {
+      *scalar = context.allocate(l * format.accu_bytes());
+    }
+  }
+
+  void restart() override { fresh_ = true; }
+
+  LaneScalars step(const LaneKernels& kernels, const device::Buffer& r, const device::Buffer& x,
+                   bool first_x) override;
+
+ private:
+  device::Context& context_;
+  const Hierarchy& hierarchy_;
+  Multigrid multigrid_;
+  LaneSums sums_;
+  std::size_t cells_;
+  std::size_t real_bytes_;
+  device::Buffer z_, p_, q_, partial_;
+  device::Buffer rz_[2], pq_, rr_;
+  int now_ = 0;
+  bool fresh_ = true;
+};
+
+LaneScalars FlatSteps::step(const LaneKernels& kernels, const device::Buffer& r,
+                            const device::Buffer& x, bool first_x) {
+  const int cells = static_cast<int>(cells_);
+  const int runs = kernels.runs(cells_);
+  const device::Range run_items = kernels.items(static_cast<std::size_t>(runs));
+  const device::Buffer& rz = rz_[now_];
+  const device::Buffer& rz_before = rz_[1 - now_];
+  const std::size_t field = cells_ * static_cast<std::size_t>(kernels.lanes()) * real_bytes_;
+  if (first_x) context_.zero(x, field);
+  if (fresh_) {
+    context_.zero(p_, field);
+    context_.zero(rz_before, rz_before.bytes());
+  }
+
+  multigrid_.precondition(kernels, r, z_, q_);
+  context_.launch(kernels.vectors(), "dot_runs", run_items, cells, runs, r, z_, partial_);
+  sums_.add_up(kernels, partial_, static_cast<std::size_t>(runs), rz);
+  context_.launch(kernels.vectors(), "update_direction", run_items, cells, runs, rz, rz_before, z_,
+                  p_);
+  const Level& level = hierarchy_.finest();
+  const GridShape& s = level.shape;
+  context_.launch(kernels.level_operator(), "apply_dot", kernels.rows(s), s.nx, s.ny, s.nz,
+                  level.gx, level.gy, level.gz, level.sink, p_, q_, partial_);
+  sums_.add_up(kernels, partial_, row_sums(s, kernels.layout()), pq_);
+  context_.launch(kernels.vectors(), "update_solution", run_items, cells, runs, rz, pq_, p_, q_, x,
+                  r, partial_);
+  sums_.add_up(kernels, partial_, static_cast<std::size_t>(runs), rr_);
+  now_ = 1 - now_;
+  fresh_ = false;
+  return sums_.read(kernels, rr_);
+}
+
+}  // namespace
+
+std::unique_ptr<CgSteps> make_flat_steps(device::Context& context, const Format& format,
+                                         const Hierarchy& hierarchy, int lanes) {
+  return std::make_unique<FlatSteps>(context, format, hierarchy, lanes);
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,145 @@
+#include <algorithm>
+
+#include "forward/grid/cg_steps.h"
+#include "forward/grid/stream_tiles.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+/// Bytes of a core's cache that a tile's ring of planes should fill.
+constexpr std::size_t ring_bytes = std::size_t{512} << 10;
+
+class StreamSteps final : public CgSteps {
+ public:
+  StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
+              int lanes);
+
+  void restart() override { fresh_ = true; }
+
+  LaneScalars step(const LaneKernels& kernels, const device::Buffer& r, const device::Buffer& x,
+                   bool first_x) override;
+
+ private:
+  struct Coarse {
+    device::Buffer rhs, solution;
+  };
+  struct Plan {
+    StreamTiles down, up;  ///< of one level
+  };
+  static device::Range items(const StreamTiles& tiles) {
+    return {1, static_cast<std::size_t>(tiles.count), 1, 1};
+  }
+  /// z = M r on level l: one V(1,1) cycle from zero. Red-black Gauss-Seidel, red then black before
+  /// and black then red after the coarse correction, makes M symmetric (multigrid.h).
+  void cycle(const LaneKernels& kernels, std::size_t l, const device::Buffer& r,
+             const device::Buffer& z);
+
+  device::Context& context_;
+  const Hierarchy& hierarchy_;
+  LaneSums sums_;
+  std::vector<Coarse> coarse_;  ///< of levels 1, 2, ...
+  std::vector<Plan> plans_;     ///< of levels 0, 1, ...
+  StreamTiles step_tiles_;
+  device::Buffer z_, p_[2], scratch_, scalars_, cycle_dots_, step_sums_;
+  int now_ = 0;
+  bool fresh_ = true;
+};
+
+StreamSteps::StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
+                         int lanes)
+    : context_(context), hierarchy_(hierarchy), sums_(context, format, lanes) {
+  const std::size_t vector = static_cast<std::size_t>(lanes) * format.real_bytes();
+  const auto& levels = hierarchy.levels();
+  const StreamMachine machine{4 * static_cast<int>(context.info().compute_units),
+                              static_cast<int>(ring_bytes / vector)};
+  std::size_t scratch = 1;
+  const auto need = [&](const StreamTiles& tiles) {
+    scratch = std::max(scratch, static_cast<std::size_t>(tiles.count) *
+                                    static_cast<std::size_t>(tiles.scratch_cells));
+  };
+  for (std::size_t l = 0; l + 1 < levels.size(); ++l) {
+    const GridShape& below = levels[l + 1].shape;
+    plans_.push_back({tiles_down(machine, levels[l].shape, below, levels[l].halving),
+                      tiles_up(machine, levels[l].shape, below)});
+    need(plans_.back().down);
+    need(plans_.back().up);
+    const std::size_t bytes = below.cells() * vector;
+    coarse_.push_back({context.allocate(bytes), context.allocate(bytes)});
+  }
+  const GridShape& finest = hierarchy.finest().shape;
+  step_tiles_ = tiles_step(machine, finest);
+  need(step_tiles_);
+  for (device::Buffer* field : {&z_, &p_[0], &p_[1]}) {
+    *field = context.allocate(finest.cells() * vector);
+  }
+  scratch_ = context.allocate(scratch * vector);
+  const std::size_t scalar = static_cast<std::size_t>(lanes) * format.accu_bytes();
+  scalars_ = context.allocate(3 * scalar);
+  cycle_dots_ = context.allocate(
+      2 * scalar * static_cast<std::size_t>(plans_.empty() ? 1 : plans_.front().up.count));
+  step_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(step_tiles_.count));
+}
+
+void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device::Buffer& r,
+                        const device::Buffer& z) {
+  const Level& at = hierarchy_.levels()[l];
+  const Level& below = hierarchy_.levels()[l + 1];
+  const GridShape& s = at.shape;
+  const GridShape& c = below.shape;
+  const Coarse& coarse = coarse_[l];
+  const StreamTiles& down = plans_[l].down;
+  context_.launch(kernels.stream(), "stream_down", items(down), down.size[0], down.size[1],
+                  down.size[2], s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.inverse, c.nx, c.ny, c.nz,
+                  at.halving[0], at.halving[1], at.halving[2], at.wx, at.wy, at.wz, r, coarse.rhs,
+                  down.scratch_cells, scratch_);
+  if (l + 2 < hierarchy_.levels().size()) {
+    cycle(kernels, l + 1, coarse.rhs, coarse.solution);
+  } else {
+    context_.launch(kernels.stream(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse.rhs,
+                    coarse.solution);
+  }
+  const StreamTiles& up = plans_[l].up;
+  context_.launch(kernels.stream(), "stream_up", items(up), up.size[0], up.size[1], up.size[2],
+                  int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.inverse, at.sink, c.nx,
+                  c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx, at.wy, at.wz, r,
+                  coarse.solution, z, cycle_dots_, up.scratch_cells, scratch_);
+}
+
+LaneScalars StreamSteps::step(const LaneKernels& kernels, const device::Buffer& r,
+                              const device::Buffer& x, bool first_x) {
+  const Level& level = hierarchy_.finest();
+  const GridShape& s = level.shape;
+  if (plans_.empty()) {
+    context_.launch(kernels.stream(), "cycle_of_one_cell", {1, 1, 1, 1}, level.inverse, level.gx,
+                    level.gy, level.gz, level.sink, r, z_, cycle_dots_);
+  } else {
+    cycle(kernels, 0, r, z_);
+  }
+  const int up_tiles = plans_.empty() ? 1 : plans_.front().up.count;
+  context_.launch(kernels.stream(), "step_scalars", {1, 1, 1, 1}, up_tiles, step_tiles_.count,
+                  int{fresh_}, cycle_dots_, step_sums_, scalars_);
+  context_.launch(kernels.stream(), "stream_step", items(step_tiles_), step_tiles_.size[0],
+                  step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_x}, s.nx, s.ny,
+                  s.nz, level.gx, level.gy, level.gz, level.sink, scalars_, z_, p_[now_],
+                  p_[1 - now_], x, r, step_sums_, step_tiles_.scratch_cells, scratch_);
+  now_ = 1 - now_;
+  fresh_ = false;
+  const auto tiles = static_cast<std::size_t>(step_tiles_.count);
+  const auto lanes = static_cast<std::size_t>(kernels.lanes());
+  const LaneScalars sums = sums_.read(kernels, step_sums_, 2 * tiles);
+  LaneScalars rr(lanes, 0.0);
+  for (std::size_t tile = 0; tile < tiles; ++tile) {
+    for (std::size_t m = 0; m < lanes; ++m) rr[m] += sums[2 * tile * lanes + m];
+  }
+  return rr;
+}
+
+}  // namespace
+
+std::unique_ptr<CgSteps> make_stream_steps(device::Context& context, const Format& format,
+                                           const Hierarchy& hierarchy, int lanes) {
+  return std::make_unique<StreamSteps>(context, format, hierarchy, lanes);
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,59 @@
+#include "forward/grid/stream_tiles.h"
+
+#include <algorithm>
+
+namespace kappamu::forward {
+
+namespace {
+
+constexpr int deepest = 32;        ///< cells of a tile along z
+constexpr int narrowest = 16;      ///< and at least along x, if the grid has them
+constexpr int shortest_march = 8;  ///< and along y
+
+int parts(int whole, int part) {
+  return (whole - 1) / part + 1;
+}
+
+/// Tiles whose ring of `depth` planes, reaching `halo` cells further on all sides, fits the cache.
+StreamTiles cut(const StreamMachine& machine, const GridShape& grid, int depth, int halo) {
+  StreamTiles tiles;
+  const int nz = parts(grid.nz, deepest);
+  tiles.size[2] = parts(grid.nz, nz);
+  const int row = machine.cache_cells / (depth * (tiles.size[2] + 2 * halo)) - 2 * halo;
+  const int nx = parts(grid.nx, std::max(row, narrowest));
+  tiles.size[0] = parts(grid.nx, nx);
+  const int wanted = std::min(parts(machine.items, nx * nz), parts(grid.ny, shortest_march));
+  tiles.size[1] = parts(grid.ny, wanted);
+  tiles.count =
+      parts(grid.nx, tiles.size[0]) * parts(grid.ny, tiles.size[1]) * parts(grid.nz, tiles.size[2]);
+  tiles.scratch_cells = depth * (tiles.size[0] + 2 * halo) * (tiles.size[2] + 2 * halo);
+  return tiles;
+}
+
+}  // namespace
+
+StreamTiles tiles_down(const StreamMachine& machine, const GridShape& fine, const GridShape& coarse,
+                       const std::array<int, 3>& halving) {
+  // Sized as on the fine grid, whose planes fill the cache, then rounded to whole coarse cells.
+  constexpr int depth = 4, halo = 4;
+  StreamTiles tiles = cut(machine, fine, depth, halo);
+  for (std::size_t a = 0; a < 3; ++a) tiles.size[a] = parts(tiles.size[a], 1 + halving[a]);
+  tiles.count = parts(coarse.nx, tiles.size[0]) * parts(coarse.ny, tiles.size[1]) *
+                parts(coarse.nz, tiles.size[2]);
+  const auto fine_extent = [&](std::size_t a) { return tiles.size[a] * (1 + halving[a]); };
+  tiles.scratch_cells = depth * ((fine_extent(0) + 2 * halo) * (fine_extent(2) + 2 * halo) +
+                                 (tiles.size[0] + 2) * (tiles.size[2] + 2));
+  return tiles;
+}
+
+StreamTiles tiles_up(const StreamMachine& machine, const GridShape& fine, const GridShape& coarse) {
+  StreamTiles tiles = cut(machine, fine, 5, 4);
+  tiles.scratch_cells += coarse.nx;
+  return tiles;
+}
+
+StreamTiles tiles_step(const StreamMachine& machine, const GridShape& grid) {
+  return cut(machine, grid, 3, 2);
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,31 @@
+// How the sweeps of grid_stream.cl cut a grid into tiles.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/grid.h"
+
+namespace kappamu::forward {
+
+struct StreamTiles {
+  std::array<int, 3> size;  ///< cells of a tile along x, y, z
+  int count = 1;
+  int scratch_cells = 0;  ///< vectors of scratch memory each tile's item needs
+};
+
+/// What limits the tiles: how many items keep the device busy, how many vectors fit its cache.
+struct StreamMachine {
+  int items = 8;
+  int cache_cells = 8192;
+};
+
+/// The way down from `fine`, halved along the axes with halving 1; the tiles are of coarse cells.
+StreamTiles tiles_down(const StreamMachine& machine, const GridShape& fine, const GridShape& coarse,
+                       const std::array<int, 3>& halving);
+/// The way up to `fine`, with or without the sums of the finest level.
+StreamTiles tiles_up(const StreamMachine& machine, const GridShape& fine, const GridShape& coarse);
+/// The step of conjugate gradients.
+StreamTiles tiles_step(const StreamMachine& machine, const GridShape& grid);
+
+}  // namespace kappamu::forward
