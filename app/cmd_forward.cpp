@@ -1,42 +1,41 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <span>
+#include <utility>
 
 #include "app/command.h"
 #include "app/forward_input.h"
-#include "forward/grid/grid_solver.h"
+#include "app/forward_output.h"
+#include "forward/forward_model.h"
 #include "forward/grid/power_balance.h"
 #include "io/atomic_file.h"
-#include "io/npy.h"
 
 namespace kappamu::app {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
 using forward::Convention;
-using forward::Precision;
 using forward::SourceModel;
 
-struct ForwardOptions {
+struct Arguments {
   ForwardFiles files;
   std::string out;
+  std::string method = "multigrid";
   double eta = 1.3;
   std::string lit_face = "z-";
   std::string sides = "open";
   std::optional<std::string> source;
   std::string convention = "physical";
   std::string precision = "single";
-  forward::SolveOptions solve;
+  std::optional<int> max_iterations;  ///< the method's own where unset
+  forward::ForwardOptions model;
 };
 
-forward::GridSetup setup_of(const ForwardOptions& options, const GridShape& shape) {
+forward::GridSetup setup_of(const Arguments& options, const GridShape& shape) {
   forward::GridSetup setup;
   setup.shape = shape;
   setup.eta = options.eta;
@@ -50,90 +49,54 @@ forward::GridSetup setup_of(const ForwardOptions& options, const GridShape& shap
   return setup;
 }
 
-Json summary_of(const forward::GridSolver& solver, const forward::SolveReport& report,
-                const std::vector<forward::PowerBalance>& balances, const ForwardOptions& options) {
-  const forward::GridSetup& setup = solver.setup();
-  const GridShape& s = setup.shape;
-  Json patterns = Json::array();
-  for (std::size_t m = 0; m < balances.size(); ++m) {
-    Json exiting;
-    for (std::size_t f = 0; f < all_faces.size(); ++f) {
-      exiting[to_string(all_faces[f])] = balances[m].exiting[f];
-    }
-    patterns.push_back({{"entering", balances[m].entering},
-                        {"exiting", exiting},
-                        {"unscattered", balances[m].unscattered},
-                        {"absorbed", balances[m].absorbed},
-                        {"residual", report.residual[m]}});
-  }
-  const bool first_collision = setup.source == SourceModel::first_collision;
-  return {{"converged", report.termination == forward::Termination::converged},
-          {"message", report.message},
-          {"iterations", report.iterations},
-          {"residual", *std::max_element(report.residual.begin(), report.residual.end())},
-          {"tolerance", options.solve.tolerance},
-          {"seconds", report.seconds},
-          {"backend", solver.backend()},
-          {"grid", {s.nx, s.ny, s.nz}},
-          {"voxel_mm", s.voxel_mm},
-          {"eta", setup.eta},
-          {"A", solver.constants().A},
-          {"normal_transmittance", solver.constants().normal_transmittance},
-          {"lit_face", to_string(setup.lit_face)},
-          {"sides", to_string(setup.sides)},
-          {"source", first_collision ? "first-collision" : "boundary"},
-          {"convention", options.convention},
-          {"units", {{"power", "mm^2 times the unit of irradiance"}, {"length", "mm"}}},
-          {"patterns", patterns}};
+const forward::MethodName& method_named(const std::string& name) {
+  const auto& methods = forward::forward_methods();
+  return *std::find_if(methods.begin(), methods.end(),
+                       [&](const auto& method) { return method.name == name; });
 }
 
-void run_forward(const ForwardOptions& options, Globals& globals) {
+void run_forward(const Arguments& arguments, Globals& globals) {
   const auto progress = make_progress();
-  const Medium medium = read_medium(options.files);
-  const forward::GridSetup setup = setup_of(options, medium.kappa.shape());
-  const Irradiance light = read_irradiance(options.files, setup.shape, setup.lit_face);
-  const Precision precision =
-      options.precision == "double" ? Precision::double_precision : Precision::single_precision;
-  const forward::SolverChoice choice = forward::make_grid_solver(setup, globals.device, precision);
-  if (!choice.warning.empty()) progress->warn(choice.warning);
-  for (const auto& warning : forward::diffusion_warnings(setup, medium)) progress->warn(warning);
+  const forward::MethodName& method = method_named(arguments.method);
+  forward::ForwardProblem problem;
+  problem.medium = read_medium(arguments.files);
+  problem.setup = setup_of(arguments, problem.medium.kappa.shape());
+  const GridShape& shape = problem.setup.shape;
+  Irradiance light = read_irradiance(arguments.files, shape, problem.setup.lit_face);
+  problem.patterns = light.patterns;
+  problem.irradiance = std::move(light.values);
+  const ViewMasks masks = read_view_masks(arguments.files, shape);
 
-  forward::GridSolver& solver = *choice.solver;
-  solver.set_medium(medium.kappa.values(), medium.mu.values());
-  const auto b = solver.make_field(light.patterns);
-  const auto phi = solver.make_field(light.patterns);
-  solver.light_source(light.values, *b);
-  const forward::SolveReport report = solver.solve(*b, *phi, options.solve);
-
-  const std::filesystem::path out(options.out);
-  const auto patterns = static_cast<std::size_t>(light.patterns);
-  std::array<std::vector<double>, 6> maps;
-  for (std::size_t f = 0; f < all_faces.size(); ++f) {
-    const FaceShape face = face_shape(setup.shape, all_faces[f]);
-    maps[f].resize(face.cells() * patterns);
-    solver.exitance(*phi, all_faces[f],
-                    all_faces[f] == setup.lit_face ? std::span<const double>(light.values)
-                                                   : std::span<const double>(),
-                    maps[f]);
-    const std::vector<float> stored(maps[f].begin(), maps[f].end());
-    io::write_npy(out / ("exitance_" + to_string(all_faces[f]) + ".npy"),
-                  {patterns, static_cast<std::size_t>(face.nv), static_cast<std::size_t>(face.nu)},
-                  std::span<const float>(stored));
+  ForwardRun run{method.name, problem.setup, arguments.model, problem.patterns};
+  run.options.device = globals.device;
+  run.options.seed = globals.seed;
+  run.options.precision = arguments.precision == "double" ? forward::Precision::double_precision
+                                                          : forward::Precision::single_precision;
+  run.options.solve.max_iterations = arguments.max_iterations.value_or(method.max_iterations);
+  if (!method.transport) {
+    for (const auto& warning : forward::diffusion_warnings(problem.setup, problem.medium)) {
+      progress->warn(warning);
+    }
   }
-  const auto balances = forward::power_balance(solver, medium, *phi, light.values, maps);
-  const Json summary = summary_of(solver, report, balances, options);
+  const forward::ForwardResult result =
+      forward::make_forward_model(method.name)->solve(problem, run.options, *progress);
+  for (const auto& warning : result.warnings) progress->warn(warning);
+
+  const std::filesystem::path out(arguments.out);
+  write_maps(out, run, result, masks);
+  const nlohmann::ordered_json summary = forward_summary(run, result, masks);
   io::write_text_atomically(out / "summary.json", summary.dump(2) + "\n");
 
-  if (report.termination != forward::Termination::converged) {
-    progress->warn("not converged: " + report.message + "; the outputs are kept and marked");
+  if (result.termination != forward::Termination::converged) {
+    progress->warn("not converged: " + result.message + "; the outputs are kept and marked");
     globals.exit_code = 3;
   }
   if (globals.json) {
     std::printf("%s\n", summary.dump().c_str());
   } else {
-    std::printf("%d pattern%s on %d x %d x %d voxels by %s: %s, %.2f s\n%s\n", light.patterns,
-                light.patterns == 1 ? "" : "s", setup.shape.nx, setup.shape.ny, setup.shape.nz,
-                solver.backend().c_str(), report.message.c_str(), report.seconds,
+    std::printf("%d pattern%s on %d x %d x %d voxels by %s, %s: %s, %.2f s\n%s\n", run.patterns,
+                run.patterns == 1 ? "" : "s", shape.nx, shape.ny, shape.nz, run.method.c_str(),
+                result.backend.c_str(), result.message.c_str(), result.seconds,
                 (out / "summary.json").c_str());
   }
 }
@@ -143,7 +106,8 @@ constexpr const char* manual =
     "  kappamu forward --kappa k.npy --mu m.npy --voxel 0.25 --eta 1.3 \\\n"
     "                  --irradiance e.npy --lit-face z- -o out/\n\n"
     "Solves the diffusion equation div(kappa grad phi) - mu phi + S = 0 with Fresnel (Robin)\n"
-    "boundaries by conservative finite volumes on the voxels given, all patterns at once.\n\n"
+    "boundaries by conservative finite volumes on the voxels given, all patterns at once; other\n"
+    "models and solvers under METHODS.\n\n"
     "INPUT, float arrays in C order, the last axis varying fastest:\n"
     "  kappa       [z][y][x]  diffusion coefficient 1/(3(mu + sigma_s')) [mm], > 0\n"
     "  mu          [z][y][x]  absorption coefficient [1/mm], >= 0\n"
@@ -155,8 +119,13 @@ constexpr const char* manual =
     "  exitance_x-.npy ... exitance_z+.npy  [M][v][u] flux per area leaving each face, in the\n"
     "              unit of the irradiance; mean over each surface voxel; unscattered light and\n"
     "              the specular reflection are not in it\n"
+    "  standard_error_<face>.npy  of the exitance, the same shapes (montecarlo only)\n"
     "  summary.json  per pattern: power entering (after Fresnel), exiting by face, unscattered,\n"
     "              absorbed [mm^2 times the unit of irradiance], residual; iterations, seconds\n\n"
+    "MASKS. --light-mask covers the lit face: 1 lets light pass, 0 stops it. --view-masks covers\n"
+    "faces on the way out: maps are multiplied by mask_<face>.npy of that folder where there is\n"
+    "one, and summary.json gains \"seen\", the power through each mask (\"exiting\" stays "
+    "whole).\n\n"
     "SOURCES. first-collision (default): a collimated beam at normal incidence deposits its first\n"
     "collisions along the columns below the lit face, which suits projectors. boundary: light\n"
     "enters diffusely at the face, which suits diffuse illumination.\n\n"
@@ -172,11 +141,26 @@ constexpr const char* manual_end =
     "program warns of the first two. The grid adds its own error, of order voxel^2: split the\n"
     "voxels and compare. On the lit face under the boundary source the order is 1 to 1.5.";
 
+std::string methods_manual() {
+  std::string text = "METHODS of --method:\n";
+  for (const auto& method : forward::forward_methods()) {
+    const std::string padding(
+        std::max<std::size_t>(18, method.name.size() + 1) - method.name.size(), ' ');
+    text += "  " + method.name + padding + method.description + "\n";
+  }
+  return text +
+         "multigrid is the one to use; analytic and montecarlo judge it, the others are\n"
+         "earlier papers' solvers. Only montecarlo and analytic need no convergence; relaxations "
+         "need thousands\n"
+         "of sweeps and may stall in single precision.\n"
+         "[W] is Wang et al. 2008, [T] Mertens' thesis of 2005.\n\n";
+}
+
 }  // namespace
 
 void add_forward(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand("forward", manual);
-  auto options = std::make_shared<ForwardOptions>();
+  auto options = std::make_shared<Arguments>();
   ForwardFiles& files = options->files;
   command->add_option("--kappa", files.kappa, "Diffusion coefficient [mm], .npy or .vdb")
       ->required()
@@ -190,10 +174,21 @@ void add_forward(CLI::App& app, Globals& globals) {
   command->add_option("-o,--out", options->out, "Folder for the maps; made if missing")
       ->required()
       ->type_name("OUT");
+  command
+      ->add_option("--light-mask", files.light_mask,
+                   "Mask of the lit face, .npy [v][u] or [M][v][u]")
+      ->type_name("FILE");
+  command->add_option("--view-masks", files.view_masks, "Folder of mask_z+.npy, ..., each [v][u]")
+      ->type_name("DIR");
   command->add_option("--voxel", files.voxel, "Voxel edge [mm]; needed with .npy volumes")
       ->check(CLI::PositiveNumber);
   command->add_option("--channel", files.channel, "Channel of a .vdb with several, such as R");
   command->add_option("--eta", options->eta, "Relative refractive index (default 1.3)");
+  std::vector<std::string> methods;
+  for (const auto& method : forward::forward_methods()) methods.push_back(method.name);
+  command->add_option("--method", options->method, "Default multigrid; see METHODS below")
+      ->check(CLI::IsMember(methods))
+      ->type_name("NAME");
   const std::vector<std::string> faces{"x-", "x+", "y-", "y+", "z-", "z+"};
   command->add_option("--lit-face", options->lit_face, "Where light enters (default z-)")
       ->check(CLI::IsMember(faces))
@@ -207,14 +202,24 @@ void add_forward(CLI::App& app, Globals& globals) {
   command->add_option("--convention", options->convention, "physical (default) or wang2008")
       ->check(CLI::IsMember({"physical", "wang2008"}));
   command
-      ->add_option("--tolerance", options->solve.tolerance,
+      ->add_option("--tolerance", options->model.solve.tolerance,
                    "Relative residual to reach for every pattern (default 1e-6)")
       ->check(CLI::Range(1e-14, 0.1));
-  command->add_option("--max-iterations", options->solve.max_iterations, "Default 200")
-      ->check(CLI::Range(1, 100000));
+  command
+      ->add_option("--max-iterations", options->max_iterations,
+                   "Iterations or sweeps allowed (default 200, relaxations 200000)")
+      ->check(CLI::Range(1, 100'000'000));
   command->add_option("--precision", options->precision, "single (default) or double storage")
       ->check(CLI::IsMember({"single", "double"}));
-  command->footer(manual_end);
+  command
+      ->add_option("--photons", options->model.photons,
+                   "montecarlo: photons per pattern (default 1000000)")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option("--anisotropy", options->model.anisotropy,
+                   "montecarlo: g of the phase function at equal sigma_s' (default 0)")
+      ->check(CLI::Range(-0.999, 0.999));
+  command->footer(methods_manual() + manual_end);
   command->callback([options, &globals] { run_forward(*options, globals); });
 }
 

@@ -1,0 +1,112 @@
+#include "app/forward_output.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "forward/grid/grid_physics.h"
+#include "io/npy.h"
+
+namespace kappamu::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void write_map(const std::filesystem::path& file, const FaceShape& face, int patterns,
+               const std::vector<double>& map, const std::vector<float>& mask) {
+  std::vector<float> stored(map.begin(), map.end());
+  if (!mask.empty()) {
+    for (std::size_t k = 0; k < stored.size(); ++k) stored[k] *= mask[k % mask.size()];
+  }
+  io::write_npy(file,
+                {static_cast<std::size_t>(patterns), static_cast<std::size_t>(face.nv),
+                 static_cast<std::size_t>(face.nu)},
+                std::span<const float>(stored));
+}
+
+/// Power of pattern m through the face's mask.
+double seen_power(const std::vector<double>& map, const std::vector<float>& mask, std::size_t m,
+                  double pixel_area) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < mask.size(); ++k) {
+    sum += map[m * mask.size() + k] * static_cast<double>(mask[k]) * pixel_area;
+  }
+  return sum;
+}
+
+Json pattern_summary(const ForwardRun& run, const forward::ForwardResult& result,
+                     const ViewMasks& masks, std::size_t m) {
+  const forward::PowerBalance& balance = result.balance[m];
+  const double pixel_area = run.setup.shape.voxel_mm * run.setup.shape.voxel_mm;
+  Json exiting, seen;
+  for (std::size_t f = 0; f < all_faces.size(); ++f) {
+    exiting[to_string(all_faces[f])] = balance.exiting[f];
+    if (masks[f].empty()) continue;
+    seen[to_string(all_faces[f])] = seen_power(result.exitance[f], masks[f], m, pixel_area);
+  }
+  Json pattern{{"entering", balance.entering},
+               {"exiting", exiting},
+               {"unscattered", balance.unscattered},
+               {"absorbed", balance.absorbed}};
+  if (!seen.empty()) pattern["seen"] = seen;
+  if (!result.residual.empty()) pattern["residual"] = result.residual[m];
+  return pattern;
+}
+
+}  // namespace
+
+void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
+                const forward::ForwardResult& result, const ViewMasks& masks) {
+  for (std::size_t f = 0; f < all_faces.size(); ++f) {
+    const FaceShape face = face_shape(run.setup.shape, all_faces[f]);
+    const std::string name = to_string(all_faces[f]) + ".npy";
+    write_map(folder / ("exitance_" + name), face, run.patterns, result.exitance[f], masks[f]);
+    if (result.standard_error[f].empty()) continue;
+    write_map(folder / ("standard_error_" + name), face, run.patterns, result.standard_error[f],
+              masks[f]);
+  }
+}
+
+Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result,
+                     const ViewMasks& masks) {
+  const forward::GridSetup& setup = run.setup;
+  const GridShape& s = setup.shape;
+  const BoundaryConstants constants = forward::constants_of(setup);
+  const bool first_collision = setup.source == forward::SourceModel::first_collision;
+  const bool physical = setup.convention == forward::Convention::physical;
+  Json patterns = Json::array();
+  for (std::size_t m = 0; m < result.balance.size(); ++m) {
+    patterns.push_back(pattern_summary(run, result, masks, m));
+  }
+  Json summary{{"method", run.method},
+               {"converged", result.termination == forward::Termination::converged},
+               {"message", result.message},
+               {"iterations", result.iterations}};
+  if (!result.residual.empty()) {
+    summary["residual"] = *std::max_element(result.residual.begin(), result.residual.end());
+    summary["tolerance"] = run.options.solve.tolerance;
+  }
+  if (!result.standard_error.front().empty()) {
+    summary["photons"] = run.options.photons;
+    summary["anisotropy"] = run.options.anisotropy;
+    summary["seed"] = run.options.seed;
+  }
+  summary.update({{"seconds", result.seconds},
+                  {"setup_seconds", result.setup_seconds},
+                  {"backend", result.backend},
+                  {"grid", {s.nx, s.ny, s.nz}},
+                  {"voxel_mm", s.voxel_mm},
+                  {"eta", setup.eta},
+                  {"A", constants.A},
+                  {"normal_transmittance", constants.normal_transmittance},
+                  {"lit_face", to_string(setup.lit_face)},
+                  {"sides", to_string(setup.sides)},
+                  {"source", first_collision ? "first-collision" : "boundary"},
+                  {"convention", physical ? "physical" : "wang2008"},
+                  {"units", {{"power", "mm^2 times the unit of irradiance"}, {"length", "mm"}}},
+                  {"patterns", patterns}});
+  return summary;
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,30 @@
+// What `kappamu forward` writes: maps of every face and summary.json.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "app/forward_input.h"
+#include "forward/forward_model.h"
+
+namespace kappamu::app {
+
+/// What a summary tells besides the result.
+struct ForwardRun {
+  std::string method;
+  forward::GridSetup setup;
+  forward::ForwardOptions options;
+  int patterns = 1;
+};
+
+/// exitance_<face>.npy and, where the model has them, standard_error_<face>.npy, both times the
+/// view mask.
+void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
+                const forward::ForwardResult& result, const ViewMasks& masks);
+
+/// The content of summary.json.
+nlohmann::ordered_json forward_summary(const ForwardRun& run, const forward::ForwardResult& result,
+                                       const ViewMasks& masks);
+
+}  // namespace kappamu::app

@@ -1,0 +1,158 @@
+// kappamu forward from outside: every face may be lit, every method answers, masks cover. Numbers
+// are the business of tests/forward.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/grid.h"
+#include "io/npy.h"
+#include "process.h"
+
+namespace kappamu::app {
+namespace {
+
+using testing::HasSubstr;
+
+class ForwardCommand : public TemporaryFolderTest {
+ protected:
+  std::string at(const std::string& name) const { return (folder() / name).string(); }
+
+  /// `name`.npy of that shape; `value(i)` gives element i.
+  template <class Value>
+  std::string array(const std::string& name, const std::vector<std::size_t>& shape,
+                    const Value& value) const {
+    std::size_t count = 1;
+    for (const std::size_t extent : shape) count *= extent;
+    std::vector<float> values(count);
+    for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<float>(value(i));
+    io::write_npy(at(name + ".npy"), shape, std::span<const float>(values));
+    return at(name + ".npy");
+  }
+
+  /// 6 × 5 × 4 voxels (x, y, z) of 0.5 mm, one even pattern on `face`.
+  std::string block(const std::string& face, const std::string& more) const {
+    const FaceShape s = face_shape({6, 5, 4, 0.5}, face_from_string(face));
+    array("kappa", {4, 5, 6},
+          [](std::size_t i) { return 0.2 + 0.01 * static_cast<double>(i % 7); });
+    array("mu", {4, 5, 6}, [](std::size_t) { return 0.01; });
+    array("light", {1, static_cast<std::size_t>(s.nv), static_cast<std::size_t>(s.nu)},
+          [](std::size_t) { return 1.0; });
+    return "forward --kappa " + at("kappa.npy") + " --mu " + at("mu.npy") +
+           " --voxel 0.5 --irradiance " + at("light.npy") + " --lit-face " + face + " -o " +
+           at("out") + " " + more;
+  }
+
+  nlohmann::json summary() const {
+    std::ifstream file(folder() / "out" / "summary.json");
+    return nlohmann::json::parse(file);
+  }
+  std::vector<float> map(const std::string& name) const {
+    return io::read_npy(folder() / "out" / name).values;
+  }
+};
+
+TEST_F(ForwardCommand, EveryFaceMayBeLit) {
+  for (const Face face : all_faces) {
+    const std::string name = to_string(face);
+    const ProcessResult result = kappamu(block(name, "--device reference --tolerance 1e-10"));
+    ASSERT_EQ(result.exit_code, 0) << name << result.standard_error;
+    const nlohmann::json summary = this->summary();
+    EXPECT_EQ(summary["lit_face"], name);
+    EXPECT_EQ(summary["method"], "multigrid");
+    EXPECT_GE(summary["setup_seconds"], 0.0);
+    const auto& pattern = summary["patterns"][0];
+    const double entering = pattern["entering"];
+    double out = pattern["unscattered"].get<double>() + pattern["absorbed"].get<double>();
+    for (const auto& [face_name, power] : pattern["exiting"].items()) {
+      out += power.get<double>();
+      EXPECT_GT(power.get<double>(), 0.0) << face_name;
+    }
+    EXPECT_NEAR(out / entering, 1.0, 1e-9) << name;  // ten times the tolerance
+    const FaceShape s = face_shape({6, 5, 4, 0.5}, face);
+    EXPECT_EQ(map("exitance_" + name + ".npy").size(), s.cells());
+  }
+}
+
+TEST_F(ForwardCommand, EveryGridMethodGivesNearlyTheSameLight) {
+  ASSERT_EQ(kappamu(block("z-", "--device reference")).exit_code, 0);
+  const double expected = summary()["patterns"][0]["exiting"]["z+"];
+  for (const char* method : {"multigrid", "reference", "relaxation", "gauss-seidel", "hierarchical",
+                             "adaptive", "wang2008-stencil"}) {
+    const ProcessResult result = kappamu(block("z-", std::string("--method ") + method));
+    ASSERT_EQ(result.exit_code, 0) << method << result.standard_error;
+    EXPECT_EQ(summary()["method"], method);
+    // κ varies by a few percent only, so even (8) is not far off.
+    EXPECT_NEAR(summary()["patterns"][0]["exiting"]["z+"].get<double>() / expected, 1.0, 0.1);
+  }
+}
+
+TEST_F(ForwardCommand, MonteCarloWritesStandardErrors) {
+  const ProcessResult result =
+      kappamu(block("z-", "--method montecarlo --photons 20000 --anisotropy 0.5"));
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  const auto exitance = map("exitance_z+.npy"), error = map("standard_error_z+.npy");
+  ASSERT_EQ(exitance.size(), error.size());
+  for (std::size_t i = 0; i < error.size(); ++i) {
+    EXPECT_GT(error[i], 0.0F);
+    EXPECT_LT(error[i], exitance[i]);
+  }
+  EXPECT_EQ(summary()["photons"], 20000);
+  EXPECT_EQ(summary()["anisotropy"], 0.5);
+}
+
+TEST_F(ForwardCommand, UnknownMethodIsUsageErrorAndHelpListsThem) {
+  EXPECT_EQ(kappamu(block("z-", "--method abacus")).exit_code, 2);
+  const std::string help = kappamu("forward --help").standard_output;
+  for (const char* method : {"multigrid", "relaxation", "adaptive", "wang2008-stencil"}) {
+    EXPECT_THAT(help, HasSubstr(std::string("\n  ") + method));
+  }
+}
+
+TEST_F(ForwardCommand, SweepsThatRunOutAreMarked) {
+  const ProcessResult result =
+      kappamu(block("z-", "--method relaxation --max-iterations 3 --tolerance 1e-6"));
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.standard_error, HasSubstr("not converged"));
+  EXPECT_EQ(summary()["converged"], false);
+}
+
+TEST_F(ForwardCommand, LightMaskCoversTheLitFace) {
+  array("mask", {5, 6}, [](std::size_t i) { return i % 6 < 3 ? 1.0 : 0.0; });
+  ASSERT_EQ(kappamu(block("z-", "--device reference")).exit_code, 0);
+  const double whole = summary()["patterns"][0]["entering"];
+  ASSERT_EQ(kappamu(block("z-", "--device reference --light-mask " + at("mask.npy"))).exit_code, 0);
+  EXPECT_NEAR(summary()["patterns"][0]["entering"].get<double>() / whole, 0.5, 1e-6);
+}
+
+TEST_F(ForwardCommand, ViewMasksCoverFacesOnTheWayOut) {
+  std::filesystem::create_directories(folder() / "views");
+  array("views/mask_x+", {4, 5}, [](std::size_t i) { return i == 7 ? 1.0 : 0.0; });
+  ASSERT_EQ(kappamu(block("z-", "--device reference")).exit_code, 0);
+  const auto bare = map("exitance_x+.npy"), other = map("exitance_z+.npy");
+  const nlohmann::json balance = summary()["patterns"][0]["exiting"];
+  ASSERT_EQ(kappamu(block("z-", "--device reference --view-masks " + at("views"))).exit_code, 0);
+  const auto seen = map("exitance_x+.npy");
+  for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(seen[i], i == 7 ? bare[i] : 0.0F);
+  EXPECT_EQ(map("exitance_z+.npy"), other);
+  const auto pattern = summary()["patterns"][0];
+  EXPECT_EQ(pattern["exiting"], balance);
+  EXPECT_NEAR(pattern["seen"]["x+"].get<double>(), static_cast<double>(bare[7]) * 0.25, 1e-6);
+}
+
+TEST_F(ForwardCommand, BadMasksAreNamed) {
+  array("small", {2, 2}, [](std::size_t) { return 1.0; });
+  array("strong", {5, 6}, [](std::size_t) { return 1.5; });
+  std::filesystem::create_directories(folder() / "nothing");
+  expect_one_sentence(kappamu(block("z-", "--device reference --light-mask " + at("small.npy"))),
+                      "small.npy");
+  expect_one_sentence(kappamu(block("z-", "--device reference --light-mask " + at("strong.npy"))),
+                      "between 0");
+  expect_one_sentence(kappamu(block("z-", "--device reference --view-masks " + at("nothing"))),
+                      "mask_z+.npy");
+}
+
+}  // namespace
+}  // namespace kappamu::app
