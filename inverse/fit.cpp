@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "forward/grid/power_balance.h"
 #include "inverse/basis.h"
 #include "inverse/fit_function.h"
 #include "inverse/fit_state.h"
@@ -28,8 +29,14 @@ using Clock = std::chrono::steady_clock;
 constexpr int fewest_voxels = 4;
 /// χ² per datum above which stopping there is worth a warning.
 constexpr double suspicious_chi2 = 1.5;
-/// χ² per datum of the homogeneous block that FitOptions::first_weight is made for.
-constexpr double coarse_start_chi2 = 100.0;
+/// χ² per datum of a start that the weights of the path are made for.
+constexpr double usual_start_chi2 = 100.0;
+
+/// χ² of the start counts how much sharper than its structure the data are: where it is large, a
+/// usual weight leaps into the nearest valley that explains the data, and a rough one at that.
+double sharpened(double weight, double start_chi2) {
+  return weight * std::max(1.0, start_chi2 / usual_start_chi2);
+}
 
 double thickness(const Problem& problem) {
   const GridShape& shape = problem.setup.shape;
@@ -68,6 +75,7 @@ class ChannelRun {
  private:
   void open_level();
   void set_basis();
+  double refresh_correction();
   void begin();
   void begin_stage();
   void iterate_stage();
@@ -178,19 +186,21 @@ void ChannelRun::begin() {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
   state_.fields = fields();
-  // χ² of a homogeneous block counts how much sharper than structure the data are: where no coarse
-  // grid with its generous model error goes first, the path starts as much higher.
   const double chi2 =
       2.0 * objective_->value(state_.fields) / static_cast<double>(objective_->problem().used());
-  state_.weight =
-      options_.weight.value_or(options_.first_weight * std::max(1.0, chi2 / coarse_start_chi2));
+  state_.weight = options_.weight.value_or(sharpened(options_.first_weight, chi2));
+}
+
+/// r anew at the current fields; χ² per datum with it.
+double ChannelRun::refresh_correction() {
+  const double misfit = options_.correct_grid
+                            ? objective_->refresh_correction(refinement(), state_.fields)
+                            : objective_->value(state_.fields);
+  state_.correction = objective_->correction();
+  return 2.0 * misfit / static_cast<double>(objective_->problem().used());
 }
 
 void ChannelRun::begin_stage() {
-  if (options_.correct_grid) {
-    objective_->refresh_correction(refinement(), state_.fields);
-    state_.correction = objective_->correction();
-  }
   if (options_.coordinates == Coordinates::informed) {
     // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
     // block, and a poor metric costs more steps than these solves.
@@ -237,16 +247,22 @@ void ChannelRun::iterate_stage() {
 }
 
 void ChannelRun::end_stage() {
-  const double chi2 = chi2_per_datum();
+  const double chi2_minimised = chi2_per_datum();
   state_.fields = basis_->to_fields(state_.optimiser.z);
   state_.in_stage = false;
+  // What counts is the χ² of a model corrected here, not where this weight was begun.
+  const double chi2 = refresh_correction();
+  // Where only the correction moved, this weight is low enough: once more with the new one.
+  const bool repeat = chi2_minimised <= options_.target_chi2 && !state_.repeated;
   const bool stagnated =
-      state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
-  const double next = state_.weight * options_.weight_factor;
-  state_.last_chi2 = chi2;
+      !repeat && state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
+  const double next = state_.weight * (repeat ? 1.0 : options_.weight_factor);
+  state_.repeated = repeat;
   if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
+    state_.last_chi2 = chi2;
     finish_level(stagnated);
   } else {
+    if (!repeat) state_.last_chi2 = chi2;
     state_.weight = next;
   }
 }
@@ -263,9 +279,13 @@ void ChannelRun::finish_level(bool stagnated) {
     state_.fields = {prolong(state_.fields.log_kappa, coarse_shape, shape),
                      prolong(state_.fields.log_mu, coarse_shape, shape)};
     state_.optimiser = OptimiserState{};
-    if (!options_.weight) state_.weight /= std::pow(options_.weight_factor, options_.restart_steps);
-    state_.correction = objective_->correction();
+    const double chi2_here = refresh_correction();
+    if (!options_.weight) {
+      state_.weight = sharpened(
+          state_.weight / std::pow(options_.weight_factor, options_.restart_steps), chi2_here);
+    }
     state_.last_chi2 = 0.0;
+    state_.repeated = false;
     return;
   }
   FitReport& report = state_.report;
@@ -281,7 +301,8 @@ void ChannelRun::finish_level(bool stagnated) {
   } else {
     report.status = stagnated ? FitStatus::above_noise : FitStatus::ran_out;
     std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
-                  stagnated ? "Lower weights stopped helping" : "The lowest weight was reached",
+                  stagnated ? "Neither lower weights nor a new correction helped further"
+                            : "The lowest weight was reached",
                   chi2);
   }
   report.message = sentence;
@@ -309,6 +330,9 @@ ChannelFit ChannelRun::result() {
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     fit.medium.kappa[i] = std::exp(fields.log_kappa[i]);
     fit.medium.mu[i] = std::exp(fields.log_mu[i]);
+  }
+  for (const std::string& sentence : forward::diffusion_warnings(ladder_[0].setup, fit.medium)) {
+    warn(sentence);
   }
   for (const double m : objective_->prediction()) {
     fit.prediction.push_back(static_cast<float>(m / per_value_));

@@ -8,7 +8,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d31ULL;  // "km-fit-1"
+constexpr std::uint64_t magic = 0x6b6d2d6669742d32ULL;  // "km-fit-2"
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined}) out.put(n);
@@ -65,7 +65,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(magic);
   out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
-  for (const bool b : {in_stage, finished, ran_out}) out.put(b);
+  for (const bool b : {in_stage, finished, ran_out, repeated}) out.put(b);
   for (const double x : {last_chi2, seconds, weight, roughness}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
@@ -91,7 +91,7 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     if (found_magic != magic || found_fingerprint != fingerprint) return false;
     FitState state;
     for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
-    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out}) in.get(*b);
+    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated}) in.get(*b);
     for (double* x : {&state.last_chi2, &state.seconds, &state.weight, &state.roughness})
       in.get(*x);
     in.get(state.fields.log_kappa);
@@ -153,6 +153,7 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
     print.add(x);
   }
   print.add(o.correct_grid);
+  print.add(o.seed);
   print.add(o.backend.precision);
   print.add(o.backend.device);
   return print.value();

@@ -17,9 +17,10 @@ struct FitState {
   bool in_stage = false;  ///< the weight has been set up and evaluated
   bool finished = false;
   bool ran_out = false;     ///< the last weight ended on stage_steps
+  bool repeated = false;    ///< this weight has been minimised before, with another correction
   int stage_steps = 0;      ///< taken at this weight
   int small_decreases = 0;  ///< in a row
-  double last_chi2 = 0.0;   ///< at the end of the last weight on this grid; 0 before the first
+  double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
   double seconds = 0.0;     ///< spent by earlier runs
   double weight = 0.0;      ///< α
   double roughness = 0.0;   ///< R now
