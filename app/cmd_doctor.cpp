@@ -1,60 +1,22 @@
 #include <sys/sysinfo.h>
 
 #include <CLI/CLI.hpp>
-#include <Eigen/Core>
 #include <cstdio>
 #include <exception>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "app/command.h"
-#include "app/run_record.h"
+#include "app/versions.h"
 #include "core/error.h"
 #include "device/context.h"
 #include "device/device_info.h"
 #include "forward/grid/solver_self_test.h"
 
-#if __has_include(<opencv4/opencv2/core/version.hpp>)
-#include <opencv4/opencv2/core/version.hpp>
-#endif
-#if __has_include(<openvdb/version.h>)
-#include <openvdb/version.h>
-#endif
-#if __has_include(<OpenEXR/OpenEXRConfig.h>)
-#include <OpenEXR/OpenEXRConfig.h>
-#endif
-#if __has_include(<ceres/version.h>)
-#include <ceres/version.h>
-#endif
-
 namespace kappamu::app {
 
 namespace {
-
-/// What run.json records, and the other libraries the program was built with.
-std::map<std::string, std::string> versions() {
-  std::map<std::string, std::string> all = library_versions();
-  const auto dotted = [](int a, int b, int c) {
-    return std::to_string(a) + "." + std::to_string(b) + "." + std::to_string(c);
-  };
-  all["Eigen"] = dotted(EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION);
-  all["CLI11"] = CLI11_VERSION;
-#ifdef CV_VERSION
-  all["OpenCV"] = CV_VERSION;
-#endif
-#ifdef OPENVDB_LIBRARY_VERSION_STRING
-  all["OpenVDB"] = OPENVDB_LIBRARY_VERSION_STRING;
-#endif
-#ifdef OPENEXR_VERSION_STRING
-  all["OpenEXR"] = OPENEXR_VERSION_STRING;
-#endif
-#ifdef CERES_VERSION_STRING
-  all["Ceres"] = CERES_VERSION_STRING;
-#endif
-  return all;
-}
 
 using Json = nlohmann::ordered_json;
 
@@ -125,7 +87,7 @@ Json to_json(const Examination& found, const HostMemory& memory) {
   json["solves_on"] = on_device ? found.devices[found.choice->index].name : "reference";
   if (!found.problem.empty()) json["problem"] = found.problem;
   json["host_memory_gib"] = {{"total", gib(memory.total)}, {"free", gib(memory.free)}};
-  json["versions"] = versions();
+  json["versions"] = library_versions();
   return json;
 }
 
@@ -143,8 +105,8 @@ void print(const Examination& found, const HostMemory& memory) {
   }
   std::printf("\nHost memory\n  %.1f GiB, %.1f free\n", gib(memory.total), gib(memory.free));
   std::printf("\nVersions\n");
-  for (const auto& [name, version] : versions()) {
-    std::printf("  %-14s %s\n", name.c_str(), version.c_str());
+  for (const auto& [name, version] : library_versions()) {
+    std::printf("  %-14s  %s\n", name.c_str(), version.c_str());
   }
   std::printf("\nVerdict\n");
   if (!found.problem.empty()) {

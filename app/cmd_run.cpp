@@ -105,12 +105,7 @@ void run_run(const RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
   const FitStageOptions fit = resolve(options.fit, globals);
   Pipeline pipeline(options.input, options.run, options.force);
-  pipeline.folder().set_options({{"device", globals.device},
-                                 {"seed", std::to_string(globals.seed)},
-                                 {"precision", options.fit.precision},
-                                 {"target-chi2", std::to_string(fit.fit.target_chi2)},
-                                 {"stage-steps", std::to_string(fit.fit.stage_steps)},
-                                 {"levels", std::to_string(fit.fit.max_levels)}});
+  pipeline.folder().set_options(options_by_name(fit));
   if (pipeline.session()) {
     pipeline.calibrate(*progress);
     pipeline.merge(*progress);

@@ -2,6 +2,7 @@
 #include "app/fit_options.h"
 
 #include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 namespace kappamu::app {
 
@@ -55,6 +56,78 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
       .add_flag("--no-grid-correction", arguments.no_grid_correction,
                 "Do not correct for the fitted grid's own error")
       ->group(group);
+}
+
+namespace {
+
+const char* name_of(inverse::Coordinates coordinates) {
+  switch (coordinates) {
+    case inverse::Coordinates::voxels:
+      return "voxels";
+    case inverse::Coordinates::smooth:
+      return "smooth";
+    default:
+      return "informed";
+  }
+}
+
+nlohmann::ordered_json to_json(const FitStageOptions& options) {
+  const inverse::FitOptions& o = options.fit;
+  const bool lbfgs = o.optimiser.method == inverse::Method::lbfgs;
+  const bool physical = o.convention == forward::Convention::physical;
+  const bool twofold = o.backend.precision == forward::Precision::double_precision;
+  nlohmann::ordered_json json{{"optimiser", lbfgs ? "lbfgs" : "wang2008"},
+                              {"optimiser_memory", o.optimiser.memory},
+                              {"optimiser_first_step", o.optimiser.first_step},
+                              {"optimiser_longest_step", o.optimiser.longest_step},
+                              {"optimiser_max_backtracks", o.optimiser.max_backtracks},
+                              {"optimiser_golden_tolerance", o.optimiser.golden_tolerance},
+                              {"coordinates", name_of(o.coordinates)},
+                              {"convention", physical ? "physical" : "wang2008"},
+                              {"weight", nullptr},
+                              {"first_weight", o.first_weight},
+                              {"last_weight", o.last_weight},
+                              {"weight_factor", o.weight_factor},
+                              {"restart_steps", o.restart_steps},
+                              {"target_chi2", o.target_chi2},
+                              {"stagnation", o.stagnation},
+                              {"stage_tolerance", o.stage_tolerance},
+                              {"stage_steps", o.stage_steps},
+                              {"max_levels", o.max_levels},
+                              {"correct_grid", o.correct_grid},
+                              {"model_error_relative", o.model_error.relative},
+                              {"model_error_of_maximum", o.model_error.of_maximum},
+                              {"coarse_model_error_relative", o.coarse_model_error.relative},
+                              {"coarse_model_error_of_maximum", o.coarse_model_error.of_maximum},
+                              {"smooth_length", o.smooth_length},
+                              {"anchor_length", o.anchor_length},
+                              {"metric_probes", o.metric_probes},
+                              {"sensitivity_probes", o.sensitivity_probes},
+                              {"seed", o.seed},
+                              {"device", o.backend.device},
+                              {"precision", twofold ? "double" : "single"},
+                              {"solver_tolerance", o.backend.solve.tolerance},
+                              {"solver_max_iterations", o.backend.solve.max_iterations},
+                              {"batch", o.backend.batch},
+                              {"refined_memory_mb", o.backend.refined_memory_mb},
+                              {"channels", options.channels}};
+  if (o.weight) json["weight"] = *o.weight;
+  return json;
+}
+
+}  // namespace
+
+std::string options_json(const FitStageOptions& options) {
+  return to_json(options).dump();
+}
+
+std::map<std::string, std::string> options_by_name(const FitStageOptions& options) {
+  std::map<std::string, std::string> by_name;
+  const nlohmann::ordered_json json = to_json(options);
+  for (const auto& [name, value] : json.items()) {
+    by_name[name] = value.is_string() ? value.get<std::string>() : value.dump();
+  }
+  return by_name;
 }
 
 FitStageOptions resolve(const FitArguments& arguments, const Globals& globals) {

@@ -1,6 +1,7 @@
 // The options of the fit that `kappamu fit` and `kappamu run` share.
 #pragma once
 
+#include <map>
 #include <string>
 
 #include "app/command.h"
@@ -22,6 +23,13 @@ struct FitArguments {
 
 /// Adds the options to `command`, listed under `group`; `arguments` outlives the parse.
 void add_fit_options(CLI::App& command, FitArguments& arguments, const std::string& group);
+
+/// Every option that the volumes depend on, by name: one flat JSON object, equal for equal options.
+/// The key of the fit stage, run.json, fit.json and the report are all made of it.
+std::string options_json(const FitStageOptions& options);
+
+/// The same by name, each value as JSON writes it.
+std::map<std::string, std::string> options_by_name(const FitStageOptions& options);
 
 /// Options of the fit stage. Throws InputError naming option, value and bound.
 FitStageOptions resolve(const FitArguments& arguments, const Globals& globals);

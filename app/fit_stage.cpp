@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/fit_options.h"
 #include "core/error.h"
 #include "core/surface_measurements.h"
 #include "inverse/predict.h"
@@ -132,26 +133,6 @@ Json channel_json(const std::string& name, const FitReport& report) {
           {"history", history}};
 }
 
-Json options_json(const inverse::FitOptions& o) {
-  const bool physical = o.convention == forward::Convention::physical;
-  return {{"optimiser", o.optimiser.method == inverse::Method::lbfgs ? "lbfgs" : "wang2008"},
-          {"convention", physical ? "physical" : "wang2008"},
-          {"weight", o.weight ? Json(*o.weight) : Json(nullptr)},
-          {"first_weight", o.first_weight},
-          {"weight_factor", o.weight_factor},
-          {"target_chi2", o.target_chi2},
-          {"stage_tolerance", o.stage_tolerance},
-          {"stage_steps", o.stage_steps},
-          {"max_levels", o.max_levels},
-          {"correct_grid", o.correct_grid},
-          {"model_error_relative", o.model_error.relative},
-          {"model_error_of_maximum", o.model_error.of_maximum},
-          {"solver_tolerance", o.backend.solve.tolerance},
-          {"precision",
-           o.backend.precision == forward::Precision::double_precision ? "double" : "single"},
-          {"seed", o.seed}};
-}
-
 /// One channel after another: the whole of run_fit_stage but finding the folders.
 class FitStage {
  public:
@@ -243,7 +224,7 @@ void FitStage::write_json() const {
                  {"eta", measurements_.eta},
                  {"device", summary_.device},
                  {"seconds", summary_.seconds},
-                 {"options", options_json(options_.fit)},
+                 {"options", Json::parse(options_json(options_))},
                  {"channels", channels},
                  {"warnings", warnings}};
   io::write_text_atomically(output_ / "fit.json", fit.dump(1) + "\n");

@@ -1,10 +1,9 @@
 #include "app/pipeline.h"
 
-#include <sstream>
-
 #include "app/calibrate_stage.h"
 #include "app/export_stage.h"
 #include "app/fingerprint.h"
+#include "app/fit_options.h"
 #include "app/merge_stage.h"
 #include "app/report/report.h"
 #include "core/error.h"
@@ -27,21 +26,6 @@ namespace {
 std::string with_program(const std::string& fingerprint) {
   static const std::string program = content_fingerprint("/proc/self/exe");
   return Fingerprint().add(program).add(fingerprint).text();
-}
-
-/// Everything in the options that the volumes depend on, as text.
-std::string canonical(const FitStageOptions& options) {
-  const inverse::FitOptions& fit = options.fit;
-  std::ostringstream text;
-  text << std::hexfloat << static_cast<int>(fit.optimiser.method) << ' '
-       << static_cast<int>(fit.coordinates) << ' ' << static_cast<int>(fit.convention) << ' '
-       << fit.weight.value_or(0.0) << ' ' << fit.target_chi2 << ' ' << fit.stage_tolerance << ' '
-       << fit.stage_steps << ' ' << fit.max_levels << ' ' << fit.correct_grid << ' '
-       << fit.model_error.relative << ' ' << fit.model_error.of_maximum << ' '
-       << fit.sensitivity_probes << ' ' << fit.seed << ' ' << fit.backend.device << ' '
-       << static_cast<int>(fit.backend.precision) << ' ' << fit.backend.solve.tolerance;
-  for (const std::string& channel : options.channels) text << ' ' << channel;
-  return text.str();
 }
 
 }  // namespace
@@ -118,7 +102,7 @@ RunFolder::Stage Pipeline::stage_after(const RunFolder::Stage& earlier, const st
 
 bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
   const RunFolder::Stage input = session_ ? merge_stage() : RunFolder::Stage{"", fingerprint_, {}};
-  fit_stage_ = stage_after(input, "fit", canonical(options), {"fit"});
+  fit_stage_ = stage_after(input, "fit", options_json(options), {"fit"});
   const fs::path measurements = session_ ? folder_.path() : folder_.record().input;
   return folder_.run(fit_stage_, progress, [&](Progress& listener) {
     folder_.set_device(

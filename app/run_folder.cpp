@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "app/versions.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
 

@@ -79,15 +79,4 @@ void write_run_record(const RunRecord& record, const std::filesystem::path& run)
   io::write_text_atomically(run / "run.json", object.dump(2) + "\n");
 }
 
-std::map<std::string, std::string> library_versions() {
-  std::map<std::string, std::string> versions{{"kappamu", "0.1.0"}};
-#if defined(__VERSION__)
-  versions["compiler"] = __VERSION__;
-#endif
-  versions["nlohmann-json"] = std::to_string(NLOHMANN_JSON_VERSION_MAJOR) + "." +
-                              std::to_string(NLOHMANN_JSON_VERSION_MINOR) + "." +
-                              std::to_string(NLOHMANN_JSON_VERSION_PATCH);
-  return versions;
-}
-
 }  // namespace kappamu::app

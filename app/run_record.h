@@ -28,8 +28,8 @@ struct RunRecord {
   InputKind input_kind = InputKind::session;
   std::filesystem::path input;    ///< absolute folder of the session or the measurements
   std::string input_fingerprint;  ///< of session.json or measurements.json alone
-  std::map<std::string, std::string> options;   ///< as given on the command line, by name
-  std::map<std::string, std::string> versions;  ///< of this program and its libraries
+  std::map<std::string, std::string> options;   ///< in effect, by name
+  std::map<std::string, std::string> versions;  ///< library_versions()
   std::string device;                           ///< what the fit ran on; empty before it
   std::map<std::string, StageRecord> stages;    ///< by name
 };
@@ -42,8 +42,5 @@ std::optional<RunRecord> read_run_record(const std::filesystem::path& run);
 
 /// Writes run/run.json by rename.
 void write_run_record(const RunRecord& record, const std::filesystem::path& run);
-
-/// Versions of kappamu and of the libraries it was built with.
-std::map<std::string, std::string> library_versions();
 
 }  // namespace kappamu::app

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "app/run_record.h"
+#include "app/versions.h"
 #include "calib/calibration_file.h"
 #include "capture/session.h"
 #include "io/atomic_file.h"
