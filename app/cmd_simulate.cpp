@@ -15,6 +15,7 @@ struct SimulateArguments {
   bool tiny = false;
   synthetic::SimulationOptions options;
   std::string encoding = "response";
+  std::string transport = "diffusion";
   std::string camera;  ///< "WxH"
   std::string grid;    ///< "NxMxL"
   std::vector<double> exposures_s;
@@ -46,6 +47,8 @@ synthetic::SimulationOptions resolve(const SimulateArguments& arguments, std::ui
   options.seed = seed;
   options.encoding =
       arguments.encoding == "linear" ? capture::Encoding::linear : capture::Encoding::response;
+  options.transport = arguments.transport == "montecarlo" ? synthetic::TransportMethod::monte_carlo
+                                                          : synthetic::TransportMethod::diffusion;
   if (!arguments.camera.empty()) {
     options.camera_size = parse_extents<2>(arguments.camera, "--camera", "640x480");
   }
@@ -75,6 +78,7 @@ void print(const synthetic::SimulationReport& report, bool json) {
                                 {"grid", voxels(report.grid)},
                                 {"voxel_mm", report.grid.voxel_mm},
                                 {"transport_grid", voxels(report.transport_grid)},
+                                {"transport_model", report.transport_model},
                                 {"transport_backend", report.transport_backend},
                                 {"patterns", report.patterns},
                                 {"frames", report.frames},
@@ -88,8 +92,9 @@ void print(const synthetic::SimulationReport& report, bool json) {
   std::printf("truth     %s\n", report.truth.c_str());
   std::printf("sample    %s, %s voxels of %g mm to fit\n", report.sample.c_str(),
               extents(report.grid).c_str(), report.grid.voxel_mm);
-  std::printf("transport %s cells of %g mm on %s\n", extents(report.transport_grid).c_str(),
-              report.transport_grid.voxel_mm, report.transport_backend.c_str());
+  std::printf("transport %s, %s cells of %g mm on %s\n", report.transport_model.c_str(),
+              extents(report.transport_grid).c_str(), report.transport_grid.voxel_mm,
+              report.transport_backend.c_str());
   std::printf("seconds   %.1f\n", total);
 }
 
@@ -103,7 +108,10 @@ void add_simulate(CLI::App& app, Globals& globals) {
       "OUT/truth, the ground truth for `kappamu score`: true κ, μ, optics, poses, noise-free\n"
       "pictures, and the block's answer to light patches the session never shows. Light passes\n"
       "through the block by grid diffusion in the physical convention with the first-collision\n"
-      "source, on a grid two times finer than the one to be fitted; lenses, vignetting, defocus,\n"
+      "source, on a grid two times finer than the one to be fitted, or by Monte Carlo transport "
+      "in\n"
+      "the same cells, whose noise is then in the truth too (docs/montecarlo.md); lenses, "
+      "vignetting, defocus,\n"
       "black level, response, noise and mounting errors are those of docs/simulator.md. The pose\n"
       "of everything is a little off and unknown to the pipeline.");
   auto arguments = std::make_shared<SimulateArguments>();
@@ -138,6 +146,16 @@ void add_simulate(CLI::App& app, Globals& globals) {
   command
       ->add_option("--encoding", a.encoding, "response (an unknown monotone curve) or linear (RAW)")
       ->check(CLI::IsMember({"response", "linear"}))
+      ->capture_default_str();
+  command
+      ->add_option("--transport", a.transport,
+                   "diffusion (converged), or montecarlo (radiative transfer, OpenCL only)")
+      ->check(CLI::IsMember({"diffusion", "montecarlo"}))
+      ->capture_default_str();
+  command
+      ->add_option("--photons", a.options.photons,
+                   "Per pattern and channel, of --transport montecarlo")
+      ->type_name("N")
       ->capture_default_str();
   command
       ->add_option("--exposures", a.exposures_s,

@@ -128,6 +128,7 @@ Truth truth_of(const SimulatedRig& simulated, const SimulationOptions& options,
   truth.seed = options.seed;
   truth.grid = rig.sample.grid;
   truth.transport_grid = simulated.transport().block().shape;
+  truth.transport_model = simulated.transport().model();
   truth.transport_backend = simulated.transport().backend();
   truth.eta = rig.sample.eta;
   truth.setup = rig.sample.setup;
@@ -195,7 +196,7 @@ capture::CapturePlan capture_plan(const SimulatedRig& simulated, const Simulatio
   capture::CapturePlan plan;
   const GridShape& fitted = rig.sample.grid;
   const GridShape& cells = simulated.transport().block().shape;
-  plan.description = "the simulated rig: grid diffusion with the first-collision source on " +
+  plan.description = "the simulated rig: " + simulated.transport().model() + ", on " +
                      std::to_string(cells.nx) + " × " + std::to_string(cells.ny) + " × " +
                      std::to_string(cells.nz) + " cells, not the grid of " +
                      std::to_string(fitted.nx) + " × " + std::to_string(fitted.ny) + " × " +
@@ -273,6 +274,7 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   report.sample = truth.sample;
   report.grid = truth.grid;
   report.transport_grid = truth.transport_grid;
+  report.transport_model = truth.transport_model;
   report.transport_backend = truth.transport_backend;
   report.patterns = static_cast<int>(plan.patterns.size());
   report.frames = count_frames(session);

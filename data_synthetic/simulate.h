@@ -19,8 +19,9 @@ struct SimulationReport {
   std::filesystem::path session;  ///< folder with session.json
   std::filesystem::path truth;    ///< folder with truth.json (data_synthetic/truth.h)
   std::string sample;
-  GridShape grid;            ///< to be fitted
-  GridShape transport_grid;  ///< light was computed here
+  GridShape grid;               ///< to be fitted
+  GridShape transport_grid;     ///< light was computed here
+  std::string transport_model;  ///< the physics, in a few words
   std::string transport_backend;
   int patterns = 0;
   int frames = 0;

@@ -44,7 +44,8 @@ SimulatedRig::SimulatedRig(const SimulationOptions& options, const std::string& 
   rig_ = make_rig(options);
   const GridShape fine = rig_.sample.grid.refined(options.refinement);
   transport_ = std::make_unique<Transport>(
-      Block{.shape = fine, .eta = rig_.sample.eta, .lit_face = rig_.sample.lit_face()}, device);
+      Block{.shape = fine, .eta = rig_.sample.eta, .lit_face = rig_.sample.lit_face()}, device,
+      TransportChoice{options.transport, options.photons, options.seed});
   media_ = sample_medium(rig_.sample, fine);
 }
 

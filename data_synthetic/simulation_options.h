@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "capture/session.h"
+#include "data_synthetic/transport.h"
 
 namespace kappamu::synthetic {
 
@@ -35,7 +36,10 @@ struct SimulationOptions {
   int projector_planes = 10;  ///< planes, 8 to 40
   int rays_per_side = 3;      ///< rays per pixel and side of a camera pixel, 1 to 8
   int refinement = 2;         ///< light transport cells per fitted voxel and side, 2 to 4
-  int holdout = 8;            ///< n × n held-out patches in the truth, 0 (none) to 16
+  TransportMethod transport = TransportMethod::diffusion;
+  std::uint64_t photons =
+      TransportChoice{}.photons;  ///< per pattern, Monte Carlo, 1000 to 2^32 − 1
+  int holdout = 8;                ///< n × n held-out patches in the truth, 0 (none) to 16
 
   static std::vector<double> geometric_exposures(double first, double last, int count);
 };

@@ -1,9 +1,11 @@
 #include "data_synthetic/transport.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/error.h"
-#include "forward/grid/grid_solver.h"
+#include "data_synthetic/random.h"
+#include "forward/forward_model.h"
 
 namespace kappamu::synthetic {
 
@@ -28,56 +30,102 @@ int batch_size(const GridShape& shape) {
 }  // namespace
 
 struct Transport::Solver {
-  std::unique_ptr<forward::GridSolver> grid;
+  std::unique_ptr<forward::GridSolver> grid;  ///< diffusion
+  /// Monte Carlo, which needs no more than the problem.
+  std::unique_ptr<forward::ForwardModel> monte_carlo;
+  forward::ForwardProblem problem;
+  forward::ForwardOptions options;
+  std::uint64_t calls = 0;  ///< so that no two draw the same photons
+  BoundaryConstants constants;
+  std::string backend;
 };
 
-Transport::Transport(const Block& block, const std::string& device)
-    : block_(block), solver_(std::make_unique<Solver>()) {
+Transport::Transport(const Block& block, const std::string& device, const TransportChoice& choice)
+    : block_(block), choice_(choice), solver_(std::make_unique<Solver>()) {
   forward::GridSetup setup;
   setup.shape = block.shape;
   setup.eta = block.eta;
   setup.lit_face = block.lit_face;
   setup.sides = block.sides;
-  forward::SolverChoice choice = forward::make_grid_solver(setup, device);
-  solver_->grid = std::move(choice.solver);
-  warning_ = choice.warning;
+  if (choice.method == TransportMethod::diffusion) {
+    forward::SolverChoice grid = forward::make_grid_solver(setup, device);
+    solver_->grid = std::move(grid.solver);
+    solver_->constants = solver_->grid->constants();
+    solver_->backend = solver_->grid->backend();
+    warning_ = grid.warning;
+    return;
+  }
+  solver_->monte_carlo = forward::make_forward_model("montecarlo");
+  solver_->problem.setup = setup;
+  solver_->options.device = device;
+  solver_->options.photons = choice.photons;
+  solver_->constants = boundary_constants(block.eta);
+  solver_->backend = device;
 }
 
 Transport::~Transport() = default;
 
 void Transport::set_medium(const Medium& medium) {
   check(medium.kappa.shape() == block_.shape, "the medium lies on the transport grid");
-  solver_->grid->set_medium(medium.kappa.values(), medium.mu.values());
+  if (solver_->grid) {
+    solver_->grid->set_medium(medium.kappa.values(), medium.mu.values());
+  } else {
+    solver_->problem.medium = medium;
+  }
 }
 
 const BoundaryConstants& Transport::constants() const {
-  return solver_->grid->constants();
+  return solver_->constants;
 }
 
 std::string Transport::backend() const {
-  return solver_->grid->backend();
+  return solver_->backend;
+}
+
+std::string Transport::model() const {
+  if (solver_->grid) return "grid diffusion, physical convention, first-collision source";
+  return "Monte Carlo radiative transfer, isotropic scattering, collimated light, " +
+         std::to_string(choice_.photons) + " photons per pattern";
+}
+
+std::vector<double> Transport::diffuse(std::span<const double> light, Face face, int count) const {
+  std::vector<double> out(face_shape(block_.shape, face).cells() * count);
+  const auto b = solver_->grid->make_field(count);
+  const auto phi = solver_->grid->make_field(count);
+  solver_->grid->light_source(light, *b);
+  const forward::SolveReport report =
+      solver_->grid->solve(*b, *phi, {.tolerance = solver_tolerance, .max_iterations = 2000});
+  if (report.termination != forward::Termination::converged) {
+    throw InputError("light transport on " + backend() + " did not converge: " + report.message);
+  }
+  solver_->grid->exitance(*phi, face, light, out);
+  return out;
+}
+
+std::vector<double> Transport::trace(std::span<const double> light, Face face, int count) const {
+  solver_->problem.irradiance.assign(light.begin(), light.end());
+  solver_->problem.patterns = count;
+  solver_->options.seed = key_of({choice_.seed, solver_->calls++});
+  Progress silent;
+  forward::ForwardResult result =
+      solver_->monte_carlo->solve(solver_->problem, solver_->options, silent);
+  solver_->backend = result.backend;
+  return std::move(result.exitance[static_cast<std::size_t>(face)]);
 }
 
 std::vector<double> Transport::exitance(std::span<const double> irradiance, Face face,
                                         const std::function<void(double)>& progress) const {
   const std::size_t lit_cells = face_shape(block_.shape, block_.lit_face).cells();
-  const std::size_t seen_cells = face_shape(block_.shape, face).cells();
   const int patterns = static_cast<int>(irradiance.size() / lit_cells);
   const int batch = batch_size(block_.shape);
-  std::vector<double> out(seen_cells * patterns);
+  std::vector<double> out;
+  out.reserve(face_shape(block_.shape, face).cells() * patterns);
   for (int first = 0; first < patterns; first += batch) {
     const int count = std::min(batch, patterns - first);
     const std::span<const double> light = irradiance.subspan(first * lit_cells, count * lit_cells);
-    const auto b = solver_->grid->make_field(count);
-    const auto phi = solver_->grid->make_field(count);
-    solver_->grid->light_source(light, *b);
-    const forward::SolveReport report =
-        solver_->grid->solve(*b, *phi, {.tolerance = solver_tolerance, .max_iterations = 2000});
-    if (report.termination != forward::Termination::converged) {
-      throw InputError("light transport on " + backend() + " did not converge: " + report.message);
-    }
-    solver_->grid->exitance(*phi, face, light,
-                            std::span(out).subspan(first * seen_cells, count * seen_cells));
+    const std::vector<double> maps =
+        solver_->grid ? diffuse(light, face, count) : trace(light, face, count);
+    out.insert(out.end(), maps.begin(), maps.end());
     if (progress) progress(static_cast<double>(first + count) / patterns);
   }
   return out;

@@ -1,6 +1,8 @@
-// Light through the simulated block: the grid solver on cells finer than those a pipeline fits.
+// Light through the simulated block: the grid solver on cells finer than those a pipeline fits, or
+// Monte Carlo transport through the same cells.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <span>
@@ -21,11 +23,24 @@ struct Block {
   Sides sides = Sides::open;
 };
 
+enum class TransportMethod {
+  diffusion,   ///< grid diffusion, converged: no noise, but the pipeline's own physics
+  monte_carlo  ///< radiative transfer, isotropic scattering of σs': noisy, and more than diffusion
+};
+
+/// How a block's light is computed; the defaults are those of a simulation.
+struct TransportChoice {
+  TransportMethod method = TransportMethod::diffusion;
+  std::uint64_t photons = 300'000;  ///< per pattern, Monte Carlo
+  std::uint64_t seed = 1;           ///< of Monte Carlo; every call draws streams of its own
+};
+
 /// Exitance of a block under any light; keeps its solver from one medium to the next. Patterns are
 /// solved in batches of up to 16, fewer where memory is short (about 8 GB at most).
 class Transport {
  public:
-  Transport(const Block& block, const std::string& device);
+  /// Throws InputError when no device matches; Monte Carlo needs an OpenCL device.
+  Transport(const Block& block, const std::string& device, const TransportChoice& choice = {});
   ~Transport();
   Transport(const Transport&) = delete;
   Transport& operator=(const Transport&) = delete;
@@ -41,12 +56,18 @@ class Transport {
   const Block& block() const { return block_; }
   const BoundaryConstants& constants() const;
   std::string backend() const;
+  /// The physics in a few words, for reports: "grid diffusion, ...".
+  std::string model() const;
   /// Empty, or what the user should know about the device.
   const std::string& warning() const { return warning_; }
 
  private:
   struct Solver;
+  std::vector<double> diffuse(std::span<const double> irradiance, Face face, int count) const;
+  std::vector<double> trace(std::span<const double> irradiance, Face face, int count) const;
+
   Block block_;
+  TransportChoice choice_;
   std::unique_ptr<Solver> solver_;
   std::string warning_;
 };

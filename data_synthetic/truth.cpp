@@ -115,7 +115,7 @@ void write_truth(const std::filesystem::path& folder, const Truth& truth) {
                   {"channels", truth.channels},
                   {"grid", to_json(truth.grid)},
                   {"transport",
-                   {{"model", "grid diffusion, physical convention, first-collision source"},
+                   {{"model", truth.transport_model},
                     {"grid", to_json(truth.transport_grid)},
                     {"backend", truth.transport_backend}}},
                   {"eta", truth.eta},
@@ -148,6 +148,7 @@ Truth read_truth(const std::filesystem::path& folder) {
     json.at("channels").get_to(truth.channels);
     truth.grid = grid_from(json.at("grid"));
     truth.transport_grid = grid_from(json.at("transport").at("grid"));
+    json.at("transport").at("model").get_to(truth.transport_model);
     json.at("transport").at("backend").get_to(truth.transport_backend);
     json.at("eta").get_to(truth.eta);
     truth.setup =

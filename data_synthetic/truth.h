@@ -24,8 +24,9 @@ struct Truth {
   std::string sample;
   std::uint64_t seed = 0;
   std::vector<std::string> channels{"R", "G", "B"};
-  GridShape grid;            ///< what the session asks to fit
-  GridShape transport_grid;  ///< where light was computed: finer, over the same block
+  GridShape grid;               ///< what the session asks to fit
+  GridShape transport_grid;     ///< where light was computed: finer, over the same block
+  std::string transport_model;  ///< the physics, in a few words
   std::string transport_backend;
   double eta = 1.3;
   capture::Setup setup = capture::Setup::back_lit;
