@@ -1,6 +1,7 @@
 #include "forward/forward_model.h"
 
 #include "core/error.h"
+#include "forward/analytic/layered_block.h"
 #include "forward/baseline/baseline_model.h"
 #include "forward/grid/grid_model.h"
 #include "forward/montecarlo/monte_carlo_model.h"
@@ -20,7 +21,11 @@ const std::vector<Entry>& entries() {
        make_multigrid_model},
       {{"reference", "grid diffusion in plain serial double precision, for checking"},
        make_reference_model},
-      {{"montecarlo", "radiative transfer by Monte Carlo, with standard errors (OpenCL only)"},
+      {{"analytic", "diffusion in closed form, for layered blocks with mirror sides"},
+       make_analytic_model},
+      {{.name = "montecarlo",
+        .description = "radiative transfer by Monte Carlo, with standard errors (OpenCL only)",
+        .transport = true},
        make_monte_carlo_model},
       {{"relaxation", "Jacobi relaxation (Stam 1995, [W] 5.2) on our grid equations",
         baseline_sweeps},

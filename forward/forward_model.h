@@ -60,6 +60,7 @@ struct MethodName {
   std::string name;
   std::string description;                             ///< one line, for --help and error messages
   int max_iterations = SolveOptions{}.max_iterations;  ///< measured default of --max-iterations
+  bool transport = false;                              ///< needs no diffusion to hold
 };
 
 /// The names `make_forward_model` knows, cheapest to explain first.
