@@ -17,7 +17,7 @@ extern const device::KernelSource photon_tracer_cl;
 namespace {
 
 // The device adds to the words of these; the host reads them as they lie.
-static_assert(sizeof(Score) == 16 && sizeof(PatternTotals) == 28 * 4);
+static_assert(sizeof(Score) == 16 && sizeof(PatternTotals) == 112);
 static_assert(sizeof(VoxelChances) == 8 && sizeof(AliasEntry) == 8);
 
 constexpr double seconds_per_launch = 0.3;              // between two updates of the progress
@@ -25,14 +25,14 @@ constexpr std::uint64_t first_launch_photons = 20'000;  // of all patterns toget
 
 template <class T>
 device::Buffer upload(device::Context& context, const std::vector<T>& values) {
-  const device::Buffer buffer = context.allocate(values.size() * sizeof(T));
+  device::Buffer buffer = context.allocate(values.size() * sizeof(T));
   context.write(buffer, values.data(), values.size() * sizeof(T));
   return buffer;
 }
 
 template <class T>
 device::Buffer zeros(device::Context& context, std::size_t count) {
-  const device::Buffer buffer = context.allocate(count * sizeof(T));
+  device::Buffer buffer = context.allocate(count * sizeof(T));
   context.zero(buffer, count * sizeof(T));
   return buffer;
 }
