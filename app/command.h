@@ -28,7 +28,9 @@ struct Globals {
 std::unique_ptr<Progress> make_progress();
 
 // Each adds its subcommand to `app`; `globals` outlives the parse.
+void add_bench(CLI::App& app, Globals& globals);
 void add_calibrate(CLI::App& app, Globals& globals);
+void add_check_gradient(CLI::App& app, Globals& globals);
 void add_doctor(CLI::App& app, Globals& globals);
 void add_export(CLI::App& app, Globals& globals);
 void add_fit(CLI::App& app, Globals& globals);

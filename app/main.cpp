@@ -38,6 +38,8 @@ int main(int argc, char** argv) {
   app::add_report(app, globals);
   app::add_forward(app, globals);
   app::add_score(app, globals);
+  app::add_bench(app, globals);
+  app::add_check_gradient(app, globals);
   app::add_doctor(app, globals);
 
   try {

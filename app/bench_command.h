@@ -1,0 +1,12 @@
+// The subjects of `kappamu bench`, one cmd_bench_<subject>.cpp each.
+#pragma once
+
+#include "app/command.h"
+
+namespace kappamu::app {
+
+// Each adds its subcommand to `bench`; `globals` outlives the parse.
+void add_bench_forward(CLI::App& bench, Globals& globals);
+void add_bench_limits(CLI::App& bench, Globals& globals);
+
+}  // namespace kappamu::app
