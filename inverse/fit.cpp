@@ -29,13 +29,17 @@ using Clock = std::chrono::steady_clock;
 constexpr int fewest_voxels = 4;
 /// χ² per datum above which stopping there is worth a warning.
 constexpr double suspicious_chi2 = 1.5;
-/// χ² per datum of a start that the weights of the path are made for.
-constexpr double usual_start_chi2 = 100.0;
+/// χ² per datum of a homogeneous start, and of what a coarser grid found, that the weights of the
+/// path are made for.
+constexpr double usual_homogeneous_chi2 = 100.0;
+constexpr double usual_structured_chi2 = 1000.0;
 
 /// χ² of the start counts how much sharper than its structure the data are: where it is large, a
-/// usual weight leaps into the nearest valley that explains the data, and a rough one at that.
-double sharpened(double weight, double start_chi2) {
-  return weight * std::max(1.0, start_chi2 / usual_start_chi2);
+/// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
+/// whole steps of the path, so that where it ends does not hang on χ² of its start.
+double sharpened(double weight, double excess, double weight_factor) {
+  const double steps = std::ceil(std::log(std::max(1.0, excess)) / -std::log(weight_factor));
+  return weight / std::pow(weight_factor, steps);
 }
 
 double thickness(const Problem& problem) {
@@ -188,7 +192,8 @@ void ChannelRun::begin() {
   state_.fields = fields();
   const double chi2 =
       2.0 * objective_->value(state_.fields) / static_cast<double>(objective_->problem().used());
-  state_.weight = options_.weight.value_or(sharpened(options_.first_weight, chi2));
+  state_.weight = options_.weight.value_or(
+      sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));
 }
 
 /// r anew at the current fields; χ² per datum with it.
@@ -281,8 +286,8 @@ void ChannelRun::finish_level(bool stagnated) {
     state_.optimiser = OptimiserState{};
     const double chi2_here = refresh_correction();
     if (!options_.weight) {
-      state_.weight = sharpened(
-          state_.weight / std::pow(options_.weight_factor, options_.restart_steps), chi2_here);
+      const double usual = state_.weight / std::pow(options_.weight_factor, options_.restart_steps);
+      state_.weight = sharpened(usual, chi2_here / usual_structured_chi2, options_.weight_factor);
     }
     state_.last_chi2 = 0.0;
     state_.repeated = false;

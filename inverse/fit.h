@@ -41,7 +41,7 @@ struct FitOptions {
   double stagnation = 0.03;
 
   double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
-  int stage_steps = 200;          ///< most steps at one weight
+  int stage_steps = 400;          ///< most steps at one weight
   int max_levels = 4;             ///< grids, the finest included; 1 = the finest alone
   bool correct_grid = true;       ///< the correction r
 
