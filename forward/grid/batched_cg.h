@@ -37,19 +37,10 @@ class BatchedCg {
   void apply(const LaneKernels& kernels, const device::Buffer& in, const device::Buffer& out);
 
  private:
-  /// r = b − A (x + d), or b − A x without d; ‖r‖² of each lane. `scale` receives ‖b‖².
-  LaneScalars true_residual(const LaneKernels& kernels, const device::Buffer& b,
-                            const device::Buffer& x, bool with_correction, LaneScalars* scale);
-  void launch_over_cells(const LaneKernels& kernels, const char* kernel,
-                         const device::Buffer& first, const device::Buffer& second);
-
   device::Context& context_;
   const Hierarchy& hierarchy_;
-  LaneSums sums_;
   std::unique_ptr<CgSteps> steps_;
-  std::size_t cells_;
-  device::Buffer r_, d_;
-  device::Buffer partial_rr_, partial_bb_, rr_, bb_;
+  device::Buffer unused_sums_;  ///< of apply()
 };
 
 }  // namespace kappamu::forward

@@ -14,17 +14,35 @@ namespace kappamu::forward {
 
 using LaneScalars = std::vector<double>;  ///< [lane]
 
+/// The solution of A φ = b is sought as x + d: x where the caller keeps it, and a correction d in
+/// here, along with the residual and the direction. Each call: kernels.lanes() lanes.
 class CgSteps {
  public:
   virtual ~CgSteps() = default;
 
+  /// d = 0, and the next step has no direction before it.
+  virtual void begin() = 0;
+
+  /// Replaces the residual by the true one, b − A (x + d) with arithmetic in double; returns its
+  /// ‖·‖² for each lane, and ‖b‖².
+  struct Norms {
+    LaneScalars rr, bb;
+  };
+  virtual Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
+                              const device::Buffer& x) = 0;
+
+  /// d += α p and r −= α A p along the next direction p. Returns ‖r‖² of each lane.
+  virtual LaneScalars step(const LaneKernels& kernels) = 0;
+
+  /// Rounds x + d to x and leaves the rest, far smaller, to d.
+  virtual void renormalise(const LaneKernels& kernels, const device::Buffer& x) = 0;
+
   /// Forgets the direction: the next step begins with the preconditioned residual.
   virtual void restart() = 0;
 
-  /// x += α p and r −= α A p along the next direction p; with first_x, x is taken for zero whatever
-  /// it holds. Returns ‖r‖² of each lane.
-  virtual LaneScalars step(const LaneKernels& kernels, const device::Buffer& r,
-                           const device::Buffer& x, bool first_x) = 0;
+  /// x = the solution.
+  virtual void finish(const LaneKernels& kernels, const device::Buffer& b,
+                      const device::Buffer& x) = 0;
 };
 
 /// Work space for at most `lanes` patterns at once.

@@ -17,50 +17,80 @@ class FlatSteps final : public CgSteps {
         cells_(hierarchy.finest().shape.cells()),
         real_bytes_(format.real_bytes()) {
     const auto l = static_cast<std::size_t>(lanes);
-    for (device::Buffer* field : {&z_, &p_, &q_})
+    for (device::Buffer* field : {&r_, &d_, &z_, &p_, &q_})
       *field = context.allocate(cells_ * l * real_bytes_);
     const std::size_t sums = std::max(row_sums(hierarchy.finest().shape, Layout::gpu),
                                       static_cast<std::size_t>(run_count(cells_, Layout::gpu)));
-    partial_ = context.allocate(sums * l * format.accu_bytes());
-    for (device::Buffer* scalar : {&rz_[0], &rz_[1], &pq_, &rr_}) {
+    for (device::Buffer* partial : {&partial_, &partial_bb_}) {
+      *partial = context.allocate(sums * l * format.accu_bytes());
+    }
+    for (device::Buffer* scalar : {&rz_[0], &rz_[1], &pq_, &rr_, &bb_}) {
       *scalar = context.allocate(l * format.accu_bytes());
     }
   }
 
+  void begin() override { fresh_ = first_d_ = true; }
+  Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
+                      const device::Buffer& x) override;
+  LaneScalars step(const LaneKernels& kernels) override;
+  void renormalise(const LaneKernels& kernels, const device::Buffer& x) override {
+    if (!first_d_) launch_over_cells(kernels, "renormalise", x, d_);
+  }
   void restart() override { fresh_ = true; }
-
-  LaneScalars step(const LaneKernels& kernels, const device::Buffer& r, const device::Buffer& x,
-                   bool first_x) override;
+  void finish(const LaneKernels& kernels, const device::Buffer& /*b*/,
+              const device::Buffer& x) override {
+    if (!first_d_) launch_over_cells(kernels, "add", d_, x);
+  }
 
  private:
+  void launch_over_cells(const LaneKernels& kernels, const char* kernel,
+                         const device::Buffer& first, const device::Buffer& second) {
+    const int runs = kernels.runs(cells_);
+    context_.launch(kernels.vectors(), kernel, kernels.items(static_cast<std::size_t>(runs)),
+                    static_cast<int>(cells_), runs, first, second);
+  }
+
   device::Context& context_;
   const Hierarchy& hierarchy_;
   Multigrid multigrid_;
   LaneSums sums_;
   std::size_t cells_;
   std::size_t real_bytes_;
-  device::Buffer z_, p_, q_, partial_;
-  device::Buffer rz_[2], pq_, rr_;
+  device::Buffer r_, d_, z_, p_, q_, partial_, partial_bb_;
+  device::Buffer rz_[2], pq_, rr_, bb_;
   int now_ = 0;
-  bool fresh_ = true;
+  bool fresh_ = true;    ///< no direction yet
+  bool first_d_ = true;  ///< d is zero, whatever its buffer holds
 };
 
-LaneScalars FlatSteps::step(const LaneKernels& kernels, const device::Buffer& r,
-                            const device::Buffer& x, bool first_x) {
+CgSteps::Norms FlatSteps::true_residual(const LaneKernels& kernels, const device::Buffer& b,
+                                        const device::Buffer& x) {
+  const Level& level = hierarchy_.finest();
+  const GridShape& s = level.shape;
+  context_.launch(kernels.level_operator(), "residual_accurate", kernels.rows(s), s.nx, s.ny, s.nz,
+                  level.gx, level.gy, level.gz, level.sink, int{!first_d_}, x, d_, b, r_, partial_,
+                  partial_bb_);
+  const std::size_t count = row_sums(s, kernels.layout());
+  sums_.add_up(kernels, partial_, count, rr_);
+  sums_.add_up(kernels, partial_bb_, count, bb_);
+  return {sums_.read(kernels, rr_), sums_.read(kernels, bb_)};
+}
+
+LaneScalars FlatSteps::step(const LaneKernels& kernels) {
   const int cells = static_cast<int>(cells_);
   const int runs = kernels.runs(cells_);
   const device::Range run_items = kernels.items(static_cast<std::size_t>(runs));
   const device::Buffer& rz = rz_[now_];
   const device::Buffer& rz_before = rz_[1 - now_];
   const std::size_t field = cells_ * static_cast<std::size_t>(kernels.lanes()) * real_bytes_;
-  if (first_x) context_.zero(x, field);
+  if (first_d_) context_.zero(d_, field);
   if (fresh_) {
     context_.zero(p_, field);
     context_.zero(rz_before, rz_before.bytes());
   }
 
-  multigrid_.precondition(kernels, r, z_, q_);
-  context_.launch(kernels.vectors(), "dot_runs", run_items, cells, runs, r, z_, partial_);
+  multigrid_.precondition(kernels, r_, z_, q_);
+  context_.launch(kernels.vectors(), "dot_runs", run_items, cells, runs, r_, z_, partial_);
   sums_.add_up(kernels, partial_, static_cast<std::size_t>(runs), rz);
   context_.launch(kernels.vectors(), "update_direction", run_items, cells, runs, rz, rz_before, z_,
                   p_);
@@ -69,11 +99,11 @@ LaneScalars FlatSteps::step(const LaneKernels& kernels, const device::Buffer& r,
   context_.launch(kernels.level_operator(), "apply_dot", kernels.rows(s), s.nx, s.ny, s.nz,
                   level.gx, level.gy, level.gz, level.sink, p_, q_, partial_);
   sums_.add_up(kernels, partial_, row_sums(s, kernels.layout()), pq_);
-  context_.launch(kernels.vectors(), "update_solution", run_items, cells, runs, rz, pq_, p_, q_, x,
-                  r, partial_);
+  context_.launch(kernels.vectors(), "update_solution", run_items, cells, runs, rz, pq_, p_, q_, d_,
+                  r_, partial_);
   sums_.add_up(kernels, partial_, static_cast<std::size_t>(runs), rr_);
   now_ = 1 - now_;
-  fresh_ = false;
+  fresh_ = first_d_ = false;
   return sums_.read(kernels, rr_);
 }
 

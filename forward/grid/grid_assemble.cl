@@ -148,3 +148,50 @@ kernel void weights(const int n, const int np, const int nq, const int step, con
     weight[cells + i * cell] = g > 0 ? here / (here + 1 / g + there) : (REAL)0;
   }
 }
+
+// What relaxes a level (grid_stream.cl): 1 / D on black cells, ω / S_ii on red ones, with S_ii = S
+// + Σ G (1 − G / D_neighbour) the diagonal of the reduced system. D_neighbour − G is summed from
+// the neighbour's other parts, since it may be far smaller than both. With ω = 5/6 the sweep is
+// Gauss-Seidel's in a uniform medium; below 1 the cycle is sure to be positive definite, because
+// the eigenvalues of S scaled by its diagonal lie in (0, 2]. One item per row.
+kernel void make_smoother(const int nx, const int ny, const int nz, const REAL omega,
+                          global const REAL* restrict gx, global const REAL* restrict gy,
+                          global const REAL* restrict gz, global const REAL* restrict sink,
+                          global const REAL* restrict inverse, global REAL* restrict smoother) {
+  const int row = (int)get_global_id(1);
+  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  const int y = row % ny, z = row / ny;
+  const size_t plane = (size_t)nx * ny;
+  for (int x = 0; x < nx; ++x) {
+    const size_t i = (size_t)row * nx + x;
+    if ((x + y + z) & 1) {
+      smoother[i] = inverse[i];
+      continue;
+    }
+    REAL diagonal = sink[i];
+    for (int face = 0; face < 6; ++face) {
+      const int axis = face >> 1, up = face & 1;
+      const int u = x + (axis == 0) * (2 * up - 1), v = y + (axis == 1) * (2 * up - 1),
+                w = z + (axis == 2) * (2 * up - 1);
+      const size_t neighbour_row = (size_t)w * ny + v;
+      const REAL g = axis == 0   ? gx[(size_t)row * (nx + 1) + x + up]
+                     : axis == 1 ? gy[((size_t)z * (ny + 1) + y + up) * nx + x]
+                                 : gz[i + up * plane];
+      if (u < 0 || u >= nx || v < 0 || v >= ny || w < 0 || w >= nz) {
+        diagonal += g;
+        continue;
+      }
+      const size_t j = neighbour_row * nx + u;
+      REAL others = sink[j];
+      for (int other = 0; other < 6; ++other) {
+        if (other == (face ^ 1)) continue;
+        const int far = other & 1;
+        others += other < 2   ? gx[neighbour_row * (nx + 1) + u + far]
+                  : other < 4 ? gy[((size_t)w * (ny + 1) + v + far) * nx + u]
+                              : gz[j + far * plane];
+      }
+      diagonal += g * (others * inverse[j]);
+    }
+    smoother[i] = omega / diagonal;
+  }
+}

@@ -8,6 +8,9 @@ namespace kappamu::forward {
 
 namespace {
 
+/// ω of make_smoother.
+constexpr double damping = 5.0 / 6.0;
+
 GridShape coarser(const GridShape& s) {
   return {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
 }
@@ -66,6 +69,7 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, const GridS
     level.gz = context.allocate(face_count(shape, 2) * unit);
     level.sink = context.allocate(shape.cells() * unit);
     level.inverse = context.allocate(shape.cells() * unit);
+    level.smoother = context.allocate(shape.cells() * unit);
     const bool last = shape.cells() == 1;
     if (!last) {
       for (device::Buffer* w : {&level.wx, &level.wy, &level.wz}) {
@@ -98,6 +102,15 @@ void Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
     const Level& at = levels_[l];
     context_.launch(program_, "invert_diagonal", lines_of(at.shape, 1, 2), at.shape.nx, at.shape.ny,
                     at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse);
+    const auto make_smoother = [&](auto omega) {
+      context_.launch(program_, "make_smoother", lines_of(at.shape, 1, 2), at.shape.nx, at.shape.ny,
+                      at.shape.nz, omega, at.gx, at.gy, at.gz, at.sink, at.inverse, at.smoother);
+    };
+    if (format_.single) {
+      make_smoother(static_cast<float>(damping));
+    } else {
+      make_smoother(damping);
+    }
     if (l + 1 < levels_.size()) coarsen(at, levels_[l + 1]);
   }
   has_medium_ = true;

@@ -22,6 +22,7 @@ struct Level {
                              1};  ///< axes coarsened twofold towards the next level (1) or not (0)
   device::Buffer gx, gy, gz, sink;  ///< layouts: grid_operator.cl
   device::Buffer inverse;           ///< 1 / (Σ G + S) of each cell
+  device::Buffer smoother;          ///< make_smoother in grid_assemble.cl
   device::Buffer wx, wy, wz;        ///< interpolation weights from the next level; none on the last
 };
 

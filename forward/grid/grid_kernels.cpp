@@ -7,8 +7,8 @@
 
 namespace kappamu::forward {
 
-extern const device::KernelSource grid_assemble_cl, grid_operator_cl, grid_stream_cl,
-    grid_surface_cl, grid_transfer_cl, grid_vectors_cl;
+extern const device::KernelSource grid_assemble_cl, grid_operator_cl, grid_reduced_cl,
+    grid_stream_cl, grid_surface_cl, grid_transfer_cl, grid_vectors_cl;
 
 namespace {
 
@@ -69,6 +69,7 @@ LaneKernels::LaneKernels(device::Context& context, const Format& format, Layout 
   if (gpu) {
     transfer_ = &context.program(grid_transfer_cl, options);
   } else {
+    reduced_ = &context.program(grid_reduced_cl, options);
     stream_ = &context.program(grid_stream_cl, options);
   }
 }

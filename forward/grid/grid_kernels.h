@@ -42,7 +42,8 @@ class LaneKernels {
   device::Program& transfer() const { return *transfer_; }
   device::Program& vectors() const { return *vectors_; }
   device::Program& surface() const { return *surface_; }
-  device::Program& stream() const { return *stream_; }  ///< Layout::cpu only
+  device::Program& reduced() const { return *reduced_; }  ///< Layout::cpu only
+  device::Program& stream() const { return *stream_; }    ///< Layout::cpu only
   Layout layout() const { return layout_; }
 
   /// Items for the rows of a grid (grid_operator.cl, grid_transfer.cl).
@@ -58,6 +59,7 @@ class LaneKernels {
   device::Program* transfer_;
   device::Program* vectors_;
   device::Program* surface_;
+  device::Program* reduced_ = nullptr;
   device::Program* stream_ = nullptr;
 };
 

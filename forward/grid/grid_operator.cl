@@ -71,8 +71,7 @@ kernel void apply_dot(LEVEL_ARGUMENTS, global const REAL* restrict sink,
 kernel void residual_accurate(LEVEL_ARGUMENTS, global const REAL* restrict sink, const int with_d,
                               global const vec* restrict in, global const vec* restrict d,
                               global const vec* restrict rhs, global vec* restrict out,
-                              global accu_vec* restrict sum_rr,
-                              global accu_vec* restrict sum_bb) {
+                              global accu_vec* restrict sum_rr, global accu_vec* restrict sum_bb) {
   ROW_SETUP
   sink += (size_t)row * nx;
   in += first;

@@ -1,5 +1,11 @@
-// The V-cycle's halves on one level and the step of conjugate gradients, each as one sweep through
+// One step of conjugate gradients and the V-cycle's halves on one level, each as one sweep through
 // memory, for devices with few fast cores and large caches.
+//
+// Unknowns are the red cells, (x+y+z) even: black ones are eliminated exactly, φ_b = (b_b + Σ G
+// φ_r) / D, which leaves S = A_rr − A_rb D⁻¹ A_br (reduced system; Elman & Golub 1990). The
+// smoother is damped Jacobi on S with S's own diagonal, `smoother` = ω / S_ii on red cells, and
+// holds 1 / D on black ones. On the finest level the vectors of conjugate gradients hold red cells
+// only, in their order: cell x of row (y, z) is element x >> 1 of a row of (nx + 1) >> 1.
 //
 // One work-item owns a tile of the grid and marches through it along y. What one stage of the
 // computation leaves for the next lives in a ring of the last few planes (x, z), small enough for
@@ -12,9 +18,8 @@
 // Around its tile an item computes as many cells once more as the stages need (they are its
 // neighbours' too); it writes only its own. So no value depends on how items are scheduled.
 //
-// The arithmetic is that of grid_operator.cl and grid_transfer.cl, where it is explained; red is
-// (x+y+z) even. Coarsening is by 2 or 1 along each axis: coarse cell X holds the cells x with
-// x >> half_x = X, half_x = 1 or 0.
+// Transfers are those of grid_transfer.cl, where they are explained. Coarsening is by 2 or 1 along
+// each axis: coarse cell X holds the cells x with x >> half_x = X, half_x = 1 or 0.
 
 #if GROUPS != 1
 #error "streams hold all lanes of a cell in one vector"
@@ -129,6 +134,10 @@ INLINE Rows rows_at(Ring ring, int y, int z) {
 // First x of a row, from `begin` on, with (x + y + z) mod 2 = colour.
 #define FIRST(begin, colour, y, z) ((begin) + (((begin) ^ (y) ^ (z) ^ (colour)) & 1))
 
+// Index of cell x of row (y, z), or of red cell x among red ones.
+#define CELL(x, y, z) (((size_t)(z)*ny + (y)) * nx + (x))
+#define RED_CELL(x, y, z) (((size_t)(z)*ny + (y)) * ((nx + 1) >> 1) + ((x) >> 1))
+
 #define GRID_ARGUMENTS                                                      \
   const int nx, const int ny, const int nz, global const REAL *restrict gx, \
       global const REAL *restrict gy, global const REAL *restrict gz
@@ -138,19 +147,21 @@ INLINE Rows rows_at(Ring ring, int y, int z) {
       global const REAL *restrict wx, global const REAL *restrict wy,                             \
       global const REAL *restrict wz
 
-// Fetches the coefficients of row (y, z) but for `inverse`, which is needed a plane sooner than the
-// others: that of the row after.
+// Fetches the coefficients of row (y, z), but for `smoother`, which is needed a plane sooner than
+// the others: that of the row after.
 INLINE void fetch_coefficients(Box box, int nx, int ny, int y, int z, global const REAL* gx,
                                global const REAL* gy, global const REAL* gz,
-                               global const REAL* inverse, global const REAL* wx,
-                               global const REAL* wy, global const REAL* wz) {
+                               global const REAL* sink, global const REAL* smoother,
+                               global const REAL* wx, global const REAL* wy,
+                               global const REAL* wz) {
   const int count = box.x1 - box.x0;
-  const size_t row = ((size_t)z * ny + y) * nx + box.x0;
+  const size_t row = CELL(box.x0, y, z);
   const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, z);
   fetch(g.gx + box.x0, count + 1);
   fetch(g.gy_north + box.x0, count);
   fetch(g.gz + box.x0, count);
-  fetch(inverse + row + next_row(box, nx, ny, y, z), count);
+  fetch(sink + row, count);
+  fetch(smoother + row + next_row(box, nx, ny, y, z), count);
   fetch(wx + row, count);
   fetch(wy + row, count);
   fetch(wz + row, count);
@@ -166,108 +177,133 @@ INLINE Box tile_box(int tile, int tile_x, int tile_y, int tile_z, int nx, int ny
   return box;
 }
 
-// Adds what red cells x0 ≤ x < x1 of fine row (y, z) give to the coarse rows of `sums`: residual
-// Σ G φ_neighbour, times the interpolation weights. w: of the row; a fine cell has one own coarse
-// cell and one across, along every axis that is coarsened.
-INLINE void give(Conductances g, Rows rows, int x0, int x1, int y, int z, int half_x, int half_y,
-                 int half_z, global const REAL* wx, global const REAL* wy, global const REAL* wz,
-                 Ring sums) {
+// One stage on plane y of `box`: out[x] = `value` on the cells of `colour`; g, v and i are the
+// conductances, the ring's rows and the index of the row's first cell.
+#define STAGE(box, colour, plane_y, value)                                      \
+  if ((plane_y) >= (box).y0 && (plane_y) < (box).y1) {                          \
+    for (int k = (box).z0; k < (box).z1; ++k) {                                 \
+      const Conductances g = conductances_at(gx, gy, gz, nx, ny, (plane_y), k); \
+      const Rows v = rows_at(ring, (plane_y), k);                               \
+      const size_t i = CELL(0, plane_y, k);                                     \
+      global vec* out = ring_row(ring, (plane_y), k);                           \
+      for (int x = FIRST((box).x0, colour, plane_y, k); x < (box).x1; x += 2) { \
+        out[x] = (value);                                                       \
+      }                                                                         \
+    }                                                                           \
+  }
+#define RED 0
+#define BLACK 1
+
+// The right-hand side on a red cell.
+#define RHS(x, y, z) (only_red ? rhs[RED_CELL(x, y, z)] : rhs[CELL(x, y, z)])
+
+// (A φ) at a cell in flux form; with black neighbours solved for, (S φ) at a red one.
+#define IMAGE(g, v, x, i) (OUTFLOW(g, v, x) + sink[(i) + (x)] * (v).here[x])
+
+// Adds one residual to the coarse rows it belongs to. Along a coarsened x, x = 2k + odd: the lower
+// of its two coarse cells is k + odd − 1, the upper k + odd; what goes to the upper one waits for
+// the next cell's share to the lower.
+typedef struct {
+  global vec *oo, *fo, *of, *ff;  // own and far along y and z
+  vec wait_oo, wait_fo, wait_of, wait_ff;
+} Givings;
+
+INLINE Givings givings_at(Ring sums, int half_y, int half_z, int y, int z) {
   const int own_y = y >> half_y, far_y = own_y + half_y * (2 * (y & 1) - 1);
   const int own_z = z >> half_z, far_z = own_z + half_z * (2 * (z & 1) - 1);
-  global vec* oo = ring_row(sums, own_y, own_z);
-  global vec* fo = ring_row(sums, far_y, own_z);
-  global vec* of = ring_row(sums, own_y, far_z);
-  global vec* ff = ring_row(sums, far_y, far_z);
-  const int first = FIRST(x0, 0, y, z);
-  if (first >= x1) return;
-  if (!half_x) {
-    for (int x = first; x < x1; x += 2) {
-      const vec residual = INFLOW(g, rows, x);
-      const REAL ty = half_y ? wy[x] : 0, tz = half_z ? wz[x] : 0;
-      oo[x] += ((1 - ty) * (1 - tz)) * residual;
-      if (half_y) fo[x] += (ty * (1 - tz)) * residual;
-      if (half_z) of[x] += ((1 - ty) * tz) * residual;
-      if (half_y && half_z) ff[x] += (ty * tz) * residual;
-    }
-    return;
-  }
-  // x = 2k + odd: the lower of the two coarse cells is k + odd − 1, the upper k + odd; what goes to
-  // the upper one waits for the next cell's share to the lower.
-  const int odd = first & 1;
-  int lower = (first >> 1) + odd - 1;
-  vec wait_oo = (vec)(0), wait_fo = (vec)(0), wait_of = (vec)(0), wait_ff = (vec)(0);
-  for (int x = first; x < x1; x += 2, ++lower) {
-    const vec residual = INFLOW(g, rows, x);
-    const REAL ty = half_y ? wy[x] : 0, tz = half_z ? wz[x] : 0;
-    const REAL to_lower = odd ? 1 - wx[x] : wx[x];
-    const vec low = to_lower * residual, high = residual - low;
-    const REAL w_oo = (1 - ty) * (1 - tz), w_fo = ty * (1 - tz), w_of = (1 - ty) * tz,
-               w_ff = ty * tz;
-    oo[lower] += wait_oo + w_oo * low;
-    fo[lower] += wait_fo + w_fo * low;
-    of[lower] += wait_of + w_of * low;
-    ff[lower] += wait_ff + w_ff * low;
-    wait_oo = w_oo * high;
-    wait_fo = w_fo * high;
-    wait_of = w_of * high;
-    wait_ff = w_ff * high;
-  }
-  oo[lower] += wait_oo;
-  fo[lower] += wait_fo;
-  of[lower] += wait_of;
-  ff[lower] += wait_ff;
+  Givings to;
+  to.oo = ring_row(sums, own_y, own_z);
+  to.fo = ring_row(sums, far_y, own_z);
+  to.of = ring_row(sums, own_y, far_z);
+  to.ff = ring_row(sums, far_y, far_z);
+  to.wait_oo = to.wait_fo = to.wait_of = to.wait_ff = (vec)(0);
+  return to;
+}
+INLINE void give(Givings* to, vec residual, int lower, REAL to_lower, REAL ty, REAL tz) {
+  const vec low = to_lower * residual, high = residual - low;
+  const REAL oo = (1 - ty) * (1 - tz), fo = ty * (1 - tz), of = (1 - ty) * tz, ff = ty * tz;
+  to->oo[lower] += to->wait_oo + oo * low;
+  to->fo[lower] += to->wait_fo + fo * low;
+  to->of[lower] += to->wait_of + of * low;
+  to->ff[lower] += to->wait_ff + ff * low;
+  to->wait_oo = oo * high;
+  to->wait_fo = fo * high;
+  to->wait_of = of * high;
+  to->wait_ff = ff * high;
+}
+INLINE void give_the_rest(Givings* to, int lower) {
+  to->oo[lower] += to->wait_oo;
+  to->fo[lower] += to->wait_fo;
+  to->of[lower] += to->wait_of;
+  to->ff[lower] += to->wait_ff;
 }
 
-// From zero: red then black Gauss-Seidel, residual, restriction: coarse = Pᵀ (rhs − A φ). Tiles are
-// of coarse cells.
-INLINE void down_tile(Box own, GRID_ARGUMENTS, global const REAL* restrict inverse,
-                      COARSE_ARGUMENTS, global const vec* restrict rhs, global vec* restrict coarse,
+// From zero: black, red, black relaxation, residual, restriction: coarse = Pᵀ (rhs − A φ). The
+// residual of black cells is zero. Tiles are of coarse cells. With only_red the right-hand side is
+// zero on black cells and holds red ones only.
+INLINE void down_tile(const int only_red, Box own, GRID_ARGUMENTS, global const REAL* restrict sink,
+                      global const REAL* restrict smoother, COARSE_ARGUMENTS,
+                      global const vec* restrict rhs, global vec* restrict coarse,
                       global vec* restrict scratch) {
   // Cells whose residual reaches the own coarse cells.
   const Box giving = {max((own.x0 << half_x) - half_x, 0), min((own.x1 << half_x) + half_x, nx),
                       max((own.y0 << half_y) - half_y, 0), min((own.y1 << half_y) + half_y, ny),
                       max((own.z0 << half_z) - half_z, 0), min((own.z1 << half_z) + half_z, nz)};
+  const int lead = only_red ? 0 : 1;
   const Box black = around(giving, 1, nx, ny, nz), red = around(giving, 2, nx, ny, nz);
-  const Ring ring = make_ring(scratch, 4, red);
+  const Box first = around(giving, 2 + lead, nx, ny, nz);
+  const Ring ring = make_ring(scratch, 5, first);
   clear(ring.planes, ring.depth * ring.plane);
   // The rim takes what belongs to other tiles' coarse cells or, outside the grid, to none.
   const Ring sums = make_ring(scratch + ring.depth * ring.plane, 4, own);
   clear(sums.planes, sums.depth * sums.plane);
   int done = own.y0;
-  for (int t = red.y0; t < giving.y1 + 2; ++t) {
-    if (t < red.y1) {
-      for (int z = red.z0; z < red.z1; ++z) {
-        const size_t row = ((size_t)z * ny + t) * nx;
-        global vec* out = ring_row(ring, t, z);
-        global const vec* next = rhs + row + next_row(red, nx, ny, t, z);
-        fetch_coefficients(red, nx, ny, t, z, gx, gy, gz, inverse, wx, wy, wz);
-        for (int x = FIRST(red.x0, 0, t, z); x < red.x1; x += 2) {
-          PREFETCH(next + x);
-          PREFETCH(next + x + 1);
-          out[x] = inverse[row + x] * rhs[row + x];
+  for (int t = first.y0; t < giving.y1 + 2 + lead; ++t) {
+    if (t < first.y1) {
+      for (int k = first.z0; k < first.z1; ++k) {
+        const long next = next_row(first, nx, ny, t, k);
+        fetch_coefficients(first, nx, ny, t, k, gx, gy, gz, sink, smoother, wx, wy, wz);
+        global vec* out = ring_row(ring, t, k);
+        const size_t i = CELL(0, t, k);
+        if (only_red) {
+          const size_t j = RED_CELL(0, t, k), n = (size_t)((long)j + next / nx * ((nx + 1) >> 1));
+          for (int x = FIRST(first.x0, RED, t, k); x < first.x1; x += 2) {
+            PREFETCH(rhs + n + (x >> 1));
+            out[x] = smoother[i + x] * rhs[j + (x >> 1)];
+          }
+        } else {
+          for (int x = FIRST(first.x0, BLACK, t, k); x < first.x1; x += 2) {
+            PREFETCH(rhs + i + next + x);
+            PREFETCH(rhs + i + next + x + 1);
+            out[x] = smoother[i + x] * rhs[i + x];
+          }
         }
       }
     } else {
       clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
     }
-    const int b = t - 1;
-    if (b >= black.y0 && b < black.y1) {
-      for (int z = black.z0; z < black.z1; ++z) {
-        const size_t row = ((size_t)z * ny + b) * nx;
-        const Conductances g = conductances_at(gx, gy, gz, nx, ny, b, z);
-        const Rows rows = rows_at(ring, b, z);
-        global vec* out = ring_row(ring, b, z);
-        for (int x = FIRST(black.x0, 1, b, z); x < black.x1; x += 2) {
-          out[x] = inverse[row + x] * (rhs[row + x] + INFLOW(g, rows, x));
-        }
-      }
+    if (only_red) {
+      STAGE(black, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
+    } else {
+      STAGE(red, RED, t - 1, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
+      STAGE(black, BLACK, t - 2, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
     }
-    const int y = t - 2;
+    const int y = t - 2 - lead;
     if (y < giving.y0) continue;
-    for (int z = giving.z0; z < giving.z1; ++z) {
-      const size_t row = ((size_t)z * ny + y) * nx;
-      give(conductances_at(gx, gy, gz, nx, ny, y, z), rows_at(ring, y, z), giving.x0, giving.x1, y,
-           z, half_x, half_y, half_z, wx + row, wy + row, wz + row, sums);
+    for (int k = giving.z0; k < giving.z1; ++k) {
+      const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, k);
+      const Rows v = rows_at(ring, y, k);
+      const size_t i = CELL(0, y, k);
+      Givings to = givings_at(sums, half_y, half_z, y, k);
+      const int begin = FIRST(giving.x0, RED, y, k), odd = begin & half_x;
+      int lower = (begin >> half_x) + odd - half_x;
+      for (int x = begin; x < giving.x1; x += 2, lower += 2 - half_x) {
+        const vec residual = RHS(x, y, k) - IMAGE(g, v, x, i);
+        const REAL ty = half_y ? wy[i + x] : 0, tz = half_z ? wz[i + x] : 0;
+        const REAL to_lower = !half_x ? 1 : odd ? 1 - wx[i + x] : wx[i + x];
+        give(&to, residual, lower, to_lower, ty, tz);
+      }
+      if (half_x && begin < giving.x1) give_the_rest(&to, lower);
     }
     // Coarse planes that will receive no more.
     for (; done < own.y1 && (y + 1 == giving.y1 || (done << half_y) + 2 * half_y <= y); ++done) {
@@ -282,106 +318,140 @@ INLINE void down_tile(Box own, GRID_ARGUMENTS, global const REAL* restrict inver
   }
 }
 
-// Corrected red cells of one row: φ = rhs / D + P coarse.
-INLINE void correct(int x0, int x1, int nx, int ny, int y, int z, long next,
-                    global const REAL* inverse, int cx, int cy, int cz, int half_x, int half_y,
-                    int half_z, global const REAL* wx, global const REAL* wy, global const REAL* wz,
-                    global const vec* rhs, global const vec* coarse, global const vec* zeros,
-                    global vec* out) {
+// The coarse rows that interpolate to fine row (y, z).
+typedef struct {
+  global const vec *oo, *fo, *of, *ff;
+} Parents;
+INLINE Parents parents_at(int y, int z, int cx, int cy, int cz, int half_y, int half_z,
+                          global const vec* coarse, global const vec* zeros) {
   const int own_y = y >> half_y, far_y = own_y + half_y * (2 * (y & 1) - 1);
   const int own_z = z >> half_z, far_z = own_z + half_z * (2 * (z & 1) - 1);
   const int has_y = far_y >= 0 && far_y < cy, has_z = far_z >= 0 && far_z < cz;
-  global const vec* oo = coarse + ((size_t)own_z * cy + own_y) * cx;
-  global const vec* fo = has_y ? coarse + ((size_t)own_z * cy + far_y) * cx : zeros;
-  global const vec* of = has_z ? coarse + ((size_t)far_z * cy + own_y) * cx : zeros;
-  global const vec* ff = has_y && has_z ? coarse + ((size_t)far_z * cy + far_y) * cx : zeros;
-  for (int x = FIRST(x0, 0, y, z); x < x1; x += 2) {
-    const REAL ty = half_y ? wy[x] : 0, tz = half_z ? wz[x] : 0;
-    const REAL w_oo = (1 - ty) * (1 - tz), w_fo = ty * (1 - tz), w_of = (1 - ty) * tz,
-               w_ff = ty * tz;
-    const int own = x >> half_x;
-    PREFETCH(rhs + next + x);
-    PREFETCH(rhs + next + x + 1);
-    vec sum = w_oo * oo[own] + w_fo * fo[own] + w_of * of[own] + w_ff * ff[own];
-    if (half_x) {
-      const REAL tx = wx[x];
-      const int far = own + 2 * (x & 1) - 1;
-      sum *= 1 - tx;
-      if (far >= 0 && far < cx) {
-        sum += tx * (w_oo * oo[far] + w_fo * fo[far] + w_of * of[far] + w_ff * ff[far]);
-      }
+  Parents from;
+  from.oo = coarse + ((size_t)own_z * cy + own_y) * cx;
+  from.fo = has_y ? coarse + ((size_t)own_z * cy + far_y) * cx : zeros;
+  from.of = has_z ? coarse + ((size_t)far_z * cy + own_y) * cx : zeros;
+  from.ff = has_y && has_z ? coarse + ((size_t)far_z * cy + far_y) * cx : zeros;
+  return from;
+}
+// (P coarse) at cell x.
+INLINE vec interpolated(Parents from, int x, int cx, int half_x, REAL tx, REAL ty, REAL tz) {
+  const REAL oo = (1 - ty) * (1 - tz), fo = ty * (1 - tz), of = (1 - ty) * tz, ff = ty * tz;
+  const int own = x >> half_x;
+  vec sum = oo * from.oo[own] + fo * from.fo[own] + of * from.of[own] + ff * from.ff[own];
+  if (half_x) {
+    const int far = own + 2 * (x & 1) - 1;
+    sum *= 1 - tx;
+    if (far >= 0 && far < cx) {
+      sum += tx * (oo * from.oo[far] + fo * from.fo[far] + of * from.of[far] + ff * from.ff[far]);
     }
-    out[x] = inverse[x] * rhs[x] + sum;
   }
+  return sum;
 }
 
-// The way up: φ = (smoothed from zero) + P coarse on red cells, then black and red Gauss-Seidel;
-// the first value of black cells is overwritten unread, that of red ones is rhs / D. With `dots`,
-// sums over the own cells: Σ rhs·φ and Σ φ·Aφ.
-INLINE void up_tile(Box own, const int dots, GRID_ARGUMENTS, global const REAL* restrict inverse,
-                    global const REAL* restrict sink, COARSE_ARGUMENTS,
+// The way up: φ = (red relaxed from zero) + P coarse on red cells, then black, red, black
+// relaxation. With only_red, `rhs` and `solution` hold red cells only, and there are sums over the
+// own ones: γ = Σ rhs·φ and δ = Σ φ·Sφ.
+INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, global const REAL* restrict sink,
+                    global const REAL* restrict smoother, COARSE_ARGUMENTS,
                     global const vec* restrict rhs, global const vec* restrict coarse,
                     global vec* restrict solution, global vec* restrict scratch, accu_vec* gamma,
                     accu_vec* delta) {
-  const Box final = around(own, dots, nx, ny, nz);
-  const Box black = around(final, 1, nx, ny, nz), red = around(final, 2, nx, ny, nz);
-  const Ring ring = make_ring(scratch, 5, red);
+  // Stages: black from the right-hand side (not with only_red), red with correction, black, red,
+  // black, and δ (only_red); each one cell less around the tile, one plane later.
+  const int lead = only_red ? 0 : 1;
+  const Box last = around(own, only_red, nx, ny, nz);           // black
+  const Box relaxed = around(own, only_red + 1, nx, ny, nz);    // red
+  const Box middle = around(own, only_red + 2, nx, ny, nz);     // black
+  const Box corrected = around(own, only_red + 3, nx, ny, nz);  // red
+  const Box first = around(own, 4, nx, ny, nz);
+  const Ring ring = make_ring(scratch, 6, first);
   clear(ring.planes, ring.depth * ring.plane);
   global vec* zeros = scratch + ring.depth * ring.plane;
   clear(zeros, cx);
   accu_vec sum_gamma = (accu_vec)(0), sum_delta = (accu_vec)(0);
-  for (int t = red.y0; t < own.y1 + 2 + dots; ++t) {
-    if (t < red.y1) {
-      for (int z = red.z0; z < red.z1; ++z) {
-        const size_t row = ((size_t)z * ny + t) * nx;
-        fetch_coefficients(red, nx, ny, t, z, gx, gy, gz, inverse, wx, wy, wz);
-        correct(red.x0, red.x1, nx, ny, t, z, next_row(red, nx, ny, t, z), inverse + row, cx, cy,
-                cz, half_x, half_y, half_z, wx + row, wy + row, wz + row, rhs + row, coarse, zeros,
-                ring_row(ring, t, z));
+  for (int t = first.y0; t < own.y1 + 4; ++t) {
+    if (t < first.y1) {
+      for (int k = first.z0; k < first.z1; ++k) {
+        const long next = next_row(first, nx, ny, t, k);
+        fetch_coefficients(first, nx, ny, t, k, gx, gy, gz, sink, smoother, wx, wy, wz);
+        const size_t i = CELL(0, t, k), j = RED_CELL(0, t, k),
+                     n = (size_t)((long)j + next / nx * ((nx + 1) >> 1));
+        if (only_red) {
+          for (int x = FIRST(first.x0, RED, t, k); x < first.x1; x += 2) {
+            PREFETCH(rhs + n + (x >> 1));
+          }
+        } else {
+          global vec* out = ring_row(ring, t, k);
+          for (int x = FIRST(first.x0, BLACK, t, k); x < first.x1; x += 2) {
+            PREFETCH(rhs + i + next + x);
+            PREFETCH(rhs + i + next + x + 1);
+            out[x] = smoother[i + x] * rhs[i + x];
+          }
+        }
       }
     } else {
       clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
     }
-    const int b = t - 1;
-    if (b >= black.y0 && b < black.y1) {
-      for (int z = black.z0; z < black.z1; ++z) {
-        const size_t row = ((size_t)z * ny + b) * nx;
-        const Conductances g = conductances_at(gx, gy, gz, nx, ny, b, z);
-        const Rows rows = rows_at(ring, b, z);
-        global vec* out = ring_row(ring, b, z);
-        for (int x = FIRST(black.x0, 1, b, z); x < black.x1; x += 2) {
-          out[x] = inverse[row + x] * (rhs[row + x] + INFLOW(g, rows, x));
+    const int c = t - lead;
+    if (c >= corrected.y0 && c < corrected.y1) {
+      for (int k = corrected.z0; k < corrected.z1; ++k) {
+        const Conductances g = conductances_at(gx, gy, gz, nx, ny, c, k);
+        const Rows v = rows_at(ring, c, k);
+        const size_t i = CELL(0, c, k);
+        const Parents from = parents_at(c, k, cx, cy, cz, half_y, half_z, coarse, zeros);
+        global vec* out = ring_row(ring, c, k);
+        for (int x = FIRST(corrected.x0, RED, c, k); x < corrected.x1; x += 2) {
+          const vec right = only_red ? RHS(x, c, k) : RHS(x, c, k) + INFLOW(g, v, x);
+          out[x] = smoother[i + x] * right + interpolated(from, x, cx, half_x, wx[i + x],
+                                                          half_y ? wy[i + x] : 0,
+                                                          half_z ? wz[i + x] : 0);
         }
       }
     }
-    const int y = t - 2;
-    if (y >= final.y0 && y < final.y1) {
-      for (int z = final.z0; z < final.z1; ++z) {
-        const size_t row = ((size_t)z * ny + y) * nx;
-        const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, z);
-        const Rows rows = rows_at(ring, y, z);
-        global vec* out = ring_row(ring, y, z);
-        for (int x = FIRST(final.x0, 0, y, z); x < final.x1; x += 2) {
-          out[x] = inverse[row + x] * (rhs[row + x] + INFLOW(g, rows, x));
+    if (only_red) {
+      STAGE(middle, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
+    } else {
+      STAGE(middle, BLACK, t - 2, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
+    }
+    const int y = t - 2 - lead;
+    if (y >= relaxed.y0 && y < relaxed.y1) {
+      for (int k = relaxed.z0; k < relaxed.z1; ++k) {
+        const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, k);
+        const Rows v = rows_at(ring, y, k);
+        const size_t i = CELL(0, y, k);
+        global vec* out = ring_row(ring, y, k);
+        for (int x = FIRST(relaxed.x0, RED, y, k); x < relaxed.x1; x += 2) {
+          out[x] += smoother[i + x] * (RHS(x, y, k) - IMAGE(g, v, x, i));
         }
-        if (y < own.y0 || y >= own.y1 || z < own.z0 || z >= own.z1) continue;
+        if (!only_red || y < own.y0 || y >= own.y1 || k < own.z0 || k >= own.z1) continue;
         vec sum = (vec)(0);
-        for (int x = own.x0; x < own.x1; ++x) {
-          STREAM_OUT(out[x], solution + row + x);
-          sum += out[x] * rhs[row + x];
+        const size_t j = RED_CELL(0, y, k);
+        for (int x = FIRST(own.x0, RED, y, k); x < own.x1; x += 2) {
+          STREAM_OUT(out[x], solution + j + (x >> 1));
+          sum += out[x] * rhs[j + (x >> 1)];
         }
         sum_gamma += to_accu(sum);
       }
     }
-    const int d = t - 3;
-    if (!dots || d < own.y0) continue;
-    for (int z = own.z0; z < own.z1; ++z) {
-      const size_t row = ((size_t)z * ny + d) * nx;
-      const Conductances g = conductances_at(gx, gy, gz, nx, ny, d, z);
-      const Rows rows = rows_at(ring, d, z);
+    if (only_red) {
+      STAGE(last, BLACK, t - 3, smoother[i + x] * INFLOW(g, v, x))
+    } else {
+      STAGE(last, BLACK, t - 4, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
+    }
+    const int d = t - 4;
+    if (d < own.y0 || d >= own.y1) continue;
+    for (int k = own.z0; k < own.z1; ++k) {
+      const Rows v = rows_at(ring, d, k);
+      const size_t i = CELL(0, d, k);
+      if (!only_red) {
+        for (int x = own.x0; x < own.x1; ++x) solution[i + x] = v.here[x];
+        continue;
+      }
+      const Conductances g = conductances_at(gx, gy, gz, nx, ny, d, k);
       vec sum = (vec)(0);
-      for (int x = own.x0; x < own.x1; ++x) {
-        sum += rows.here[x] * (OUTFLOW(g, rows, x) + sink[row + x] * rows.here[x]);
+      for (int x = FIRST(own.x0, RED, d, k); x < own.x1; x += 2) {
+        sum += v.here[x] * IMAGE(g, v, x, i);
       }
       sum_delta += to_accu(sum);
     }
@@ -390,36 +460,66 @@ INLINE void up_tile(Box own, const int dots, GRID_ARGUMENTS, global const REAL* 
   *delta = sum_delta;
 }
 
-kernel void stream_down(TILE_ARGUMENTS, GRID_ARGUMENTS, global const REAL* restrict inverse,
+#define TILE_SCRATCH scratch + (size_t)tile* scratch_cells
+
+kernel void stream_down(TILE_ARGUMENTS, const int only_red, GRID_ARGUMENTS,
+                        global const REAL* restrict sink, global const REAL* restrict smoother,
                         COARSE_ARGUMENTS, global const vec* restrict rhs,
                         global vec* restrict coarse, const int scratch_cells,
                         global vec* restrict scratch) {
   const int tile = (int)get_global_id(1);
-  down_tile(tile_box(tile, tile_x, tile_y, tile_z, cx, cy, cz), nx, ny, nz, gx, gy, gz, inverse, cx,
-            cy, cz, half_x, half_y, half_z, wx, wy, wz, rhs, coarse,
-            scratch + (size_t)tile * scratch_cells);
+  const Box own = tile_box(tile, tile_x, tile_y, tile_z, cx, cy, cz);
+  if (only_red) {
+    down_tile(1, own, nx, ny, nz, gx, gy, gz, sink, smoother, cx, cy, cz, half_x, half_y, half_z,
+              wx, wy, wz, rhs, coarse, TILE_SCRATCH);
+  } else {
+    down_tile(0, own, nx, ny, nz, gx, gy, gz, sink, smoother, cx, cy, cz, half_x, half_y, half_z,
+              wx, wy, wz, rhs, coarse, TILE_SCRATCH);
+  }
 }
 
-// dots [tile][2]: Σ rhs·φ and Σ φ·Aφ of each tile.
-kernel void stream_up(TILE_ARGUMENTS, const int with_dots, GRID_ARGUMENTS,
-                      global const REAL* restrict inverse, global const REAL* restrict sink,
+// dots [tile][2]: γ and δ of each tile.
+kernel void stream_up(TILE_ARGUMENTS, const int only_red, GRID_ARGUMENTS,
+                      global const REAL* restrict sink, global const REAL* restrict smoother,
                       COARSE_ARGUMENTS, global const vec* restrict rhs,
                       global const vec* restrict coarse, global vec* restrict solution,
                       global accu_vec* restrict dots, const int scratch_cells,
                       global vec* restrict scratch) {
   const int tile = (int)get_global_id(1);
+  const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
   accu_vec gamma, delta;
-  up_tile(tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz), with_dots, nx, ny, nz, gx, gy, gz,
-          inverse, sink, cx, cy, cz, half_x, half_y, half_z, wx, wy, wz, rhs, coarse, solution,
-          scratch + (size_t)tile * scratch_cells, &gamma, &delta);
-  if (with_dots) {
+  if (only_red) {
+    up_tile(1, own, nx, ny, nz, gx, gy, gz, sink, smoother, cx, cy, cz, half_x, half_y, half_z, wx,
+            wy, wz, rhs, coarse, solution, TILE_SCRATCH, &gamma, &delta);
     dots[2 * tile] = gamma;
     dots[2 * tile + 1] = delta;
+  } else {
+    up_tile(0, own, nx, ny, nz, gx, gy, gz, sink, smoother, cx, cy, cz, half_x, half_y, half_z, wx,
+            wy, wz, rhs, coarse, solution, TILE_SCRATCH, &gamma, &delta);
   }
 }
 
+// The last level is a single cell.
+kernel void solve_last(global const REAL* restrict inverse, global const vec* restrict rhs,
+                       global vec* restrict solution) {
+  if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
+  solution[0] = inverse[0] * rhs[0];
+}
+
+// The cycle and its sums where the finest grid is a single cell already.
+kernel void cycle_of_one_cell(global const REAL* restrict inverse, global const REAL* restrict gx,
+                              global const REAL* restrict gy, global const REAL* restrict gz,
+                              global const REAL* restrict sink, global const vec* restrict rhs,
+                              global vec* restrict solution, global accu_vec* restrict dots) {
+  if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
+  const vec z = inverse[0] * rhs[0];
+  solution[0] = z;
+  dots[0] = to_accu(z * rhs[0]);
+  dots[1] = to_accu(z * ((gx[0] + gx[1] + gy[0] + gy[1] + gz[0] + gz[1] + sink[0]) * z));
+}
+
 // The scalars of the next step from `up_tiles` sums of stream_up and `step_tiles` sums of the last
-// stream_step; scalars: {γ, α, β}. p'Ap' = zAz − β² pAp because p' = z + β p is conjugate to p
+// stream_step; scalars: {γ, α, β}. p'·Sp' = z·Sz − β² p·Sp because p' = z + β p is conjugate to p
 // (Chronopoulos & Gear 1989), so that α is known before p' is.
 kernel void step_scalars(const int up_tiles, const int step_tiles, const int fresh,
                          global const accu_vec* restrict dots,
@@ -440,58 +540,63 @@ kernel void step_scalars(const int up_tiles, const int step_tiles, const int fre
   scalars[2] = beta;
 }
 
-// p' = z + β p, x += α p', r −= α A p'; sums [tile][2]: Σ r² and Σ p'·Ap' of each tile. With
-// first_p or first_x, p or x is taken for zero, whatever it holds.
-kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_x, GRID_ARGUMENTS,
-                        global const REAL* restrict sink, global const accu_vec* restrict scalars,
-                        global const vec* restrict z, global const vec* restrict before,
-                        global vec* restrict p, global vec* restrict x, global vec* restrict r,
+// p' = z + β p, d += α p', r −= α S p', all on red cells; sums [tile][2]: Σ r² and Σ p'·Sp' of each
+// tile. With first_p or first_d, p or d is taken for zero, whatever it holds.
+kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GRID_ARGUMENTS,
+                        global const REAL* restrict sink, global const REAL* restrict smoother,
+                        global const accu_vec* restrict scalars, global const vec* restrict z,
+                        global const vec* restrict before, global vec* restrict p,
+                        global vec* restrict d, global vec* restrict r,
                         global accu_vec* restrict sums, const int scratch_cells,
                         global vec* restrict scratch) {
   const int tile = (int)get_global_id(1);
   const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
-  const Box box = around(own, 1, nx, ny, nz);
-  const Ring ring = make_ring(scratch + (size_t)tile * scratch_cells, 3, box);
+  const Box black = around(own, 1, nx, ny, nz), red = around(own, 2, nx, ny, nz);
+  const Ring ring = make_ring(TILE_SCRATCH, 4, red);
   clear(ring.planes, ring.depth * ring.plane);
   const vec alpha = to_vec(scalars[1]), beta = to_vec(scalars[2]);
   accu_vec sum_rr = (accu_vec)(0), sum_energy = (accu_vec)(0);
-  for (int t = box.y0; t < own.y1 + 1; ++t) {
-    if (t < box.y1) {
-      for (int k = box.z0; k < box.z1; ++k) {
-        const size_t row = ((size_t)k * ny + t) * nx;
-        global vec* out = ring_row(ring, t, k);
-        const long next = (long)row + next_row(box, nx, ny, t, k);
-        const int count = box.x1 - box.x0;
+  for (int t = red.y0; t < own.y1 + 2; ++t) {
+    if (t < red.y1) {
+      for (int k = red.z0; k < red.z1; ++k) {
+        const size_t j = RED_CELL(0, t, k);
+        const long next = (long)j + next_row(red, nx, ny, t, k) / nx * ((nx + 1) >> 1);
         const Conductances g = conductances_at(gx, gy, gz, nx, ny, t, k);
-        fetch(g.gx + box.x0, count + 1);
-        fetch(g.gy_north + box.x0, count);
-        fetch(g.gz + box.x0, count);
-        fetch(sink + row + box.x0, count);
-        for (int i = box.x0; i < box.x1; ++i) {
-          PREFETCH(z + next + i);
-          PREFETCH(before + next + i);
-          PREFETCH(r + row + i);
-          PREFETCH(x + row + i);
-          out[i] = first_p ? z[row + i] : z[row + i] + beta * before[row + i];
+        const int count = red.x1 - red.x0;
+        fetch(g.gx + red.x0, count + 1);
+        fetch(g.gy_north + red.x0, count);
+        fetch(g.gz + red.x0, count);
+        fetch(sink + CELL(red.x0, t, k), count);
+        fetch(smoother + CELL(red.x0, t, k), count);
+        global vec* out = ring_row(ring, t, k);
+        for (int x = FIRST(red.x0, RED, t, k); x < red.x1; x += 2) {
+          const int e = x >> 1;
+          PREFETCH(z + next + e);
+          PREFETCH(before + next + e);
+          PREFETCH(r + j + e);
+          PREFETCH(d + j + e);
+          out[x] = first_p ? z[j + e] : z[j + e] + beta * before[j + e];
         }
       }
     } else {
       clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
     }
-    const int y = t - 1;
-    if (y < own.y0) continue;
+    STAGE(black, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
+    const int y = t - 2;
+    if (y < own.y0 || y >= own.y1) continue;
     for (int k = own.z0; k < own.z1; ++k) {
-      const size_t row = ((size_t)k * ny + y) * nx;
+      const size_t i = CELL(0, y, k), j = RED_CELL(0, y, k);
       const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, k);
-      const Rows rows = rows_at(ring, y, k);
+      const Rows v = rows_at(ring, y, k);
       vec rr = (vec)(0), energy = (vec)(0);
-      for (int i = own.x0; i < own.x1; ++i) {
-        const vec here = rows.here[i];
-        const vec image = OUTFLOW(g, rows, i) + sink[row + i] * here;
-        const vec residual = r[row + i] - alpha * image;
-        STREAM_OUT(here, p + row + i);
-        x[row + i] = first_x ? alpha * here : x[row + i] + alpha * here;
-        r[row + i] = residual;
+      for (int x = FIRST(own.x0, RED, y, k); x < own.x1; x += 2) {
+        const size_t e = j + (x >> 1);
+        const vec here = v.here[x];
+        const vec image = IMAGE(g, v, x, i);
+        const vec residual = r[e] - alpha * image;
+        STREAM_OUT(here, p + e);
+        d[e] = first_d ? alpha * here : d[e] + alpha * here;
+        r[e] = residual;
         rr += residual * residual;
         energy += here * image;
       }
@@ -501,23 +606,4 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_x, GR
   }
   sums[2 * tile] = sum_rr;
   sums[2 * tile + 1] = sum_energy;
-}
-
-// The last level is a single cell.
-kernel void solve_last(global const REAL* restrict inverse, global const vec* restrict rhs,
-                       global vec* restrict solution) {
-  if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
-  solution[0] = inverse[0] * rhs[0];
-}
-
-// The cycle and its sums where the finest grid is a single cell already.
-kernel void cycle_of_one_cell(global const REAL* restrict inverse, global const REAL* restrict gx,
-                              global const REAL* restrict gy, global const REAL* restrict gz,
-                              global const REAL* restrict sink, global const vec* restrict rhs,
-                              global vec* restrict solution, global accu_vec* restrict dots) {
-  if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
-  const vec z = inverse[0] * rhs[0];
-  solution[0] = z;
-  dots[0] = to_accu(z * rhs[0]);
-  dots[1] = to_accu(z * ((gx[0] + gx[1] + gy[0] + gy[1] + gz[0] + gz[1] + sink[0]) * z));
 }

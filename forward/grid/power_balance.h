@@ -26,8 +26,9 @@ std::vector<PowerBalance> power_balance(const GridSolver& solver, const Medium& 
                                         const BatchField& phi, std::span<const double> irradiance,
                                         const std::array<std::vector<double>, 6>& exitance);
 
-/// Sentences about where in this medium diffusion does not describe light well; empty where it
-/// does.
+/// Sentences about where in this medium diffusion does not describe light well, or the grid not
+/// diffusion (voxels beyond the mean free path, light falling beyond the tolerance); empty where
+/// both do.
 std::vector<std::string> diffusion_warnings(const GridSetup& setup, const Medium& medium);
 
 }  // namespace kappamu::forward

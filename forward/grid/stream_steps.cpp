@@ -15,10 +15,14 @@ class StreamSteps final : public CgSteps {
   StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
               int lanes);
 
+  void begin() override { fresh_ = first_d_ = true; }
+  Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
+                      const device::Buffer& x) override;
+  LaneScalars step(const LaneKernels& kernels) override;
+  void renormalise(const LaneKernels& kernels, const device::Buffer& x) override;
   void restart() override { fresh_ = true; }
-
-  LaneScalars step(const LaneKernels& kernels, const device::Buffer& r, const device::Buffer& x,
-                   bool first_x) override;
+  void finish(const LaneKernels& kernels, const device::Buffer& b,
+              const device::Buffer& x) override;
 
  private:
   struct Coarse {
@@ -30,8 +34,11 @@ class StreamSteps final : public CgSteps {
   static device::Range items(const StreamTiles& tiles) {
     return {1, static_cast<std::size_t>(tiles.count), 1, 1};
   }
-  /// z = M r on level l: one V(1,1) cycle from zero. Red-black Gauss-Seidel, red then black before
-  /// and black then red after the coarse correction, makes M symmetric (multigrid.h).
+  /// Σ over `count` items of the first or second of the pair each left.
+  LaneScalars pair_sum(const LaneKernels& kernels, const device::Buffer& sums, int count,
+                       std::size_t which);
+  /// z = M r on level l: one V(1,1) cycle from zero (grid_stream.cl). The way up mirrors the way
+  /// down and restriction is the transpose of interpolation, so M is symmetric.
   void cycle(const LaneKernels& kernels, std::size_t l, const device::Buffer& r,
              const device::Buffer& z);
 
@@ -41,9 +48,12 @@ class StreamSteps final : public CgSteps {
   std::vector<Coarse> coarse_;  ///< of levels 1, 2, ...
   std::vector<Plan> plans_;     ///< of levels 0, 1, ...
   StreamTiles step_tiles_;
-  device::Buffer z_, p_[2], scratch_, scalars_, cycle_dots_, step_sums_;
+  int residual_planes_ = 1, residual_items_ = 1;  ///< planes y of an item; how many items
+  device::Buffer r_, d_, z_, p_[2];               ///< on red cells
+  device::Buffer scratch_, scalars_, cycle_dots_, step_sums_, residual_sums_, residual_scratch_;
   int now_ = 0;
-  bool fresh_ = true;
+  bool fresh_ = true;    ///< no direction yet
+  bool first_d_ = true;  ///< d is zero, whatever its buffer holds
 };
 
 StreamSteps::StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
@@ -70,14 +80,22 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
   const GridShape& finest = hierarchy.finest().shape;
   step_tiles_ = tiles_step(machine, finest);
   need(step_tiles_);
-  for (device::Buffer* field : {&z_, &p_[0], &p_[1]}) {
-    *field = context.allocate(finest.cells() * vector);
+  const std::size_t half = (static_cast<std::size_t>(finest.nx) + 1) / 2;
+  const std::size_t plane = static_cast<std::size_t>(finest.nz) * half;
+  const std::size_t red_cells = static_cast<std::size_t>(finest.ny) * plane;
+  for (device::Buffer* field : {&r_, &d_, &z_, &p_[0], &p_[1]}) {
+    *field = context.allocate(red_cells * vector);
   }
   scratch_ = context.allocate(scratch * vector);
   const std::size_t scalar = static_cast<std::size_t>(lanes) * format.accu_bytes();
   scalars_ = context.allocate(3 * scalar);
   cycle_dots_ = context.allocate(
       2 * scalar * static_cast<std::size_t>(plans_.empty() ? 1 : plans_.front().up.count));
+  residual_planes_ = std::max(8, (finest.ny - 1) / machine.items + 1);
+  residual_items_ = (finest.ny - 1) / residual_planes_ + 1;
+  const auto items = static_cast<std::size_t>(residual_items_);
+  residual_sums_ = context.allocate(2 * scalar * items);
+  residual_scratch_ = context.allocate(3 * plane * scalar * items);
   step_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(step_tiles_.count));
 }
 
@@ -90,9 +108,9 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   const Coarse& coarse = coarse_[l];
   const StreamTiles& down = plans_[l].down;
   context_.launch(kernels.stream(), "stream_down", items(down), down.size[0], down.size[1],
-                  down.size[2], s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.inverse, c.nx, c.ny, c.nz,
-                  at.halving[0], at.halving[1], at.halving[2], at.wx, at.wy, at.wz, r, coarse.rhs,
-                  down.scratch_cells, scratch_);
+                  down.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink,
+                  at.smoother, c.nx, c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx,
+                  at.wy, at.wz, r, coarse.rhs, down.scratch_cells, scratch_);
   if (l + 2 < hierarchy_.levels().size()) {
     cycle(kernels, l + 1, coarse.rhs, coarse.solution);
   } else {
@@ -101,38 +119,70 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   }
   const StreamTiles& up = plans_[l].up;
   context_.launch(kernels.stream(), "stream_up", items(up), up.size[0], up.size[1], up.size[2],
-                  int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.inverse, at.sink, c.nx,
+                  int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink, at.smoother, c.nx,
                   c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx, at.wy, at.wz, r,
                   coarse.solution, z, cycle_dots_, up.scratch_cells, scratch_);
 }
 
-LaneScalars StreamSteps::step(const LaneKernels& kernels, const device::Buffer& r,
-                              const device::Buffer& x, bool first_x) {
+CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const device::Buffer& b,
+                                          const device::Buffer& x) {
+  const Level& level = hierarchy_.finest();
+  const GridShape& s = level.shape;
+  context_.launch(kernels.reduced(), "reduced_residual",
+                  {1, static_cast<std::size_t>(residual_items_), 1, 1}, s.nx, s.ny, s.nz, level.gx,
+                  level.gy, level.gz, level.sink, int{!first_d_}, d_, b, residual_planes_, x, r_,
+                  residual_sums_, residual_scratch_);
+  return {pair_sum(kernels, residual_sums_, residual_items_, 0),
+          pair_sum(kernels, residual_sums_, residual_items_, 1)};
+}
+
+LaneScalars StreamSteps::pair_sum(const LaneKernels& kernels, const device::Buffer& sums, int count,
+                                  std::size_t which) {
+  const auto lanes = static_cast<std::size_t>(kernels.lanes());
+  const auto pairs = static_cast<std::size_t>(count);
+  const LaneScalars all = sums_.read(kernels, sums, 2 * pairs);
+  LaneScalars total(lanes, 0.0);
+  for (std::size_t k = 0; k < pairs; ++k) {
+    for (std::size_t m = 0; m < lanes; ++m) total[m] += all[(2 * k + which) * lanes + m];
+  }
+  return total;
+}
+
+void StreamSteps::renormalise(const LaneKernels& kernels, const device::Buffer& x) {
+  const GridShape& s = hierarchy_.finest().shape;
+  if (!first_d_) {
+    context_.launch(kernels.reduced(), "renormalise_red", kernels.rows(s), s.nx, s.ny, s.nz, x, d_);
+  }
+}
+
+void StreamSteps::finish(const LaneKernels& kernels, const device::Buffer& b,
+                         const device::Buffer& x) {
+  renormalise(kernels, x);
+  const Level& level = hierarchy_.finest();
+  const GridShape& s = level.shape;
+  context_.launch(kernels.reduced(), "solve_black", kernels.rows(s), s.nx, s.ny, s.nz, level.gx,
+                  level.gy, level.gz, level.sink, int{!first_d_}, d_, b, x);
+}
+
+LaneScalars StreamSteps::step(const LaneKernels& kernels) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
   if (plans_.empty()) {
     context_.launch(kernels.stream(), "cycle_of_one_cell", {1, 1, 1, 1}, level.inverse, level.gx,
-                    level.gy, level.gz, level.sink, r, z_, cycle_dots_);
+                    level.gy, level.gz, level.sink, r_, z_, cycle_dots_);
   } else {
-    cycle(kernels, 0, r, z_);
+    cycle(kernels, 0, r_, z_);
   }
   const int up_tiles = plans_.empty() ? 1 : plans_.front().up.count;
   context_.launch(kernels.stream(), "step_scalars", {1, 1, 1, 1}, up_tiles, step_tiles_.count,
                   int{fresh_}, cycle_dots_, step_sums_, scalars_);
   context_.launch(kernels.stream(), "stream_step", items(step_tiles_), step_tiles_.size[0],
-                  step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_x}, s.nx, s.ny,
-                  s.nz, level.gx, level.gy, level.gz, level.sink, scalars_, z_, p_[now_],
-                  p_[1 - now_], x, r, step_sums_, step_tiles_.scratch_cells, scratch_);
+                  step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_d_}, s.nx, s.ny,
+                  s.nz, level.gx, level.gy, level.gz, level.sink, level.smoother, scalars_, z_,
+                  p_[now_], p_[1 - now_], d_, r_, step_sums_, step_tiles_.scratch_cells, scratch_);
   now_ = 1 - now_;
-  fresh_ = false;
-  const auto tiles = static_cast<std::size_t>(step_tiles_.count);
-  const auto lanes = static_cast<std::size_t>(kernels.lanes());
-  const LaneScalars sums = sums_.read(kernels, step_sums_, 2 * tiles);
-  LaneScalars rr(lanes, 0.0);
-  for (std::size_t tile = 0; tile < tiles; ++tile) {
-    for (std::size_t m = 0; m < lanes; ++m) rr[m] += sums[2 * tile * lanes + m];
-  }
-  return rr;
+  fresh_ = first_d_ = false;
+  return pair_sum(kernels, step_sums_, step_tiles_.count, 0);
 }
 
 }  // namespace

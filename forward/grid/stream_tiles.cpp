@@ -35,25 +35,26 @@ StreamTiles cut(const StreamMachine& machine, const GridShape& grid, int depth, 
 StreamTiles tiles_down(const StreamMachine& machine, const GridShape& fine, const GridShape& coarse,
                        const std::array<int, 3>& halving) {
   // Sized as on the fine grid, whose planes fill the cache, then rounded to whole coarse cells.
-  constexpr int depth = 4, halo = 4;
+  constexpr int depth = 5, halo = 5;
   StreamTiles tiles = cut(machine, fine, depth, halo);
   for (std::size_t a = 0; a < 3; ++a) tiles.size[a] = parts(tiles.size[a], 1 + halving[a]);
   tiles.count = parts(coarse.nx, tiles.size[0]) * parts(coarse.ny, tiles.size[1]) *
                 parts(coarse.nz, tiles.size[2]);
+  constexpr int sum_planes = 4;
   const auto fine_extent = [&](std::size_t a) { return tiles.size[a] * (1 + halving[a]); };
-  tiles.scratch_cells = depth * ((fine_extent(0) + 2 * halo) * (fine_extent(2) + 2 * halo) +
-                                 (tiles.size[0] + 2) * (tiles.size[2] + 2));
+  tiles.scratch_cells = depth * (fine_extent(0) + 2 * halo) * (fine_extent(2) + 2 * halo) +
+                        sum_planes * (tiles.size[0] + 2) * (tiles.size[2] + 2);
   return tiles;
 }
 
 StreamTiles tiles_up(const StreamMachine& machine, const GridShape& fine, const GridShape& coarse) {
-  StreamTiles tiles = cut(machine, fine, 5, 4);
+  StreamTiles tiles = cut(machine, fine, 6, 5);
   tiles.scratch_cells += coarse.nx;
   return tiles;
 }
 
 StreamTiles tiles_step(const StreamMachine& machine, const GridShape& grid) {
-  return cut(machine, grid, 3, 2);
+  return cut(machine, grid, 4, 3);
 }
 
 }  // namespace kappamu::forward
