@@ -15,7 +15,7 @@ struct LimitCase {
   forward::GridSetup setup;
   MediumSpec medium;
   int patterns = 1;  ///< patch_light of the lit face
-  forward::SolveOptions options;
+  forward::SolveOptions options{};
   forward::Precision precision = forward::Precision::single_precision;
   std::string device = "auto";
   bool with_error = true;  ///< solve for the truth too; minutes above 10⁶ voxels

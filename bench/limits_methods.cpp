@@ -58,19 +58,27 @@ double accounted_for(const ForwardResult& result) {
 
 LimitTable limit_stencil(const LimitsOptions& options, Progress& progress) {
   LimitTable table{.id = "stencil", .records = {}, .markdown = ""};
-  const std::array<std::pair<const char*, MediumKind>, 4> kinds{{
-      {"smooth", MediumKind::smooth},
-      {"inclusions", MediumKind::inclusions},
-      {"layers", MediumKind::layers},
-      {"random", MediumKind::random},
+  struct Block {
+    const char* name;
+    GridShape shape;
+    MediumKind kind;
+    int period;
+  };
+  const GridShape coarse{32, 32, 20, 0.25};
+  const std::array<Block, 6> blocks{{
+      {"smooth", coarse, MediumKind::smooth, 1},
+      {"smooth, voxels halved", coarse.refined(2), MediumKind::smooth, 1},
+      {"inclusions", coarse, MediumKind::inclusions, 1},
+      {"layers of 1 mm", coarse, MediumKind::layers, 4},
+      {"layers of 1 mm, voxels halved", coarse.refined(2), MediumKind::layers, 8},
+      {"random cubes of 1 mm", coarse, MediumKind::random, 4},
   }};
-  for (const auto& [name, kind] : kinds) {
+  for (const auto& [name, shape, kind, period] : blocks) {
     for (const double contrast : {1.0, 2.0, 1e1, 1e2, 1e4}) {
       progress.update("stencil", 0.0, std::string(name) + " " + to_text(contrast));
-      // Layers of 4 voxels; single-voxel ones no stencil resolves.
-      const ForwardProblem problem = problem_of(
-          {32, 32, 20, 0.25}, {.kind = kind, .contrast = contrast, .period = 4, .axis = 2});
-      const ForwardResult ours = answer("multigrid", problem, {1e-6, 500}, options);
+      const ForwardProblem problem =
+          problem_of(shape, {.kind = kind, .contrast = contrast, .period = period});
+      const ForwardResult ours = answer("multigrid", problem, {1e-6, 200}, options);
       const ForwardResult theirs = answer("wang2008-stencil", problem, {1e-6, 20000}, options);
       table.records.push_back({{"κ", name},
                                {"contrast", contrast},
@@ -107,7 +115,7 @@ LimitTable limit_relaxation(const LimitsOptions& options, Progress& progress) {
   }};
   for (const Block& block : blocks) {
     const ForwardProblem problem = problem_of(block.shape, block.medium);
-    const ForwardResult truth = answer("multigrid", problem, {1e-6, 500}, options);
+    const ForwardResult truth = answer("multigrid", problem, {1e-6, 200}, options);
     for (const char* method : {"relaxation", "gauss-seidel"}) {
       for (const int sweeps : {16, 128, 1024, 8192}) {
         progress.update("relaxation", 0.0, std::string(block.name) + " " + method);

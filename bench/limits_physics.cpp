@@ -49,7 +49,7 @@ LimitTable limit_absorption(const LimitsOptions& options, Progress& progress) {
                               .sides = Sides::mirror,
                               .source = SourceModel::boundary},
                     .medium = {.mean_kappa = kappa, .mu = mu},
-                    .options = {1e-6, 500},
+                    .options = {1e-6, 200},
                     .device = options.device};
     const LimitOutcome outcome = run_limit(limit);
     limit.options.tolerance = 1e-12;
@@ -88,7 +88,7 @@ LimitTable limit_coarse(const LimitsOptions& options, Progress& progress) {
       const LimitCase limit{
           .setup = {.shape = {4, 4, deep, h}, .sides = Sides::mirror, .source = source},
           .medium = {.mean_kappa = kappa, .mu = mu},
-          .options = {1e-12, 500},
+          .options = {1e-12, 200},
           .precision = Precision::double_precision,
           .device = options.device,
           .with_error = false};
@@ -98,9 +98,9 @@ LimitTable limit_coarse(const LimitsOptions& options, Progress& progress) {
           source == SourceModel::boundary ? ", boundary source" : ", first collision";
       record.push_back({"reflected" + name, relative(outcome.reflected, slab.reflected)});
       record.push_back({"transmitted" + name, relative(outcome.transmitted, slab.transmitted)});
-      words = said(outcome);
+      if (source == SourceModel::first_collision) words = said(outcome);
     }
-    record.push_back({"program", words});
+    record.push_back({"program, first collision", words});
     table.records.push_back(record);
   }
   std::vector<std::string> names;

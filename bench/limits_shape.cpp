@@ -30,7 +30,7 @@ LimitTable limit_shape(const LimitsOptions& options, Progress& progress) {
       const LimitOutcome outcome =
           run_limit({.setup = {.shape = shape},
                      .medium = {.kind = MediumKind::random, .contrast = contrast},
-                     .options = {1e-6, 500},
+                     .options = {1e-6, 200},
                      .device = options.device});
       table.records.push_back({{"voxels", name_of(shape)},
                                {"contrast", contrast},
@@ -56,7 +56,7 @@ LimitTable limit_mirror(const LimitsOptions& options, Progress& progress) {
                                                         .sides = Sides::mirror,
                                                         .source = forward::SourceModel::boundary},
                                               .medium = {.mean_kappa = kappa, .mu = 0.0},
-                                              .options = {1e-6, 500},
+                                              .options = {1e-6, 200},
                                               .device = options.device});
       table.records.push_back({{"κ [mm]", kappa},
                                {"voxels deep", depth},
@@ -82,7 +82,7 @@ LimitTable limit_boundary(const LimitsOptions& options, Progress& progress) {
     const LimitOutcome outcome = run_limit(
         {.setup = {.shape = shape, .source = forward::SourceModel::boundary},
          .medium = {.kind = MediumKind::shell, .contrast = 1.0 / ratio, .mean_kappa = mean},
-         .options = {1e-6, 500},
+         .options = {1e-6, 200},
          .device = options.device});
     table.records.push_back({{"κ outermost / inside", ratio},
                              {"iterations", outcome.iterations},

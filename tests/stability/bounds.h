@@ -1,0 +1,63 @@
+// What the solver is held to at its edges, in one place: tighten a number here when it has become
+// better, never loosen one without a word in docs/limits.md.
+#pragma once
+
+#include <optional>
+#include <ostream>
+#include <string>
+
+#include "bench/media.h"
+
+namespace kappamu::bounds {
+
+/// True relative error of φ where a residual of 1e-6 was asked for in single precision: storage
+/// rounds at 6e-8, the rest is the tolerance.
+inline constexpr double single_error = 1e-6;
+/// Where the residual bounds the error worst: log κ rough from voxel to voxel at contrast 10⁶.
+inline constexpr double rough_single_error = 3e-6;
+/// What is left at float's floor, and double's.
+inline constexpr double single_floor = 3e-7;
+inline constexpr double double_floor = 1e-13;
+/// Of the power that enters, after a solve to 1e-6.
+inline constexpr double imbalance = 1e-5;
+/// Iterations at twice the edge over those at once, both contrast 10⁴.
+inline constexpr double growth = 1.2;
+
+/// Iterations to 1e-6 in single precision, 32×32×20 voxels; no bound where the solver does not get
+/// there in 200 and says so.
+struct Iterations {
+  const char* name;
+  bench::MediumSpec medium;
+  std::optional<int> most;
+};
+inline void PrintTo(const Iterations& bound, std::ostream* out) {
+  *out << bound.name;
+}
+
+using bench::MediumKind;
+inline const Iterations iterations[] = {
+    {"Even", {}, 12},
+    {"Smooth1e1", {.kind = MediumKind::smooth, .contrast = 1e1}, 12},
+    {"Smooth1e4", {.kind = MediumKind::smooth, .contrast = 1e4}, 20},
+    {"Smooth1e6", {.kind = MediumKind::smooth, .contrast = 1e6}, 30},
+    {"Balls1e1", {.kind = MediumKind::inclusions, .contrast = 1e1}, 12},
+    {"Balls1e4", {.kind = MediumKind::inclusions, .contrast = 1e4}, 20},
+    {"Balls1e6", {.kind = MediumKind::inclusions, .contrast = 1e6}, {}},
+    {"Checkerboard1e1", {.kind = MediumKind::checkerboard, .contrast = 1e1}, 12},
+    {"Checkerboard1e4", {.kind = MediumKind::checkerboard, .contrast = 1e4}, 20},
+    {"Checkerboard1e6", {.kind = MediumKind::checkerboard, .contrast = 1e6}, 30},
+    {"CubesOf3In1e1", {.kind = MediumKind::checkerboard, .contrast = 1e1, .period = 3}, 12},
+    {"CubesOf3In1e4", {.kind = MediumKind::checkerboard, .contrast = 1e4, .period = 3}, {}},
+    {"CubesOf3In1e6", {.kind = MediumKind::checkerboard, .contrast = 1e6, .period = 3}, {}},
+    {"LayersAcross1e1", {.kind = MediumKind::layers, .contrast = 1e1}, 13},
+    {"LayersAcross1e4", {.kind = MediumKind::layers, .contrast = 1e4}, {}},
+    {"LayersAcross1e6", {.kind = MediumKind::layers, .contrast = 1e6}, {}},
+    {"LayersAlong1e1", {.kind = MediumKind::layers, .contrast = 1e1, .axis = 0}, 13},
+    {"LayersAlong1e4", {.kind = MediumKind::layers, .contrast = 1e4, .axis = 0}, {}},
+    {"LayersAlong1e6", {.kind = MediumKind::layers, .contrast = 1e6, .axis = 0}, {}},
+    {"Random1e1", {.kind = MediumKind::random, .contrast = 1e1}, 12},
+    {"Random1e4", {.kind = MediumKind::random, .contrast = 1e4}, 40},
+    {"Random1e6", {.kind = MediumKind::random, .contrast = 1e6}, 150},
+};
+
+}  // namespace kappamu::bounds

@@ -1,0 +1,105 @@
+// κ jumping by up to 10⁶ from voxel to voxel: right answers, bounded iterations, energy kept, and a
+// sentence where the solver does not get there.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "forward/grid/grid_physics.h"
+#include "tests/stability/bounds.h"
+#include "tests/stability/stability_tools.h"
+
+namespace kappamu::bench {
+namespace {
+
+using forward::Precision;
+using forward::SourceModel;
+using forward::Termination;
+using ::testing::HasSubstr;
+
+constexpr GridShape block{32, 32, 20, 0.25};
+
+class Contrast : public testing::OnDevice,
+                 public ::testing::WithParamInterface<bounds::Iterations> {};
+
+TEST_P(Contrast, RightInFewIterationsOrSaysNot) {
+  const bounds::Iterations& bound = GetParam();
+  const LimitOutcome outcome =
+      run_limit({.setup = {.shape = block}, .medium = bound.medium, .patterns = 2});
+  RecordProperty("iterations", outcome.iterations);
+  if (bound.most) {
+    ASSERT_EQ(outcome.termination, Termination::converged) << outcome.message;
+    EXPECT_LE(outcome.iterations, *bound.most);
+  }
+  if (outcome.termination == Termination::converged) {
+    EXPECT_LT(*outcome.true_error,
+              bound.medium.contrast > 1e5 ? bounds::rough_single_error : bounds::single_error);
+    EXPECT_LT(outcome.imbalance, bounds::imbalance);
+  } else {
+    EXPECT_EQ(outcome.termination, Termination::ran_out);
+    EXPECT_THAT(outcome.message, HasSubstr("tolerance 1e-06 not met"));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, Contrast, ::testing::ValuesIn(bounds::iterations),
+                         [](const auto& at) { return std::string(at.param.name); });
+
+class Growth : public testing::OnDevice, public ::testing::WithParamInterface<MediumKind> {};
+
+TEST_P(Growth, IterationsHardlyKnowTheSizeOfTheGrid) {
+  const auto iterations = [&](int n) {
+    const LimitOutcome outcome = run_limit({.setup = {.shape = {n, n, n, 16.0 / n}},
+                                            .medium = {.kind = GetParam(), .contrast = 1e4},
+                                            .with_error = false});
+    EXPECT_EQ(outcome.termination, Termination::converged) << outcome.message;
+    return outcome.iterations;
+  };
+  EXPECT_LE(iterations(64), std::ceil(bounds::growth * iterations(32)));
+}
+
+INSTANTIATE_TEST_SUITE_P(, Growth,
+                         ::testing::Values(MediumKind::smooth, MediumKind::checkerboard,
+                                           MediumKind::inclusions),
+                         [](const auto& at) { return to_string(at.param); });
+
+/// The truth the other tests trust: held against resistances in series.
+TEST(ConvergedFluence, OfLayersIsResistancesInSeries) {
+  for (const double contrast : {1.0, 1e4, 1e6}) {
+    const GridShape shape{2, 3, 21, 0.25};
+    const forward::GridSetup setup{
+        .shape = shape, .sides = Sides::mirror, .source = SourceModel::boundary};
+    const Medium medium =
+        make_medium(shape, {.kind = MediumKind::layers, .contrast = contrast, .mu = 0.0});
+    const BoundaryConstants constants = forward::constants_of(setup);
+    const std::vector<double> exact = testing::series_fluence(
+        medium.kappa, constants.A, forward::boundary_q_per_irradiance(setup, constants));
+    const std::vector<double> phi =
+        converged_fluence(setup, medium, patch_light(shape, Face::z_minus, 1), 1);
+    // κ and b are rounded once each; a chain of resistances magnifies neither.
+    EXPECT_LT(worst_difference(phi, exact, 1), 1e-14) << contrast;
+  }
+}
+
+class KappaAtTheSurface : public testing::OnDevice, public ::testing::WithParamInterface<double> {};
+
+TEST_P(KappaAtTheSurface, JumpsByAnyFactor) {
+  const double ratio = GetParam();  // κ outermost over inside
+  for (const SourceModel source : {SourceModel::first_collision, SourceModel::boundary}) {
+    const LimitOutcome outcome =
+        run_limit({.setup = {.shape = {16, 16, 12, 0.25}, .source = source},
+                   .medium = {.kind = MediumKind::shell, .contrast = 1.0 / ratio}});
+    EXPECT_LT(*outcome.true_error, bounds::single_error);
+    EXPECT_LT(outcome.imbalance, bounds::imbalance);
+    if (outcome.termination != Termination::converged) {
+      // float's floor lies above the tolerance where b is small against what κ moves: said, not
+      // hid.
+      EXPECT_GE(ratio, 1e5);
+      EXPECT_THAT(outcome.message, HasSubstr("double"));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, KappaAtTheSurface, ::testing::Values(1e-6, 1e-3, 1e-1, 1e1, 1e3, 1e6));
+
+}  // namespace
+}  // namespace kappamu::bench

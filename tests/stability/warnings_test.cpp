@@ -1,0 +1,70 @@
+// The sentences a user reads where the grid or diffusion itself is at its edge.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bench/media.h"
+#include "forward/grid/power_balance.h"
+
+namespace kappamu::bench {
+namespace {
+
+using forward::diffusion_warnings;
+using forward::GridSetup;
+using forward::SourceModel;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+std::vector<std::string> warnings(const GridSetup& setup, const MediumSpec& spec) {
+  return diffusion_warnings(setup, make_medium(setup.shape, spec));
+}
+
+TEST(Warnings, AreSilentWhereAllIsWell) {
+  EXPECT_THAT(warnings({.shape = {8, 8, 20, 0.5}}, {.mean_kappa = 0.3, .mu = 0.01}), IsEmpty());
+}
+
+TEST(Warnings, NameVoxelsBeyondTheMeanFreePath) {
+  EXPECT_THAT(warnings({.shape = {8, 8, 20, 0.5}}, {.mean_kappa = 0.1, .mu = 0.01}),
+              ElementsAre(AllOf(HasSubstr("in 100 % of the block the voxel edge of 0.5 mm is more "
+                                          "than 1 mean free path 3 kappa"),
+                                HasSubstr("up to 1.66667"), HasSubstr("split the voxels"))));
+}
+
+TEST(Warnings, AllowCoarserVoxelsUnderTheBoundarySource) {
+  const GridSetup setup{.shape = {8, 8, 20, 0.5}, .source = SourceModel::boundary};
+  EXPECT_THAT(warnings(setup, {.mean_kappa = 0.1, .mu = 0.01}), IsEmpty());
+  EXPECT_THAT(warnings(setup, {.mean_kappa = 0.04, .mu = 0.01}),
+              ElementsAre(HasSubstr("more than 4 mean free paths 3 kappa")));
+}
+
+TEST(Warnings, CountTheCoarseVoxelsOfAMixture) {
+  const Medium half =
+      make_medium({8, 8, 20, 0.5}, {.kind = MediumKind::layers, .contrast = 9, .mean_kappa = 0.3});
+  EXPECT_THAT(diffusion_warnings({.shape = {8, 8, 20, 0.5}}, half),
+              ElementsAre(HasSubstr("in 50 % of the block")));
+}
+
+TEST(Warnings, NameBlocksThinnerThanAFewMeanFreePaths) {
+  EXPECT_THAT(warnings({.shape = {8, 8, 4, 0.5}}, {.mean_kappa = 0.3, .mu = 0.01}),
+              ElementsAre(HasSubstr("only 2.22222 transport mean free paths thick")));
+}
+
+TEST(Warnings, NameAbsorptionThatRivalsScattering) {
+  EXPECT_THAT(warnings({.shape = {8, 8, 20, 0.5}}, {.mean_kappa = 0.3, .mu = 0.2}),
+              ElementsAre(HasSubstr("absorb more than a tenth")));
+  EXPECT_THAT(warnings({.shape = {8, 8, 20, 0.5}}, {.mean_kappa = 0.3, .mu = 1.2})[0],
+              HasSubstr("in 1280 voxels no scattering is left"));
+}
+
+TEST(Warnings, SayHowToSeeAVeryDarkFarSide) {
+  // √(0.1/0.3) · 30 mm = 17.3 e-foldings, 7.5 decades
+  EXPECT_THAT(warnings({.shape = {8, 8, 60, 0.5}}, {.mean_kappa = 0.3, .mu = 0.1}),
+              ElementsAre(AllOf(HasSubstr("light falls by about 8 decades across the block"),
+                                HasSubstr("--precision double and --tolerance 1e-8"))));
+  EXPECT_THAT(warnings({.shape = {8, 8, 200, 0.5}}, {.mean_kappa = 0.3, .mu = 0.1}),
+              ElementsAre(AllOf(HasSubstr("25 decades"), HasSubstr("no precision resolves it"))));
+}
+
+}  // namespace
+}  // namespace kappamu::bench
