@@ -48,13 +48,16 @@ void add(std::vector<Sample>& all, const std::vector<Sample>& some) {
   all.insert(all.end(), some.begin(), some.end());
 }
 
-/// Ours in both precisions at all tolerances.
-std::vector<Sample> ours(const Problem& problem, const ForwardBenchOptions& options) {
-  std::vector<Sample> samples;
-  for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
-    add(samples, measure_grid_solver(problem, options.device, precision, problem.spec().patterns,
-                                     all_tolerances, options.repetitions));
-  }
+/// Ours in both precisions.
+std::vector<Sample> ours(const Problem& problem, const ForwardBenchOptions& options,
+                         const std::vector<double>& single_tolerances = all_tolerances,
+                         const std::vector<double>& double_tolerances = all_tolerances) {
+  const int patterns = problem.spec().patterns;
+  std::vector<Sample> samples =
+      measure_grid_solver(problem, options.device, Precision::single_precision, patterns,
+                          single_tolerances, options.repetitions);
+  add(samples, measure_grid_solver(problem, options.device, Precision::double_precision, patterns,
+                                   double_tolerances, options.repetitions));
   return samples;
 }
 
@@ -68,8 +71,8 @@ std::vector<Sample> others(const Problem& problem, const ForwardBenchOptions& op
   if (options.device == "reference") return samples;
   for (const std::string& method : baseline_methods()) {
     progress.update("bench", 0.0, problem.spec().name + ": " + method);
-    add(samples,
-        measure_model(problem, method, options.device, {1e-1, 1e-2, 1e-3, 1e-4, 1e-6}, seconds));
+    add(samples, measure_model(problem, method, options.device,
+                               {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, seconds));
   }
   return samples;
 }
@@ -77,13 +80,29 @@ std::vector<Sample> others(const Problem& problem, const ForwardBenchOptions& op
 Json measure_headline(const ForwardBenchOptions& options, Progress& progress) {
   const Problem problem(headline(options.quick), options.device);
   std::vector<Sample> samples = ours(problem, options);
-  add(samples, others(problem, options, options.quick ? 0.5 : 20.0, progress));
+  add(samples, others(problem, options, options.quick ? 0.5 : 6.0, progress));
+  return Json::array({{{"problem", description_of(problem)}, {"samples", to_json(samples)}}});
+}
+
+/// The papers' smoothers alone, for as long as one may wait: how far they are from 1e-2 by then.
+Json measure_relaxation(const ForwardBenchOptions& options, Progress& progress) {
+  const Problem problem(headline(options.quick), options.device);
+  std::vector<Sample> samples =
+      measure_grid_solver(problem, options.device, Precision::single_precision,
+                          problem.spec().patterns, {1e-1, 1e-2, 1e-3, 1e-4}, options.repetitions);
+  for (const char* method : {"relaxation", "gauss-seidel"}) {
+    if (options.device == "reference") break;
+    progress.update("bench", 0.0, method);
+    add(samples,
+        measure_model(problem, method, options.device, {1e-4}, options.quick ? 1.0 : 60.0));
+  }
   return Json::array({{{"problem", description_of(problem)}, {"samples", to_json(samples)}}});
 }
 
 Json measure_peers(const ForwardBenchOptions& options, Progress& progress) {
   const Problem problem(headline(options.quick), options.device);
-  std::vector<Sample> samples = ours(problem, options);
+  std::vector<Sample> samples =
+      ours(problem, options, {1e-2, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8}, {1e-5, 1e-6, 1e-7});
   Json trials = Json::object();
   const int patterns = options.quick ? 2 : 3;
   for (const std::string& peer : options.peers ? available_peers() : std::vector<std::string>()) {
@@ -209,11 +228,10 @@ struct Section {
   std::string name;
   Json (*measure)(const ForwardBenchOptions&, Progress&);
 };
-const std::vector<Section> sections{{"headline", measure_headline},
-                                    {"peers", measure_peers},
-                                    {"grids", measure_grids},
-                                    {"scaling", measure_scaling},
-                                    {"iterations", measure_iterations}};
+const std::vector<Section> sections{
+    {"headline", measure_headline},     {"peers", measure_peers},
+    {"relaxation", measure_relaxation}, {"grids", measure_grids},
+    {"scaling", measure_scaling},       {"iterations", measure_iterations}};
 
 }  // namespace
 

@@ -24,6 +24,7 @@ struct ForwardBenchOptions {
 /// In the order they are measured:
 ///   headline    every method on 256×256×20, 16 patterns, κ contrast 10 with inclusions ×100, ÷100
 ///   peers       hypre, PETSc, Eigen on the same problem, beside a fresh measurement of ours
+///   relaxation  how far the papers' relaxation is from 1e-2 after a minute on that problem
 ///   grids       every method on other grids and contrasts
 ///   scaling     ours and hypre PFMG from 32³ to 256³
 ///   iterations  contrast 1 to 10⁶, four figures of κ, grids of 32³ to 256³

@@ -194,6 +194,31 @@ void draw_peers(const fs::path& folder) {
   write_table(folder, "peers", table);
 }
 
+/// Ours at error 1e-2 against relaxation: a ratio where that got there, a bound where it did not.
+void draw_relaxation(const fs::path& folder) {
+  constexpr double target = 1e-2;
+  const auto record = record_of(folder, "relaxation");
+  if (!record) return;
+  draw_time_error(folder, "relaxation");
+  const Json& run = record->at("runs").at(0);
+  const auto samples = samples_from_json(run.at("samples"));
+  const auto ours = seconds_at_error(of(samples, "multigrid", "single"), target);
+  std::string table = sample_rows(*record, run) + "\n";
+  for (const char* method : {"relaxation", "gauss-seidel"}) {
+    const auto own = of(samples, method);
+    if (own.empty() || !ours) continue;
+    const auto seconds = seconds_at_error(own, target);
+    const Sample& last = own.back();
+    table += text("- %s: %s%.0f times our time at a true error of 1e-2 (%.4f s)", method,
+                  seconds ? "" : "more than ", (seconds ? *seconds : last.seconds_per_rhs) / *ours,
+                  *ours);
+    table += seconds ? std::string(".\n")
+                     : text("; after %.1f s per right-hand side its error is still %.2f.\n",
+                            last.seconds_per_rhs, last.error());
+  }
+  write_table(folder, "relaxation", table);
+}
+
 void draw_scaling(const fs::path& folder) {
   const auto record = record_of(folder, "scaling");
   if (!record) return;
@@ -307,6 +332,7 @@ Json summary_of_sample(const Sample& sample) {
 void draw_forward(const fs::path& folder) {
   draw_time_error(folder, "headline");
   draw_peers(folder);
+  draw_relaxation(folder);
   draw_time_error(folder, "grids");
   draw_scaling(folder);
   draw_iterations(folder);
@@ -331,7 +357,8 @@ Json forward_summary(const fs::path& folder) {
   const auto ours = seconds_at_error(single, target.error);
   Json summary{{"grid", problem.at("grid")},
                {"patterns", problem.at("patterns")},
-               {"contrast", problem.at("contrast")}};
+               {"contrast", problem.at("contrast")},
+               {"background_contrast", problem.at("background_contrast")}};
   summary.update(summary_of_sample(chosen));
   summary["bandwidth_fraction"] = bandwidth_fraction(*record, problem, chosen);
   summary["target_error"] = target.error;

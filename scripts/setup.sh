@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
 # Installs what kappamu builds and tests with: Debian 12 packages, by name, nothing else. Quick when they are there.
+#   scripts/setup.sh [--peers]     --peers: also the solvers that `kappamu bench` sets beside ours (hypre, PETSc, MPI)
 set -euo pipefail
 
 build_packages=(
@@ -8,15 +9,21 @@ build_packages=(
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
   libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev
   libceres-dev libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
-  libcli11-dev nlohmann-json3-dev
+  libcli11-dev nlohmann-json3-dev gnuplot-nox
 )
 test_packages=(
   libgtest-dev libgmock-dev python3 python3-numpy python3-openvdb python3-vtk9 python3-jsonschema
   chromium fonts-dejavu-core clang-format clang-tidy
 )
+peer_packages=()
+case ${1:-} in
+  --peers) peer_packages=(libhypre-dev petsc-dev libopenmpi-dev openmpi-bin) ;;
+  "") ;;
+  *) echo "setup: unknown option $1; the only one is --peers" >&2; exit 2 ;;
+esac
 
 missing=()
-for package in "${build_packages[@]}" "${test_packages[@]}"; do
+for package in "${build_packages[@]}" "${test_packages[@]}" "${peer_packages[@]}"; do
   status=$(dpkg-query -W -f='${Status}' "$package" 2>/dev/null || true)
   [[ $status == "install ok installed" ]] || missing+=("$package")
 done
