@@ -5,7 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "app/command.h"
 #include "app/forward_input.h"
@@ -73,19 +75,20 @@ void run_forward(const Arguments& arguments, Globals& globals) {
   run.options.precision = arguments.precision == "double" ? forward::Precision::double_precision
                                                           : forward::Precision::single_precision;
   run.options.solve.max_iterations = arguments.max_iterations.value_or(method.max_iterations);
-  if (!method.transport) {
-    for (const auto& warning : forward::diffusion_warnings(problem.setup, problem.medium)) {
-      progress->warn(warning);
-    }
-  }
   const forward::ForwardResult result =
       forward::make_forward_model(method.name)->solve(problem, run.options, *progress);
-  for (const auto& warning : result.warnings) progress->warn(warning);
 
   const std::filesystem::path out(arguments.out);
   write_maps(out, run, result, masks);
   const nlohmann::ordered_json summary = forward_summary(run, result, masks);
   io::write_text_atomically(out / "summary.json", summary.dump(2) + "\n");
+  // Only now, so that a failure is one sentence and nothing else.
+  std::vector<std::string> warnings = result.warnings;
+  if (!method.transport) {
+    const auto more = forward::diffusion_warnings(problem.setup, problem.medium);
+    warnings.insert(warnings.end(), more.begin(), more.end());
+  }
+  for (const auto& warning : warnings) progress->warn(warning);
 
   if (result.termination != forward::Termination::converged) {
     progress->warn("not converged: " + result.message + "; the outputs are kept and marked");

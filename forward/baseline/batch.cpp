@@ -94,7 +94,7 @@ device::Range Batch::items(std::size_t count) const {
 }
 
 device::Buffer Batch::upload(std::span<const double> values) const {
-  const device::Buffer buffer = context_.allocate(values.size() * bytes_of(single_));
+  device::Buffer buffer = context_.allocate(values.size() * bytes_of(single_));
   if (single_) {
     write_reals(context_, buffer, std::vector<float>(values.begin(), values.end()));
   } else {

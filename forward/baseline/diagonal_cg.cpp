@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace kappamu::forward::baseline {
 
@@ -66,7 +67,7 @@ DiagonalCgResult diagonal_cg(const Batch& batch, const DeviceStencil& s, const d
                       sum_pq);
       batch.write_scalars(alpha, quotient(rz, batch.sum(sum_pq)));
       batch.over_runs("cg_step", cells, runs, s.inverse, alpha, p, q, x, r, sum_rr, sum_rz);
-      const Scalars rz_before = rz;
+      const Scalars rz_before = std::move(rz);
       read_sums();
       batch.write_scalars(beta, quotient(rz, rz_before));
       now = worst(rr, bb);
