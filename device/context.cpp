@@ -78,6 +78,7 @@ struct Context::Impl {
   cl_context context = nullptr;
   cl_command_queue queue = nullptr;
   std::map<std::pair<std::string, std::string>, Program> programs;  ///< by (text, options)
+  std::size_t allocated = 0;
 };
 
 Context::Context(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -141,10 +142,18 @@ Buffer Context::allocate(std::size_t bytes) {
   cl_mem memory = clCreateBuffer(impl_->context, CL_MEM_READ_WRITE, std::max<std::size_t>(bytes, 1),
                                  nullptr, &code);
   check_call(code, "clCreateBuffer", impl_->info.name);
-  buffer.handle_ =
-      std::shared_ptr<void>(memory, [](void* m) { clReleaseMemObject(static_cast<cl_mem>(m)); });
+  // Contexts live as long as the process, so the deleter may count in this one.
+  impl_->allocated += bytes;
+  buffer.handle_ = std::shared_ptr<void>(memory, [this, bytes](void* m) {
+    clReleaseMemObject(static_cast<cl_mem>(m));
+    impl_->allocated -= bytes;
+  });
   buffer.bytes_ = bytes;
   return buffer;
+}
+
+std::size_t Context::allocated_bytes() const {
+  return impl_->allocated;
 }
 
 void Context::write(const Buffer& buffer, const void* data, std::size_t bytes) {

@@ -84,6 +84,8 @@ class Context {
 
   /// Uninitialised device memory. Throws InputError when the device has too little.
   Buffer allocate(std::size_t bytes);
+  /// Bytes of all buffers alive.
+  std::size_t allocated_bytes() const;
   void write(const Buffer& buffer, const void* data, std::size_t bytes);
   void read(const Buffer& buffer, void* data, std::size_t bytes);  ///< after all work before it
   void zero(const Buffer& buffer, std::size_t bytes);

@@ -11,10 +11,6 @@ namespace {
 /// ω of make_smoother.
 constexpr double damping = 5.0 / 6.0;
 
-GridShape coarser(const GridShape& s) {
-  return {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
-}
-
 /// Strides of the face array across `axis` and of a cell array.
 struct Strides {
   std::array<int, 3> of;
@@ -35,6 +31,10 @@ device::Range lines_of(const GridShape& s, std::size_t p, std::size_t q) {
 }
 
 }  // namespace
+
+GridShape coarser_grid(const GridShape& s) {
+  return {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
+}
 
 std::size_t face_count(const GridShape& shape, int axis) {
   const auto along = static_cast<std::size_t>(shape.extent(axis));
@@ -61,7 +61,7 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, const GridS
   const std::size_t unit = format.real_bytes();
   kappa_ = context.allocate(setup.shape.cells() * unit);
   mu_ = context.allocate(setup.shape.cells() * unit);
-  for (GridShape shape = setup.shape;; shape = coarser(shape)) {
+  for (GridShape shape = setup.shape;; shape = coarser_grid(shape)) {
     Level level;
     level.shape = shape;
     level.gx = context.allocate(face_count(shape, 0) * unit);

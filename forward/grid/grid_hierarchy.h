@@ -48,6 +48,9 @@ class Hierarchy {
   bool has_medium_ = false;
 };
 
+/// The level below `shape`.
+GridShape coarser_grid(const GridShape& shape);
+
 /// Elements of the face array across `axis`: one more than cells along it.
 std::size_t face_count(const GridShape& shape, int axis);
 

@@ -14,6 +14,7 @@
 #include "forward/grid/grid_hierarchy.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/opencl_field.h"
+#include "forward/grid/solver_memory.h"
 #include "forward/grid/solver_self_test.h"
 
 namespace kappamu::forward {
@@ -41,7 +42,7 @@ class OpenclSolver final : public GridSolver {
         format_(format_of(context.info(), options.precision)) {
     validate(setup_);
     constants_ = constants_of(setup_);
-    most_lanes_ = lanes_that_fit();
+    most_lanes_ = lanes_that_fit(setup_, context_.info(), format_, layout_);
     hierarchy_.emplace(context_, format_, setup_, constants_.A);
     deposit_ = context_.allocate(cells() * format_.real_bytes());
   }
@@ -172,26 +173,6 @@ class OpenclSolver final : public GridSolver {
     std::vector<double> result(values.begin(), values.end());
     for (double& v : result) v *= factor;
     return result;
-  }
-
-  /// The most lanes whose work space takes no more than half the device's memory.
-  int lanes_that_fit() const {
-    const device::DeviceInfo& info = context_.info();
-    for (const int lanes : {full_lanes, 8, 4, 1}) {
-      const double field = static_cast<double>(cells()) * lanes;
-      // r, z, p, q, coarse levels, the caller's b, φ and λ; the gathered solution.
-      const double bytes = field * (8.0 * static_cast<double>(format_.real_bytes()) +
-                                    2.0 * static_cast<double>(format_.accu_bytes()));
-      if (bytes < 0.5 * static_cast<double>(info.global_memory_bytes) &&
-          field * static_cast<double>(format_.accu_bytes()) <
-              static_cast<double>(info.max_allocation_bytes)) {
-        return lanes;
-      }
-    }
-    throw InputError("grid of " + std::to_string(setup_.shape.nx) + " x " +
-                     std::to_string(setup_.shape.ny) + " x " + std::to_string(setup_.shape.nz) +
-                     " voxels does not fit the memory of device '" + info.name +
-                     "'; use a coarser grid or another --device");
   }
 
   const LaneKernels& kernels(int lanes) const {

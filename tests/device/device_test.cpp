@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "device/bandwidth.h"
 #include "device/context.h"
 #include "device/device_info.h"
 #include "device/self_test.h"
@@ -112,6 +113,24 @@ TEST_F(OnDevice, RoundTripsAndZeroes) {
   context_->zero(b, b.bytes());
   context_->read(b, received.data(), b.bytes());
   EXPECT_EQ(received, std::vector<int>(sent.size(), 0));
+}
+
+TEST_F(OnDevice, BuffersAliveAreCounted) {
+  const std::size_t before = context_->allocated_bytes();
+  {
+    const Buffer a = context_->allocate(1000), again = a;
+    EXPECT_EQ(context_->allocated_bytes(), before + 1000);
+  }
+  EXPECT_EQ(context_->allocated_bytes(), before);
+}
+
+/// Between a floppy and more than any memory of this decade; the buffers are given back.
+TEST_F(OnDevice, CopyBandwidthIsPlausible) {
+  const std::size_t before = context_->allocated_bytes();
+  const double bandwidth = measured_copy_bandwidth(*context_);
+  EXPECT_GT(bandwidth, 1e8);
+  EXPECT_LT(bandwidth, 1e14);
+  EXPECT_EQ(context_->allocated_bytes(), before);
 }
 
 TEST_F(OnDevice, AccessPastABufferIsRefused) {

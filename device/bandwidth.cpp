@@ -1,0 +1,42 @@
+#include "device/bandwidth.h"
+
+#include <algorithm>
+#include <chrono>
+#include <vector>
+
+namespace kappamu::device {
+
+extern const KernelSource bandwidth_cl;
+
+double measured_copy_bandwidth(Context& context) {
+  const DeviceInfo& info = context.info();
+  const bool gpu = info.kind == Kind::gpu;
+  constexpr std::size_t step = 16 * sizeof(float);
+  const std::size_t wanted = std::size_t{256} << 20;
+  const std::size_t bytes =
+      std::min({wanted, info.max_allocation_bytes, info.global_memory_bytes / 8}) / step * step;
+  const int count = static_cast<int>(bytes / step);
+  const Buffer from = context.allocate(bytes), to = context.allocate(bytes);
+  // Pages never written may all be one page of zeros, which reads like a cache.
+  const std::vector<float> values(bytes / sizeof(float), 1.0F);
+  context.write(from, values.data(), bytes);
+  context.write(to, values.data(), bytes);
+  Program& program = context.program(bandwidth_cl, gpu ? "-DINTERLEAVED=1" : "-DINTERLEAVED=0");
+  const std::size_t units = std::max(1U, info.compute_units);
+  const Range items = gpu ? Range{units * 2048, 1, 256, 1} : Range{units * 4, 1, 1, 1};
+  constexpr int repetitions = 6;
+  double best = 0.0;
+  for (const char* kernel : {"copy", "copy_past_cache"}) {
+    for (int k = 0; k < repetitions; ++k) {
+      context.finish();
+      const auto start = std::chrono::steady_clock::now();
+      context.launch(program, kernel, items, count, from, to);
+      context.finish();
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+      best = std::max(best, 2.0 * static_cast<double>(bytes) / taken.count());
+    }
+  }
+  return best;
+}
+
+}  // namespace kappamu::device

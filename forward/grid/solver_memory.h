@@ -1,0 +1,26 @@
+// What the OpenCL solver will need of its device, known before anything is allocated.
+#pragma once
+
+#include <cstddef>
+
+#include "device/device_info.h"
+#include "forward/grid/grid_kernels.h"
+#include "forward/grid/grid_solver.h"
+
+namespace kappamu::forward {
+
+/// Bytes on the device for the medium and all levels, the work space for `lanes` patterns at once,
+/// and `fields` batches of `patterns` volumes (right-hand side and solution are 2).
+std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int lanes,
+                          const Format& format, Layout layout);
+
+/// The same for a solve of `patterns` on a device with room for `full_lanes` at once: b, φ and
+/// work.
+std::size_t solver_memory(const GridSetup& setup, int patterns, Precision precision);
+
+/// The most patterns at once (16, 8, 4 or 1) with which b, φ, λ and the work space fit the device.
+/// Throws InputError stating need and memory where not even one does.
+int lanes_that_fit(const GridSetup& setup, const device::DeviceInfo& device, const Format& format,
+                   Layout layout);
+
+}  // namespace kappamu::forward
