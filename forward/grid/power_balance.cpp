@@ -66,6 +66,10 @@ std::vector<PowerBalance> power_balance(const GridSolver& solver, const Medium& 
 
 namespace {
 
+/// A smaller share of the block than this is not worth a warning: a fit always has some voxel at
+/// the end of its range.
+constexpr double worthwhile_share = 0.01;
+
 /// Voxel edge over mean free path 3κ above which the grid's own error of an even beam's reflected
 /// and transmitted light exceeds 3 % (first collision) or 2 % (boundary): docs/limits.md, coarse.
 double coarsest_voxel(SourceModel source) {
@@ -80,9 +84,10 @@ std::optional<std::string> much_absorption(const Medium& medium) {
     absorbing += ratio > much ? 1 : 0;
     without_scattering += ratio >= 1.0 ? 1 : 0;
   }
-  if (absorbing == 0) return std::nullopt;
+  const double share = static_cast<double>(absorbing) / static_cast<double>(medium.kappa.size());
+  if (share < worthwhile_share && without_scattering == 0) return std::nullopt;
   std::ostringstream out;
-  out << 100.0 * static_cast<double>(absorbing) / static_cast<double>(medium.kappa.size())
+  out << 100.0 * share
       << " % of the voxels absorb more than a tenth of what they extinguish (3 kappa mu > 0.1); "
          "diffusion is inaccurate there";
   if (without_scattering > 0) {
@@ -116,11 +121,12 @@ std::optional<std::string> coarse_voxels(const GridSetup& setup, const Medium& m
     coarse += paths > limit * (1.0 + 1e-9) ? 1 : 0;
     worst = std::max(worst, paths);
   }
-  if (coarse == 0) return std::nullopt;
+  const double share = static_cast<double>(coarse) / static_cast<double>(medium.kappa.size());
+  if (share < worthwhile_share) return std::nullopt;
   std::ostringstream out;
-  out << "in " << 100.0 * static_cast<double>(coarse) / static_cast<double>(medium.kappa.size())
-      << " % of the block the voxel edge of " << h << " mm is more than " << limit
-      << (limit > 1.0 ? " mean free paths" : " mean free path") << " 3 kappa (up to " << worst
+  out << "in " << 100.0 * share << " % of the block the voxel edge of " << h << " mm is more than "
+      << limit << (limit > 1.0 ? " mean free paths" : " mean free path") << " 3 kappa (up to "
+      << worst
       << "); the grid's own error exceeds a few percent there: split the voxels and compare";
   return out.str();
 }

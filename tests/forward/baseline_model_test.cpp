@@ -59,10 +59,10 @@ INSTANTIATE_TEST_SUITE_P(
                                SourceModel::boundary, Convention::physical},
                           Case{"Wang2008", Face::y_minus, Sides::open, SourceModel::boundary,
                                Convention::wang2008})),
-    [](const auto& info) {
-      std::string method = std::get<0>(info.param);
+    [](const auto& instance) {
+      std::string method = std::get<0>(instance.param);
       std::erase(method, '-');
-      return method + std::get<1>(info.param).name;
+      return method + std::get<1>(instance.param).name;
     });
 
 TEST_F(Baseline, SameInputGivesSameBits) {
