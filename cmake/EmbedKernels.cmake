@@ -1,19 +1,19 @@
-# Embeds OpenCL files. Each text begins with a common prelude; #line directives keep file names and
-# line numbers of compiler messages true.
+# Embeds OpenCL files. Each text begins with common preludes, if any; #line directives keep file
+# names and line numbers of compiler messages true.
 #
-#   kappamu_embed_kernels(kappamu_forward NAMESPACE kappamu::forward PRELUDE grid/prelude.cl
+#   kappamu_embed_kernels(kappamu_forward NAMESPACE kappamu::forward PRELUDES grid/prelude.cl ...
 #                         FILES grid/operator.cl ...)
 #
 # adds to the target, for each file, a generated source that defines
 #   extern const kappamu::device::KernelSource operator_cl;     (in NAMESPACE)
 # At build time this same file runs as a script (-P) and does the writing.
 if(CMAKE_SCRIPT_MODE_FILE)
-  file(READ ${INPUT} text)
-  set(text "#line 1 \"${NAME}\"\n${text}")
-  if(PRELUDE)
-    file(READ ${PRELUDE} prelude)
-    set(text "#line 1 \"${PRELUDE_NAME}\"\n${prelude}${text}")
-  endif()
+  set(text)
+  foreach(file ${PRELUDES} ${INPUT})
+    file(RELATIVE_PATH file_name ${ROOT} ${file})
+    file(READ ${file} piece)
+    string(APPEND text "#line 1 \"${file_name}\"\n${piece}")
+  endforeach()
   file(WRITE ${OUTPUT} "// Made from ${NAME} by cmake/EmbedKernels.cmake.
 #include \"device/kernel_source.h\"
 
@@ -28,13 +28,9 @@ endif()
 set(KAPPAMU_EMBED_SCRIPT ${CMAKE_CURRENT_LIST_FILE})
 
 function(kappamu_embed_kernels target)
-  cmake_parse_arguments(ARG "" "NAMESPACE;PRELUDE" "FILES" ${ARGN})
-  set(prelude_options)
-  if(ARG_PRELUDE)
-    set(prelude ${CMAKE_CURRENT_SOURCE_DIR}/${ARG_PRELUDE})
-    file(RELATIVE_PATH prelude_name ${CMAKE_SOURCE_DIR} ${prelude})
-    set(prelude_options -DPRELUDE=${prelude} -DPRELUDE_NAME=${prelude_name})
-  endif()
+  cmake_parse_arguments(ARG "" "NAMESPACE" "PRELUDES;FILES" ${ARGN})
+  set(preludes ${ARG_PRELUDES})
+  list(TRANSFORM preludes PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
   foreach(file ${ARG_FILES})
     set(input ${CMAKE_CURRENT_SOURCE_DIR}/${file})
     set(output ${CMAKE_CURRENT_BINARY_DIR}/${file}.cpp)
@@ -44,9 +40,9 @@ function(kappamu_embed_kernels target)
     add_custom_command(
       OUTPUT ${output}
       COMMAND ${CMAKE_COMMAND} -DINPUT=${input} -DOUTPUT=${output} -DNAME=${name}
-              -DNAMESPACE=${ARG_NAMESPACE} -DSYMBOL=${symbol} ${prelude_options}
-              -P ${KAPPAMU_EMBED_SCRIPT}
-      DEPENDS ${input} ${prelude} ${KAPPAMU_EMBED_SCRIPT}
+              -DNAMESPACE=${ARG_NAMESPACE} -DSYMBOL=${symbol} -DROOT=${CMAKE_SOURCE_DIR}
+              "-DPRELUDES=${preludes}" -P ${KAPPAMU_EMBED_SCRIPT}
+      DEPENDS ${input} ${preludes} ${KAPPAMU_EMBED_SCRIPT}
       VERBATIM)
     target_sources(${target} PRIVATE ${output})
   endforeach()

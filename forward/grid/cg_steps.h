@@ -1,6 +1,9 @@
-// One step of preconditioned conjugate gradients on a batch, in two ways of using a device: kernel
-// by kernel over the whole grid (GPUs: very many items), or in a few sweeps that keep intermediate
-// planes in the cache (CPUs). The arithmetic is the same, its rounding is not.
+// One step of preconditioned conjugate gradients on a batch, in two ways of using a device.
+// Flat steps go kernel by kernel over the whole grid (GPUs: very many items): unknowns are all
+// cells, the V-cycle smooths by red-black Gauss-Seidel. Stream steps take a few sweeps that keep
+// intermediate planes in the cache (CPUs): unknowns are red cells, black ones being eliminated, and
+// the V-cycle smooths by damped Jacobi on that reduced system (docs/engine.md). Both stop on the
+// same residual and agree to the tolerance; their numbers of iterations differ.
 #pragma once
 
 #include <memory>

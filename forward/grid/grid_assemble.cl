@@ -149,7 +149,7 @@ kernel void weights(const int n, const int np, const int nq, const int step, con
   }
 }
 
-// What relaxes a level (grid_stream.cl): 1 / D on black cells, ω / S_ii on red ones, with S_ii = S
+// What relaxes a level (grid_stream_prelude.cl): 1 / D on black cells, ω / S_ii on red ones, with S_ii = S
 // + Σ G (1 − G / D_neighbour) the diagonal of the reduced system. D_neighbour − G is summed from
 // the neighbour's other parts, since it may be far smaller than both. With ω = 5/6 the sweep is
 // Gauss-Seidel's in a uniform medium; below 1 the cycle is sure to be positive definite, because

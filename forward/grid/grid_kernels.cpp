@@ -8,7 +8,7 @@
 namespace kappamu::forward {
 
 extern const device::KernelSource grid_assemble_cl, grid_operator_cl, grid_reduced_cl,
-    grid_stream_cl, grid_surface_cl, grid_transfer_cl, grid_vectors_cl;
+    grid_stream_cycle_cl, grid_stream_step_cl, grid_surface_cl, grid_transfer_cl, grid_vectors_cl;
 
 namespace {
 
@@ -70,7 +70,8 @@ LaneKernels::LaneKernels(device::Context& context, const Format& format, Layout 
     transfer_ = &context.program(grid_transfer_cl, options);
   } else {
     reduced_ = &context.program(grid_reduced_cl, options);
-    stream_ = &context.program(grid_stream_cl, options);
+    stream_cycle_ = &context.program(grid_stream_cycle_cl, options);
+    stream_step_ = &context.program(grid_stream_step_cl, options);
   }
 }
 

@@ -39,11 +39,13 @@ class LaneKernels {
 
   int lanes() const { return lanes_; }
   device::Program& level_operator() const { return *operator_; }
-  device::Program& transfer() const { return *transfer_; }
   device::Program& vectors() const { return *vectors_; }
   device::Program& surface() const { return *surface_; }
-  device::Program& reduced() const { return *reduced_; }  ///< Layout::cpu only
-  device::Program& stream() const { return *stream_; }    ///< Layout::cpu only
+  /// Layout::gpu only: transfer(); Layout::cpu only: the three others.
+  device::Program& transfer() const { return *transfer_; }
+  device::Program& reduced() const { return *reduced_; }
+  device::Program& stream_cycle() const { return *stream_cycle_; }
+  device::Program& stream_step() const { return *stream_step_; }
   Layout layout() const { return layout_; }
 
   /// Items for the rows of a grid (grid_operator.cl, grid_transfer.cl).
@@ -56,11 +58,12 @@ class LaneKernels {
   int lanes_, groups_;
   Layout layout_;
   device::Program* operator_;
-  device::Program* transfer_;
+  device::Program* transfer_ = nullptr;
   device::Program* vectors_;
   device::Program* surface_;
   device::Program* reduced_ = nullptr;
-  device::Program* stream_ = nullptr;
+  device::Program* stream_cycle_ = nullptr;
+  device::Program* stream_step_ = nullptr;
 };
 
 }  // namespace kappamu::forward

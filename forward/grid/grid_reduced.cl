@@ -1,8 +1,7 @@
-// The reduced system of grid_stream.cl in ACCU arithmetic: its true residual, and the way back from
+// The reduced system of grid_stream_prelude.cl in ACCU arithmetic: its true residual, and the way back from
 // red cells to all of them. The solution is x + d: x on all cells, of which only the red ones are
 // read, and a correction d on red cells in their own order; without with_d, d is taken for zero.
-// Red is (x+y+z) even. One item per row
-// and vector group where nothing else is said.
+// Red is (x+y+z) even. One item per row and vector group where nothing else is said.
 
 #define RED_SETUP                                                            \
   const int group = (int)get_global_id(0) % GROUPS;                          \

@@ -40,8 +40,8 @@ class StreamSteps final : public CgSteps {
   /// Σ over `count` items of the first or second of the pair each left.
   LaneScalars pair_sum(const LaneKernels& kernels, const device::Buffer& sums, int count,
                        std::size_t which);
-  /// z = M r on level l: one V(1,1) cycle from zero (grid_stream.cl). The way up mirrors the way
-  /// down and restriction is the transpose of interpolation, so M is symmetric.
+  /// z = M r on level l: one V(1,1) cycle from zero (grid_stream_cycle.cl). The way up mirrors the
+  /// way down and restriction is the transpose of interpolation, so M is symmetric.
   void cycle(const LaneKernels& kernels, std::size_t l, const device::Buffer& r,
              const device::Buffer& z);
 
@@ -110,21 +110,21 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   const GridShape& c = below.shape;
   const Coarse& coarse = coarse_[l];
   const StreamTiles& down = plans_[l].down;
-  context_.launch(kernels.stream(), "stream_down", items(down), down.size[0], down.size[1],
+  context_.launch(kernels.stream_cycle(), "stream_down", items(down), down.size[0], down.size[1],
                   down.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink,
                   at.smoother, c.nx, c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx,
                   at.wy, at.wz, r, coarse.rhs, down.scratch_cells, scratch_);
   if (l + 2 < hierarchy_.levels().size()) {
     cycle(kernels, l + 1, coarse.rhs, coarse.solution);
   } else {
-    context_.launch(kernels.stream(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse.rhs,
+    context_.launch(kernels.stream_cycle(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse.rhs,
                     coarse.solution);
   }
   const StreamTiles& up = plans_[l].up;
-  context_.launch(kernels.stream(), "stream_up", items(up), up.size[0], up.size[1], up.size[2],
-                  int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink, at.smoother, c.nx,
-                  c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx, at.wy, at.wz, r,
-                  coarse.solution, z, cycle_dots_, up.scratch_cells, scratch_);
+  context_.launch(kernels.stream_cycle(), "stream_up", items(up), up.size[0], up.size[1],
+                  up.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink,
+                  at.smoother, c.nx, c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx,
+                  at.wy, at.wz, r, coarse.solution, z, cycle_dots_, up.scratch_cells, scratch_);
 }
 
 CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const device::Buffer& b,
@@ -171,15 +171,15 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
   if (plans_.empty()) {
-    context_.launch(kernels.stream(), "cycle_of_one_cell", {1, 1, 1, 1}, level.inverse, level.gx,
-                    level.gy, level.gz, level.sink, r_, z_, cycle_dots_);
+    context_.launch(kernels.stream_cycle(), "cycle_of_one_cell", {1, 1, 1, 1}, level.inverse,
+                    level.gx, level.gy, level.gz, level.sink, r_, z_, cycle_dots_);
   } else {
     cycle(kernels, 0, r_, z_);
   }
   const int up_tiles = plans_.empty() ? 1 : plans_.front().up.count;
-  context_.launch(kernels.stream(), "step_scalars", {1, 1, 1, 1}, up_tiles, step_tiles_.count,
+  context_.launch(kernels.stream_step(), "step_scalars", {1, 1, 1, 1}, up_tiles, step_tiles_.count,
                   int{fresh_}, cycle_dots_, step_sums_, scalars_);
-  context_.launch(kernels.stream(), "stream_step", items(step_tiles_), step_tiles_.size[0],
+  context_.launch(kernels.stream_step(), "stream_step", items(step_tiles_), step_tiles_.size[0],
                   step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_d_}, s.nx, s.ny,
                   s.nz, level.gx, level.gy, level.gz, level.sink, level.smoother, scalars_, z_,
                   p_[now_], p_[1 - now_], d_, r_, step_sums_, step_tiles_.scratch_cells, scratch_);

@@ -1,4 +1,4 @@
-// How the sweeps of grid_stream.cl cut a grid into tiles.
+// How the sweeps of grid_stream_cycle.cl and grid_stream_step.cl cut a grid into tiles.
 #pragma once
 
 #include <array>

@@ -1,0 +1,91 @@
+// A step of conjugate gradients on red cells as one sweep (grid_stream_prelude.cl), and its scalars.
+
+// The scalars of the next step from `up_tiles` sums of stream_up and `step_tiles` sums of the last
+// stream_step; scalars: {γ, α, β}. p'·Sp' = z·Sz − β² p·Sp because p' = z + β p is conjugate to p
+// (Chronopoulos & Gear 1989), so that α is known before p' is.
+kernel void step_scalars(const int up_tiles, const int step_tiles, const int fresh,
+                         global const accu_vec* restrict dots,
+                         global const accu_vec* restrict steps, global accu_vec* restrict scalars) {
+  if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
+  accu_vec gamma = (accu_vec)(0), delta = (accu_vec)(0), energy = (accu_vec)(0);
+  for (int tile = 0; tile < up_tiles; ++tile) {
+    gamma += dots[2 * tile];
+    delta += dots[2 * tile + 1];
+  }
+  accu_vec beta = (accu_vec)(0);
+  if (!fresh) {
+    for (int tile = 0; tile < step_tiles; ++tile) energy += steps[2 * tile + 1];
+    beta = ratio(gamma, scalars[0]);
+  }
+  scalars[0] = gamma;
+  scalars[1] = ratio(gamma, delta - beta * beta * energy);
+  scalars[2] = beta;
+}
+
+// p' = z + β p, d += α p', r −= α S p', all on red cells; sums [tile][2]: Σ r² and Σ p'·Sp' of each
+// tile. With first_p or first_d, p or d is taken for zero, whatever it holds.
+kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GRID_ARGUMENTS,
+                        global const REAL* restrict sink, global const REAL* restrict smoother,
+                        global const accu_vec* restrict scalars, global const vec* restrict z,
+                        global const vec* restrict before, global vec* restrict p,
+                        global vec* restrict d, global vec* restrict r,
+                        global accu_vec* restrict sums, const int scratch_cells,
+                        global vec* restrict scratch) {
+  const int tile = (int)get_global_id(1);
+  const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
+  const Box black = around(own, 1, nx, ny, nz), red = around(own, 2, nx, ny, nz);
+  const Ring ring = make_ring(TILE_SCRATCH, 4, red);
+  clear(ring.planes, ring.depth * ring.plane);
+  const vec alpha = to_vec(scalars[1]), beta = to_vec(scalars[2]);
+  accu_vec sum_rr = (accu_vec)(0), sum_energy = (accu_vec)(0);
+  for (int t = red.y0; t < own.y1 + 2; ++t) {
+    if (t < red.y1) {
+      for (int k = red.z0; k < red.z1; ++k) {
+        const size_t j = RED_CELL(0, t, k);
+        const long next = (long)j + next_row(red, nx, ny, t, k) / nx * ((nx + 1) >> 1);
+        const Conductances g = conductances_at(gx, gy, gz, nx, ny, t, k);
+        const int count = red.x1 - red.x0;
+        fetch(g.gx + red.x0, count + 1);
+        fetch(g.gy_north + red.x0, count);
+        fetch(g.gz + red.x0, count);
+        fetch(sink + CELL(red.x0, t, k), count);
+        fetch(smoother + CELL(red.x0, t, k), count);
+        global vec* out = ring_row(ring, t, k);
+        for (int x = FIRST(red.x0, RED, t, k); x < red.x1; x += 2) {
+          const int e = x >> 1;
+          PREFETCH(z + next + e);
+          PREFETCH(before + next + e);
+          PREFETCH(r + j + e);
+          PREFETCH(d + j + e);
+          out[x] = first_p ? z[j + e] : z[j + e] + beta * before[j + e];
+        }
+      }
+    } else {
+      clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
+    }
+    STAGE(black, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
+    const int y = t - 2;
+    if (y < own.y0 || y >= own.y1) continue;
+    for (int k = own.z0; k < own.z1; ++k) {
+      const size_t i = CELL(0, y, k), j = RED_CELL(0, y, k);
+      const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, k);
+      const Rows v = rows_at(ring, y, k);
+      vec rr = (vec)(0), energy = (vec)(0);
+      for (int x = FIRST(own.x0, RED, y, k); x < own.x1; x += 2) {
+        const size_t e = j + (x >> 1);
+        const vec here = v.here[x];
+        const vec image = IMAGE(g, v, x, i);
+        const vec residual = r[e] - alpha * image;
+        STREAM_OUT(here, p + e);
+        d[e] = first_d ? alpha * here : d[e] + alpha * here;
+        r[e] = residual;
+        rr += residual * residual;
+        energy += here * image;
+      }
+      sum_rr += to_accu(rr);
+      sum_energy += to_accu(energy);
+    }
+  }
+  sums[2 * tile] = sum_rr;
+  sums[2 * tile + 1] = sum_energy;
+}
