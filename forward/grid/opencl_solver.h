@@ -21,7 +21,10 @@ enum class Trust {
 struct OpenclOptions {
   Precision precision = Precision::single_precision;
   Trust trust = Trust::verify;
-  std::optional<Layout> layout;  ///< instead of the device's own, to test one on the other's device
+  /// Instead of the device's own, to test one on the other's device.
+  std::optional<Layout> layout = {};
+  /// Patterns at once (16, 8, 4 or 1) where memory allows more.
+  std::optional<int> most_lanes = {};
 };
 
 /// Throws InputError when the device lacks memory for the grid or double precision where asked,

@@ -24,7 +24,7 @@ SolverChoice make_grid_solver(const GridSetup& setup, const std::string& device,
   try {
     device::Context& context = device::Context::of(index);
     // Bad input must not read as a bad device: the solver refuses it before the test is made.
-    auto solver = make_opencl_solver(setup, context, {.precision = precision, .layout = {}});
+    auto solver = make_opencl_solver(setup, context, {.precision = precision});
     return trusted_or_reference(std::move(solver), setup, devices[index].name,
                                 device_verdict(context, precision));
   } catch (const device::DeviceError& error) {
