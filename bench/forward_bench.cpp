@@ -31,6 +31,9 @@ ProblemSpec headline(bool quick) {
   return {"headline", shape, reference_inclusions(), 16, 16};
 }
 
+/// Writes what a section has so far, so that an interrupted one leaves a record all the same.
+using Save = std::function<void(const Json& runs)>;
+
 Json description_of(const Problem& problem) {
   const ProblemSpec& spec = problem.spec();
   return {{"name", spec.name},
@@ -78,15 +81,15 @@ std::vector<Sample> others(const Problem& problem, const ForwardBenchOptions& op
   return samples;
 }
 
-Json measure_headline(const ForwardBenchOptions& options, Progress& progress) {
+void measure_headline(const ForwardBenchOptions& options, Progress& progress, const Save& save) {
   const Problem problem(headline(options.quick), options.device);
   std::vector<Sample> samples = ours(problem, options);
   add(samples, others(problem, options, options.quick ? 0.5 : 6.0, progress));
-  return Json::array({{{"problem", description_of(problem)}, {"samples", to_json(samples)}}});
+  save(Json::array({{{"problem", description_of(problem)}, {"samples", to_json(samples)}}}));
 }
 
 /// The papers' smoothers alone, for as long as one may wait: how far they are from 1e-2 by then.
-Json measure_relaxation(const ForwardBenchOptions& options, Progress& progress) {
+void measure_relaxation(const ForwardBenchOptions& options, Progress& progress, const Save& save) {
   const Problem problem(headline(options.quick), options.device);
   std::vector<Sample> samples =
       measure_grid_solver(problem, options.device, Precision::single_precision,
@@ -97,14 +100,20 @@ Json measure_relaxation(const ForwardBenchOptions& options, Progress& progress) 
     add(samples,
         measure_model(problem, method, options.device, {1e-4}, options.quick ? 1.0 : 50.0));
   }
-  return Json::array({{{"problem", description_of(problem)}, {"samples", to_json(samples)}}});
+  save(Json::array({{{"problem", description_of(problem)}, {"samples", to_json(samples)}}}));
 }
 
-Json measure_peers(const ForwardBenchOptions& options, Progress& progress) {
+void measure_peers(const ForwardBenchOptions& options, Progress& progress, const Save& save) {
   const Problem problem(headline(options.quick), options.device);
   std::vector<Sample> samples =
       ours(problem, options, {1e-2, 1e-4, 1e-5, 1e-6, 1e-7}, {1e-5, 1e-6});
   Json trials = Json::object();
+  const auto save_all = [&] {
+    save(Json::array({{{"problem", description_of(problem)},
+                       {"samples", to_json(samples)},
+                       {"peers", trials}}}));
+  };
+  save_all();
   const int patterns = options.quick ? 2 : 3;
   for (const std::string& peer : options.peers ? available_peers() : std::vector<std::string>()) {
     progress.update("bench", 0.0, "peer " + peer);
@@ -115,12 +124,11 @@ Json measure_peers(const ForwardBenchOptions& options, Progress& progress) {
                                  quickest ? options.repetitions : 1, options.folder / "exchange");
     add(samples, run.samples);
     trials[peer] = {{"ranks", run.ranks}, {"setting", run.setting}, {"tried", run.trials}};
+    save_all();
   }
-  return Json::array(
-      {{{"problem", description_of(problem)}, {"samples", to_json(samples)}, {"peers", trials}}});
 }
 
-Json measure_grids(const ForwardBenchOptions& options, Progress& progress) {
+void measure_grids(const ForwardBenchOptions& options, Progress& progress, const Save& save) {
   std::vector<ProblemSpec> specs;
   const MediumSpec plain{.kind = MediumKind::smooth, .contrast = 10.0};
   const MediumSpec board{.kind = MediumKind::checkerboard, .contrast = 1e4};
@@ -139,8 +147,8 @@ Json measure_grids(const ForwardBenchOptions& options, Progress& progress) {
     std::vector<Sample> samples = ours(problem, options);
     add(samples, others(problem, options, options.quick ? 0.2 : 3.0, progress));
     runs.push_back({{"problem", description_of(problem)}, {"samples", to_json(samples)}});
+    save(runs);
   }
-  return runs;
 }
 
 /// A batch of 16 patterns in single precision takes about twelve arrays on the device and three in
@@ -156,7 +164,7 @@ bool fits(const GridShape& shape, int patterns, std::string& why) {
   return need < free;
 }
 
-Json measure_scaling(const ForwardBenchOptions& options, Progress& progress) {
+void measure_scaling(const ForwardBenchOptions& options, Progress& progress, const Save& save) {
   const std::vector<int> sizes = options.quick ? std::vector<int>{12, 16, 24}
                                                : std::vector<int>{32, 48, 64, 96, 128, 192, 256};
   Json runs = Json::array();
@@ -181,12 +189,12 @@ Json measure_scaling(const ForwardBenchOptions& options, Progress& progress) {
       }
     }
     runs.push_back({{"problem", description_of(problem)}, {"samples", to_json(samples)}});
+    save(runs);
   }
-  return runs;
 }
 
 /// Iterations only: no truth is solved for.
-Json measure_iterations(const ForwardBenchOptions& options, Progress& progress) {
+void measure_iterations(const ForwardBenchOptions& options, Progress& progress, const Save& save) {
   const std::vector<int> sizes =
       options.quick ? std::vector<int>{12, 24} : std::vector<int>{32, 64, 128, 256};
   const std::vector<double> contrasts = options.quick
@@ -222,13 +230,13 @@ Json measure_iterations(const ForwardBenchOptions& options, Progress& progress) 
                         {"seconds_per_rhs", report.seconds / patterns}});
       }
     }
+    save(rows);
   }
-  return rows;
 }
 
 struct Section {
   std::string name;
-  Json (*measure)(const ForwardBenchOptions&, Progress&);
+  void (*measure)(const ForwardBenchOptions&, Progress&, const Save&);
 };
 const std::vector<Section> sections{
     {"headline", measure_headline},     {"peers", measure_peers},
@@ -259,8 +267,10 @@ void measure_forward(const std::string& name, const ForwardBenchOptions& options
       Json record = record_header("forward-" + name, choice.solver->backend());
       record["quick"] = options.quick;
       record["repetitions"] = options.repetitions;
-      record["runs"] = section.measure(options, progress);
-      write_record(record, options.folder / ("forward-" + name + ".json"));
+      section.measure(options, progress, [&](const Json& runs) {
+        record["runs"] = runs;
+        write_record(record, options.folder / ("forward-" + name + ".json"));
+      });
       return;
     }
     known += (known.empty() ? "" : ", ") + section.name;
