@@ -12,7 +12,7 @@ namespace kappamu::bench {
 
 struct LimitsOptions {
   std::string device = "auto";
-  bool large = true;  ///< grids of 256³ too: 3 GB and a minute
+  bool large = true;  ///< grids of 256³ too: 3 GB and many minutes
 };
 
 struct LimitName {
