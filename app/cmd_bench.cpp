@@ -17,6 +17,8 @@ void add_bench(CLI::App& app, Globals& globals) {
   command->fallthrough();
   add_bench_forward(*command, globals);
   add_bench_limits(*command, globals);
+  add_bench_slabs(*command, globals);
+  add_bench_validity(*command, globals);
 }
 
 }  // namespace kappamu::app

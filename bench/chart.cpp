@@ -136,31 +136,12 @@ int run_gnuplot(const fs::path& script, const fs::path& log) {
 
 }  // namespace
 
-void draw(std::span<const Chart> charts, const fs::path& png, int columns, int width, int height) {
-  check(!charts.empty() && columns >= 1, "draw: at least one chart and one column");
-  const int count = static_cast<int>(charts.size());
-  const int across = std::min(columns, count);
-  const int rows = (count + across - 1) / across;
+void render(const fs::path& png, const std::function<std::string(const std::string&)>& script_for) {
   fs::path script = png;
   script.replace_extension(".gp");
-
   io::write_atomically(png, [&](const fs::path& temporary) {
-    std::ostringstream text;
-    text.precision(9);
-    const auto write = [&](const std::string& output) {
-      text.str("");
-      text << "set encoding utf8\nset terminal pngcairo size " << across * width << ','
-           << rows * height << " enhanced font \"DejaVu Sans,11\"\n"
-           << "set output " << quoted(output) << "\n"
-           << "set grid xtics ytics lc rgb \"#d8d8d8\" lt 1\n"
-           << "set border lw 1.2\nset tics nomirror\n";
-      if (count > 1) text << "set multiplot layout " << rows << ',' << across << "\n";
-      for (int i = 0; i < count; ++i) write_chart(charts[static_cast<std::size_t>(i)], i + 1, text);
-      if (count > 1) text << "unset multiplot\n";
-      return text.str();
-    };
     const fs::path work = temporary.string() + ".gp", log = temporary.string() + ".log";
-    io::write_text_atomically(work, write(temporary.string()));
+    io::write_text_atomically(work, script_for(quoted(temporary.string())));
     const int status = run_gnuplot(work, log);
     std::error_code ignored;
     fs::remove(work, ignored);
@@ -172,7 +153,27 @@ void draw(std::span<const Chart> charts, const fs::path& png, int columns, int w
       throw InputError("gnuplot refused the chart " + png.string() + "; see " + log.string() + ".");
     }
     fs::remove(log, ignored);
-    io::write_text_atomically(script, write(png.filename().string()));
+    io::write_text_atomically(script, script_for(quoted(png.filename().string())));
+  });
+}
+
+void draw(std::span<const Chart> charts, const fs::path& png, int columns, int width, int height) {
+  check(!charts.empty() && columns >= 1, "draw: at least one chart and one column");
+  const int count = static_cast<int>(charts.size());
+  const int across = std::min(columns, count);
+  const int rows = (count + across - 1) / across;
+  render(png, [&](const std::string& output) {
+    std::ostringstream text;
+    text.precision(9);
+    text << "set encoding utf8\nset terminal pngcairo size " << across * width << ','
+         << rows * height << " enhanced font \"DejaVu Sans,11\"\n"
+         << "set output " << output << "\n"
+         << "set grid xtics ytics lc rgb \"#d8d8d8\" lt 1\n"
+         << "set border lw 1.2\nset tics nomirror\n";
+    if (count > 1) text << "set multiplot layout " << rows << ',' << across << "\n";
+    for (int i = 0; i < count; ++i) write_chart(charts[static_cast<std::size_t>(i)], i + 1, text);
+    if (count > 1) text << "unset multiplot\n";
+    return text.str();
   });
 }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,5 +38,9 @@ struct Chart {
 /// InputError when gnuplot is not installed or refuses, or when a series has unequal lengths.
 void draw(std::span<const Chart> charts, const std::filesystem::path& png, int columns = 1,
           int width = 900, int height = 560);
+
+/// The same for a script of the caller's: `script_for` gets the output file, quoted for gnuplot.
+void render(const std::filesystem::path& png,
+            const std::function<std::string(const std::string& output)>& script_for);
 
 }  // namespace kappamu::bench
