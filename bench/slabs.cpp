@@ -42,7 +42,7 @@ SlabTotals unscattered(const OpticalSlab& slab) {
 }
 
 SlabPrediction measured_by(const MeasuredSlab& m, const OpticalSlab& slab, const SlabTotals& total,
-                           double diffuse) {
+                           const SlabTotals& diffuse) {
   if (m.spheres != 1) {
     return {total.reflected, total.transmitted, total.reflected_error, total.transmitted_error};
   }
@@ -50,14 +50,24 @@ SlabPrediction measured_by(const MeasuredSlab& m, const OpticalSlab& slab, const
   const Sphere& r = m.reflection;
   const Sphere& t = m.transmission;
   const double third = t.third_port > 0.0 ? m.transmission_standard : t.wall_reflectance;
-  const double gain_r = r.gain(diffuse, 0.0) / r.gain(m.standard, 0.0);
-  const double gain_t = t.gain(diffuse, third) / t.gain(0.0, third);
+  const double gain_r = r.gain(diffuse.reflected, 0.0) / r.gain(m.standard, 0.0);
+  const double gain_t = t.gain(diffuse.reflected, third) / t.gain(0.0, third);
   const double scattered_r = gain_r * r.first_bounce(0.0);
   const double scattered_t = gain_t * t.first_bounce(third);
-  return {scattered_r * (total.reflected - beam.reflected) +
-              gain_r * r.wall_reflectance * beam.reflected,
-          scattered_t * (total.transmitted - beam.transmitted) + gain_t * third * beam.transmitted,
-          scattered_r * total.reflected_error, scattered_t * total.transmitted_error};
+  SlabPrediction seen;
+  seen.reflectance = scattered_r * (total.reflected - beam.reflected) +
+                     gain_r * r.wall_reflectance * beam.reflected;
+  seen.transmittance =
+      scattered_t * (total.transmitted - beam.transmitted) + gain_t * third * beam.transmitted;
+  // The gain's own noise, R_d being traced apart.
+  const double noisy = diffuse.reflected + diffuse.reflected_error;
+  const double noise_r = r.gain(noisy, 0.0) / r.gain(diffuse.reflected, 0.0) - 1.0;
+  const double noise_t = t.gain(noisy, third) / t.gain(diffuse.reflected, third) - 1.0;
+  seen.reflectance_error =
+      std::hypot(scattered_r * total.reflected_error, seen.reflectance * noise_r);
+  seen.transmittance_error =
+      std::hypot(scattered_t * total.transmitted_error, seen.transmittance * noise_t);
+  return seen;
 }
 
 Json to_json(const SlabPrediction& p) {
@@ -135,12 +145,10 @@ std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs
     row.measured = m;
     const bool sphere = m.spheres == 1;
     row.diffusion = measured_by(m, slab, diffuse_slab(slab, Incidence::normal),
-                                sphere ? diffuse_slab(slab, Incidence::diffuse).reflected : 0.0);
-    // The gain hardly depends on R_d: a tenth of the photons will do.
+                                sphere ? diffuse_slab(slab, Incidence::diffuse) : SlabTotals{});
     row.monte_carlo = measured_by(
         m, slab, trace_slab(slab, Incidence::normal, options.photons, seed),
-        sphere ? trace_slab(slab, Incidence::diffuse, options.photons / 10 + 2, seed + 1).reflected
-               : 0.0);
+        sphere ? trace_slab(slab, Incidence::diffuse, options.photons, seed + 1) : SlabTotals{});
     rows.push_back(row);
   }
   return rows;
