@@ -265,6 +265,12 @@ void measure_forward(const std::string& name, const ForwardBenchOptions& options
           forward::make_grid_solver(probe, options.device, Precision::single_precision);
       if (!choice.warning.empty()) progress.warn(choice.warning);
       Json record = record_header("forward-" + name, choice.solver->backend());
+      const double load = record.at("machine").at("load").get<double>();
+      if (load > 0.5 * record.at("machine").at("cores").get<double>()) {
+        progress.warn(
+            "the machine is busy (load " + std::to_string(std::lround(load)) +
+            "): times and ratios of this record mean little; measure again when it rests");
+      }
       record["quick"] = options.quick;
       record["repetitions"] = options.repetitions;
       section.measure(options, progress, [&](const Json& runs) {

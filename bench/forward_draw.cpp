@@ -107,14 +107,16 @@ void write_table(const fs::path& folder, const std::string& name, const std::str
 
 std::string provenance(const Json& record) {
   const Json& machine = record.at("machine");
-  return text("Measured on %s, %d cores, copy %.1f GB/s; device %s; kappamu %s, %s, %s%s.\n",
-              machine.at("cpu").get<std::string>().c_str(), machine.at("cores").get<int>(),
-              machine.at("copy_bandwidth_bytes_per_second").get<double>() / 1e9,
-              record.at("device").get<std::string>().c_str(),
-              record.at("program").at("kappamu").get<std::string>().c_str(),
-              record.at("program").at("compiler").get<std::string>().c_str(),
-              record.at("program").at("build").get<std::string>().c_str(),
-              record.at("quick").get<bool>() ? "; QUICK mode, small grids" : "");
+  return text(
+      "Measured on %s, %d cores, copy %.1f GB/s, load %.1f before; device %s; kappamu %s, %s, "
+      "%s%s.\n",
+      machine.at("cpu").get<std::string>().c_str(), machine.at("cores").get<int>(),
+      machine.at("copy_bandwidth_bytes_per_second").get<double>() / 1e9,
+      machine.at("load").get<double>(), record.at("device").get<std::string>().c_str(),
+      record.at("program").at("kappamu").get<std::string>().c_str(),
+      record.at("program").at("compiler").get<std::string>().c_str(),
+      record.at("program").at("build").get<std::string>().c_str(),
+      record.at("quick").get<bool>() ? "; QUICK mode, small grids" : "");
 }
 
 std::string sample_rows(const Json& record, const Json& run) {

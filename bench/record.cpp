@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -43,6 +44,8 @@ Machine this_machine() {
   if (sysinfo(&info) == 0) {
     machine.memory_bytes = static_cast<std::size_t>(info.totalram) * info.mem_unit;
   }
+  double loads[1] = {0.0};
+  if (getloadavg(loads, 1) == 1) machine.load = loads[0];
   return machine;
 }
 
@@ -77,6 +80,7 @@ Json record_header(const std::string& subject, const std::string& device) {
        {{"cpu", machine.cpu},
         {"cores", machine.cores},
         {"memory_bytes", machine.memory_bytes},
+        {"load", machine.load},
         {"copy_bandwidth_bytes_per_second", host_copy_bandwidth()}}},
       {"device", device}};
 }

@@ -13,6 +13,7 @@ struct Machine {
   std::string cpu;               ///< model name as the kernel gives it
   int cores = 0;                 ///< that this process may run on
   std::size_t memory_bytes = 0;  ///< of the host
+  double load = 0.0;             ///< processes that ran or waited to, mean of the last minute
 };
 Machine this_machine();
 
@@ -21,7 +22,8 @@ Machine this_machine();
 double host_copy_bandwidth(int repetitions = 7);
 
 /// "format" ("kappamu-bench-<subject>"), "version", "program" (version, compiler, build type),
-/// "machine" (cpu, cores, memory, copy bandwidth) and "device": the beginning of every record.
+/// "machine" (cpu, cores, memory, load, copy bandwidth) and "device": the beginning of every
+/// record.
 nlohmann::ordered_json record_header(const std::string& subject, const std::string& device);
 
 void write_record(const nlohmann::ordered_json& record, const std::filesystem::path& file);
