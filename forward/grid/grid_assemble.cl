@@ -61,26 +61,29 @@ REAL to_node(REAL g, REAL inverse, REAL inverse_sibling) {
 
 // Coarse face conductances across one axis: per fine face a series of resistances from node to
 // node, the fine faces of a coarse one in parallel. The axis has n fine and c coarse cells, `step`
-// being the stride of faces along it; the two other axes p and q likewise; `cell...` strides of
-// cells. One item per coarse (P, Q); faces 0..c along the axis.
+// being the stride of faces along it; the two other axes p and q likewise; `cell...` are strides of
+// cells. `halve...` is 1 for an axis that is halved and 0 for one that is not, whose faces
+// then stay what they are. One item per coarse (P, Q); faces 0..c along the axis.
 kernel void coarsen_faces(const int n, const int c, const int np, const int nq, const int cp,
-                          const int cq, const int step, const int step_p, const int step_q,
-                          const int cell, const int cell_p, const int cell_q, const int coarse_step,
+                          const int cq, const int halve, const int halve_p, const int halve_q,
+                          const int step, const int step_p, const int step_q, const int cell,
+                          const int cell_p, const int cell_q, const int coarse_step,
                           const int coarse_step_p, const int coarse_step_q,
                           global const REAL* restrict inverse, global const REAL* restrict fine,
                           global REAL* restrict coarse) {
   const int item = (int)get_global_id(1);
   if (get_global_id(0) > 0 || item >= cp * cq) return;
   const int coarse_p = item % cp, coarse_q = item / cp;
-  const int p_end = min(2 * coarse_p + 2, np), q_end = min(2 * coarse_q + 2, nq);
+  const int p_begin = coarse_p << halve_p, p_end = min((coarse_p + 1) << halve_p, np);
+  const int q_begin = coarse_q << halve_q, q_end = min((coarse_q + 1) << halve_q, nq);
   for (int face = 0; face <= c; ++face) {
     // Face f lies between cells f−1 and f; their siblings are f−2 and f+1.
-    const int f = min(2 * face, n);
-    const int two_before = face > 0 && 2 * face - 1 < n;
-    const int two_after = 2 * face + 1 < n;
+    const int f = min(face << halve, n);
+    const int two_before = halve && face > 0 && 2 * face - 1 < n;
+    const int two_after = halve && 2 * face + 1 < n;
     REAL sum = 0;
-    for (int q = 2 * coarse_q; q < q_end; ++q) {
-      for (int p = 2 * coarse_p; p < p_end; ++p) {
+    for (int q = q_begin; q < q_end; ++q) {
+      for (int p = p_begin; p < p_end; ++p) {
         const int at = p * step_p + q * step_q + f * step;
         const int after = p * cell_p + q * cell_q + f * cell, before = after - cell;
         const REAL g = fine[at];
@@ -100,16 +103,16 @@ kernel void coarsen_faces(const int n, const int c, const int np, const int nq, 
 
 // Coarse S = sum over the children. One item per coarse row.
 kernel void coarsen_sink(const int nx, const int ny, const int nz, const int cx, const int cy,
-                         const int cz, global const REAL* restrict fine,
-                         global REAL* restrict coarse) {
+                         const int cz, const int half_x, const int half_y, const int half_z,
+                         global const REAL* restrict fine, global REAL* restrict coarse) {
   const int row = (int)get_global_id(1);
   if (get_global_id(0) > 0 || row >= cy * cz) return;
   const int cell_y = row % cy, cell_z = row / cy;
   for (int cell_x = 0; cell_x < cx; ++cell_x) {
     REAL sum = 0;
-    for (int z = 2 * cell_z; z < min(2 * cell_z + 2, nz); ++z) {
-      for (int y = 2 * cell_y; y < min(2 * cell_y + 2, ny); ++y) {
-        for (int x = 2 * cell_x; x < min(2 * cell_x + 2, nx); ++x) {
+    for (int z = cell_z << half_z; z < min((cell_z + 1) << half_z, nz); ++z) {
+      for (int y = cell_y << half_y; y < min((cell_y + 1) << half_y, ny); ++y) {
+        for (int x = cell_x << half_x; x < min((cell_x + 1) << half_x, nx); ++x) {
           sum += fine[((size_t)z * ny + y) * nx + x];
         }
       }
@@ -120,15 +123,19 @@ kernel void coarsen_sink(const int nx, const int ny, const int nz, const int cx,
 
 // Interpolation weights across one axis (grid_transfer.cl) for every fine cell; arguments as in
 // coarsen_faces. One item per fine (p, q).
-kernel void weights(const int n, const int np, const int nq, const int step, const int step_p,
-                    const int step_q, const int cell, const int cell_p, const int cell_q,
-                    global const REAL* restrict inverse, global const REAL* restrict fine,
-                    global REAL* restrict weight) {
+kernel void weights(const int n, const int np, const int nq, const int halve, const int step,
+                    const int step_p, const int step_q, const int cell, const int cell_p,
+                    const int cell_q, global const REAL* restrict inverse,
+                    global const REAL* restrict fine, global REAL* restrict weight) {
   const int item = (int)get_global_id(1);
   if (get_global_id(0) > 0 || item >= np * nq) return;
   const int p = item % np, q = item / np;
   const int faces = p * step_p + q * step_q, cells = p * cell_p + q * cell_q;
   for (int i = 0; i < n; ++i) {
+    if (!halve) {
+      weight[cells + i * cell] = 0;
+      continue;
+    }
     // An odd cell has its sibling before it and the coarse neighbour's child j after it; an even
     // one the other way round. Face k lies before cell k.
     const int odd = i & 1;
@@ -149,7 +156,31 @@ kernel void weights(const int n, const int np, const int nq, const int step, con
   }
 }
 
-// What relaxes a level (grid_stream_prelude.cl): 1 / D on black cells, ω / S_ii on red ones, with S_ii = S
+// Σ (G₋ + G₊) / D over the cells of a row, for each axis: where a cell's flux can go. One item per
+// row; shares [row][3].
+kernel void axis_shares(const int nx, const int ny, const int nz, global const REAL* restrict gx,
+                        global const REAL* restrict gy, global const REAL* restrict gz,
+                        global const REAL* restrict inverse, global ACCU* restrict shares) {
+  const int row = (int)get_global_id(1);
+  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  const int y = row % ny, z = row / ny;
+  gx += (size_t)row * (nx + 1);
+  gy += ((size_t)z * (ny + 1) + y) * nx;
+  gz += (size_t)row * nx;
+  inverse += (size_t)row * nx;
+  ACCU along_x = 0, along_y = 0, along_z = 0;
+  for (int x = 0; x < nx; ++x) {
+    along_x += (gx[x] + gx[x + 1]) * inverse[x];
+    along_y += (gy[x] + gy[x + nx]) * inverse[x];
+    along_z += (gz[x] + gz[x + nx * ny]) * inverse[x];
+  }
+  shares[3 * row] = along_x;
+  shares[3 * row + 1] = along_y;
+  shares[3 * row + 2] = along_z;
+}
+
+// What relaxes a level (grid_stream_prelude.cl): 1 / D on black cells, ω / S_ii on red ones, with
+// S_ii = S
 // + Σ G (1 − G / D_neighbour) the diagonal of the reduced system. D_neighbour − G is summed from
 // the neighbour's other parts, since it may be far smaller than both. With ω = 5/6 the sweep is
 // Gauss-Seidel's in a uniform medium; below 1 the cycle is sure to be positive definite, because

@@ -1,5 +1,6 @@
 #include "forward/grid/grid_hierarchy.h"
 
+#include <algorithm>
 #include <array>
 
 #include "forward/grid/grid_physics.h"
@@ -10,6 +11,8 @@ namespace {
 
 /// ω of make_smoother.
 constexpr double damping = 5.0 / 6.0;
+/// An axis is halved where its mean share of conductance is at least this part of the largest.
+constexpr double strong = 0.5;
 
 /// Strides of the face array across `axis` and of a cell array.
 struct Strides {
@@ -32,8 +35,9 @@ device::Range lines_of(const GridShape& s, std::size_t p, std::size_t q) {
 
 }  // namespace
 
-GridShape coarser_grid(const GridShape& s) {
-  return {(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm};
+GridShape coarser_grid(const GridShape& s, const std::array<int, 3>& halving) {
+  return {(s.nx + halving[0]) >> halving[0], (s.ny + halving[1]) >> halving[1],
+          (s.nz + halving[2]) >> halving[2], s.voxel_mm};
 }
 
 std::size_t face_count(const GridShape& shape, int axis) {
@@ -61,27 +65,63 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, const GridS
   const std::size_t unit = format.real_bytes();
   kappa_ = context.allocate(setup.shape.cells() * unit);
   mu_ = context.allocate(setup.shape.cells() * unit);
-  for (GridShape shape = setup.shape;; shape = coarser_grid(shape)) {
-    Level level;
-    level.shape = shape;
-    level.gx = context.allocate(face_count(shape, 0) * unit);
-    level.gy = context.allocate(face_count(shape, 1) * unit);
-    level.gz = context.allocate(face_count(shape, 2) * unit);
-    level.sink = context.allocate(shape.cells() * unit);
-    level.inverse = context.allocate(shape.cells() * unit);
-    level.smoother = context.allocate(shape.cells() * unit);
-    const bool last = shape.cells() == 1;
-    if (!last) {
-      for (device::Buffer* w : {&level.wx, &level.wy, &level.wz}) {
-        *w = context.allocate(shape.cells() * unit);
-      }
-    }
-    levels_.push_back(level);
-    if (last) break;
-  }
+  levels_.push_back(allocate_level(setup.shape));
 }
 
-void Hierarchy::set_medium(std::span<const double> kappa, std::span<const double> mu) {
+Level Hierarchy::allocate_level(const GridShape& shape) const {
+  const std::size_t unit = format_.real_bytes();
+  Level level;
+  level.shape = shape;
+  level.gx = context_.allocate(face_count(shape, 0) * unit);
+  level.gy = context_.allocate(face_count(shape, 1) * unit);
+  level.gz = context_.allocate(face_count(shape, 2) * unit);
+  std::vector<device::Buffer*> fields{&level.sink, &level.inverse, &level.smoother};
+  if (shape.cells() > 1) fields.insert(fields.end(), {&level.wx, &level.wy, &level.wz});
+  for (device::Buffer* field : fields) *field = context_.allocate(shape.cells() * unit);
+  return level;
+}
+
+bool Hierarchy::ensure_level(std::size_t l) {
+  const GridShape shape = coarser_grid(levels_[l - 1].shape, levels_[l - 1].halving);
+  if (l < levels_.size()) {
+    const GridShape& old = levels_[l].shape;
+    if (old.nx == shape.nx && old.ny == shape.ny && old.nz == shape.nz) return false;
+    levels_.resize(l);
+  }
+  levels_.push_back(allocate_level(shape));
+  return true;
+}
+
+std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
+  const GridShape& s = level.shape;
+  const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
+  const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
+  context_.launch(program_, "axis_shares", lines_of(s, 1, 2), s.nx, s.ny, s.nz, level.gx, level.gy,
+                  level.gz, level.inverse, shares);
+  std::array<double, 3> sum{};
+  const auto add_up = [&](auto zero) {
+    std::vector<decltype(zero)> values(3 * rows);
+    context_.read(shares, values.data(), values.size() * sizeof(zero));
+    for (std::size_t i = 0; i < values.size(); ++i) sum[i % 3] += static_cast<double>(values[i]);
+  };
+  if (format_.accurate_sums) {
+    add_up(0.0);
+  } else {
+    add_up(0.0F);
+  }
+  double largest = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (s.extent(axis) > 1) largest = std::max(largest, sum[static_cast<std::size_t>(axis)]);
+  }
+  std::array<int, 3> halving{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    halving[a] = s.extent(axis) == 1 || sum[a] >= strong * largest ? 1 : 0;
+  }
+  return halving;
+}
+
+bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double> mu) {
   upload(context_, format_, kappa, kappa_);
   upload(context_, format_, mu, mu_);
   const Level& level = levels_.front();
@@ -98,8 +138,9 @@ void Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
   } else {
     assemble(s.voxel_mm, 2.0 * robin_A_);
   }
+  bool changed = false;
   for (std::size_t l = 0; l < levels_.size(); ++l) {
-    const Level& at = levels_[l];
+    Level& at = levels_[l];
     context_.launch(program_, "invert_diagonal", lines_of(at.shape, 1, 2), at.shape.nx, at.shape.ny,
                     at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse);
     const auto make_smoother = [&](auto omega) {
@@ -111,9 +152,18 @@ void Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
     } else {
       make_smoother(damping);
     }
-    if (l + 1 < levels_.size()) coarsen(at, levels_[l + 1]);
+    if (at.shape.cells() == 1) {
+      changed = changed || l + 1 < levels_.size();
+      levels_.resize(l + 1);
+      break;
+    }
+    const std::array<int, 3> before = at.halving;
+    at.halving = strong_axes(at);
+    changed = ensure_level(l + 1) || before != at.halving || changed;
+    coarsen(levels_[l], levels_[l + 1]);
   }
   has_medium_ = true;
+  return changed;
 }
 
 void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
@@ -133,16 +183,17 @@ void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
     const auto cs = face_strides(c, axis).of;
     const auto cell = cell_strides(f).of;
     context_.launch(program_, "coarsen_faces", lines_of(c, p, q), extent(f, a), extent(c, a),
-                    extent(f, p), extent(f, q), extent(c, p), extent(c, q), fs[a], fs[p], fs[q],
-                    cell[a], cell[p], cell[q], cs[a], cs[p], cs[q], fine.inverse, *fine_faces[a],
-                    *coarse_faces[a]);
+                    extent(f, p), extent(f, q), extent(c, p), extent(c, q), fine.halving[a],
+                    fine.halving[p], fine.halving[q], fs[a], fs[p], fs[q], cell[a], cell[p],
+                    cell[q], cs[a], cs[p], cs[q], fine.inverse, *fine_faces[a], *coarse_faces[a]);
     context_.launch(program_, "weights", lines_of(f, p, q), extent(f, a), extent(f, p),
-                    extent(f, q), fs[a], fs[p], fs[q], cell[a], cell[p], cell[q], fine.inverse,
-                    *fine_faces[a], *weights[a]);
+                    extent(f, q), fine.halving[a], fs[a], fs[p], fs[q], cell[a], cell[p], cell[q],
+                    fine.inverse, *fine_faces[a], *weights[a]);
   }
   context_.launch(program_, "coarsen_sink",
                   {1, static_cast<std::size_t>(c.ny) * static_cast<std::size_t>(c.nz)}, f.nx, f.ny,
-                  f.nz, c.nx, c.ny, c.nz, fine.sink, coarse.sink);
+                  f.nz, c.nx, c.ny, c.nz, fine.halving[0], fine.halving[1], fine.halving[2],
+                  fine.sink, coarse.sink);
 }
 
 }  // namespace kappamu::forward

@@ -1,6 +1,9 @@
-// The levels of the multigrid preconditioner: conductances from κ and μ, coarsened twofold along
-// every axis longer than one cell, down to a single cell. A coarse face conductance is the parallel
-// sum over the fine faces of series resistances from node to node, a coarse cell's
+// The levels of the multigrid preconditioner: conductances from κ and μ, coarsened twofold level by
+// level down to a single cell, each time along the axes of strong coupling: those whose mean share
+// of a cell's conductance, (G₋ + G₊)/D, is at least half the largest. In an even medium these are
+// all; where layers conduct far better along themselves than across, they are merged along
+// themselves only, since no coarse value could stand for two of them. A coarse face conductance is
+// the parallel sum over the fine faces of series resistances from node to node, a coarse cell's
 // node lying nearer to its better conducting child, so that barriers and channels of κ survive
 // coarsening; absorption adds up. (With nodes midway, random κ of contrast 1e4 on 128x128x20 voxels
 // took 122 iterations instead of 33, blocks of it more than 400 instead of 34.)
@@ -30,13 +33,18 @@ class Hierarchy {
  public:
   Hierarchy(device::Context& context, const Format& format, const GridSetup& setup, double robin_A);
 
-  void set_medium(std::span<const double> kappa, std::span<const double> mu);
+  /// Returns whether the levels' shapes have changed: work space made for them is then void.
+  bool set_medium(std::span<const double> kappa, std::span<const double> mu);
   bool has_medium() const { return has_medium_; }
   const std::vector<Level>& levels() const { return levels_; }
   const Level& finest() const { return levels_.front(); }
 
  private:
+  std::array<int, 3> strong_axes(const Level& level) const;
+  /// The level under `l`, allocated anew if another shape was there.
+  bool ensure_level(std::size_t l);
   void coarsen(const Level& fine, const Level& coarse);
+  Level allocate_level(const GridShape& shape) const;
 
   device::Context& context_;
   Format format_;
@@ -48,8 +56,8 @@ class Hierarchy {
   bool has_medium_ = false;
 };
 
-/// The level below `shape`.
-GridShape coarser_grid(const GridShape& shape);
+/// The level below `shape` that is halved along the axes with 1.
+GridShape coarser_grid(const GridShape& shape, const std::array<int, 3>& halving = {1, 1, 1});
 
 /// Elements of the face array across `axis`: one more than cells along it.
 std::size_t face_count(const GridShape& shape, int axis);

@@ -52,7 +52,8 @@ void Multigrid::transfer(const LaneKernels& kernels, const char* kernel, const L
                          const device::Buffer& from, const device::Buffer& to) const {
   const GridShape& s = fine.shape;
   context_.launch(kernels.transfer(), kernel, kernels.rows(items), s.nx, s.ny, s.nz, coarse.nx,
-                  coarse.ny, coarse.nz, red, fine.wx, fine.wy, fine.wz, from, to);
+                  coarse.ny, coarse.nz, red, fine.halving[0], fine.halving[1], fine.halving[2],
+                  fine.wx, fine.wy, fine.wz, from, to);
 }
 
 }  // namespace kappamu::forward

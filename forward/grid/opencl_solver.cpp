@@ -56,7 +56,7 @@ class OpenclSolver final : public GridSolver {
 
   void set_medium(std::span<const double> kappa, std::span<const double> mu) override {
     validate_medium(setup_.shape, kappa, mu);
-    hierarchy_->set_medium(kappa, mu);
+    if (hierarchy_->set_medium(kappa, mu)) cg_.reset();
     if (setup_.source == SourceModel::first_collision) {
       upload(context_, format_, beam_fate(setup_, kappa, mu).scattered, deposit_);
     }

@@ -1,5 +1,7 @@
 #include "forward/grid/solver_memory.h"
 
+#include <algorithm>
+#include <array>
 #include <iomanip>
 #include <sstream>
 
@@ -26,6 +28,18 @@ std::size_t lanes_in_blocks(int patterns, int lanes) {
   return total;
 }
 
+/// The next level at worst: halved along one axis only.
+GridShape largest_below(const GridShape& shape) {
+  GridShape largest{1, 1, 1, shape.voxel_mm};
+  for (std::size_t a = 0; a < 3; ++a) {
+    std::array<int, 3> halving{0, 0, 0};
+    halving[a] = 1;
+    const GridShape below = coarser_grid(shape, halving);
+    if (below.cells() < shape.cells() && below.cells() > largest.cells()) largest = below;
+  }
+  return largest;
+}
+
 std::string gigabytes(double bytes) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(1) << bytes / 1e9 << " GB";
@@ -42,12 +56,16 @@ std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int 
   const std::size_t reds = cells / static_cast<std::size_t>(setup.shape.nx) * row_reds;
   // Scalars per cell: κ, μ and first collisions; on every level three faces, sink, two diagonals
   // and three weights. Vectors: r, d, z, p and one more; per coarse level two, or three kernel by
-  // kernel.
-  std::size_t scalars = 3 * cells, vectors = 5 * (layout == Layout::cpu ? reds : cells);
-  for (GridShape s = setup.shape;; s = coarser_grid(s)) {
+  // kernel, but on processors level 1 borrows some of the former.
+  const bool borrows = layout == Layout::cpu;
+  std::size_t scalars = 3 * cells;
+  std::size_t vectors =
+      borrows ? 2 * reds + 3 * std::max(reds, largest_below(setup.shape).cells()) : 5 * cells;
+  int l = 0;
+  for (GridShape s = setup.shape;; s = largest_below(s), ++l) {
     for (int axis = 0; axis < 3; ++axis) scalars += face_count(s, axis);
     scalars += 6 * s.cells();
-    if (s.cells() != cells) vectors += (layout == Layout::cpu ? 2 : 3) * s.cells();
+    if (l >= (borrows ? 2 : 1)) vectors += (borrows ? 2 : 3) * s.cells();
     if (s.cells() == 1) break;
   }
   const std::size_t batches =

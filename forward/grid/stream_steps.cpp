@@ -48,7 +48,7 @@ class StreamSteps final : public CgSteps {
   device::Context& context_;
   const Hierarchy& hierarchy_;
   LaneSums sums_;
-  std::vector<Coarse> coarse_;  ///< of levels 1, 2, ...
+  std::vector<Coarse> coarse_;  ///< of levels 2, 3, ...
   std::vector<Plan> plans_;     ///< of levels 0, 1, ...
   StreamTiles step_tiles_;
   int residual_planes_ = 1, residual_items_ = 1;  ///< planes y of an item; how many items
@@ -77,6 +77,7 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
                       tiles_up(machine, levels[l].shape, below)});
     need(plans_.back().down);
     need(plans_.back().up);
+    if (l == 0) continue;
     const std::size_t bytes = below.cells() * vector;
     coarse_.push_back({context.allocate(bytes), context.allocate(bytes)});
   }
@@ -86,9 +87,9 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
   const std::size_t half = (static_cast<std::size_t>(finest.nx) + 1) / 2;
   const std::size_t plane = static_cast<std::size_t>(finest.nz) * half;
   const std::size_t red_cells = static_cast<std::size_t>(finest.ny) * plane;
-  for (device::Buffer* field : {&r_, &d_, &z_, &p_[0], &p_[1]}) {
-    *field = context.allocate(red_cells * vector);
-  }
+  const std::size_t shared = std::max(red_cells, levels[levels.size() > 1 ? 1 : 0].shape.cells());
+  for (device::Buffer* field : {&r_, &d_}) *field = context.allocate(red_cells * vector);
+  for (device::Buffer* field : {&z_, &p_[0], &p_[1]}) *field = context.allocate(shared * vector);
   scratch_ = context.allocate(scratch * vector);
   const std::size_t scalar = static_cast<std::size_t>(lanes) * format.accu_bytes();
   scalars_ = context.allocate(3 * scalar);
@@ -108,7 +109,8 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   const Level& below = hierarchy_.levels()[l + 1];
   const GridShape& s = at.shape;
   const GridShape& c = below.shape;
-  const Coarse& coarse = coarse_[l];
+  // Level 1 borrows what the finest level fills only afterwards: z, and the next direction.
+  const Coarse coarse = l == 0 ? Coarse{z, p_[1 - now_]} : coarse_[l - 1];
   const StreamTiles& down = plans_[l].down;
   context_.launch(kernels.stream_cycle(), "stream_down", items(down), down.size[0], down.size[1],
                   down.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink,

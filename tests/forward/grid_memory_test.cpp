@@ -31,7 +31,7 @@ TEST(SolverMemory, TheContractsGridFitsEightGigabytes) {
 TEST(SolverMemory, SmallDevicesSolveFewerPatternsAtOnce) {
   const GridSetup setup{.shape = {512, 512, 64, 0.1}};
   int before = full_lanes;
-  for (const double gigabytes : {32.0, 8.0, 5.0, 3.0, 2.0}) {
+  for (const double gigabytes : {32.0, 8.0, 5.0, 3.0, 2.5}) {
     const int lanes = lanes_that_fit(setup, device_with(gigabytes), single, Layout::cpu);
     EXPECT_LE(lanes, before) << gigabytes;
     before = lanes;
@@ -48,7 +48,8 @@ TEST(SolverMemory, TooLittleIsRefusedWithNeedAndMemory) {
   EXPECT_THAT(sentence, HasSubstr("use a coarser grid or another --device"));
 }
 
-/// The prediction is what is really allocated: never less, and not much more than its stated slack.
+/// The prediction is never less than what is really allocated, and more only by its stated slack
+/// and what levels would take if the medium had each of them halved along one axis only.
 TEST(SolverMemory, ThePredictionHolds) {
   const auto devices = device::list_devices();
   if (devices.empty()) GTEST_SKIP() << "no OpenCL device is installed";
@@ -69,7 +70,7 @@ TEST(SolverMemory, ThePredictionHolds) {
     const std::size_t used = context.allocated_bytes() - before + field;
     const std::size_t predicted = solver_memory(setup, patterns, 2, patterns, single, layout);
     EXPECT_GE(predicted, used);
-    EXPECT_LE(static_cast<double>(predicted), 1.1 * static_cast<double>(used) + 64e6);
+    EXPECT_LE(static_cast<double>(predicted), 1.3 * static_cast<double>(used) + 64e6);
   }
 }
 
