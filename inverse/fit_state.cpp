@@ -8,14 +8,14 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d32ULL;  // "km-fit-2"
+constexpr std::uint64_t magic = 0x6b6d2d6669742d33ULL;  // "km-fit-3"
 
 void write(ByteWriter& out, const SolveCount& solves) {
-  for (const int n : {solves.forward, solves.adjoint, solves.refined}) out.put(n);
+  for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
 }
 
 void read(ByteReader& in, SolveCount& solves) {
-  for (int* n : {&solves.forward, &solves.adjoint, &solves.refined}) in.get(*n);
+  for (int* n : {&solves.forward, &solves.adjoint, &solves.refined, &solves.tangent}) in.get(*n);
 }
 
 void write(ByteWriter& out, const FitReport& report) {

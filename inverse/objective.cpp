@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "forward/grid/grid_physics.h"
+#include "inverse/linearised.h"
 
 namespace kappamu::inverse {
 
@@ -158,14 +159,59 @@ CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) 
   return adjoint(by_exitance);
 }
 
+std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
+  check(!fluence_.empty(), "a derivative needs the fluence of a successful value()");
+  ++solves_.tangent;
+  const GridShape& shape = problem_.setup.shape;
+  const std::size_t lit = problem_.lit_shape().cells();
+  const std::size_t seen = problem_.seen_shape().cells();
+  const Tangent tangent =
+      linearise(problem_.setup, solver_->constants(), problem_.seen_face, kappa_, mu_, direction);
+  std::vector<double> change(exitance_.size());
+  for (std::size_t part = 0; part < fluence_.size(); ++part) {
+    const int begin = static_cast<int>(part) * backend_.batch;
+    const int end = std::min(begin + backend_.batch, problem_.patterns);
+    std::vector<double> phi(shape.cells() * static_cast<std::size_t>(end - begin));
+    solver_->read(*fluence_[part], phi);
+    const auto b = solver_->make_field(end - begin);
+    const auto field = solver_->make_field(end - begin);
+    solver_->fill(*b,
+                  tangent_source(problem_.setup, tangent, phi,
+                                 patterns_of(problem_.irradiance, begin, end, lit), end - begin));
+    const SolveReport report = solver_->solve(*b, *field, backend_.solve);
+    if (report.termination == Termination::failed) {
+      throw InputError("the linearised diffusion solve failed: " + report.message);
+    }
+    // Light is none of δφ's doing: where the lit face is seen, exitance() must not add it.
+    const std::vector<double> dark(static_cast<std::size_t>(end - begin) * lit, 0.0);
+    solver_->exitance(
+        *field, problem_.seen_face,
+        problem_.seen_face == problem_.setup.lit_face ? dark : std::span<const double>(),
+        std::span<double>(change).subspan(static_cast<std::size_t>(begin) * seen,
+                                          static_cast<std::size_t>(end - begin) * seen));
+  }
+  const double apart = exitance_apart();
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
+    change[i] += tangent.observed[i % seen] * (exitance_[i] - entered);
+    change[i] *= correction_[i] * std::sqrt(problem_.weight[i]);
+  }
+  return change;
+}
+
+/// The part of the exitance that no conductance multiplies, per irradiance.
+double Objective::exitance_apart() const {
+  return problem_.seen_face == problem_.setup.lit_face
+             ? forward::exitance_per_irradiance(problem_.setup, solver_->constants())
+             : 0.0;
+}
+
 CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
   check(!fluence_.empty(), "a gradient needs the fluence of a successful value()");
   ++solves_.adjoint;
   const std::size_t lit = problem_.lit_shape().cells();
   const std::size_t seen = problem_.seen_shape().cells();
-  const double apart = problem_.seen_face == problem_.setup.lit_face
-                           ? forward::exitance_per_irradiance(problem_.setup, solver_->constants())
-                           : 0.0;
+  const double apart = exitance_apart();
   AdjointSums sums;
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
     const int begin = static_cast<int>(part) * backend_.batch;

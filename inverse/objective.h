@@ -37,6 +37,7 @@ struct SolveCount {
   int forward = 0;
   int adjoint = 0;
   int refined = 0;  ///< forward solves on a finer grid: eight times the voxels
+  int tangent = 0;  ///< forward solves for a derivative along a direction
 };
 
 /// Exitance of `face` under `irradiance` [M][v][u], solved in batches of at most `batch` patterns.
@@ -70,6 +71,10 @@ class Objective {
   /// fields of the last value().
   CoefficientPair jacobian_transpose(const std::vector<double>& probe);
 
+  /// √w r ∂M along `direction`, [M][v][u], at the fields of the last value(): the transpose of
+  /// jacobian_transpose(), by one forward solve.
+  std::vector<double> jacobian(const CoefficientPair& direction);
+
   /// r M of the last value(), [M][v][u].
   std::vector<double> prediction() const;
 
@@ -85,6 +90,7 @@ class Objective {
   CoefficientPair adjoint(const std::vector<double>& by_exitance);
   bool solve_forward(const CoefficientPair& fields);
   double misfit() const;
+  double exitance_apart() const;
 
   Problem problem_;
   Backend backend_;

@@ -146,6 +146,22 @@ TEST_P(Gradient, JacobianAndItsTransposeAgree) {
   EXPECT_NEAR(adjoint_product / forward_product, 1.0, difference_error);
 }
 
+TEST_P(Gradient, TangentIsTheTransposeOfTheAdjoint) {
+  // ⟨p, J d⟩ = ⟨Jᵀ p, d⟩: one linearised forward solve against one adjoint solve.
+  objective_->value(at_);
+  cases::Noise noise(29);
+  std::vector<double> probe;
+  for (std::size_t i = 0; i < objective_->problem().data.size(); ++i) {
+    probe.push_back(noise.normal());
+  }
+  const std::vector<double> tangent = objective_->jacobian(direction_);
+  const double scale = std::sqrt(dot(probe, probe) * dot(tangent, tangent));
+  const double solver_error = GetParam().precision == Precision::double_precision ? 1e-11 : 1e-5;
+  EXPECT_NEAR(dot(probe, tangent), dot(objective_->jacobian_transpose(probe), direction_),
+              solver_error * scale);
+  EXPECT_EQ(objective_->solves().tangent, 1);
+}
+
 TEST_P(Gradient, SolverIsItsOwnAdjoint) {
   // ⟨A⁻¹ b, w⟩ = ⟨b, A⁻¹ w⟩ and ⟨M(φ), s⟩ = ⟨φ, Mᵀ s⟩, to rounding.
   const GradientCase& c = GetParam();
