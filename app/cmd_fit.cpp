@@ -35,9 +35,10 @@ Json to_json(const FitSummary& summary) {
                         {"chi2_per_value", r.chi2_per_datum},
                         {"evaluations", evaluations(r)},
                         {"seconds", r.seconds}});
-    if (!summary.holdout_error.empty()) {
-      channels.back()["holdout_E"] = summary.holdout_error[c];
-      channels.back()["holdout_noise"] = summary.holdout_noise[c];
+    if (!summary.held_out.empty()) {
+      channels.back()["holdout_E"] = summary.held_out[c].error;
+      channels.back()["holdout_noise"] = summary.held_out[c].noise;
+      channels.back()["holdout_chi2_per_value"] = summary.held_out[c].chi2_per_datum;
     }
   }
   return {{"converged", summary.converged()},
@@ -52,9 +53,9 @@ void print_table(const FitSummary& summary) {
     const inverse::FitReport& r = summary.reports[c];
     std::printf("%-5s chi2 per value %-8.3g %4d gradients  %6.1f s", summary.channels[c].c_str(),
                 r.chi2_per_datum, evaluations(r), r.seconds);
-    if (!summary.holdout_error.empty()) {
-      std::printf("  held-out E %.2e (noise %.1e)", summary.holdout_error[c],
-                  summary.holdout_noise[c]);
+    if (!summary.held_out.empty()) {
+      const inverse::HeldOutScore& h = summary.held_out[c];
+      std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
     }
     std::printf("  %s\n", r.message.c_str());
   }
@@ -88,6 +89,8 @@ void add_fit(CLI::App& app, Globals& globals) {
       "Writes OUT/kappa_<channel>.npy [mm] and mu_<channel>.npy [1/mm], float32 [z][y][x],\n"
       "sensitivity_<channel>.npy, prediction.npy, prediction_validate.npy, volume.vdb and "
       "fit.json.\n"
+      "Where no patterns were captured for validation, one of every 16 is kept out of the fit\n"
+      "(--hold-out); fit.json and the report judge the volumes by them.\n"
       "Killed at any moment and started again with the same command it goes on where it was and\n"
       "ends in the same volumes.\n\n"
       "Reading the result: chi2 per value near 1 means that the volumes explain the data to their\n"

@@ -36,10 +36,12 @@ struct RunSummary {
 RunSummary summarise(Pipeline& pipeline) {
   const std::filesystem::path& run = pipeline.folder().path();
   report::RunData data;
+  data.folder = run;
+  data.session = pipeline.session();
   data.record = pipeline.folder().record();
   data.calibration = report::read_calibration(run);
   data.fit = report::read_fit(run);
-  data.validate_patterns = report::read_validate_patterns(run, pipeline.session());
+  report::read_comparisons(data);
   RunSummary summary;
   summary.sample =
       pipeline.session() ? pipeline.session()->sample.name : data.record->input.filename().string();
@@ -75,6 +77,8 @@ json to_json(const RunSummary& summary, const RunFolder& folder) {
           {"projector_rms_px", optional(summary.projector_rms_px)},
           {"holdout_E", summary.holdout ? json(summary.holdout->error) : json(nullptr)},
           {"holdout_noise", summary.holdout ? json(summary.holdout->noise) : json(nullptr)},
+          {"holdout_chi2_per_value",
+           summary.holdout ? json(summary.holdout->chi2_per_value) : json(nullptr)},
           {"converged", summary.converged},
           {"kappa_mu_volume", (folder.path() / "fit" / "volume.vdb").string()},
           {"report", (folder.path() / "report.html").string()},

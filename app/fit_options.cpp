@@ -13,6 +13,14 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
     command.add_option(name, value, text)->capture_default_str()->group(group);
   };
   command
+      .add_option("--hold-out", arguments.stage.hold_out,
+                  "Patterns of the input kept out of the fit to judge it by: auto (those captured "
+                  "for validation, else one of every 16), none, a count, or numbers from 0 with "
+                  "commas (5,10)")
+      ->type_name("PATTERNS")
+      ->capture_default_str()
+      ->group(group);
+  command
       .add_option(
           "--optimiser", arguments.optimiser,
           "lbfgs, or wang2008: Polak-Ribière conjugate gradients with golden-section search, "
@@ -110,7 +118,8 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"solver_max_iterations", o.backend.solve.max_iterations},
                               {"batch", o.backend.batch},
                               {"refined_memory_mb", o.backend.refined_memory_mb},
-                              {"channels", options.channels}};
+                              {"channels", options.channels},
+                              {"hold_out", options.hold_out}};
   if (o.weight) json["weight"] = *o.weight;
   return json;
 }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/fit_options.h"
+#include "app/hold_out.h"
 #include "core/error.h"
 #include "core/surface_measurements.h"
 #include "inverse/predict.h"
@@ -81,25 +82,14 @@ Volume<double> joint_sensitivity(const ChannelFit& fit) {
   return joint;
 }
 
-struct HoldoutError {
-  double error = 0.0;
-  double noise = 0.0;
-};
-
-HoldoutError holdout_error(const SurfaceMeasurements& held_out, int channel,
-                           const std::vector<float>& prediction) {
-  const std::size_t first = prediction.size() * static_cast<std::size_t>(channel);
-  double squares = 0.0;
-  double misfit = 0.0;
-  double variance = 0.0;
-  for (std::size_t i = 0; i < prediction.size(); ++i) {
-    if (!held_out.mask.empty() && held_out.mask[first + i] == 0) continue;
-    const double value = held_out.value[first + i];
-    squares += value * value;
-    misfit += std::pow(prediction[i] - value, 2);
-    variance += held_out.variance[first + i];
+/// `all` with the maps of `patterns` replaced by `part`, one channel's [M][v][u] each.
+void put_patterns(std::vector<float>& all, std::size_t cells, const std::vector<int>& patterns,
+                  const std::vector<float>& part) {
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    std::copy_n(
+        part.begin() + static_cast<std::ptrdiff_t>(k * cells), cells,
+        all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(patterns[k]) * cells));
   }
-  return {misfit / squares, variance / squares};
 }
 
 Json channel_json(const std::string& name, const FitReport& report) {
@@ -136,13 +126,21 @@ Json channel_json(const std::string& name, const FitReport& report) {
 /// One channel after another: the whole of run_fit_stage but finding the folders.
 class FitStage {
  public:
-  FitStage(const SurfaceMeasurements& measurements, std::optional<SurfaceMeasurements> held_out,
+  /// `validation`: measurements of their own that judge the fit.
+  FitStage(const SurfaceMeasurements& measurements, std::optional<SurfaceMeasurements> validation,
            fs::path output, const FitStageOptions& options, Progress& progress)
       : measurements_(measurements),
-        held_out_(std::move(held_out)),
+        choice_(choose_held_out(options.hold_out, measurements, validation.has_value())),
+        fitted_(inverse::without_patterns(measurements, choice_.patterns)),
+        held_out_(std::move(validation)),
         output_(std::move(output)),
         options_(options),
-        progress_(progress) {}
+        progress_(progress) {
+    if (choice_.source == HeldOut::Source::fitted_input) {
+      held_out_ = inverse::select_patterns(measurements, choice_.patterns);
+    }
+    if (choice_.warning) progress_.warn(*choice_.warning);
+  }
 
   FitSummary run();
 
@@ -151,10 +149,13 @@ class FitStage {
     return output_ / ("checkpoint_" + name + ".bin");
   }
   void fit(int channel);
-  void hold_out(int channel, const ChannelFit& fit);
+  void score(int channel, const ChannelFit& fit);
+  void keep_prediction(const ChannelFit& fit);
   void write_json() const;
 
   const SurfaceMeasurements& measurements_;
+  HeldOut choice_;
+  SurfaceMeasurements fitted_;  ///< measurements_ without choice_.patterns
   std::optional<SurfaceMeasurements> held_out_;
   fs::path output_;
   const FitStageOptions& options_;
@@ -162,7 +163,7 @@ class FitStage {
   FitSummary summary_;
   io::VolumeSet volumes_;
   std::vector<float> prediction_;
-  std::vector<float> held_out_prediction_;
+  std::vector<float> validation_prediction_;
 };
 
 void FitStage::fit(int channel) {
@@ -173,16 +174,15 @@ void FitStage::fit(int channel) {
   checkpoint.save = [&](std::span<const std::byte> bytes) {
     io::write_bytes_atomically(file, bytes);
   };
-  ChannelFit result =
-      inverse::fit_channel(measurements_, channel, options_.fit, checkpoint, progress_);
+  ChannelFit result = inverse::fit_channel(fitted_, channel, options_.fit, checkpoint, progress_);
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
     volumes_.sensitivity.push_back(joint_sensitivity(result));
     write_volume(output_ / ("sensitivity_" + name + ".npy"), volumes_.sensitivity.back());
   }
-  prediction_.insert(prediction_.end(), result.prediction.begin(), result.prediction.end());
-  if (held_out_) hold_out(channel, result);
+  if (held_out_) score(channel, result);
+  keep_prediction(result);
   volumes_.channels.push_back(name);
   volumes_.media.push_back(std::move(result.medium));
   summary_.channels.push_back(name);
@@ -190,25 +190,48 @@ void FitStage::fit(int channel) {
   summary_.reports.push_back(std::move(result.report));
 }
 
-void FitStage::hold_out(int channel, const ChannelFit& fit) {
+/// How the fit predicts what was kept out.
+void FitStage::score(int channel, const ChannelFit& fit) {
   inverse::PredictOptions options;
   options.backend = options_.fit.backend;
   options.convention = options_.fit.convention;
-  const std::vector<float> prediction = inverse::predict(fit.medium, *held_out_, options);
-  held_out_prediction_.insert(held_out_prediction_.end(), prediction.begin(), prediction.end());
-  const HoldoutError error = holdout_error(*held_out_, channel, prediction);
-  summary_.holdout_error.push_back(error.error);
-  summary_.holdout_noise.push_back(error.noise);
+  summary_.held_out.push_back(
+      inverse::score_held_out(fit.medium, *held_out_, channel, options, options_.fit.model_error));
+}
+
+/// prediction.npy has every pattern of the input, prediction_validate.npy those measured apart.
+void FitStage::keep_prediction(const ChannelFit& fit) {
+  const std::size_t cells = measurements_.seen_shape().cells();
+  std::vector<int> fitted;
+  for (int m = 0; m < measurements_.patterns; ++m) {
+    const auto& out = choice_.patterns;
+    if (std::find(out.begin(), out.end(), m) == out.end()) fitted.push_back(m);
+  }
+  std::vector<float> all(cells * static_cast<std::size_t>(measurements_.patterns));
+  put_patterns(all, cells, fitted, fit.prediction);
+  if (held_out_) {
+    const std::vector<float>& predicted = summary_.held_out.back().prediction;
+    if (choice_.source == HeldOut::Source::fitted_input) {
+      put_patterns(all, cells, choice_.patterns, predicted);
+    } else {
+      validation_prediction_.insert(validation_prediction_.end(), predicted.begin(),
+                                    predicted.end());
+    }
+  }
+  prediction_.insert(prediction_.end(), all.begin(), all.end());
 }
 
 void FitStage::write_json() const {
   Json channels = Json::array();
   std::vector<std::string> warnings;
+  if (choice_.warning) warnings.push_back(*choice_.warning);
   for (std::size_t c = 0; c < summary_.channels.size(); ++c) {
     Json channel = channel_json(summary_.channels[c], summary_.reports[c]);
     if (held_out_) {
-      channel["holdout_E"] = summary_.holdout_error[c];
-      channel["holdout_noise"] = summary_.holdout_noise[c];
+      channel["holdout_E"] = summary_.held_out[c].error;
+      channel["holdout_noise"] = summary_.held_out[c].noise;
+      channel["holdout_chi2_per_value"] = summary_.held_out[c].chi2_per_datum;
+      channel["holdout_values_used"] = summary_.held_out[c].data;
     }
     channels.push_back(std::move(channel));
     for (const std::string& w : summary_.reports[c].warnings) {
@@ -216,17 +239,19 @@ void FitStage::write_json() const {
     }
   }
   const GridShape& s = measurements_.grid;
-  const Json fit{{"format", "kappamu-fit"},
-                 {"version", 1},
-                 {"status", summary_.converged() ? "converged" : "not converged"},
-                 {"grid", {s.nx, s.ny, s.nz}},
-                 {"voxel_mm", s.voxel_mm},
-                 {"eta", measurements_.eta},
-                 {"device", summary_.device},
-                 {"seconds", summary_.seconds},
-                 {"options", Json::parse(options_json(options_))},
-                 {"channels", channels},
-                 {"warnings", warnings}};
+  const Json fit{
+      {"format", "kappamu-fit"},
+      {"version", 1},
+      {"status", summary_.converged() ? "converged" : "not converged"},
+      {"grid", {s.nx, s.ny, s.nz}},
+      {"voxel_mm", s.voxel_mm},
+      {"eta", measurements_.eta},
+      {"device", summary_.device},
+      {"seconds", summary_.seconds},
+      {"options", Json::parse(options_json(options_))},
+      {"held_out", {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}}},
+      {"channels", channels},
+      {"warnings", warnings}};
   io::write_text_atomically(output_ / "fit.json", fit.dump(1) + "\n");
 }
 
@@ -234,9 +259,9 @@ FitSummary FitStage::run() {
   const auto start = std::chrono::steady_clock::now();
   for (const int channel : channel_indices(measurements_, options_.channels)) fit(channel);
   write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
-  if (held_out_) {
+  if (choice_.source == HeldOut::Source::validation) {
     write_maps(output_ / "prediction_validate.npy", *held_out_, summary_.channels.size(),
-               held_out_prediction_);
+               validation_prediction_);
   }
   volumes_.eta = measurements_.eta;
   volumes_.metadata = {{"program", "kappamu fit"}, {"device", summary_.device}};
@@ -283,17 +308,17 @@ FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
                          const FitStageOptions& options, Progress& progress) {
   const fs::path folder = find_measurements(input);
   const SurfaceMeasurements measurements = io::read_measurements(folder);
-  std::optional<SurfaceMeasurements> held_out;
+  std::optional<SurfaceMeasurements> validation;
   const fs::path beside = input / "measurements_validate";
   const std::optional<fs::path> validate =
       options.validate
           ? options.validate
           : (fs::exists(beside / "measurements.json") ? std::optional(beside) : std::nullopt);
   if (validate) {
-    held_out = io::read_measurements(*validate);
-    require_same_sample(measurements, *held_out, *validate);
+    validation = io::read_measurements(*validate);
+    require_same_sample(measurements, *validation, *validate);
   }
-  return FitStage(measurements, std::move(held_out), output, options, progress).run();
+  return FitStage(measurements, std::move(validation), output, options, progress).run();
 }
 
 }  // namespace kappamu::app

@@ -8,24 +8,25 @@
 
 #include "core/progress.h"
 #include "inverse/fit.h"
+#include "inverse/held_out.h"
 
 namespace kappamu::app {
 
 struct FitStageOptions {
   inverse::FitOptions fit;
   std::vector<std::string> channels;  ///< names of those to fit; empty = all
-  /// Measurements under held-out light; found beside the input when not given.
+  /// Patterns kept out of the fit: "auto", "none", a count or a list (app/hold_out.h).
+  std::string hold_out = "auto";
+  /// Measurements under light of their own to judge the fit by; found beside the input when not
+  /// given.
   std::optional<std::filesystem::path> validate;
   bool restart = false;  ///< ignore checkpoints
 };
 
 struct FitSummary {
   std::vector<std::string> channels;
-  std::vector<inverse::FitReport> reports;  ///< one per channel
-  /// Σ(L'−L)²/ΣL² of prediction against measurement over what the held-out masks allow, and the
-  /// part of it that the measurements' own variance explains; by channel.
-  std::vector<double> holdout_error;
-  std::vector<double> holdout_noise;
+  std::vector<inverse::FitReport> reports;      ///< one per channel
+  std::vector<inverse::HeldOutScore> held_out;  ///< one per channel; empty where none is kept out
   std::string device;
   std::filesystem::path volume;
   double seconds = 0.0;
@@ -38,7 +39,7 @@ struct FitSummary {
 std::filesystem::path find_measurements(const std::filesystem::path& input);
 
 /// Fits every channel of `input` (see find_measurements) and writes into `output`: kappa_<c>.npy,
-/// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], prediction.npy and, with held-out patterns,
+/// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], prediction.npy and, with validation measurements,
 /// prediction_validate.npy [C][M][v][u], volume.vdb, and fit.json last (docs/formats.md). While it
 /// works, checkpoint_<c>.bin hold what it needs to go on where it was killed; they are removed at
 /// the end. Throws InputError.

@@ -1,5 +1,8 @@
 #include "app/pipeline.h"
 
+#include <map>
+#include <utility>
+
 #include "app/calibrate_stage.h"
 #include "app/export_stage.h"
 #include "app/fingerprint.h"
@@ -105,8 +108,14 @@ bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
   fit_stage_ = stage_after(input, "fit", options_json(options), {"fit"});
   const fs::path measurements = session_ ? folder_.path() : folder_.record().input;
   return folder_.run(fit_stage_, progress, [&](Progress& listener) {
-    folder_.set_device(
-        run_fit_stage(measurements, folder_.path() / "fit", options, listener).device);
+    const FitSummary summary =
+        run_fit_stage(measurements, folder_.path() / "fit", options, listener);
+    std::map<std::string, double> errors;
+    for (std::size_t c = 0; c < summary.held_out.size(); ++c) {
+      errors[summary.channels[c]] = summary.held_out[c].error;
+    }
+    folder_.set_device(summary.device);
+    folder_.set_holdout_error(std::move(errors));
   });
 }
 

@@ -4,7 +4,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/run_record.h"
@@ -28,6 +30,9 @@ class RunFolder {
   /// What the report prints; stored with the next stage.
   void set_options(std::map<std::string, std::string> options);
   void set_device(const std::string& device) { record_.device = device; }
+  void set_holdout_error(std::map<std::string, double> by_channel) {
+    record_.holdout_error = std::move(by_channel);
+  }
 
   struct Stage {
     std::string name;  ///< one of stage_names

@@ -39,6 +39,7 @@ RunRecord from_json(const json& object) {
   record.options = object.at("options").get<std::map<std::string, std::string>>();
   record.versions = object.at("versions").get<std::map<std::string, std::string>>();
   record.device = object.at("device").get<std::string>();
+  record.holdout_error = object.value("holdout_E", std::map<std::string, double>{});
   for (const auto& [name, stage] : object.at("stages").items())
     record.stages[name] = stage_from_json(stage);
   return record;
@@ -74,6 +75,7 @@ void write_run_record(const RunRecord& record, const std::filesystem::path& run)
       {"options", record.options},
       {"versions", record.versions},
       {"device", record.device},
+      {"holdout_E", record.holdout_error},
       {"stages", stages}};
   std::filesystem::create_directories(run);
   io::write_text_atomically(run / "run.json", object.dump(2) + "\n");

@@ -49,6 +49,8 @@ FitData fit_from_json(const json& object) {
     data.channels.push_back(data.convergence.back().channel);
   }
   data.warnings = warnings_of(object);
+  const json held_out = object.value("held_out", json::object());
+  data.held_out = held_out.value("patterns", std::vector<int>{});
   return data;
 }
 

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/report/run_data.h"
 #include "core/error.h"
+#include "inverse/held_out.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
 
@@ -42,12 +44,43 @@ std::optional<Comparison> read_comparison(const std::optional<capture::Session>&
   return comparison;
 }
 
+/// Some of the patterns alone.
+Comparison part_of(const Comparison& all, const std::vector<int>& patterns) {
+  Comparison part;
+  part.measured = inverse::select_patterns(all.measured, patterns);
+  for (const int m : patterns) part.patterns.push_back(all.patterns[static_cast<std::size_t>(m)]);
+  if (!all.predicted.empty()) {
+    SurfaceMeasurements predicted = all.measured;
+    predicted.value = all.predicted;
+    part.predicted = inverse::select_patterns(predicted, patterns).value;
+  }
+  return part;
+}
+
 }  // namespace
 
-std::optional<Comparison> read_validate_patterns(const std::filesystem::path& run,
-                                                 const std::optional<capture::Session>& session) {
-  return read_comparison(session, run / "measurements_validate",
-                         run / "fit" / "prediction_validate.npy", capture::PatternRole::validate);
+void read_comparisons(RunData& data) {
+  const std::filesystem::path& run = data.folder;
+  const bool from_session = data.record && data.record->input_kind == RunRecord::InputKind::session;
+  // A run on someone's measurements reads them where they are.
+  const std::filesystem::path own = run / "measurements";
+  const std::filesystem::path measurements =
+      !data.record || from_session || std::filesystem::exists(own) ? own : data.record->input;
+  data.fit_patterns = read_comparison(data.session, measurements, run / "fit" / "prediction.npy",
+                                      capture::PatternRole::fit);
+  data.validate_patterns =
+      read_comparison(data.session, run / "measurements_validate",
+                      run / "fit" / "prediction_validate.npy", capture::PatternRole::validate);
+  if (data.fit_patterns && data.fit && !data.fit->held_out.empty()) {
+    const Comparison all = std::move(*data.fit_patterns);
+    const std::vector<int>& held_out = data.fit->held_out;
+    std::vector<int> fitted;
+    for (int m = 0; m < all.measured.patterns; ++m) {
+      if (std::find(held_out.begin(), held_out.end(), m) == held_out.end()) fitted.push_back(m);
+    }
+    data.fit_patterns = part_of(all, fitted);
+    data.validate_patterns = part_of(all, held_out);
+  }
 }
 
 RunData read_run(const std::filesystem::path& run) {
@@ -68,13 +101,7 @@ RunData read_run(const std::filesystem::path& run) {
   data.calibration = read_calibration(run);
   data.hdr = summarise_hdr(run);
   data.fit = read_fit(run);
-  // A run on someone's measurements reads them where they are.
-  const std::filesystem::path own = run / "measurements";
-  const std::filesystem::path measurements =
-      !data.record || from_session || std::filesystem::exists(own) ? own : data.record->input;
-  data.fit_patterns = read_comparison(data.session, measurements, run / "fit" / "prediction.npy",
-                                      capture::PatternRole::fit);
-  data.validate_patterns = read_validate_patterns(run, data.session);
+  read_comparisons(data);
   if (!data.calibration && data.hdr.empty() && !data.fit && !data.fit_patterns)
     throw InputError(run.string() +
                      ": holds nothing to report; run `kappamu run` or `kappamu fit` into it first");

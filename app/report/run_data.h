@@ -62,6 +62,7 @@ struct FitData {
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;
   std::vector<std::string> warnings;
+  std::vector<int> held_out;  ///< patterns of the measurements that the fit did not see
 };
 
 /// Measured surfaces and what the fitted volume predicts for them.
@@ -78,7 +79,7 @@ struct RunData {
   std::optional<CalibrationData> calibration;
   std::vector<HdrSummary> hdr;
   std::optional<Comparison> fit_patterns;
-  std::optional<Comparison> validate_patterns;
+  std::optional<Comparison> validate_patterns;  ///< those kept out of the fit
   std::optional<FitData> fit;
 };
 
@@ -87,9 +88,8 @@ struct RunData {
 RunData read_run(const std::filesystem::path& run);
 
 std::optional<CalibrationData> read_calibration(const std::filesystem::path& run);
-/// The patterns kept out of the fit, with names where `session` tells them.
-std::optional<Comparison> read_validate_patterns(const std::filesystem::path& run,
-                                                 const std::optional<capture::Session>& session);
+/// Sets `data`'s patterns, of the fit and kept out of it, from its folder, record, session and fit.
+void read_comparisons(RunData& data);
 std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run);
 std::optional<FitData> read_fit(const std::filesystem::path& run);
 

@@ -52,7 +52,8 @@ TEST(FitOptionsRecord, ChangesWithEveryOptionThatTheVolumesDependOn) {
       [](auto& o) { o.fit.backend.solve.max_iterations += 1; },
       [](auto& o) { o.fit.backend.batch += 1; },
       [](auto& o) { o.fit.backend.refined_memory_mb *= 2; },
-      [](auto& o) { o.channels = {"G"}; }};
+      [](auto& o) { o.channels = {"G"}; },
+      [](auto& o) { o.hold_out = "none"; }};
   const std::string usual = options_json({});
   EXPECT_EQ(usual, options_json({}));
   EXPECT_EQ(options_by_name({}).size(), changes.size()) << "an option without a test";

@@ -109,8 +109,21 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   const json summary = json::parse(last_line(result.standard_output));
   EXPECT_TRUE(summary["camera_rms_px"].is_null());
   EXPECT_TRUE(fs::exists(folder() / "b" / "fit" / "kappa_R.npy"));
-  EXPECT_THAT(io::read_text(folder() / "b" / "report.html"),
-              HasSubstr("This run has no calibration"));
+  const std::string page = io::read_text(folder() / "b" / "report.html");
+  EXPECT_THAT(page, HasSubstr("This run has no calibration"));
+  // Nobody measured patterns to judge the fit by, so it keeps one of its own out.
+  const json fit = json::parse(io::read_text(folder() / "b" / "fit" / "fit.json"));
+  EXPECT_EQ(fit["held_out"]["source"], "input");
+  EXPECT_EQ(fit["held_out"]["patterns"].size(), 1U);
+  EXPECT_EQ(fit["options"]["hold_out"], "auto");
+  for (const json& channel : fit["channels"]) {
+    EXPECT_GT(channel["holdout_E"].get<double>(), 0.0);
+    EXPECT_LT(channel["holdout_E"].get<double>(), 0.05);
+    EXPECT_GT(channel["holdout_chi2_per_value"].get<double>(), 0.0);
+  }
+  EXPECT_THAT(page, HasSubstr("Light held out of the fit"));
+  EXPECT_GT(summary["holdout_E"].get<double>(), 0.0);
+  EXPECT_EQ(json::parse(io::read_text(folder() / "b" / "run.json"))["holdout_E"].size(), 3U);
 }
 
 TEST_F(RunTest, AnotherSessionIsRefused) {
