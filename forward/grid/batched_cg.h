@@ -2,7 +2,7 @@
 // scalars.
 //
 // Storage is float, yet residuals far below float's reach are met: the solution is the sum of two
-// floats, x and a correction d, and once the residual has fallen by three decades the true one,
+// floats, x and a correction d, and once the residual has fallen by two decades the true one,
 // b − A (x + d) with arithmetic in double, replaces it (van der Vorst & Ye 2000, "Residual
 // replacement strategies for Krylov subspace iterative methods"). Convergence is only ever declared
 // on the true residual.

@@ -54,7 +54,12 @@ StreamTiles tiles_up(const StreamMachine& machine, const GridShape& fine, const 
 }
 
 StreamTiles tiles_step(const StreamMachine& machine, const GridShape& grid) {
-  return cut(machine, grid, 4, 3);
+  // A ring of values and one, half as large, of what rounding left over of black ones.
+  constexpr int depth = 4, halo = 3;
+  StreamTiles tiles = cut(machine, grid, depth + depth / 2, halo);
+  tiles.scratch_cells = depth * (tiles.size[0] + 2 * halo + (tiles.size[0] + 2 * halo) / 2 + 2) *
+                        (tiles.size[2] + 2 * halo);
+  return tiles;
 }
 
 }  // namespace kappamu::forward

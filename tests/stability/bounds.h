@@ -15,10 +15,11 @@ namespace kappamu::bounds {
 inline constexpr double single_error = 1e-6;
 /// Where the residual bounds the error worst: log κ rough from voxel to voxel at contrast 10⁶.
 inline constexpr double rough_single_error = 3e-6;
-/// Where next to nothing leaves or is absorbed beside what κ moves (mirrors, no absorption).
-inline constexpr double weak_sink_single_error = 1e-5;
-/// Voxels between open faces up to which float must converge there, κ/h up to 4.
-inline constexpr int deepest_in_float = 256;
+/// Iterations in single precision where next to nothing leaves or is absorbed beside what κ moves
+/// (mirrors, no absorption, up to 2048 voxels deep).
+inline constexpr int weak_sink_iterations = 16;
+/// Of layers one voxel thick at contrast 10⁶, in single precision, on any grid.
+inline constexpr int layers_iterations = 12;
 /// What is left at float's floor, and double's.
 inline constexpr double single_floor = 3e-7;
 inline constexpr double double_floor = 1e-13;

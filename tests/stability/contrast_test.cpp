@@ -44,6 +44,33 @@ TEST_P(Contrast, RightInFewIterationsOrSaysNot) {
 INSTANTIATE_TEST_SUITE_P(, Contrast, ::testing::ValuesIn(bounds::iterations),
                          [](const auto& at) { return std::string(at.param.name); });
 
+class Layers : public testing::OnDevice, public ::testing::WithParamInterface<GridShape> {};
+
+/// Float's edge until black cells were solved for to second order: 1e-5 and no further on some
+/// grids.
+TEST_P(Layers, ConvergeInSinglePrecisionWhicheverWayTheyLie) {
+  for (const int axis : {0, 1, 2}) {
+    const LimitOutcome outcome =
+        run_limit({.setup = {.shape = GetParam()},
+                   .medium = {.kind = MediumKind::layers, .contrast = 1e6, .axis = axis},
+                   .patterns = 2,
+                   .with_error = false});
+    EXPECT_EQ(outcome.termination, Termination::converged) << outcome.message;
+    EXPECT_LE(outcome.iterations, bounds::layers_iterations) << "across axis " << axis;
+    EXPECT_LT(outcome.imbalance, bounds::imbalance);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, Layers,
+                         ::testing::Values(GridShape{40, 36, 20, 0.25}, GridShape{48, 48, 20, 0.25},
+                                           GridShape{64, 64, 64, 0.25}, GridShape{31, 29, 7, 0.25},
+                                           GridShape{128, 3, 33, 0.25}),
+                         [](const auto& at) {
+                           const GridShape& s = at.param;
+                           return std::to_string(s.nx) + "x" + std::to_string(s.ny) + "x" +
+                                  std::to_string(s.nz);
+                         });
+
 class Growth : public testing::OnDevice, public ::testing::WithParamInterface<MediumKind> {};
 
 TEST_P(Growth, IterationsHardlyKnowTheSizeOfTheGrid) {

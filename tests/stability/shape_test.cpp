@@ -86,17 +86,15 @@ TEST_P(MirrorsWithoutAbsorption, HaveOneSolutionHoweverDeepInDouble) {
   }
 }
 
-/// Float loses the little that leaves beside what κ moves: in depth and in κ it ends earlier.
-TEST_P(MirrorsWithoutAbsorption, AreRightInFloatOrSaidNotToBe) {
+/// Of what strong bonds carry float rounds off more than leaves here; black cells are solved for to
+/// second order so that it is not lost (docs/engine.md).
+TEST_P(MirrorsWithoutAbsorption, AreAsRightInFloatAsAnythingElse) {
   for (const double kappa : {1e-3, 0.3, 1e3}) {
     const Compared compared =
         solve_between_mirrors(GetParam(), kappa, forward::Precision::single_precision);
-    if (compared.report.termination == Termination::converged) {
-      EXPECT_LT(compared.error, bounds::weak_sink_single_error) << kappa;
-    } else {
-      EXPECT_TRUE(kappa > 1.0 || GetParam() > bounds::deepest_in_float) << compared.report.message;
-      EXPECT_NE(compared.report.message.find("not met"), std::string::npos);
-    }
+    EXPECT_EQ(compared.report.termination, Termination::converged) << compared.report.message;
+    EXPECT_LE(compared.report.iterations, bounds::weak_sink_iterations) << kappa;
+    EXPECT_LT(compared.error, bounds::single_error) << kappa;
   }
 }
 
