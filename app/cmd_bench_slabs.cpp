@@ -15,7 +15,6 @@ namespace {
 struct Options {
   std::string data, out;
   bench::SlabOptions settings;
-  bool all = false;
 };
 
 void run_slabs(Options options, Globals& globals) {
@@ -29,7 +28,6 @@ void run_slabs(Options options, Globals& globals) {
   }
   const auto progress = make_progress();
   options.settings.seed = globals.seed;
-  if (options.all) options.settings.every = 1;
   const auto rows =
       bench::compare_slabs(bench::read_measured_slabs(options.data), options.settings, *progress);
   const fs::path out(options.out);
@@ -64,9 +62,12 @@ void add_bench_slabs(CLI::App& bench, Globals& globals) {
   auto options = std::make_shared<Options>();
   command->add_option("--data", options->data, "Folder of the measurements")->required();
   command->add_option("-o,--out", options->out, "Folder to write into")->required();
-  command->add_option("--photons", options->settings.photons, "Per row (default 40000)")
+  command->add_option("--photons", options->settings.photons, "Per row (default 20000)")
       ->check(CLI::Range(100, 100000000));
-  command->add_flag("--all", options->all, "Every row of the spectra, not one in eight");
+  command
+      ->add_option("--every", options->settings.every,
+                   "Of long spectra, one row in so many (default 1: all)")
+      ->check(CLI::PositiveNumber);
   command->callback([options, &globals] { run_slabs(*options, globals); });
 }
 

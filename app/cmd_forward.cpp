@@ -12,8 +12,8 @@
 #include "app/command.h"
 #include "app/forward_input.h"
 #include "app/forward_output.h"
+#include "forward/diffusion_warnings.h"
 #include "forward/forward_model.h"
-#include "forward/grid/power_balance.h"
 #include "io/atomic_file.h"
 
 namespace kappamu::app {
@@ -85,7 +85,10 @@ void run_forward(const Arguments& arguments, Globals& globals) {
   // Only now, so that a failure is one sentence and nothing else.
   std::vector<std::string> warnings = result.warnings;
   if (!method.transport) {
-    const auto more = forward::diffusion_warnings(problem.setup, problem.medium);
+    const forward::Precision precision = result.backend == "reference"
+                                             ? forward::Precision::double_precision
+                                             : run.options.precision;
+    const auto more = forward::diffusion_warnings(problem.setup, problem.medium, precision);
     warnings.insert(warnings.end(), more.begin(), more.end());
   }
   for (const auto& warning : warnings) progress->warn(warning);

@@ -8,10 +8,12 @@
 #include <utility>
 
 #include "bench/forward_record.h"
+#include "bench/kernels.h"
 #include "bench/measure.h"
 #include "bench/peer_runner.h"
 #include "bench/record.h"
 #include "core/error.h"
+#include "device/bandwidth.h"
 
 namespace kappamu::bench {
 
@@ -34,8 +36,7 @@ ProblemSpec headline(bool quick) {
 /// Writes what a section has so far, so that an interrupted one leaves a record all the same.
 using Save = std::function<void(const Json& runs)>;
 
-Json description_of(const Problem& problem) {
-  const ProblemSpec& spec = problem.spec();
+Json description_of(const ProblemSpec& spec) {
   return {{"name", spec.name},
           {"grid", {spec.shape.nx, spec.shape.ny, spec.shape.nz}},
           {"voxel_mm", spec.shape.voxel_mm},
@@ -44,8 +45,13 @@ Json description_of(const Problem& problem) {
           {"medium", to_string(spec.medium.kind)},
           {"contrast", spec.medium.contrast * spec.medium.background_contrast},
           {"background_contrast", spec.medium.background_contrast},
-          {"mu", spec.medium.mu},
-          {"truth_error", problem.truth_error()}};
+          {"mu", spec.medium.mu}};
+}
+
+Json description_of(const Problem& problem) {
+  Json description = description_of(problem.spec());
+  description["truth_error"] = problem.truth_error();
+  return description;
 }
 
 void add(std::vector<Sample>& all, const std::vector<Sample>& some) {
@@ -86,6 +92,20 @@ void measure_headline(const ForwardBenchOptions& options, Progress& progress, co
   std::vector<Sample> samples = ours(problem, options);
   add(samples, others(problem, options, options.quick ? 0.5 : 6.0, progress));
   save(Json::array({{{"problem", description_of(problem)}, {"samples", to_json(samples)}}}));
+}
+
+void measure_kernels(const ForwardBenchOptions& options, Progress& progress, const Save& save) {
+  const ProblemSpec spec = headline(options.quick);
+  Json profiles = Json::array();
+  for (const auto precision : {Precision::single_precision, Precision::double_precision}) {
+    if (options.device == "reference") {
+      progress.warn("section kernels needs an OpenCL device; nothing was measured");
+      break;
+    }
+    profiles.push_back(
+        to_json(profile_kernels(spec, options.device, precision, options.repetitions)));
+  }
+  save(Json::array({{{"problem", description_of(spec)}, {"profiles", profiles}}}));
 }
 
 /// The papers' smoothers alone, for as long as one may wait: how far they are from 1e-2 by then.
@@ -218,7 +238,7 @@ void measure_iterations(const ForwardBenchOptions& options, Progress& progress, 
         choice.solver->set_medium(medium.kappa.values(), medium.mu.values());
         choice.solver->light_source(light, *b);
         const auto phi = choice.solver->make_field(patterns);
-        const forward::SolveReport report = choice.solver->solve(*b, *phi, {1e-6, 400});
+        const forward::SolveReport report = choice.solver->solve(*b, *phi, {1e-6, 200});
         rows.push_back({{"grid", {n, n, n}},
                         {"medium", to_string(kind)},
                         {"contrast", contrast},
@@ -239,9 +259,9 @@ struct Section {
   void (*measure)(const ForwardBenchOptions&, Progress&, const Save&);
 };
 const std::vector<Section> sections{
-    {"headline", measure_headline},     {"peers", measure_peers},
-    {"relaxation", measure_relaxation}, {"grids", measure_grids},
-    {"scaling", measure_scaling},       {"iterations", measure_iterations}};
+    {"headline", measure_headline},     {"kernels", measure_kernels}, {"peers", measure_peers},
+    {"relaxation", measure_relaxation}, {"grids", measure_grids},     {"scaling", measure_scaling},
+    {"iterations", measure_iterations}};
 
 }  // namespace
 
@@ -270,6 +290,11 @@ void measure_forward(const std::string& name, const ForwardBenchOptions& options
         progress.warn(
             "the machine is busy (load " + std::to_string(std::lround(load)) +
             "): times and ratios of this record mean little; measure again when it rests");
+      }
+      // The host's is not that of a card.
+      if (options.device != "reference") {
+        record["machine"]["copy_bandwidth_bytes_per_second"] = device::measured_copy_bandwidth(
+            device::Context::of(device::choose(device::list_devices(), options.device).index));
       }
       record["quick"] = options.quick;
       record["repetitions"] = options.repetitions;

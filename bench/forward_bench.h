@@ -24,6 +24,7 @@ struct ForwardBenchOptions {
 /// In the order they are measured:
 ///   headline    every method on 256×256×20, 16 patterns, κ contrast 10 with inclusions ×100, ÷100
 ///   peers       hypre, PETSc, Eigen on the same problem, beside a fresh measurement of ours
+///   kernels     what share of the bandwidth each kernel of our solve uses on that problem
 ///   relaxation  how far the papers' relaxation is from 1e-2 after a minute on that problem
 ///   grids       every method on other grids and contrasts
 ///   scaling     ours and hypre PFMG from 32³ to 256³
@@ -39,7 +40,9 @@ void draw_forward(const std::filesystem::path& folder);
 
 /// What `--json` prints, from the record of section peers where there is one, else of headline:
 /// grid, patterns, contrast, method, precision, iterations, seconds_per_rhs, true_error,
-/// bandwidth_fraction, and `peers`, each the same with `ratio`. Throws InputError without either.
+/// bandwidth_fraction, and `peers`, each the same with `ratio`, the fastest of other people's
+/// named; `relaxation` and `kernels` from the records of these sections. Throws InputError without
+/// either.
 nlohmann::ordered_json forward_summary(const std::filesystem::path& folder);
 
 }  // namespace kappamu::bench

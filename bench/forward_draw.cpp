@@ -1,16 +1,13 @@
-// Charts, tables and summary of the records of `kappamu bench forward`.
+// Charts and tables of the records of `kappamu bench forward`.
 #include <algorithm>
-#include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "bench/chart.h"
 #include "bench/forward_bench.h"
 #include "bench/forward_record.h"
+#include "bench/kernels.h"
 #include "bench/record.h"
-#include "core/error.h"
+#include "bench/text.h"
 #include "io/atomic_file.h"
 
 namespace kappamu::bench {
@@ -19,26 +16,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-std::optional<Json> record_of(const fs::path& folder, const std::string& section) {
-  const fs::path file = folder / ("forward-" + section + ".json");
-  if (!fs::exists(file)) return std::nullopt;
-  return read_record(file, "forward-" + section);
-}
-
-__attribute__((format(printf, 1, 2))) std::string text(const char* format, ...) {
-  char buffer[512];
-  va_list list;
-  va_start(list, format);
-  std::vsnprintf(buffer, sizeof buffer, format, list);
-  va_end(list);
-  return buffer;
-}
-
-GridShape shape_of(const Json& problem) {
-  const Json& n = problem.at("grid");
-  return {n[0].get<int>(), n[1].get<int>(), n[2].get<int>(), problem.value("voxel_mm", 1.0)};
-}
 
 std::string title_of(const Json& problem) {
   return text("%s: %s, %d patterns, contrast %g", problem.at("name").get<std::string>().c_str(),
@@ -64,41 +41,6 @@ Chart time_error_chart(const std::string& title, const std::vector<Sample>& samp
     chart.series.push_back(series);
   }
   return chart;
-}
-
-/// The error at which the sides are compared: 1e-6, or 1e-5 where single precision ends above 1e-6.
-struct Target {
-  double error = 1e-6;
-  double floor = 0.0;  ///< least error single precision attained
-};
-Target target_of(const std::vector<Sample>& samples) {
-  Target target;
-  target.floor = 1.0;
-  for (const Sample& sample : samples) {
-    if (sample.method == "multigrid" && sample.precision == "single") {
-      target.floor = std::min(target.floor, sample.error());
-    }
-  }
-  if (target.floor > target.error) target.error = 1e-5;
-  return target;
-}
-
-std::vector<Sample> of(const std::vector<Sample>& samples, const std::string& method,
-                       const std::string& precision = "") {
-  std::vector<Sample> some;
-  for (const Sample& sample : samples) {
-    if (sample.method == method && (precision.empty() || sample.precision == precision)) {
-      some.push_back(sample);
-    }
-  }
-  return some;
-}
-
-double bandwidth_fraction(const Json& record, const Json& problem, const Sample& sample) {
-  const double bandwidth = record.at("machine").at("copy_bandwidth_bytes_per_second").get<double>();
-  return least_bytes(shape_of(problem).cells(), sample.patterns, sample.iterations,
-                     sample.precision == "single" ? sizeof(float) : sizeof(double)) /
-         (sample.solve_seconds_per_rhs * bandwidth);
 }
 
 void write_table(const fs::path& folder, const std::string& name, const std::string& table) {
@@ -137,7 +79,7 @@ std::string sample_rows(const Json& record, const Json& run) {
 
 std::string ratio_table(const std::vector<Sample>& samples, const std::string& other_word) {
   const Target target = target_of(samples);
-  const auto ours = seconds_at_error(of(samples, "multigrid", "single"), target.error);
+  const auto ours = seconds_at_error(samples_of(samples, "multigrid", "single"), target.error);
   std::string table =
       text("Single precision attains %.1e at best, so methods meet at a true error of %.0e.\n\n",
            target.floor, target.error);
@@ -153,7 +95,7 @@ std::string ratio_table(const std::vector<Sample>& samples, const std::string& o
     const Sample& first = line.samples.front();
     const double unshared =
         *seconds + first.set_up_seconds - (first.seconds_per_rhs - first.solve_seconds_per_rhs);
-    const Sample own = of(samples, "multigrid", "single").front();
+    const Sample own = samples_of(samples, "multigrid", "single").front();
     const double own_unshared =
         *ours + own.set_up_seconds - (own.seconds_per_rhs - own.solve_seconds_per_rhs);
     table += text("| %s | %.4f | %.4f | %.1f | %.1f |\n", line.label.c_str(), *seconds, unshared,
@@ -198,27 +140,35 @@ void draw_peers(const fs::path& folder) {
 
 /// Ours at error 1e-2 against relaxation: a ratio where that got there, a bound where it did not.
 void draw_relaxation(const fs::path& folder) {
-  constexpr double target = 1e-2;
   const auto record = record_of(folder, "relaxation");
   if (!record) return;
   draw_time_error(folder, "relaxation");
   const Json& run = record->at("runs").at(0);
   const auto samples = samples_from_json(run.at("samples"));
-  const auto ours = seconds_at_error(of(samples, "multigrid", "single"), target);
   std::string table = sample_rows(*record, run) + "\n";
   for (const char* method : {"relaxation", "gauss-seidel"}) {
-    const auto own = of(samples, method);
-    if (own.empty() || !ours) continue;
-    const auto seconds = seconds_at_error(own, target);
-    const Sample& last = own.back();
+    const auto against = relaxation_ratio(samples, method);
+    if (!against) continue;
     table += text("- %s: %s%.0f times our time at a true error of 1e-2 (%.4f s)", method,
-                  seconds ? "" : "more than ", (seconds ? *seconds : last.seconds_per_rhs) / *ours,
-                  *ours);
-    table += seconds ? std::string(".\n")
-                     : text("; after %.1f s per right-hand side its error is still %.2f.\n",
-                            last.seconds_per_rhs, last.error());
+                  against->reached ? "" : "more than ", against->ratio, against->ours_seconds);
+    table += against->reached
+                 ? std::string(".\n")
+                 : text("; after %.1f s per right-hand side its error is still %.2f.\n",
+                        against->last_seconds, against->last_error);
   }
   write_table(folder, "relaxation", table);
+}
+
+/// No picture: a handful of figures.
+void write_kernels(const fs::path& folder) {
+  const auto record = record_of(folder, "kernels");
+  if (!record) return;
+  std::string table;
+  for (const Json& run : record->at("runs")) {
+    table += "**" + title_of(run.at("problem")) + "**, " + provenance(*record) + "\n" +
+             kernel_table(run.at("profiles"));
+  }
+  write_table(folder, "kernels", table);
 }
 
 void draw_scaling(const fs::path& folder) {
@@ -239,7 +189,7 @@ void draw_scaling(const fs::path& folder) {
     Series seconds, counts;
     for (const Json& run : record->at("runs")) {
       const GridShape shape = shape_of(run.at("problem"));
-      for (const Sample& s : of(samples_from_json(run.at("samples")), method)) {
+      for (const Sample& s : samples_of(samples_from_json(run.at("samples")), method)) {
         const auto cells = static_cast<double>(shape.cells());
         seconds.label = counts.label = lines_of({s}).front().label;
         seconds.x.push_back(cells);
@@ -320,64 +270,16 @@ void draw_iterations(const fs::path& folder) {
   write_table(folder, "iterations", provenance(*record) + "\n" + table);
 }
 
-Json summary_of_sample(const Sample& sample) {
-  return {{"method", sample.method},
-          {"precision", sample.precision},
-          {"iterations", sample.iterations},
-          {"seconds_per_rhs", sample.seconds_per_rhs},
-          {"set_up_seconds", sample.set_up_seconds},
-          {"true_error", sample.error()}};
-}
-
 }  // namespace
 
 void draw_forward(const fs::path& folder) {
   draw_time_error(folder, "headline");
+  write_kernels(folder);
   draw_peers(folder);
   draw_relaxation(folder);
   draw_time_error(folder, "grids");
   draw_scaling(folder);
   draw_iterations(folder);
-}
-
-Json forward_summary(const fs::path& folder) {
-  auto record = record_of(folder, "peers");
-  if (!record) record = record_of(folder, "headline");
-  if (!record) {
-    throw InputError(folder.string() +
-                     " holds neither forward-peers.json nor forward-headline.json; measure section "
-                     "peers or headline.");
-  }
-  const Json& run = record->at("runs").at(0);
-  const Json& problem = run.at("problem");
-  const auto samples = samples_from_json(run.at("samples"));
-  const Target target = target_of(samples);
-  const auto single = of(samples, "multigrid", "single");
-  const Sample* best = cheapest_at_error(single, target.error);
-  check(best != nullptr || !single.empty(), "forward_summary: no sample of ours");
-  const Sample& chosen = best != nullptr ? *best : single.back();
-  const auto ours = seconds_at_error(single, target.error);
-  Json summary{{"grid", problem.at("grid")},
-               {"patterns", problem.at("patterns")},
-               {"contrast", problem.at("contrast")},
-               {"background_contrast", problem.at("background_contrast")}};
-  summary.update(summary_of_sample(chosen));
-  summary["bandwidth_fraction"] = bandwidth_fraction(*record, problem, chosen);
-  summary["target_error"] = target.error;
-  summary["single_precision_floor"] = target.floor;
-  summary["peers"] = Json::array();
-  for (const Line& line : lines_of(samples)) {
-    const Sample& any = line.samples.front();
-    if (any.method == "multigrid") continue;
-    const Sample* reached = cheapest_at_error(line.samples, target.error);
-    const auto seconds = seconds_at_error(line.samples, target.error);
-    if (reached == nullptr || !seconds || !ours) continue;
-    Json peer = summary_of_sample(*reached);
-    peer["setting"] = any.setting;
-    peer["ratio"] = *seconds / *ours;
-    summary["peers"].push_back(peer);
-  }
-  return summary;
 }
 
 }  // namespace kappamu::bench

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "bench/record.h"
+
 namespace kappamu::bench {
 
 using Json = nlohmann::ordered_json;
@@ -51,6 +53,48 @@ std::vector<Sample> samples_from_json(const Json& array) {
   return samples;
 }
 
+std::optional<Json> record_of(const std::filesystem::path& folder, const std::string& section) {
+  const std::filesystem::path file = folder / ("forward-" + section + ".json");
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  return read_record(file, "forward-" + section);
+}
+
+GridShape shape_of(const Json& problem) {
+  const Json& n = problem.at("grid");
+  return {n[0].get<int>(), n[1].get<int>(), n[2].get<int>(), problem.value("voxel_mm", 1.0)};
+}
+
+std::vector<Sample> samples_of(const std::vector<Sample>& samples, const std::string& method,
+                               const std::string& precision) {
+  std::vector<Sample> some;
+  for (const Sample& sample : samples) {
+    if (sample.method == method && (precision.empty() || sample.precision == precision)) {
+      some.push_back(sample);
+    }
+  }
+  return some;
+}
+
+Target target_of(const std::vector<Sample>& samples) {
+  Target target;
+  for (const Sample& sample : samples_of(samples, "multigrid", "single")) {
+    target.floor = std::min(target.floor, sample.error());
+  }
+  if (target.floor > target.error) target.error = 1e-5;
+  return target;
+}
+
+std::optional<RelaxationRatio> relaxation_ratio(const std::vector<Sample>& samples,
+                                                const std::string& method) {
+  const auto ours = seconds_at_error(samples_of(samples, "multigrid", "single"), relaxation_error);
+  const auto own = samples_of(samples, method);
+  if (own.empty() || !ours) return std::nullopt;
+  const auto seconds = seconds_at_error(own, relaxation_error);
+  const Sample& last = own.back();
+  return RelaxationRatio{*ours, seconds.value_or(last.seconds_per_rhs) / *ours, seconds.has_value(),
+                         last.error(), last.seconds_per_rhs};
+}
+
 std::vector<Line> lines_of(const std::vector<Sample>& samples) {
   std::vector<Line> lines;
   for (const Sample& sample : samples) {
@@ -74,10 +118,10 @@ std::string grid_name(const GridShape& shape) {
 }
 
 double least_bytes(std::size_t cells, int lanes, int iterations, std::size_t real_bytes) {
-  constexpr double half_vectors = 10.0, coefficients = 5.0, sweeps = 3.0, all_levels = 8.0 / 7.0;
-  const double per_cell = 0.5 * half_vectors + coefficients * sweeps / lanes;
-  return static_cast<double>(cells) * static_cast<double>(real_bytes) * per_cell * all_levels *
-         iterations;
+  constexpr double coarse_cells = 1.0 / 7.0;
+  constexpr double vectors = 5.0 + 5.0 * coarse_cells, coefficients = 21.0 + 16.0 * coarse_cells;
+  return static_cast<double>(cells) * static_cast<double>(real_bytes) *
+         (vectors + coefficients / lanes) * iterations;
 }
 
 }  // namespace kappamu::bench

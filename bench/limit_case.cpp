@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/error.h"
+#include "forward/diffusion_warnings.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/power_balance.h"
 
@@ -158,7 +159,7 @@ LimitOutcome run_limit(const LimitCase& limit) {
   outcome.iterations = report.iterations;
   outcome.residual = *std::max_element(report.residual.begin(), report.residual.end());
   outcome.message = report.message;
-  outcome.warnings = forward::diffusion_warnings(setup, medium);
+  outcome.warnings = forward::diffusion_warnings(setup, medium, limit.precision);
   if (!choice.warning.empty()) outcome.warnings.push_back(choice.warning);
 
   const auto exitance = [&](const forward::GridSolver& of, const forward::BatchField& field,

@@ -85,6 +85,17 @@ std::vector<std::string> files_of(const std::vector<SlabComparison>& rows) {
   return files;
 }
 
+/// What a file of the published set measures, before its name; other files go by their name.
+std::string label_of(const std::string& file) {
+  static const std::map<std::string, std::string> materials{
+      {"510nm_phantom", "phantom"}, {"il_A", "Intralipid"}, {"ink_A", "ink"},
+      {"kenlee_A", "TiO2"},         {"royston1", "ink"},    {"tio2_vis", "TiO2 phantom"}};
+  std::string name = file;
+  std::replace(name.begin(), name.end(), '_', ' ');
+  const auto known = materials.find(file);
+  return known == materials.end() ? name : known->second + " (" + name + ")";
+}
+
 }  // namespace
 
 BoundaryConstants slide_constants(double n_sample, double n_slide) {
@@ -225,8 +236,7 @@ void draw_slabs(const std::vector<SlabComparison>& rows, const std::filesystem::
     chart.legend = "inside left top";
     for (std::size_t f = 0; f < files.size(); ++f) {
       Series series;
-      series.label = files[f];
-      std::replace(series.label.begin(), series.label.end(), '_', ' ');
+      series.label = label_of(files[f]);
       series.style = Series::Style::points;
       series.colour = static_cast<int>(f) + 1;
       for (const SlabComparison& row : rows) {

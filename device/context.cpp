@@ -79,6 +79,12 @@ struct Context::Impl {
   cl_command_queue queue = nullptr;
   std::map<std::pair<std::string, std::string>, Program> programs;  ///< by (text, options)
   std::size_t allocated = 0;
+
+  struct Timed {
+    LaunchTime launch;
+    cl_event event = nullptr;
+  };
+  std::vector<Timed>* timed = nullptr;  ///< where launches are noted, while they are
 };
 
 Context::Context(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -210,15 +216,59 @@ void Context::launch_list(Program& program, const char* name, const Range& range
   const std::size_t local[] = {range.local0, range.local1};
   const std::size_t global[] = {round_up(range.global0, range.local0),
                                 round_up(range.global1, range.local1)};
-  const cl_int code =
-      clEnqueueNDRangeKernel(impl_->queue, kernel, 2, nullptr, global, local, 0, nullptr, nullptr);
+  cl_event event = nullptr;
+  const cl_int code = clEnqueueNDRangeKernel(impl_->queue, kernel, 2, nullptr, global, local, 0,
+                                             nullptr, impl_->timed != nullptr ? &event : nullptr);
   if (code != CL_SUCCESS) {
     check_call(code, ("clEnqueueNDRangeKernel(" + std::string(name) + ")").c_str(), device);
+  }
+  if (impl_->timed != nullptr) {
+    Impl::Timed timed{{name, {}, 0.0}, event};
+    for (const Argument& argument : arguments) {
+      if (!argument.is_int_) continue;
+      std::memcpy(&timed.launch.integers.emplace_back(), argument.bytes_, sizeof(int));
+    }
+    impl_->timed->push_back(std::move(timed));
   }
 }
 
 void Context::finish() {
   check_call(clFinish(impl_->queue), "clFinish", impl_->info.name);
+}
+
+std::vector<LaunchTime> Context::launches_of(const std::function<void()>& work) {
+  check(impl_->timed == nullptr, "launches_of: one at a time");
+  finish();
+  cl_int code = CL_SUCCESS;
+  cl_command_queue profiling =
+      clCreateCommandQueue(impl_->context, impl_->device, CL_QUEUE_PROFILING_ENABLE, &code);
+  check_call(code, "clCreateCommandQueue", impl_->info.name);
+  std::vector<Impl::Timed> timed;
+  std::swap(impl_->queue, profiling);
+  impl_->timed = &timed;
+  // Whatever comes, the plain queue is put back and the events are freed.
+  const auto restore = [&](void*) {
+    clFinish(impl_->queue);
+    impl_->timed = nullptr;
+    std::swap(impl_->queue, profiling);
+    for (const Impl::Timed& one : timed) clReleaseEvent(one.event);
+    clReleaseCommandQueue(profiling);
+  };
+  const std::unique_ptr<void, decltype(restore)> guard(impl_.get(), restore);
+  work();
+  finish();
+  std::vector<LaunchTime> launches;
+  for (Impl::Timed& one : timed) {
+    cl_ulong start = 0, end = 0;
+    for (const auto& [what, value] : {std::pair{CL_PROFILING_COMMAND_START, &start},
+                                      std::pair{CL_PROFILING_COMMAND_END, &end}}) {
+      check_call(clGetEventProfilingInfo(one.event, what, sizeof(cl_ulong), value, nullptr),
+                 "clGetEventProfilingInfo", impl_->info.name);
+    }
+    one.launch.seconds = 1e-9 * static_cast<double>(end - start);
+    launches.push_back(one.launch);
+  }
+  return launches;
 }
 
 }  // namespace kappamu::device

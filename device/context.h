@@ -4,11 +4,13 @@
 
 #include <cstddef>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "device/device_info.h"
 #include "device/kernel_source.h"
@@ -43,7 +45,7 @@ class Argument {
   explicit Argument(const Buffer& buffer) : handle_(buffer.handle_.get()), is_buffer_(true) {}
   template <class T>
   requires std::is_arithmetic_v<T>
-  explicit Argument(T value) : size_(sizeof(T)) {
+  explicit Argument(T value) : is_int_(std::is_same_v<T, int>), size_(sizeof(T)) {
     static_assert(sizeof(T) <= sizeof(bytes_));
     std::memcpy(bytes_, &value, sizeof(T));
   }
@@ -51,7 +53,7 @@ class Argument {
  private:
   friend class Context;
   void* handle_ = nullptr;
-  bool is_buffer_ = false;
+  bool is_buffer_ = false, is_int_ = false;
   std::size_t size_ = 0;
   alignas(8) unsigned char bytes_[8] = {};
 };
@@ -61,6 +63,13 @@ class Argument {
 struct Range {
   std::size_t global0 = 1, global1 = 1;
   std::size_t local0 = 1, local1 = 1;
+};
+
+/// One launch of a kernel, timed by the device itself.
+struct LaunchTime {
+  std::string kernel;
+  std::vector<int> integers;  ///< its arguments of type int, in their order
+  double seconds = 0.0;       ///< from start to end
 };
 
 /// A compiled OpenCL file; lives as long as its context.
@@ -99,6 +108,9 @@ class Context {
 
   /// Waits until all queued work is done.
   void finish();
+
+  /// Runs `work` and returns what it launched here, in order; to be called from outside of `work`.
+  std::vector<LaunchTime> launches_of(const std::function<void()>& work);
 
  private:
   struct Impl;

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "forward/grid/power_balance.h"
+#include "forward/diffusion_warnings.h"
 #include "inverse/basis.h"
 #include "inverse/fit_function.h"
 #include "inverse/fit_state.h"
@@ -336,7 +336,8 @@ ChannelFit ChannelRun::result() {
     fit.medium.kappa[i] = std::exp(fields.log_kappa[i]);
     fit.medium.mu[i] = std::exp(fields.log_mu[i]);
   }
-  for (const std::string& sentence : forward::diffusion_warnings(ladder_[0].setup, fit.medium)) {
+  for (const std::string& sentence :
+       forward::diffusion_warnings(ladder_[0].setup, fit.medium, options_.backend.precision)) {
     warn(sentence);
   }
   for (const double m : objective_->prediction()) {

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Remakes every chart and table of docs/benchmarks.md on this machine: measures section by section into out/bench, then
 # renews docs/images/bench-*.png and the tables between the page's markers. About 15 minutes; leave the machine alone.
-#   scripts/bench.sh [--quick] [--draw] [SECTION...]     headline peers relaxation grids scaling iterations (default: all)
+#   scripts/bench.sh [--quick] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
+# (default: all)
 # --quick measures toy grids into out/bench-quick and leaves the page alone; --draw measures nothing. BENCH_UNDER holds
 # words to put before each measurement, BENCH_KAPPAMU another program than build/app/kappamu.
 set -euo pipefail
@@ -11,12 +12,12 @@ while (($#)); do
   case $1 in
     --quick) quick=(--quick) out=out/bench-quick; shift ;;
     --draw) draw=1; shift ;;
-    -h | --help) sed -n '2,6s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
     -*) echo "bench: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) sections+=("$1"); shift ;;
   esac
 done
-((${#sections[@]})) || sections=(headline peers relaxation grids scaling iterations)
+((${#sections[@]})) || sections=(headline kernels peers relaxation grids scaling iterations)
 kappamu=${BENCH_KAPPAMU:-build/app/kappamu}
 [[ -n ${BENCH_KAPPAMU:-} ]] || scripts/build.sh release
 read -ra under <<<"${BENCH_UNDER:-}"

@@ -57,11 +57,7 @@ class BoomerAmg final : public Peer {
   BoomerAmg(const BoomerAmg&) = delete;
   BoomerAmg& operator=(const BoomerAmg&) = delete;
 
-  std::vector<std::string> settings() const override {
-    std::vector<std::string> names;
-    for (const Setting& choice : choices) names.emplace_back(choice.name);
-    return names;
-  }
+  std::vector<std::string> settings() const override { return names_of(choices); }
 
   void set_up(int setting) override {
     forget_solver();

@@ -61,11 +61,7 @@ class Pfmg final : public Peer {
   Pfmg(const Pfmg&) = delete;
   Pfmg& operator=(const Pfmg&) = delete;
 
-  std::vector<std::string> settings() const override {
-    std::vector<std::string> names;
-    for (const Setting& choice : choices) names.emplace_back(choice.name);
-    return names;
-  }
+  std::vector<std::string> settings() const override { return names_of(choices); }
 
   void set_up(int setting) override {
     forget_solver();

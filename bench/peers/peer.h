@@ -24,6 +24,14 @@ class Peer {
 
 inline constexpr int max_iterations = 5000;
 
+/// The names of a list of settings, for Peer::settings().
+template <class Settings>
+std::vector<std::string> names_of(const Settings& settings) {
+  std::vector<std::string> names;
+  for (const auto& setting : settings) names.emplace_back(setting.name);
+  return names;
+}
+
 // Present where the library was found; the matrix is assembled on construction.
 std::unique_ptr<Peer> make_hypre_pfmg(const Problem& problem);
 std::unique_ptr<Peer> make_hypre_boomeramg(const Problem& problem);

@@ -64,11 +64,7 @@ class Petsc final : public Peer {
   Petsc(const Petsc&) = delete;
   Petsc& operator=(const Petsc&) = delete;
 
-  std::vector<std::string> settings() const override {
-    std::vector<std::string> names;
-    for (const Setting& setting : settings_) names.push_back(setting.name);
-    return names;
-  }
+  std::vector<std::string> settings() const override { return names_of(settings_); }
 
   void set_up(int setting) override {
     if (ksp_ != nullptr) call(KSPDestroy(&ksp_));

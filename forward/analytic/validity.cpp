@@ -71,8 +71,9 @@ std::optional<std::string> validity_warning(const GridSetup& setup, const Medium
   }
   std::ostringstream out;
   out.precision(2);
-  out << "a slab of this block's mean coefficients (albedo " << albedo << ", " << paths
-      << " transport mean free paths thick) is where diffusion errs against transport by";
+  out << "under collimated light diffusion errs in a slab of this block's mean coefficients "
+         "(albedo "
+      << albedo << ", " << paths << " transport mean free paths thick) by";
   const char* separator = " ";
   const auto add = [&](const std::optional<double>& error, const char* what) {
     if (!error) return;
@@ -82,7 +83,11 @@ std::optional<std::string> validity_warning(const GridSetup& setup, const Medium
   add(estimate.reflected, "the light reflected");
   add(estimate.transmitted, "the light transmitted");
   add(estimate.far_map, "the far face's map");
-  out << "; --method montecarlo does not";
+  if (albedo < table_albedo.front() || paths < table_thickness.front()) {
+    out << ", as measured at albedo " << std::max(albedo, table_albedo.front()) << " and "
+        << std::max(paths, table_thickness.front()) << " mean free paths";
+  }
+  out << "; kappamu forward --method montecarlo shows the truth";
   return out.str();
 }
 

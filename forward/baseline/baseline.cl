@@ -14,39 +14,11 @@
 //
 // Work. Sweeps: global id 0 = group + GROUPS segment of SEGMENT cells of a row, 1 = row = y + ny z.
 // Sums: global id 0 = group + GROUPS run; a run is a stretch of cells, or, INTERLEAVED, every
-// runs-th cell, so that neighbouring items touch neighbouring memory.
-#ifndef REAL
-#define REAL float  // storage and arithmetic
-#endif
-#ifndef ACCU
-#define ACCU double  // sums and residuals; float where the device has no double
-#endif
-#ifndef WIDTH
-#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
-#endif
-#ifndef GROUPS
-#define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
-#endif
-#ifndef SEGMENT
-#define SEGMENT 0x40000000  // cells of a row one item sweeps: all on CPUs, 1 on GPUs
-#endif
+// runs-th cell, so that neighbouring items touch neighbouring memory. Number types and names begin
+// with grid/grid_prelude.cl.
 #ifndef INTERLEAVED
 #define INTERLEAVED 0
 #endif
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef ACCU accu_vec;
-#define to_vec(v) ((REAL)(v))
-#define to_accu(v) ((ACCU)(v))
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(ACCU, WIDTH) accu_vec;
-#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
-#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
-#endif
-
 #define GRID_ARGUMENTS                                                      \
   const int nx, const int ny, const int nz, global const REAL *restrict gx, \
       global const REAL *restrict gy, global const REAL *restrict gz,       \
@@ -67,18 +39,22 @@ int is_inner(const int open, const int at, const int extent, const int depth) {
   return !open || min(at, extent - 1 - at) >= depth;
 }
 
+// Which cells a sweep's item walks.
+#define SWEEP_SETUP                                                                           \
+  const int group = (int)get_global_id(0) % GROUPS, segment = (int)get_global_id(0) / GROUPS; \
+  const int row = (int)get_global_id(1);                                                      \
+  const int x_begin = segment * SEGMENT;                                                      \
+  if (row >= ny * nz || x_begin >= nx) return;                                                \
+  const int x_end = SEGMENT < nx - x_begin ? x_begin + SEGMENT : nx;                          \
+  const int y = row % ny, z = row / ny;                                                       \
+  const int inner = is_inner(open_y, y, ny, depth) && is_inner(open_z, z, nz, depth);
+
 // [W] 5.2's update, the new value of a cell from its neighbours' old ones, written as an increment:
 // out = in + (rhs − A in) / (ΣG + S).
 kernel void jacobi(GRID_ARGUMENTS, global const REAL* restrict inverse, DEPTH_ARGUMENTS,
                    global const vec* restrict rhs, global const vec* restrict in,
                    global vec* restrict out) {
-  const int group = (int)get_global_id(0) % GROUPS, segment = (int)get_global_id(0) / GROUPS;
-  const int row = (int)get_global_id(1);
-  const int x_begin = segment * SEGMENT;
-  if (row >= ny * nz || x_begin >= nx) return;
-  const int x_end = SEGMENT < nx - x_begin ? x_begin + SEGMENT : nx;
-  const int y = row % ny, z = row / ny;
-  const int inner = is_inner(open_y, y, ny, depth) && is_inner(open_z, z, nz, depth);
+  SWEEP_SETUP
   for (int x = x_begin; x < x_end; ++x) {
     if (inner && is_inner(open_x, x, nx, depth)) continue;
     const int i = x + nx * row;
@@ -93,13 +69,7 @@ kernel void jacobi(GRID_ARGUMENTS, global const REAL* restrict inverse, DEPTH_AR
 kernel void gauss_seidel(GRID_ARGUMENTS, global const REAL* restrict inverse, DEPTH_ARGUMENTS,
                          const int colour, global const vec* restrict rhs,
                          global vec* restrict phi) {
-  const int group = (int)get_global_id(0) % GROUPS, segment = (int)get_global_id(0) / GROUPS;
-  const int row = (int)get_global_id(1);
-  const int x_begin = segment * SEGMENT;
-  if (row >= ny * nz || x_begin >= nx) return;
-  const int x_end = SEGMENT < nx - x_begin ? x_begin + SEGMENT : nx;
-  const int y = row % ny, z = row / ny;
-  const int inner = is_inner(open_y, y, ny, depth) && is_inner(open_z, z, nz, depth);
+  SWEEP_SETUP
   for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
     if (inner && is_inner(open_x, x, nx, depth)) continue;
     const int i = x + nx * row;
@@ -133,6 +103,24 @@ kernel void residual_norm(GRID_ARGUMENTS, DEPTH_ARGUMENTS, const int runs,
     const accu_vec here = to_accu(phi[f]);
     const accu_vec difference = to_accu(rhs[f]) - OPERATOR(accu_vec, to_accu, phi);
     sum += difference * difference;
+  }
+  partial[run * GROUPS + group] = sum;
+}
+
+// Σ ((ΣG + S) φ)² over the active cells of each run, in ACCU: times half a unit in the last place,
+// what of a residual rounding φ can hide.
+kernel void diagonal_norm(const int nx, const int ny, const int nz,
+                          global const REAL* restrict inverse, DEPTH_ARGUMENTS, const int runs,
+                          global const vec* restrict phi, global accu_vec* restrict partial) {
+  accu_vec sum = (accu_vec)(0);
+  FOR_CELLS_OF_RUN(nx * ny * nz, runs) {
+    const int row = i / nx, x = i - nx * row, z = row / ny, y = row - ny * z;
+    if (is_inner(open_x, x, nx, depth) && is_inner(open_y, y, ny, depth) &&
+        is_inner(open_z, z, nz, depth)) {
+      continue;
+    }
+    const accu_vec value = to_accu(phi[(size_t)i * GROUPS + group]) / (ACCU)inverse[i];
+    sum += value * value;
   }
   partial[run * GROUPS + group] = sum;
 }

@@ -11,6 +11,7 @@
 #include "forward/baseline/diagonal_cg.h"
 #include "forward/baseline/hierarchy.h"
 #include "forward/grid/grid_physics.h"
+#include "forward/rounding_floor.h"
 
 namespace kappamu::forward {
 
@@ -56,7 +57,7 @@ class RelaxationSolver final : public Solver {
   Outcome solve(const Batch& batch, const device::Buffer& b, const SolveOptions& options) override {
     phi_ = batch.make_field(cells_);
     const auto result = levels_.solve(batch, b, phi_, kind_, options);
-    std::string message = sentence(result.finest, options.tolerance);
+    std::string message = sentence(result.finest, options.tolerance, batch.precision());
     if (!result.coarse_sweeps.empty()) {
       message += ", coarser grids";
       for (const int sweeps : result.coarse_sweeps) message += " " + std::to_string(sweeps);
@@ -96,6 +97,7 @@ class Wang2008Solver final : public Solver {
     message << "relative residual " << worst << " after " << result.iterations
             << " iterations on the equations of stencil (8)";
     if (!converged) message << ", tolerance " << options.tolerance << " not met";
+    if (result.stagnated) message << ": " << rounding_floor_sentence(batch.precision());
     const Termination termination = converged              ? Termination::converged
                                     : std::isfinite(worst) ? Termination::ran_out
                                                            : Termination::failed;

@@ -36,6 +36,9 @@ class Batch {
   Batch(device::Context& context, Precision precision, Lanes lanes);
 
   device::Context& context() const { return context_; }
+  Precision precision() const {
+    return single_ ? Precision::single_precision : Precision::double_precision;
+  }
   int patterns() const { return lanes_.count; }
   int first() const { return lanes_.first; }  ///< pattern of the problem in lane 0
 

@@ -76,6 +76,7 @@ DiagonalCgResult diagonal_cg(const Batch& batch, const DeviceStencil& s, const d
     true_residual();
     now = worst(rr, bb);
   }
+  result.stagnated = now > options.tolerance && result.iterations < options.max_iterations;
   result.residual = quotient(rr, bb);
   result.residual.resize(static_cast<std::size_t>(batch.patterns()));
   for (double& value : result.residual) value = std::sqrt(value);

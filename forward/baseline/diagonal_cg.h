@@ -8,6 +8,7 @@ namespace kappamu::forward::baseline {
 
 struct DiagonalCgResult {
   int iterations = 0;
+  bool stagnated = false;        ///< rounding undoes what more iterations gain
   std::vector<double> residual;  ///< [pattern] ‖b − A x‖/‖b‖, recomputed from x
 };
 

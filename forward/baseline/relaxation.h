@@ -20,7 +20,7 @@ struct Active {
 struct Relaxed {
   int sweeps = 0;
   bool converged = false;
-  bool stalled = false;          ///< rounding kept more sweeps from lowering the residual
+  bool stalled = false;          ///< rounding undoes what more sweeps gain (docs/theory.md)
   double factor = 1.0;           ///< of the slowest pattern's residual per sweep, lately
   std::vector<double> residual;  ///< [pattern] ‖b − A φ‖ over active cells / ‖b‖ over all
 };
@@ -33,6 +33,6 @@ Relaxed relax(const Batch& batch, Relaxation kind, const DeviceStencil& stencil,
               const SolveOptions& options);
 
 /// One sentence about it: converged, ran out or stalled, and how far it is from there.
-std::string sentence(const Relaxed& relaxed, double tolerance);
+std::string sentence(const Relaxed& relaxed, double tolerance, Precision precision);
 
 }  // namespace kappamu::forward::baseline

@@ -16,6 +16,7 @@
 #include "forward/grid/opencl_field.h"
 #include "forward/grid/solver_memory.h"
 #include "forward/grid/solver_self_test.h"
+#include "forward/rounding_floor.h"
 
 namespace kappamu::forward {
 
@@ -297,7 +298,7 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
   } else {
     report.termination = Termination::ran_out;
     message << ", tolerance " << options.tolerance << " not met";
-    if (stagnated) message << ": rounding allows no better, use double precision";
+    if (stagnated) message << ": " << rounding_floor_sentence(options_.precision);
   }
   report.message = message.str();
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

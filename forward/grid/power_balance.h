@@ -3,7 +3,6 @@
 
 #include <array>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "core/grid.h"
@@ -25,10 +24,5 @@ struct PowerBalance {
 std::vector<PowerBalance> power_balance(const GridSolver& solver, const Medium& medium,
                                         const BatchField& phi, std::span<const double> irradiance,
                                         const std::array<std::vector<double>, 6>& exitance);
-
-/// Sentences about where in this medium diffusion does not describe light well, or the grid not
-/// diffusion (voxels beyond the mean free path, light falling beyond the tolerance); empty where
-/// both do.
-std::vector<std::string> diffusion_warnings(const GridSetup& setup, const Medium& medium);
 
 }  // namespace kappamu::forward

@@ -11,6 +11,7 @@
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/grid_solver.h"
 #include "forward/grid/reference_matrix.h"
+#include "forward/rounding_floor.h"
 
 namespace kappamu::forward {
 
@@ -149,6 +150,9 @@ class ReferenceSolver final : public GridSolver {
                                                       : Termination::ran_out;
     if (report.termination != Termination::converged) {
       message << ", tolerance " << options.tolerance << " not met";
+      if (std::isfinite(worst) && report.iterations < options.max_iterations) {
+        message << ": " << rounding_floor_sentence(Precision::double_precision);
+      }
     }
     report.message = message.str();
     report.seconds =

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+
 #include "core/error.h"
 #include "device/bandwidth.h"
 #include "device/context.h"
@@ -131,6 +133,39 @@ TEST_F(OnDevice, CopyBandwidthIsPlausible) {
   EXPECT_GT(bandwidth, 1e8);
   EXPECT_LT(bandwidth, 1e14);
   EXPECT_EQ(context_->allocated_bytes(), before);
+}
+
+TEST_F(OnDevice, LaunchesAreTimedOnlyWhileAskedFor) {
+  const KernelSource source{"k.cl", R"(
+kernel void fill(const int count, const int value, const float ignored, global int* a) {
+  const int i = (int)get_global_id(0);
+  if (i < count) a[i] = value;
+})"};
+  Program& program = context_->program(source, "");
+  constexpr int count = 1 << 20;
+  const Buffer a = context_->allocate(count * sizeof(int));
+  const auto fill = [&](int value) {
+    context_->launch(program, "fill", {count, 1, 64, 1}, count, value, 0.5F, a);
+  };
+  fill(1);
+  const auto start = std::chrono::steady_clock::now();
+  const auto launches = context_->launches_of([&] {
+    fill(2);
+    fill(3);
+  });
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+  ASSERT_EQ(launches.size(), 2U);
+  EXPECT_EQ(launches[0].kernel, "fill");
+  EXPECT_EQ(launches[0].integers, (std::vector<int>{count, 2}));
+  EXPECT_EQ(launches[1].integers, (std::vector<int>{count, 3}));
+  EXPECT_GT(launches[0].seconds, 0.0);
+  EXPECT_LE(launches[0].seconds + launches[1].seconds, wall.count());
+  // What throws leaves the context as it was.
+  EXPECT_THROW(context_->launches_of([] { throw InputError("stop"); }), InputError);
+  fill(4);
+  std::vector<int> values(count);
+  context_->read(a, values.data(), a.bytes());
+  EXPECT_EQ(values, std::vector<int>(count, 4));
 }
 
 TEST_F(OnDevice, AccessPastABufferIsRefused) {

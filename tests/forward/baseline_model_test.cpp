@@ -4,12 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "baseline_tools.h"
+#include "bench/media.h"
 
 namespace kappamu::forward::testing {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Baseline : public ::testing::Test {
  protected:
@@ -171,8 +175,48 @@ TEST_F(Baseline, ResidualPerSweepTendsToOneUntilFloatStalls) {
   Progress progress;
   const ForwardResult stalled = make_forward_model("relaxation")->solve(problem, options, progress);
   EXPECT_EQ(stalled.termination, Termination::ran_out);
-  EXPECT_THAT(stalled.message, HasSubstr("stalled"));
+  EXPECT_THAT(stalled.message, HasSubstr("stalled, this is single precision's floor"));
   EXPECT_LT(stalled.iterations, options.solve.max_iterations);
+}
+
+TEST_F(Baseline, StallsAtTheFloorOfItsOwnPrecision) {
+  const ForwardProblem problem = random_problem({12, 12, 12, 0.5}, Face::z_minus, 1e3, 2);
+  for (const char* method : {"relaxation", "gauss-seidel"}) {
+    // ‖b‖ is spread over the lit face, so that u ‖Dφ‖/‖b‖ is a few hundred u.
+    const ForwardResult in_float = solve(method, problem, 1e-15, Precision::single_precision);
+    EXPECT_THAT(in_float.message, HasSubstr("single precision's floor")) << method;
+    EXPECT_THAT(in_float.message, HasSubstr("--precision double")) << method;
+    const ForwardResult in_double = solve(method, problem, 1e-18);
+    EXPECT_THAT(in_double.message, HasSubstr("double precision's floor")) << method;
+    EXPECT_THAT(in_double.message, Not(HasSubstr("--precision double"))) << method;
+    constexpr double units = 1e3;
+    for (const auto& [result, unit] :
+         {std::pair{&in_float, 6e-8}, std::pair{&in_double, 1.1e-16}}) {
+      EXPECT_EQ(result->termination, Termination::ran_out) << method;
+      EXPECT_LT(*std::max_element(result->residual.begin(), result->residual.end()), units * unit)
+          << method;
+    }
+  }
+}
+
+TEST_F(Baseline, ResidualsThatRiseOrRestFirstAreNoStall) {
+  // Balls of 100 times κ: it takes hundreds of sweeps until any of their power has come out.
+  ForwardProblem problem = uniform_problem({24, 24, 24, 1.0 / 3.0});
+  problem.medium = bench::make_medium(problem.setup.shape,
+                                      {.kind = bench::MediumKind::inclusions, .contrast = 1e4});
+  ForwardOptions options = options_for(1e-3, Precision::single_precision);
+  options.solve.max_iterations = 180;
+  const auto model = make_forward_model("gauss-seidel");
+  Progress progress;
+  const ForwardResult early = model->solve(problem, options, progress);
+  EXPECT_GT(early.residual[0], 1.0);
+  EXPECT_EQ(early.iterations, 180) << "it must not stop before its sweeps run out";
+  EXPECT_THAT(early.message, Not(HasSubstr("stalled")));
+  options.solve.max_iterations = 100'000;
+  const ForwardResult late = model->solve(problem, options, progress);
+  EXPECT_EQ(late.termination, Termination::converged) << late.message;
+  EXPECT_LT(relative_difference(late.exitance[5], solve("multigrid", problem, 1e-9).exitance[5]),
+            0.1);
 }
 
 TEST_F(Baseline, ReferenceDeviceIsRefused) {

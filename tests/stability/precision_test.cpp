@@ -16,6 +16,7 @@ using forward::Precision;
 using forward::SourceModel;
 using forward::Termination;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Floor : public testing::OnDevice, public ::testing::WithParamInterface<double> {};
 
@@ -31,7 +32,8 @@ TEST_P(Floor, FloatKeepsSixDigitsAtAnyContrastAndNamesDouble) {
   EXPECT_LT(*outcome.true_error, bounds::single_floor);
   EXPECT_EQ(outcome.termination, Termination::ran_out);
   EXPECT_THAT(outcome.message, HasSubstr("tolerance 1e-16 not met"));
-  EXPECT_THAT(outcome.message, HasSubstr("double"));
+  EXPECT_THAT(outcome.message, HasSubstr("single precision's floor"));
+  EXPECT_THAT(outcome.message, HasSubstr("--precision double"));
 }
 
 TEST_P(Floor, DoubleKeepsThirteen) {
@@ -39,6 +41,8 @@ TEST_P(Floor, DoubleKeepsThirteen) {
   EXPECT_LT(*outcome.true_error, bounds::double_floor);
   EXPECT_EQ(outcome.termination, Termination::ran_out);
   EXPECT_THAT(outcome.message, HasSubstr("tolerance 1e-16 not met"));
+  EXPECT_THAT(outcome.message, HasSubstr("double precision's floor"));
+  EXPECT_THAT(outcome.message, Not(HasSubstr("--precision double")));
 }
 
 INSTANTIATE_TEST_SUITE_P(, Floor, ::testing::Values(1e1, 1e4, 1e6));
