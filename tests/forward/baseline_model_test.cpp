@@ -201,7 +201,8 @@ TEST_F(Baseline, StallsAtTheFloorOfItsOwnPrecision) {
 
 TEST_F(Baseline, ResidualsThatRiseOrRestFirstAreNoStall) {
   // Balls of 100 times κ: it takes hundreds of sweeps until any of their power has come out.
-  ForwardProblem problem = uniform_problem({24, 24, 24, 1.0 / 3.0});
+  ForwardProblem problem = uniform_problem({24, 24, 24, 0.33});
+  problem.irradiance = bench::patch_light(problem.setup.shape, problem.setup.lit_face, 1);
   problem.medium = bench::make_medium(problem.setup.shape,
                                       {.kind = bench::MediumKind::inclusions, .contrast = 1e4});
   ForwardOptions options = options_for(1e-3, Precision::single_precision);
