@@ -217,7 +217,7 @@ TEST_F(Baseline, ResidualsThatRiseOrRestFirstAreNoStall) {
   const ForwardResult late = model->solve(problem, options, progress);
   EXPECT_EQ(late.termination, Termination::converged) << late.message;
   EXPECT_LT(relative_difference(late.exitance[5], solve("multigrid", problem, 1e-9).exitance[5]),
-            0.1);
+            0.01);
 }
 
 TEST_F(Baseline, ReferenceDeviceIsRefused) {
