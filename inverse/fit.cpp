@@ -1,122 +1,18 @@
+// The course of a fit: a start, then weight by weight the optimiser's steps.
 #include "inverse/fit.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <utility>
 
 #include "core/error.h"
-#include "forward/diffusion_warnings.h"
-#include "inverse/basis.h"
-#include "inverse/fit_function.h"
-#include "inverse/fit_state.h"
+#include "inverse/channel_run.h"
 #include "inverse/homogeneous.h"
 #include "inverse/lateral_hessian.h"
-#include "inverse/problem.h"
-#include "inverse/roughness.h"
-#include "inverse/sensitivity.h"
 
 namespace kappamu::inverse {
-
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-/// Coarser grids keep at least this many voxels along every axis: fewer resolve neither the decay
-/// along the light nor a patch.
-constexpr int fewest_voxels = 4;
-/// χ² per datum above which stopping there is worth a warning.
-constexpr double suspicious_chi2 = 1.5;
-/// χ² per datum of a homogeneous start, and of what a coarser grid found, that the weights of the
-/// path are made for.
-constexpr double usual_homogeneous_chi2 = 100.0;
-constexpr double usual_structured_chi2 = 1000.0;
-
-/// χ² of the start counts how much sharper than its structure the data are: where it is large, a
-/// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
-/// whole steps of the path, so that where it ends does not hang on χ² of its start.
-double sharpened(double weight, double excess, double weight_factor) {
-  const double steps = std::ceil(std::log(std::max(1.0, excess)) / -std::log(weight_factor));
-  return weight / std::pow(weight_factor, steps);
-}
-
-double thickness(const Problem& problem) {
-  const GridShape& shape = problem.setup.shape;
-  return shape.extent(axis_of(problem.setup.lit_face)) * shape.voxel_mm;
-}
-
-std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int channel,
-                                 const FitOptions& options) {
-  std::vector<Problem> ladder;
-  ladder.push_back(make_problem(measurements, channel, options.convention, options.model_error));
-  while (static_cast<int>(ladder.size()) < options.max_levels) {
-    const GridShape& s = ladder.back().setup.shape;
-    if (std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
-    Problem coarser = coarsen(ladder.back(), options.coarse_model_error);
-    if (coarser.used() < 16) break;  // masks left nothing whole
-    ladder.push_back(std::move(coarser));
-  }
-  return ladder;
-}
-
-/// One channel's fit; run() from start or checkpoint to the end.
-class ChannelRun {
- public:
-  ChannelRun(const SurfaceMeasurements& measurements, int channel, const FitOptions& options,
-             const Checkpoint& checkpoint, Progress& progress)
-      : options_(options),
-        checkpoint_(checkpoint),
-        progress_(progress),
-        stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
-        fingerprint_(fingerprint(measurements, channel, options)),
-        per_value_(exitance_per_value(measurements, make_setup(measurements, options.convention))),
-        ladder_(make_ladder(measurements, channel, options)) {}
-
-  ChannelFit run();
-
- private:
-  void open_level();
-  void set_basis();
-  double refresh_correction();
-  void begin();
-  void begin_stage();
-  void iterate_stage();
-  void end_stage();
-  void finish_level(bool stagnated);
-  ChannelFit result();
-
-  double seconds() const {
-    return state_.seconds + std::chrono::duration<double>(Clock::now() - start_).count();
-  }
-  Refinement refinement() const {
-    const auto level = static_cast<std::size_t>(state_.level);
-    if (state_.level == 0) return refine(ladder_[0]);
-    return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
-  }
-  double chi2_per_datum() const {
-    const double data = state_.optimiser.value - state_.weight * state_.roughness;
-    return 2.0 * data / static_cast<double>(objective_->problem().used());
-  }
-  void warn(const std::string& sentence);
-  void save();
-  void record();
-
-  const FitOptions& options_;
-  const Checkpoint& checkpoint_;
-  Progress& progress_;
-  std::string stage_name_;
-  std::uint64_t fingerprint_;
-  double per_value_;
-  std::vector<Problem> ladder_;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point last_save_ = Clock::now();
-  FitState state_;
-  std::unique_ptr<Objective> objective_;
-  std::unique_ptr<Basis> basis_;
-  std::unique_ptr<FitFunction> function_;
-};
 
 void ChannelRun::warn(const std::string& sentence) {
   auto& warnings = state_.report.warnings;
@@ -149,16 +45,10 @@ void ChannelRun::record() {
   progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
 }
 
-void ChannelRun::open_level() {
-  const Problem& problem = ladder_[static_cast<std::size_t>(state_.level)];
-  objective_ = std::make_unique<Objective>(problem, options_.backend);
-  if (!objective_->warning().empty()) warn(objective_->warning());
-}
-
 /// The coordinates of this weight; needs state_.blocks.
 void ChannelRun::set_basis() {
   const Problem& problem = objective_->problem();
-  const double depth = thickness(problem);
+  const double depth = thickness();
   basis_ =
       std::make_unique<Basis>(problem.setup.shape,
                               BasisOptions{options_.coordinates, axis_of(problem.setup.lit_face),
@@ -192,17 +82,7 @@ void ChannelRun::begin() {
   state_.fields = fields();
   const double chi2 =
       2.0 * objective_->value(state_.fields) / static_cast<double>(objective_->problem().used());
-  state_.weight = options_.weight.value_or(
-      sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));
-}
-
-/// r anew at the current fields; χ² per datum with it.
-double ChannelRun::refresh_correction() {
-  const double misfit = options_.correct_grid
-                            ? objective_->refresh_correction(refinement(), state_.fields)
-                            : objective_->value(state_.fields);
-  state_.correction = objective_->correction();
-  return 2.0 * misfit / static_cast<double>(objective_->problem().used());
+  state_.weight = first_weight(chi2);
 }
 
 void ChannelRun::begin_stage() {
@@ -251,113 +131,6 @@ void ChannelRun::iterate_stage() {
   }
 }
 
-void ChannelRun::end_stage() {
-  const double chi2_minimised = chi2_per_datum();
-  state_.fields = basis_->to_fields(state_.optimiser.z);
-  state_.in_stage = false;
-  // What counts is the χ² of a model corrected here, not where this weight was begun.
-  const double chi2 = refresh_correction();
-  // Where only the correction moved, this weight is low enough: once more with the new one.
-  const bool repeat = chi2_minimised <= options_.target_chi2 && !state_.repeated;
-  const bool stagnated =
-      !repeat && state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
-  const double next = state_.weight * (repeat ? 1.0 : options_.weight_factor);
-  state_.repeated = repeat;
-  if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
-    state_.last_chi2 = chi2;
-    finish_level(stagnated);
-  } else {
-    if (!repeat) state_.last_chi2 = chi2;
-    state_.weight = next;
-  }
-}
-
-void ChannelRun::finish_level(bool stagnated) {
-  const double chi2 = state_.last_chi2;
-  if (state_.level > 0) {
-    const GridShape coarse_shape = objective_->problem().setup.shape;
-    const SolveCount solves = objective_->solves();
-    --state_.level;
-    open_level();
-    objective_->restore(objective_->correction(), solves);
-    const GridShape& shape = objective_->problem().setup.shape;
-    state_.fields = {prolong(state_.fields.log_kappa, coarse_shape, shape),
-                     prolong(state_.fields.log_mu, coarse_shape, shape)};
-    state_.optimiser = OptimiserState{};
-    const double chi2_here = refresh_correction();
-    if (!options_.weight) {
-      const double usual = state_.weight / std::pow(options_.weight_factor, options_.restart_steps);
-      state_.weight = sharpened(usual, chi2_here / usual_structured_chi2, options_.weight_factor);
-    }
-    state_.last_chi2 = 0.0;
-    state_.repeated = false;
-    return;
-  }
-  FitReport& report = state_.report;
-  char sentence[200];
-  if (state_.ran_out) {
-    report.status = FitStatus::ran_out;
-    std::snprintf(sentence, sizeof sentence,
-                  "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
-                  options_.stage_steps, chi2);
-  } else if (chi2 <= options_.target_chi2 || options_.weight) {
-    report.status = FitStatus::converged;
-    std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
-  } else {
-    report.status = stagnated ? FitStatus::above_noise : FitStatus::ran_out;
-    std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
-                  stagnated ? "Neither lower weights nor a new correction helped further"
-                            : "The lowest weight was reached",
-                  chi2);
-  }
-  report.message = sentence;
-  if (chi2 > suspicious_chi2) {
-    std::snprintf(sentence, sizeof sentence,
-                  "The volumes explain the data only to %.2g times their stated noise (chi2 per "
-                  "datum %.3g): variances, calibration or the diffusion model do not hold.",
-                  std::sqrt(chi2), chi2);
-    warn(sentence);
-  }
-  report.chi2_per_datum = chi2;
-  report.weight = state_.weight;
-  state_.finished = true;
-  state_.optimiser = OptimiserState{};
-  state_.blocks.clear();
-  save();
-}
-
-ChannelFit ChannelRun::result() {
-  const CoefficientPair& fields = state_.fields;
-  const GridShape& shape = ladder_[0].setup.shape;
-  objective_->value(fields);
-  ChannelFit fit;
-  fit.medium = {Volume<double>(shape), Volume<double>(shape)};
-  for (std::size_t i = 0; i < shape.cells(); ++i) {
-    fit.medium.kappa[i] = std::exp(fields.log_kappa[i]);
-    fit.medium.mu[i] = std::exp(fields.log_mu[i]);
-  }
-  for (const std::string& sentence :
-       forward::diffusion_warnings(ladder_[0].setup, fit.medium, options_.backend.precision)) {
-    warn(sentence);
-  }
-  for (const double m : objective_->prediction()) {
-    fit.prediction.push_back(static_cast<float>(m / per_value_));
-  }
-  if (options_.sensitivity_probes > 0) {
-    CoefficientPair root =
-        estimate_sensitivity(*objective_, options_.sensitivity_probes, options_.seed);
-    fit.sensitivity_kappa =
-        Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));
-    fit.sensitivity_mu =
-        Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
-  }
-  fit.report = state_.report;
-  fit.report.backend = objective_->backend_name();
-  fit.report.data = ladder_[0].used();
-  fit.report.seconds = seconds();
-  return fit;
-}
-
 ChannelFit ChannelRun::run() {
   bool resumed = false;
   if (!checkpoint_.initial.empty()) {
@@ -382,8 +155,6 @@ ChannelFit ChannelRun::run() {
   fit.report.resumed = resumed;
   return fit;
 }
-
-}  // namespace
 
 ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
                        const FitOptions& options, const Checkpoint& checkpoint,

@@ -1,0 +1,76 @@
+// The fit of one channel as it runs: what fit.cpp (steps), fit_path.cpp (grids and weights) and
+// fit_result.cpp (what comes of it) share.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+#include "inverse/basis.h"
+#include "inverse/fit.h"
+#include "inverse/fit_function.h"
+#include "inverse/fit_state.h"
+#include "inverse/objective.h"
+#include "inverse/problem.h"
+
+namespace kappamu::inverse {
+
+/// One channel's fit; run() from start or checkpoint to the end.
+class ChannelRun {
+ public:
+  ChannelRun(const SurfaceMeasurements& measurements, int channel, const FitOptions& options,
+             const Checkpoint& checkpoint, Progress& progress);
+
+  ChannelFit run();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  void open_level();
+  void set_basis();
+  double thickness() const;
+  double refresh_correction();
+  void begin();
+  void begin_stage();
+  void iterate_stage();
+  void end_stage();
+  double first_weight(double chi2) const;
+  void finish_level(bool stagnated);
+  void conclude(bool stagnated);
+  ChannelFit result();
+
+  double seconds() const {
+    return state_.seconds + std::chrono::duration<double>(Clock::now() - start_).count();
+  }
+  Refinement refinement() const {
+    const auto level = static_cast<std::size_t>(state_.level);
+    if (state_.level == 0) return refine(ladder_[0]);
+    return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
+  }
+  double chi2_per_datum() const {
+    const double data = state_.optimiser.value - state_.weight * state_.roughness;
+    return 2.0 * data / static_cast<double>(objective_->problem().used());
+  }
+  void warn(const std::string& sentence);
+  void save();
+  void record();
+
+  const FitOptions& options_;
+  const Checkpoint& checkpoint_;
+  Progress& progress_;
+  std::string stage_name_;
+  std::uint64_t fingerprint_;
+  double per_value_;
+  std::vector<Problem> ladder_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point last_save_ = Clock::now();
+  FitState state_;
+  std::unique_ptr<Objective> objective_;
+  std::unique_ptr<Basis> basis_;
+  std::unique_ptr<FitFunction> function_;
+};
+
+}  // namespace kappamu::inverse

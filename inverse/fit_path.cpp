@@ -1,0 +1,126 @@
+// The path of a fit: from the coarsest grid to the finest, and on each from a strong weight α down
+// to the noise level.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "inverse/channel_run.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Coarser grids keep at least this many voxels along every axis: fewer resolve neither the decay
+/// along the light nor a patch.
+constexpr int fewest_voxels = 4;
+/// χ² per datum of a homogeneous start, and of what a coarser grid found, that the weights of the
+/// path are made for.
+constexpr double usual_homogeneous_chi2 = 100.0;
+constexpr double usual_structured_chi2 = 1000.0;
+
+/// χ² of the start counts how much sharper than its structure the data are: where it is large, a
+/// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
+/// whole steps of the path, so that where it ends does not hang on χ² of its start.
+double sharpened(double weight, double excess, double weight_factor) {
+  const double steps = std::ceil(std::log(std::max(1.0, excess)) / -std::log(weight_factor));
+  return weight / std::pow(weight_factor, steps);
+}
+
+std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int channel,
+                                 const FitOptions& options) {
+  std::vector<Problem> ladder;
+  ladder.push_back(make_problem(measurements, channel, options.convention, options.model_error));
+  while (static_cast<int>(ladder.size()) < options.max_levels) {
+    const GridShape& s = ladder.back().setup.shape;
+    if (std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
+    Problem coarser = coarsen(ladder.back(), options.coarse_model_error);
+    if (coarser.used() < 16) break;  // masks left nothing whole
+    ladder.push_back(std::move(coarser));
+  }
+  return ladder;
+}
+
+}  // namespace
+
+ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress)
+    : options_(options),
+      checkpoint_(checkpoint),
+      progress_(progress),
+      stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
+      fingerprint_(fingerprint(measurements, channel, options)),
+      per_value_(exitance_per_value(measurements, make_setup(measurements, options.convention))),
+      ladder_(make_ladder(measurements, channel, options)) {}
+
+void ChannelRun::open_level() {
+  const Problem& problem = ladder_[static_cast<std::size_t>(state_.level)];
+  objective_ = std::make_unique<Objective>(problem, options_.backend);
+  if (!objective_->warning().empty()) warn(objective_->warning());
+}
+
+/// ℓ [mm].
+double ChannelRun::thickness() const {
+  const GridShape& shape = objective_->problem().setup.shape;
+  return shape.extent(axis_of(objective_->problem().setup.lit_face)) * shape.voxel_mm;
+}
+
+/// r anew at the current fields; χ² per datum with it.
+double ChannelRun::refresh_correction() {
+  const double misfit = options_.correct_grid
+                            ? objective_->refresh_correction(refinement(), state_.fields)
+                            : objective_->value(state_.fields);
+  state_.correction = objective_->correction();
+  return 2.0 * misfit / static_cast<double>(objective_->problem().used());
+}
+
+/// α that opens the path, χ² per datum being that of the homogeneous start.
+double ChannelRun::first_weight(double chi2) const {
+  return options_.weight.value_or(
+      sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));
+}
+
+void ChannelRun::end_stage() {
+  const double chi2_minimised = chi2_per_datum();
+  state_.fields = basis_->to_fields(state_.optimiser.z);
+  state_.in_stage = false;
+  // What counts is the χ² of a model corrected here, not where this weight was begun.
+  const double chi2 = refresh_correction();
+  // Where only the correction moved, this weight is low enough: once more with the new one.
+  const bool repeat = chi2_minimised <= options_.target_chi2 && !state_.repeated;
+  const bool stagnated =
+      !repeat && state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
+  const double next = state_.weight * (repeat ? 1.0 : options_.weight_factor);
+  state_.repeated = repeat;
+  if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
+    state_.last_chi2 = chi2;
+    finish_level(stagnated);
+  } else {
+    if (!repeat) state_.last_chi2 = chi2;
+    state_.weight = next;
+  }
+}
+
+void ChannelRun::finish_level(bool stagnated) {
+  if (state_.level > 0) {
+    const GridShape coarse_shape = objective_->problem().setup.shape;
+    const SolveCount solves = objective_->solves();
+    --state_.level;
+    open_level();
+    objective_->restore(objective_->correction(), solves);
+    const GridShape& shape = objective_->problem().setup.shape;
+    state_.fields = {prolong(state_.fields.log_kappa, coarse_shape, shape),
+                     prolong(state_.fields.log_mu, coarse_shape, shape)};
+    state_.optimiser = OptimiserState{};
+    const double chi2_here = refresh_correction();
+    if (!options_.weight) {
+      const double usual = state_.weight / std::pow(options_.weight_factor, options_.restart_steps);
+      state_.weight = sharpened(usual, chi2_here / usual_structured_chi2, options_.weight_factor);
+    }
+    state_.last_chi2 = 0.0;
+    state_.repeated = false;
+    return;
+  }
+  conclude(stagnated);
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,86 @@
+// What comes of a fit: how it ended, in a sentence, and its volumes.
+#include <cmath>
+#include <cstdio>
+
+#include "forward/diffusion_warnings.h"
+#include "inverse/channel_run.h"
+#include "inverse/sensitivity.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// χ² per datum above which stopping there is worth a warning.
+constexpr double suspicious_chi2 = 1.5;
+
+}  // namespace
+
+/// How and why the fit ended, once the finest grid is done.
+void ChannelRun::conclude(bool stagnated) {
+  const double chi2 = state_.last_chi2;
+  FitReport& report = state_.report;
+  char sentence[200];
+  if (state_.ran_out) {
+    report.status = FitStatus::ran_out;
+    std::snprintf(sentence, sizeof sentence,
+                  "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
+                  options_.stage_steps, chi2);
+  } else if (chi2 <= options_.target_chi2 || options_.weight) {
+    report.status = FitStatus::converged;
+    std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
+  } else {
+    report.status = stagnated ? FitStatus::above_noise : FitStatus::ran_out;
+    std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
+                  stagnated ? "Neither lower weights nor a new correction helped further"
+                            : "The lowest weight was reached",
+                  chi2);
+  }
+  report.message = sentence;
+  if (chi2 > suspicious_chi2) {
+    std::snprintf(sentence, sizeof sentence,
+                  "The volumes explain the data only to %.2g times their stated noise (chi2 per "
+                  "datum %.3g): variances, calibration or the diffusion model do not hold.",
+                  std::sqrt(chi2), chi2);
+    warn(sentence);
+  }
+  report.chi2_per_datum = chi2;
+  report.weight = state_.weight;
+  state_.finished = true;
+  state_.optimiser = OptimiserState{};
+  state_.blocks.clear();
+  save();
+}
+
+ChannelFit ChannelRun::result() {
+  const CoefficientPair& fields = state_.fields;
+  const GridShape& shape = ladder_[0].setup.shape;
+  objective_->value(fields);
+  ChannelFit fit;
+  fit.medium = {Volume<double>(shape), Volume<double>(shape)};
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    fit.medium.kappa[i] = std::exp(fields.log_kappa[i]);
+    fit.medium.mu[i] = std::exp(fields.log_mu[i]);
+  }
+  for (const std::string& sentence :
+       forward::diffusion_warnings(ladder_[0].setup, fit.medium, options_.backend.precision)) {
+    warn(sentence);
+  }
+  for (const double m : objective_->prediction()) {
+    fit.prediction.push_back(static_cast<float>(m / per_value_));
+  }
+  if (options_.sensitivity_probes > 0) {
+    CoefficientPair root =
+        estimate_sensitivity(*objective_, options_.sensitivity_probes, options_.seed);
+    fit.sensitivity_kappa =
+        Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));
+    fit.sensitivity_mu =
+        Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
+  }
+  fit.report = state_.report;
+  fit.report.backend = objective_->backend_name();
+  fit.report.data = ladder_[0].used();
+  fit.report.seconds = seconds();
+  return fit;
+}
+
+}  // namespace kappamu::inverse
