@@ -22,7 +22,7 @@ namespace kappamu::inverse {
 class ChannelRun {
  public:
   ChannelRun(const SurfaceMeasurements& measurements, int channel, const FitOptions& options,
-             const Checkpoint& checkpoint, Progress& progress);
+             const Checkpoint& checkpoint, Progress& progress, const Observer& observer);
 
   ChannelFit run();
 
@@ -61,6 +61,7 @@ class ChannelRun {
   const FitOptions& options_;
   const Checkpoint& checkpoint_;
   Progress& progress_;
+  const Observer& observer_;
   std::string stage_name_;
   std::uint64_t fingerprint_;
   double per_value_;

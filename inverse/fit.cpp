@@ -34,6 +34,10 @@ void ChannelRun::record() {
   state_.report.history.push_back({state_.level, state_.weight, state_.stage_steps,
                                    objective_->solves(), state_.optimiser.value, chi2_per_datum(),
                                    state_.roughness, seconds()});
+  if (observer_) {
+    observer_(state_.report.history.back(), objective_->problem().setup.shape,
+              basis_->to_fields(state_.optimiser.z));
+  }
   // Each grid costs eight times the next coarser one: progress counts grids, then weights.
   const double levels = static_cast<double>(ladder_.size());
   const double done = levels - 1.0 - state_.level;
@@ -157,14 +161,14 @@ ChannelFit ChannelRun::run() {
 }
 
 ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
-                       const FitOptions& options, const Checkpoint& checkpoint,
-                       Progress& progress) {
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
+                       const Observer& observer) {
   validate(options);
   validate(measurements, "measurements");
   if (channel < 0 || channel >= static_cast<int>(measurements.channels.size())) {
     throw InputError("measurements: there is no channel " + std::to_string(channel));
   }
-  return ChannelRun(measurements, channel, options, checkpoint, progress).run();
+  return ChannelRun(measurements, channel, options, checkpoint, progress, observer).run();
 }
 
 }  // namespace kappamu::inverse

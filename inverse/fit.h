@@ -115,8 +115,13 @@ struct Checkpoint {
   double interval_seconds = 30.0;  ///< between saves within a weight; a new weight always saves
 };
 
+/// Told of every record of the history as it is made: the fields on the grid they are fitted on.
+using Observer = std::function<void(const StepRecord& record, const GridShape& shape,
+                                    const CoefficientPair& fields)>;
+
 /// Throws InputError for measurements no fit can start from.
 ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
-                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress);
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
+                       const Observer& observer = {});
 
 }  // namespace kappamu::inverse

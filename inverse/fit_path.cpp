@@ -43,10 +43,12 @@ std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int ch
 }  // namespace
 
 ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
-                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress)
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
+                       const Observer& observer)
     : options_(options),
       checkpoint_(checkpoint),
       progress_(progress),
+      observer_(observer),
       stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
       fingerprint_(fingerprint(measurements, channel, options)),
       per_value_(exitance_per_value(measurements, make_setup(measurements, options.convention))),

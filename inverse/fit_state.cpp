@@ -8,14 +8,16 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d33ULL;  // "km-fit-3"
+constexpr std::uint64_t magic = 0x6b6d2d6669742d34ULL;  // "km-fit-4"
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
+  out.put(solves.voxel_iterations);
 }
 
 void read(ByteReader& in, SolveCount& solves) {
   for (int* n : {&solves.forward, &solves.adjoint, &solves.refined, &solves.tangent}) in.get(*n);
+  in.get(solves.voxel_iterations);
 }
 
 void write(ByteWriter& out, const FitReport& report) {

@@ -35,6 +35,11 @@ bool within_range(const CoefficientPair& fields) {
          std::all_of(fields.log_mu.begin(), fields.log_mu.end(), ok);
 }
 
+/// Voxels times iterations of a batch of `part` out of `patterns`.
+double cost(const forward::GridSolver& solver, const SolveReport& report, int part, int patterns) {
+  return static_cast<double>(solver.setup().shape.cells()) * report.iterations * part / patterns;
+}
+
 /// Patterns [begin, end) of an array [M][...].
 std::span<const double> patterns_of(const std::vector<double>& values, int begin, int end,
                                     std::size_t cells) {
@@ -56,7 +61,7 @@ Refinement refine(const Problem& problem) {
 
 std::vector<double> solve_exitance(forward::GridSolver& solver, Face face,
                                    const std::vector<double>& irradiance, int patterns, int batch,
-                                   const forward::SolveOptions& options) {
+                                   const forward::SolveOptions& options, double* voxel_iterations) {
   const std::size_t lit = face_shape(solver.setup().shape, solver.setup().lit_face).cells();
   const std::size_t seen = face_shape(solver.setup().shape, face).cells();
   std::vector<double> exitance(seen * static_cast<std::size_t>(patterns));
@@ -69,6 +74,9 @@ std::vector<double> solve_exitance(forward::GridSolver& solver, Face face,
     const SolveReport report = solver.solve(*b, *phi, options);
     if (report.termination == Termination::failed) {
       throw InputError("the diffusion solver failed: " + report.message);
+    }
+    if (voxel_iterations != nullptr) {
+      *voxel_iterations += cost(solver, report, end - begin, patterns);
     }
     const bool needs_light = face == solver.setup().lit_face;
     solver.exitance(
@@ -115,7 +123,9 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
     auto phi = solver_->make_field(end - begin);
     solver_->light_source(light, *b);
     // From zero, never from the last solution: a resumed fit must repeat the same arithmetic.
-    if (solver_->solve(*b, *phi, backend_.solve).termination == Termination::failed) {
+    const SolveReport report = solver_->solve(*b, *phi, backend_.solve);
+    solves_.voxel_iterations += cost(*solver_, report, end - begin, problem_.patterns);
+    if (report.termination == Termination::failed) {
       fluence_.clear();
       return false;
     }
@@ -182,6 +192,7 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
     if (report.termination == Termination::failed) {
       throw InputError("the linearised diffusion solve failed: " + report.message);
     }
+    solves_.voxel_iterations += cost(*solver_, report, end - begin, problem_.patterns);
     // Light is none of δφ's doing: where the lit face is seen, exitance() must not add it.
     const std::vector<double> dark(static_cast<std::size_t>(end - begin) * lit, 0.0);
     solver_->exitance(
@@ -223,6 +234,7 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
     if (report.termination == Termination::failed) {
       throw InputError("the adjoint diffusion solve failed: " + report.message);
     }
+    solves_.voxel_iterations += cost(*solver_, report, end - begin, problem_.patterns);
     AdjointSums term;
     term.products = solver_->pair_products(*lambda, *fluence_[part]);
     term.columns =
@@ -259,7 +271,7 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
   const std::vector<double> fine = restrict_face(
       solve_exitance(*finer.solver, problem_.seen_face, refinement.irradiance, problem_.patterns,
-                     batch, backend_.solve),
+                     batch, backend_.solve, &solves_.voxel_iterations),
       face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2, problem_.patterns);
   if (!solve_forward(fields)) throw InputError("the diffusion solver failed at the current medium");
   for (std::size_t i = 0; i < fine.size(); ++i) {

@@ -32,19 +32,24 @@ struct Backend {
   double refined_memory_mb = 2048;  ///< bound on the fields of a refined solve [MiB]
 };
 
-/// Batched solves, each of all patterns; what the cost of a fit is counted in.
+/// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.
 struct SolveCount {
   int forward = 0;
   int adjoint = 0;
   int refined = 0;  ///< forward solves on a finer grid: eight times the voxels
   int tangent = 0;  ///< forward solves for a derivative along a direction
+  /// Σ voxels × iterations of conjugate gradients over all of these: cost whatever the machine.
+  double voxel_iterations = 0.0;
+
+  int total() const { return forward + adjoint + refined + tangent; }
 };
 
 /// Exitance of `face` under `irradiance` [M][v][u], solved in batches of at most `batch` patterns.
-/// Throws InputError when the solver fails.
+/// Throws InputError when the solver fails. `voxel_iterations`, if given, grows by what it cost.
 std::vector<double> solve_exitance(forward::GridSolver& solver, Face face,
                                    const std::vector<double>& irradiance, int patterns, int batch,
-                                   const forward::SolveOptions& options);
+                                   const forward::SolveOptions& options,
+                                   double* voxel_iterations = nullptr);
 
 /// Patterns per batch such that the solver's fields stay below `memory_mb`.
 int bounded_batch(const GridShape& shape, int batch, double memory_mb,
