@@ -7,6 +7,7 @@ namespace kappamu::app {
 
 // Each adds its subcommand to `bench`; `globals` outlives the parse.
 void add_bench_forward(CLI::App& bench, Globals& globals);
+void add_bench_inverse(CLI::App& bench, Globals& globals);
 void add_bench_limits(CLI::App& bench, Globals& globals);
 void add_bench_slabs(CLI::App& bench, Globals& globals);
 void add_bench_validity(CLI::App& bench, Globals& globals);

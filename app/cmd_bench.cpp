@@ -16,6 +16,7 @@ void add_bench(CLI::App& app, Globals& globals) {
   command->require_subcommand(1);
   command->fallthrough();
   add_bench_forward(*command, globals);
+  add_bench_inverse(*command, globals);
   add_bench_limits(*command, globals);
   add_bench_slabs(*command, globals);
   add_bench_validity(*command, globals);

@@ -92,6 +92,7 @@ struct FitReport {
   double chi2_per_datum = 0.0;
   double weight = 0.0;   ///< α at the end
   std::size_t data = 0;  ///< used
+  SolveCount solves;     ///< of all grids, the start included
   double seconds = 0.0;
   bool resumed = false;
 };

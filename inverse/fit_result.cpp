@@ -79,6 +79,7 @@ ChannelFit ChannelRun::result() {
   fit.report = state_.report;
   fit.report.backend = objective_->backend_name();
   fit.report.data = ladder_[0].used();
+  fit.report.solves = objective_->solves();
   fit.report.seconds = seconds();
   return fit;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/inverse_case.h"
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 #include "forward/grid/grid_solver.h"
@@ -16,19 +17,7 @@
 
 namespace kappamu::inverse::cases {
 
-/// Normal numbers that are the same on every platform (Box-Muller over mt19937_64).
-class Noise {
- public:
-  explicit Noise(std::uint64_t seed) : engine_(seed) {}
-  double normal() {
-    const double u = uniform();
-    return std::sqrt(-2.0 * std::log(u)) * std::cos(6.283185307179586 * uniform());
-  }
-  double uniform() { return (static_cast<double>(engine_() >> 11) + 0.5) * 0x1p-53; }
-
- private:
-  std::mt19937_64 engine_;
-};
+using bench::Noise;
 
 inline CoefficientPair random_direction(const GridShape& shape, std::uint64_t seed) {
   Noise noise(seed);
@@ -64,20 +53,6 @@ inline CoefficientPair smooth_medium(const GridShape& shape) {
     }
   }
   return fields;
-}
-
-/// side × side patches, one lit with irradiance 1 in each pattern: [side²][v][u].
-inline std::vector<float> patch_light(FaceShape face, int side) {
-  std::vector<float> light;
-  for (int m = 0; m < side * side; ++m) {
-    for (int v = 0; v < face.nv; ++v) {
-      for (int u = 0; u < face.nu; ++u) {
-        const bool lit = u * side / face.nu == m % side && v * side / face.nv == m / side;
-        light.push_back(lit ? 1.0F : 0.0F);
-      }
-    }
-  }
-  return light;
 }
 
 inline std::vector<double> exponential(const std::vector<double>& log) {

@@ -1,0 +1,129 @@
+// The measurements of `kappamu bench inverse`: truths that are figures and not grids, scores that
+// know the truth when they see it, and records that survive the file.
+#include "bench/inverse_bench.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bench/inverse_fit.h"
+#include "core/error.h"
+#include "tests/bench/bench_tools.h"
+
+namespace kappamu::bench {
+namespace {
+
+Medium medium_of(const GridShape& shape, const inverse::CoefficientPair& fields) {
+  Medium medium{Volume<double>(shape), Volume<double>(shape)};
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    medium.kappa[i] = std::exp(fields.log_kappa[i]);
+    medium.mu[i] = std::exp(fields.log_mu[i]);
+  }
+  return medium;
+}
+
+const GridShape shape{12, 10, 6, 0.5};
+
+TEST(InverseTruth, HasTheContrastAskedForAndDiffersBySeed) {
+  TruthSpec spec;
+  spec.inclusions = false;
+  const auto a = make_truth(shape, spec);
+  const auto [low, high] = std::minmax_element(a.log_kappa.begin(), a.log_kappa.end());
+  EXPECT_LT(*high - *low, std::log(spec.contrast) + 1e-9);
+  EXPECT_GT(*high - *low, 0.6 * std::log(spec.contrast));
+  spec.seed = 2;
+  EXPECT_NE(a.log_kappa, make_truth(shape, spec).log_kappa);
+}
+
+TEST(InverseTruth, IsTheSameFigureOnAFinerGrid) {
+  TruthSpec spec;
+  spec.inclusions = false;
+  const auto coarse = make_truth(shape, spec);
+  const auto fine = make_truth(shape.refined(2), spec);
+  // A cell's value against the mean of its children: second order in the voxel.
+  constexpr double second_order = 0.02;
+  for (int z = 0; z < shape.nz; ++z) {
+    double mean = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+      mean += 0.125 * fine.log_mu[shape.refined(2).index(8 + (corner & 1), 6 + (corner >> 1 & 1),
+                                                         2 * z + (corner >> 2))];
+    }
+    EXPECT_NEAR(coarse.log_mu[shape.index(4, 3, z)], mean, second_order);
+  }
+}
+
+TEST(AppearanceError, OfTheTruthIsSmallAndOfAHomogeneousBlockIsNot) {
+  Block block;
+  block.grid = shape;
+  TruthSpec spec;
+  spec.inclusions = false;
+  const auto fine = make_truth(shape.refined(2), spec);
+  const Judge judge = make_judge(block, fine, 4);
+  const double truth = appearance_error(medium_of(shape, make_truth(shape, spec)), judge.patches);
+  const double homogeneous = appearance_error(
+      {Volume<double>(shape, spec.kappa), Volume<double>(shape, spec.mu)}, judge.patches);
+  EXPECT_LT(truth, 1e-3);
+  EXPECT_GT(homogeneous, 10.0 * truth);
+}
+
+TEST(DepthErrorOf, AVolumeTenPercentOffIsTenPercentInEveryLayer) {
+  TruthSpec spec;
+  const auto fine = make_truth(shape.refined(2), spec);
+  Medium medium{Volume<double>(shape), Volume<double>(shape)};
+  for (int z = 0; z < shape.nz; ++z) {
+    for (int y = 0; y < shape.ny; ++y) {
+      for (int x = 0; x < shape.nx; ++x) {
+        for (int corner = 0; corner < 8; ++corner) {
+          const std::size_t from = shape.refined(2).index(
+              2 * x + (corner & 1), 2 * y + (corner >> 1 & 1), 2 * z + (corner >> 2));
+          const std::size_t i = shape.index(x, y, z);
+          medium.kappa[i] += 1.1 / 8.0 * std::exp(fine.log_kappa[from]);
+          medium.mu[i] += 0.9 / 8.0 * std::exp(fine.log_mu[from]);
+        }
+      }
+    }
+  }
+  for (const Face lit : {Face::z_minus, Face::x_plus}) {
+    const DepthError error = depth_error(medium, fine, lit);
+    ASSERT_EQ(error.kappa.size(), static_cast<std::size_t>(shape.extent(axis_of(lit))));
+    for (const double e : error.kappa) EXPECT_NEAR(e, 0.1, 1e-9);
+    for (const double e : error.mu) EXPECT_NEAR(e, 0.1, 1e-9);
+  }
+}
+
+TEST(SolvesToReach, IsTheFirstPointThatGood) {
+  std::vector<CoursePoint> course(3);
+  for (int k = 0; k < 3; ++k) {
+    course[static_cast<std::size_t>(k)].solves = 10 * (k + 1);
+    course[static_cast<std::size_t>(k)].error = std::pow(10.0, -k);
+  }
+  EXPECT_EQ(solves_to_reach(course, 0.1), 20);
+  EXPECT_EQ(solves_to_reach(course, 0.05), 30);
+  EXPECT_FALSE(solves_to_reach(course, 1e-3));
+}
+
+class InverseBench : public FolderTest {};
+
+TEST_F(InverseBench, QuickOptimisersAreMeasuredDrawnAndSummedUp) {
+  InverseBenchOptions options;
+  options.folder = folder();
+  options.size = BenchSize::quick;
+  Progress silent;
+  measure_inverse("optimisers", options, silent);
+  draw_inverse(folder());
+  EXPECT_GT(std::filesystem::file_size(folder() / "bench-inverse-optimisers.png"), 10000U);
+  std::stringstream table;
+  table << std::ifstream(folder() / "table-inverse-optimisers.md").rdbuf();
+  for (const Way& way : inverse_ways()) EXPECT_NE(table.str().find(way.label), std::string::npos);
+  const auto summary = inverse_summary(folder());
+  EXPECT_EQ(summary.at("patterns"), 16);
+  EXPECT_GT(summary.at("batched_solves").get<int>(), 10);
+  EXPECT_LT(summary.at("holdout_E").get<double>(), 0.01);
+  EXPECT_THROW(measure_inverse("nothing", options, silent), InputError);
+}
+
+}  // namespace
+}  // namespace kappamu::bench
