@@ -8,6 +8,7 @@
 
 #include "app/command.h"
 #include "app/fit_options.h"
+#include "app/uncertainty_output.h"
 
 namespace kappamu::app {
 
@@ -40,6 +41,9 @@ Json to_json(const FitSummary& summary) {
       channels.back()["holdout_noise"] = summary.held_out[c].noise;
       channels.back()["holdout_chi2_per_value"] = summary.held_out[c].chi2_per_datum;
     }
+    if (!summary.uncertainty.empty()) {
+      channels.back()["uncertainty"] = uncertainty_json(summary.uncertainty[c]);
+    }
   }
   return {{"converged", summary.converged()},
           {"volume", summary.volume.string()},
@@ -58,6 +62,9 @@ void print_table(const FitSummary& summary) {
       std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
     }
     std::printf("  %s\n", r.message.c_str());
+    if (!summary.uncertainty.empty()) {
+      std::printf("      %s\n", summary.uncertainty[c].sentence.c_str());
+    }
   }
   std::printf("%s\n", summary.volume.c_str());
 }
@@ -87,7 +94,9 @@ void add_fit(CLI::App& app, Globals& globals) {
       "first, then coarse grid to fine, the smoothing lowered until the residuals are as large as\n"
       "the measurements' own noise.\n\n"
       "Writes OUT/kappa_<channel>.npy [mm] and mu_<channel>.npy [1/mm], float32 [z][y][x],\n"
-      "sensitivity_<channel>.npy, prediction.npy, prediction_validate.npy, volume.vdb and "
+      "std_kappa_<channel>.npy, std_mu_<channel>.npy, resolution_kappa_<channel>.npy,\n"
+      "resolution_mu_<channel>.npy, correlation_<channel>.npy, sensitivity_<channel>.npy, "
+      "prediction.npy, prediction_validate.npy, volume.vdb and "
       "fit.json.\n"
       "Where no patterns were captured for validation, one of every 16 is kept out of the fit\n"
       "(--hold-out); fit.json and the report judge the volumes by them.\n"
@@ -98,8 +107,11 @@ void add_fit(CLI::App& app, Globals& globals) {
       "What\n"
       "counts is held-out E = Σ(L' − L)²/ΣL², the error under light the fit never saw, beside the\n"
       "part of it that the held-out measurements' own noise explains. Light at steady state does\n"
-      "not determine deep voxels: where sensitivity is small against its largest value, κ and μ\n"
-      "are the smoothing's choice.");
+      "not determine deep voxels: the standard deviations std_kappa and std_mu, and the sentence "
+      "that\n"
+      "goes with them, say how far κ and μ can be trusted; where resolution is near 0 they are "
+      "the\n"
+      "smoothing's choice.");
   auto options = std::make_shared<FitCommand>();
   command->add_option("input", options->input, "Folder of measurements, or run folder")
       ->required()

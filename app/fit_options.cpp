@@ -9,6 +9,7 @@ namespace kappamu::app {
 void add_fit_options(CLI::App& command, FitArguments& arguments, const std::string& group) {
   inverse::FitOptions& fit = arguments.stage.fit;
   fit.sensitivity_probes = sensitivity_probes;
+  fit.uncertainty.samples = uncertainty_samples;
   const auto number = [&](const std::string& name, double& value, const std::string& text) {
     command.add_option(name, value, text)->capture_default_str()->group(group);
   };
@@ -58,6 +59,13 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
   command
       .add_option("--levels", fit.max_levels,
                   "Grids from coarse to fine; 1 fits on the full grid at once")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option(
+          "--uncertainty", fit.uncertainty.samples,
+          "Samples that tell the standard deviations of the volumes; S of them cost 24 S + 8 "
+          "batched solves; 0 = none")
       ->capture_default_str()
       ->group(group);
   command
@@ -111,6 +119,10 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"anchor_length", o.anchor_length},
                               {"metric_probes", o.metric_probes},
                               {"sensitivity_probes", o.sensitivity_probes},
+                              {"uncertainty_samples", o.uncertainty.samples},
+                              {"uncertainty_steps", o.uncertainty.steps},
+                              {"uncertainty_probes", o.uncertainty.probes},
+                              {"uncertainty_pooling", o.uncertainty.pooling},
                               {"seed", o.seed},
                               {"device", o.backend.device},
                               {"precision", twofold ? "double" : "single"},

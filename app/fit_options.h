@@ -12,6 +12,9 @@ namespace kappamu::app {
 /// Adjoint solves the commands spend on where the data constrain the volume.
 inline constexpr int sensitivity_probes = 8;
 
+/// Samples the commands spend on the volumes' uncertainty.
+inline constexpr int uncertainty_samples = 2;
+
 /// As parsed; resolve() makes options of it.
 struct FitArguments {
   std::string optimiser = "lbfgs";

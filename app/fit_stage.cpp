@@ -11,6 +11,7 @@
 
 #include "app/fit_options.h"
 #include "app/hold_out.h"
+#include "app/uncertainty_output.h"
 #include "core/error.h"
 #include "core/surface_measurements.h"
 #include "inverse/predict.h"
@@ -181,6 +182,10 @@ void FitStage::fit(int channel) {
     volumes_.sensitivity.push_back(joint_sensitivity(result));
     write_volume(output_ / ("sensitivity_" + name + ".npy"), volumes_.sensitivity.back());
   }
+  if (result.uncertainty) {
+    write_uncertainty(output_, name, *result.uncertainty, result.medium, volumes_);
+    summary_.uncertainty.push_back(result.uncertainty->report);
+  }
   if (held_out_) score(channel, result);
   keep_prediction(result);
   volumes_.channels.push_back(name);
@@ -232,6 +237,9 @@ void FitStage::write_json() const {
       channel["holdout_noise"] = summary_.held_out[c].noise;
       channel["holdout_chi2_per_value"] = summary_.held_out[c].chi2_per_datum;
       channel["holdout_values_used"] = summary_.held_out[c].data;
+    }
+    if (!summary_.uncertainty.empty()) {
+      channel["uncertainty"] = uncertainty_json(summary_.uncertainty[c]);
     }
     channels.push_back(std::move(channel));
     for (const std::string& w : summary_.reports[c].warnings) {

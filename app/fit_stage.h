@@ -27,6 +27,8 @@ struct FitSummary {
   std::vector<std::string> channels;
   std::vector<inverse::FitReport> reports;      ///< one per channel
   std::vector<inverse::HeldOutScore> held_out;  ///< one per channel; empty where none is kept out
+  /// One per channel, or empty where none was asked for.
+  std::vector<inverse::UncertaintyReport> uncertainty;
   std::string device;
   std::filesystem::path volume;
   double seconds = 0.0;
@@ -39,10 +41,10 @@ struct FitSummary {
 std::filesystem::path find_measurements(const std::filesystem::path& input);
 
 /// Fits every channel of `input` (see find_measurements) and writes into `output`: kappa_<c>.npy,
-/// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], prediction.npy and, with validation measurements,
-/// prediction_validate.npy [C][M][v][u], volume.vdb, and fit.json last (docs/formats.md). While it
-/// works, checkpoint_<c>.bin hold what it needs to go on where it was killed; they are removed at
-/// the end. Throws InputError.
+/// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], those of write_uncertainty(), prediction.npy and,
+/// with validation measurements, prediction_validate.npy [C][M][v][u], volume.vdb, and fit.json
+/// last (docs/formats.md). While it works, checkpoint_<c>.bin hold what it needs to go on where it
+/// was killed; they are removed at the end. Throws InputError.
 FitSummary run_fit_stage(const std::filesystem::path& input, const std::filesystem::path& output,
                          const FitStageOptions& options, Progress& progress);
 

@@ -108,4 +108,22 @@ Vector Basis::gradient(const CoefficientPair& by_field) const {
   return flat(coefficients);
 }
 
+FieldCovariance Basis::covariance() const {
+  const std::size_t cells = shape_.cells();
+  if (!modes_) return {{Vector(cells, 1.0), Vector(cells, 1.0)}, Vector(cells, 0.0)};
+  const Eigen::Index depth = modes_->depth();
+  Eigen::MatrixXd diagonal(modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
+  Eigen::MatrixXd between = Eigen::MatrixXd::Zero(diagonal.rows(), diagonal.cols());
+  for (int bin = 0; bin < modes_->bins(); ++bin) {
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(modes_->rows(), modes_->rows());
+    factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>().solveInPlace(inverse);
+    inverse *= inverse.transpose().eval();
+    for (const int wave : modes_->members(bin)) {
+      diagonal.col(wave) = inverse.diagonal();
+      between.col(wave).head(depth) = inverse.topRightCorner(depth, depth).diagonal();
+    }
+  }
+  return {modes_->spread(diagonal), modes_->spread(between).log_kappa};
+}
+
 }  // namespace kappamu::inverse

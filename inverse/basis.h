@@ -28,6 +28,13 @@ enum class Coordinates {
 /// bin of lateral frequency.
 using LateralBlocks = std::vector<Eigen::MatrixXd>;
 
+/// What is kept of a covariance of (log κ, log μ): variances, and the covariance of the two
+/// coefficients of one voxel.
+struct FieldCovariance {
+  CoefficientPair variance;
+  Vector between;
+};
+
 struct BasisOptions {
   Coordinates coordinates = Coordinates::informed;
   int depth_axis = 2;
@@ -45,6 +52,8 @@ class Basis {
   Vector from_fields(const CoefficientPair& fields) const;
   /// Bᵀ of a gradient with respect to the fields.
   Vector gradient(const CoefficientPair& by_field) const;
+  /// Of B Bᵀ, the guess of the Hessian's inverse.
+  FieldCovariance covariance() const;
 
  private:
   enum class Factor { solve, solve_transposed, multiply };

@@ -19,6 +19,7 @@
 #include "core/surface_measurements.h"
 #include "inverse/objective.h"
 #include "inverse/optimiser.h"
+#include "inverse/uncertainty.h"
 
 namespace kappamu::inverse {
 
@@ -52,9 +53,10 @@ struct FitOptions {
   /// Length beyond which R draws the fields to the homogeneous start, over the thickness
   /// (roughness.h).
   double anchor_length = 10.0;
-  int metric_probes = 2;       ///< adjoint solves per grid for the data's share of the metric
-  int sensitivity_probes = 0;  ///< adjoint solves spent on where the data constrain the volume
-  std::uint64_t seed = 1;      ///< of those probes
+  int metric_probes = 2;           ///< adjoint solves per grid for the data's share of the metric
+  int sensitivity_probes = 0;      ///< adjoint solves spent on where the data constrain the volume
+  UncertaintyOptions uncertainty;  ///< of the finished volumes; no part of the fit itself
+  std::uint64_t seed = 1;          ///< of those probes
   Backend backend;
 };
 
@@ -104,6 +106,7 @@ struct ChannelFit {
   /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
+  std::optional<Uncertainty> uncertainty;  ///< empty unless asked for
   FitReport report;
 };
 

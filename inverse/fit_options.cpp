@@ -32,6 +32,7 @@ void validate(const FitOptions& o) {
   require(o.smooth_length > 0.0, "smooth_length must be positive");
   require(o.anchor_length > 0.0, "anchor_length must be positive");
   require(o.sensitivity_probes >= 0, "sensitivity_probes must not be negative");
+  validate(o.uncertainty);
   require(o.optimiser.memory >= 1, "memory must be at least 1 pair");
   require(o.optimiser.first_step > 0.0 && o.optimiser.longest_step > 0.0,
           "step bounds must be positive");

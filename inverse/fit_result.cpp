@@ -76,6 +76,12 @@ ChannelFit ChannelRun::result() {
     fit.sensitivity_mu =
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
+  if (options_.uncertainty.samples > 0) {
+    progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
+    fit.uncertainty = estimate_uncertainty(
+        *objective_, {state_.weight, thickness(), options_.anchor_length * thickness()},
+        options_.uncertainty, options_.seed);
+  }
   fit.report = state_.report;
   fit.report.backend = objective_->backend_name();
   fit.report.data = ladder_[0].used();

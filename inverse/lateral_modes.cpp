@@ -56,18 +56,27 @@ std::size_t LateralModes::voxel(int a, int b, int d) const {
   return shape_.index(at[0], at[1], at[2]);
 }
 
-/// Each row of `planes` is one depth of one coefficient, [b][a].
-Eigen::MatrixXd LateralModes::transform(const Eigen::MatrixXd& planes, bool inverse) const {
+namespace {
+
+/// left · plane · right for each row of `planes`, a depth of one coefficient as [b][a].
+Eigen::MatrixXd between_planes(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right,
+                               const Eigen::MatrixXd& planes) {
   Eigen::MatrixXd out(planes.rows(), planes.cols());
-  const Eigen::MatrixXd along_a = inverse ? Eigen::MatrixXd(cosines_a_.transpose()) : cosines_a_;
-  const Eigen::MatrixXd along_b = inverse ? cosines_b_ : Eigen::MatrixXd(cosines_b_.transpose());
   for (Eigen::Index row = 0; row < planes.rows(); ++row) {
     const Eigen::VectorXd plane = planes.row(row).transpose();
-    const Eigen::Map<const Eigen::MatrixXd> image(plane.data(), na_, nb_);  // column = one b
-    const Eigen::MatrixXd image_out = along_a * image * along_b;
+    const Eigen::Map<const Eigen::MatrixXd> image(plane.data(), left.cols(),
+                                                  right.rows());  // column = one b
+    const Eigen::MatrixXd image_out = left * image * right;
     out.row(row) = Eigen::Map<const Eigen::RowVectorXd>(image_out.data(), image_out.size());
   }
   return out;
+}
+
+}  // namespace
+
+Eigen::MatrixXd LateralModes::transform(const Eigen::MatrixXd& planes, bool inverse) const {
+  return inverse ? between_planes(cosines_a_.transpose(), cosines_b_, planes)
+                 : between_planes(cosines_a_, cosines_b_.transpose(), planes);
 }
 
 Eigen::MatrixXd LateralModes::analyse(const CoefficientPair& fields) const {
@@ -84,7 +93,15 @@ Eigen::MatrixXd LateralModes::analyse(const CoefficientPair& fields) const {
 }
 
 CoefficientPair LateralModes::synthesise(const Eigen::MatrixXd& coefficients) const {
-  const Eigen::MatrixXd planes = transform(coefficients, true);
+  return fields_of(transform(coefficients, true));
+}
+
+CoefficientPair LateralModes::spread(const Eigen::MatrixXd& variances) const {
+  return fields_of(
+      between_planes(cosines_a_.cwiseAbs2().transpose(), cosines_b_.cwiseAbs2(), variances));
+}
+
+CoefficientPair LateralModes::fields_of(const Eigen::MatrixXd& planes) const {
   CoefficientPair fields{std::vector<double>(shape_.cells()), std::vector<double>(shape_.cells())};
   for (int b = 0; b < nb_; ++b) {
     for (int a = 0; a < na_; ++a) {

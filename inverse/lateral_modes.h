@@ -29,10 +29,14 @@ class LateralModes {
   /// Orthonormal: coefficients [rows][waves].
   Eigen::MatrixXd analyse(const CoefficientPair& fields) const;
   CoefficientPair synthesise(const Eigen::MatrixXd& coefficients) const;
+  /// Variances of the fields whose coefficients are independent from wave to wave and have the
+  /// variances [rows][waves].
+  CoefficientPair spread(const Eigen::MatrixXd& variances) const;
 
  private:
   std::size_t voxel(int a, int b, int d) const;
   Eigen::MatrixXd transform(const Eigen::MatrixXd& planes, bool inverse) const;
+  CoefficientPair fields_of(const Eigen::MatrixXd& planes) const;
 
   GridShape shape_;
   int axis_a_ = 0;

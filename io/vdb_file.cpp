@@ -193,6 +193,8 @@ class VdbReader {
     }
     read_extra(set, "std_kappa_", set.kappa_std);
     read_extra(set, "std_mu_", set.mu_std);
+    read_extra(set, "resolution_kappa_", set.kappa_resolution);
+    read_extra(set, "resolution_mu_", set.mu_resolution);
     read_extra(set, "sensitivity_", set.sensitivity);
     if (auto eta = metadata_->getMetadata<openvdb::DoubleMetadata>(eta_name)) {
       set.eta = eta->value();

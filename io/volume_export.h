@@ -21,8 +21,9 @@ struct ExportResult {
   std::vector<std::string> warnings;         ///< one sentence each
 };
 
-/// VTK image data: CellData arrays kappa_R [mm], mu_R [1/mm], ..., sigma_t_R [1/mm], albedo_R;
-/// float32, raw appended, 64-bit sizes; units, eta and provenance as FieldData.
+/// VTK image data: CellData arrays kappa_R [mm], mu_R [1/mm], what is known of their certainty,
+/// sigma_t_R [1/mm], albedo_R; float32, raw appended, 64-bit sizes; units, eta and provenance as
+/// FieldData.
 ExportResult export_vti(const std::filesystem::path& file, const VolumeSet& set);
 
 /// Mitsuba 3: grid volumes sigma_t.vol and albedo.vol (format version 3; one channel, or R, G, B in

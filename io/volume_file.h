@@ -1,9 +1,10 @@
 // Volumes on disk: OpenVDB, the native form, and a folder of NumPy arrays.
 //
 // OpenVDB: one float grid per quantity and channel, of class fog volume: kappa_R [mm], mu_R [1/mm],
-// std_kappa_R, std_mu_R, sensitivity_R where known, and derived sigma_t_R [1/mm], albedo_R, and
-// `density` (the channels' mean sigma_t, so that a default shader shows something). World
-// coordinates are the sample frame's millimetres: voxel index (i, j, k) lies at its centre,
+// std_kappa_R [mm], std_mu_R [1/mm], resolution_kappa_R, resolution_mu_R, sensitivity_R where
+// known, and derived sigma_t_R [1/mm], albedo_R, and `density` (the channels' mean sigma_t, so that
+// a default shader shows something). World coordinates are the sample frame's millimetres: voxel
+// index (i, j, k) lies at its centre,
 // ((i+1/2) h, (j+1/2) h, (k+1/2) h). Every voxel of the block is active. Numbers are stored as
 // 32-bit floats.
 //

@@ -85,6 +85,8 @@ VolumeSet read_volume_folder(const fs::path& folder) {
     };
     read_extra("std_kappa_", set.kappa_std);
     read_extra("std_mu_", set.mu_std);
+    read_extra("resolution_kappa_", set.kappa_resolution);
+    read_extra("resolution_mu_", set.mu_resolution);
     read_extra("sensitivity_", set.sensitivity);
   }
   validate(set, folder.string());

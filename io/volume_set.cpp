@@ -50,6 +50,8 @@ void validate(const VolumeSet& set, const std::string& source) {
   }
   validate_extra(set, set.kappa_std, "standard deviation of kappa", source);
   validate_extra(set, set.mu_std, "standard deviation of mu", source);
+  validate_extra(set, set.kappa_resolution, "resolution of kappa", source);
+  validate_extra(set, set.mu_resolution, "resolution of mu", source);
   validate_extra(set, set.sensitivity, "sensitivity", source);
   if (set.eta && !(*set.eta >= 1.0 && *set.eta <= 4.0)) {
     fail(source, "eta must lie between 1 and 4");
@@ -70,6 +72,8 @@ std::vector<NamedVolume> named_volumes(const VolumeSet& set) {
   };
   add(set.kappa_std, "std_kappa_", "mm");
   add(set.mu_std, "std_mu_", "1/mm");
+  add(set.kappa_resolution, "resolution_kappa_", "1");
+  add(set.mu_resolution, "resolution_mu_", "1");
   add(set.sensitivity, "sensitivity_", "1");
   return result;
 }

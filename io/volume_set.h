@@ -16,6 +16,9 @@ struct VolumeSet {
   std::vector<Medium> media;          ///< one per channel, all of one shape
   std::vector<Volume<double>> kappa_std;  ///< standard deviation of κ [mm]; empty, or C volumes
   std::vector<Volume<double>> mu_std;     ///< standard deviation of μ [1/mm]; empty, or C volumes
+  /// Share of the variance that the data removed, 0 to 1 [dimensionless]; empty, or C volumes.
+  std::vector<Volume<double>> kappa_resolution;
+  std::vector<Volume<double>> mu_resolution;
   std::vector<Volume<double>> sensitivity;      ///< how strongly the data constrain the voxel
                                                 ///< [dimensionless, >= 0]; empty, or C volumes
   std::optional<double> eta;                    ///< relative refractive index [dimensionless]

@@ -42,6 +42,16 @@ Convergence convergence_from_json(const json& object) {
   return convergence;
 }
 
+/// The sentence of each channel; empty where one has none.
+std::vector<std::string> sentences_from_json(const json& object) {
+  std::vector<std::string> sentences;
+  for (const json& channel : object.at("channels")) {
+    if (!channel.contains("uncertainty")) return {};
+    sentences.push_back(channel["uncertainty"].at("sentence").get<std::string>());
+  }
+  return sentences;
+}
+
 FitData fit_from_json(const json& object) {
   FitData data;
   for (const json& channel : object.at("channels")) {
@@ -68,6 +78,14 @@ Volume<double> read_volume(const std::filesystem::path& file, double voxel_mm) {
   return {shape, std::vector<double>(array.values.begin(), array.values.end())};
 }
 
+/// Files hold deviations of κ and μ: those of their logarithms are relative to them.
+Volume<double> relative(Volume<double> deviation, const Volume<double>& value) {
+  for (std::size_t i = 0; i < deviation.size(); ++i) {
+    deviation[i] = value[i] > 0.0 ? deviation[i] / value[i] : 0.0;
+  }
+  return deviation;
+}
+
 }  // namespace
 
 std::optional<FitData> read_fit(const std::filesystem::path& run) {
@@ -79,6 +97,17 @@ std::optional<FitData> read_fit(const std::filesystem::path& run) {
   for (const std::string& channel : data.channels)
     data.media.push_back({read_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
                           read_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
+  const std::vector<std::string> sentences = interpret_json(file, sentences_from_json);
+  for (std::size_t c = 0; c < sentences.size(); ++c) {
+    const auto volume = [&](const std::string& name) {
+      return read_volume(folder / (name + "_" + data.channels[c] + ".npy"), voxel_mm);
+    };
+    const Medium& medium = data.media[c];
+    data.uncertainty.push_back(
+        {sentences[c],
+         {relative(volume("std_kappa"), medium.kappa), relative(volume("std_mu"), medium.mu)},
+         {volume("resolution_kappa"), volume("resolution_mu")}});
+  }
   return data;
 }
 

@@ -57,8 +57,16 @@ struct Convergence {
   std::optional<double> seconds;
 };
 
+/// How far one channel's volumes can be trusted (inverse/uncertainty.h).
+struct FitUncertainty {
+  std::string sentence;
+  Medium deviation;   ///< of log κ and log μ [dimensionless]
+  Medium resolution;  ///< share of the variance that the data removed, of κ and of μ
+};
+
 struct FitData {
-  std::vector<Medium> media;  ///< per channel, in the order of `channels`
+  std::vector<Medium> media;                ///< per channel, in the order of `channels`
+  std::vector<FitUncertainty> uncertainty;  ///< the same; empty where the fit tells none
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;
   std::vector<std::string> warnings;

@@ -30,6 +30,7 @@ Html calibration_section(const RunData& run);
 Html radiometry_section(const RunData& run);
 Html convergence_section(const RunData& run);
 Html volumes_section(const RunData& run);
+Html uncertainty_section(const RunData& run);
 Html comparison_section(const RunData& run);
 Html provenance_section(const RunData& run);
 

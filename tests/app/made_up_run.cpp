@@ -104,6 +104,21 @@ void write_fit(const fs::path& run, const MadeUpRun& options) {
                   std::span<const float>(kappa));
     io::write_npy(run / "fit" / ("mu_" + std::string(names[c]) + ".npy"), shape,
                   std::span<const float>(mu));
+    const auto write = [&](const std::string& name, const std::vector<float>& values) {
+      io::write_npy(run / "fit" / (name + "_" + names[c] + ".npy"), shape,
+                    std::span<const float>(values));
+    };
+    std::vector<float> kappa_std, mu_std, resolution;
+    for (std::size_t i = 0; i < kappa.size(); ++i) {
+      const float depth = static_cast<float>(i) / static_cast<float>(kappa.size());
+      kappa_std.push_back(kappa[i] * (0.4F - 0.3F * depth));
+      mu_std.push_back(mu[i] * (0.9F - 0.5F * depth));
+      resolution.push_back(depth);
+    }
+    write("std_kappa", kappa_std);
+    write("std_mu", mu_std);
+    write("resolution_kappa", resolution);
+    write("resolution_mu", resolution);
     json history = json::array();
     for (int i = 0; i < 60; ++i)
       history.push_back(
@@ -113,6 +128,9 @@ void write_fit(const fs::path& run, const MadeUpRun& options) {
     channels.push_back(
         {{"name", names[c]},
          {"converged", options.converged},
+         {"uncertainty",
+          {{"sentence", "Beyond 3 mm below the seen face the data say nothing about " +
+                            std::string(names[c]) + "."}}},
          {"reason", options.converged ? "gradient below tolerance" : "evaluation limit reached"},
          {"chi2_per_value", 0.98 + 0.05 * static_cast<double>(c)},
          {"seconds", 14.2},

@@ -98,7 +98,7 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
   const std::string html = page({});
   for (const char* heading :
        {"What was captured", "Geometric calibration", "Response and dynamic range", "Convergence",
-        "Volumes", "Measured against re-rendered", "Light held out of the fit",
+        "Volumes", "Uncertainty", "Measured against re-rendered", "Light held out of the fit",
         "Warnings, times, provenance"})
     EXPECT_THAT(html, HasSubstr(heading));
   for (const char* id : {"fit_00", "fit_05", "validate_00", "validate_01"})
@@ -106,6 +106,11 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
   for (const char* channel : {"R", "G", "B"})
     EXPECT_THAT(html, HasSubstr("alt=\"residual " + std::string(channel) + " of fit_00\""));
   EXPECT_THAT(html, HasSubstr("a made-up device"));
+  // Where the data say nothing, in words and in pictures.
+  EXPECT_THAT(html, HasSubstr("Beyond 3 mm below the seen face the data say nothing about G."));
+  for (const char* picture : {"σ of log κ at depth", "σ of log μ at depth",
+                              "resolution of κ at depth", "resolution of μ at depth"})
+    EXPECT_THAT(html, HasSubstr("alt=\"" + std::string(picture)));
 }
 
 TEST_F(ReportTest, MeasurementsOfAnyoneAreReportedWithoutTheMissingParts) {

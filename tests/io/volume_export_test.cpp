@@ -41,6 +41,47 @@ TEST_F(VolumeExport, VtkFindsTheMarkerWhereItIs) {
             "eta 1.45 session demo <a&b>\n");
 }
 
+/// The uncertainty of a volume as every program but ours finds it.
+VolumeSet uncertain_set() {
+  VolumeSet set = single_marker_set();
+  for (int c = 0; c < 2; ++c) {
+    set.kappa_std.push_back(with_marker(0.01, 0.02, c, 0, 1));
+    set.mu_std.push_back(with_marker(0.001, 0.003, c, 1, 1));
+    set.kappa_resolution.push_back(with_marker(0.5, 0.9, c, 1, 2));
+    set.mu_resolution.push_back(with_marker(0.25, 0.1, c, 0, 2));
+  }
+  return set;
+}
+
+TEST_F(VolumeExport, VtkFindsTheStandardDeviations) {
+  KAPPAMU_NEED_PYTHON("vtkmodules.vtkIOXML");
+  const ExportResult result = export_vti(folder_ / "a.vti", uncertain_set());
+  const std::string lines = run_script("read_volumes.py", "vti " + result.files[0].string());
+  EXPECT_THAT(lines, HasSubstr("std_kappa_R 5x3x4 at 0.1250 0.1250 0.3750 is 0.02 in 0.01\n"));
+  EXPECT_THAT(lines, HasSubstr("std_mu_G 5x3x4 at 0.3750 0.3750 0.3750 is 0.003 in 0.001\n"));
+  EXPECT_THAT(lines, HasSubstr("resolution_kappa_R 5x3x4 at 0.1250 0.3750 0.6250 is 0.9 in 0.5\n"));
+  EXPECT_THAT(lines, HasSubstr("resolution_mu_G 5x3x4 at 0.3750 0.1250 0.6250 is 0.1 in 0.25\n"));
+}
+
+TEST_F(VolumeExport, OpenVdbAndNumPyFindTheStandardDeviationsAndTheirUnits) {
+  KAPPAMU_NEED_PYTHON("numpy");
+  export_npy(folder_, uncertain_set());
+  const auto path = [&](const char* name) {
+    return std::string(" ").append((folder_ / name).string());
+  };
+  const std::string lines =
+      run_script("read_volumes.py", "npy" + path("std_kappa_G.npy") + path("std_mu_R.npy") +
+                                        path("resolution_mu_R.npy"));
+  EXPECT_EQ(lines,
+            "std_kappa_G [mm] 5x3x4 at 0.3750 0.1250 0.3750 is 0.02 in 0.01\n"
+            "std_mu_R [1/mm] 5x3x4 at 0.1250 0.3750 0.3750 is 0.003 in 0.001\n"
+            "resolution_mu_R [1] 5x3x4 at 0.1250 0.1250 0.6250 is 0.1 in 0.25\n");
+  KAPPAMU_NEED_PYTHON("pyopenvdb");
+  export_vdb(folder_ / "a.vdb", uncertain_set());
+  EXPECT_THAT(run_script("read_volumes.py", "vdb " + (folder_ / "a.vdb").string()),
+              HasSubstr("std_mu_R [1/mm] 5x3x4 at 0.1250 0.3750 0.3750 is 0.003 in 0.001\n"));
+}
+
 TEST_F(VolumeExport, NumPyFindsTheMarkerWhereItIs) {
   KAPPAMU_NEED_PYTHON("numpy");
   const ExportResult result = export_npy(folder_, marker_set());

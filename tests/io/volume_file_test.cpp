@@ -43,6 +43,8 @@ void expect_same(const VolumeSet& a, const VolumeSet& b) {
   };
   all(a.kappa_std, b.kappa_std);
   all(a.mu_std, b.mu_std);
+  all(a.kappa_resolution, b.kappa_resolution);
+  all(a.mu_resolution, b.mu_resolution);
   all(a.sensitivity, b.sensitivity);
 }
 
@@ -51,6 +53,8 @@ VolumeSet full_set() {
   for (int c = 0; c < 2; ++c) {
     set.kappa_std.push_back(with_marker(0.01, 0.02, c, 0, 1));
     set.mu_std.push_back(with_marker(0.0, 0.003, c, 1, 1));
+    set.kappa_resolution.push_back(with_marker(0.5, 0.9, c, 1, 2));
+    set.mu_resolution.push_back(with_marker(0.25, 0.0, c, 0, 2));
     set.sensitivity.push_back(with_marker(1.0, 7.0, c, 2, 1));
   }
   return set;
@@ -182,6 +186,7 @@ TEST_F(VolumeFolder, LeftoversOfAnOlderVolumeAreIgnored) {
   write_volume_folder(folder_, full_set());
   write_volume_folder(folder_, marker_set());
   EXPECT_TRUE(read_volume(folder_).kappa_std.empty());
+  EXPECT_TRUE(read_volume(folder_).mu_resolution.empty());
 }
 
 TEST_F(VolumeFolder, WrongFieldsAndArraysAreNamed) {

@@ -1,0 +1,84 @@
+// How far the fitted volumes can be trusted: the covariance of (log κ, log μ) at the minimum of
+// ½ χ² + α R, linearised there,
+//     C = (JᵀWJ + α R″)⁻¹,
+// the regulariser α R taken as what is known beforehand: its covariance alone is (α R″)⁻¹. What
+// that means, and what the data do not say, is in docs/theory.md, section 5.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "inverse/inverse_diagonal.h"
+#include "inverse/objective.h"
+
+namespace kappamu::inverse {
+
+struct UncertaintyOptions {
+  int samples = 0;       ///< 0 = no uncertainty; each costs 2 `steps` batched solves
+  int steps = 12;        ///< products with the Hessian per sample
+  int probes = 8;        ///< adjoint solves for the metric the samples start from
+  double pooling = 1.5;  ///< Gaussian mean of the estimates across the light, deviation [voxels]
+};
+
+/// Throws InputError naming option, value and bound.
+void validate(const UncertaintyOptions& options);
+
+/// The regulariser as a prior, of the fit the volume comes from.
+struct Prior {
+  double weight = 1.0;            ///< α
+  double thickness_mm = 1.0;      ///< ℓ (roughness.h)
+  double anchor_length_mm = 1.0;  ///< L
+};
+
+/// One layer of voxels parallel to the seen face; medians over the layer.
+struct LayerUncertainty {
+  double depth_mm = 0.0;       ///< of the layer's middle below the seen face
+  double log_kappa_std = 0.0;  ///< [dimensionless]
+  double log_mu_std = 0.0;     ///< [dimensionless]
+  double kappa_resolution = 0.0;
+  double mu_resolution = 0.0;
+  double correlation = 0.0;
+};
+
+struct UncertaintyReport {
+  std::vector<LayerUncertainty> layers;  ///< from the seen face down
+  std::string sentence;                  ///< the layers in words: where the data say what
+  int solves = 0;                        ///< batched ones that this cost
+  double seconds = 0.0;
+  double unfinished = 0.0;  ///< InverseDiagonal::unfinished
+};
+
+struct Uncertainty {
+  Volume<float> log_kappa_std;  ///< standard deviation of log κ [dimensionless]
+  Volume<float> log_mu_std;     ///< of log μ
+  /// Share of the prior variance that the data removed, 1 − C_ii/((α R″)⁻¹)_ii: 1 = the data
+  /// decide, 0 = the smoothing does.
+  Volume<float> kappa_resolution;
+  Volume<float> mu_resolution;
+  Volume<float> correlation;  ///< of log κ and log μ of one voxel, −1 to 1
+  UncertaintyReport report;
+};
+
+/// Batched solves that `options` will cost.
+int solves_needed(const UncertaintyOptions& options);
+/// Main memory beyond the fit's own [MiB] on `shape`, for batches of `batch` patterns.
+double memory_needed_mb(const UncertaintyOptions& options, const GridShape& shape, int batch);
+
+/// Variances of (α R″)⁻¹, exact: R″ is diagonal in cosines.
+CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
+
+/// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint
+/// solve.
+CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
+
+/// At the fields of the objective's last value(); equal seeds give equal bits on one device.
+Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
+                                 const UncertaintyOptions& options, std::uint64_t seed);
+
+/// What the layers say, for a person: best and worst layer of each coefficient, where the data do
+/// not determine it to a factor of two, where the smoothing decides, and where κ trades against μ.
+std::string in_words(const std::vector<LayerUncertainty>& layers);
+
+}  // namespace kappamu::inverse
