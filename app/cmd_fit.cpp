@@ -8,6 +8,7 @@
 
 #include "app/command.h"
 #include "app/fit_options.h"
+#include "app/model_json.h"
 #include "app/uncertainty_output.h"
 
 namespace kappamu::app {
@@ -33,6 +34,7 @@ Json to_json(const FitSummary& summary) {
     const inverse::FitReport& r = summary.reports[c];
     channels.push_back({{"name", summary.channels[c]},
                         {"status", inverse::to_string(r.status)},
+                        {"model", model_json(r.model)},
                         {"chi2_per_value", r.chi2_per_datum},
                         {"evaluations", evaluations(r)},
                         {"seconds", r.seconds}});
@@ -41,8 +43,8 @@ Json to_json(const FitSummary& summary) {
       channels.back()["holdout_noise"] = summary.held_out[c].noise;
       channels.back()["holdout_chi2_per_value"] = summary.held_out[c].chi2_per_datum;
     }
-    if (!summary.uncertainty.empty()) {
-      channels.back()["uncertainty"] = uncertainty_json(summary.uncertainty[c]);
+    if (summary.uncertainty[c]) {
+      channels.back()["uncertainty"] = uncertainty_json(*summary.uncertainty[c]);
     }
   }
   return {{"converged", summary.converged()},
@@ -61,9 +63,10 @@ void print_table(const FitSummary& summary) {
       const inverse::HeldOutScore& h = summary.held_out[c];
       std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
     }
-    std::printf("  %s\n", r.message.c_str());
-    if (!summary.uncertainty.empty()) {
-      std::printf("      %s\n", summary.uncertainty[c].sentence.c_str());
+    std::printf("  %s\n      model %s: %s\n", r.message.c_str(), short_name(r.model).c_str(),
+                r.model.reason.c_str());
+    if (summary.uncertainty[c]) {
+      std::printf("      %s\n", summary.uncertainty[c]->sentence.c_str());
     }
   }
   std::printf("%s\n", summary.volume.c_str());
@@ -91,8 +94,8 @@ void add_fit(CLI::App& app, Globals& globals) {
       "INPUT is a folder with measurements.json (docs/formats.md) from any rig or program, or a "
       "run\n"
       "that `kappamu merge` filled. Each channel is fitted on its own: the best homogeneous block\n"
-      "first, then coarse grid to fine, the smoothing lowered until the residuals are as large as\n"
-      "the measurements' own noise.\n\n"
+      "first, then even layers, and where the data reject both a volume, coarse grid to fine, the\n"
+      "smoothing lowered until the residuals are as large as the measurements' own noise.\n\n"
       "Writes OUT/kappa_<channel>.npy [mm] and mu_<channel>.npy [1/mm], float32 [z][y][x],\n"
       "std_kappa_<channel>.npy, std_mu_<channel>.npy, resolution_kappa_<channel>.npy,\n"
       "resolution_mu_<channel>.npy, correlation_<channel>.npy, sensitivity_<channel>.npy, "

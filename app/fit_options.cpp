@@ -6,6 +6,15 @@
 
 namespace kappamu::app {
 
+namespace {
+
+inverse::HomogeneousGuess& start_of(inverse::FitOptions& fit) {
+  if (!fit.start) fit.start.emplace();
+  return *fit.start;
+}
+
+}  // namespace
+
 void add_fit_options(CLI::App& command, FitArguments& arguments, const std::string& group) {
   inverse::FitOptions& fit = arguments.stage.fit;
   fit.sensitivity_probes = sensitivity_probes;
@@ -21,6 +30,20 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
       ->type_name("PATTERNS")
       ->capture_default_str()
       ->group(group);
+  command
+      .add_option("--model", arguments.model,
+                  "homogeneous, layered (even layers across the light), volume, or auto: the "
+                  "simplest that the data do not reject, channel by channel")
+      ->check(CLI::IsMember({"auto", "homogeneous", "layered", "volume"}))
+      ->capture_default_str()
+      ->group(group);
+  auto* kappa = command.add_option_function<double>(
+      "--start-kappa", [&fit](double k) { start_of(fit).kappa = k; },
+      "Start from a homogeneous block of this kappa [mm] instead of searching for one");
+  auto* mu = command.add_option_function<double>(
+      "--start-mu", [&fit](double m) { start_of(fit).mu = m; }, "and of this mu [1/mm]");
+  kappa->needs(mu)->group(group);
+  mu->needs(kappa)->group(group);
   command
       .add_option(
           "--optimiser", arguments.optimiser,
@@ -92,7 +115,10 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
   const bool lbfgs = o.optimiser.method == inverse::Method::lbfgs;
   const bool physical = o.convention == forward::Convention::physical;
   const bool twofold = o.backend.precision == forward::Precision::double_precision;
-  nlohmann::ordered_json json{{"optimiser", lbfgs ? "lbfgs" : "wang2008"},
+  nlohmann::ordered_json json{{"model", to_string(o.model)},
+                              {"start_kappa", nullptr},
+                              {"start_mu", nullptr},
+                              {"optimiser", lbfgs ? "lbfgs" : "wang2008"},
                               {"optimiser_memory", o.optimiser.memory},
                               {"optimiser_first_step", o.optimiser.first_step},
                               {"optimiser_longest_step", o.optimiser.longest_step},
@@ -133,6 +159,10 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"channels", options.channels},
                               {"hold_out", options.hold_out}};
   if (o.weight) json["weight"] = *o.weight;
+  if (o.start) {
+    json["start_kappa"] = o.start->kappa;
+    json["start_mu"] = o.start->mu;
+  }
   return json;
 }
 
@@ -154,6 +184,7 @@ std::map<std::string, std::string> options_by_name(const FitStageOptions& option
 FitStageOptions resolve(const FitArguments& arguments, const Globals& globals) {
   FitStageOptions stage = arguments.stage;
   inverse::FitOptions& fit = stage.fit;
+  fit.model = inverse::model_of(arguments.model);
   if (arguments.optimiser == "wang2008") {
     fit.optimiser.method = inverse::Method::wang2008;
     fit.coordinates = inverse::Coordinates::voxels;  // as [W] moves, without a metric

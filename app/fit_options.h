@@ -17,6 +17,7 @@ inline constexpr int uncertainty_samples = 2;
 
 /// As parsed; resolve() makes options of it.
 struct FitArguments {
+  std::string model = "auto";
   std::string optimiser = "lbfgs";
   std::string convention = "physical";
   std::string precision = "single";

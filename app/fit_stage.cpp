@@ -11,9 +11,11 @@
 
 #include "app/fit_options.h"
 #include "app/hold_out.h"
+#include "app/model_json.h"
 #include "app/uncertainty_output.h"
 #include "core/error.h"
 #include "core/surface_measurements.h"
+#include "inverse/model_held_out.h"
 #include "inverse/predict.h"
 #include "io/atomic_file.h"
 #include "io/measurements_file.h"
@@ -111,6 +113,8 @@ Json channel_json(const std::string& name, const FitReport& report) {
           {"converged", report.status != FitStatus::ran_out},
           {"status", inverse::to_string(report.status)},
           {"reason", report.message},
+          {"model", model_json(report.model)},
+          {"consistency", consistency_json(report.consistency)},
           {"chi2_per_value", report.chi2_per_datum},
           {"values_used", report.data},
           {"regularisation", report.weight},
@@ -176,6 +180,7 @@ void FitStage::fit(int channel) {
     io::write_bytes_atomically(file, bytes);
   };
   ChannelFit result = inverse::fit_channel(fitted_, channel, options_.fit, checkpoint, progress_);
+  if (held_out_) inverse::prefer_simpler(result, fitted_, *held_out_, channel, options_.fit);
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
@@ -184,8 +189,9 @@ void FitStage::fit(int channel) {
   }
   if (result.uncertainty) {
     write_uncertainty(output_, name, *result.uncertainty, result.medium, volumes_);
-    summary_.uncertainty.push_back(result.uncertainty->report);
   }
+  summary_.uncertainty.push_back(
+      result.uncertainty ? std::optional(std::move(result.uncertainty->report)) : std::nullopt);
   if (held_out_) score(channel, result);
   keep_prediction(result);
   volumes_.channels.push_back(name);
@@ -238,8 +244,8 @@ void FitStage::write_json() const {
       channel["holdout_chi2_per_value"] = summary_.held_out[c].chi2_per_datum;
       channel["holdout_values_used"] = summary_.held_out[c].data;
     }
-    if (!summary_.uncertainty.empty()) {
-      channel["uncertainty"] = uncertainty_json(summary_.uncertainty[c]);
+    if (summary_.uncertainty[c]) {
+      channel["uncertainty"] = uncertainty_json(*summary_.uncertainty[c]);
     }
     channels.push_back(std::move(channel));
     for (const std::string& w : summary_.reports[c].warnings) {
@@ -270,6 +276,13 @@ FitSummary FitStage::run() {
   if (choice_.source == HeldOut::Source::validation) {
     write_maps(output_ / "prediction_validate.npy", *held_out_, summary_.channels.size(),
                validation_prediction_);
+  }
+  // A volume file has them for every channel or for none.
+  if (volumes_.kappa_std.size() < volumes_.channels.size()) {
+    for (auto* kept : {&volumes_.kappa_std, &volumes_.mu_std, &volumes_.kappa_resolution,
+                       &volumes_.mu_resolution}) {
+      kept->clear();
+    }
   }
   volumes_.eta = measurements_.eta;
   volumes_.metadata = {{"program", "kappamu fit"}, {"device", summary_.device}};

@@ -28,7 +28,7 @@ struct FitSummary {
   std::vector<inverse::FitReport> reports;      ///< one per channel
   std::vector<inverse::HeldOutScore> held_out;  ///< one per channel; empty where none is kept out
   /// One per channel, or empty where none was asked for.
-  std::vector<inverse::UncertaintyReport> uncertainty;
+  std::vector<std::optional<inverse::UncertaintyReport>> uncertainty;  ///< of volumes alone
   std::string device;
   std::filesystem::path volume;
   double seconds = 0.0;

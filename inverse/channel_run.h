@@ -34,12 +34,15 @@ class ChannelRun {
   double thickness() const;
   double refresh_correction();
   void begin();
+  bool settle_for_simple_model();
   void begin_stage();
   void iterate_stage();
   void end_stage();
   double first_weight(double chi2) const;
   void finish_level(bool stagnated);
   void conclude(bool stagnated);
+  void conclude_simple(const ModelTrial& trial);
+  void finish(double chi2);
   ChannelFit result();
 
   double seconds() const {

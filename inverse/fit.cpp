@@ -66,14 +66,19 @@ void ChannelRun::set_basis() {
 void ChannelRun::begin() {
   state_.level = static_cast<int>(ladder_.size()) - 1;
   open_level();
-  HomogeneousFit start = fit_homogeneous(*objective_);
+  HomogeneousFit start;
+  try {
+    start = fit_homogeneous(*objective_, options_.start);
+  } catch (const InputError& error) {
+    throw InputError(stage_name_ + ": " + error.what());
+  }
   const std::size_t cells = objective_->problem().setup.shape.cells();
   const auto fields = [&] {
     return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
   };
   if (options_.correct_grid) {
     objective_->refresh_correction(refinement(), fields());
-    start = fit_homogeneous(*objective_);
+    start = fit_homogeneous(*objective_, options_.start);
     objective_->refresh_correction(refinement(), fields());
   }
   state_.correction = objective_->correction();
@@ -83,6 +88,15 @@ void ChannelRun::begin() {
   if (!start.converged) {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
+  state_.report.consistency =
+      check_consistency(ladder_[0], start.kappa, start.mu, options_.model_error, options_.backend);
+  for (const std::string& sentence : warnings_of(state_.report.consistency, ladder_[0])) {
+    warn(sentence);
+  }
+  SolveCount solves = objective_->solves();
+  solves.add(state_.report.consistency.solves);
+  objective_->restore(objective_->correction(), solves);
+  if (settle_for_simple_model()) return;
   state_.fields = fields();
   const double chi2 =
       2.0 * objective_->value(state_.fields) / static_cast<double>(objective_->problem().used());

@@ -17,6 +17,9 @@
 #include "core/grid.h"
 #include "core/progress.h"
 #include "core/surface_measurements.h"
+#include "inverse/consistency.h"
+#include "inverse/fit_model.h"
+#include "inverse/homogeneous.h"
 #include "inverse/objective.h"
 #include "inverse/optimiser.h"
 #include "inverse/uncertainty.h"
@@ -24,6 +27,9 @@
 namespace kappamu::inverse {
 
 struct FitOptions {
+  Model model = Model::automatic;
+  /// Where the homogeneous start begins its own descent, instead of at a table of guesses.
+  std::optional<HomogeneousGuess> start;
   OptimiserOptions optimiser;
   Coordinates coordinates = Coordinates::informed;
   forward::Convention convention = forward::Convention::physical;
@@ -88,6 +94,8 @@ struct FitReport {
   std::string backend;
   std::vector<StepRecord> history;
   std::vector<std::string> warnings;
+  ModelChoice model;
+  Consistency consistency;
   double homogeneous_kappa = 0.0;         ///< [mm]
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
@@ -106,7 +114,10 @@ struct ChannelFit {
   /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
-  std::optional<Uncertainty> uncertainty;  ///< empty unless asked for
+  std::optional<Uncertainty> uncertainty;  ///< of a volume, where asked for
+  /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
+  /// (model_held_out.h) asks the held-out ones.
+  std::vector<LayeredMedium> simpler;
   FitReport report;
 };
 

@@ -15,6 +15,8 @@ void require(bool holds, const std::string& sentence) {
 }  // namespace
 
 void validate(const FitOptions& o) {
+  require(!o.start || (o.start->kappa > 0.0 && o.start->mu > 0.0),
+          "the start needs a positive kappa and a positive mu");
   require(!o.weight || *o.weight >= 0.0, "weight must not be negative");
   require(o.first_weight > 0.0, "first_weight must be positive");
   require(o.last_weight > 0.0 && o.last_weight <= o.first_weight,

@@ -36,7 +36,13 @@ void ChannelRun::conclude(bool stagnated) {
                   chi2);
   }
   report.message = sentence;
+  finish(chi2);
+}
+
+void ChannelRun::finish(double chi2) {
+  FitReport& report = state_.report;
   if (chi2 > suspicious_chi2) {
+    char sentence[200];
     std::snprintf(sentence, sizeof sentence,
                   "The volumes explain the data only to %.2g times their stated noise (chi2 per "
                   "datum %.3g): variances, calibration or the diffusion model do not hold.",
@@ -76,12 +82,14 @@ ChannelFit ChannelRun::result() {
     fit.sensitivity_mu =
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
-  if (options_.uncertainty.samples > 0) {
+  // Models of few unknowns have no weight, and no uncertainty voxel by voxel.
+  if (options_.uncertainty.samples > 0 && state_.weight > 0.0) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
     fit.uncertainty = estimate_uncertainty(
         *objective_, {state_.weight, thickness(), options_.anchor_length * thickness()},
         options_.uncertainty, options_.seed);
   }
+  fit.simpler = state_.simpler;
   fit.report = state_.report;
   fit.report.backend = objective_->backend_name();
   fit.report.data = ladder_[0].used();

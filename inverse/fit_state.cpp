@@ -8,7 +8,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d34ULL;  // "km-fit-4"
+constexpr std::uint64_t magic = 0x6b6d2d6669742d35ULL;  // "km-fit-5"
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
@@ -18,6 +18,57 @@ void write(ByteWriter& out, const SolveCount& solves) {
 void read(ByteReader& in, SolveCount& solves) {
   for (int* n : {&solves.forward, &solves.adjoint, &solves.refined, &solves.tangent}) in.get(*n);
   in.get(solves.voxel_iterations);
+}
+
+void write(ByteWriter& out, const ModelChoice& choice) {
+  out.put(choice.model);
+  out.put(choice.layers);
+  out.put(choice.reason);
+  out.put<std::uint64_t>(choice.trials.size());
+  for (const ModelTrial& t : choice.trials) {
+    out.put(t.model);
+    for (const int n : {t.level, t.layers}) out.put(n);
+    for (const double x : {t.chi2_per_datum, t.coherent, t.coherent_limit}) out.put(x);
+    out.put(t.rejected);
+  }
+}
+
+void read(ByteReader& in, ModelChoice& choice) {
+  in.get(choice.model);
+  in.get(choice.layers);
+  in.get(choice.reason);
+  std::uint64_t count = 0;
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) {
+    ModelTrial& t = choice.trials.emplace_back();
+    in.get(t.model);
+    for (int* n : {&t.level, &t.layers}) in.get(*n);
+    for (double* x : {&t.chi2_per_datum, &t.coherent, &t.coherent_limit}) in.get(*x);
+    in.get(t.rejected);
+  }
+}
+
+void write(ByteWriter& out, const Consistency& c) {
+  for (const bool b : {c.judged, c.explained, c.other_eta.has_value()}) out.put(b);
+  for (const Estimate& e : {c.log_scale, c.shift_u, c.shift_v}) {
+    out.put(e.value);
+    out.put(e.error);
+  }
+  for (const double x : {c.log_scale_limit, c.shift_limit, c.other_eta.value_or(0.0)}) out.put(x);
+  write(out, c.solves);
+}
+
+void read(ByteReader& in, Consistency& c) {
+  bool has_eta = false;
+  double eta = 0.0;
+  for (bool* b : {&c.judged, &c.explained, &has_eta}) in.get(*b);
+  for (Estimate* e : {&c.log_scale, &c.shift_u, &c.shift_v}) {
+    in.get(e->value);
+    in.get(e->error);
+  }
+  for (double* x : {&c.log_scale_limit, &c.shift_limit, &eta}) in.get(*x);
+  if (has_eta) c.other_eta = eta;
+  read(in, c.solves);
 }
 
 void write(ByteWriter& out, const FitReport& report) {
@@ -37,6 +88,8 @@ void write(ByteWriter& out, const FitReport& report) {
                          report.homogeneous_log_residual, report.chi2_per_datum, report.weight}) {
     out.put(x);
   }
+  write(out, report.model);
+  write(out, report.consistency);
 }
 
 void read(ByteReader& in, FitReport& report) {
@@ -58,6 +111,8 @@ void read(ByteReader& in, FitReport& report) {
                     &report.homogeneous_log_residual, &report.chi2_per_datum, &report.weight}) {
     in.get(*x);
   }
+  read(in, report.model);
+  read(in, report.consistency);
 }
 
 }  // namespace
@@ -80,6 +135,12 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(correction);
   write(out, solves);
   write(out, report);
+  out.put<std::uint64_t>(simpler.size());
+  for (const LayeredMedium& medium : simpler) {
+    out.put(medium.first);
+    out.put(medium.log_kappa);
+    out.put(medium.log_mu);
+  }
   return out.bytes();
 }
 
@@ -113,6 +174,13 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     in.get(state.correction);
     read(in, state.solves);
     read(in, state.report);
+    in.get(count);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      LayeredMedium& medium = state.simpler.emplace_back();
+      in.get(medium.first);
+      in.get(medium.log_kappa);
+      in.get(medium.log_mu);
+    }
     if (!in.at_end()) return false;
     *this = std::move(state);
     return true;
@@ -138,6 +206,9 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   print.add(std::span<const float>(m.variance).subspan(first, count));
   if (!m.mask.empty()) print.add(std::span<const std::uint8_t>(m.mask).subspan(first, count));
 
+  print.add(o.model);
+  print.add(o.start ? o.start->kappa : 0.0);
+  print.add(o.start ? o.start->mu : 0.0);
   print.add(o.optimiser.method);
   for (const int n : {o.optimiser.memory, o.optimiser.max_backtracks, o.stage_steps, o.max_levels,
                       o.metric_probes, o.backend.batch, o.backend.solve.max_iterations}) {

@@ -28,8 +28,9 @@ struct FitState {
   LateralBlocks blocks;     ///< the data's Hessian on this grid, for the metric
   OptimiserState optimiser;
   Vector correction;
-  SolveCount solves;  ///< on this grid
-  FitReport report;   ///< so far
+  SolveCount solves;                   ///< on this grid
+  std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
+  FitReport report;                    ///< so far
 
   std::vector<std::byte> bytes(std::uint64_t fingerprint) const;
   /// False, leaving the state as it was, unless `bytes` carry this fingerprint and are whole.

@@ -47,7 +47,9 @@ class LogResidual {
     }
     if (used_.empty()) {
       throw InputError(
-          "no datum stands three standard deviations above zero; check exposure and variance");
+          "no datum stands three standard deviations above zero: the channel is dark; check "
+          "exposure "
+          "and variance, or fit the others with --channel");
     }
   }
 
@@ -171,14 +173,28 @@ std::vector<Point> best_guesses(LogResidual& residual, double thickness) {
   return guesses;
 }
 
+std::vector<Point> only_guess(LogResidual& residual, const HomogeneousGuess& guess) {
+  const Eigen::Vector2d p(std::log(guess.kappa), std::log(guess.mu));
+  Point point{p, residual(p), false};
+  if (!std::isfinite(point.at.square)) {
+    throw InputError(
+        "the diffusion solver does not converge at the start that was given; give a kappa and mu "
+        "nearer to what is expected, or none");
+  }
+  std::vector<Point> guesses;
+  guesses.push_back(std::move(point));
+  return guesses;
+}
+
 }  // namespace
 
-HomogeneousFit fit_homogeneous(Objective& objective) {
+HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<HomogeneousGuess>& guess) {
   LogResidual residual(objective);
   const forward::GridSetup& setup = objective.problem().setup;
   const double thickness = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
 
-  std::vector<Point> guesses = best_guesses(residual, thickness);
+  std::vector<Point> guesses =
+      guess ? only_guess(residual, *guess) : best_guesses(residual, thickness);
   // The residuals that remain are the block's structure, common to the pixels of a pattern: the
   // prior weighs what one pattern's residuals do. First as they are at the best guess, then as the
   // descent leaves them: of exactly homogeneous data nothing is left, and the prior vanishes.

@@ -1,9 +1,17 @@
 // Where a fit starts: the homogeneous block that comes closest, two parameters for all voxels.
 #pragma once
 
+#include <optional>
+
 #include "inverse/objective.h"
 
 namespace kappamu::inverse {
+
+/// Where to start instead of a table of guesses.
+struct HomogeneousGuess {
+  double kappa = 0.0;  ///< [mm]
+  double mu = 0.0;     ///< [1/mm]
+};
 
 struct HomogeneousFit {
   double kappa = 0.0;         ///< [mm]
@@ -19,6 +27,7 @@ struct HomogeneousFit {
 /// hardly absorbs does not tell μ, and one with structure may seem to absorb nothing: a weak prior
 /// on the absorbed share of collisions, 3κμ, decides there. Uses the objective's correction.
 /// Throws InputError when no datum stands above its noise.
-HomogeneousFit fit_homogeneous(Objective& objective);
+HomogeneousFit fit_homogeneous(Objective& objective,
+                               const std::optional<HomogeneousGuess>& guess = std::nullopt);
 
 }  // namespace kappamu::inverse

@@ -42,6 +42,13 @@ struct SolveCount {
   double voxel_iterations = 0.0;
 
   int total() const { return forward + adjoint + refined + tangent; }
+  void add(const SolveCount& other) {
+    forward += other.forward;
+    adjoint += other.adjoint;
+    refined += other.refined;
+    tangent += other.tangent;
+    voxel_iterations += other.voxel_iterations;
+  }
 };
 
 /// Exitance of `face` under `irradiance` [M][v][u], solved in batches of at most `batch` patterns.

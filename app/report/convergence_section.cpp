@@ -22,8 +22,8 @@ Html convergence_section(const RunData& run) {
     objective.series.push_back(
         {channel.channel, colour, channel.evaluations, channel.objective, false});
     chi2.series.push_back({channel.channel, colour, channel.evaluations, channel.chi2, false});
-    rows.push_back({text(channel.channel), text(channel.converged ? "yes" : "no"),
-                    text(channel.reason),
+    rows.push_back({text(channel.channel), text(channel.model.empty() ? "–" : channel.model),
+                    text(channel.converged ? "yes" : "no"), text(channel.reason),
                     text(channel.evaluations.empty() ? "–" : number(channel.evaluations.back(), 4)),
                     text(number(channel.chi2_per_value)),
                     text(channel.seconds ? duration(*channel.seconds) : "–")});
@@ -37,7 +37,13 @@ Html convergence_section(const RunData& run) {
                            "finer grid begins"),
                     figure(render(chi2), "How far the data are explained")});
   content += table(
-      {"Channel", "converged", "stopped because", "evaluations", "χ² per value", "time"}, rows);
+      {"Channel", "model", "converged", "stopped because", "evaluations", "χ² per value", "time"},
+      rows);
+  for (const Convergence& channel : run.fit->convergence) {
+    if (channel.model_reason.empty()) continue;
+    content +=
+        note("Model of " + channel.channel + ": " + channel.model + ". " + channel.model_reason);
+  }
   return section("Convergence", content);
 }
 

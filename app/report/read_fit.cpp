@@ -32,6 +32,11 @@ Convergence convergence_from_json(const json& object) {
   convergence.channel = object.at("name").get<std::string>();
   convergence.converged = object.at("converged").get<bool>();
   convergence.reason = object.value("reason", std::string());
+  if (object.contains("model")) {
+    const json& model = object["model"];
+    convergence.model = model.at("name").get<std::string>();
+    convergence.model_reason = model.at("reason").get<std::string>();
+  }
   convergence.chi2_per_value = object.at("chi2_per_value").get<double>();
   if (object.contains("seconds")) convergence.seconds = object["seconds"].get<double>();
   for (const json& step : object.value("history", json::array())) {
@@ -42,12 +47,13 @@ Convergence convergence_from_json(const json& object) {
   return convergence;
 }
 
-/// The sentence of each channel; empty where one has none.
-std::vector<std::string> sentences_from_json(const json& object) {
-  std::vector<std::string> sentences;
+/// The sentence of each channel that has one.
+std::vector<std::optional<std::string>> sentences_from_json(const json& object) {
+  std::vector<std::optional<std::string>> sentences;
   for (const json& channel : object.at("channels")) {
-    if (!channel.contains("uncertainty")) return {};
-    sentences.push_back(channel["uncertainty"].at("sentence").get<std::string>());
+    sentences.emplace_back();
+    if (!channel.contains("uncertainty")) continue;
+    sentences.back() = channel["uncertainty"].at("sentence").get<std::string>();
   }
   return sentences;
 }
@@ -97,16 +103,18 @@ std::optional<FitData> read_fit(const std::filesystem::path& run) {
   for (const std::string& channel : data.channels)
     data.media.push_back({read_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
                           read_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
-  const std::vector<std::string> sentences = interpret_json(file, sentences_from_json);
+  const auto sentences = interpret_json(file, sentences_from_json);
   for (std::size_t c = 0; c < sentences.size(); ++c) {
     const auto volume = [&](const std::string& name) {
       return read_volume(folder / (name + "_" + data.channels[c] + ".npy"), voxel_mm);
     };
+    data.uncertainty.emplace_back();
+    if (!sentences[c]) continue;
     const Medium& medium = data.media[c];
-    data.uncertainty.push_back(
-        {sentences[c],
-         {relative(volume("std_kappa"), medium.kappa), relative(volume("std_mu"), medium.mu)},
-         {volume("resolution_kappa"), volume("resolution_mu")}});
+    data.uncertainty.back() = {
+        *sentences[c],
+        {relative(volume("std_kappa"), medium.kappa), relative(volume("std_mu"), medium.mu)},
+        {volume("resolution_kappa"), volume("resolution_mu")}};
   }
   return data;
 }

@@ -50,6 +50,8 @@ struct Convergence {
   std::string channel;
   bool converged = false;
   std::string reason;               ///< why it stopped
+  std::string model;                ///< homogeneous, layered or volume; empty if not told
+  std::string model_reason;         ///< why that one
   std::vector<double> evaluations;  ///< gradient evaluations so far
   std::vector<double> objective;    ///< dimensionless
   std::vector<double> chi2;         ///< χ² per value at the same evaluations
@@ -66,7 +68,7 @@ struct FitUncertainty {
 
 struct FitData {
   std::vector<Medium> media;                ///< per channel, in the order of `channels`
-  std::vector<FitUncertainty> uncertainty;  ///< the same; empty where the fit tells none
+  std::vector<std::optional<FitUncertainty>> uncertainty;  ///< the same; where the fit tells one
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;
   std::vector<std::string> warnings;

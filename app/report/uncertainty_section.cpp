@@ -24,12 +24,14 @@ Html resolution_slices(const Volume<double>& resolution, const std::string& symb
 }  // namespace
 
 Html uncertainty_section(const RunData& run) {
-  if (!run.fit || run.fit->uncertainty.empty()) {
+  const auto stated = [](const auto& found) { return found.has_value(); };
+  if (!run.fit || std::none_of(run.fit->uncertainty.begin(), run.fit->uncertainty.end(), stated)) {
     return section("Uncertainty", note("This fit states no uncertainty of its volumes."));
   }
   Html content;
   for (std::size_t c = 0; c < run.fit->uncertainty.size(); ++c) {
-    const FitUncertainty& found = run.fit->uncertainty[c];
+    if (!run.fit->uncertainty[c]) continue;
+    const FitUncertainty& found = *run.fit->uncertainty[c];
     content += subsection("Channel " + run.fit->channels[c],
                           paragraph(found.sentence) + deviation_slices(found.deviation.kappa, "κ") +
                               resolution_slices(found.resolution.kappa, "κ") +

@@ -18,6 +18,13 @@ using ::testing::Pair;
 
 TEST(FitOptionsRecord, ChangesWithEveryOptionThatTheVolumesDependOn) {
   const std::vector<std::function<void(FitStageOptions&)>> changes{
+      [](auto& o) { o.fit.model = inverse::Model::volume; },
+      [](auto& o) {
+        o.fit.start = {0.2, 0.01};
+      },
+      [](auto& o) {
+        o.fit.start = {0.1, 0.02};
+      },
       [](auto& o) { o.fit.optimiser.method = inverse::Method::wang2008; },
       [](auto& o) { o.fit.optimiser.memory += 1; },
       [](auto& o) { o.fit.optimiser.first_step *= 2; },

@@ -105,6 +105,7 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
     EXPECT_THAT(html, HasSubstr("alt=\"re-rendered of " + std::string(id) + "\""));
   for (const char* channel : {"R", "G", "B"})
     EXPECT_THAT(html, HasSubstr("alt=\"residual " + std::string(channel) + " of fit_00\""));
+  EXPECT_THAT(html, HasSubstr("Model of G: volume. Simpler ones leave chi2 at 40."));
   EXPECT_THAT(html, HasSubstr("a made-up device"));
   // Where the data say nothing, in words and in pictures.
   EXPECT_THAT(html, HasSubstr("Beyond 3 mm below the seen face the data say nothing about G."));

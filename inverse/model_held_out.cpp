@@ -1,0 +1,101 @@
+#include "inverse/model_held_out.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+#include <utility>
+#include <vector>
+
+#include "inverse/model_layers.h"
+#include "inverse/predict.h"
+#include "inverse/problem.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Pixels whose misfits go together: sampling errors are those between blocks of this edge.
+constexpr int block_edge = 4;
+
+Medium to_medium(const LayeredMedium& layers, const GridShape& shape, int axis) {
+  const CoefficientPair fields = to_fields(layers, shape, axis);
+  Medium medium{Volume<double>(shape), Volume<double>(shape)};
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    medium.kappa[i] = std::exp(fields.log_kappa[i]);
+    medium.mu[i] = std::exp(fields.log_mu[i]);
+  }
+  return medium;
+}
+
+struct Difference {
+  double mean = 0.0;   ///< χ² per datum of the first prediction less that of the second
+  double error = 0.0;  ///< its standard deviation
+};
+
+/// Predictions [M][v][u] in the measured quantity.
+Difference compare(const Problem& problem, double per_value, const std::vector<float>& first,
+                   const std::vector<float>& second) {
+  const FaceShape face = problem.seen_shape();
+  const int across = (face.nu + block_edge - 1) / block_edge;
+  const int down = (face.nv + block_edge - 1) / block_edge;
+  std::vector<double> blocks(static_cast<std::size_t>(across * down * problem.patterns), 0.0);
+  std::size_t i = 0;
+  for (int m = 0; m < problem.patterns; ++m) {
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u, ++i) {
+        const double a = per_value * first[i] - problem.data[i];
+        const double b = per_value * second[i] - problem.data[i];
+        const int block = (m * down + v / block_edge) * across + u / block_edge;
+        blocks[static_cast<std::size_t>(block)] += problem.weight[i] * (a * a - b * b);
+      }
+    }
+  }
+  const auto count = static_cast<double>(blocks.size());
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const double x : blocks) {
+    sum += x;
+    squares += x * x;
+  }
+  const double variance = std::max(0.0, squares - sum * sum / count);
+  const auto data = static_cast<double>(problem.used());
+  return {sum / data, std::sqrt(variance) / data};
+}
+
+}  // namespace
+
+void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
+                    const SurfaceMeasurements& held_out, int channel, const FitOptions& options) {
+  if (fit.simpler.empty() || options.model != Model::automatic) return;
+  PredictOptions predicting;
+  predicting.backend = options.backend;
+  predicting.convention = options.convention;
+  const Problem problem = make_problem(held_out, channel, options.convention, options.model_error);
+  if (problem.used() == 0) return;
+  const double per_value = exitance_per_value(held_out, problem.setup);
+  const std::vector<float> volume = predict(fit.medium, held_out, predicting);
+  for (const LayeredMedium& layers : fit.simpler) {
+    Medium medium = to_medium(layers, fitted.grid, axis_of(fitted.lit_face));
+    const Difference difference =
+        compare(problem, per_value, predict(medium, held_out, predicting), volume);
+    if (difference.mean > difference.error) continue;
+    fit.prediction = predict(medium, fitted, predicting);
+    fit.medium = std::move(medium);
+    fit.uncertainty.reset();
+    ModelChoice& choice = fit.report.model;
+    choice.layers = layers.layers();
+    choice.model = choice.layers == 1 ? Model::homogeneous : Model::layered;
+    std::array<char, 256> text{};
+    std::snprintf(
+        text.data(), text.size(),
+        " Yet under held-out light the volume is no better: chi2 per value of the simpler "
+        "block less the volume's is %.3g, within its sampling error of %.2g.",
+        difference.mean, difference.error);
+    choice.reason += text.data();
+    return;
+  }
+}
+
+}  // namespace kappamu::inverse
