@@ -15,6 +15,7 @@ void add_bench(CLI::App& app, Globals& globals) {
       "scripts/bench.sh runs them all and renews docs/benchmarks.md.");
   command->require_subcommand(1);
   command->fallthrough();
+  add_bench_calibration(*command, globals);
   add_bench_forward(*command, globals);
   add_bench_inverse(*command, globals);
   add_bench_limits(*command, globals);

@@ -6,6 +6,8 @@
 #include <cstdio>
 
 #include "calib/chessboard.h"
+#include "calib/face.h"
+#include "calib/view_checks.h"
 #include "capture/frames.h"
 #include "capture/merge.h"
 #include "core/error.h"
@@ -93,10 +95,11 @@ SamplePose pose_in(const capture::Session& session, const capture::SampleView& v
     for (std::size_t k = 0; k < 4; ++k) {
       corners[k] = {(*view.corners_px)[k][0], (*view.corners_px)[k][1]};
     }
-    pose = pose_from_corners(corners, result.camera.lens, grid, view.face, view.frame.file);
+    pose = pose_from_corners(corners, result.camera.lens, grid, view.face, view.frame.file,
+                             result.camera.covariance);
   } else {
     pose = find_sample_pose(load_linear(session, view.frame, result.radiometry), result.camera.lens,
-                            grid, view.face, view.frame.file);
+                            grid, view.face, view.frame.file, result.camera.covariance);
   }
   pose.station = view.station;
   return pose;
@@ -116,6 +119,9 @@ void calibrate_lenses(const capture::Session& session, Stages& stages, Calibrati
     }
     result.camera =
         calibrate_camera(views, shots.board.square_mm, session.camera.width, session.camera.height);
+    for (const std::string& sentence : check_camera_views(views, result.camera)) {
+      stages.warn(sentence);
+    }
   });
   stages.run("projector", 0.5, [&] {
     const capture::ProjectedBoard& board = shots.projected_board;
@@ -125,6 +131,7 @@ void calibrate_lenses(const capture::Session& session, Stages& stages, Calibrati
           {frame.file, views[shots.camera_boards.size() + p].corners,
            find_chessboard(load_codes(session, frame), board.columns, board.rows, frame.file)});
     }
+    for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);
     result.projector = calibrate_projector(result.camera.lens, shots.board, board, planes,
                                            session.projector.width, session.projector.height);
   });
@@ -133,12 +140,6 @@ void calibrate_lenses(const capture::Session& session, Stages& stages, Calibrati
     stages.warn("the camera's reprojection error is " + rounded(result.camera.rms_px) +
                 " px: look for a bent board or a blurred picture among the views with the largest "
                 "error in calibration.json.");
-  }
-  constexpr double uncertain_focal = 0.02;
-  if (result.camera.standard_deviation(0) > uncertain_focal * result.camera.lens.fx) {
-    stages.warn("the camera's focal length is known to " +
-                rounded(100.0 * result.camera.standard_deviation(0) / result.camera.lens.fx) +
-                " % only: add board views tilted by 20 to 40 degrees.");
   }
   if (result.projector.rms_px > suspicious_rms_px) {
     stages.warn("the projector's reprojection error is " + rounded(result.projector.rms_px) +
@@ -228,6 +229,15 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress)
     result.pattern_pose =
         same ? result.calibration_pose
              : pose_in(session, view_from(session, session.pattern_station, seen), result);
+    for (const std::string& sentence : check_scale(result.projector.station_from_plane,
+                                                   result.calibration_pose.camera_from_sample,
+                                                   session.calibration.board.square_mm)) {
+      stages.warn(sentence);
+    }
+    const auto corners = face_corners(session.sample.shape(), seen);
+    result.camera_uncertainty = projection_uncertainty(
+        result.camera,
+        (result.pattern_pose.camera_from_sample * (0.5 * (corners[0] + corners[2]))).z());
     result.projector_from_sample =
         result.projector.projector_from_station * result.calibration_pose.camera_from_sample;
   });

@@ -8,6 +8,7 @@
 
 #include "calib/camera.h"
 #include "calib/pose.h"
+#include "calib/projection_uncertainty.h"
 #include "calib/projector.h"
 #include "calib/radiometry.h"
 #include "capture/radiometry.h"
@@ -20,6 +21,8 @@ namespace kappamu::calib {
 struct CalibrationResult {
   capture::Radiometry radiometry;  ///< of the camera, for merging stacks
   CameraCalibration camera;
+  /// Across the camera's frame, at the sample's distance from the pattern station.
+  ProjectionUncertainty camera_uncertainty;
   ProjectorCalibration projector;
   SamplePose calibration_pose;  ///< seen from the calibration station
   SamplePose pattern_pose;      ///< seen from the pattern station; the same where they agree

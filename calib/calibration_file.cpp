@@ -45,7 +45,7 @@ void write_lens(YamlWriter& yaml, const Lens& lens) {
   yaml.number("image_width", lens.width);
   yaml.number("image_height", lens.height);
   yaml.matrix("camera_matrix", 3, 3, {lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1});
-  yaml.matrix("distortion_coefficients", 5, 1, {lens.distortion.begin(), lens.distortion.end()});
+  yaml.matrix("distortion_coefficients", 8, 1, {lens.distortion.begin(), lens.distortion.end()});
 }
 
 Lens read_lens(const YamlReader& yaml) {
@@ -57,19 +57,9 @@ Lens read_lens(const YamlReader& yaml) {
   lens.cx = m[2];
   lens.fy = m[4];
   lens.cy = m[5];
-  const std::vector<double> d = yaml.matrix("distortion_coefficients", 5, 1);
+  const std::vector<double> d = yaml.matrix("distortion_coefficients", 8, 1);
   std::copy(d.begin(), d.end(), lens.distortion.begin());
   return lens;
-}
-
-LensModel model_from_string(const std::string& name, const std::filesystem::path& file) {
-  for (const LensModel model :
-       {LensModel::pinhole_square, LensModel::radial1_square, LensModel::pinhole,
-        LensModel::radial1, LensModel::radial2, LensModel::radial2_tangential, LensModel::full}) {
-    if (to_string(model) == name) return model;
-  }
-  throw InputError(file.string() + ": unknown lens model \"" + name +
-                   "\"; calibrate the session again");
 }
 
 void write_pose(YamlWriter& yaml, const std::string& prefix, const SamplePose& pose) {
@@ -77,6 +67,7 @@ void write_pose(YamlWriter& yaml, const std::string& prefix, const SamplePose& p
   yaml.text(prefix + "_face", to_string(pose.face));
   write_rigid(yaml, prefix + "_camera_from_sample", pose.camera_from_sample);
   yaml.matrix(prefix + "_covariance", 6, 6, row_major(pose.covariance));
+  yaml.matrix(prefix + "_lens_covariance", 6, 6, row_major(pose.lens_covariance));
   yaml.number(prefix + "_rms_px", pose.rms_px);
   std::vector<double> corners;
   for (const Eigen::Vector2d& corner : pose.corners_px) {
@@ -92,6 +83,7 @@ SamplePose read_pose(const YamlReader& yaml, const std::string& prefix) {
   pose.face = face_from_string(yaml.text(prefix + "_face"));
   pose.camera_from_sample = read_rigid(yaml, prefix + "_camera_from_sample");
   pose.covariance = read_square<6>(yaml, prefix + "_covariance");
+  pose.lens_covariance = read_square<6>(yaml, prefix + "_lens_covariance");
   pose.rms_px = yaml.number(prefix + "_rms_px");
   const std::vector<double> corners = yaml.matrix(prefix + "_corners_px", 4, 2);
   for (std::size_t k = 0; k < 4; ++k) pose.corners_px[k] = {corners[2 * k], corners[2 * k + 1]};
@@ -102,7 +94,8 @@ std::string camera_yaml(const CameraCalibration& camera) {
   YamlWriter yaml;
   write_lens(yaml, camera.lens);
   yaml.text("model", to_string(camera.model));
-  yaml.matrix("covariance", 9, 9, row_major(camera.covariance));
+  yaml.matrix("covariance", lens_numbers, lens_numbers, row_major(camera.covariance));
+  yaml.matrix("board_bend_mm", 2, 1, {camera.bend_mm.begin(), camera.bend_mm.end()});
   yaml.number("rms_px", camera.rms_px);
   yaml.number("converged", camera.converged ? 1 : 0);
   return yaml.str();
@@ -112,7 +105,7 @@ std::string projector_yaml(const ProjectorCalibration& projector) {
   YamlWriter yaml;
   write_lens(yaml, projector.lens);
   yaml.text("model", to_string(projector.model));
-  yaml.matrix("covariance", 9, 9, row_major(projector.covariance));
+  yaml.matrix("covariance", lens_numbers, lens_numbers, row_major(projector.covariance));
   write_rigid(yaml, "projector_from_station", projector.projector_from_station);
   yaml.matrix("pose_covariance", 6, 6, row_major(projector.pose_covariance));
   yaml.number("rms_px", projector.rms_px);
@@ -190,16 +183,20 @@ CalibrationResult load_calibration(const std::filesystem::path& folder) {
   {
     const YamlReader yaml(folder / "camera.yml");
     result.camera.lens = read_lens(yaml);
-    result.camera.model = model_from_string(yaml.text("model"), folder / "camera.yml");
-    result.camera.covariance = read_square<9>(yaml, "covariance");
+    result.camera.model =
+        lens_model_from_string(yaml.text("model"), (folder / "camera.yml").string());
+    result.camera.covariance = read_square<lens_numbers>(yaml, "covariance");
+    const std::vector<double> bend = yaml.matrix("board_bend_mm", 2, 1);
+    std::copy(bend.begin(), bend.end(), result.camera.bend_mm.begin());
     result.camera.rms_px = yaml.number("rms_px");
     result.camera.converged = yaml.number("converged") != 0.0;
   }
   {
     const YamlReader yaml(folder / "projector.yml");
     result.projector.lens = read_lens(yaml);
-    result.projector.model = model_from_string(yaml.text("model"), folder / "projector.yml");
-    result.projector.covariance = read_square<9>(yaml, "covariance");
+    result.projector.model =
+        lens_model_from_string(yaml.text("model"), (folder / "projector.yml").string());
+    result.projector.covariance = read_square<lens_numbers>(yaml, "covariance");
     result.projector.projector_from_station = read_rigid(yaml, "projector_from_station");
     result.projector.pose_covariance = read_square<6>(yaml, "pose_covariance");
     result.projector.rms_px = yaml.number("rms_px");

@@ -8,12 +8,13 @@
 namespace kappamu::calib {
 
 /// Writes into `folder` (made if missing), matrices as OpenCV's FileStorage reads them:
-///   camera.yml      camera_matrix, distortion_coefficients, image size, model, covariance (9 x 9
-///   of
-///                   fx fy cx cy k1 k2 p1 p2 k3), rms_px
+///   camera.yml      camera_matrix, distortion_coefficients, image size, model, covariance (12 x
+///                   12 of fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6), board_bend_mm,
+///                   rms_px
 ///   projector.yml   the same for the projector, and projector_from_station [mm]
-///   pose.yml        camera_from_sample for both stations with covariance (6 x 6, rotation vector
-///                   [rad] and translation [mm]), projector_from_sample
+///   pose.yml        camera_from_sample for both stations with covariance from the outline and
+///                   lens_covariance from the lens (6 x 6, rotation vector [rad] and translation
+///                   [mm]), projector_from_sample
 ///   response.yml    inverse response, black level and noise per channel
 ///   radiometry.yml  scale, flat field, projector black level
 ///   calibration.json  residuals: per view RMS, corners and residual vectors, neutral patches,

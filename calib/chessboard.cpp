@@ -1,6 +1,7 @@
 #include "calib/chessboard.h"
 
 #include <algorithm>
+#include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -22,13 +23,6 @@ Eigen::Vector2d mean_step(const BoardCorners& corners, bool along_row) {
     sum += corners.at(i, corners.rows - 1) - corners.at(i, 0);
   }
   return sum / (corners.columns * (corners.rows - 1));
-}
-
-void mirror_rows(BoardCorners& corners) {
-  for (int j = 0; j < corners.rows; ++j) {
-    const auto row = corners.pixels.begin() + static_cast<std::ptrdiff_t>(j) * corners.columns;
-    std::reverse(row, row + corners.columns);
-  }
 }
 
 /// The same square board with its order turned by 90°.
@@ -77,6 +71,63 @@ cv::Mat stretch_to_bytes(const Image<float>& grey) {
   return bytes;
 }
 
+double bilinear(const Image<float>& image, const Eigen::Vector2d& at) {
+  const int x = std::clamp(static_cast<int>(std::floor(at.x())), 0, image.width() - 2);
+  const int y = std::clamp(static_cast<int>(std::floor(at.y())), 0, image.height() - 2);
+  const double fx = at.x() - x;
+  const double fy = at.y() - y;
+  return (1.0 - fy) * ((1.0 - fx) * image(x, y) + fx * image(x + 1, y)) +
+         fy * ((1.0 - fx) * image(x, y + 1) + fx * image(x + 1, y + 1));
+}
+
+/// Blur of the edge between two neighbouring corners, across its middle: the contrast over the
+/// steepest slope is √(2π) standard deviations of a Gaussian.
+double edge_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const Eigen::Vector2d middle = 0.5 * (a + b);
+  const Eigen::Vector2d along = b - a;
+  const Eigen::Vector2d across = Eigen::Vector2d(along.y(), -along.x()).normalized();
+  const double reach = 0.45 * along.norm();
+  constexpr double step = 0.25;  // pixels
+  std::vector<double> profile;
+  for (double s = -reach; s <= reach; s += step) {
+    profile.push_back(bilinear(grey, middle + s * across));
+  }
+  constexpr std::size_t span = 2;
+  double steepest = 0.0;
+  for (std::size_t k = span; k + span < profile.size(); ++k) {
+    steepest = std::max(steepest, std::abs(profile[k + span] - profile[k - span]));
+  }
+  const auto [low, high] = std::minmax_element(profile.begin(), profile.end());
+  if (steepest <= 0.0) return 0.0;
+  constexpr double root_two_pi = 2.5066;
+  return (*high - *low) * 2.0 * span * step / steepest / root_two_pi;
+}
+
+double median_blur(const Image<float>& grey, const BoardCorners& corners) {
+  std::vector<double> blurs;
+  for (int j = 0; j < corners.rows; ++j) {
+    for (int i = 0; i + 1 < corners.columns; ++i) {
+      blurs.push_back(edge_blur(grey, corners.at(i, j), corners.at(i + 1, j)));
+    }
+  }
+  const auto middle = blurs.begin() + static_cast<std::ptrdiff_t>(blurs.size() / 2);
+  std::nth_element(blurs.begin(), middle, blurs.end());
+  return *middle;
+}
+
+std::optional<bool> first_square_dark(const Image<float>& grey, const BoardCorners& corners) {
+  if ((corners.columns + corners.rows) % 2 == 0) return std::nullopt;
+  double difference = 0.0;  // of light squares over dark ones if the first is dark
+  for (int j = 0; j + 1 < corners.rows; ++j) {
+    for (int i = 0; i + 1 < corners.columns; ++i) {
+      const Eigen::Vector2d middle = 0.25 * (corners.at(i, j) + corners.at(i + 1, j) +
+                                             corners.at(i, j + 1) + corners.at(i + 1, j + 1));
+      difference += ((i + j) % 2 == 0 ? -1.0 : 1.0) * bilinear(grey, middle);
+    }
+  }
+  return difference > 0.0;
+}
+
 /// Coarse corners, by OpenCV's detectors in the order of their cost: the adaptive one, the
 /// sector-based one, the adaptive one at twice the size for boards of small squares, and at last
 /// with equalised histogram, which helps under uneven light and takes seconds on a noisy dark
@@ -102,6 +153,13 @@ bool detect(const cv::Mat& bytes, const cv::Size& size, std::vector<cv::Point2f>
 }
 
 }  // namespace
+
+void mirror_rows(BoardCorners& corners) {
+  for (int j = 0; j < corners.rows; ++j) {
+    const auto row = corners.pixels.begin() + static_cast<std::ptrdiff_t>(j) * corners.columns;
+    std::reverse(row, row + corners.columns);
+  }
+}
 
 void make_upright(BoardCorners& corners) {
   const Eigen::Vector2d along_row = mean_step(corners, true);
@@ -162,6 +220,8 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                    stop);
   keep();
   make_upright(corners);
+  corners.blur_px = median_blur(grey, corners);
+  corners.first_square_dark = first_square_dark(grey, corners);
   return corners;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,12 @@ struct BoardCorners {
   int columns = 0;
   int rows = 0;
   std::vector<Eigen::Vector2d> pixels;  ///< [row][column]
+  /// Standard deviation of the Gaussian that blurs the squares' edges like these, median; 0 where
+  /// not measured. About 0.6 px in a sharp picture.
+  double blur_px = 0.0;
+  /// Whether the square between corners (0, 0) and (1, 1) is dark; unset where a half turn leaves
+  /// the squares' colours alone (columns + rows even) or nothing was measured.
+  std::optional<bool> first_square_dark = std::nullopt;
 
   const Eigen::Vector2d& at(int column, int row) const {
     return pixels[static_cast<std::size_t>(row) * columns + column];
@@ -43,6 +50,9 @@ struct CornerRefinement {
 /// file, for messages. Throws InputError if the board is not wholly visible.
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name, const CornerRefinement& refinement = {});
+
+/// Turns the order of every row round: the board as a mirror shows it.
+void mirror_rows(BoardCorners& corners);
 
 /// The upright rule above, applied to corners of either handedness and any start. Public for tests.
 void make_upright(BoardCorners& corners);

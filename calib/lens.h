@@ -9,8 +9,9 @@
 namespace kappamu::calib {
 
 /// Pixel of a direction: x' = X/Z, y' = Y/Z, r² = x'² + y'²,
-///   x'' = x' (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x' y' + p2 (r² + 2 x'²)
-///   y'' = y' (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y'²) + 2 p2 x' y'
+///   ρ = (1 + k1 r² + k2 r⁴ + k3 r⁶) / (1 + k4 r² + k5 r⁴ + k6 r⁶)
+///   x'' = x' ρ + 2 p1 x' y' + p2 (r² + 2 x'²)
+///   y'' = y' ρ + p1 (r² + 2 y'²) + 2 p2 x' y'
 ///   u = fx x'' + cx,  v = fy y'' + cy.
 struct Lens {
   int width = 0;                       ///< [px]
@@ -19,7 +20,7 @@ struct Lens {
   double fy = 0.0;                     ///< focal length [px]
   double cx = 0.0;                     ///< principal point [px], pixel centres at integers
   double cy = 0.0;                     ///< principal point [px]
-  std::array<double, 5> distortion{};  ///< k1, k2, p1, p2, k3 [dimensionless]
+  std::array<double, 8> distortion{};  ///< k1, k2, p1, p2, k3, k4, k5, k6 [dimensionless]
 
   /// Pixel of a point in the camera's frame; the point must lie before the camera (z > 0).
   Eigen::Vector2d project(const Eigen::Vector3d& point_in_camera) const;
@@ -37,16 +38,20 @@ struct Lens {
 };
 
 /// The distortion alone, normalised (x', y') to (x'', y''); T is double or an automatic derivative.
-/// `distortion` holds k1, k2, p1, p2, k3.
+/// `distortion` in the order of Lens.
 template <class T>
 Eigen::Matrix<T, 2, 1> distort(const T* distortion, const Eigen::Matrix<T, 2, 1>& normalised) {
   const T& x = normalised.x();
   const T& y = normalised.y();
   const T r2 = x * x + y * y;
-  const T radial = T(1.0) + r2 * (distortion[0] + r2 * (distortion[1] + r2 * distortion[4]));
+  const T radial = (T(1.0) + r2 * (distortion[0] + r2 * (distortion[1] + r2 * distortion[4]))) /
+                   (T(1.0) + r2 * (distortion[5] + r2 * (distortion[6] + r2 * distortion[7])));
   return {x * radial + T(2.0) * distortion[2] * x * y + distortion[3] * (r2 + T(2.0) * x * x),
           y * radial + distortion[2] * (r2 + T(2.0) * y * y) + T(2.0) * distortion[3] * x * y};
 }
+
+/// d(x'', y'') / d(x', y').
+Eigen::Matrix2d distortion_jacobian(const double* distortion, const Eigen::Vector2d& normalised);
 
 /// Lens::project for any scalar; `focal_centre` holds fx, fy, cx, cy.
 template <class T>

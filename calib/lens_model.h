@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "calib/camera.h"
@@ -11,18 +12,27 @@
 
 namespace kappamu::calib {
 
-/// fx, fy, cx, cy, k1, k2, p1, p2, k3.
-using LensNumbers = std::array<double, 9>;
+/// fx, fy, cx, cy, k1, k2, p1, p2, k3, k4, k5, k6.
+using LensNumbers = std::array<double, lens_numbers>;
 
 inline LensNumbers numbers_of(const Lens& lens) {
   const auto& d = lens.distortion;
-  return {lens.fx, lens.fy, lens.cx, lens.cy, d[0], d[1], d[2], d[3], d[4]};
+  return {lens.fx, lens.fy, lens.cx, lens.cy, d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
 }
 
 /// `square` pixels use fx for fy, which the model then holds fixed.
 inline Lens lens_of(const LensNumbers& n, bool square, int width, int height) {
-  return {width, height, n[0], square ? n[0] : n[1], n[2], n[3], {n[4], n[5], n[6], n[7], n[8]}};
+  return {width,
+          height,
+          n[0],
+          square ? n[0] : n[1],
+          n[2],
+          n[3],
+          {n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11]}};
 }
+
+/// Inverse of to_string; throws InputError naming `file`.
+LensModel lens_model_from_string(const std::string& name, const std::string& file);
 
 bool has_square_pixels(LensModel model);
 
@@ -44,14 +54,6 @@ inline double bayesian_criterion(double residual_sum_of_squares, std::size_t res
                                  int parameters) {
   const auto n = static_cast<double>(residuals);
   return n * std::log(residual_sum_of_squares / n) + parameters * std::log(n);
-}
-
-/// N ln(RSS/N) + 2 p: Akaike's criterion (1974), the model that predicts new views best. It seldom
-/// misses a coefficient that is there.
-inline double akaike_criterion(double residual_sum_of_squares, std::size_t residuals,
-                               int parameters) {
-  const auto n = static_cast<double>(residuals);
-  return n * std::log(residual_sum_of_squares / n) + 2.0 * parameters;
 }
 
 }  // namespace kappamu::calib

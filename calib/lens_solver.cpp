@@ -4,17 +4,20 @@
 
 namespace kappamu::calib {
 
-bool solve(ceres::Problem& problem, LensFit& fit) {
+bool solve(ceres::Problem& problem, LensFit& fit, double tolerance) {
   const std::vector<int> fixed = fixed_numbers(fit.model);
   if (!fixed.empty()) {
-    problem.SetManifold(fit.numbers.data(), new ceres::SubsetManifold(9, fixed));
+    problem.SetManifold(fit.numbers.data(), new ceres::SubsetManifold(lens_numbers, fixed));
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = 200;
-  options.function_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-12;
-  options.gradient_tolerance = 1e-12;
+  options.function_tolerance = tolerance;
+  options.parameter_tolerance = tolerance;
+  options.gradient_tolerance = tolerance;
+  // Coefficients that the views do not tell apart (k1 and k4 of a lens that needs neither) would
+  // make the normal equations singular without a least damping.
+  options.max_trust_region_radius = 1e8;
   options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);

@@ -19,11 +19,12 @@ struct LensFit {
   double residual_sum_of_squares = 0.0;
   std::size_t residuals = 0;
   bool converged = false;
-  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+  LensCovariance covariance = LensCovariance::Zero();
 };
 
 /// Minimises `problem`, whose residuals refer to fit.numbers, with the numbers held that fit.model
 /// holds fixed. Sets all of `fit` but the covariance; false if the result is of no use.
-[[nodiscard]] bool solve(ceres::Problem& problem, LensFit& fit);
+/// `tolerance` is relative, on cost, parameters and gradient.
+[[nodiscard]] bool solve(ceres::Problem& problem, LensFit& fit, double tolerance = 1e-12);
 
 }  // namespace kappamu::calib

@@ -19,7 +19,7 @@ inline cv::Mat camera_matrix(const Lens& lens) {
 
 inline cv::Mat distortion_vector(const Lens& lens) {
   const auto& d = lens.distortion;
-  return (cv::Mat_<double>(5, 1) << d[0], d[1], d[2], d[3], d[4]);
+  return (cv::Mat_<double>(8, 1) << d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]);
 }
 
 /// Rotation vector and translation as one block of six, and back.

@@ -3,10 +3,14 @@
 #include <ceres/ceres.h>
 #include <ceres/rotation.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "calib/face.h"
+#include "calib/lens_model.h"
 #include "calib/opencv_convert.h"
 #include "calib/outline.h"
 #include "core/error.h"
@@ -61,11 +65,29 @@ struct Refined {
   Six pose{};
   double cost = std::numeric_limits<double>::infinity();
   double rms_px = 0.0;
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  PoseCovariance covariance = PoseCovariance::Zero();
 };
 
 double focal(const Lens& lens) {
   return 0.5 * (lens.fx + lens.fy);
+}
+
+/// How many residuals in a row count as one: 1 + 2 Σ ρ_k over the first lags, with ρ_k the
+/// correlation along an edge. Edge points lie a pixel apart and each is a centroid over seven.
+double correlation_length(const std::vector<double>& residuals) {
+  constexpr std::size_t lags = 8;
+  const std::size_t n = residuals.size();
+  double variance = 0.0;
+  for (const double r : residuals) variance += r * r;
+  if (variance <= 0.0 || n <= lags) return 1.0;
+  double length = 1.0;
+  for (std::size_t lag = 1; lag <= lags; ++lag) {
+    double product = 0.0;
+    for (std::size_t k = 0; k + lag < n; ++k) product += residuals[k] * residuals[k + lag];
+    // Newey & West 1987: weights that keep the sum positive.
+    length += 2.0 * (1.0 - static_cast<double>(lag) / (lags + 1.0)) * product / variance;
+  }
+  return std::max(1.0, length);
 }
 
 /// Solves and adds RMS (of residual blocks) and covariance.
@@ -95,7 +117,8 @@ Refined solve(ceres::Problem& problem, Six& pose) {
     Eigen::Matrix<double, 6, 6, Eigen::RowMajor> block;
     covariance.GetCovarianceBlock(pose.data(), pose.data(), block.data());
     const double freedom = std::max(1.0, static_cast<double>(residuals.size()) - 6.0);
-    result.covariance = block * (2.0 * summary.final_cost / freedom);
+    result.covariance =
+        block * (2.0 * summary.final_cost / freedom * correlation_length(residuals));
   }
   return result;
 }
@@ -187,6 +210,36 @@ std::vector<std::vector<Eigen::Vector2d>> projected_edges(
   return edges;
 }
 
+/// What the lens' uncertainty does to a pose: each independent direction of its covariance, one
+/// standard deviation to either side, with the pose found anew.
+template <class Refine>
+PoseCovariance lens_share(const Lens& lens, const LensCovariance& covariance,
+                          const Refine& refine) {
+  PoseCovariance share = PoseCovariance::Zero();
+  const LensCovariance root = [&covariance] {
+    // Scaled, so that focal lengths in pixels do not drown the distortion.
+    const Eigen::Matrix<double, lens_numbers, 1> scale =
+        covariance.diagonal().cwiseSqrt().cwiseMax(1e-300);
+    const Eigen::SelfAdjointEigenSolver<LensCovariance> solver(
+        scale.cwiseInverse().asDiagonal() * covariance * scale.cwiseInverse().asDiagonal());
+    return LensCovariance(scale.asDiagonal() * solver.eigenvectors() *
+                          solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal());
+  }();
+  for (int k = 0; k < lens_numbers; ++k) {
+    if (root.col(k).norm() == 0.0) continue;
+    std::array<Eigen::Matrix<double, 6, 1>, 2> poses;
+    for (int side = 0; side < 2; ++side) {
+      LensNumbers numbers = numbers_of(lens);
+      for (int n = 0; n < lens_numbers; ++n) numbers[n] += (side == 0 ? 1 : -1) * root(n, k);
+      const Six six = refine(lens_of(numbers, false, lens.width, lens.height)).pose;
+      poses[side] = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(six.data());
+    }
+    const Eigen::Matrix<double, 6, 1> change = 0.5 * (poses[0] - poses[1]);
+    share += change * change.transpose();
+  }
+  return share;
+}
+
 SamplePose result_of(const Refined& refined, const Lens& lens, const GridShape& grid, Face face) {
   SamplePose result;
   result.face = face;
@@ -215,8 +268,40 @@ InputError does_not_fit(const std::string& name, const GridShape& grid, Face fac
 
 }  // namespace
 
+PoseUncertainty pose_uncertainty(const SamplePose& pose, const Eigen::Vector3d& point_in_sample) {
+  // A small turn a about the camera's axes moves the point by a x (R p); the rotation vector's own
+  // change is that turn through its left Jacobian.
+  const std::array<double, 6> six = six_of(pose.camera_from_sample);
+  Eigen::Matrix<double, 3, 6> move;
+  constexpr double step = 1e-6;
+  for (int k = 0; k < 6; ++k) {
+    std::array<double, 6> up = six;
+    std::array<double, 6> down = six;
+    up[k] += step;
+    down[k] -= step;
+    move.col(k) =
+        (rigid_of(up) * point_in_sample - rigid_of(down) * point_in_sample) / (2.0 * step);
+  }
+  Eigen::Matrix3d turn;
+  for (int k = 0; k < 3; ++k) {
+    std::array<double, 6> up = six;
+    up[k] += step;
+    const Eigen::AngleAxisd angle(rigid_of(up).rotation *
+                                  pose.camera_from_sample.rotation.transpose());
+    turn.col(k) = angle.angle() * angle.axis() / step;
+  }
+  const PoseCovariance covariance = pose.total_covariance();
+  const Eigen::Matrix3d turn_covariance =
+      turn * covariance.topLeftCorner<3, 3>() * turn.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turn_covariance,
+                                                              Eigen::EigenvaluesOnly);
+  return {(move * covariance * move.transpose()).diagonal().cwiseSqrt(),
+          std::sqrt(std::max(0.0, solver.eigenvalues()[2])) * 180.0 / std::numbers::pi};
+}
+
 SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const GridShape& grid,
-                            Face face, const std::string& name) {
+                            Face face, const std::string& name,
+                            const LensCovariance& lens_covariance) {
   const Quad quad = find_bright_quad(grey, name);
   const auto corners = face_corners(grid, face);
   // The coarse outline may be some pixels off: search wide around it first. Those points decide
@@ -248,6 +333,9 @@ SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const Gr
     throw does_not_fit(name, grid, face);
   }
   SamplePose result = result_of(best, lens, grid, face);
+  result.lens_covariance = lens_share(lens, lens_covariance, [&](const Lens& other) {
+    return refine_on_edges(edges, other, corners, best.pose);
+  });
   for (const auto& edge : edges) {
     result.edge_px.insert(result.edge_px.end(), edge.begin(), edge.end());
   }
@@ -255,9 +343,14 @@ SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const Gr
 }
 
 SamplePose pose_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px, const Lens& lens,
-                             const GridShape& grid, Face face, const std::string& name) {
-  const Refined refined = refine_on_corners(corners_px, lens, face_corners(grid, face));
+                             const GridShape& grid, Face face, const std::string& name,
+                             const LensCovariance& lens_covariance) {
+  const auto corners = face_corners(grid, face);
+  const Refined refined = refine_on_corners(corners_px, lens, corners);
   SamplePose result = result_of(refined, lens, grid, face);
+  result.lens_covariance = lens_share(lens, lens_covariance, [&](const Lens& other) {
+    return refine_on_corners(corners_px, other, corners);
+  });
   const Eigen::Vector3d eye = result.camera_from_sample.inverse().translation;
   const Eigen::Vector3d on_face = face_point(grid, face, 0.0, 0.0);
   constexpr double largest_rms_px = 10.0;  // clicked by hand

@@ -34,8 +34,8 @@ struct PrintedResidual {
 
   template <class T>
   bool operator()(const T* plane, T* residual) const {
-    std::array<T, 9> numbers;
-    for (int k = 0; k < 9; ++k) numbers[k] = T(camera[k]);
+    std::array<T, lens_numbers> numbers;
+    for (int k = 0; k < lens_numbers; ++k) numbers[k] = T(camera[k]);
     const Eigen::Matrix<T, 3, 1> point = moved<T>(plane, point_in_plane.cast<T>());
     const Eigen::Matrix<T, 2, 1> pixel = project_numbers<T>(numbers.data(), false, point);
     residual[0] = pixel.x() - observed.x();
@@ -133,15 +133,8 @@ Fit start_with_opencv(const Setting& setting, int width, int height) {
   } catch (const cv::Exception&) {
     throw InputError(undetermined);
   }
-  fit.numbers = {matrix.at<double>(0, 0),
-                 matrix.at<double>(1, 1),
-                 matrix.at<double>(0, 2),
-                 matrix.at<double>(1, 2),
-                 0.0,
-                 0.0,
-                 0.0,
-                 0.0,
-                 0.0};
+  fit.numbers = {matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2),
+                 matrix.at<double>(1, 2)};
   if (!std::all_of(fit.numbers.begin(), fit.numbers.end(),
                    [](double n) { return std::isfinite(n); })) {
     throw InputError(undetermined);
@@ -168,9 +161,10 @@ void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
     for (int j = 0; j < plane.projected.rows; ++j) {
       for (int i = 0; i < plane.projected.columns; ++i) {
         problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<ProjectedResidual, 2, 9, 6, 6>(new ProjectedResidual{
-                setting.camera.unproject(plane.projected.at(i, j)), setting.projector_pixel(i, j),
-                scale, has_square_pixels(fit.model)}),
+            new ceres::AutoDiffCostFunction<ProjectedResidual, 2, lens_numbers, 6, 6>(
+                new ProjectedResidual{setting.camera.unproject(plane.projected.at(i, j)),
+                                      setting.projector_pixel(i, j), scale,
+                                      has_square_pixels(fit.model)}),
             nullptr, fit.numbers.data(), fit.projector.data(), fit.planes[p].data());
       }
     }
@@ -192,7 +186,7 @@ Fit refine(const Setting& setting, const Fit& start, LensModel model) {
   if (!usable || !covariance.Compute(wanted, &problem)) {
     throw InputError(undetermined);
   }
-  Eigen::Matrix<double, 9, 9, Eigen::RowMajor> lens_block;
+  Eigen::Matrix<double, lens_numbers, lens_numbers, Eigen::RowMajor> lens_block;
   Eigen::Matrix<double, 6, 6, Eigen::RowMajor> pose_block;
   covariance.GetCovarianceBlock(lens, lens, lens_block.data());
   covariance.GetCovarianceBlock(pose, pose, pose_block.data());
@@ -245,6 +239,55 @@ void add_views(const Setting& setting, ProjectorCalibration& result) {
   result.printed_rms_px = std::sqrt(printed_sum / static_cast<double>(printed_count));
 }
 
+double projected_rms(const Setting& setting, const Fit& fit) {
+  ProjectorCalibration result;
+  result.lens = lens_of(fit.numbers, has_square_pixels(fit.model), 0, 0);
+  result.projector_from_station = rigid_of(fit.projector);
+  for (const auto& plane : fit.planes) result.station_from_plane.push_back(rigid_of(plane));
+  add_views(setting, result);
+  return result.rms_px;
+}
+
+/// A fit this bad [px] has a cause that can be named; a fit without the cause is better by so much.
+constexpr double bad_rms_px = 1.0;
+constexpr double much_better = 4.0;
+
+/// The RMS of a calibration from other corners or fewer planes; none where there is none.
+std::optional<double> rms_of(const Setting& setting, int width, int height) {
+  try {
+    const Fit start = start_with_opencv(setting, width, height);
+    return projected_rms(setting, refine(setting, start, LensModel::pinhole));
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+/// Names what makes a bad fit: a mirrored picture, or one plane that is not where the others say.
+void explain(const Setting& setting, double rms, int width, int height) {
+  std::vector<PlaneView> mirrored = setting.planes;
+  for (PlaneView& plane : mirrored) mirror_rows(plane.projected);
+  const auto by_mirror =
+      rms_of({setting.camera, setting.printed, setting.projected, mirrored}, width, height);
+  if (by_mirror && *by_mirror < rms / much_better) {
+    throw InputError(setting.planes[0].name +
+                     ": the projected boards are seen mirrored; switch off the projector's mirror "
+                     "or rear-projection setting and photograph planes and patterns again");
+  }
+  if (setting.planes.size() < 4) return;
+  for (std::size_t p = 0; p < setting.planes.size(); ++p) {
+    std::vector<PlaneView> others = setting.planes;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(p));
+    const auto without =
+        rms_of({setting.camera, setting.printed, setting.projected, others}, width, height);
+    if (without && *without < rms / much_better) {
+      throw InputError(setting.planes[p].name +
+                       ": this plane does not agree with the others; it moved between its two "
+                       "pictures, or its board is turned or misread: photograph it again or take "
+                       "it out of calibration.projector_planes in session.json");
+    }
+  }
+}
+
 }  // namespace
 
 Eigen::Vector3d meet_plane(const Lens& lens, const Rigid& camera_from_plane,
@@ -277,6 +320,10 @@ ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Boar
       const Fit fit = refine(setting, simplest, richer);
       if (fit.criterion() < best.criterion()) best = fit;
     }
+  }
+  if (!model) {
+    const double rms = projected_rms(setting, best);
+    if (rms > bad_rms_px) explain(setting, rms, width, height);
   }
   ProjectorCalibration result;
   result.model = best.model;

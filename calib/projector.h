@@ -26,9 +26,8 @@ struct PlaneView {
 struct ProjectorCalibration {
   Lens lens;  ///< projector pixels; `width`, `height` of the projector
   LensModel model = LensModel::pinhole_square;
-  /// Covariance of (fx, fy, cx, cy, k1, k2, p1, p2, k3), as CameraCalibration's; the camera's own
-  /// uncertainty is not in it.
-  Eigen::Matrix<double, 9, 9> covariance = Eigen::Matrix<double, 9, 9>::Zero();
+  /// As CameraCalibration's; the camera's own uncertainty is not in it.
+  LensCovariance covariance = LensCovariance::Zero();
   Rigid projector_from_station;  ///< from the camera frame at the calibration station
   /// Covariance of its rotation vector [rad] and translation [mm].
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Zero();
@@ -42,7 +41,8 @@ struct ProjectorCalibration {
 /// Calibrates from at least three planes. The lens model is the one of least Bayesian information
 /// criterion, from square pixels without distortion upwards: the projected board covers only a part
 /// of the projector's frame, and a needless coefficient does harm where it is extrapolated.
-/// Throws InputError for fewer than three planes or planes that do not determine the projector.
+/// Throws InputError for fewer than three planes, planes that do not determine the projector,
+/// projected boards seen mirrored, and one plane that contradicts all others.
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,

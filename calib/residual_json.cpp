@@ -3,6 +3,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "calib/lens_model.h"
 #include "core/error.h"
 
 namespace kappamu::calib {
@@ -39,6 +40,7 @@ json views_json(const std::vector<ViewResidual>& views, const std::vector<Rigid>
                     {"rms_px", views[v].rms_px},
                     {"pixels", points_json(views[v].pixels)},
                     {"residuals", points_json(views[v].residuals)},
+                    {"left_out", views[v].left_out},
                     {"board_pose", pose}});
   }
   return list;
@@ -47,7 +49,8 @@ json views_json(const std::vector<ViewResidual>& views, const std::vector<Rigid>
 void views_from(const json& list, std::vector<ViewResidual>& views, std::vector<Rigid>& poses) {
   for (const json& item : list) {
     views.push_back({item.at("name").get<std::string>(), item.at("rms_px").get<double>(),
-                     points_from(item.at("pixels")), points_from(item.at("residuals"))});
+                     points_from(item.at("pixels")), points_from(item.at("residuals")),
+                     item.at("left_out").get<std::vector<int>>()});
     Rigid pose;
     for (int r = 0; r < 3; ++r) {
       const json& row = item.at("board_pose").at(r);
@@ -56,6 +59,39 @@ void views_from(const json& list, std::vector<ViewResidual>& views, std::vector<
     }
     poses.push_back(pose);
   }
+}
+
+json scores_json(const std::vector<ModelScore>& scores) {
+  json list = json::array();
+  for (const ModelScore& score : scores) {
+    list.push_back({{"model", to_string(score.model)},
+                    {"bent", score.bent},
+                    {"held_out_rms_px", score.held_out_rms_px},
+                    {"chosen", score.chosen}});
+  }
+  return list;
+}
+
+std::vector<ModelScore> scores_from(const json& list, const std::filesystem::path& file) {
+  std::vector<ModelScore> scores;
+  for (const json& item : list) {
+    scores.push_back({lens_model_from_string(item.at("model").get<std::string>(), file.string()),
+                      item.at("bent").get<bool>(), item.at("held_out_rms_px").get<double>(),
+                      item.at("chosen").get<bool>()});
+  }
+  return scores;
+}
+
+json uncertainty_json(const ProjectionUncertainty& uncertainty) {
+  return {{"distance_mm", uncertainty.distance_mm},
+          {"columns", uncertainty.columns},
+          {"rows", uncertainty.rows},
+          {"deviation_px", uncertainty.deviation_px}};
+}
+
+ProjectionUncertainty uncertainty_from(const json& object) {
+  return {object.at("distance_mm").get<double>(), object.at("columns").get<int>(),
+          object.at("rows").get<int>(), object.at("deviation_px").get<std::vector<double>>()};
 }
 
 json pose_json(const SamplePose& pose) {
@@ -112,6 +148,8 @@ std::string residuals_to_json(const CalibrationResult& calibration) {
       {"camera",
        {{"rms_px", camera.rms_px},
         {"model", to_string(camera.model)},
+        {"models_tried", scores_json(camera.scores)},
+        {"uncertainty", uncertainty_json(calibration.camera_uncertainty)},
         {"views", views_json(camera.views, camera.camera_from_board)}}},
       {"projector",
        {{"rms_px", projector.rms_px},
@@ -138,8 +176,10 @@ void residuals_from_json(const std::filesystem::path& file, CalibrationResult& c
   }
   try {
     const json object = json::parse(in);
-    views_from(object.at("camera").at("views"), calibration.camera.views,
-               calibration.camera.camera_from_board);
+    const json& camera = object.at("camera");
+    calibration.camera.scores = scores_from(camera.at("models_tried"), file);
+    calibration.camera_uncertainty = uncertainty_from(camera.at("uncertainty"));
+    views_from(camera.at("views"), calibration.camera.views, calibration.camera.camera_from_board);
     views_from(object.at("projector").at("views"), calibration.projector.views,
                calibration.projector.station_from_plane);
     const json& poses = object.at("poses");

@@ -11,8 +11,9 @@ namespace kappamu::calib {
 /// One JSON object:
 ///   format "kappamu-calibration", version 1
 ///   camera, projector: rms_px, model, views: [{name, rms_px, pixels: [[x, y]], residuals: [[x,
-///   y]],
-///     board_pose: [[r00 r01 r02 tx], ...]}]
+///     y]], left_out: [corner], board_pose: [[r00 r01 r02 tx], ...]}]
+///   camera: models_tried: [{model, bent, held_out_rms_px, chosen}], uncertainty: {distance_mm,
+///     columns, rows, deviation_px} (projection_uncertainty.h)
 ///   poses: {calibration, pattern}: {station, face, rms_px, corners_px, edge_px}
 ///   light: scale, residual_rms of the white target, projector_black
 ///   chart (or null): residual_rms, found, scale, centres, neutrals: [{patch, published, measured}]

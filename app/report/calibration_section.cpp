@@ -1,8 +1,11 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "app/report/chart.h"
+#include "app/report/picture.h"
 #include "app/report/sections.h"
+#include "calib/face.h"
 
 namespace kappamu::app::report {
 
@@ -20,6 +23,61 @@ double drawing_scale(const LensCalibration& lens) {
   const double power = std::pow(10.0, std::floor(std::log10(wanted)));
   const double digit = wanted / power;
   return power * (digit < 2.0 ? 1.0 : digit < 5.0 ? 2.0 : 5.0);
+}
+
+/// What the lens model explains of views it was not fitted to.
+Html models_table(const CalibrationData& calibration) {
+  std::vector<std::vector<Html>> rows;
+  for (const calib::ModelScore& score : calibration.models_tried) {
+    rows.push_back({text(to_string(score.model)), text(score.bent ? "bent" : "flat"),
+                    text(number(score.held_out_rms_px, 4)), text(score.chosen ? "chosen" : "")});
+  }
+  return table({"Lens model", "board", "RMS of views held out [px]", ""}, rows);
+}
+
+/// Standard deviation across the frame, as a map.
+Html uncertainty_map(const CalibrationData& calibration) {
+  const calib::ProjectionUncertainty& map = calibration.uncertainty;
+  Image<float> image(map.columns, map.rows, 1);
+  for (std::size_t k = 0; k < image.size(); ++k) {
+    image.values()[k] = static_cast<float>(map.deviation_px[k]);
+  }
+  const double high = quantile(image.values(), 1.0);
+  constexpr int width = 420;  // CSS px
+  return figure(
+      picture(coloured(image, ColourMap::viridis, 0.0, high), width, "projection uncertainty") +
+          legend(ColourMap::viridis, 0.0, high, "px, one standard deviation"),
+      "How well the camera knows where it sees a point " + number(map.distance_mm) +
+          " mm away: predicted from the boards' corners, over the frame");
+}
+
+Html poses_table(const RunData& run) {
+  std::vector<std::vector<Html>> rows;
+  for (const calib::SamplePose& pose : run.calibration->poses) {
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    if (run.session) {
+      const auto corners = calib::face_corners(run.session->sample.shape(), pose.face);
+      point = 0.5 * (corners[0] + corners[2]);
+    }
+    const calib::PoseUncertainty sigma = calib::pose_uncertainty(pose, point);
+    rows.push_back({text(pose.station), text(to_string(pose.face)), text(number(pose.rms_px)),
+                    text(number(sigma.place_mm.x(), 2) + ", " + number(sigma.place_mm.y(), 2) +
+                         ", " + number(sigma.place_mm.z(), 2)),
+                    text(number(sigma.turn_degrees, 2))});
+  }
+  return table({"Station", "face", "outline RMS [px]", "σ of place x, y, z [mm]", "σ of turn [°]"},
+               rows);
+}
+
+Html sample_block(const RunData& run) {
+  std::vector<Html> blocks;
+  for (const SamplePicture& sample : run.sample_pictures) {
+    constexpr int width = 520;  // CSS px
+    blocks.push_back(figure(picture(sample.image, width, "sample from " + sample.station),
+                            "Face " + sample.face + " from station " + sample.station +
+                                ": voxel edges by the calibrated pose, outline points as found"));
+  }
+  return poses_table(run) + row(blocks);
 }
 
 Html lens_block(const std::string& name, const LensCalibration& lens) {
@@ -61,8 +119,19 @@ Html calibration_section(const RunData& run) {
     content += note("This run has no calibration: it was fitted from ready surface measurements.");
     return section("Geometric calibration", content);
   }
-  content += lens_block("Camera", run.calibration->camera);
-  content += lens_block("Projector", run.calibration->projector);
+  const CalibrationData& calibration = *run.calibration;
+  content += lens_block("Camera (" + calibration.camera_model + ")", calibration.camera);
+  std::vector<Html> camera;
+  if (calibration.uncertainty.columns > 0) camera.push_back(uncertainty_map(calibration));
+  if (!calibration.models_tried.empty()) camera.push_back(models_table(calibration));
+  if (!camera.empty()) content += subsection("What the camera's calibration is worth", row(camera));
+  if (calibration.bend_mm != std::array<double, 2>{}) {
+    content += note("The printed board is bent by " + number(calibration.bend_mm[0], 2) +
+                    " mm across and " + number(calibration.bend_mm[1], 2) +
+                    " mm along its height; this was allowed for.");
+  }
+  content += lens_block("Projector (" + calibration.projector_model + ")", calibration.projector);
+  content += subsection("Where the sample stands", sample_block(run));
   content += note(
       "Views far above the others are worth a look; corners should reach into the corners of the "
       "picture, and residuals should point everywhere, without a common trend.");

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cmath>
 
 #include "app/report/chart.h"
+#include "app/report/picture.h"
 #include "app/report/sections.h"
 
 namespace kappamu::app::report {
@@ -47,6 +49,29 @@ Html hdr_table(const std::vector<HdrSummary>& summaries) {
                rows);
 }
 
+/// Maps of the pattern in which most is saturated, and of the first one.
+Html noise_maps(const std::vector<HdrSummary>& summaries) {
+  const auto brightest = std::max_element(
+      summaries.begin(), summaries.end(),
+      [](const HdrSummary& a, const HdrSummary& b) { return a.saturated < b.saturated; });
+  std::vector<const HdrSummary*> shown{&summaries.front()};
+  if (&*brightest != shown[0] && brightest->saturated > 0.0) shown.push_back(&*brightest);
+  constexpr int width = 320;  // CSS px
+  std::vector<Html> blocks;
+  for (const HdrSummary* hdr : shown) {
+    blocks.push_back(figure(picture(coloured(hdr->relative_noise, ColourMap::viridis, -4.0, -1.0),
+                                    width, "relative noise of " + hdr->pattern) +
+                                legend(ColourMap::viridis, -4.0, -1.0, "log10 of σ / value"),
+                            hdr->pattern + ": noise of the merged picture, worst channel; grey: "
+                                           "dark, saturated or missing"));
+    blocks.push_back(figure(picture(coloured(hdr->saturation, ColourMap::viridis, 0.0, 1.0), width,
+                                    "saturation of " + hdr->pattern) +
+                                legend(ColourMap::viridis, 0.0, 1.0, "share of values"),
+                            hdr->pattern + ": saturated in every frame"));
+  }
+  return row(blocks);
+}
+
 }  // namespace
 
 Html radiometry_section(const RunData& run) {
@@ -61,6 +86,7 @@ Html radiometry_section(const RunData& run) {
         "Bright is the 99.9 % quantile of valid pixels, noise floor the 1 % quantile of the "
         "standard deviation. Dark pixels are mostly background; saturated ones are left out of the "
         "fit.");
+    content += subsection("Noise and saturation", noise_maps(run.hdr));
   }
   return section("Response and dynamic range", content);
 }

@@ -35,6 +35,13 @@ std::optional<CalibrationData> read_calibration(const std::filesystem::path& run
   data.camera = shown(calibration.camera.lens, calibration.camera.rms_px, calibration.camera.views);
   data.projector =
       shown(calibration.projector.lens, calibration.projector.rms_px, calibration.projector.views);
+  data.camera_model = to_string(calibration.camera.model);
+  data.projector_model = to_string(calibration.projector.model);
+  data.models_tried = calibration.camera.scores;
+  data.bend_mm = calibration.camera.bend_mm;
+  data.uncertainty = calibration.camera_uncertainty;
+  data.poses = {calibration.calibration_pose, calibration.pattern_pose};
+  data.camera_lens = calibration.camera.lens;
   data.response = calibration.radiometry.response.linear;
   data.warnings = calibration.warnings;
   return data;

@@ -1,5 +1,6 @@
 // What a fit says about itself: fit/fit.json and the volumes beside it.
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/report/run_data.h"
 #include "core/error.h"

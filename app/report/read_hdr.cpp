@@ -1,6 +1,7 @@
 // Thumbnails and statistics of the HDR images: one image in memory at a time.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/report/picture.h"
 #include "app/report/run_data.h"
@@ -40,6 +41,8 @@ HdrSummary summarise(const std::filesystem::path& file) {
   HdrSummary summary;
   summary.pattern = file.stem().string();
   Image<float> radiance(exr.width, exr.height, names.size() == 3 ? 3 : 1);
+  Image<float> noisiest(exr.width, exr.height, 1, -std::numeric_limits<float>::infinity());
+  Image<float> saturation(exr.width, exr.height, 1);
   std::vector<float> valid;
   std::optional<double> noise;
   std::size_t saturated = 0, dark = 0, missing = 0, all = 0;
@@ -56,6 +59,13 @@ HdrSummary summarise(const std::filesystem::path& file) {
       saturated += (flag & capture::pixel_saturated) != 0 ? 1 : 0;
       dark += (flag & capture::pixel_dark) != 0 ? 1 : 0;
       missing += (flag & capture::pixel_missing) != 0 ? 1 : 0;
+      if ((flag & capture::pixel_saturated) != 0) {
+        saturation.values()[i] += 1.0F / static_cast<float>(names.size());
+      }
+      noisiest.values()[i] =
+          flag == capture::pixel_ok && value[i] > 0.0F && !std::isnan(noisiest.values()[i])
+              ? std::max(noisiest.values()[i], std::log10(std::sqrt(variance[i]) / value[i]))
+              : std::numeric_limits<float>::quiet_NaN();
       if (flag != capture::pixel_ok) continue;
       valid.push_back(value[i]);
       deviation.push_back(std::sqrt(variance[i]));
@@ -65,6 +75,8 @@ HdrSummary summarise(const std::filesystem::path& file) {
     noise = std::min(noise.value_or(floor), floor);
   }
   summary.thumbnail = reduced(radiance, thumbnail_pixels);
+  summary.relative_noise = reduced(noisiest, thumbnail_pixels);
+  summary.saturation = reduced(saturation, thumbnail_pixels);
   summary.bright = quantile(std::move(valid), 0.999);
   summary.noise = noise.value_or(0.0);
   const double count = std::max<double>(1.0, static_cast<double>(all));

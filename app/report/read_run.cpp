@@ -99,6 +99,9 @@ RunData read_run(const std::filesystem::path& run) {
     }
   }
   data.calibration = read_calibration(run);
+  if (data.session && data.calibration) {
+    data.sample_pictures = sample_pictures(*data.session, *data.calibration);
+  }
   data.hdr = summarise_hdr(run);
   data.fit = read_fit(run);
   read_comparisons(data);

@@ -2,12 +2,15 @@
 // someone's measurements has no calibration and no HDR images.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "app/run_record.h"
+#include "calib/calibrate.h"
 #include "capture/session.h"
 #include "core/grid.h"
 #include "core/image.h"
@@ -26,9 +29,23 @@ struct LensCalibration {
   std::vector<double> dx, dy;       ///< residuals, projected - found [px], as long as x
 };
 
+/// The sample as a station photographed it, with the voxels' edges drawn where calibration puts
+/// them.
+struct SamplePicture {
+  std::string station;
+  std::string face;
+  Image<std::uint8_t> image;
+};
+
 struct CalibrationData {
   LensCalibration camera;
   LensCalibration projector;
+  std::string camera_model, projector_model;
+  std::vector<calib::ModelScore> models_tried;  ///< of the camera; empty in old runs
+  std::array<double, 2> bend_mm{};              ///< of the printed board
+  calib::ProjectionUncertainty uncertainty;     ///< across the camera's frame
+  std::vector<calib::SamplePose> poses;         ///< calibration station, pattern station
+  calib::Lens camera_lens;
   /// [channel][code] linear signal as a fraction of full scale.
   std::vector<std::vector<double>> response;
   std::vector<std::string> warnings;
@@ -43,6 +60,10 @@ struct HdrSummary {
   double saturated = 0.0;  ///< fraction of pixel values saturated in every frame
   double dark = 0.0;       ///< fraction below the noise in every frame
   double missing = 0.0;    ///< fraction without a frame
+  /// log10 of the largest channel's standard deviation over value; not a number where some pixel is
+  /// dark, saturated or missing. Reduced like the thumbnail.
+  Image<float> relative_noise;
+  Image<float> saturation;  ///< share of values saturated in every frame, reduced
 };
 
 /// How the optimiser got there, one colour channel.
@@ -87,6 +108,7 @@ struct RunData {
   std::optional<RunRecord> record;
   std::optional<capture::Session> session;  ///< absent when the session folder is gone
   std::optional<CalibrationData> calibration;
+  std::vector<SamplePicture> sample_pictures;
   std::vector<HdrSummary> hdr;
   std::optional<Comparison> fit_patterns;
   std::optional<Comparison> validate_patterns;  ///< those kept out of the fit
@@ -98,6 +120,9 @@ struct RunData {
 RunData read_run(const std::filesystem::path& run);
 
 std::optional<CalibrationData> read_calibration(const std::filesystem::path& run);
+/// The session's sample views that still have their photograph.
+std::vector<SamplePicture> sample_pictures(const capture::Session& session,
+                                           const CalibrationData& calibration);
 /// Sets `data`'s patterns, of the fit and kept out of it, from its folder, record, session and fit.
 void read_comparisons(RunData& data);
 std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run);

@@ -3,11 +3,14 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "calib/board_shape.h"
 #include "calib/camera.h"
 
 namespace kappamu::calib::testing {
@@ -43,16 +46,18 @@ inline std::vector<Rigid> board_poses(int columns, int rows, double square_mm, d
   return poses;
 }
 
-/// Exact corners plus Gaussian noise.
+/// Exact corners plus Gaussian noise; the sheet may be bent (board_shape.h).
 inline BoardView seen(const Lens& lens, const Rigid& camera_from_board, int columns, int rows,
-                      double square_mm, double noise_px, std::mt19937& random) {
+                      double square_mm, double noise_px, std::mt19937& random,
+                      const std::array<double, 2>& bend_mm = {}) {
   std::normal_distribution<double> noise(0.0, 1.0);
   BoardView view;
   view.name = "synthetic";
   view.corners = {columns, rows, {}};
   for (int j = 0; j < rows; ++j) {
     for (int i = 0; i < columns; ++i) {
-      const Eigen::Vector3d corner(square_mm * i, square_mm * j, 0.0);
+      const Eigen::Vector3d corner =
+          bent_corner<double>({columns, rows, square_mm}, bend_mm.data(), i, j);
       Eigen::Vector2d pixel = lens.project(camera_from_board * corner);
       pixel.x() += noise_px * noise(random);
       pixel.y() += noise_px * noise(random);
@@ -98,6 +103,34 @@ inline Image<float> photograph(const Lens& lens, const Rigid& camera_from_board,
     }
   }
   return image;
+}
+
+/// Convolved with a Gaussian, rows then columns, edge pixels repeated.
+inline Image<float> blurred(const Image<float>& image, double deviation_px) {
+  if (deviation_px <= 0.0) return image;
+  const int half = static_cast<int>(std::ceil(4.0 * deviation_px));
+  std::vector<double> weights;
+  double sum = 0.0;
+  for (int k = -half; k <= half; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (deviation_px * deviation_px)));
+    sum += weights.back();
+  }
+  const auto pass = [&](const Image<float>& in, int dx, int dy) {
+    Image<float> out(in.width(), in.height(), 1);
+    for (int y = 0; y < in.height(); ++y) {
+      for (int x = 0; x < in.width(); ++x) {
+        double value = 0.0;
+        for (int k = -half; k <= half; ++k) {
+          value += weights[static_cast<std::size_t>(k + half)] *
+                   in(std::clamp(x + k * dx, 0, in.width() - 1),
+                      std::clamp(y + k * dy, 0, in.height() - 1));
+        }
+        out(x, y) = static_cast<float>(value / sum);
+      }
+    }
+    return out;
+  };
+  return pass(pass(image, 1, 0), 0, 1);
 }
 
 }  // namespace kappamu::calib::testing

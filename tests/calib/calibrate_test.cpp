@@ -120,7 +120,14 @@ TEST_F(SimulatedSession, SamplePoseIsFound) {
       std::printf("  (%.3f %.3f)", error.x(), error.y());
       EXPECT_LT(error.norm(), 0.05);  // twice the worst seen, back station
     }
-    std::printf("\n");
+    const PoseUncertainty sigma = pose_uncertainty(*pose, middle);
+    std::printf("\n  stated: %.4f %.4f %.4f mm, %.4f deg\n", sigma.place_mm.x(), sigma.place_mm.y(),
+                sigma.place_mm.z(), sigma.turn_degrees);
+    // Four deviations, and what blur and shading of the edges may move the outline by.
+    constexpr double edge_mm = 0.02;
+    for (int k = 0; k < 3; ++k) {
+      EXPECT_LT(std::abs(shift[k]), edge_mm + 4.0 * sigma.place_mm[k]) << "axis " << k;
+    }
     // The bars of the pipeline; distance along the axis goes with the focal length's own error.
     EXPECT_LT(shift.head<2>().norm(), 0.1);
     EXPECT_LT(std::abs(shift.z()), 0.1 + true_pose.translation.z() * 4.0 *

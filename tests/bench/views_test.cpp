@@ -1,0 +1,27 @@
+// Calibration error against the number of views: that it falls, and is what the calibrations state.
+#include "bench/views.h"
+
+#include <gtest/gtest.h>
+
+namespace kappamu::bench {
+namespace {
+
+TEST(Views, MoreOfThemCalibrateBetterAndSayHowWell) {
+  Progress silent;
+  ViewsOptions options;
+  options.views = {6, 24};
+  options.runs = 5;
+  const auto cases = measure_views(options, silent);
+  ASSERT_EQ(cases.size(), 2U);
+  EXPECT_EQ(cases[1].refused, 0);
+  // Twice the error for a quarter of the views, and few views often lie badly.
+  EXPECT_LT(cases[1].error_px, 0.8 * cases[0].error_px);
+  for (const ViewsCase& c : cases) {
+    // Five runs know a root mean square to a third.
+    EXPECT_GT(c.error_px, 0.4 * c.predicted_px) << c.views;
+    EXPECT_LT(c.error_px, 2.5 * c.predicted_px) << c.views;
+  }
+}
+
+}  // namespace
+}  // namespace kappamu::bench

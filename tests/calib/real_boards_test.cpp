@@ -1,0 +1,161 @@
+// Real photographs of a board, against OpenCV on the same corners (shared/data, SOURCE.md there).
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <opencv2/calib3d.hpp>
+
+#include "calib/board_shape.h"
+#include "calib/camera.h"
+#include "calib/opencv_convert.h"
+#include "io/image_file.h"
+
+namespace kappamu::calib {
+namespace {
+
+constexpr int columns = 9;
+constexpr int rows = 6;
+constexpr double square_mm = 25.0;
+constexpr int width = 640;
+constexpr int height = 480;
+
+/// A lens, and how it was found.
+struct Found {
+  Lens lens;
+  std::array<double, 2> bend_mm{};
+  double rms_px = 0.0;
+};
+
+Found by_opencv(const std::vector<BoardView>& views, int flags) {
+  std::vector<std::vector<cv::Point3f>> objects;
+  std::vector<std::vector<cv::Point2f>> images;
+  for (const BoardView& view : views) {
+    objects.push_back(board_points(columns, rows, square_mm));
+    images.push_back(image_points(view.corners.pixels));
+  }
+  cv::Mat matrix;
+  cv::Mat d;
+  std::vector<cv::Mat> rotations;
+  std::vector<cv::Mat> translations;
+  Found found;
+  found.rms_px = cv::calibrateCamera(objects, images, cv::Size(width, height), matrix, d, rotations,
+                                     translations, flags);
+  found.lens = {
+      width,
+      height,
+      matrix.at<double>(0, 0),
+      matrix.at<double>(1, 1),
+      matrix.at<double>(0, 2),
+      matrix.at<double>(1, 2),
+      {d.at<double>(0), d.at<double>(1), d.at<double>(2), d.at<double>(3), d.at<double>(4)}};
+  return found;
+}
+
+Found by_us(const std::vector<BoardView>& views) {
+  const CameraCalibration found = calibrate_camera(views, square_mm, width, height);
+  return {found.lens, found.bend_mm, found.rms_px};
+}
+
+/// Every view by turns left out of the calibration; its pose is then fitted to all its corners.
+template <class Method>
+double held_out_rms(const std::vector<BoardView>& views, const Method& method) {
+  double sum = 0.0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    std::vector<BoardView> others = views;
+    others.erase(others.begin() + static_cast<std::ptrdiff_t>(v));
+    const Found found = method(others);
+    const BoardCorners& corners = views[v].corners;
+    const Rigid pose = board_pose(found.lens, corners, square_mm, views[v].name, found.bend_mm);
+    for (int j = 0; j < rows; ++j) {
+      for (int i = 0; i < columns; ++i) {
+        const Eigen::Vector3d corner =
+            bent_corner<double>({columns, rows, square_mm}, found.bend_mm.data(), i, j);
+        sum += (found.lens.project(pose * corner) - corners.at(i, j)).squaredNorm();
+      }
+    }
+  }
+  return std::sqrt(sum / (static_cast<double>(views.size()) * columns * rows));
+}
+
+void report(const char* name, const CameraCalibration& c) {
+  std::printf(
+      "%-24s RMS %.4f px  fx %.3f +- %.2f  fy %.3f +- %.2f  cx %.3f +- %.2f  cy %.3f +- "
+      "%.2f  bend %.3f %.3f mm  (%s)\n",
+      name, c.rms_px, c.lens.fx, c.standard_deviation(0), c.lens.fy, c.standard_deviation(1),
+      c.lens.cx, c.standard_deviation(2), c.lens.cy, c.standard_deviation(3), c.bend_mm[0],
+      c.bend_mm[1], to_string(c.model).c_str());
+  for (const ModelScore& s : c.scores) {
+    std::printf("    %-26s %-5s held out %.4f px%s\n", to_string(s.model).c_str(),
+                s.bent ? "bent" : "flat", s.held_out_rms_px, s.chosen ? "  chosen" : "");
+  }
+  for (const ViewResidual& view : c.views) {
+    if (!view.left_out.empty()) {
+      std::printf("    %s: %zu corners left out\n", view.name.c_str(), view.left_out.size());
+    }
+  }
+}
+
+class RealBoards : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::filesystem::path folder =
+        std::filesystem::path(KAPPAMU_SOURCE_DIR) / "../shared/data/chessboard-opencv-left";
+    if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no real boards at " << folder;
+    for (const char* number :
+         {"01", "02", "03", "04", "05", "06", "07", "08", "09", "11", "12", "13", "14"}) {
+      const std::filesystem::path file = folder / (std::string("left") + number + ".jpg");
+      const Image<std::uint16_t> codes = io::read_code_image(file);
+      Image<float> image(codes.width(), codes.height(), codes.channels());
+      for (std::size_t k = 0; k < codes.size(); ++k) {
+        image.values()[k] = static_cast<float>(codes.values()[k]) / 255.0F;
+      }
+      const std::string name = file.filename().string();
+      const Image<float> grey = to_grey(image);
+      theirs_.push_back({name, find_chessboard(grey, columns, rows, name, {5, 0.0})});
+      ours_.push_back({name, find_chessboard(grey, columns, rows, name)});
+    }
+  }
+  std::vector<BoardView> theirs_;  ///< corners as OpenCV's sample finds them: 11 x 11 window
+  std::vector<BoardView> ours_;
+};
+
+TEST_F(RealBoards, AreExplainedAsWellAsByOpenCv) {
+  const CameraCalibration full =
+      calibrate_camera(theirs_, square_mm, width, height, LensModel::full);
+  const CameraCalibration radial =
+      calibrate_camera(theirs_, square_mm, width, height, LensModel::radial2);
+  const CameraCalibration chosen = calibrate_camera(theirs_, square_mm, width, height);
+  report("k1 k2 p1 p2 k3", full);
+  report("k1 k2", radial);
+  report("chosen", chosen);
+  report("chosen, our corners", calibrate_camera(ours_, square_mm, width, height));
+  const Found opencv_full = by_opencv(theirs_, 0);
+  const Found opencv_radial = by_opencv(theirs_, cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST);
+  // Its stopping tolerance and single-precision corners.
+  constexpr double rounding_px = 2e-5;
+  EXPECT_LE(full.rms_px, opencv_full.rms_px + rounding_px);
+  EXPECT_LE(radial.rms_px, opencv_radial.rms_px + rounding_px);
+  EXPECT_LE(chosen.rms_px, opencv_full.rms_px + rounding_px);
+  // The peer's figures of SOURCE.md, within its own stated standard deviation.
+  EXPECT_NEAR(full.lens.fx, 532.827, 0.64);
+  EXPECT_NEAR(full.lens.fy, 532.946, 0.67);
+}
+
+TEST_F(RealBoards, NewViewsArePredictedBetterThanByOpenCv) {
+  const auto full = [](const std::vector<BoardView>& v) { return by_opencv(v, 0); };
+  const auto radial = [](const std::vector<BoardView>& v) {
+    return by_opencv(v, cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST);
+  };
+  const double theirs_px = held_out_rms(theirs_, full);
+  const double their_radial_px = held_out_rms(theirs_, radial);
+  const double ours_px = held_out_rms(theirs_, by_us);
+  std::printf("views held out: OpenCV k1 k2 p1 p2 k3 %.4f px, k1 k2 %.4f px, ours %.4f px\n",
+              theirs_px, their_radial_px, ours_px);
+  std::printf("  our corners: OpenCV k1 k2 p1 p2 k3 %.4f px, ours %.4f px\n",
+              held_out_rms(ours_, full), held_out_rms(ours_, by_us));
+  EXPECT_LT(ours_px, theirs_px);
+  EXPECT_LT(ours_px, their_radial_px);
+}
+
+}  // namespace
+}  // namespace kappamu::calib
