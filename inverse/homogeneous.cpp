@@ -200,8 +200,8 @@ HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<Homogen
   // descent leaves them: of exactly homogeneous data nothing is left, and the prior vanishes.
   AbsorptionPrior prior{residual.per_pattern(guesses.front().at.square)};
   std::optional<Point> best;
-  for (Point& guess : guesses) {
-    Point found = descend(residual, prior, std::move(guess));
+  for (Point& start : guesses) {
+    Point found = descend(residual, prior, std::move(start));
     if (!best || cost(found, prior) < cost(*best, prior)) best = std::move(found);
   }
   prior.weight = residual.per_pattern(best->at.square);
