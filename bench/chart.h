@@ -21,7 +21,7 @@ struct Series {
   std::vector<double> x, y;
   std::vector<double> y_error;  ///< half the length of a bar at each point; empty: no bars
   Style style = Style::line_and_points;
-  std::optional<int> colour;  ///< 1 to 12: series of equal number share a colour; unset: the next
+  std::optional<int> colour = {};  ///< 1 to 12, shared by series of equal number; unset: the next
 };
 
 struct Chart {
