@@ -16,6 +16,7 @@
 
 #include "core/error.h"
 #include "inverse/homogeneous.h"
+#include "inverse/predict.h"
 #include "tests/inverse/fit_cases.h"
 
 namespace kappamu::inverse {

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <vector>
 
+#include "bench/media.h"
 #include "core/error.h"
 #include "tests/inverse/fit_cases.h"
 
@@ -19,7 +21,8 @@ SurfaceMeasurements numbered(int side) {
   m.grid = {8, 8, 4, 0.5};
   m.channels = {"R", "G"};
   m.patterns = side * side;
-  m.irradiance = cases::patch_light(m.lit_shape(), side);
+  const std::vector<double> light = bench::patch_light(m.grid, m.lit_face, m.patterns);
+  m.irradiance.assign(light.begin(), light.end());
   const std::size_t cells = m.seen_shape().cells();
   for (std::size_t c = 0; c < 2; ++c) {
     for (int p = 0; p < m.patterns; ++p) {
