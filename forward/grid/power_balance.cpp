@@ -1,6 +1,5 @@
 #include "forward/grid/power_balance.h"
 
-
 #include "core/error.h"
 #include "forward/grid/grid_physics.h"
 
