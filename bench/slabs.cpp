@@ -270,8 +270,8 @@ void draw_slabs(const std::vector<SlabComparison>& rows, const std::filesystem::
       }
       chart.series.push_back(series);
     };
-    add("diffusion", &SlabComparison::diffusion, 2);
     add("Monte Carlo", &SlabComparison::monte_carlo, 1);
+    add("diffusion", &SlabComparison::diffusion, 2);  // in front
     return chart;
   };
   const std::vector<Chart> charts{
