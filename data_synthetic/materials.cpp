@@ -5,8 +5,8 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "data_synthetic/noise.h"
-#include "data_synthetic/parallel.h"
 #include "data_synthetic/random.h"
 
 namespace kappamu::synthetic {

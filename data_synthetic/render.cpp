@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "data_synthetic/parallel.h"
+#include "core/parallel.h"
 
 namespace kappamu::synthetic {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "data_synthetic/parallel.h"
+#include "core/parallel.h"
 #include "data_synthetic/random.h"
 
 namespace kappamu::synthetic {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
 
 namespace kappamu::inverse {
@@ -121,8 +122,8 @@ void Assembly::add_first_collisions() {
   const FaceShape shape = face_shape(s, setup.lit_face);
   const int depth = s.extent(axis_of(setup.lit_face));
   const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
-  std::vector<double> tau(static_cast<std::size_t>(depth) + 1, 0.0);
-  for (int v = 0; v < shape.nv; ++v) {
+  for_rows(shape.nv, [&](int v) {
+    std::vector<double> tau(static_cast<std::size_t>(depth) + 1, 0.0);
     for (int u = 0; u < shape.nu; ++u) {
       for (int k = 0; k < depth; ++k) {
         const std::size_t i = face_cell(s, setup.lit_face, u, v, k);
@@ -142,7 +143,7 @@ void Assembly::add_first_collisions() {
         deeper += weight * albedo * collided;
       }
     }
-  }
+  });
 }
 
 }  // namespace

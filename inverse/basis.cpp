@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace kappamu::inverse {
 
@@ -66,7 +67,7 @@ Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralB
 }
 
 void Basis::apply(Factor factor, Eigen::MatrixXd& coefficients) const {
-  for (int bin = 0; bin < modes_->bins(); ++bin) {
+  for_rows(modes_->bins(), [&](int bin) {
     const std::vector<int>& members = modes_->members(bin);
     const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
     Eigen::MatrixXd part = coefficients(Eigen::all, members);
@@ -82,7 +83,7 @@ void Basis::apply(Factor factor, Eigen::MatrixXd& coefficients) const {
         break;
     }
     coefficients(Eigen::all, members) = part;
-  }
+  });
 }
 
 CoefficientPair Basis::to_fields(const Vector& z) const {

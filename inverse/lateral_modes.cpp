@@ -4,20 +4,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/parallel.h"
+
 namespace kappamu::inverse {
 
 namespace {
 
-Eigen::MatrixXd cosine_matrix(int n) {
-  Eigen::MatrixXd matrix(n, n);
-  for (int k = 0; k < n; ++k) {
-    const double norm = std::sqrt((k == 0 ? 1.0 : 2.0) / n);
-    for (int i = 0; i < n; ++i) {
-      matrix(k, i) = norm * std::cos(std::numbers::pi * k * (i + 0.5) / n);
-    }
-  }
-  return matrix;
-}
+/// Planes a thread transforms at once: as many doubles as a cache line holds, so that no two
+/// threads write to one line of the coefficients.
+constexpr int planes_at_once = 8;
 
 double laplacian_eigenvalue(int k, int n) {
   return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
@@ -33,8 +28,8 @@ LateralModes::LateralModes(const GridShape& shape, int depth_axis)
       na_(shape.extent(axis_a_)),
       nb_(shape.extent(axis_b_)),
       depth_(shape.extent(depth_axis)),
-      cosines_a_(cosine_matrix(na_)),
-      cosines_b_(cosine_matrix(nb_)) {
+      cosines_a_(na_),
+      cosines_b_(nb_) {
   // Bins as wide as the lowest frequency of the longer side.
   const double longest = std::max(na_, nb_);
   for (int b = 0; b < nb_; ++b) {
@@ -56,62 +51,73 @@ std::size_t LateralModes::voxel(int a, int b, int d) const {
   return shape_.index(at[0], at[1], at[2]);
 }
 
-namespace {
-
-/// left · plane · right for each row of `planes`, a depth of one coefficient as [b][a].
-Eigen::MatrixXd between_planes(const Eigen::MatrixXd& left, const Eigen::MatrixXd& right,
-                               const Eigen::MatrixXd& planes) {
-  Eigen::MatrixXd out(planes.rows(), planes.cols());
-  for (Eigen::Index row = 0; row < planes.rows(); ++row) {
-    const Eigen::VectorXd plane = planes.row(row).transpose();
-    const Eigen::Map<const Eigen::MatrixXd> image(plane.data(), left.cols(),
-                                                  right.rows());  // column = one b
-    const Eigen::MatrixXd image_out = left * image * right;
-    out.row(row) = Eigen::Map<const Eigen::RowVectorXd>(image_out.data(), image_out.size());
-  }
-  return out;
-}
-
-}  // namespace
-
-Eigen::MatrixXd LateralModes::transform(const Eigen::MatrixXd& planes, bool inverse) const {
-  return inverse ? between_planes(cosines_a_.transpose(), cosines_b_, planes)
-                 : between_planes(cosines_a_, cosines_b_.transpose(), planes);
+/// Calls work(first, count) for groups of rows of the coefficients, on all cores.
+template <class Work>
+void LateralModes::for_planes(const Work& work) const {
+  for_rows((rows() + planes_at_once - 1) / planes_at_once, [&](int group) {
+    const int first = group * planes_at_once;
+    work(first, std::min(planes_at_once, rows() - first));
+  });
 }
 
 Eigen::MatrixXd LateralModes::analyse(const CoefficientPair& fields) const {
-  Eigen::MatrixXd planes(rows(), static_cast<Eigen::Index>(na_) * nb_);
-  for (int b = 0; b < nb_; ++b) {
-    for (int a = 0; a < na_; ++a) {
-      for (int d = 0; d < depth_; ++d) {
-        planes(d, b * na_ + a) = fields.log_kappa[voxel(a, b, d)];
-        planes(depth_ + d, b * na_ + a) = fields.log_mu[voxel(a, b, d)];
+  const Eigen::Index waves = static_cast<Eigen::Index>(na_) * nb_;
+  Eigen::MatrixXd coefficients(rows(), waves);
+  for_planes([&](int first, int count) {
+    Eigen::MatrixXd planes(waves, count);
+    for (int p = 0; p < count; ++p) {
+      const int row = first + p;
+      const auto& field = row < depth_ ? fields.log_kappa : fields.log_mu;
+      Eigen::MatrixXd image(na_, nb_);
+      for (int b = 0; b < nb_; ++b) {
+        for (int a = 0; a < na_; ++a) image(a, b) = field[voxel(a, b, row % depth_)];
+      }
+      const Eigen::MatrixXd along_a = cosines_a_.forward(image).transpose();
+      const Eigen::MatrixXd out = cosines_b_.forward(along_a).transpose();
+      planes.col(p) = Eigen::Map<const Eigen::VectorXd>(out.data(), waves);
+    }
+    coefficients.middleRows(first, count) = planes.transpose();
+  });
+  return coefficients;
+}
+
+/// Fields of planes [a][b] that `back` makes of each row of coefficients.
+template <class Back>
+CoefficientPair LateralModes::fields_of(const Eigen::MatrixXd& coefficients,
+                                        const Back& back) const {
+  const Eigen::Index waves = static_cast<Eigen::Index>(na_) * nb_;
+  CoefficientPair fields{std::vector<double>(shape_.cells()), std::vector<double>(shape_.cells())};
+  for_planes([&](int first, int count) {
+    const Eigen::MatrixXd planes = coefficients.middleRows(first, count).transpose();
+    for (int p = 0; p < count; ++p) {
+      const int row = first + p;
+      auto& field = row < depth_ ? fields.log_kappa : fields.log_mu;
+      const Eigen::Map<const Eigen::MatrixXd> image(planes.data() + p * waves, na_, nb_);
+      const Eigen::MatrixXd out = back(image);
+      for (int b = 0; b < nb_; ++b) {
+        for (int a = 0; a < na_; ++a) field[voxel(a, b, row % depth_)] = out(a, b);
       }
     }
-  }
-  return transform(planes, false);
+  });
+  return fields;
 }
 
 CoefficientPair LateralModes::synthesise(const Eigen::MatrixXd& coefficients) const {
-  return fields_of(transform(coefficients, true));
+  return fields_of(coefficients, [&](const Eigen::MatrixXd& image) -> Eigen::MatrixXd {
+    const Eigen::MatrixXd along_a = cosines_a_.inverse(image).transpose();
+    return cosines_b_.inverse(along_a).transpose();
+  });
 }
 
 CoefficientPair LateralModes::spread(const Eigen::MatrixXd& variances) const {
-  return fields_of(
-      between_planes(cosines_a_.cwiseAbs2().transpose(), cosines_b_.cwiseAbs2(), variances));
-}
-
-CoefficientPair LateralModes::fields_of(const Eigen::MatrixXd& planes) const {
-  CoefficientPair fields{std::vector<double>(shape_.cells()), std::vector<double>(shape_.cells())};
-  for (int b = 0; b < nb_; ++b) {
-    for (int a = 0; a < na_; ++a) {
-      for (int d = 0; d < depth_; ++d) {
-        fields.log_kappa[voxel(a, b, d)] = planes(d, b * na_ + a);
-        fields.log_mu[voxel(a, b, d)] = planes(depth_ + d, b * na_ + a);
-      }
-    }
-  }
-  return fields;
+  const auto squares = [](const CosineTransform& transform, int n) -> Eigen::MatrixXd {
+    return transform.forward(Eigen::MatrixXd::Identity(n, n)).cwiseAbs2();
+  };
+  const Eigen::MatrixXd a = squares(cosines_a_, na_);
+  const Eigen::MatrixXd b = squares(cosines_b_, nb_);
+  return fields_of(variances, [&](const Eigen::MatrixXd& image) -> Eigen::MatrixXd {
+    return a.transpose() * image * b;
+  });
 }
 
 }  // namespace kappamu::inverse

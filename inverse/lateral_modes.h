@@ -9,6 +9,7 @@
 
 #include "core/grid.h"
 #include "inverse/adjoint.h"
+#include "inverse/cosine_transform.h"
 
 namespace kappamu::inverse {
 
@@ -35,8 +36,10 @@ class LateralModes {
 
  private:
   std::size_t voxel(int a, int b, int d) const;
-  Eigen::MatrixXd transform(const Eigen::MatrixXd& planes, bool inverse) const;
-  CoefficientPair fields_of(const Eigen::MatrixXd& planes) const;
+  template <class Work>
+  void for_planes(const Work& work) const;
+  template <class Back>
+  CoefficientPair fields_of(const Eigen::MatrixXd& coefficients, const Back& back) const;
 
   GridShape shape_;
   int axis_a_ = 0;
@@ -45,8 +48,8 @@ class LateralModes {
   int na_ = 1;
   int nb_ = 1;
   int depth_ = 1;
-  Eigen::MatrixXd cosines_a_;  ///< [frequency][voxel]
-  Eigen::MatrixXd cosines_b_;
+  CosineTransform cosines_a_;
+  CosineTransform cosines_b_;
   std::vector<double> laplacian_;
   std::vector<std::vector<int>> members_;
 };

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 #include <numeric>
 #include <vector>
 
@@ -50,6 +51,25 @@ TEST_P(BasisLaws, InverseAndTranspose) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(EveryDepthAxis, BasisLaws, ::testing::Values(0, 1, 2));
+
+TEST(CosineTransform, IsTheMatrixOfItsDefinitionAtAnyLength) {
+  for (const int n : {1, 2, 3, 7, 16, 20, 53, 64, 130}) {
+    const CosineTransform transform(n);
+    Eigen::MatrixXd expected(n, n);
+    for (int k = 0; k < n; ++k) {
+      for (int i = 0; i < n; ++i) {
+        expected(k, i) =
+            std::sqrt((k == 0 ? 1.0 : 2.0) / n) * std::cos(std::numbers::pi * k * (i + 0.5) / n);
+      }
+    }
+    const Eigen::MatrixXd found = transform.forward(Eigen::MatrixXd::Identity(n, n));
+    constexpr double rounding = 1e-13;
+    EXPECT_LT((found - expected).cwiseAbs().maxCoeff(), rounding) << n;
+    EXPECT_LT((transform.inverse(found) - Eigen::MatrixXd::Identity(n, n)).cwiseAbs().maxCoeff(),
+              rounding)
+        << n;
+  }
+}
 
 TEST(Roughness, DoesNotDependOnGridOrUnitOfLength) {
   const GridShape grid{24, 24, 8, 0.5};

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace kappamu::synthetic {
+namespace kappamu {
 
 /// Calls work(row) for every row in [0, rows), on `threads` threads (0: one per core). Rethrows the
 /// first exception.
@@ -34,4 +34,4 @@ void for_rows(int rows, const Work& work, unsigned threads = 0) {
   if (failure) std::rethrow_exception(failure);
 }
 
-}  // namespace kappamu::synthetic
+}  // namespace kappamu
