@@ -47,9 +47,10 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
   command
       .add_option(
           "--optimiser", arguments.optimiser,
-          "lbfgs, or wang2008: Polak-Ribière conjugate gradients with golden-section search, "
-          "the paper's, many times slower")
-      ->check(CLI::IsMember({"lbfgs", "wang2008"}))
+          "lbfgs; gauss-newton: matrix-free, by truncated conjugate gradients; or wang2008: "
+          "Polak-Ribière conjugate gradients with golden-section search, the paper's, many times "
+          "slower")
+      ->check(CLI::IsMember({"lbfgs", "gauss-newton", "wang2008"}))
       ->capture_default_str()
       ->group(group);
   command
@@ -110,20 +111,32 @@ const char* name_of(inverse::Coordinates coordinates) {
   }
 }
 
+const char* name_of(inverse::Method method) {
+  switch (method) {
+    case inverse::Method::gauss_newton:
+      return "gauss-newton";
+    case inverse::Method::wang2008:
+      return "wang2008";
+    default:
+      return "lbfgs";
+  }
+}
+
 nlohmann::ordered_json to_json(const FitStageOptions& options) {
   const inverse::FitOptions& o = options.fit;
-  const bool lbfgs = o.optimiser.method == inverse::Method::lbfgs;
   const bool physical = o.convention == forward::Convention::physical;
   const bool twofold = o.backend.precision == forward::Precision::double_precision;
   nlohmann::ordered_json json{{"model", to_string(o.model)},
                               {"start_kappa", nullptr},
                               {"start_mu", nullptr},
-                              {"optimiser", lbfgs ? "lbfgs" : "wang2008"},
+                              {"optimiser", name_of(o.optimiser.method)},
                               {"optimiser_memory", o.optimiser.memory},
                               {"optimiser_first_step", o.optimiser.first_step},
                               {"optimiser_longest_step", o.optimiser.longest_step},
                               {"optimiser_max_backtracks", o.optimiser.max_backtracks},
                               {"optimiser_golden_tolerance", o.optimiser.golden_tolerance},
+                              {"optimiser_newton_iterations", o.optimiser.newton_iterations},
+                              {"optimiser_newton_forcing", o.optimiser.newton_forcing},
                               {"coordinates", name_of(o.coordinates)},
                               {"convention", physical ? "physical" : "wang2008"},
                               {"weight", nullptr},
@@ -134,9 +147,12 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"target_chi2", o.target_chi2},
                               {"stagnation", o.stagnation},
                               {"stage_tolerance", o.stage_tolerance},
+                              {"passing_tolerance", o.passing_tolerance},
+                              {"passing_chi2", o.passing_chi2},
                               {"stage_steps", o.stage_steps},
                               {"max_levels", o.max_levels},
                               {"correct_grid", o.correct_grid},
+                              {"lazy_correction", o.lazy_correction},
                               {"model_error_relative", o.model_error.relative},
                               {"model_error_of_maximum", o.model_error.of_maximum},
                               {"coarse_model_error_relative", o.coarse_model_error.relative},
@@ -155,6 +171,7 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"solver_tolerance", o.backend.solve.tolerance},
                               {"solver_max_iterations", o.backend.solve.max_iterations},
                               {"batch", o.backend.batch},
+                              {"refined_tolerance", o.backend.refined_tolerance},
                               {"refined_memory_mb", o.backend.refined_memory_mb},
                               {"channels", options.channels},
                               {"hold_out", options.hold_out}};
@@ -185,6 +202,7 @@ FitStageOptions resolve(const FitArguments& arguments, const Globals& globals) {
   FitStageOptions stage = arguments.stage;
   inverse::FitOptions& fit = stage.fit;
   fit.model = inverse::model_of(arguments.model);
+  if (arguments.optimiser == "gauss-newton") fit.optimiser.method = inverse::Method::gauss_newton;
   if (arguments.optimiser == "wang2008") {
     fit.optimiser.method = inverse::Method::wang2008;
     fit.coordinates = inverse::Coordinates::voxels;  // as [W] moves, without a metric

@@ -20,12 +20,12 @@ using inverse::CoefficientPair;
 
 constexpr forward::SolveOptions exact{1e-9, 1000};
 
-/// Waves with up to three half periods across the block, random in phase and direction.
+/// Waves with up to two half periods across the block, random in phase and direction.
 class SmoothField {
  public:
   explicit SmoothField(Noise& noise) {
     for (Wave& wave : waves_) {
-      for (double& k : wave.k) k = 3.0 * (2.0 * noise.uniform() - 1.0);
+      for (double& k : wave.k) k = 2.0 * (2.0 * noise.uniform() - 1.0);
       wave.phase = 2.0 * noise.uniform();
       wave.amplitude = noise.normal();
     }

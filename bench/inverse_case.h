@@ -38,7 +38,7 @@ struct Block {
 /// beside their surroundings.
 struct TruthSpec {
   double kappa = 0.2;     ///< geometric mean of the smooth part [mm]
-  double mu = 0.02;       ///< the same [1/mm]
+  double mu = 0.01;       ///< the same [1/mm]
   double contrast = 4.0;  ///< largest over smallest of the smooth part
   bool inclusions = true;
   std::uint64_t seed = 1;

@@ -1,5 +1,6 @@
 // Charts and tables of `kappamu bench inverse`, from its records.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <map>
@@ -29,6 +30,12 @@ std::string text(const char* format, double value) {
 }
 std::string scientific(double value) {
   return text("%.1e", value);
+}
+
+Series line(const std::string& label) {
+  Series series;
+  series.label = label;
+  return series;
 }
 
 Fits fits_of(const Json& record) {
@@ -167,8 +174,8 @@ std::string draw_patterns(const Fits& fits, const fs::path& png) {
   chart.x_label = "n, of n x n patterns";
   chart.y_label = "E under held-out light";
   chart.log_y = true;
-  Series patches{"8 x 8 patches", {}, {}, {}};
-  Series single{"single voxels", {}, {}, {}};
+  Series patches = line("8 x 8 patches");
+  Series single = line("single voxels");
   for (const FitScore& f : fits) {
     const double n = std::round(std::sqrt(static_cast<double>(f.patterns)));
     table << "| " << text("%.0f", n) << " × " << text("%.0f", n) << " | "
@@ -195,7 +202,7 @@ std::string draw_voxels(const Fits& fits, const fs::path& png) {
   for (Chart& chart : charts) {
     chart.x_label = "voxels";
     chart.log_x = chart.log_y = true;
-    chart.series.push_back({"", {}, {}, {}});
+    chart.series.push_back(line(""));
   }
   for (const FitScore& f : fits) {
     const auto voxels = static_cast<double>(f.grid.cells());
@@ -229,8 +236,8 @@ std::string draw_monte_carlo(const Json& record, const fs::path& png) {
   chart.x_label = "layer, 1 = lit face";
   chart.y_label = "median |found/true - 1|";
   chart.log_y = true;
-  Series kappa{"κ", {}, {}, {}};
-  Series mu{"μ", {}, {}, {}};
+  Series kappa = line("κ");
+  Series mu = line("μ");
   for (std::size_t d = 0; d < n; ++d) {
     for (Series* s : {&kappa, &mu}) s->x.push_back(static_cast<double>(d) + 1.0);
     kappa.y.push_back(f.depth.kappa[d]);

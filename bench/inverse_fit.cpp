@@ -77,6 +77,7 @@ std::vector<Way> inverse_ways() {
   using inverse::Method;
   add("smooth", "L-BFGS, smooth", Coordinates::smooth, Method::lbfgs);
   add("voxels", "L-BFGS, voxels", Coordinates::voxels, Method::lbfgs);
+  add("gauss-newton", "Gauss-Newton-CG, informed", Coordinates::informed, Method::gauss_newton);
   add("wang2008", "[W]'s optimiser, our course", Coordinates::voxels, Method::wang2008);
   Way& scheme = add("wang2008-scheme", "[W]'s scheme: one grid, one weight", Coordinates::voxels,
                     Method::wang2008);

@@ -15,6 +15,8 @@ namespace kappamu::inverse {
 struct CoefficientPair {
   std::vector<double> log_kappa;
   std::vector<double> log_mu;
+
+  bool operator==(const CoefficientPair&) const = default;
 };
 
 /// The sums over patterns that a gradient is made of, λ_m being the adjoint field of pattern m:

@@ -60,7 +60,8 @@ void ChannelRun::set_basis() {
                               state_.blocks);
   const Anchor anchor{std::log(state_.report.homogeneous_kappa),
                       std::log(state_.report.homogeneous_mu), options_.anchor_length * depth};
-  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor, state_.weight);
+  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor, state_.weight,
+                                            state_.fields);
 }
 
 void ChannelRun::begin() {
@@ -139,7 +140,12 @@ void ChannelRun::iterate_stage() {
     ++state_.stage_steps;
     state_.roughness = function_->last_roughness();
     const double after = state_.optimiser.value;
-    const bool small = before - after < options_.stage_tolerance * after;
+    const bool passing = !options_.weight && !state_.polish &&
+                         chi2_per_datum() > options_.passing_chi2 * options_.target_chi2;
+    const bool small =
+        before - after < (passing ? std::max(options_.passing_tolerance, options_.stage_tolerance)
+                                  : options_.stage_tolerance) *
+                             after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
     if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=

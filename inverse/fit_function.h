@@ -1,9 +1,11 @@
-// What a fit minimises at one weight, as a function of the coordinates the optimiser moves in.
+// What a fit minimises at one weight, as a function of the coordinates the
+// optimiser moves in.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "inverse/basis.h"
 #include "inverse/objective.h"
@@ -15,16 +17,22 @@ namespace kappamu::inverse {
 /// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
 class FitFunction final : public Function {
  public:
+  /// `start`: the fields the optimiser begins from, at z =
+  /// basis.from_fields(start). There value() takes these themselves, not what
+  /// rounding makes of them on the way to z and back: what the objective has
+  /// just solved it need not solve again.
   FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
-              double weight)
+              double weight, CoefficientPair start)
       : objective_(objective),
         basis_(basis),
         thickness_mm_(thickness_mm),
         anchor_(anchor),
-        weight_(weight) {}
+        weight_(weight),
+        start_(std::move(start)),
+        start_z_(basis.from_fields(start_)) {}
 
   double value(const Vector& z) override {
-    const CoefficientPair fields = basis_.to_fields(z);
+    const CoefficientPair fields = z == start_z_ ? start_ : basis_.to_fields(z);
     roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, fields, anchor_);
     return objective_.value(fields) + weight_ * roughness_.value;
   }
@@ -33,6 +41,21 @@ class FitFunction final : public Function {
     for (std::size_t i = 0; i < sum.log_mu.size(); ++i) {
       sum.log_kappa[i] += weight_ * roughness_.gradient.log_kappa[i];
       sum.log_mu[i] += weight_ * roughness_.gradient.log_mu[i];
+    }
+    return basis_.gradient(sum);
+  }
+  /// BᵀJᵀWJB + α BᵀR''B.
+  Vector curvature(const Vector& direction) override {
+    const CoefficientPair change = basis_.to_fields(direction);
+    CoefficientPair sum = objective_.jacobian_transpose(objective_.jacobian(change));
+    // R is quadratic: its Hessian is what its gradient does to changes from the
+    // anchor.
+    const CoefficientPair rough = roughness(objective_.problem().setup.shape, thickness_mm_, change,
+                                            Anchor{0.0, 0.0, anchor_.length_mm})
+                                      .gradient;
+    for (std::size_t i = 0; i < sum.log_mu.size(); ++i) {
+      sum.log_kappa[i] += weight_ * rough.log_kappa[i];
+      sum.log_mu[i] += weight_ * rough.log_mu[i];
     }
     return basis_.gradient(sum);
   }
@@ -51,6 +74,8 @@ class FitFunction final : public Function {
   double thickness_mm_;
   Anchor anchor_;
   double weight_;
+  CoefficientPair start_;
+  Vector start_z_;
   Roughness roughness_;
 };
 

@@ -26,6 +26,9 @@ void validate(const FitOptions& o) {
   require(o.target_chi2 > 0.0, "target_chi2 must be positive");
   require(o.stagnation >= 0.0 && o.stagnation < 1.0, "stagnation must lie in [0, 1)");
   require(o.stage_tolerance > 0.0 && o.stage_tolerance < 1.0, "stage_tolerance must lie in (0, 1)");
+  require(o.passing_tolerance > 0.0 && o.passing_tolerance < 1.0,
+          "passing_tolerance must lie in (0, 1)");
+  require(o.passing_chi2 >= 1.0, "passing_chi2 must be at least 1");
   require(o.stage_steps >= 1, "stage_steps must be at least 1");
   require(o.max_levels >= 1, "max_levels must be at least 1");
   require(o.model_error.relative >= 0.0 && o.model_error.of_maximum >= 0.0 &&
@@ -40,7 +43,11 @@ void validate(const FitOptions& o) {
           "step bounds must be positive");
   require(o.optimiser.max_backtracks >= 1, "max_backtracks must be at least 1");
   require(o.optimiser.golden_tolerance > 0.0, "golden_tolerance must be positive");
+  require(o.optimiser.newton_iterations >= 1, "newton_iterations must be at least 1");
+  require(o.optimiser.newton_forcing > 0.0 && o.optimiser.newton_forcing < 1.0,
+          "newton_forcing must lie in (0, 1)");
   require(o.backend.batch >= 1, "batch must be at least 1 pattern");
+  require(o.backend.refined_tolerance > 0.0, "refined_tolerance must be positive");
   require(o.backend.refined_memory_mb > 0.0, "refined_memory_mb must be positive");
   require(o.backend.solve.tolerance > 0.0 && o.backend.solve.max_iterations >= 1,
           "the solver's tolerance must be positive and max_iterations at least 1");

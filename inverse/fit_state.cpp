@@ -122,7 +122,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(magic);
   out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
-  for (const bool b : {in_stage, finished, ran_out, repeated}) out.put(b);
+  for (const bool b : {in_stage, finished, ran_out, repeated, polish, stale}) out.put(b);
   for (const double x : {last_chi2, seconds, weight, roughness}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
@@ -154,7 +154,9 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     if (found_magic != magic || found_fingerprint != fingerprint) return false;
     FitState state;
     for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
-    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated}) in.get(*b);
+    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
+                    &state.polish, &state.stale})
+      in.get(*b);
     for (double* x : {&state.last_chi2, &state.seconds, &state.weight, &state.roughness})
       in.get(*x);
     in.get(state.fields.log_kappa);
@@ -210,22 +212,41 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   print.add(o.start ? o.start->kappa : 0.0);
   print.add(o.start ? o.start->mu : 0.0);
   print.add(o.optimiser.method);
-  for (const int n : {o.optimiser.memory, o.optimiser.max_backtracks, o.stage_steps, o.max_levels,
-                      o.metric_probes, o.backend.batch, o.backend.solve.max_iterations}) {
+  for (const int n : {o.optimiser.memory, o.optimiser.max_backtracks, o.optimiser.newton_iterations,
+                      o.stage_steps, o.max_levels, o.metric_probes, o.backend.batch,
+                      o.backend.solve.max_iterations}) {
     print.add(n);
   }
   print.add(o.coordinates);
   print.add(o.convention);
   print.add(o.weight.has_value());
-  for (const double x :
-       {o.weight.value_or(0.0), o.first_weight, o.last_weight, o.weight_factor, o.restart_steps,
-        o.target_chi2, o.stagnation, o.stage_tolerance, o.model_error.relative,
-        o.model_error.of_maximum, o.coarse_model_error.relative, o.coarse_model_error.of_maximum,
-        o.smooth_length, o.anchor_length, o.optimiser.first_step, o.optimiser.longest_step,
-        o.optimiser.golden_tolerance, o.backend.solve.tolerance, o.backend.refined_memory_mb}) {
+  for (const double x : {o.weight.value_or(0.0),
+                         o.first_weight,
+                         o.last_weight,
+                         o.weight_factor,
+                         o.restart_steps,
+                         o.target_chi2,
+                         o.stagnation,
+                         o.stage_tolerance,
+                         o.model_error.relative,
+                         o.model_error.of_maximum,
+                         o.coarse_model_error.relative,
+                         o.coarse_model_error.of_maximum,
+                         o.smooth_length,
+                         o.anchor_length,
+                         o.optimiser.first_step,
+                         o.optimiser.longest_step,
+                         o.optimiser.golden_tolerance,
+                         o.optimiser.newton_forcing,
+                         o.backend.solve.tolerance,
+                         o.backend.refined_memory_mb,
+                         o.backend.refined_tolerance,
+                         o.passing_tolerance,
+                         o.passing_chi2}) {
     print.add(x);
   }
   print.add(o.correct_grid);
+  print.add(o.lazy_correction);
   print.add(o.seed);
   print.add(o.backend.precision);
   print.add(o.backend.device);

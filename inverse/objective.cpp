@@ -93,7 +93,9 @@ int bounded_batch(const GridShape& shape, int batch, double memory_mb,
   constexpr double fields = 8.0;
   const double bytes = precision == forward::Precision::single_precision ? 4.0 : 8.0;
   const double per_pattern_mb = fields * bytes * static_cast<double>(shape.cells()) / 1048576.0;
-  return std::clamp(static_cast<int>(memory_mb / per_pattern_mb), 1, batch);
+  const int most = std::clamp(static_cast<int>(memory_mb / per_pattern_mb), 1, batch);
+  // Patterns are solved 16, 8, 4 or 1 at a time: six would take the time and memory of eight.
+  return most >= batch || most >= 16 ? most : most >= 8 ? 8 : most >= 4 ? 4 : 1;
 }
 
 Objective::Objective(Problem problem, Backend backend)
@@ -105,10 +107,12 @@ Objective::Objective(Problem problem, Backend backend)
   correction_.assign(problem_.data.size(), 1.0);
 }
 
-/// False where there is no solution to speak of.
+/// False where there is no solution to speak of. Solves nothing where it has just solved.
 bool Objective::solve_forward(const CoefficientPair& fields) {
+  if (!fluence_.empty() && fields == fields_) return true;
   fluence_.clear();
   if (!within_range(fields)) return false;
+  fields_ = fields;
   kappa_ = exponential(fields.log_kappa);
   mu_ = exponential(fields.log_mu);
   solver_->set_medium(kappa_, mu_);
@@ -271,7 +275,8 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
   const std::vector<double> fine = restrict_face(
       solve_exitance(*finer.solver, problem_.seen_face, refinement.irradiance, problem_.patterns,
-                     batch, backend_.solve, &solves_.voxel_iterations),
+                     batch, {backend_.refined_tolerance, backend_.solve.max_iterations},
+                     &solves_.voxel_iterations),
       face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2, problem_.patterns);
   if (!solve_forward(fields)) throw InputError("the diffusion solver failed at the current medium");
   for (std::size_t i = 0; i < fine.size(); ++i) {

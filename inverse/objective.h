@@ -29,7 +29,8 @@ struct Backend {
   forward::Precision precision = forward::Precision::single_precision;
   forward::SolveOptions solve{1e-5, 200};
   int batch = 16;                   ///< patterns solved at once
-  double refined_memory_mb = 2048;  ///< bound on the fields of a refined solve [MiB]
+  double refined_tolerance = 1e-5;  ///< of a refined solve's residual
+  double refined_memory_mb = 3072;  ///< bound on the fields of a refined solve [MiB]
 };
 
 /// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.
@@ -110,6 +111,7 @@ class Objective {
   std::string warning_;
   SolveCount solves_;
   std::vector<double> correction_;
+  CoefficientPair fields_;  ///< of the last value()
   std::vector<double> kappa_;
   std::vector<double> mu_;
   std::vector<double> exitance_;                               ///< M of the last value()

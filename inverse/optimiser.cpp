@@ -80,6 +80,33 @@ Vector lbfgs_direction(const OptimiserState& state) {
   return negative(std::move(d));
 }
 
+/// Length of the first trial: the whole direction, but nothing beyond
+/// longest_step.
+double bounded_length(const Function& function, const Vector& direction,
+                      const OptimiserOptions& options) {
+  return std::min(1.0, options.longest_step / function.amplitude(direction));
+}
+
+/// Backtracks from `length` until the decrease is sufficient (Armijo); none
+/// after max_backtracks.
+std::optional<Trial> backtrack(Function& function, const OptimiserState& state,
+                               const Vector& direction, double length,
+                               const OptimiserOptions& options) {
+  const double slope = dot(direction, state.gradient);
+  for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
+    Trial trial = evaluate(function, state, direction, length);
+    if (trial.value <= state.value + sufficient_decrease * length * slope) return trial;
+    // The parabola through value, slope and the trial, kept within [0.1, 0.5]
+    // of the length.
+    const double curvature = trial.value - state.value - slope * length;
+    const double best = std::isfinite(curvature) && curvature > 0.0
+                            ? -0.5 * slope * length * length / curvature
+                            : 0.0;
+    length = std::clamp(best, 0.1 * length, 0.5 * length);
+  }
+  return std::nullopt;
+}
+
 StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
   const Vector& g = state.gradient;
   Vector direction = lbfgs_direction(state);
@@ -91,43 +118,66 @@ StepOutcome lbfgs_step(Function& function, OptimiserState& state, const Optimise
     slope = dot(direction, g);
     if (!(slope < 0.0)) return StepOutcome::stalled;
   }
-  const double value = state.value;
-  const double amplitude = function.amplitude(direction);
-  double length = state.steps.empty() ? options.first_step / amplitude
-                                      : std::min(1.0, options.longest_step / amplitude);
-  for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
-    Trial trial = evaluate(function, state, direction, length);
-    if (trial.value <= value + sufficient_decrease * length * slope) {
-      std::vector<float> moved(state.z.size());
-      for (std::size_t i = 0; i < moved.size(); ++i) {
-        moved[i] = static_cast<float>(trial.z[i] - state.z[i]);
-      }
-      const Vector before = state.gradient;
-      accept(function, state, std::move(trial));
-      std::vector<float> change(before.size());
-      for (std::size_t i = 0; i < change.size(); ++i) {
-        change[i] = static_cast<float>(state.gradient[i] - before[i]);
-      }
-      state.steps.push_back(std::move(moved));
-      state.changes.push_back(std::move(change));
-      if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
-        state.steps.erase(state.steps.begin());
-        state.changes.erase(state.changes.begin());
-      }
-      return StepOutcome::progressed;
+  const double length = state.steps.empty() ? options.first_step / function.amplitude(direction)
+                                            : bounded_length(function, direction, options);
+  if (std::optional<Trial> trial = backtrack(function, state, direction, length, options)) {
+    std::vector<float> moved(state.z.size());
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      moved[i] = static_cast<float>(trial->z[i] - state.z[i]);
     }
-    // The parabola through value, slope and the trial, kept within [0.1, 0.5] of the length.
-    const double curvature = trial.value - value - slope * length;
-    const double best = std::isfinite(curvature) && curvature > 0.0
-                            ? -0.5 * slope * length * length / curvature
-                            : 0.0;
-    length = std::clamp(best, 0.1 * length, 0.5 * length);
+    const Vector before = state.gradient;
+    accept(function, state, std::move(*trial));
+    std::vector<float> change(before.size());
+    for (std::size_t i = 0; i < change.size(); ++i) {
+      change[i] = static_cast<float>(state.gradient[i] - before[i]);
+    }
+    state.steps.push_back(std::move(moved));
+    state.changes.push_back(std::move(change));
+    if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
+      state.steps.erase(state.steps.begin());
+      state.changes.erase(state.changes.begin());
+    }
+    return StepOutcome::progressed;
   }
   if (state.steps.empty()) return StepOutcome::stalled;
   // A worn history can spoil the direction: once more along the gradient.
   state.steps.clear();
   state.changes.clear();
   return lbfgs_step(function, state, options);
+}
+
+/// H p = −g by conjugate gradients from zero, until the forcing term is met
+/// (Nocedal & Wright, algorithm 7.1). In informed coordinates H is near the
+/// identity: no preconditioner.
+Vector newton_direction(Function& function, const Vector& g, const OptimiserOptions& options) {
+  Vector p(g.size(), 0.0);
+  Vector r = negative(g);
+  Vector d = r;
+  double square = dot(r, r);
+  const double enough = std::pow(options.newton_forcing, 2) * square;
+  for (int k = 0; k < options.newton_iterations && square > enough; ++k) {
+    const Vector image = function.curvature(d);
+    const double curvature = dot(d, image);
+    if (!(curvature > 0.0)) break;  // rounding: H is positive semidefinite
+    add_scaled(p, square / curvature, d);
+    add_scaled(r, -square / curvature, image);
+    const double before = std::exchange(square, dot(r, r));
+    for (std::size_t i = 0; i < d.size(); ++i) d[i] = r[i] + square / before * d[i];
+  }
+  return p;
+}
+
+StepOutcome gauss_newton_step(Function& function, OptimiserState& state,
+                              const OptimiserOptions& options) {
+  // After a resume nothing has been evaluated here yet.
+  function.value(state.z);
+  const Vector direction = newton_direction(function, state.gradient, options);
+  if (!(dot(direction, state.gradient) < 0.0)) return StepOutcome::stalled;
+  std::optional<Trial> trial =
+      backtrack(function, state, direction, bounded_length(function, direction, options), options);
+  if (!trial) return StepOutcome::stalled;
+  accept(function, state, std::move(*trial));
+  return StepOutcome::progressed;
 }
 
 StepOutcome wang2008_step(Function& function, OptimiserState& state,
@@ -140,7 +190,8 @@ StepOutcome wang2008_step(Function& function, OptimiserState& state,
     add_scaled(direction, beta, state.direction);
     if (!(dot(direction, p) > 0.0)) direction = p;
   }
-  // Bracket a minimum from the last step's length, then shrink it by the golden section.
+  // Bracket a minimum from the last step's length, then shrink it by the golden
+  // section.
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
   const double unit = state.previous_step > 0.0
                           ? state.previous_step
@@ -224,8 +275,14 @@ void start(Function& function, OptimiserState& state) {
 }
 
 StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
-  return options.method == Method::lbfgs ? lbfgs_step(function, state, options)
-                                         : wang2008_step(function, state, options);
+  switch (options.method) {
+    case Method::gauss_newton:
+      return gauss_newton_step(function, state, options);
+    case Method::wang2008:
+      return wang2008_step(function, state, options);
+    default:
+      return lbfgs_step(function, state, options);
+  }
 }
 
 }  // namespace kappamu::inverse

@@ -1,5 +1,6 @@
-// One step of minimisation at a time, with all that the next step needs in a plain state, so that a
-// fit can be stopped anywhere and resumed to the same bits.
+// One step of minimisation at a time, with all that the next step needs in a
+// plain state, so that a fit can be stopped anywhere and resumed to the same
+// bits.
 #pragma once
 
 #include <vector>
@@ -15,13 +16,18 @@ class Function {
   virtual ~Function() = default;
   virtual double value(const Vector& z) = 0;
   virtual Vector gradient() = 0;  ///< at the z of the last value()
+  /// H `direction`, H the Gauss-Newton Hessian at the z of the last value().
+  virtual Vector curvature(const Vector& direction) = 0;
   /// Largest change of log κ or log μ along `direction` [log units].
   virtual double amplitude(const Vector& direction) const = 0;
 };
 
 enum class Method {
-  lbfgs,    ///< limited-memory BFGS with Armijo backtracking
-  wang2008  ///< [W] Table I: Polak-Ribière conjugate gradients, golden-section search
+  lbfgs,         ///< limited-memory BFGS with Armijo backtracking
+  gauss_newton,  ///< H p = −g by truncated conjugate gradients, matrix-free;
+                 ///< Armijo backtracking
+  wang2008       ///< [W] Table I: Polak-Ribière conjugate gradients, golden-section
+                 ///< search
 };
 
 struct OptimiserOptions {
@@ -31,6 +37,8 @@ struct OptimiserOptions {
   double longest_step = 2.0;      ///< and in any step
   int max_backtracks = 12;        ///< halvings of a step before the search gives up
   double golden_tolerance = 0.1;  ///< final width of the bracket over the step found
+  int newton_iterations = 12;     ///< most of conjugate gradients in a Gauss-Newton step
+  double newton_forcing = 0.3;    ///< ‖H p + g‖/‖g‖ that is good enough for one
 };
 
 struct OptimiserState {
@@ -53,8 +61,9 @@ enum class StepOutcome { progressed, stalled };
 /// Evaluates f at state.z and forgets all about earlier steps.
 void start(Function& function, OptimiserState& state);
 
-/// One step from state.z, where start() or the last step evaluated f. `stalled`: no lower value was
-/// found along the search direction; the state is as before.
+/// One step from state.z, where start() or the last step evaluated f.
+/// `stalled`: no lower value was found along the search direction; the state is
+/// as before.
 StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options);
 
 }  // namespace kappamu::inverse

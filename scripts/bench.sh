@@ -2,7 +2,7 @@
 # Remakes every chart and table of docs/benchmarks.md on this machine: measures section by section into out/bench, then
 # renews docs/images/bench-*.png and the tables between the page's markers. About 15 minutes; leave the machine alone.
 #   scripts/bench.sh [--quick] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
-# (default: all)
+# (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits, half an hour more
 # --quick measures toy grids into out/bench-quick and leaves the page alone; --draw measures nothing. BENCH_UNDER holds
 # words to put before each measurement, BENCH_KAPPAMU another program than build/app/kappamu.
 set -euo pipefail
@@ -24,10 +24,15 @@ read -ra under <<<"${BENCH_UNDER:-}"
 if ((!draw)); then
   for section in "${sections[@]}"; do
     echo "bench: $section"
-    "${under[@]}" "$kappamu" bench forward -o "$out" --section "$section" "${quick[@]}"
+    case $section in
+      inverse) "${under[@]}" "$kappamu" bench inverse -o "$out" "${quick[@]}" ;;
+      inverse-*) "${under[@]}" "$kappamu" bench inverse -o "$out" --section "${section#inverse-}" "${quick[@]}" ;;
+      *) "${under[@]}" "$kappamu" bench forward -o "$out" --section "$section" "${quick[@]}" ;;
+    esac
   done
 fi
-"$kappamu" --json bench forward -o "$out" --draw >"$out/summary.log"
+if compgen -G "$out/inverse-*.json" >/dev/null; then "$kappamu" bench inverse -o "$out" --draw >"$out/summary.log"; fi
+if compgen -G "$out/forward-*.json" >/dev/null; then "$kappamu" --json bench forward -o "$out" --draw >"$out/summary.log"; fi
 if ((${#quick[@]} == 0)); then
   mkdir -p docs/images
   cp "$out"/bench-*.png docs/images/
