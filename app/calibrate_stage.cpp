@@ -7,8 +7,9 @@ namespace kappamu::app {
 
 namespace fs = std::filesystem;
 
-void run_calibrate_stage(const capture::Session& session, const fs::path& run, Progress& progress) {
-  const calib::CalibrationResult result = calib::calibrate(session, progress);
+void run_calibrate_stage(const capture::Session& session, const capture::HdrOptions& hdr,
+                         const fs::path& run, Progress& progress) {
+  const calib::CalibrationResult result = calib::calibrate(session, progress, hdr);
   const fs::path partial = run / "calibration.partial";
   fs::remove_all(partial);
   calib::save_calibration(partial, result);

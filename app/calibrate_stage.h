@@ -4,6 +4,7 @@
 
 #include <filesystem>
 
+#include "capture/merge.h"
 #include "capture/session.h"
 #include "core/progress.h"
 
@@ -12,7 +13,7 @@ namespace kappamu::app {
 /// Calibrates and writes run/calibration/: camera.yml, projector.yml, pose.yml, response.yml,
 /// radiometry.yml and calibration.json (residuals by view, warnings). The folder appears complete
 /// or not at all. Throws InputError for shots that cannot be used.
-void run_calibrate_stage(const capture::Session& session, const std::filesystem::path& run,
-                         Progress& progress);
+void run_calibrate_stage(const capture::Session& session, const capture::HdrOptions& hdr,
+                         const std::filesystem::path& run, Progress& progress);
 
 }  // namespace kappamu::app

@@ -17,6 +17,7 @@ void add_bench(CLI::App& app, Globals& globals) {
   command->fallthrough();
   add_bench_calibration(*command, globals);
   add_bench_forward(*command, globals);
+  add_bench_hdr(*command, globals);
   add_bench_inverse(*command, globals);
   add_bench_limits(*command, globals);
   add_bench_slabs(*command, globals);

@@ -13,6 +13,7 @@ namespace {
 void run_merge(const SessionCommand& options, const Globals& globals) {
   const auto progress = make_progress();
   Pipeline pipeline(options.session, options.run, options.force);
+  pipeline.set_hdr_options(options.hdr);
   const bool worked = pipeline.merge(*progress);
   const std::filesystem::path& run = pipeline.folder().path();
   const double seconds = pipeline.folder().record().stages.at("merge").seconds;
@@ -42,7 +43,10 @@ void add_merge(CLI::App& app, Globals& globals) {
       "RUN/measurements and RUN/measurements_validate: mean exitance and variance of every "
       "surface\n"
       "voxel, which `kappamu fit` reads (docs/formats.md). A pixel saturated in every exposure is\n"
-      "left out of the fit: add a shorter exposure when the report shows many.");
+      "left out of the fit: add a shorter exposure when the report shows many.\n\n"
+      "The frames of a stack must show one scene under one light: a frame that is brighter,\n"
+      "shifted or partly changed against the rest is refused by name (docs/hdr.md). Give\n"
+      "`calibrate` and `merge` the same options; --response takes effect in `calibrate`.");
   const auto options = add_session_options(*command);
   command->footer("Example: kappamu merge demo/session -o demo/run");
   command->callback([options, &globals] { run_merge(*options, globals); });

@@ -4,6 +4,7 @@
 
 #include "app/command.h"
 #include "app/fit_options.h"
+#include "app/hdr_options.h"
 #include "app/pipeline.h"
 #include "app/report/run_data.h"
 #include "app/report/sections.h"
@@ -18,6 +19,7 @@ struct RunOptions {
   std::string input;
   std::string run;
   bool force = false;
+  capture::HdrOptions hdr;
   FitArguments fit;
 };
 
@@ -110,6 +112,7 @@ void run_run(const RunOptions& options, Globals& globals) {
   const FitStageOptions fit = resolve(options.fit, globals);
   Pipeline pipeline(options.input, options.run, options.force);
   pipeline.folder().set_options(options_by_name(fit));
+  if (pipeline.session()) pipeline.set_hdr_options(options.hdr);
   if (pipeline.session()) {
     pipeline.calibrate(*progress);
     pipeline.merge(*progress);
@@ -153,6 +156,7 @@ void add_run(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("RUN");
   command->add_flag("--force", options->force, "Do every stage again, replacing what RUN holds");
+  add_hdr_options(*command, options->hdr);
   add_fit_options(*command, options->fit, "Of the fit (see `kappamu fit --help`)");
   command->footer(
       "Exit code 3: the fit did not converge; everything is kept and marked in the report.\n"

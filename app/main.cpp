@@ -30,6 +30,8 @@ int main(int argc, char** argv) {
   app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
 
   app::add_simulate(app, globals);
+  app::add_plan(app, globals);
+  app::add_import(app, globals);
   app::add_run(app, globals);
   app::add_calibrate(app, globals);
   app::add_merge(app, globals);

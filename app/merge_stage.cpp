@@ -31,9 +31,10 @@ fs::path hdr_file(const fs::path& run, const std::string& pattern) {
 
 /// Merges and writes what is not there yet; the first failure in the session's order is thrown.
 void merge_patterns(const capture::Session& session, const capture::Radiometry& radiometry,
-                    const fs::path& run, Progress& progress) {
+                    const capture::MergeOptions& options, const fs::path& run, Progress& progress) {
   const std::size_t count = session.patterns.size();
   std::vector<std::exception_ptr> failures(count);
+  std::vector<std::vector<std::string>> notes(count);
   std::atomic<std::size_t> next{0};
   std::atomic<bool> failed{false};
   std::mutex mutex;
@@ -44,10 +45,10 @@ void merge_patterns(const capture::Session& session, const capture::Radiometry& 
       try {
         const fs::path file = hdr_file(run, pattern.id);
         if (!fs::exists(file))
-          write_hdr(
-              file,
-              capture::merge_stack(session, pattern.frames, "pattern " + pattern.id, radiometry),
-              session.channels);
+          write_hdr(file,
+                    capture::merge_stack(session, pattern.frames, "pattern " + pattern.id,
+                                         radiometry, options, &notes[i]),
+                    session.channels);
         const std::lock_guard lock(mutex);
         ++finished;
         progress.update("merge", static_cast<double>(finished) / static_cast<double>(count),
@@ -66,6 +67,8 @@ void merge_patterns(const capture::Session& session, const capture::Radiometry& 
   }
   for (const std::exception_ptr& failure : failures)
     if (failure) std::rethrow_exception(failure);
+  for (const auto& of_pattern : notes)
+    for (const std::string& note : of_pattern) progress.warn(note);
 }
 
 void measure_patterns(const capture::Session& session, const calib::CalibrationResult& calibration,
@@ -82,13 +85,15 @@ void measure_patterns(const capture::Session& session, const calib::CalibrationR
 
 }  // namespace
 
-void run_merge_stage(const capture::Session& session, const fs::path& run, Progress& progress) {
+void run_merge_stage(const capture::Session& session, const capture::HdrOptions& hdr,
+                     const fs::path& run, Progress& progress) {
   std::optional<calib::CalibrationResult> calibration;
   if (fs::exists(run / "calibration" / "calibration.json"))
     calibration = calib::load_calibration(run / "calibration");
-  merge_patterns(
-      session, calibration ? calibration->radiometry : capture::find_radiometry(session, progress),
-      run, progress);
+  merge_patterns(session,
+                 calibration ? calibration->radiometry
+                             : capture::find_radiometry(session, progress, hdr.response),
+                 hdr.merge, run, progress);
   if (!calibration) {
     progress.warn(
         "there is no calibration in the run folder, so only HDR images were written; run `kappamu "

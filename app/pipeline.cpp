@@ -7,6 +7,7 @@
 #include "app/export_stage.h"
 #include "app/fingerprint.h"
 #include "app/fit_options.h"
+#include "app/hdr_options.h"
 #include "app/merge_stage.h"
 #include "app/report/report.h"
 #include "core/error.h"
@@ -70,8 +71,17 @@ const capture::Session& Pipeline::require_session() const {
                    "measurements go to `kappamu run` or `kappamu fit`");
 }
 
+void Pipeline::set_hdr_options(const capture::HdrOptions& options) {
+  hdr_ = options;
+  std::map<std::string, std::string> recorded = folder_.record().options;
+  for (const auto& [name, value] : options_by_name(options)) recorded[name] = value;
+  folder_.set_options(std::move(recorded));
+}
+
 RunFolder::Stage Pipeline::calibrate_stage() const {
-  return {"calibrate", Fingerprint().add("calibrate").add(fingerprint_).text(), {"calibration"}};
+  return {"calibrate",
+          Fingerprint().add("calibrate").add(fingerprint_).add(options_text(hdr_)).text(),
+          {"calibration"}};
 }
 
 RunFolder::Stage Pipeline::merge_stage() const {
@@ -79,21 +89,26 @@ RunFolder::Stage Pipeline::merge_stage() const {
   std::vector<std::string> outputs{"hdr"};
   if (calibrated) outputs.emplace_back("measurements");
   return {"merge",
-          Fingerprint().add("merge").add(fingerprint_).add(calibrated ? "measured" : "hdr").text(),
+          Fingerprint()
+              .add("merge")
+              .add(fingerprint_)
+              .add(options_text(hdr_))
+              .add(calibrated ? "measured" : "hdr")
+              .text(),
           outputs};
 }
 
 bool Pipeline::calibrate(Progress& progress) {
   const capture::Session& session = require_session();
   return folder_.run(calibrate_stage(), progress, [&](Progress& listener) {
-    run_calibrate_stage(session, folder_.path(), listener);
+    run_calibrate_stage(session, hdr_, folder_.path(), listener);
   });
 }
 
 bool Pipeline::merge(Progress& progress) {
   const capture::Session& session = require_session();
   return folder_.run(merge_stage(), progress, [&](Progress& listener) {
-    run_merge_stage(session, folder_.path(), listener);
+    run_merge_stage(session, hdr_, folder_.path(), listener);
   });
 }
 

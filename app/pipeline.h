@@ -8,6 +8,7 @@
 
 #include "app/fit_stage.h"
 #include "app/run_folder.h"
+#include "capture/merge.h"
 #include "capture/session.h"
 #include "core/progress.h"
 
@@ -18,6 +19,9 @@ class Pipeline {
   /// `input` is a folder with session.json or with measurements.json. Throws InputError when it is
   /// neither or damaged, or when `run` holds results of another input and `force` is not set.
   Pipeline(const std::filesystem::path& input, const std::filesystem::path& run, bool force);
+
+  /// How frames become radiance; before the first stage. Recorded in run.json.
+  void set_hdr_options(const capture::HdrOptions& options);
 
   RunFolder& folder() { return folder_; }
   const std::optional<capture::Session>& session() const { return session_; }
@@ -45,6 +49,7 @@ class Pipeline {
                                       const std::string& options, std::vector<std::string> outputs);
 
   std::optional<capture::Session> session_;
+  capture::HdrOptions hdr_;
   std::string fingerprint_;  ///< of the input with all its files, and of this program
   RunFolder folder_;
   RunFolder::Stage fit_stage_;  ///< set by fit(), for the stages after it

@@ -3,6 +3,8 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 
+#include "app/hdr_options.h"
+
 namespace kappamu::app {
 
 std::shared_ptr<SessionCommand> add_session_options(CLI::App& command) {
@@ -14,6 +16,7 @@ std::shared_ptr<SessionCommand> add_session_options(CLI::App& command) {
       ->required()
       ->type_name("RUN");
   command.add_flag("--force", options->force, "Do it again even if it is up to date");
+  add_hdr_options(command, options->hdr);
   return options;
 }
 

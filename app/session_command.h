@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/command.h"
+#include "capture/merge.h"
 
 namespace kappamu::app {
 
@@ -12,9 +13,10 @@ struct SessionCommand {
   std::string session;
   std::string run;
   bool force = false;
+  capture::HdrOptions hdr;
 };
 
-/// Adds SESSION, --out RUN and --force to `command`.
+/// Adds SESSION, --out RUN, --force and the options between frames and radiance to `command`.
 std::shared_ptr<SessionCommand> add_session_options(CLI::App& command);
 
 /// How long the stage took, or that there was nothing to do.

@@ -148,7 +148,9 @@ void calibrate_lenses(const capture::Session& session, Stages& stages, Calibrati
   }
 }
 
-void calibrate_light(const capture::Session& session, Stages& stages, CalibrationResult& result) {
+void calibrate_light(const capture::Session& session, const capture::MergeOptions& merge,
+                     Stages& stages, CalibrationResult& result) {
+  std::vector<std::string> notes;
   const capture::Calibration& shots = session.calibration;
   const std::string json = (session.folder / "session.json").string();
   std::optional<capture::HdrImage> white;
@@ -156,11 +158,13 @@ void calibrate_light(const capture::Session& session, Stages& stages, Calibratio
   if (shots.white_target) {
     reflectance = shots.white_target->reflectance;
     white = capture::merge_stack(session, shots.white_target->frames, "white target",
-                                 result.radiometry);
+                                 result.radiometry, merge, &notes);
     std::optional<capture::HdrImage> black;
     if (!shots.white_target_black.empty()) {
+      capture::MergeOptions dark = merge;
+      dark.require_light = false;
       black = capture::merge_stack(session, shots.white_target_black, "white target under black",
-                                   result.radiometry, {.require_light = false});
+                                   result.radiometry, dark, &notes);
     }
     result.white = measure_white(*white, black, reflectance, result.camera.lens,
                                  result.calibration_pose.camera_from_sample, session.sample.shape(),
@@ -174,8 +178,8 @@ void calibrate_light(const capture::Session& session, Stages& stages, Calibratio
   }
   if (shots.colour_chart) {
     const std::string name = json + ": calibration.colour_chart";
-    const capture::HdrImage chart = capture::merge_stack(session, shots.colour_chart->frames,
-                                                         "colour chart", result.radiometry);
+    const capture::HdrImage chart = capture::merge_stack(
+        session, shots.colour_chart->frames, "colour chart", result.radiometry, merge, &notes);
     ChartPatches patches;
     if (const auto& given = shots.colour_chart->corners_px) {
       std::array<Eigen::Vector2d, 4> corners;
@@ -204,6 +208,7 @@ void calibrate_light(const capture::Session& session, Stages& stages, Calibratio
       }
     }
   }
+  for (const std::string& note : notes) stages.warn(note);
   if (result.scale.empty()) {
     throw InputError(
         json +
@@ -214,11 +219,13 @@ void calibrate_light(const capture::Session& session, Stages& stages, Calibratio
 
 }  // namespace
 
-CalibrationResult calibrate(const capture::Session& session, Progress& progress) {
+CalibrationResult calibrate(const capture::Session& session, Progress& progress,
+                            const capture::HdrOptions& hdr) {
   CalibrationResult result;
   Stages stages(result, progress);
-  stages.run("response", 0.0,
-             [&] { result.radiometry = capture::find_radiometry(session, progress); });
+  stages.run("response", 0.0, [&] {
+    result.radiometry = capture::find_radiometry(session, progress, hdr.response);
+  });
   calibrate_lenses(session, stages, result);
   stages.run("pose", 0.7, [&] {
     const Face lit = session.sample.lit_face;
@@ -241,7 +248,7 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress)
     result.projector_from_sample =
         result.projector.projector_from_station * result.calibration_pose.camera_from_sample;
   });
-  stages.run("light", 0.8, [&] { calibrate_light(session, stages, result); });
+  stages.run("light", 0.8, [&] { calibrate_light(session, hdr.merge, stages, result); });
   progress.update("calibrate", 1.0, "done");
   return result;
 }

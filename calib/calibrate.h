@@ -11,6 +11,7 @@
 #include "calib/projection_uncertainty.h"
 #include "calib/projector.h"
 #include "calib/radiometry.h"
+#include "capture/merge.h"
 #include "capture/radiometry.h"
 #include "capture/session.h"
 #include "core/progress.h"
@@ -39,7 +40,8 @@ struct CalibrationResult {
 /// Calibrates camera response, camera, projector, sample pose and light scale from
 /// session.calibration. Throws InputError, one sentence naming file and fix, for boards or outlines
 /// not found, too few views, views that do not determine what is asked, and a session with neither
-/// white target nor colour chart.
-CalibrationResult calibrate(const capture::Session& session, Progress& progress);
+/// white target nor colour chart. `hdr` says how stacks are merged.
+CalibrationResult calibrate(const capture::Session& session, Progress& progress,
+                            const capture::HdrOptions& hdr = {});
 
 }  // namespace kappamu::calib

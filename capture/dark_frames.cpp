@@ -63,7 +63,7 @@ std::vector<DarkLevel> dark_levels(const Session& session) {
   std::vector<std::vector<long>> histograms(
       channels, std::vector<long>(static_cast<std::size_t>(largest_code(session.camera)) + 1, 0));
   for (const Frame& frame : session.calibration.dark) {
-    const Image<std::uint16_t> codes = load_frame(session, frame);
+    const Image<std::uint16_t> codes = load_sites(session, frame);
     for (std::size_t i = 0; i < codes.size(); ++i) {
       ++histograms[i % channels][codes.values()[i]];
     }

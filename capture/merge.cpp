@@ -5,8 +5,9 @@
 #include <cstdio>
 #include <limits>
 
-#include "capture/frames.h"
+#include "capture/frame_reader.h"
 #include "capture/noise_model.h"
+#include "capture/response_baselines.h"
 #include "core/error.h"
 
 namespace kappamu::capture {
@@ -20,43 +21,6 @@ struct Sum {
   float radiance = 0.0F;
   float variance = 0.0F;
   std::uint8_t flags = pixel_ok;
-};
-
-// Codes of one channel to linear signal.
-class CodeReader {
- public:
-  CodeReader(const Radiometry& radiometry, int channel)
-      : linear_(radiometry.response.linear[static_cast<std::size_t>(channel)].begin(),
-                radiometry.response.linear[static_cast<std::size_t>(channel)].end()),
-        saturated_from_(static_cast<std::uint16_t>(saturation_code(radiometry.bit_depth))) {}
-  static constexpr bool rounds = true;
-  float linear(std::uint16_t code) const { return linear_[code]; }
-  bool saturated(std::uint16_t code) const { return code >= saturated_from_; }
-  float saturation() const { return linear_[saturated_from_]; }
-  // Debevec & Malik 1997, eq. (4).
-  float hat(std::uint16_t code) const {
-    return static_cast<float>(std::min<int>(code, static_cast<int>(linear_.size()) - 1 - code));
-  }
-
- private:
-  std::vector<float> linear_;
-  std::uint16_t saturated_from_;
-};
-
-// Fractions of full scale of one channel to signal above black.
-class FloatReader {
- public:
-  FloatReader(const Radiometry& radiometry, int channel)
-      : black_(static_cast<float>(radiometry.black_level[static_cast<std::size_t>(channel)] /
-                                  ((1 << radiometry.bit_depth) - 1))) {}
-  static constexpr bool rounds = false;
-  float linear(float value) const { return (value - black_) / (1.0F - black_); }
-  bool saturated(float value) const { return value >= saturation(); }
-  float saturation() const { return 0.99F; }
-  float hat(float value) const { return std::min(value, 1.0F - value); }
-
- private:
-  float black_;
 };
 
 // Merges one pixel's values; `value(j)` is that of frame j, frames by rising exposure time.
@@ -96,13 +60,24 @@ class PixelMerger {
     }
     const float first = moment / squares;
     const float longest = exposures_[usable - 1];
-    Sum sum = weight_ == MergeWeight::inverse_variance ? by_variance(value, usable, first)
-                                                       : by_hat(value, usable, first);
+    Sum sum = weighted(value, usable, first);
     if (sum.radiance * longest < dark_deviation_) sum.flags = pixel_dark;
     return sum;
   }
 
  private:
+  template <class Value>
+  Sum weighted(const Value& value, std::size_t usable, float first) const {
+    switch (weight_) {
+      case MergeWeight::debevec_hat:
+        return by_hat(value, usable, first);
+      case MergeWeight::robertson:
+        return by_bell(value, usable, first);
+      default:
+        return by_variance(value, usable, first);
+    }
+  }
+
   template <class Value>
   Sum by_variance(const Value& value, std::size_t usable, float first) const {
     float weighted = 0.0F;
@@ -117,6 +92,7 @@ class PixelMerger {
     return {weighted / weights, 1.0F / weights};
   }
 
+  // Debevec & Malik 1997, eq. (4) and (6): hat of the code, mean of logarithms.
   template <class Value>
   Sum by_hat(const Value& value, std::size_t usable, float first) const {
     float logarithms = 0.0F;
@@ -124,7 +100,8 @@ class PixelMerger {
     float squares = 0.0F;
     for (std::size_t j = 0; j < usable; ++j) {
       const float signal = reader_.linear(value(j));
-      const float weight = reader_.hat(value(j));
+      const float share = reader_.share(value(j));
+      const float weight = std::min(share, 1.0F - share);
       if (!(signal > 0.0F) || !(weight > 0.0F)) continue;
       logarithms += weight * (std::log(signal) - std::log(exposures_[j]));
       weights += weight;
@@ -133,6 +110,24 @@ class PixelMerger {
     if (weights == 0.0F) return by_variance(value, usable, first);
     const float radiance = std::exp(logarithms / weights);
     return {radiance, radiance * radiance * squares / (weights * weights)};
+  }
+
+  // Robertson, Borman & Stevenson 2003: bell of the code times t².
+  template <class Value>
+  Sum by_bell(const Value& value, std::size_t usable, float first) const {
+    float weighted = 0.0F;
+    float weights = 0.0F;
+    float squares = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      const float t = exposures_[j];
+      const float bell = robertson_bell(reader_.share(value(j)));
+      if (!(bell > 0.0F)) continue;
+      weighted += bell * t * reader_.linear(value(j));
+      weights += bell * t * t;
+      squares += bell * bell * t * t * noise_.variance(reader_.linear(value(j)));
+    }
+    if (weights == 0.0F) return by_variance(value, usable, first);
+    return {weighted / weights, squares / (weights * weights)};
   }
 
   Reader reader_;
@@ -232,23 +227,6 @@ HdrImage merge_float_frames(std::span<const ExposedFloatFrame> frames, const Rad
   return merge<FloatReader>(
       frames, [](const ExposedFloatFrame& frame) { return &frame.linear; }, radiometry, name,
       options);
-}
-
-HdrImage merge_stack(const Session& session, const Stack& stack, const std::string& label,
-                     const Radiometry& radiometry, const MergeOptions& options) {
-  const std::string name = (session.folder / "session.json").string() + ": " + label;
-  if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float_frame)) {
-    std::vector<ExposedFloatFrame> frames;
-    for (const Frame& frame : stack) {
-      frames.push_back({load_float_frame(session, frame), frame.exposure_s});
-    }
-    return merge_float_frames(frames, radiometry, name, options);
-  }
-  std::vector<ExposedFrame> frames;
-  for (const Frame& frame : stack) {
-    frames.push_back({load_frame(session, frame), frame.exposure_s});
-  }
-  return merge_frames(frames, radiometry, name, options);
 }
 
 }  // namespace kappamu::capture

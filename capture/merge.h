@@ -5,22 +5,38 @@
 #include <string>
 #include <vector>
 
+#include "capture/exposed_frame.h"
 #include "capture/hdr.h"
 #include "capture/radiometry.h"
-#include "capture/response.h"
 #include "capture/session.h"
+#include "capture/steadiness.h"
 
 namespace kappamu::capture {
 
 enum class MergeWeight {
   inverse_variance,  ///< shot, read and quantisation noise at the merged estimate: the default
-  debevec_hat        ///< Debevec & Malik 1997, eq. (4) and (6): baseline
+  debevec_hat,       ///< Debevec & Malik 1997, eq. (4) and (6): baseline
+  robertson          ///< Robertson, Borman & Stevenson 2003: baseline
 };
+
+/// What to do about frames that do not fit the rest of their stack (capture/steadiness.h).
+enum class OnFault { refuse, correct, ignore };
 
 struct MergeOptions {
   MergeWeight weight = MergeWeight::inverse_variance;
   /// Whether a stack without any pixel above the noise is an error (it is not for black frames).
   bool require_light = true;
+  /// merge_stack() only: flicker, drift and mislabelled exposures. Corrected, exposure times are
+  /// estimated from the frames; the stack's mean brightness is kept.
+  OnFault on_flicker = OnFault::refuse;
+  /// merge_stack() only: frames shifted or partly changed. Corrected, they are left out.
+  OnFault on_motion = OnFault::refuse;
+};
+
+/// Everything the user chooses between frames and radiance.
+struct HdrOptions {
+  ResponseMethod response = ResponseMethod::smooth;
+  MergeOptions merge;
 };
 
 /// Radiance in full scales per second. Unbiased in the dark: black-subtracted values keep their
@@ -31,17 +47,19 @@ struct MergeOptions {
 HdrImage merge_frames(std::span<const ExposedFrame> frames, const Radiometry& radiometry,
                       const std::string& name, const MergeOptions& options = {});
 
-/// The same from linear images (EXR), fractions of full scale, saturated from 1 on.
-struct ExposedFloatFrame {
-  Image<float> linear;
-  double exposure_s = 0.0;
-};
+/// The same from linear images.
 HdrImage merge_float_frames(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
                             const std::string& name, const MergeOptions& options = {});
 
+/// What does not fit in one stack of a session (capture/steadiness.h), without merging it.
+std::vector<Fault> find_stack_faults(const Session& session, const Stack& stack,
+                                     const Radiometry& radiometry);
+
 /// Loads and merges the frames of one stack; holds one stack at a time. `label` names it in
-/// errors ("pattern fit_03").
+/// errors ("pattern fit_03"). Frames that do not fit the rest are refused (InputError naming the
+/// file) or corrected as the options say; a sentence for each correction is added to `notes`.
 HdrImage merge_stack(const Session& session, const Stack& stack, const std::string& label,
-                     const Radiometry& radiometry, const MergeOptions& options = {});
+                     const Radiometry& radiometry, const MergeOptions& options = {},
+                     std::vector<std::string>* notes = nullptr);
 
 }  // namespace kappamu::capture

@@ -22,6 +22,8 @@ NoiseModel::NoiseModel(const std::vector<double>& response, const Noise& noise, 
     table_[static_cast<std::size_t>(i)] =
         static_cast<float>(x / noise.electrons_full_scale + read * read + rounding);
   }
+  shot_per_signal_ = static_cast<float>(1.0 / noise.electrons_full_scale);
+  least_ = 0.25F * table_.front();
 }
 
 }  // namespace kappamu::capture

@@ -15,12 +15,15 @@ class NoiseModel {
  public:
   NoiseModel(const std::vector<double>& response, const Noise& noise, bool with_rounding);
 
-  /// Variance of the signal where its expected value is x; x < 0 counts as 0, x > 1 as 1.
+  /// Variance of the signal where its expected value is x; x > 1 counts as 1. An estimate x below 0
+  /// goes on along x/N, no lower than a quarter of the variance at 0: cut at 0, the variance of
+  /// dark pixels would be too large on average. Written without a branch on noisy data.
   float variance(float x) const {
-    // Written so that x < 0 gives index 0 without a branch on noisy data.
     const float root = std::sqrt(x > 0.0F ? x : 0.0F);
     const float at = 0.5F + (root < 1.0F ? root : 1.0F) * (entries - 1);
-    return table_[static_cast<std::size_t>(at)];
+    const float below = x < 0.0F ? x * shot_per_signal_ : 0.0F;
+    const float found = table_[static_cast<std::size_t>(at)] + below;
+    return found > least_ ? found : least_;
   }
 
  private:
@@ -28,6 +31,8 @@ class NoiseModel {
   // wherever shot noise rules.
   static constexpr int entries = 4096;
   std::vector<float> table_;
+  float shot_per_signal_ = 0.0F;  // 1/N
+  float least_ = 0.0F;
 };
 
 }  // namespace kappamu::capture

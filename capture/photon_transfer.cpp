@@ -34,14 +34,14 @@ struct Bin {
 }  // namespace
 
 std::optional<double> electrons_at_full_scale(std::span<const ExposedFrame> stack, int channel,
-                                              int bit_depth, const std::vector<double>& response,
+                                              const std::vector<double>& response,
                                               double read_deviation) {
   std::vector<const ExposedFrame*> sorted;
   for (const ExposedFrame& frame : stack) sorted.push_back(&frame);
   std::sort(sorted.begin(), sorted.end(), [](const ExposedFrame* a, const ExposedFrame* b) {
     return a->exposure_s < b->exposure_s;
   });
-  const int saturated = saturation_code(bit_depth);
+  const int saturated = saturation_code(response);
   std::vector<double> estimates;  // of 1/N
   for (std::size_t pair = 0; pair + 1 < sorted.size(); ++pair) {
     const std::vector<std::uint16_t>& shorter = sorted[pair]->codes.values();

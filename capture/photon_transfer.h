@@ -16,7 +16,7 @@ namespace kappamu::capture {
 /// `response` [code] is the linear signal, `read_deviation` the read noise as a fraction of full
 /// scale.
 std::optional<double> electrons_at_full_scale(std::span<const ExposedFrame> stack, int channel,
-                                              int bit_depth, const std::vector<double>& response,
+                                              const std::vector<double>& response,
                                               double read_deviation);
 
 }  // namespace kappamu::capture

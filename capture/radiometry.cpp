@@ -7,6 +7,7 @@
 #include "capture/dark_frames.h"
 #include "capture/frames.h"
 #include "capture/photon_transfer.h"
+#include "capture/response_baselines.h"
 #include "core/error.h"
 
 namespace kappamu::capture {
@@ -21,7 +22,7 @@ constexpr double default_electrons_full_scale = 10000.0;
 std::vector<ExposedFrame> load_stack(const Session& session, const Stack& stack) {
   std::vector<ExposedFrame> frames;
   for (const Frame& frame : stack) {
-    frames.push_back({load_frame(session, frame), frame.exposure_s});
+    frames.push_back({load_sites(session, frame), frame.exposure_s});
   }
   return frames;
 }
@@ -39,24 +40,45 @@ std::vector<const Stack*> informative_stacks(const Session& session) {
   return stacks;
 }
 
-void recover_responses(const Session& session, Progress& progress, Radiometry& radiometry) {
+// Pixels of a stack that the baselines are given: more do not change their curves.
+constexpr std::size_t baseline_pixels = 4000;
+constexpr double debevec_smoothness = 10.0;  // OpenCV's default too
+constexpr int robertson_rounds = 30;
+
+void recover_responses(const Session& session, Progress& progress, ResponseMethod method,
+                       Radiometry& radiometry) {
   const std::size_t channels = session.channels.size();
   const ResponseOptions options;
   std::vector<std::vector<ResponseSample>> samples(channels);
+  std::vector<std::vector<PixelSamples>> pixels(channels);
   const std::vector<const Stack*> stacks = informative_stacks(session);
   for (std::size_t i = 0; i < stacks.size(); ++i) {
     progress.update("response", static_cast<double>(i) / static_cast<double>(stacks.size()),
                     "stack " + std::to_string(i + 1) + " of " + std::to_string(stacks.size()));
     const std::vector<ExposedFrame> frames = load_stack(session, *stacks[i]);
     for (std::size_t c = 0; c < channels; ++c) {
-      collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, options,
-                               samples[c]);
+      if (method == ResponseMethod::smooth) {
+        collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, options,
+                                 samples[c]);
+      } else {
+        pixels[c].push_back(sample_pixels(frames, static_cast<int>(c), baseline_pixels));
+      }
     }
   }
   for (std::size_t c = 0; c < channels; ++c) {
-    RecoveredResponse recovered = recover_response(
-        samples[c], radiometry.bit_depth, radiometry.black_level[c], options,
-        (session.folder / "session.json").string() + ": channel " + session.channels[c]);
+    const std::string name =
+        (session.folder / "session.json").string() + ": channel " + session.channels[c];
+    const int bits = radiometry.bit_depth;
+    if (method != ResponseMethod::smooth) {
+      radiometry.response.linear.push_back(
+          normalised_response(method == ResponseMethod::debevec_malik
+                                  ? recover_debevec_malik(pixels[c], bits, debevec_smoothness, name)
+                                  : recover_robertson(pixels[c], bits, robertson_rounds, name),
+                              radiometry.black_level[c]));
+      continue;
+    }
+    RecoveredResponse recovered =
+        recover_response(samples[c], bits, radiometry.black_level[c], options, name);
     radiometry.response.linear.push_back(std::move(recovered.linear));
     radiometry.reports.push_back(recovered.report);
   }
@@ -85,8 +107,7 @@ void find_noise(const Session& session, const std::vector<DarkLevel>& dark, Radi
     noise.estimated = !camera.electrons_full_scale || !camera.read_noise_electrons;
     std::optional<double> electrons = camera.electrons_full_scale;
     if (!electrons) {
-      electrons = electrons_at_full_scale(frames, static_cast<int>(c), radiometry.bit_depth,
-                                          response, read);
+      electrons = electrons_at_full_scale(frames, static_cast<int>(c), response, read);
     }
     if (!electrons) {
       progress.warn("The frames do not tell the shot noise of channel " + session.channels[c] +
@@ -101,22 +122,24 @@ void find_noise(const Session& session, const std::vector<DarkLevel>& dark, Radi
 
 }  // namespace
 
-std::vector<double> linear_response(int bit_depth, double black_level) {
+std::vector<double> linear_response(int bit_depth, double black_level,
+                                    std::optional<int> white_level) {
   const int top = (1 << bit_depth) - 1;
-  std::vector<double> linear(static_cast<std::size_t>(top) + 1);
-  for (int code = 0; code <= top; ++code) {
-    linear[static_cast<std::size_t>(code)] = (code - black_level) / (top - black_level);
+  const int white = white_level.value_or(top);
+  std::vector<double> linear(static_cast<std::size_t>(top) + 1, 1.0);
+  for (int code = 0; code < white; ++code) {
+    linear[static_cast<std::size_t>(code)] = (code - black_level) / (white - black_level);
   }
   return linear;
 }
 
-Radiometry find_radiometry(const Session& session, Progress& progress) {
+Radiometry find_radiometry(const Session& session, Progress& progress, ResponseMethod method) {
   Radiometry radiometry;
   radiometry.bit_depth = session.camera.bit_depth;
   const std::vector<DarkLevel> dark = dark_levels(session);
   for (std::size_t c = 0; c < dark.size(); ++c) {
     const double level = dark[c].code;
-    if (level > 0.5 * largest_code(session.camera)) {
+    if (level > 0.5 * session.camera.white_level.value_or(largest_code(session.camera))) {
       throw InputError((session.folder / "session.json").string() +
                        ": calibration.dark shows light (channel " + session.channels[c] +
                        " is above half of full scale); cover the lens and shoot it again.");
@@ -125,10 +148,11 @@ Radiometry find_radiometry(const Session& session, Progress& progress) {
   }
   if (session.camera.encoding == Encoding::linear) {
     for (const double level : radiometry.black_level) {
-      radiometry.response.linear.push_back(linear_response(radiometry.bit_depth, level));
+      radiometry.response.linear.push_back(
+          linear_response(radiometry.bit_depth, level, session.camera.white_level));
     }
   } else {
-    recover_responses(session, progress, radiometry);
+    recover_responses(session, progress, method, radiometry);
   }
   find_noise(session, dark, radiometry, progress);
   return radiometry;

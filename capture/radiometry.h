@@ -2,6 +2,7 @@
 // frames. The one door for everything that merges stacks.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "capture/hdr.h"
@@ -18,6 +19,13 @@ struct Noise {
   bool estimated = false;             ///< found from frames, not told by the session
 };
 
+/// How the response is recovered where camera.encoding is "response".
+enum class ResponseMethod {
+  smooth,         ///< ours (capture/response.h): the default
+  debevec_malik,  ///< capture/response_baselines.h
+  robertson       ///< capture/response_baselines.h
+};
+
 struct Radiometry {
   int bit_depth = 8;
   Response response;
@@ -30,9 +38,12 @@ struct Radiometry {
 /// target, chart and a few pattern stacks); noise from the session or, where it is silent,
 /// from dark frames and stack residuals (docs/hdr.md). Throws InputError if a frame is bad or
 /// there are too few exposures to recover a response.
-Radiometry find_radiometry(const Session& session, Progress& progress);
+Radiometry find_radiometry(const Session& session, Progress& progress,
+                           ResponseMethod method = ResponseMethod::smooth);
 
-/// A linear response: 0 at black_level, 1 at the largest code, a straight line (below black too).
-std::vector<double> linear_response(int bit_depth, double black_level);
+/// A linear response: 0 at black_level, 1 at white_level (absent: the largest code) and above, a
+/// straight line below, also below black.
+std::vector<double> linear_response(int bit_depth, double black_level,
+                                    std::optional<int> white_level = std::nullopt);
 
 }  // namespace kappamu::capture

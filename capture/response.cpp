@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "capture/response_baselines.h"
 #include "core/error.h"
 
 namespace kappamu::capture {
@@ -278,37 +279,6 @@ double solve(std::vector<Group>& groups, Curve& curve) {
   }
   curve = best;
   return best_weight;
-}
-
-// Pool adjacent violators, then the smallest slope that keeps the table invertible. Returns the
-// number of codes changed.
-int make_rising(std::vector<double>& linear) {
-  struct Pool {
-    double sum;
-    int count;
-  };
-  std::vector<Pool> pools;
-  for (const double value : linear) {
-    pools.push_back({value, 1});
-    while (pools.size() > 1) {
-      const Pool last = pools.back();
-      const Pool before = pools[pools.size() - 2];
-      if (before.sum / before.count < last.sum / last.count) break;
-      pools.pop_back();
-      pools.back() = {before.sum + last.sum, before.count + last.count};
-    }
-  }
-  int changed = 0;
-  std::size_t at = 0;
-  for (const Pool& pool : pools) {
-    if (pool.count > 1) changed += pool.count;
-    for (int i = 0; i < pool.count; ++i) linear[at++] = pool.sum / pool.count;
-  }
-  const double least_step = 1e-9;
-  for (std::size_t code = 1; code < linear.size(); ++code) {
-    linear[code] = std::max(linear[code], linear[code - 1] + least_step);
-  }
-  return changed;
 }
 
 }  // namespace

@@ -12,15 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "core/image.h"
+#include "capture/exposed_frame.h"
 
 namespace kappamu::capture {
-
-/// A frame in memory.
-struct ExposedFrame {
-  Image<std::uint16_t> codes;
-  double exposure_s = 0.0;
-};
 
 /// A small smooth block of the scene under the exposures of its stack, one channel.
 struct ResponseSample {
@@ -56,6 +50,9 @@ struct RecoveredResponse {
 /// Code values at and above this are taken as saturated: 1 % below the largest, since the codes
 /// just below clipping are bent by it (JPEG, interpolation between clipped and unclipped pixels).
 int saturation_code(int bit_depth);
+
+/// The same of a camera whose inverse response `linear` [code] reaches 1 at its white level.
+int saturation_code(const std::vector<double>& linear);
 
 /// Adds the smoothest blocks of one stack that cover the code range evenly. Deterministic.
 void collect_response_samples(std::span<const ExposedFrame> stack, int channel, int bit_depth,

@@ -1,6 +1,7 @@
 // Choice of the blocks from which the response is recovered.
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include "capture/response.h"
@@ -60,6 +61,12 @@ std::vector<BlockStatistics> block_statistics(const Image<std::uint16_t>& codes,
 int saturation_code(int bit_depth) {
   const int top = (1 << bit_depth) - 1;
   return static_cast<int>(std::ceil(0.99 * top));
+}
+
+int saturation_code(const std::vector<double>& linear) {
+  const auto white = std::find_if(linear.begin(), linear.end(), [](double x) { return x >= 1.0; });
+  const auto top = std::min<std::ptrdiff_t>(white - linear.begin(), std::ssize(linear) - 1);
+  return static_cast<int>(std::ceil(0.99 * static_cast<double>(top)));
 }
 
 void collect_response_samples(std::span<const ExposedFrame> stack, int channel, int bit_depth,

@@ -63,6 +63,9 @@ struct Camera {
   int height = 0;     ///< [px]
   int bit_depth = 8;  ///< significant bits of a code value, 8 to 16; codes run from 0 to 2^bits - 1
   Encoding encoding = Encoding::response;
+  /// Code at which the sensor saturates, where that is below 2^bits - 1 (RAW); full scale then is
+  /// this code. Linear encoding only.
+  std::optional<int> white_level;
   std::optional<double> electrons_full_scale;  ///< photo-electrons at full scale, for shot noise
   std::optional<double> read_noise_electrons;  ///< standard deviation [electrons]
 };

@@ -144,6 +144,12 @@ class Checker {
     whole(camera.width, 1, largest_image_extent, "camera.width");
     whole(camera.height, 1, largest_image_extent, "camera.height");
     whole(camera.bit_depth, 8, 16, "camera.bit_depth");
+    if (camera.white_level) {
+      const int top = (1 << camera.bit_depth) - 1;
+      whole(*camera.white_level, top / 4, top, "camera.white_level");
+      require(camera.encoding == Encoding::linear, "camera.white_level",
+              "is told although encoding is 'response'; it belongs to linear frames: leave it out");
+    }
     if (camera.electrons_full_scale) {
       positive(*camera.electrons_full_scale, "camera.electrons_full_scale", " of electrons");
     }

@@ -171,7 +171,7 @@ Sample read_sample(const Node& node) {
 
 Camera read_camera(const Node& node) {
   node.expect_fields({"width", "height", "bit_depth", "encoding"},
-                     {"electrons_full_scale", "read_noise_electrons"});
+                     {"white_level", "electrons_full_scale", "read_noise_electrons"});
   Camera camera;
   camera.width = node["width"].integer();
   camera.height = node["height"].integer();
@@ -179,6 +179,7 @@ Camera read_camera(const Node& node) {
   camera.encoding = node["encoding"].choice({"linear", "response"}) == "linear"
                         ? Encoding::linear
                         : Encoding::response;
+  if (node.has("white_level")) camera.white_level = node["white_level"].integer();
   if (node.has("electrons_full_scale")) {
     camera.electrons_full_scale = node["electrons_full_scale"].number();
   }

@@ -25,6 +25,7 @@ json to_json(const Camera& camera) {
            {"height", camera.height},
            {"bit_depth", camera.bit_depth},
            {"encoding", camera.encoding == Encoding::linear ? "linear" : "response"}};
+  if (camera.white_level) out["white_level"] = *camera.white_level;
   if (camera.electrons_full_scale) out["electrons_full_scale"] = *camera.electrons_full_scale;
   if (camera.read_noise_electrons) out["read_noise_electrons"] = *camera.read_noise_electrons;
   return out;

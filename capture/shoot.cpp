@@ -21,15 +21,15 @@ std::string numbered(const std::string& stem, std::size_t number) {
 
 class Shooter {
  public:
-  Shooter(RigDevice& device, const CapturePlan& plan, const std::filesystem::path& folder,
-          Progress& progress)
-      : device_(device), plan_(plan), progress_(progress) {
+  Shooter(const Camera& camera, const Projector& projector, const CapturePlan& plan,
+          const std::filesystem::path& folder, Progress& progress)
+      : plan_(plan), progress_(progress) {
     session_.folder = folder;
     session_.description = plan.description;
     session_.setup = plan.setup;
     session_.sample = plan.sample;
-    session_.camera = device.camera();
-    session_.projector = device.projector();
+    session_.camera = camera;
+    session_.projector = projector;
     session_.calibration_station = plan.calibration_station;
     session_.pattern_station = plan.pattern_station;
     session_.calibration.board = plan.board;
@@ -43,35 +43,44 @@ class Shooter {
                          all_exposures_.end());
   }
 
-  // Runs twice: first without device and files, to find what contradicts itself before an hour of
-  // exposures is spent on it, and to count the frames.
-  Session run() {
+  // Without device and files: finds what contradicts itself before an hour of exposures is spent on
+  // it, and counts the frames.
+  const Session& rehearse() {
     check_plan();
+    go_through();
+    validate(session_);
+    total_ = done_;
+    return session_;
+  }
+
+  const Session& shoot(RigDevice& device) {
+    rehearse();
     std::error_code ignored;
-    for (const bool rehearsal : {true, false}) {
-      rehearsal_ = rehearsal;
-      done_ = 0;
-      session_.patterns.clear();
-      session_.calibration.camera_boards.clear();
-      session_.calibration.projector_planes.clear();
-      session_.calibration.sample_views.clear();
-      session_.calibration.dark.clear();
-      dark();
-      boards();
-      planes();
-      targets();
-      views();
-      patterns();
-      if (!rehearsal) break;
-      validate(session_);
-      total_ = done_;
-      std::filesystem::remove(session_.folder / "session.json", ignored);
-    }
+    std::filesystem::remove(session_.folder / "session.json", ignored);
+    device_ = &device;
+    go_through();
     write_session(session_);
     return session_;
   }
 
  private:
+  bool rehearsing() const { return device_ == nullptr; }
+
+  void go_through() {
+    done_ = 0;
+    session_.patterns.clear();
+    session_.calibration.camera_boards.clear();
+    session_.calibration.projector_planes.clear();
+    session_.calibration.sample_views.clear();
+    session_.calibration.dark.clear();
+    dark();
+    boards();
+    planes();
+    targets();
+    views();
+    patterns();
+  }
+
   void check_plan() const {
     const std::string plan = "capture plan: ";
     if (exposures_.empty()) {
@@ -93,10 +102,10 @@ class Shooter {
 
   void place(Subject subject, const std::string& station, bool ambient, int pose = 0,
              int poses = 1) {
-    if (!rehearsal_) device_.place({subject, station, ambient, pose, poses});
+    if (!rehearsing()) device_->place({subject, station, ambient, pose, poses});
   }
   void show(const Image<std::uint8_t>& image) {
-    if (!rehearsal_) device_.show(image);
+    if (!rehearsing()) device_->show(image);
   }
 
   Frame save(const std::string& file, double exposure_s, const Image<std::uint16_t>& codes) {
@@ -113,11 +122,11 @@ class Shooter {
     return {file, exposure_s};
   }
   Frame expose(const std::string& file, double exposure_s) {
-    if (rehearsal_) {
+    if (rehearsing()) {
       ++done_;
       return {file, exposure_s};
     }
-    const Image<std::uint16_t> codes = device_.expose(exposure_s);
+    const Image<std::uint16_t> codes = device_->expose(exposure_s);
     return save(file, exposure_s, codes);
   }
   Stack stack(const std::string& stem, const std::vector<double>& exposures) {
@@ -130,12 +139,12 @@ class Shooter {
 
   // One frame at the longest time that hardly saturates, by trial; the trial is kept.
   Frame metered(const std::string& file) {
-    if (rehearsal_) return expose(file, exposures_.front());
+    if (rehearsing()) return expose(file, exposures_.front());
     const int saturated_from = saturation_code(session_.camera.bit_depth);
     // Begins where the last subject of the kind ended and goes to shorter times.
     std::size_t at = std::min(meter_, all_exposures_.size() - 1);
     for (;; --at) {
-      const Image<std::uint16_t> codes = device_.expose(all_exposures_[at]);
+      const Image<std::uint16_t> codes = device_->expose(all_exposures_[at]);
       const auto saturated =
           std::count_if(codes.values().begin(), codes.values().end(),
                         [&](std::uint16_t code) { return code >= saturated_from; });
@@ -172,8 +181,8 @@ class Shooter {
 
   void planes() {
     const Image<std::uint8_t> board =
-        rehearsal_ ? Image<std::uint8_t>()
-                   : make_chessboard_image(session_.projector, plan_.projected_board);
+        rehearsing() ? Image<std::uint8_t>()
+                     : make_chessboard_image(session_.projector, plan_.projected_board);
     std::size_t ambient_meter = all_exposures_.size();
     std::size_t projected_meter = all_exposures_.size();
     for (int pose = 0; pose < plan_.projector_plane_poses; ++pose) {
@@ -229,20 +238,19 @@ class Shooter {
     for (const PlannedPattern& planned : plan_.patterns) {
       const std::string image = "patterns/" + planned.id + ".png";
       show(planned.image);
-      if (!rehearsal_) io::write_image(session_.folder / image, planned.image);
+      if (!rehearsing()) io::write_image(session_.folder / image, planned.image);
       session_.patterns.push_back(
           {planned.id, image, planned.role, stack("frames/" + planned.id, exposures_)});
     }
   }
 
-  RigDevice& device_;
+  RigDevice* device_ = nullptr;  // none while rehearsing
   const CapturePlan& plan_;
   Progress& progress_;
   Session session_;
   std::vector<double> exposures_;
   std::vector<double> target_exposures_;
   std::vector<double> all_exposures_;
-  bool rehearsal_ = true;
   std::size_t meter_ = 0;  // exposure that metering tries first, cut to the last
   std::size_t done_ = 0;
   std::size_t total_ = 1;
@@ -252,7 +260,13 @@ class Shooter {
 
 Session shoot_session(RigDevice& device, const CapturePlan& plan,
                       const std::filesystem::path& folder, Progress& progress) {
-  return Shooter(device, plan, folder, progress).run();
+  return Shooter(device.camera(), device.projector(), plan, folder, progress).shoot(device);
+}
+
+Session rehearse_session(const Camera& camera, const Projector& projector, const CapturePlan& plan,
+                         const std::filesystem::path& folder) {
+  Progress nobody;
+  return Shooter(camera, projector, plan, folder, nobody).rehearse();
 }
 
 }  // namespace kappamu::capture

@@ -48,6 +48,11 @@ struct CapturePlan {
 Session shoot_session(RigDevice& device, const CapturePlan& plan,
                       const std::filesystem::path& folder, Progress& progress);
 
+/// The session that shoot_session() would leave, without a device and without a file: what a plan
+/// lists. Metered frames have the plan's first exposure time.
+Session rehearse_session(const Camera& camera, const Projector& projector, const CapturePlan& plan,
+                         const std::filesystem::path& folder);
+
 /// The lit face's outline in projector pixels, corners in the order of docs/conventions.md:
 /// (u, v) = (0,0), (max,0), (max,max), (0,max).
 using ProjectorQuad = std::array<std::array<double, 2>, 4>;

@@ -34,8 +34,8 @@ TEST_P(EverySubcommand, UnknownOptionIsUsageError) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Cli, EverySubcommand,
-                         testing::Values("simulate", "run", "calibrate", "merge", "fit", "export",
-                                         "report", "forward", "score", "doctor"),
+                         testing::Values("simulate", "plan", "import", "run", "calibrate", "merge",
+                                         "fit", "export", "report", "forward", "score", "doctor"),
                          [](const auto& parameter) { return parameter.param; });
 
 TEST(Cli, NoSubcommandIsUsageError) {

@@ -43,6 +43,10 @@ std::vector<EditedSession> good_sessions() {
   });
   add("one channel", [](json& s) { s["channels"] = {"Y"}; });
   add("whole number written with a point", [](json& s) { s["camera"]["width"] = 640.0; });
+  add("white level of a RAW camera", [](json& s) {
+    s["camera"]["encoding"] = "linear";
+    s["camera"]["white_level"] = 3900;
+  });
   add("no read noise", [](json& s) { s["camera"]["read_noise_electrons"] = 0; });
   add("another axis", [](json& s) {
     s["sample"]["lit_face"] = "x+";
@@ -164,6 +168,13 @@ std::vector<BadSession> bad_sessions() {
   add("origin in one number", "calibration.projected_board.origin_px", "is 500; write a list",
       [](json& s) { s["calibration"]["projected_board"]["origin_px"] = 500; });
 
+  add_across("white level beyond the codes", "camera.white_level", "between 1023 and 4095",
+             [](json& s) {
+               s["camera"]["encoding"] = "linear";
+               s["camera"]["white_level"] = 5000;
+             });
+  add_across("white level behind a curve", "camera.white_level", "although encoding is 'response'",
+             [](json& s) { s["camera"]["white_level"] = 3900; });
   add_across("equal exposures", "patterns[0].frames[1].exposure_s",
              "equals that of patterns[0].frames[0]",
              [](json& s) { s["patterns"][0]["frames"][1]["exposure_s"] = 0.0333333; });

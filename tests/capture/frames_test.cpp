@@ -154,7 +154,7 @@ TEST(PhotonTransfer, FindsTheElectronsWhateverTheTexture) {
     }
     const auto stack = shoot_stack(camera, scene, seven_exposures(), 4);
     const std::optional<double> found =
-        electrons_at_full_scale(stack, 0, 12, linear_response(12, 40.0), 5.0 / electrons);
+        electrons_at_full_scale(stack, 0, linear_response(12, 40.0), 5.0 / electrons);
     ASSERT_TRUE(found.has_value());
     std::printf("electrons at full scale: %.0f of %.0f\n", *found, electrons);
     EXPECT_NEAR(*found / electrons, 1.0, 0.05);
@@ -165,7 +165,7 @@ TEST(PhotonTransfer, TellsNothingWhereReadNoiseRules) {
   const SimulatedCamera camera{12, 40.0, 20000.0, 50.0, straight_curve};
   const auto stack = shoot_stack(camera, Image<float>(100, 100, 1, 0.0005F), {0.1, 0.2}, 4);
   EXPECT_FALSE(
-      electrons_at_full_scale(stack, 0, 12, linear_response(12, 40.0), 50.0 / 20000.0).has_value());
+      electrons_at_full_scale(stack, 0, linear_response(12, 40.0), 50.0 / 20000.0).has_value());
 }
 
 }  // namespace

@@ -1,0 +1,64 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "app/bench_command.h"
+#include "bench/hdr_error.h"
+#include "bench/record.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct Options {
+  std::string out;
+  bench::HdrErrorOptions settings;
+};
+
+void run_hdr(Options options, Globals& globals) {
+  options.settings.seed = globals.seed;
+  const auto progress = make_progress();
+  const auto rows = bench::compare_hdr_merges(options.settings, *progress);
+  const std::filesystem::path out(options.out);
+  const auto record = bench::hdr_error_record(options.settings, rows);
+  bench::write_record(record, out / "hdr.json");
+  bench::draw_hdr_errors(rows, out / "hdr.png");
+  if (globals.json) {
+    std::printf("%s\n", record.dump().c_str());
+    return;
+  }
+  std::printf("exposures  method                     error  darkest decade      time\n");
+  for (const auto& row : rows) {
+    std::printf("%9d  %-24s %6.2f %%  %12.2f %%  %6.1f ms\n", row.exposures, row.method.c_str(),
+                100.0 * row.relative_rms, 100.0 * row.dark_rms, 1e3 * row.seconds);
+  }
+  std::printf("%s\n", (out / "hdr.png").c_str());
+}
+
+}  // namespace
+
+void add_bench_hdr(CLI::App& bench, Globals& globals) {
+  auto* command = bench.add_subcommand(
+      "hdr",
+      "Measure the error of merged radiance and the merge's time against the number of exposures,\n"
+      "ours and the papers' weights beside OpenCV's merges (docs/hdr.md).\n\n"
+      "  kappamu bench hdr -o out/\n\n"
+      "A simulated eight-bit camera; every method gets its true response. Writes hdr.json and\n"
+      "hdr.png (with hdr.gp).");
+  auto options = std::make_shared<Options>();
+  command->add_option("-o,--out", options->out, "Folder to write into")->required();
+  command->add_option("--width", options->settings.width, "Of the frames [px]")
+      ->check(CLI::Range(16, 10000))
+      ->capture_default_str();
+  command->add_option("--height", options->settings.height, "Of the frames [px]")
+      ->check(CLI::Range(16, 10000))
+      ->capture_default_str();
+  command->add_option("--repetitions", options->settings.repetitions, "Merges timed")
+      ->check(CLI::Range(1, 1000))
+      ->capture_default_str();
+  command->callback([options, &globals] { run_hdr(*options, globals); });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,135 @@
+// A plan lists what shoot_session() will photograph; a replayed folder is shot anew to the same.
+#include "capture/plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "capture/frames.h"
+#include "capture/replay.h"
+#include "io/image_file.h"
+#include "tests/capture/session_files.h"
+#include "tests/sentence.h"
+
+namespace kappamu::capture {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+PlanRequest small_request() {
+  PlanRequest request;
+  request.sample.name = "block";
+  request.sample.grid = {20, 16, 8};
+  request.sample.voxel_mm = 0.5;
+  request.camera = {40, 30, 12, Encoding::linear, {}, {}, {}};
+  request.projector = {200, 150};
+  request.projector_px_per_mm = 8.0;
+  request.longest_s = 1.0;
+  request.patches = 2;
+  request.validate_patches = 1;
+  request.boards = 3;
+  request.planes = 2;
+  return request;
+}
+
+TEST(ExposureTimes, AreRisingMultiplesOfThePeriodFromAThirtiethUp) {
+  for (const double period : {1.0 / 60.0, 1.0 / 50.0, 1.0 / 120.0, 0.025}) {
+    for (const int count : {1, 2, 5, 9}) {
+      const std::vector<double> times = exposure_times(period, 4.0, count);
+      for (std::size_t i = 0; i < times.size(); ++i) {
+        const double periods = times[i] / period;
+        EXPECT_NEAR(periods, std::round(periods), 1e-9);
+        EXPECT_GE(times[i], 1.0 / 30.0 - 1e-12);
+        EXPECT_LE(times[i], 4.0 + 1e-9);
+        if (i > 0) {
+          EXPECT_GT(times[i], times[i - 1]);
+        }
+      }
+      EXPECT_EQ(times.size(), static_cast<std::size_t>(count));
+    }
+  }
+  EXPECT_NEAR(exposure_times(1.0 / 60.0, 4.0, 5).back(), 4.0, 1e-9);
+  // Only 2, 3 and 4 periods lie between 1/30 and 1/15 s.
+  EXPECT_EQ(exposure_times(1.0 / 60.0, 1.0 / 15.0, 9).size(), 3U);
+  EXPECT_THAT(sentence_of([] { exposure_times(1.0 / 60.0, 0.02, 3); }),
+              HasSubstr("longest exposure of 0.02 s is below 0.0333333 s"));
+}
+
+TEST(Plan, ListsEveryPhotographOfItsSessionOnce) {
+  const TemporaryFolder folder;
+  const Plan plan = make_plan(small_request(), folder.path());
+  write_plan(plan);
+  const Session session = read_session(folder.path());
+  EXPECT_EQ(session.patterns.size(), 5U);
+  std::vector<std::string> listed;
+  for (const Shot& shot : plan.shots) listed.push_back(shot.file);
+  std::vector<std::string> needed;
+  const auto need = [&](const std::vector<Frame>& frames) {
+    for (const Frame& frame : frames) needed.push_back(frame.file);
+  };
+  for (const Pattern& pattern : session.patterns) need(pattern.frames);
+  const Calibration& shots = session.calibration;
+  need(shots.dark);
+  need(shots.camera_boards);
+  for (const ProjectorPlane& plane : shots.projector_planes) need({plane.board, plane.projected});
+  for (const SampleView& view : shots.sample_views) need({view.frame});
+  need(shots.white_target->frames);
+  need(shots.white_target_black);
+  need(shots.colour_chart->frames);
+  EXPECT_THAT(listed, testing::UnorderedElementsAreArray(needed));
+  for (const char* file : {"shots.csv", "shots.txt", "calibration/projected_board.png"}) {
+    EXPECT_TRUE(fs::exists(folder.path() / file)) << file;
+  }
+  const auto json = nlohmann::json::parse(read_text(folder.path() / "shots.json"));
+  EXPECT_EQ(json.at("shots").size(), listed.size());
+  EXPECT_GT(plan.working_s, plan.exposing_s);
+  EXPECT_EQ(plan.disk_bytes, 6.0 * 40 * 30 * static_cast<double>(listed.size()));
+}
+
+TEST(Plan, AContradictionIsToldWithTheNumbers) {
+  PlanRequest request = small_request();
+  request.projector_px_per_mm = 30.0;
+  EXPECT_THAT(sentence_of([&] { make_plan(request, "plan"); }),
+              HasSubstr("lit face of 10 x 8 mm is 300 x 240 projector pixels"));
+  request = small_request();
+  request.projector_px_per_mm = 1.5;
+  EXPECT_THAT(sentence_of([&] { make_plan(request, "plan"); }),
+              HasSubstr("voxel of 0.5 mm is smaller than a projector pixel"));
+}
+
+// The folder is filled as the list says (each photograph its own grey), then replayed as a device.
+TEST(FolderReplay, ShootingAReplayedFolderGivesTheSameFolder) {
+  const TemporaryFolder folder;
+  const Plan plan = make_plan(small_request(), folder.path());
+  write_plan(plan);
+  std::uint16_t code = 1;
+  for (const Shot& shot : plan.shots) {
+    io::write_code_image(folder.path() / shot.file, Image<std::uint16_t>(40, 30, 3, ++code), 12);
+  }
+  FolderReplay device(folder.path());
+  const TemporaryFolder again;
+  Progress silent;
+  const Session session = shoot_session(device, plan.capture, again.path(), silent);
+  EXPECT_EQ(read_text(again.path() / "session.json"), read_text(folder.path() / "session.json"));
+  for (const Shot& shot : plan.shots) {
+    EXPECT_EQ(load_frame(session, {shot.file, 1.0}).values(),
+              load_frame(plan.session, {shot.file, 1.0}).values())
+        << shot.file;
+  }
+}
+
+TEST(FolderReplay, AnExposureThatWasNotTakenIsRefused) {
+  const TemporaryFolder folder;
+  const Plan plan = make_plan(small_request(), folder.path());
+  write_plan(plan);
+  FolderReplay device(folder.path());
+  device.place({Subject::white_target, "front", false, 0, 1});
+  EXPECT_THAT(sentence_of([&] { device.expose(0.7); }),
+              HasSubstr("have no exposure of 0.7 s; replay with the plan"));
+}
+
+}  // namespace
+}  // namespace kappamu::capture
