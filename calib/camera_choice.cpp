@@ -9,6 +9,7 @@ namespace {
 constexpr double needed_of_wild = 2.0;  // standard errors
 constexpr double needed_of_bend = 1.0;
 constexpr double tolerance = 1e-9;  // relative, of the sum of squares: to compare models
+constexpr int iterations = 60;      // idle coefficients of rich models creep for hundreds
 
 struct Candidate {
   CameraFit fit;
@@ -52,7 +53,7 @@ Ladder climb(const CameraSetting& setting, CameraFit start, bool bent, LensModel
        {LensModel::pinhole, LensModel::radial1, LensModel::radial2, LensModel::radial2_tangential,
         LensModel::full, LensModel::rational}) {
     CameraProblem problem(setting, start, model, bent);
-    problem.solve(tolerance);
+    problem.solve(tolerance, iterations);
     ladder.candidates.push_back({problem.fit(), problem.leave_one_out()});
     start = problem.fit();
     const std::size_t last = ladder.candidates.size() - 1;

@@ -59,11 +59,11 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
     if (jacobians == nullptr) return true;
     if (jacobians[0] != nullptr) by_lens(n, fx, fy, normalised, bent, jacobians[0]);
     if (jacobians[1] == nullptr && jacobians[2] == nullptr) return true;
-    Eigen::Matrix<double, 2, 3> by_point;
-    by_point << 1.0, 0.0, -normalised.x(), 0.0, 1.0, -normalised.y();
-    by_point = distortion_jacobian(n + 4, normalised) * by_point / point.z();
-    by_point.row(0) *= fx;
-    by_point.row(1) *= fy;
+    Eigen::Matrix<double, 2, 3> perspective;
+    perspective << 1.0, 0.0, -normalised.x(), 0.0, 1.0, -normalised.y();
+    const Eigen::Matrix<double, 2, 3> by_point = Eigen::Vector2d(fx, fy).asDiagonal() *
+                                                 distortion_jacobian(n + 4, normalised) *
+                                                 perspective / point.z();
     if (jacobians[1] != nullptr) {
       const std::array<double, 3> up{0.0, 0.0, 1.0};
       Eigen::Vector3d axis;
@@ -161,7 +161,8 @@ CameraFit start_camera(const CameraSetting& setting, cv::Size size) {
   std::vector<cv::Mat> translations;
   try {
     cv::calibrateCamera(objects, images, size, matrix, distortion, rotations, translations,
-                        cv::CALIB_FIX_K2 | cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST);
+                        cv::CALIB_FIX_K2 | cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST,
+                        cv::TermCriteria(cv::TermCriteria::COUNT, 10, 0.0));  // a start is enough
   } catch (const cv::Exception&) {
     throw InputError(undetermined);
   }
@@ -210,8 +211,8 @@ CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& star
   if (!bent) problem_.SetParameterBlockConstant(fit_.bend_mm.data());
 }
 
-void CameraProblem::solve(double tolerance) {
-  if (!calib::solve(problem_, fit_, tolerance)) throw InputError(undetermined);
+void CameraProblem::solve(double tolerance, int max_iterations) {
+  if (!calib::solve(problem_, fit_, tolerance, max_iterations)) throw InputError(undetermined);
 }
 
 Eigen::MatrixXd CameraProblem::jacobian(std::size_t view, std::vector<double>* residuals) {

@@ -57,7 +57,7 @@ class CameraProblem {
                 double cauchy_px = 0.0);
 
   /// Minimises; throws InputError if the views do not determine the lens.
-  void solve(double tolerance = 1e-12);
+  void solve(double tolerance = 1e-12, int max_iterations = 200);
 
   /// Every view by turns left out, to first order about the solution: with S_v and g_v the view's
   /// normal matrix and gradient in lens and bend, its pose eliminated,

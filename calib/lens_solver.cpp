@@ -4,14 +4,14 @@
 
 namespace kappamu::calib {
 
-bool solve(ceres::Problem& problem, LensFit& fit, double tolerance) {
+bool solve(ceres::Problem& problem, LensFit& fit, double tolerance, int max_iterations) {
   const std::vector<int> fixed = fixed_numbers(fit.model);
   if (!fixed.empty()) {
     problem.SetManifold(fit.numbers.data(), new ceres::SubsetManifold(lens_numbers, fixed));
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.max_num_iterations = 200;
+  options.max_num_iterations = max_iterations;
   options.function_tolerance = tolerance;
   options.parameter_tolerance = tolerance;
   options.gradient_tolerance = tolerance;

@@ -25,6 +25,7 @@ struct LensFit {
 /// Minimises `problem`, whose residuals refer to fit.numbers, with the numbers held that fit.model
 /// holds fixed. Sets all of `fit` but the covariance; false if the result is of no use.
 /// `tolerance` is relative, on cost, parameters and gradient.
-[[nodiscard]] bool solve(ceres::Problem& problem, LensFit& fit, double tolerance = 1e-12);
+[[nodiscard]] bool solve(ceres::Problem& problem, LensFit& fit, double tolerance = 1e-12,
+                         int max_iterations = 200);
 
 }  // namespace kappamu::calib

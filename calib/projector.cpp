@@ -4,6 +4,7 @@
 #include <ceres/rotation.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "calib/lens_model.h"
 #include "calib/lens_solver.h"
@@ -239,6 +240,18 @@ void add_views(const Setting& setting, ProjectorCalibration& result) {
   result.printed_rms_px = std::sqrt(printed_sum / static_cast<double>(printed_count));
 }
 
+/// The lens model of least Bayesian criterion.
+Fit choose(const Setting& setting, const Fit& start) {
+  const Fit simplest = refine(setting, start, LensModel::pinhole_square);
+  Fit best = simplest;
+  for (const LensModel richer : {LensModel::radial1_square, LensModel::pinhole, LensModel::radial1,
+                                 LensModel::radial2, LensModel::radial2_tangential}) {
+    const Fit fit = refine(setting, simplest, richer);
+    if (fit.criterion() < best.criterion()) best = fit;
+  }
+  return best;
+}
+
 double projected_rms(const Setting& setting, const Fit& fit) {
   ProjectorCalibration result;
   result.lens = lens_of(fit.numbers, has_square_pixels(fit.model), 0, 0);
@@ -262,13 +275,15 @@ std::optional<double> rms_of(const Setting& setting, int width, int height) {
   }
 }
 
-/// Names what makes a bad fit: a mirrored picture, or one plane that is not where the others say.
+/// Throws what makes a bad fit, or none at all (`rms` infinite), where that can be told: a mirrored
+/// picture, or one plane that is not where the others say.
 void explain(const Setting& setting, double rms, int width, int height) {
   std::vector<PlaneView> mirrored = setting.planes;
   for (PlaneView& plane : mirrored) mirror_rows(plane.projected);
   const auto by_mirror =
       rms_of({setting.camera, setting.printed, setting.projected, mirrored}, width, height);
-  if (by_mirror && *by_mirror < rms / much_better) {
+  const double good = std::min(bad_rms_px, rms / much_better);
+  if (by_mirror && *by_mirror < good) {
     throw InputError(setting.planes[0].name +
                      ": the projected boards are seen mirrored; switch off the projector's mirror "
                      "or rear-projection setting and photograph planes and patterns again");
@@ -279,7 +294,7 @@ void explain(const Setting& setting, double rms, int width, int height) {
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(p));
     const auto without =
         rms_of({setting.camera, setting.printed, setting.projected, others}, width, height);
-    if (without && *without < rms / much_better) {
+    if (without && *without < good) {
       throw InputError(setting.planes[p].name +
                        ": this plane does not agree with the others; it moved between its two "
                        "pictures, or its board is turned or misread: photograph it again or take "
@@ -310,21 +325,16 @@ ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Boar
                      "calibration.projector_planes in session.json");
   }
   const Setting setting{camera, printed, projected, planes};
-  const Fit start = start_with_opencv(setting, width, height);
-  Fit best = refine(setting, start, model.value_or(LensModel::pinhole_square));
-  if (!model) {
-    const Fit simplest = best;
-    for (const LensModel richer :
-         {LensModel::radial1_square, LensModel::pinhole, LensModel::radial1, LensModel::radial2,
-          LensModel::radial2_tangential}) {
-      const Fit fit = refine(setting, simplest, richer);
-      if (fit.criterion() < best.criterion()) best = fit;
-    }
+  Fit best;
+  try {
+    best = model ? refine(setting, start_with_opencv(setting, width, height), *model)
+                 : choose(setting, start_with_opencv(setting, width, height));
+  } catch (const InputError&) {
+    explain(setting, std::numeric_limits<double>::infinity(), width, height);
+    throw;
   }
-  if (!model) {
-    const double rms = projected_rms(setting, best);
-    if (rms > bad_rms_px) explain(setting, rms, width, height);
-  }
+  const double rms = projected_rms(setting, best);
+  if (rms > bad_rms_px) explain(setting, rms, width, height);
   ProjectorCalibration result;
   result.model = best.model;
   result.lens = lens_of(best.numbers, has_square_pixels(best.model), width, height);

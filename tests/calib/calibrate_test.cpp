@@ -295,6 +295,11 @@ TEST_F(SimulatedSession, SavedCalibrationComesBackTheSame) {
   EXPECT_EQ(found.camera.covariance, saved.camera.covariance);
   EXPECT_EQ(found.camera.views.size(), saved.camera.views.size());
   EXPECT_EQ(found.camera.views[3].residuals, saved.camera.views[3].residuals);
+  EXPECT_EQ(found.camera.bend_mm, saved.camera.bend_mm);
+  ASSERT_EQ(found.camera.scores.size(), saved.camera.scores.size());
+  EXPECT_EQ(found.camera.scores[2].held_out_rms_px, saved.camera.scores[2].held_out_rms_px);
+  EXPECT_EQ(found.camera_uncertainty.deviation_px, saved.camera_uncertainty.deviation_px);
+  EXPECT_EQ(found.pattern_pose.lens_covariance, saved.pattern_pose.lens_covariance);
   EXPECT_EQ(found.projector.lens.cy, saved.projector.lens.cy);
   EXPECT_EQ(found.projector.pose_covariance, saved.projector.pose_covariance);
   EXPECT_EQ(found.projector_from_sample.translation, saved.projector_from_sample.translation);
@@ -337,6 +342,31 @@ TEST_F(SimulatedSession, BadSessionsAreRefusedInOneSentence) {
   }
   expect_refused(session,
                  {session.calibration.dark[0].file, "outline of the sample", "corners_px"});
+}
+
+// Nothing compares the printed squares with the block, so a wrong size is told only where it is
+// gross; what a smaller one does is printed.
+TEST_F(SimulatedSession, WrongSquareSizeIsTold) {
+  const synthetic::Truth& truth = *state_->truth;
+  for (const double factor : {1.02, 1.1, 1.3}) {
+    capture::Session session = state_->session;
+    session.calibration.board.square_mm *= factor;
+    Progress progress;
+    const CalibrationResult found = calibrate(session, progress);
+    double worst = 0.0;
+    for (const Eigen::Vector3d& corner : face_corners(truth.grid, truth.lit_face)) {
+      worst = std::max(worst, (found.projector.lens.project(found.projector_from_sample * corner) -
+                               truth.projector.lens.project(truth.projector_from_sample() * corner))
+                                  .norm());
+    }
+    const bool told =
+        std::any_of(found.warnings.begin(), found.warnings.end(), [](const std::string& warning) {
+          return warning.find("calibration.board.square_mm") != std::string::npos;
+        });
+    std::printf("squares %.2f times too large: lit face %.1f px off in the projector, %s\n", factor,
+                worst, told ? "told" : "not told");
+    EXPECT_EQ(told, factor > 1.25);
+  }
 }
 
 TEST_F(SimulatedSession, PatternsOfTheWrongSizeAreRefused) {

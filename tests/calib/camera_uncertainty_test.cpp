@@ -94,7 +94,7 @@ TEST(CameraUncertainty, IntrinsicsLieWithinTwoDeviationsInNinetyFiveOfAHundredRu
 }
 
 TEST(CameraUncertainty, ProjectionSpreadsAsPredictedAcrossTheFrame) {
-  constexpr int runs = 150;
+  constexpr int runs = 100;
   constexpr int across = 5;
   const synthetic::Rig rig = synthetic::make_rig({});
   const Lens& truth = rig.camera_lens;
@@ -119,7 +119,7 @@ TEST(CameraUncertainty, ProjectionSpreadsAsPredictedAcrossTheFrame) {
   for (int k = 0; k < across * across; ++k) {
     const double ratio = predicted[k] / std::sqrt(sampled[k]);
     worst = std::max(worst, std::abs(ratio - 1.0));
-    // 150 runs know a deviation to 5 %.
+    // 100 runs know a deviation to 6 %.
     EXPECT_NEAR(ratio, 1.0, 0.15) << "field " << k % across << ", " << k / across;
   }
   std::printf(
