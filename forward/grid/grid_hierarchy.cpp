@@ -14,23 +14,9 @@ constexpr double damping = 5.0 / 6.0;
 /// An axis is halved where its mean share of conductance is at least this part of the largest.
 constexpr double strong = 0.5;
 
-/// Strides of the face array across `axis` and of a cell array.
-struct Strides {
-  std::array<int, 3> of;
-};
-Strides face_strides(const GridShape& s, int axis) {
-  const int nx = s.nx + (axis == 0 ? 1 : 0);
-  const int ny = s.ny + (axis == 1 ? 1 : 0);
-  return {{1, nx, nx * ny}};
-}
-Strides cell_strides(const GridShape& s) {
-  return {{1, s.nx, s.nx * s.ny}};
-}
-
-/// One item per line of cells along the third axis.
-device::Range lines_of(const GridShape& s, std::size_t p, std::size_t q) {
-  return {1, static_cast<std::size_t>(s.extent(static_cast<int>(p))) *
-                 static_cast<std::size_t>(s.extent(static_cast<int>(q)))};
+/// One item per row (y, z).
+device::Range rows_of(const GridShape& s) {
+  return {1, static_cast<std::size_t>(s.ny) * static_cast<std::size_t>(s.nz)};
 }
 
 }  // namespace
@@ -96,7 +82,7 @@ std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
   const GridShape& s = level.shape;
   const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
   const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
-  context_.launch(program_, "axis_shares", lines_of(s, 1, 2), s.nx, s.ny, s.nz, level.gx, level.gy,
+  context_.launch(program_, "axis_shares", rows_of(s), s.nx, s.ny, s.nz, level.gx, level.gy,
                   level.gz, level.inverse, shares);
   std::array<double, 3> sum{};
   const auto add_up = [&](auto zero) {
@@ -127,11 +113,10 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
   const Level& level = levels_.front();
   const GridShape& s = level.shape;
   const auto assemble = [&](auto h, auto two_a) {
-    context_.launch(program_, "assemble",
-                    {1, static_cast<std::size_t>(s.ny) * static_cast<std::size_t>(s.nz)}, s.nx,
-                    s.ny, s.nz, h, two_a, int{is_open(setup_, Face::x_minus)},
-                    int{is_open(setup_, Face::y_minus)}, int{is_open(setup_, Face::z_minus)},
-                    kappa_, mu_, level.gx, level.gy, level.gz, level.sink);
+    context_.launch(program_, "assemble", rows_of(s), s.nx, s.ny, s.nz, h, two_a,
+                    int{is_open(setup_, Face::x_minus)}, int{is_open(setup_, Face::y_minus)},
+                    int{is_open(setup_, Face::z_minus)}, kappa_, mu_, level.gx, level.gy, level.gz,
+                    level.sink);
   };
   if (format_.single) {
     assemble(static_cast<float>(s.voxel_mm), static_cast<float>(2.0 * robin_A_));
@@ -141,59 +126,55 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
   bool changed = false;
   for (std::size_t l = 0; l < levels_.size(); ++l) {
     Level& at = levels_[l];
-    context_.launch(program_, "invert_diagonal", lines_of(at.shape, 1, 2), at.shape.nx, at.shape.ny,
-                    at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse);
-    const auto make_smoother = [&](auto omega) {
-      context_.launch(program_, "make_smoother", lines_of(at.shape, 1, 2), at.shape.nx, at.shape.ny,
-                      at.shape.nz, omega, at.gx, at.gy, at.gz, at.sink, at.inverse, at.smoother);
-    };
-    if (format_.single) {
-      make_smoother(static_cast<float>(damping));
+    // Until the level is coarsened its smoother's place holds what places the nodes.
+    const device::Buffer& loose = at.smoother;
+    context_.launch(program_, "invert_diagonal", rows_of(at.shape), at.shape.nx, at.shape.ny,
+                    at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse, loose);
+    if (at.shape.cells() > 1) {
+      const std::array<int, 3> before = at.halving;
+      at.halving = strong_axes(at);
+      changed = ensure_level(l + 1) || before != at.halving || changed;
+      coarsen(levels_[l], levels_[l + 1]);
     } else {
-      make_smoother(damping);
-    }
-    if (at.shape.cells() == 1) {
       changed = changed || l + 1 < levels_.size();
       levels_.resize(l + 1);
-      break;
     }
-    const std::array<int, 3> before = at.halving;
-    at.halving = strong_axes(at);
-    changed = ensure_level(l + 1) || before != at.halving || changed;
-    coarsen(levels_[l], levels_[l + 1]);
+    make_smoother(levels_[l]);
   }
   has_medium_ = true;
   return changed;
 }
 
+void Hierarchy::make_smoother(const Level& level) const {
+  const GridShape& s = level.shape;
+  const auto launch = [&](auto omega) {
+    context_.launch(program_, "make_smoother", rows_of(s), s.nx, s.ny, s.nz, omega, level.gx,
+                    level.gy, level.gz, level.sink, level.inverse, level.smoother);
+  };
+  if (format_.single) {
+    launch(static_cast<float>(damping));
+  } else {
+    launch(damping);
+  }
+}
+
 void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
   const GridShape& f = fine.shape;
   const GridShape& c = coarse.shape;
-  const std::array<const device::Buffer*, 3> fine_faces{&fine.gx, &fine.gy, &fine.gz};
   const std::array<const device::Buffer*, 3> coarse_faces{&coarse.gx, &coarse.gy, &coarse.gz};
   const std::array<const device::Buffer*, 3> weights{&fine.wx, &fine.wy, &fine.wz};
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    const std::size_t p = axis == 0 ? 1 : 0;
-    const std::size_t q = axis == 2 ? 1 : 2;
-    const auto extent = [](const GridShape& s, std::size_t along) {
-      return s.extent(static_cast<int>(along));
-    };
-    const auto fs = face_strides(f, axis).of;
-    const auto cs = face_strides(c, axis).of;
-    const auto cell = cell_strides(f).of;
-    context_.launch(program_, "coarsen_faces", lines_of(c, p, q), extent(f, a), extent(c, a),
-                    extent(f, p), extent(f, q), extent(c, p), extent(c, q), fine.halving[a],
-                    fine.halving[p], fine.halving[q], fs[a], fs[p], fs[q], cell[a], cell[p],
-                    cell[q], cs[a], cs[p], cs[q], fine.inverse, *fine_faces[a], *coarse_faces[a]);
-    context_.launch(program_, "weights", lines_of(f, p, q), extent(f, a), extent(f, p),
-                    extent(f, q), fine.halving[a], fs[a], fs[p], fs[q], cell[a], cell[p], cell[q],
-                    fine.inverse, *fine_faces[a], *weights[a]);
+    context_.launch(program_, "weights", rows_of(f), axis, fine.halving[a], f.nx, f.ny, f.nz,
+                    fine.gx, fine.gy, fine.gz, fine.smoother, *weights[a]);
+    GridShape faces = c;
+    (axis == 0 ? faces.nx : axis == 1 ? faces.ny : faces.nz) += 1;
+    context_.launch(program_, "coarsen_faces", rows_of(faces), axis, f.nx, f.ny, f.nz, c.nx, c.ny,
+                    c.nz, fine.halving[0], fine.halving[1], fine.halving[2], fine.gx, fine.gy,
+                    fine.gz, fine.smoother, *weights[a], *coarse_faces[a]);
   }
-  context_.launch(program_, "coarsen_sink",
-                  {1, static_cast<std::size_t>(c.ny) * static_cast<std::size_t>(c.nz)}, f.nx, f.ny,
-                  f.nz, c.nx, c.ny, c.nz, fine.halving[0], fine.halving[1], fine.halving[2],
-                  fine.sink, coarse.sink);
+  context_.launch(program_, "coarsen_sink", rows_of(c), f.nx, f.ny, f.nz, c.nx, c.ny, c.nz,
+                  fine.halving[0], fine.halving[1], fine.halving[2], fine.sink, coarse.sink);
 }
 
 }  // namespace kappamu::forward

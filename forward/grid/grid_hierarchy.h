@@ -3,10 +3,9 @@
 // of a cell's conductance, (G₋ + G₊)/D, is at least half the largest. In an even medium these are
 // all; where layers conduct far better along themselves than across, they are merged along
 // themselves only, since no coarse value could stand for two of them. A coarse face conductance is
-// the parallel sum over the fine faces of series resistances from node to node, a coarse cell's
-// node lying nearer to its better conducting child, so that barriers and channels of κ survive
-// coarsening; absorption adds up. (With nodes midway, random κ of contrast 1e4 on 128x128x20 voxels
-// took 122 iterations instead of 33, blocks of it more than 400 instead of 34.)
+// the energy PᵀAP gives a step across it, P being the interpolation (coarsen_faces in
+// grid_assemble.cl), a coarse cell's node lying nearer to its better conducting child, so that
+// barriers and channels of κ survive coarsening; absorption adds up.
 #pragma once
 
 #include <array>
@@ -36,6 +35,9 @@ class Hierarchy {
   /// Returns whether the levels' shapes have changed: work space made for them is then void.
   bool set_medium(std::span<const double> kappa, std::span<const double> mu);
   bool has_medium() const { return has_medium_; }
+  /// κ and μ as set, [z][y][x]
+  const device::Buffer& kappa() const { return kappa_; }
+  const device::Buffer& mu() const { return mu_; }
   const std::vector<Level>& levels() const { return levels_; }
   const Level& finest() const { return levels_.front(); }
 
@@ -43,7 +45,9 @@ class Hierarchy {
   std::array<int, 3> strong_axes(const Level& level) const;
   /// The level under `l`, allocated anew if another shape was there.
   bool ensure_level(std::size_t l);
+  /// Fills `coarse` and fine's weights; fine.smoother must hold `loose` of invert_diagonal.
   void coarsen(const Level& fine, const Level& coarse);
+  void make_smoother(const Level& level) const;
   Level allocate_level(const GridShape& shape) const;
 
   device::Context& context_;

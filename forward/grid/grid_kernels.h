@@ -31,6 +31,8 @@ int run_count(std::size_t cells, Layout layout);
 
 /// Conductances and weights: no lanes.
 device::Program& assembly_program(device::Context& context, const Format& format);
+/// First collisions of a beam: no lanes.
+device::Program& beam_program(device::Context& context, const Format& format);
 
 /// Everything that works on a batch of `lanes` patterns.
 class LaneKernels {

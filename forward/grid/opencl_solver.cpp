@@ -59,7 +59,7 @@ class OpenclSolver final : public GridSolver {
     validate_medium(setup_.shape, kappa, mu);
     if (hierarchy_->set_medium(kappa, mu)) cg_.reset();
     if (setup_.source == SourceModel::first_collision) {
-      upload(context_, format_, beam_fate(setup_, kappa, mu).scattered, deposit_);
+      deposit_beam();
     }
   }
 
@@ -191,6 +191,25 @@ class OpenclSolver final : public GridSolver {
   BatchedCg& cg() const {
     if (!cg_) cg_.emplace(context_, format_, *hierarchy_, layout_, most_lanes_);
     return *cg_;
+  }
+
+  /// deposit_ from the medium.
+  void deposit_beam() const {
+    const GridShape& s = setup_.shape;
+    const Face lit = setup_.lit_face;
+    const FaceIndex f = face_index(s, lit);
+    const int axis = axis_of(lit);
+    const int inwards = (axis == 0 ? 1 : axis == 1 ? s.nx : s.nx * s.ny) * (is_plus(lit) ? -1 : 1);
+    const device::Buffer remaining =
+        context_.allocate(face_shape(s, lit).cells() * format_.accu_bytes());
+    with_reals(
+        [&](auto h) {
+          context_.launch(beam_program(context_, format_), "first_collisions",
+                          {1, static_cast<std::size_t>(f.nv)}, f.nu, f.nv, s.extent(axis), f.cell,
+                          f.cell_u, f.cell_v, inwards, h, hierarchy_->kappa(), hierarchy_->mu(),
+                          deposit_, remaining);
+        },
+        s.voxel_mm);
   }
 
   /// Samples of one face for the patterns of `block`: uploaded from `values`, or left empty.

@@ -1,5 +1,4 @@
-// κ jumping by up to 10⁶ from voxel to voxel: right answers, bounded iterations, energy kept, and a
-// sentence where the solver does not get there.
+// κ jumping by up to 10⁶ from voxel to voxel: right answers, bounded iterations, energy kept.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -22,23 +21,16 @@ constexpr GridShape block{32, 32, 20, 0.25};
 class Contrast : public testing::OnDevice,
                  public ::testing::WithParamInterface<bounds::Iterations> {};
 
-TEST_P(Contrast, RightInFewIterationsOrSaysNot) {
+TEST_P(Contrast, RightInFewIterations) {
   const bounds::Iterations& bound = GetParam();
   const LimitOutcome outcome =
       run_limit({.setup = {.shape = block}, .medium = bound.medium, .patterns = 2});
   RecordProperty("iterations", outcome.iterations);
-  if (bound.most) {
-    ASSERT_EQ(outcome.termination, Termination::converged) << outcome.message;
-    EXPECT_LE(outcome.iterations, *bound.most);
-  }
-  if (outcome.termination == Termination::converged) {
-    EXPECT_LT(*outcome.true_error,
-              bound.medium.contrast > 1e5 ? bounds::rough_single_error : bounds::single_error);
-    EXPECT_LT(outcome.imbalance, bounds::imbalance);
-  } else {
-    EXPECT_EQ(outcome.termination, Termination::ran_out);
-    EXPECT_THAT(outcome.message, HasSubstr("tolerance 1e-06 not met"));
-  }
+  ASSERT_EQ(outcome.termination, Termination::converged) << outcome.message;
+  EXPECT_LE(outcome.iterations, bound.most);
+  EXPECT_LT(*outcome.true_error,
+            bound.medium.contrast > 1e5 ? bounds::rough_single_error : bounds::single_error);
+  EXPECT_LT(outcome.imbalance, bounds::imbalance);
 }
 
 INSTANTIATE_TEST_SUITE_P(, Contrast, ::testing::ValuesIn(bounds::iterations),
