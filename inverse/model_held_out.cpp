@@ -64,6 +64,30 @@ Difference compare(const Problem& problem, double per_value, const std::vector<f
   return {sum / data, std::sqrt(variance) / data};
 }
 
+/// The report as that of the fit of `layers`.
+void take(FitReport& report, const LayeredMedium& layers, const Difference& difference) {
+  ModelChoice& choice = report.model;
+  choice.layers = layers.layers();
+  choice.model = choice.layers == 1 ? Model::homogeneous : Model::layered;
+  for (const ModelTrial& trial : choice.trials) {
+    if (trial.level == 0 && trial.layers == choice.layers) {
+      report.chi2_per_datum = trial.chi2_per_datum;
+    }
+  }
+  report.status = FitStatus::above_noise;
+  std::array<char, 256> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      " Yet a volume predicts held-out light no better (chi2 per value there, %s less the "
+      "volume's: %.3g, sampling error %.2g), so the simpler block is kept.",
+      choice.layers == 1 ? "the homogeneous block's" : "the layers'", difference.mean,
+      difference.error);
+  choice.reason += text.data();
+  std::snprintf(text.data(), text.size(), "%s at chi2 per datum %.3g, kept for held-out light.",
+                choice.layers == 1 ? "A homogeneous block" : "Even layers", report.chi2_per_datum);
+  report.message = text.data();
+}
+
 }  // namespace
 
 void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
@@ -84,16 +108,7 @@ void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
     fit.prediction = predict(medium, fitted, predicting);
     fit.medium = std::move(medium);
     fit.uncertainty.reset();
-    ModelChoice& choice = fit.report.model;
-    choice.layers = layers.layers();
-    choice.model = choice.layers == 1 ? Model::homogeneous : Model::layered;
-    std::array<char, 256> text{};
-    std::snprintf(
-        text.data(), text.size(),
-        " Yet under held-out light the volume is no better: chi2 per value of the simpler "
-        "block less the volume's is %.3g, within its sampling error of %.2g.",
-        difference.mean, difference.error);
-    choice.reason += text.data();
+    take(fit.report, layers, difference);
     return;
   }
 }

@@ -119,7 +119,9 @@ TEST(Model, HeldOutLightOverrulesUnderstatedVariances) {
   EXPECT_EQ(fit.report.model.model, Model::volume) << fit.report.model.reason;
   prefer_simpler(fit, m, held_out, 0, options);
   EXPECT_EQ(fit.report.model.model, Model::homogeneous) << fit.report.model.reason;
-  EXPECT_THAT(fit.report.model.reason, HasSubstr("within its sampling error"));
+  EXPECT_THAT(fit.report.model.reason, HasSubstr("so the simpler block is kept"));
+  EXPECT_EQ(fit.report.status, FitStatus::above_noise);
+  EXPECT_NEAR(fit.report.chi2_per_datum, 4.0, 0.4) << "not the block's own, of the true noise";
   EXPECT_LT(spread(fit.medium.kappa), 1e-9);
 }
 
