@@ -88,7 +88,7 @@ struct FitUncertainty {
 };
 
 struct FitData {
-  std::vector<Medium> media;                ///< per channel, in the order of `channels`
+  std::vector<Medium> media;  ///< per channel, in the order of `channels`
   std::vector<std::optional<FitUncertainty>> uncertainty;  ///< the same; where the fit tells one
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;
