@@ -110,8 +110,12 @@ void write_chart(const Chart& chart, int number, std::ostream& out) {
     if (!series.colour) ++next_colour;
     if (!has_points(chart, series)) continue;
     plots += (plots.empty() ? "plot " : ", \\\n     ") + data_name(i) + " using 1:2 " +
-             look(series, colour, mark++) +
+             look(series, colour, mark) +
              (series.label.empty() ? " notitle" : " title " + quoted(series.label));
+    // Lines without marks use none up: a method keeps its mark from chart to chart.
+    if (series.style == Series::Style::points || series.style == Series::Style::line_and_points) {
+      ++mark;
+    }
     if (!series.y_error.empty()) {
       plots += ", \\\n     " + data_name(i) + " using 1:2:3 with yerrorbars pt 0 lc rgb \"" +
                palette[static_cast<std::size_t>(colour - 1) % palette.size()] + "\" notitle";
