@@ -17,6 +17,9 @@ inline constexpr double rough_single_error = 3e-6;
 /// Iterations in single precision where next to nothing leaves or is absorbed beside what κ moves
 /// (mirrors, no absorption, up to 2048 voxels deep).
 inline constexpr int weak_sink_iterations = 16;
+/// True relative error of φ there at tolerance 1e-6, in either precision: 2048 voxels between the
+/// open faces make a residual of 1e-6 say less.
+inline constexpr double weak_sink_error = 3e-6;
 /// Of layers one voxel thick at contrast 10⁶, in single precision, on any grid.
 inline constexpr int layers_iterations = 12;
 /// What is left at float's floor, and double's.
