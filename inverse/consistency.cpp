@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "core/error.h"
 #include "inverse/model_layers.h"
 
 namespace kappamu::inverse {
@@ -118,10 +119,11 @@ bool Consistency::is_shifted() const {
   return judged && std::hypot(shift_u.value, shift_v.value) > shift_limit;
 }
 
-Consistency check_consistency(const Problem& problem, double kappa, double mu,
-                              const ModelError& model_error, const Backend& backend) {
+namespace {
+
+Consistency judge(const Problem& problem, double kappa, double mu, const ModelError& model_error,
+                  const Backend& backend) {
   Consistency result;
-  if (problem.patterns < fewest_patterns) return result;
   const Grid grid = suitable_grid(problem, model_error);
   const LayeredMedium start{{0}, {std::log(kappa)}, {std::log(mu)}};
   const double eta = problem.setup.eta;
@@ -151,9 +153,25 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
   return result;
 }
 
+}  // namespace
+
+Consistency check_consistency(const Problem& problem, double kappa, double mu,
+                              const ModelError& model_error, const Backend& backend) {
+  if (problem.patterns < fewest_patterns) return {};
+  try {
+    return judge(problem, kappa, mu, model_error, backend);
+  } catch (const InputError&) {
+    return {};  // a fit must not end because its check cannot be made; warnings_of() says so
+  }
+}
+
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem) {
   std::vector<std::string> warnings;
-  if (!consistency.judged) {
+  if (!consistency.judged && problem.patterns >= fewest_patterns) {
+    warnings.emplace_back(
+        "Whether scale and pose of the data are right could not be checked: no homogeneous block "
+        "comes near them; look at exposure, variances and masks.");
+  } else if (!consistency.judged) {
     warnings.emplace_back(
         "With fewer than four patterns neither a wrong absolute scale nor a shift of the images "
         "can be told from structure of the block: measure more.");
