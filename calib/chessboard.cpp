@@ -25,6 +25,13 @@ Eigen::Vector2d mean_step(const BoardCorners& corners, bool along_row) {
   return sum / (corners.columns * (corners.rows - 1));
 }
 
+void mirror_rows(BoardCorners& corners) {
+  for (int j = 0; j < corners.rows; ++j) {
+    const auto row = corners.pixels.begin() + static_cast<std::ptrdiff_t>(j) * corners.columns;
+    std::reverse(row, row + corners.columns);
+  }
+}
+
 /// The same square board with its order turned by 90°.
 void turn_quarter(BoardCorners& corners) {
   const BoardCorners old = corners;
@@ -153,13 +160,6 @@ bool detect(const cv::Mat& bytes, const cv::Size& size, std::vector<cv::Point2f>
 }
 
 }  // namespace
-
-void mirror_rows(BoardCorners& corners) {
-  for (int j = 0; j < corners.rows; ++j) {
-    const auto row = corners.pixels.begin() + static_cast<std::ptrdiff_t>(j) * corners.columns;
-    std::reverse(row, row + corners.columns);
-  }
-}
 
 void make_upright(BoardCorners& corners) {
   const Eigen::Vector2d along_row = mean_step(corners, true);

@@ -51,9 +51,6 @@ struct CornerRefinement {
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name, const CornerRefinement& refinement = {});
 
-/// Turns the order of every row round: the board as a mirror shows it.
-void mirror_rows(BoardCorners& corners);
-
 /// The upright rule above, applied to corners of either handedness and any start. Public for tests.
 void make_upright(BoardCorners& corners);
 

@@ -275,26 +275,15 @@ std::optional<double> rms_of(const Setting& setting, int width, int height) {
   }
 }
 
-/// Throws what makes a bad fit, or none at all (`rms` infinite), where that can be told: a mirrored
-/// picture, or one plane that is not where the others say.
+/// Names the plane without which a bad fit, or none at all (`rms` infinite), becomes a good one.
 void explain(const Setting& setting, double rms, int width, int height) {
-  std::vector<PlaneView> mirrored = setting.planes;
-  for (PlaneView& plane : mirrored) mirror_rows(plane.projected);
-  const auto by_mirror =
-      rms_of({setting.camera, setting.printed, setting.projected, mirrored}, width, height);
-  const double good = std::min(bad_rms_px, rms / much_better);
-  if (by_mirror && *by_mirror < good) {
-    throw InputError(setting.planes[0].name +
-                     ": the projected boards are seen mirrored; switch off the projector's mirror "
-                     "or rear-projection setting and photograph planes and patterns again");
-  }
   if (setting.planes.size() < 4) return;
   for (std::size_t p = 0; p < setting.planes.size(); ++p) {
     std::vector<PlaneView> others = setting.planes;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(p));
     const auto without =
         rms_of({setting.camera, setting.printed, setting.projected, others}, width, height);
-    if (without && *without < good) {
+    if (without && *without < std::min(bad_rms_px, rms / much_better)) {
       throw InputError(setting.planes[p].name +
                        ": this plane does not agree with the others; it moved between its two "
                        "pictures, or its board is turned or misread: photograph it again or take "

@@ -41,8 +41,8 @@ struct ProjectorCalibration {
 /// Calibrates from at least three planes. The lens model is the one of least Bayesian information
 /// criterion, from square pixels without distortion upwards: the projected board covers only a part
 /// of the projector's frame, and a needless coefficient does harm where it is extrapolated.
-/// Throws InputError for fewer than three planes, planes that do not determine the projector,
-/// projected boards seen mirrored, and one plane that contradicts all others.
+/// Throws InputError for fewer than three planes, planes that do not determine the projector, and
+/// one plane that contradicts all others.
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,

@@ -24,10 +24,7 @@ struct ProjectorScene {
     projector_from_station.translation = {35.0, 25.0, 8.0};
   }
 
-  /// `mirrored`: the projector shows its picture left to right exchanged, and the corners are in
-  /// the order in which a detector lists what it sees.
-  std::vector<PlaneView> planes(int count, double noise_px, unsigned seed,
-                                bool mirrored = false) const {
+  std::vector<PlaneView> planes(int count, double noise_px, unsigned seed) const {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
     std::normal_distribution<double> noise(0.0, noise_px);
@@ -43,15 +40,13 @@ struct ProjectorScene {
       const Rigid projector_from_plane = projector_from_station * pose;
       for (int j = 0; j < 6; ++j) {
         for (int i = 0; i < 9; ++i) {
-          Eigen::Vector2d pixel(500.0 + 40.0 * i, 200.0 + 40.0 * j);
-          if (mirrored) pixel.x() = projector.width - 1 - pixel.x();
+          const Eigen::Vector2d pixel(500.0 + 40.0 * i, 200.0 + 40.0 * j);
           const Eigen::Vector3d point = meet_plane(projector, projector_from_plane, pixel);
           Eigen::Vector2d seen_at = camera.project(pose * point);
           seen_at += Eigen::Vector2d(noise(random), noise(random));
           view.projected.pixels.push_back(seen_at);
         }
       }
-      if (mirrored) make_upright(view.projected);
       views.push_back(view);
     }
     return views;
