@@ -72,10 +72,10 @@ Html poses_table(const RunData& run) {
 Html sample_block(const RunData& run) {
   std::vector<Html> blocks;
   for (const SamplePicture& sample : run.sample_pictures) {
-    constexpr int width = 520;  // CSS px
-    blocks.push_back(figure(picture(sample.image, width, "sample from " + sample.station),
-                            "Face " + sample.face + " from station " + sample.station +
-                                ": voxel edges by the calibrated pose, outline points as found"));
+    blocks.push_back(
+        figure(picture(sample.image, sample.image.width(), "sample from " + sample.station),
+               "Face " + sample.face + " from station " + sample.station +
+                   ": voxel edges by the calibrated pose, outline points as found"));
   }
   return poses_table(run) + row(blocks);
 }

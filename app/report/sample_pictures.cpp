@@ -14,9 +14,9 @@ namespace kappamu::app::report {
 namespace {
 
 using Colour = std::array<double, 3>;
-constexpr Colour grid_colour{64, 176, 255};
+constexpr Colour grid_colour{20, 100, 210};
 constexpr Colour outline_colour{255, 140, 40};
-constexpr Colour point_colour{255, 255, 255};
+constexpr Colour point_colour{220, 30, 60};
 
 /// The part of the photograph around the face, enlarged.
 struct Window {
@@ -36,7 +36,7 @@ Window around(const std::array<Eigen::Vector2d, 4>& corners, int width, int heig
     high = high.cwiseMax(corner);
   }
   constexpr double margin = 0.12;
-  constexpr double wanted_width = 1000.0;
+  constexpr double wanted_width = 560.0;  // shown pixel by pixel, so that no line is lost
   const Eigen::Vector2d extra = margin * (high - low);
   low = (low - extra).cwiseMax(Eigen::Vector2d::Zero());
   high = (high + extra).cwiseMin(Eigen::Vector2d(width, height));
@@ -122,8 +122,8 @@ Image<std::uint8_t> with_grid(const capture::Session& session, const Image<float
   const double pitch =
       (window.place(pose.corners_px[1]) - window.place(pose.corners_px[0])).norm() / face.nu;
   const int stride = std::max(1, static_cast<int>(std::ceil(closest / std::max(pitch, 1e-6))));
-  for (int u = stride; u < face.nu; u += stride) draw(u, 0, u, face.nv, grid_colour, 0.45, 1);
-  for (int v = stride; v < face.nv; v += stride) draw(0, v, face.nu, v, grid_colour, 0.45, 1);
+  for (int u = stride; u < face.nu; u += stride) draw(u, 0, u, face.nv, grid_colour, 0.55, 1);
+  for (int v = stride; v < face.nv; v += stride) draw(0, v, face.nu, v, grid_colour, 0.55, 1);
   draw(0, 0, face.nu, 0, outline_colour, 0.9, 2);
   draw(0, face.nv, face.nu, face.nv, outline_colour, 0.9, 2);
   draw(0, 0, 0, face.nv, outline_colour, 0.9, 2);
