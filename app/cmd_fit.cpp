@@ -7,6 +7,7 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/continuation.h"
 #include "app/fit_options.h"
 #include "app/model_json.h"
 #include "app/uncertainty_output.h"
@@ -21,6 +22,7 @@ struct FitCommand {
   std::string input;
   std::string out;
   std::string validate;
+  std::optional<std::string> continued;
   FitArguments fit;
 };
 
@@ -76,7 +78,17 @@ void run_fit(const FitCommand& command, Globals& globals) {
   const auto progress = make_progress();
   FitStageOptions options = resolve(command.fit, globals);
   if (!command.validate.empty()) options.validate = command.validate;
-  const FitSummary summary = run_fit_stage(command.input, command.out, options, *progress);
+  std::filesystem::path input = command.input;
+  std::filesystem::path out = command.out;
+  if (command.continued) {
+    const FinishedFit finished(*command.continued);
+    options.continue_from = finished.folder();
+    if (input.empty()) input = finished.input();
+    if (out.empty()) out = finished.folder() / "continued";
+  }
+  if (input.empty()) throw CLI::RequiredError("INPUT");
+  if (out.empty()) throw CLI::RequiredError("--out");
+  const FitSummary summary = run_fit_stage(input, out, options, *progress);
   if (globals.json) {
     std::printf("%s\n", to_json(summary).dump().c_str());
   } else {
@@ -116,11 +128,24 @@ void add_fit(CLI::App& app, Globals& globals) {
       "the\n"
       "smoothing's choice.");
   auto options = std::make_shared<FitCommand>();
-  command->add_option("input", options->input, "Folder of measurements, or run folder")
-      ->required()
+  // First of all: options given beside it are set after it and so prevail.
+  command
+      ->add_option_function<std::string>(
+          "--continue",
+          [options](const std::string& run) {
+            options->continued = run;
+            FinishedFit(run).set_options(options->fit);
+          },
+          "Go on from the volumes of a finished fit, with its options and INPUT where none are "
+          "given here; OUT is then RUN/continued unless given")
+      ->type_name("RUN");
+  command
+      ->add_option("input", options->input,
+                   "Folder of measurements, or run folder; required without --continue")
       ->type_name("INPUT");
-  command->add_option("-o,--out", options->out, "Folder for the results; made if missing")
-      ->required()
+  command
+      ->add_option("-o,--out", options->out,
+                   "Folder for the results; made if missing; required without --continue")
       ->type_name("OUT");
   command
       ->add_option("--channel", options->fit.stage.channels,
@@ -135,7 +160,8 @@ void add_fit(CLI::App& app, Globals& globals) {
   add_fit_options(*command, options->fit, "For comparisons and difficult data");
   command->footer(
       "Exit code 3: some channel ran out of steps; its volumes are kept and marked in fit.json.\n"
-      "Example: kappamu fit demo/run -o demo/run/fit");
+      "Examples: kappamu fit demo/run -o demo/run/fit\n"
+      "          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30");
   command->callback([options, &globals] { run_fit(*options, globals); });
 }
 

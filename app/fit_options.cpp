@@ -13,6 +13,66 @@ inverse::HomogeneousGuess& start_of(inverse::FitOptions& fit) {
   return *fit.start;
 }
 
+/// [W] 4.2.
+constexpr double wang2008_lambda = 1e-5;
+
+void add_data_term_options(CLI::App& command, FitArguments& arguments, const std::string& group) {
+  inverse::DataTermOptions& data = arguments.stage.fit.data_term;
+  command
+      .add_option("--loss", arguments.loss,
+                  "What a residual costs: gaussian (half its square), or huber or student, which "
+                  "wild pixels cannot spoil")
+      ->check(CLI::IsMember({"gaussian", "huber", "student"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--huber-threshold", data.huber_threshold,
+                  "Of --loss huber: standard deviations beyond which a datum pulls no harder")
+      ->capture_default_str()
+      ->group(group);
+  command.add_option("--student-freedom", data.student_freedom, "Of --loss student")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--gains", arguments.gains,
+                  "Give each pattern a gain of its own, about 1 with this relative spread (0.03 "
+                  "for a projector that drifts by 3 %); 0: none")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("SPREAD")
+      ->capture_default_str()
+      ->group(group);
+}
+
+void add_regulariser_options(CLI::App& command, FitArguments& arguments, const std::string& group) {
+  inverse::FitOptions& fit = arguments.stage.fit;
+  command
+      .add_option("--regulariser", arguments.regulariser,
+                  "h1: smooth κ and μ; huber-tv: keeps edges; wang2008: the paper's, κ alone and "
+                  "data unweighted, at λ = 1e-5 unless --lambda says otherwise")
+      ->check(CLI::IsMember({"h1", "huber-tv", "wang2008"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--edge-slope", fit.regulariser.edge_slope,
+                  "Of --regulariser huber-tv: slope beyond which it is an edge, in log units per "
+                  "thickness of the block")
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option("--choose-weight", arguments.choose_weight,
+                  "How far the weight is lowered on the full grid: discrepancy (to the noise "
+                  "level), l-curve, or held-out (least chi2 under the light of --hold-out)")
+      ->check(CLI::IsMember({"discrepancy", "l-curve", "held-out"}))
+      ->capture_default_str()
+      ->group(group);
+  command
+      .add_option_function<double>(
+          "--weight,--lambda", [&fit](double w) { fit.weight = w; },
+          "Smooth with this weight only, instead of choosing it; with --regulariser wang2008 the "
+          "paper's λ")
+      ->group(group);
+}
+
 }  // namespace
 
 void add_fit_options(CLI::App& command, FitArguments& arguments, const std::string& group) {
@@ -64,11 +124,8 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
       ->check(CLI::IsMember({"single", "double"}))
       ->capture_default_str()
       ->group(group);
-  command
-      .add_option_function<double>(
-          "--weight", [&fit](double w) { fit.weight = w; },
-          "Smooth with this weight only, instead of lowering it to the noise level")
-      ->group(group);
+  add_data_term_options(command, arguments, group);
+  add_regulariser_options(command, arguments, group);
   number("--target-chi2", fit.target_chi2,
          "Lower the weight until chi2 per value is this; above 1 for a smoother volume");
   number("--model-error", fit.model_error.relative,
@@ -138,6 +195,14 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"optimiser_newton_iterations", o.optimiser.newton_iterations},
                               {"optimiser_newton_forcing", o.optimiser.newton_forcing},
                               {"coordinates", name_of(o.coordinates)},
+                              {"loss", inverse::to_string(o.data_term.loss)},
+                              {"huber_threshold", o.data_term.huber_threshold},
+                              {"student_freedom", o.data_term.student_freedom},
+                              {"gain_spread", o.data_term.gain_spread.value_or(0.0)},
+                              {"regulariser", inverse::to_string(o.regulariser.kind)},
+                              {"edge_slope", o.regulariser.edge_slope},
+                              {"choose_weight", inverse::to_string(o.weight_rule)},
+                              {"held_out_relief", o.held_out_relief},
                               {"convention", physical ? "physical" : "wang2008"},
                               {"weight", nullptr},
                               {"first_weight", o.first_weight},
@@ -174,7 +239,9 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"refined_tolerance", o.backend.refined_tolerance},
                               {"refined_memory_mb", o.backend.refined_memory_mb},
                               {"channels", options.channels},
-                              {"hold_out", options.hold_out}};
+                              {"hold_out", options.hold_out},
+                              {"continue_from", nullptr}};
+  if (options.continue_from) json["continue_from"] = options.continue_from->string();
   if (o.weight) json["weight"] = *o.weight;
   if (o.start) {
     json["start_kappa"] = o.start->kappa;
@@ -207,6 +274,19 @@ FitStageOptions resolve(const FitArguments& arguments, const Globals& globals) {
     fit.optimiser.method = inverse::Method::wang2008;
     fit.coordinates = inverse::Coordinates::voxels;  // as [W] moves, without a metric
   }
+  using inverse::Loss;
+  using inverse::RegulariserKind;
+  using inverse::WeightRule;
+  if (arguments.loss == "huber") fit.data_term.loss = Loss::huber;
+  if (arguments.loss == "student") fit.data_term.loss = Loss::student;
+  if (arguments.gains > 0.0) fit.data_term.gain_spread = arguments.gains;
+  if (arguments.regulariser == "huber-tv") fit.regulariser.kind = RegulariserKind::huber_tv;
+  if (arguments.regulariser == "wang2008") {
+    fit.regulariser.kind = RegulariserKind::wang2008;
+    if (!fit.weight) fit.weight = wang2008_lambda;
+  }
+  if (arguments.choose_weight == "l-curve") fit.weight_rule = WeightRule::l_curve;
+  if (arguments.choose_weight == "held-out") fit.weight_rule = WeightRule::held_out;
   if (arguments.convention == "wang2008") fit.convention = forward::Convention::wang2008;
   if (arguments.precision == "double") {
     fit.backend.precision = forward::Precision::double_precision;

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/continuation.h"
 #include "app/fit_options.h"
 #include "app/hold_out.h"
 #include "app/model_json.h"
@@ -122,6 +123,7 @@ Json channel_json(const std::string& name, const FitReport& report) {
            {{"kappa_mm", report.homogeneous_kappa},
             {"mu_per_mm", report.homogeneous_mu},
             {"log_residual_rms", report.homogeneous_log_residual}}},
+          {"gains", report.gains},
           {"seconds", report.seconds},
           {"resumed", report.resumed},
           {"warnings", report.warnings},
@@ -132,9 +134,11 @@ Json channel_json(const std::string& name, const FitReport& report) {
 class FitStage {
  public:
   /// `validation`: measurements of their own that judge the fit.
-  FitStage(const SurfaceMeasurements& measurements, std::optional<SurfaceMeasurements> validation,
-           fs::path output, const FitStageOptions& options, Progress& progress)
-      : measurements_(measurements),
+  FitStage(fs::path input, const SurfaceMeasurements& measurements,
+           std::optional<SurfaceMeasurements> validation, fs::path output,
+           const FitStageOptions& options, Progress& progress)
+      : input_(std::move(input)),
+        measurements_(measurements),
         choice_(choose_held_out(options.hold_out, measurements, validation.has_value())),
         fitted_(inverse::without_patterns(measurements, choice_.patterns)),
         held_out_(std::move(validation)),
@@ -145,6 +149,10 @@ class FitStage {
       held_out_ = inverse::select_patterns(measurements, choice_.patterns);
     }
     if (choice_.warning) progress_.warn(*choice_.warning);
+    if (options.continue_from) {
+      continued_.emplace(*options.continue_from);
+      continued_->require_continuable(options, choice_.patterns);
+    }
   }
 
   FitSummary run();
@@ -158,10 +166,12 @@ class FitStage {
   void keep_prediction(const ChannelFit& fit);
   void write_json() const;
 
+  fs::path input_;
   const SurfaceMeasurements& measurements_;
   HeldOut choice_;
   SurfaceMeasurements fitted_;  ///< measurements_ without choice_.patterns
   std::optional<SurfaceMeasurements> held_out_;
+  std::optional<FinishedFit> continued_;
   fs::path output_;
   const FitStageOptions& options_;
   Progress& progress_;
@@ -179,8 +189,14 @@ void FitStage::fit(int channel) {
   checkpoint.save = [&](std::span<const std::byte> bytes) {
     io::write_bytes_atomically(file, bytes);
   };
-  ChannelFit result = inverse::fit_channel(fitted_, channel, options_.fit, checkpoint, progress_);
-  if (held_out_) inverse::prefer_simpler(result, fitted_, *held_out_, channel, options_.fit);
+  inverse::FitContext context;
+  context.held_out = held_out_;
+  if (continued_) context.continued = continued_->channel(name, measurements_);
+  ChannelFit result =
+      inverse::fit_channel(fitted_, channel, options_.fit, checkpoint, progress_, {}, context);
+  if (held_out_ && !continued_) {
+    inverse::prefer_simpler(result, fitted_, *held_out_, channel, options_.fit);
+  }
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
@@ -206,8 +222,8 @@ void FitStage::score(int channel, const ChannelFit& fit) {
   inverse::PredictOptions options;
   options.backend = options_.fit.backend;
   options.convention = options_.fit.convention;
-  summary_.held_out.push_back(
-      inverse::score_held_out(fit.medium, *held_out_, channel, options, options_.fit.model_error));
+  summary_.held_out.push_back(inverse::score_held_out(
+      fit.medium, *held_out_, channel, options, options_.fit.model_error, options_.fit.data_term));
 }
 
 /// prediction.npy has every pattern of the input, prediction_validate.npy those measured apart.
@@ -262,6 +278,7 @@ void FitStage::write_json() const {
       {"eta", measurements_.eta},
       {"device", summary_.device},
       {"seconds", summary_.seconds},
+      {"input", input_.string()},
       {"options", Json::parse(options_json(options_))},
       {"held_out", {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}}},
       {"channels", channels},
@@ -339,7 +356,9 @@ FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
     validation = io::read_measurements(*validate);
     require_same_sample(measurements, *validation, *validate);
   }
-  return FitStage(measurements, std::move(validation), output, options, progress).run();
+  return FitStage(fs::absolute(input).lexically_normal(), measurements, std::move(validation),
+                  output, options, progress)
+      .run();
 }
 
 }  // namespace kappamu::app

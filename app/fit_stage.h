@@ -21,6 +21,8 @@ struct FitStageOptions {
   /// given.
   std::optional<std::filesystem::path> validate;
   bool restart = false;  ///< ignore checkpoints
+  /// Folder of a finished fit whose volumes are the start (app/continuation.h).
+  std::optional<std::filesystem::path> continue_from;
 };
 
 struct FitSummary {

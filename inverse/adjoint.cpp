@@ -10,6 +10,15 @@
 
 namespace kappamu::inverse {
 
+Medium to_medium(const CoefficientPair& fields, const GridShape& shape) {
+  Medium medium{Volume<double>(shape), Volume<double>(shape)};
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    medium.kappa[i] = std::exp(fields.log_kappa[i]);
+    medium.mu[i] = std::exp(fields.log_mu[i]);
+  }
+  return medium;
+}
+
 namespace {
 
 using forward::GridSetup;

@@ -19,6 +19,8 @@ struct CoefficientPair {
   bool operator==(const CoefficientPair&) const = default;
 };
 
+Medium to_medium(const CoefficientPair& fields, const GridShape& shape);
+
 /// The sums over patterns that a gradient is made of, λ_m being the adjoint field of pattern m:
 /// A λ_m = (∂M/∂φ)ᵀ ψ_m, ψ_m = ∂J/∂M_m.
 struct AdjointSums {

@@ -22,7 +22,8 @@ namespace kappamu::inverse {
 class ChannelRun {
  public:
   ChannelRun(const SurfaceMeasurements& measurements, int channel, const FitOptions& options,
-             const Checkpoint& checkpoint, Progress& progress, const Observer& observer);
+             const Checkpoint& checkpoint, Progress& progress, const Observer& observer,
+             const FitContext& context);
 
   ChannelFit run();
 
@@ -35,9 +36,11 @@ class ChannelRun {
   double refresh_correction();
   void begin();
   bool settle_for_simple_model();
+  void begin_continued(const Continuation& continued);
   void begin_stage();
   void iterate_stage();
   void end_stage();
+  void keep_point(double chi2);
   double first_weight(double chi2) const;
   void finish_level(bool stagnated);
   void conclude(bool stagnated);
@@ -53,10 +56,12 @@ class ChannelRun {
     if (state_.level == 0) return refine(ladder_[0]);
     return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
   }
-  double chi2_per_datum() const {
-    const double data = state_.optimiser.value - state_.weight * state_.roughness;
-    return 2.0 * data / static_cast<double>(objective_->problem().used());
+  /// Whether another rule than the discrepancy principle chooses the weight on this grid.
+  bool choosing() const {
+    return state_.level == 0 && !options_.weight && options_.weight_rule != WeightRule::discrepancy;
   }
+  /// The regulariser of the grid that is fitted.
+  Regulariser regulariser() const;
   void warn(const std::string& sentence);
   void save();
   void record();
@@ -65,6 +70,8 @@ class ChannelRun {
   const Checkpoint& checkpoint_;
   Progress& progress_;
   const Observer& observer_;
+  const FitContext& context_;
+  int channel_;
   std::string stage_name_;
   std::uint64_t fingerprint_;
   double per_value_;

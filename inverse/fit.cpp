@@ -32,7 +32,7 @@ void ChannelRun::save() {
 
 void ChannelRun::record() {
   state_.report.history.push_back({state_.level, state_.weight, state_.stage_steps,
-                                   objective_->solves(), state_.optimiser.value, chi2_per_datum(),
+                                   objective_->solves(), state_.optimiser.value, state_.chi2,
                                    state_.roughness, seconds()});
   if (observer_) {
     observer_(state_.report.history.back(), objective_->problem().setup.shape,
@@ -43,9 +43,9 @@ void ChannelRun::record() {
   const double done = levels - 1.0 - state_.level;
   char detail[128];
   std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d",
-                static_cast<int>(done) + 1, static_cast<int>(levels), state_.weight,
-                chi2_per_datum(), state_.stage_steps);
-  const double reach = 1.0 / std::max(1.0, std::sqrt(chi2_per_datum() / options_.target_chi2));
+                static_cast<int>(done) + 1, static_cast<int>(levels), state_.weight, state_.chi2,
+                state_.stage_steps);
+  const double reach = 1.0 / std::max(1.0, std::sqrt(state_.chi2 / options_.target_chi2));
   progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
 }
 
@@ -53,18 +53,38 @@ void ChannelRun::record() {
 void ChannelRun::set_basis() {
   const Problem& problem = objective_->problem();
   const double depth = thickness();
+  const Regulariser regulariser = this->regulariser();
+  const double metric = metric_weight(regulariser, state_.weight, problem.setup.shape, depth,
+                                      state_.report.homogeneous_kappa);
   basis_ =
       std::make_unique<Basis>(problem.setup.shape,
                               BasisOptions{options_.coordinates, axis_of(problem.setup.lit_face),
-                                           depth, options_.smooth_length * depth, state_.weight},
+                                           depth, options_.smooth_length * depth, metric},
                               state_.blocks);
   const Anchor anchor{std::log(state_.report.homogeneous_kappa),
                       std::log(state_.report.homogeneous_mu), options_.anchor_length * depth};
   function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor, state_.weight,
-                                            state_.fields);
+                                            regulariser, state_.fields);
+}
+
+/// On the finest grid, from another fit's volume, one step of the path above where it ended.
+void ChannelRun::begin_continued(const Continuation& continued) {
+  state_.level = 0;
+  open_level();
+  state_.report.homogeneous_kappa = continued.homogeneous_kappa;
+  state_.report.homogeneous_mu = continued.homogeneous_mu;
+  state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
+  for (const double k : continued.medium.kappa.values()) {
+    state_.fields.log_kappa.push_back(std::log(k));
+  }
+  for (const double m : continued.medium.mu.values()) state_.fields.log_mu.push_back(std::log(m));
+  refresh_correction();
+  state_.weight = options_.weight.value_or(
+      std::max(options_.last_weight, continued.weight / options_.weight_factor));
 }
 
 void ChannelRun::begin() {
+  if (context_.continued) return begin_continued(*context_.continued);
   state_.level = static_cast<int>(ladder_.size()) - 1;
   open_level();
   HomogeneousFit start;
@@ -99,9 +119,8 @@ void ChannelRun::begin() {
   objective_->restore(objective_->correction(), solves);
   if (settle_for_simple_model()) return;
   state_.fields = fields();
-  const double chi2 =
-      2.0 * objective_->value(state_.fields) / static_cast<double>(objective_->problem().used());
-  state_.weight = first_weight(chi2);
+  objective_->value(state_.fields);
+  state_.weight = first_weight(objective_->chi2_per_datum());
 }
 
 void ChannelRun::begin_stage() {
@@ -116,6 +135,7 @@ void ChannelRun::begin_stage() {
   state_.optimiser.z = basis_->from_fields(state_.fields);
   start(*function_, state_.optimiser);
   state_.roughness = function_->last_roughness();
+  state_.chi2 = objective_->chi2_per_datum();
   if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
   }
@@ -139,9 +159,10 @@ void ChannelRun::iterate_stage() {
     if (outcome == StepOutcome::stalled) break;
     ++state_.stage_steps;
     state_.roughness = function_->last_roughness();
+    state_.chi2 = objective_->chi2_per_datum();
     const double after = state_.optimiser.value;
-    const bool passing = !options_.weight && !state_.polish &&
-                         chi2_per_datum() > options_.passing_chi2 * options_.target_chi2;
+    const bool passing = !options_.weight && !choosing() && !state_.polish &&
+                         state_.chi2 > options_.passing_chi2 * options_.target_chi2;
     const bool small =
         before - after < (passing ? std::max(options_.passing_tolerance, options_.stage_tolerance)
                                   : options_.stage_tolerance) *
@@ -182,13 +203,21 @@ ChannelFit ChannelRun::run() {
 
 ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
                        const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
-                       const Observer& observer) {
+                       const Observer& observer, const FitContext& context) {
   validate(options);
   validate(measurements, "measurements");
   if (channel < 0 || channel >= static_cast<int>(measurements.channels.size())) {
     throw InputError("measurements: there is no channel " + std::to_string(channel));
   }
-  return ChannelRun(measurements, channel, options, checkpoint, progress, observer).run();
+  if (context.held_out) validate(*context.held_out, "held-out measurements");
+  if (options.weight_rule == WeightRule::held_out && !context.held_out) {
+    throw InputError(
+        "fit options: to choose the weight by held-out light some patterns must be kept out");
+  }
+  if (context.continued && !(context.continued->medium.kappa.shape() == measurements.grid)) {
+    throw InputError("a fit goes on from volumes on the grid of the measurements only");
+  }
+  return ChannelRun(measurements, channel, options, checkpoint, progress, observer, context).run();
 }
 
 }  // namespace kappamu::inverse

@@ -22,7 +22,9 @@
 #include "inverse/homogeneous.h"
 #include "inverse/objective.h"
 #include "inverse/optimiser.h"
+#include "inverse/roughness.h"
 #include "inverse/uncertainty.h"
+#include "inverse/weight_choice.h"
 
 namespace kappamu::inverse {
 
@@ -32,10 +34,14 @@ struct FitOptions {
   std::optional<HomogeneousGuess> start;
   OptimiserOptions optimiser;
   Coordinates coordinates = Coordinates::informed;
+  DataTermOptions data_term;
+  Regulariser regulariser;
   forward::Convention convention = forward::Convention::physical;
 
-  /// Fixed weight α instead of the path [dimensionless].
+  /// Fixed weight instead of the path [dimensionless]: α, or [W]'s λ with [W]'s regulariser.
   std::optional<double> weight;
+  /// Which weight of the path on the finest grid is taken; coarser ones go to the noise level.
+  WeightRule weight_rule = WeightRule::discrepancy;
   double first_weight = 3000.0;  ///< α where the path starts, on the coarsest grid
   double last_weight = 1e-3;     ///< α below which the path does not go
   double weight_factor = 0.3;    ///< from one α to the next, in (0, 1)
@@ -46,6 +52,9 @@ struct FitOptions {
   /// Less relief of χ² than this share by a lower weight ends the path too: what is left is not the
   /// regulariser's doing.
   double stagnation = 0.03;
+
+  /// WeightRule::held_out ends the path where a lower weight relieves χ² there by less than this.
+  double held_out_relief = 0.01;
 
   double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
   /// The same while χ² per datum is above passing_chi2 times target_chi2: such a weight only leads
@@ -105,16 +114,18 @@ struct FitReport {
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
   double chi2_per_datum = 0.0;
-  double weight = 0.0;   ///< α at the end
-  std::size_t data = 0;  ///< used
-  SolveCount solves;     ///< of all grids, the start included
+  std::vector<double> gains;  ///< of each pattern, relative (data_term.h)
+  double weight = 0.0;        ///< α at the end
+  std::size_t data = 0;       ///< used
+  SolveCount solves;          ///< of all grids, the start included
   double seconds = 0.0;
   bool resumed = false;
 };
 
 struct ChannelFit {
   Medium medium;
-  std::vector<float> prediction;  ///< [M][v][u], unit of SurfaceMeasurements::value, r included
+  /// [M][v][u], unit of SurfaceMeasurements::value, r and gains included.
+  std::vector<float> prediction;
   /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
   /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
   Volume<float> sensitivity_kappa;
@@ -139,9 +150,26 @@ struct Checkpoint {
 using Observer = std::function<void(const StepRecord& record, const GridShape& shape,
                                     const CoefficientPair& fields)>;
 
+/// A finished fit to go on from, on the same grid.
+struct Continuation {
+  Medium medium;
+  double homogeneous_kappa = 0.0;  ///< [mm]; what the fields are drawn to
+  double homogeneous_mu = 0.0;     ///< [1/mm]
+  double homogeneous_log_residual = 0.0;
+  double weight = 0.0;  ///< α it ended with
+};
+
+/// What a fit may be given beside measurements and options.
+struct FitContext {
+  /// Patterns the fit does not see; WeightRule::held_out chooses by them.
+  std::optional<SurfaceMeasurements> held_out;
+  /// Start from this volume, on the finest grid, instead of the homogeneous block.
+  std::optional<Continuation> continued;
+};
+
 /// Throws InputError for measurements no fit can start from.
 ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
                        const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
-                       const Observer& observer = {});
+                       const Observer& observer = {}, const FitContext& context = {});
 
 }  // namespace kappamu::inverse

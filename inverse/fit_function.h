@@ -22,18 +22,20 @@ class FitFunction final : public Function {
   /// rounding makes of them on the way to z and back: what the objective has
   /// just solved it need not solve again.
   FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
-              double weight, CoefficientPair start)
+              double weight, const Regulariser& regulariser, CoefficientPair start)
       : objective_(objective),
         basis_(basis),
         thickness_mm_(thickness_mm),
         anchor_(anchor),
         weight_(weight),
+        regulariser_(regulariser),
         start_(std::move(start)),
         start_z_(basis.from_fields(start_)) {}
 
   double value(const Vector& z) override {
     const CoefficientPair fields = z == start_z_ ? start_ : basis_.to_fields(z);
-    roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, fields, anchor_);
+    roughness_ =
+        roughness(objective_.problem().setup.shape, thickness_mm_, fields, anchor_, regulariser_);
     return objective_.value(fields) + weight_ * roughness_.value;
   }
   Vector gradient() override {
@@ -74,6 +76,7 @@ class FitFunction final : public Function {
   double thickness_mm_;
   Anchor anchor_;
   double weight_;
+  Regulariser regulariser_;
   CoefficientPair start_;
   Vector start_z_;
   Roughness roughness_;

@@ -84,6 +84,10 @@ bool ChannelRun::settle_for_simple_model() {
     choice.reason = "Asked for.";
     return false;
   }
+  if (options_.regulariser.kind == RegulariserKind::wang2008) {
+    choice.reason = "The paper's fit knows no other.";
+    return false;
+  }
   ModelSearchOptions options;
   options.asked = options_.model;
   options.correct_grid = options_.correct_grid;

@@ -17,6 +17,8 @@ void require(bool holds, const std::string& sentence) {
 void validate(const FitOptions& o) {
   require(!o.start || (o.start->kappa > 0.0 && o.start->mu > 0.0),
           "the start needs a positive kappa and a positive mu");
+  validate(o.data_term);
+  require(o.regulariser.edge_slope > 0.0, "edge_slope must be positive");
   require(!o.weight || *o.weight >= 0.0, "weight must not be negative");
   require(o.first_weight > 0.0, "first_weight must be positive");
   require(o.last_weight > 0.0 && o.last_weight <= o.first_weight,
@@ -25,6 +27,8 @@ void validate(const FitOptions& o) {
   require(o.restart_steps >= 0.0, "restart_steps must not be negative");
   require(o.target_chi2 > 0.0, "target_chi2 must be positive");
   require(o.stagnation >= 0.0 && o.stagnation < 1.0, "stagnation must lie in [0, 1)");
+  require(o.held_out_relief >= 0.0 && o.held_out_relief < 1.0,
+          "held_out_relief must lie in [0, 1)");
   require(o.stage_tolerance > 0.0 && o.stage_tolerance < 1.0, "stage_tolerance must lie in (0, 1)");
   require(o.passing_tolerance > 0.0 && o.passing_tolerance < 1.0,
           "passing_tolerance must lie in (0, 1)");

@@ -2,9 +2,11 @@
 // to the noise level.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "inverse/channel_run.h"
+#include "inverse/held_out.h"
 
 namespace kappamu::inverse {
 
@@ -30,11 +32,14 @@ std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int ch
                                  const FitOptions& options) {
   std::vector<Problem> ladder;
   ladder.push_back(make_problem(measurements, channel, options.convention, options.model_error));
+  const bool unweighted = options.regulariser.kind == RegulariserKind::wang2008;
+  if (unweighted) equalise_weights(ladder.back());
   while (static_cast<int>(ladder.size()) < options.max_levels) {
     const GridShape& s = ladder.back().setup.shape;
     if (std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
     Problem coarser = coarsen(ladder.back(), options.coarse_model_error);
     if (coarser.used() < 16) break;  // masks left nothing whole
+    if (unweighted) equalise_weights(coarser);
     ladder.push_back(std::move(coarser));
   }
   return ladder;
@@ -44,19 +49,21 @@ std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int ch
 
 ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
                        const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
-                       const Observer& observer)
+                       const Observer& observer, const FitContext& context)
     : options_(options),
       checkpoint_(checkpoint),
       progress_(progress),
       observer_(observer),
+      context_(context),
+      channel_(channel),
       stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
-      fingerprint_(fingerprint(measurements, channel, options)),
+      fingerprint_(fingerprint(measurements, channel, options, context)),
       per_value_(exitance_per_value(measurements, make_setup(measurements, options.convention))),
       ladder_(make_ladder(measurements, channel, options)) {}
 
 void ChannelRun::open_level() {
   const Problem& problem = ladder_[static_cast<std::size_t>(state_.level)];
-  objective_ = std::make_unique<Objective>(problem, options_.backend);
+  objective_ = std::make_unique<Objective>(problem, options_.backend, options_.data_term);
   if (!objective_->warning().empty()) warn(objective_->warning());
 }
 
@@ -66,13 +73,59 @@ double ChannelRun::thickness() const {
   return shape.extent(axis_of(objective_->problem().setup.lit_face)) * shape.voxel_mm;
 }
 
+Regulariser ChannelRun::regulariser() const {
+  Regulariser regulariser = options_.regulariser;
+  if (regulariser.kind == RegulariserKind::wang2008) {
+    // All weights are one, w: ½ w Σ (M − d)² + ½ π² w λ Σ |∇κ|² is ½ π² w times [W] (6), L = M/π.
+    const std::vector<double>& weight = objective_->problem().weight;
+    regulariser.scale =
+        std::numbers::pi * std::numbers::pi * *std::max_element(weight.begin(), weight.end());
+  }
+  return regulariser;
+}
+
 /// r anew at the current fields; χ² per datum with it.
 double ChannelRun::refresh_correction() {
-  const double misfit = options_.correct_grid
-                            ? objective_->refresh_correction(refinement(), state_.fields)
-                            : objective_->value(state_.fields);
+  if (options_.correct_grid) {
+    objective_->refresh_correction(refinement(), state_.fields);
+  } else {
+    objective_->value(state_.fields);
+  }
   state_.correction = objective_->correction();
-  return 2.0 * misfit / static_cast<double>(objective_->problem().used());
+  return objective_->chi2_per_datum();
+}
+
+/// Where another rule than the discrepancy principle chooses: this weight joins the path, and the
+/// best so far is what the fit ends with once no lower weight can be better.
+void ChannelRun::keep_point(double chi2) {
+  PathPoint point{state_.weight, chi2, state_.roughness, std::nullopt, state_.fields};
+  if (options_.weight_rule == WeightRule::held_out) {
+    PredictOptions predict;
+    predict.backend = options_.backend;
+    predict.convention = options_.convention;
+    point.held_out_chi2 =
+        score_held_out(to_medium(state_.fields, ladder_[0].setup.shape), *context_.held_out,
+                       channel_, predict, options_.model_error, options_.data_term)
+            .chi2_per_datum;
+  }
+  std::vector<PathPoint>& path = state_.path;
+  path.push_back(std::move(point));
+  const WeightDecision decision =
+      choose_weight(options_.weight_rule, path, options_.held_out_relief);
+  // The last two may still turn out to be the best.
+  for (std::size_t i = 0; i + 2 < path.size(); ++i) {
+    if (i != decision.chosen) path[i].fields = {};
+  }
+  const double next = state_.weight * options_.weight_factor;
+  if (!decision.done && next >= options_.last_weight) {
+    state_.weight = next;
+    return;
+  }
+  const PathPoint& best = path[decision.chosen];
+  state_.weight = best.weight;
+  state_.fields = best.fields;
+  state_.last_chi2 = refresh_correction();
+  conclude(false);
 }
 
 /// α that opens the path, χ² per datum being that of the homogeneous start.
@@ -82,7 +135,7 @@ double ChannelRun::first_weight(double chi2) const {
 }
 
 void ChannelRun::end_stage() {
-  const double chi2_minimised = chi2_per_datum();
+  const double chi2_minimised = state_.chi2;
   state_.fields = basis_->to_fields(state_.optimiser.z);
   state_.in_stage = false;
   const auto stagnant = [&](double chi2) {
@@ -90,13 +143,14 @@ void ChannelRun::end_stage() {
   };
   const double lower = state_.weight * options_.weight_factor;
   const bool at_noise = chi2_minimised <= options_.target_chi2;
-  const bool may_end =
-      options_.weight || at_noise || stagnant(chi2_minimised) || lower < options_.last_weight;
+  const bool may_end = options_.weight || choosing() || at_noise || stagnant(chi2_minimised) ||
+                       lower < options_.last_weight;
   // What counts is the χ² of a model corrected here, not where this weight was begun; on the way
   // there an old correction will do.
   const bool stale = state_.stale;
   state_.stale = options_.lazy_correction && !may_end;
   const double chi2 = state_.stale ? chi2_minimised : refresh_correction();
+  if (choosing()) return keep_point(chi2);
   const bool passed = options_.passing_tolerance > options_.stage_tolerance && !options_.weight &&
                       !state_.polish &&
                       chi2_minimised > options_.passing_chi2 * options_.target_chi2;

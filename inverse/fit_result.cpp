@@ -25,6 +25,12 @@ void ChannelRun::conclude(bool stagnated) {
     std::snprintf(sentence, sizeof sentence,
                   "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
                   options_.stage_steps, chi2);
+  } else if (!state_.path.empty()) {
+    report.status = FitStatus::converged;
+    std::snprintf(sentence, sizeof sentence,
+                  "Weight %.3g chosen by the %s among %zu, at chi2 per datum %.3g.", state_.weight,
+                  options_.weight_rule == WeightRule::l_curve ? "L-curve" : "held-out light",
+                  state_.path.size(), chi2);
   } else if (chi2 <= options_.target_chi2 || options_.weight) {
     report.status = FitStatus::converged;
     std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
@@ -54,6 +60,7 @@ void ChannelRun::finish(double chi2) {
   state_.finished = true;
   state_.optimiser = OptimiserState{};
   state_.blocks.clear();
+  for (PathPoint& point : state_.path) point.fields = {};
   save();
 }
 
@@ -62,17 +69,16 @@ ChannelFit ChannelRun::result() {
   const GridShape& shape = ladder_[0].setup.shape;
   objective_->value(fields);
   ChannelFit fit;
-  fit.medium = {Volume<double>(shape), Volume<double>(shape)};
-  for (std::size_t i = 0; i < shape.cells(); ++i) {
-    fit.medium.kappa[i] = std::exp(fields.log_kappa[i]);
-    fit.medium.mu[i] = std::exp(fields.log_mu[i]);
-  }
+  fit.medium = to_medium(fields, shape);
   for (const std::string& sentence :
        forward::diffusion_warnings(ladder_[0].setup, fit.medium, options_.backend.precision)) {
     warn(sentence);
   }
-  for (const double m : objective_->prediction()) {
-    fit.prediction.push_back(static_cast<float>(m / per_value_));
+  const std::vector<double> prediction = objective_->prediction();
+  const std::size_t cells = ladder_[0].seen_shape().cells();
+  for (std::size_t i = 0; i < prediction.size(); ++i) {
+    fit.prediction.push_back(
+        static_cast<float>(objective_->gains()[i / cells] * prediction[i] / per_value_));
   }
   if (options_.sensitivity_probes > 0) {
     CoefficientPair root =
@@ -82,8 +88,10 @@ ChannelFit ChannelRun::result() {
     fit.sensitivity_mu =
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
-  // Models of few unknowns have no weight, and no uncertainty voxel by voxel.
-  if (options_.uncertainty.samples > 0 && state_.weight > 0.0) {
+  // Models of few unknowns have no weight, and no uncertainty voxel by voxel; other regularisers
+  // than H1 are no Gaussian prior.
+  if (options_.uncertainty.samples > 0 && state_.weight > 0.0 &&
+      options_.regulariser.kind == RegulariserKind::h1) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
     fit.uncertainty = estimate_uncertainty(
         *objective_, {state_.weight, thickness(), options_.anchor_length * thickness()},
@@ -91,6 +99,7 @@ ChannelFit ChannelRun::result() {
   }
   fit.simpler = state_.simpler;
   fit.report = state_.report;
+  if (options_.data_term.gain_spread) fit.report.gains = objective_->gains();
   fit.report.backend = objective_->backend_name();
   fit.report.data = ladder_[0].used();
   fit.report.solves = objective_->solves();

@@ -84,6 +84,7 @@ void write(ByteWriter& out, const FitReport& report) {
   for (const std::string& w : report.warnings) out.put(w);
   out.put(report.status);
   out.put(report.message);
+  out.put(report.gains);
   for (const double x : {report.homogeneous_kappa, report.homogeneous_mu,
                          report.homogeneous_log_residual, report.chi2_per_datum, report.weight}) {
     out.put(x);
@@ -107,12 +108,57 @@ void read(ByteReader& in, FitReport& report) {
   for (std::uint64_t k = 0; k < count; ++k) in.get(report.warnings.emplace_back());
   in.get(report.status);
   in.get(report.message);
+  in.get(report.gains);
   for (double* x : {&report.homogeneous_kappa, &report.homogeneous_mu,
                     &report.homogeneous_log_residual, &report.chi2_per_datum, &report.weight}) {
     in.get(*x);
   }
   read(in, report.model);
   read(in, report.consistency);
+}
+
+void write(ByteWriter& out, const std::vector<PathPoint>& path) {
+  out.put<std::uint64_t>(path.size());
+  for (const PathPoint& p : path) {
+    for (const double x : {p.weight, p.chi2, p.roughness, p.held_out_chi2.value_or(0.0)}) {
+      out.put(x);
+    }
+    out.put(p.held_out_chi2.has_value());
+    out.put(p.fields.log_kappa);
+    out.put(p.fields.log_mu);
+  }
+}
+
+void read(ByteReader& in, std::vector<PathPoint>& path) {
+  std::uint64_t count = 0;
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) {
+    PathPoint& p = path.emplace_back();
+    double held_out_chi2 = 0.0;
+    bool held_out = false;
+    for (double* x : {&p.weight, &p.chi2, &p.roughness, &held_out_chi2}) in.get(*x);
+    in.get(held_out);
+    if (held_out) p.held_out_chi2 = held_out_chi2;
+    in.get(p.fields.log_kappa);
+    in.get(p.fields.log_mu);
+  }
+}
+
+/// Channel `channel` of `m` with the light it was seen under.
+void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
+  for (const int n : {m.grid.nx, m.grid.ny, m.grid.nz, m.patterns}) print.add(n);
+  for (const double x : {m.grid.voxel_mm, m.eta}) print.add(x);
+  print.add(m.lit_face);
+  print.add(m.seen_face);
+  print.add(m.quantity);
+  print.add(m.light);
+  print.add(m.sides);
+  print.add(std::span<const float>(m.irradiance));
+  const std::size_t count = m.seen_shape().cells() * static_cast<std::size_t>(m.patterns);
+  const std::size_t first = count * static_cast<std::size_t>(channel);
+  print.add(std::span<const float>(m.value).subspan(first, count));
+  print.add(std::span<const float>(m.variance).subspan(first, count));
+  if (!m.mask.empty()) print.add(std::span<const std::uint8_t>(m.mask).subspan(first, count));
 }
 
 }  // namespace
@@ -123,7 +169,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
   for (const bool b : {in_stage, finished, ran_out, repeated, polish, stale}) out.put(b);
-  for (const double x : {last_chi2, seconds, weight, roughness}) out.put(x);
+  for (const double x : {last_chi2, seconds, weight, roughness, chi2}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
   out.put<std::uint64_t>(blocks.size());
@@ -141,6 +187,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
     out.put(medium.log_kappa);
     out.put(medium.log_mu);
   }
+  write(out, path);
   return out.bytes();
 }
 
@@ -157,7 +204,8 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
                     &state.polish, &state.stale})
       in.get(*b);
-    for (double* x : {&state.last_chi2, &state.seconds, &state.weight, &state.roughness})
+    for (double* x :
+         {&state.last_chi2, &state.seconds, &state.weight, &state.roughness, &state.chi2})
       in.get(*x);
     in.get(state.fields.log_kappa);
     in.get(state.fields.log_mu);
@@ -183,6 +231,7 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
       in.get(medium.log_kappa);
       in.get(medium.log_mu);
     }
+    read(in, state.path);
     if (!in.at_end()) return false;
     *this = std::move(state);
     return true;
@@ -191,22 +240,20 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
   }
 }
 
-std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOptions& o) {
+std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOptions& o,
+                          const FitContext& context) {
   Fingerprint print;
   print.add(channel);
-  for (const int n : {m.grid.nx, m.grid.ny, m.grid.nz, m.patterns}) print.add(n);
-  for (const double x : {m.grid.voxel_mm, m.eta}) print.add(x);
-  print.add(m.lit_face);
-  print.add(m.seen_face);
-  print.add(m.quantity);
-  print.add(m.light);
-  print.add(m.sides);
-  print.add(std::span<const float>(m.irradiance));
-  const std::size_t count = m.seen_shape().cells() * static_cast<std::size_t>(m.patterns);
-  const std::size_t first = count * static_cast<std::size_t>(channel);
-  print.add(std::span<const float>(m.value).subspan(first, count));
-  print.add(std::span<const float>(m.variance).subspan(first, count));
-  if (!m.mask.empty()) print.add(std::span<const std::uint8_t>(m.mask).subspan(first, count));
+  add(print, m, channel);
+  print.add(context.held_out.has_value());
+  if (context.held_out) add(print, *context.held_out, channel);
+  print.add(context.continued.has_value());
+  if (context.continued) {
+    const Continuation& c = *context.continued;
+    print.add(std::span<const double>(c.medium.kappa.values()));
+    print.add(std::span<const double>(c.medium.mu.values()));
+    for (const double x : {c.homogeneous_kappa, c.homogeneous_mu, c.weight}) print.add(x);
+  }
 
   print.add(o.model);
   print.add(o.start ? o.start->kappa : 0.0);
@@ -218,6 +265,14 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
     print.add(n);
   }
   print.add(o.coordinates);
+  print.add(o.data_term.loss);
+  print.add(o.regulariser.kind);
+  print.add(o.weight_rule);
+  for (const double x :
+       {o.data_term.huber_threshold, o.data_term.student_freedom,
+        o.data_term.gain_spread.value_or(0.0), o.regulariser.edge_slope, o.held_out_relief}) {
+    print.add(x);
+  }
   print.add(o.convention);
   print.add(o.weight.has_value());
   for (const double x : {o.weight.value_or(0.0),

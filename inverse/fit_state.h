@@ -26,6 +26,7 @@ struct FitState {
   double seconds = 0.0;     ///< spent by earlier runs
   double weight = 0.0;      ///< α
   double roughness = 0.0;   ///< R now
+  double chi2 = 0.0;        ///< per datum now
   CoefficientPair fields;   ///< where the weight was begun
   LateralBlocks blocks;     ///< the data's Hessian on this grid, for the metric
   OptimiserState optimiser;
@@ -33,14 +34,16 @@ struct FitState {
   SolveCount solves;                   ///< on this grid
   std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
   FitReport report;                    ///< so far
+  /// Weights minimised on the finest grid, where another rule than discrepancy chooses.
+  std::vector<PathPoint> path;
 
   std::vector<std::byte> bytes(std::uint64_t fingerprint) const;
   /// False, leaving the state as it was, unless `bytes` carry this fingerprint and are whole.
   bool restore(std::span<const std::byte> bytes, std::uint64_t fingerprint);
 };
 
-/// Of everything that determines the result: channel, data and options.
+/// Of everything that determines the result: channel, data, options and context.
 std::uint64_t fingerprint(const SurfaceMeasurements& measurements, int channel,
-                          const FitOptions& options);
+                          const FitOptions& options, const FitContext& context);
 
 }  // namespace kappamu::inverse

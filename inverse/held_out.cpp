@@ -141,26 +141,31 @@ SurfaceMeasurements without_patterns(const SurfaceMeasurements& measurements,
 }
 
 HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
-                            const PredictOptions& options, const ModelError& model_error) {
+                            const PredictOptions& options, const ModelError& model_error,
+                            const DataTermOptions& data_term) {
   const Problem problem = make_problem(held_out, channel, options.convention, model_error);
   const double per_value = exitance_per_value(held_out, problem.setup);
   HeldOutScore score;
   score.prediction = predict(medium, held_out, options);
+  std::vector<double> exitance;
+  for (const float value : score.prediction) exitance.push_back(per_value * value);
+  const DataTerm term = evaluate(problem, exitance, data_term);
+  const std::size_t cells = problem.seen_shape().cells();
+  score.chi2_per_datum = term.chi2_per_datum;
   const std::size_t first = score.prediction.size() * static_cast<std::size_t>(channel);
   double squares = 0.0;
   for (std::size_t i = 0; i < score.prediction.size(); ++i) {
+    score.prediction[i] *= static_cast<float>(term.gains[i / cells]);
     if (problem.weight[i] == 0.0) continue;
     ++score.data;
     const double residual = per_value * score.prediction[i] - problem.data[i];
     squares += problem.data[i] * problem.data[i];
     score.error += residual * residual;
     score.noise += per_value * per_value * held_out.variance[first + i];
-    score.chi2_per_datum += problem.weight[i] * residual * residual;
   }
   if (score.data == 0 || squares == 0.0) return score;
   score.error /= squares;
   score.noise /= squares;
-  score.chi2_per_datum /= static_cast<double>(score.data);
   return score;
 }
 

@@ -8,6 +8,7 @@
 
 #include "core/grid.h"
 #include "core/surface_measurements.h"
+#include "inverse/data_term.h"
 #include "inverse/predict.h"
 #include "inverse/problem.h"
 
@@ -37,8 +38,10 @@ struct HeldOutScore {
   std::vector<float> prediction;  ///< [M][v][u], the measured quantity
 };
 
-/// How `medium` predicts channel `channel` of `held_out`, which must have passed validate().
+/// How `medium` predicts channel `channel` of `held_out`, which must have passed validate(). With
+/// gains each pattern is scored, and predicted, at its own.
 HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
-                            const PredictOptions& options, const ModelError& model_error);
+                            const PredictOptions& options, const ModelError& model_error,
+                            const DataTermOptions& data_term = {});
 
 }  // namespace kappamu::inverse

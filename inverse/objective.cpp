@@ -98,8 +98,8 @@ int bounded_batch(const GridShape& shape, int batch, double memory_mb,
   return most >= batch || most >= 16 ? most : most >= 8 ? 8 : most >= 4 ? 4 : 1;
 }
 
-Objective::Objective(Problem problem, Backend backend)
-    : problem_(std::move(problem)), backend_(std::move(backend)) {
+Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term)
+    : problem_(std::move(problem)), backend_(std::move(backend)), data_options_(data_term) {
   forward::SolverChoice choice =
       forward::make_grid_solver(problem_.setup, backend_.device, backend_.precision);
   solver_ = std::move(choice.solver);
@@ -143,13 +143,9 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
   return true;
 }
 
-double Objective::misfit() const {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < exitance_.size(); ++i) {
-    const double residual = correction_[i] * exitance_[i] - problem_.data[i];
-    sum += problem_.weight[i] * residual * residual;
-  }
-  return std::isfinite(sum) ? 0.5 * sum : std::numeric_limits<double>::infinity();
+double Objective::misfit() {
+  data_term_ = evaluate(problem_, prediction(), data_options_);
+  return data_term_.value;
 }
 
 double Objective::value(const CoefficientPair& fields) {
@@ -157,18 +153,15 @@ double Objective::value(const CoefficientPair& fields) {
 }
 
 CoefficientPair Objective::gradient() {
-  std::vector<double> by_exitance(exitance_.size());
-  for (std::size_t i = 0; i < exitance_.size(); ++i) {
-    const double residual = correction_[i] * exitance_[i] - problem_.data[i];
-    by_exitance[i] = correction_[i] * problem_.weight[i] * residual;
-  }
+  std::vector<double> by_exitance = data_term_.by_prediction;
+  for (std::size_t i = 0; i < by_exitance.size(); ++i) by_exitance[i] *= correction_[i];
   return adjoint(by_exitance);
 }
 
 CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) {
   std::vector<double> by_exitance(exitance_.size());
   for (std::size_t i = 0; i < exitance_.size(); ++i) {
-    by_exitance[i] = probe[i] * correction_[i] * std::sqrt(problem_.weight[i]);
+    by_exitance[i] = probe[i] * correction_[i] * data_term_.root_weight[i];
   }
   return adjoint(by_exitance);
 }
@@ -209,7 +202,7 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
   for (std::size_t i = 0; i < change.size(); ++i) {
     const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
     change[i] += tangent.observed[i % seen] * (exitance_[i] - entered);
-    change[i] *= correction_[i] * std::sqrt(problem_.weight[i]);
+    change[i] *= correction_[i] * data_term_.root_weight[i];
   }
   return change;
 }

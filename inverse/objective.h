@@ -1,5 +1,6 @@
-// The data term of one channel on one grid, ½ χ²(log κ, log μ) = ½ Σ w (r M − d)², and its gradient
-// by the adjoint method: one batched solve for the value, one more for the gradient.
+// The data term of one channel on one grid, ½ χ²(log κ, log μ) = ½ Σ w (r M − d)² or its robust
+// counterpart (data_term.h), and its gradient by the adjoint method: one batched solve for the
+// value, one more for the gradient.
 //
 // r corrects for the grid's own error: predictions on a finer grid over predictions on this one, at
 // some medium nearby; constant within value() and gradient(), refreshed when asked.
@@ -11,6 +12,7 @@
 
 #include "forward/grid/grid_solver.h"
 #include "inverse/adjoint.h"
+#include "inverse/data_term.h"
 #include "inverse/problem.h"
 
 namespace kappamu::inverse {
@@ -66,15 +68,15 @@ int bounded_batch(const GridShape& shape, int batch, double memory_mb,
 class Objective {
  public:
   /// The solver may have fallen back to the serial reference: warning() says so.
-  Objective(Problem problem, Backend backend);
+  Objective(Problem problem, Backend backend, DataTermOptions data_term = {});
 
   const Problem& problem() const { return problem_; }
   const std::string& warning() const { return warning_; }
   std::string backend_name() const { return solver_->backend(); }
   const SolveCount& solves() const { return solves_; }
 
-  /// ½ χ² at the fields; infinite where the solver does not converge or coefficients leave the
-  /// range of floating point. Keeps what gradient() needs.
+  /// ½ χ² at the fields, or what the data term's options make of it; infinite where the solver does
+  /// not converge or coefficients leave the range of floating point. Keeps what gradient() needs.
   double value(const CoefficientPair& fields);
 
   /// At the fields of the last value().
@@ -88,8 +90,11 @@ class Objective {
   /// jacobian_transpose(), by one forward solve.
   std::vector<double> jacobian(const CoefficientPair& direction);
 
-  /// r M of the last value(), [M][v][u].
+  /// r M of the last value(), [M][v][u], without gains.
   std::vector<double> prediction() const;
+  /// χ² per datum used and the gains [M] of the last value() (data_term.h).
+  double chi2_per_datum() const { return data_term_.chi2_per_datum; }
+  const std::vector<double>& gains() const { return data_term_.gains; }
 
   /// Sets r from one solve on the finer grid at `fields`, every voxel split; returns what value()
   /// then is and leaves gradient() ready.
@@ -102,11 +107,12 @@ class Objective {
  private:
   CoefficientPair adjoint(const std::vector<double>& by_exitance);
   bool solve_forward(const CoefficientPair& fields);
-  double misfit() const;
+  double misfit();
   double exitance_apart() const;
 
   Problem problem_;
   Backend backend_;
+  DataTermOptions data_options_;
   std::unique_ptr<forward::GridSolver> solver_;
   std::string warning_;
   SolveCount solves_;
@@ -115,6 +121,7 @@ class Objective {
   std::vector<double> kappa_;
   std::vector<double> mu_;
   std::vector<double> exitance_;                               ///< M of the last value()
+  DataTerm data_term_;                                         ///< there
   std::vector<std::unique_ptr<forward::BatchField>> fluence_;  ///< φ of the last value(), by batch
 };
 

@@ -100,6 +100,13 @@ Problem make_problem(const SurfaceMeasurements& measurements, int channel,
   return problem;
 }
 
+void equalise_weights(Problem& problem) {
+  double variance = 0.0;
+  for (const double w : problem.weight) variance += w > 0.0 ? 1.0 / w : 0.0;
+  const double mean = variance / static_cast<double>(problem.used());
+  for (double& w : problem.weight) w = w > 0.0 ? 1.0 / mean : 0.0;
+}
+
 Problem coarsen(const Problem& fine, const ModelError& model_error) {
   Problem coarse;
   coarse.setup = fine.setup;

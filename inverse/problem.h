@@ -43,6 +43,9 @@ forward::GridSetup make_setup(const SurfaceMeasurements& measurements,
 Problem make_problem(const SurfaceMeasurements& measurements, int channel,
                      forward::Convention convention, const ModelError& model_error);
 
+/// Gives every datum used the same weight, 1/mean σ²: [W] (6) knows no variances.
+void equalise_weights(Problem& problem);
+
 /// The same on voxels of twice the edge. Odd extents are rounded up: the last coarse voxels
 /// overhang the block, which the correction of Objective absorbs. Irradiance keeps its power; a
 /// coarse datum exists where all fine data it covers inside the block do. `model_error` is that of

@@ -7,45 +7,118 @@
 
 namespace kappamu::inverse {
 
-Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
-                    const std::optional<Anchor>& anchor) {
-  const double scale = shape.voxel_mm / thickness_mm;
-  const std::size_t cells = shape.cells();
-  CoefficientPair gradient{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
-  const auto couple = [&](std::size_t i, std::size_t j) {
-    const double by_kappa = scale * (fields.log_kappa[i] - fields.log_kappa[j]);
-    const double by_mu = scale * (fields.log_mu[i] - fields.log_mu[j]);
-    gradient.log_kappa[i] += by_kappa;
-    gradient.log_kappa[j] -= by_kappa;
-    gradient.log_mu[i] += by_mu;
-    gradient.log_mu[j] -= by_mu;
-  };
+namespace {
+
+/// Calls pair(i, j) for every two voxels that share a face.
+template <class Pair>
+void for_each_face(const GridShape& shape, Pair pair) {
   for (int z = 0; z < shape.nz; ++z) {
     for (int y = 0; y < shape.ny; ++y) {
       for (int x = 0; x < shape.nx; ++x) {
         const std::size_t i = shape.index(x, y, z);
-        if (x + 1 < shape.nx) couple(i, shape.index(x + 1, y, z));
-        if (y + 1 < shape.ny) couple(i, shape.index(x, y + 1, z));
-        if (z + 1 < shape.nz) couple(i, shape.index(x, y, z + 1));
+        if (x + 1 < shape.nx) pair(i, shape.index(x + 1, y, z));
+        if (y + 1 < shape.ny) pair(i, shape.index(x, y + 1, z));
+        if (z + 1 < shape.nz) pair(i, shape.index(x, y, z + 1));
       }
     }
   }
-  double value = 0.0;
-  for (std::size_t i = 0; i < cells; ++i) {
-    value +=
-        0.5 * (fields.log_kappa[i] * gradient.log_kappa[i] + fields.log_mu[i] * gradient.log_mu[i]);
+}
+
+/// Σ_faces ½ (u_i − u_j)²; adds `scale` times its gradient.
+double differences(const GridShape& shape, double scale, const std::vector<double>& u,
+                   std::vector<double>& gradient) {
+  double sum = 0.0;
+  for_each_face(shape, [&](std::size_t i, std::size_t j) {
+    const double step = u[i] - u[j];
+    sum += 0.5 * step * step;
+    gradient[i] += scale * step;
+    gradient[j] -= scale * step;
+  });
+  return sum;
+}
+
+/// Σ_voxels ψ(|∇u|) h² with |∇u| and `slope` = δ per voxel edge; adds `scale` times its gradient.
+double huber_differences(const GridShape& shape, double scale, double slope,
+                         const std::vector<double>& u, std::vector<double>& gradient) {
+  std::vector<double> square(u.size(), 0.0);  // |∇u|² h²
+  for_each_face(shape, [&](std::size_t i, std::size_t j) {
+    const double half = 0.5 * (u[i] - u[j]) * (u[i] - u[j]);
+    square[i] += half;
+    square[j] += half;
+  });
+  double sum = 0.0;
+  std::vector<double> diffusivity(u.size());  // ψ'(s)/s
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    const double steep = std::sqrt(square[i]);
+    const bool edge = steep > slope;
+    sum += edge ? slope * (steep - 0.5 * slope) : 0.5 * square[i];
+    diffusivity[i] = edge ? slope / steep : 1.0;
   }
-  if (anchor) {
+  for_each_face(shape, [&](std::size_t i, std::size_t j) {
+    const double step = 0.5 * (diffusivity[i] + diffusivity[j]) * (u[i] - u[j]);
+    gradient[i] += scale * step;
+    gradient[j] -= scale * step;
+  });
+  return sum;
+}
+
+/// ½ scale Σ_voxels |∇κ|² as a function of log κ.
+Roughness wang2008_roughness(const GridShape& shape, const CoefficientPair& fields, double scale) {
+  const std::size_t cells = shape.cells();
+  Roughness result{0.0, {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)}};
+  std::vector<double> kappa(cells);
+  for (std::size_t i = 0; i < cells; ++i) kappa[i] = std::exp(fields.log_kappa[i]);
+  const double per_square = scale / (shape.voxel_mm * shape.voxel_mm);
+  result.value = per_square * differences(shape, per_square, kappa, result.gradient.log_kappa);
+  for (std::size_t i = 0; i < cells; ++i) result.gradient.log_kappa[i] *= kappa[i];
+  return result;
+}
+
+}  // namespace
+
+std::string to_string(RegulariserKind kind) {
+  switch (kind) {
+    case RegulariserKind::huber_tv:
+      return "huber-tv";
+    case RegulariserKind::wang2008:
+      return "wang2008";
+    default:
+      return "h1";
+  }
+}
+
+Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
+                    const std::optional<Anchor>& anchor, const Regulariser& regulariser) {
+  if (regulariser.kind == RegulariserKind::wang2008) {
+    return wang2008_roughness(shape, fields, regulariser.scale);
+  }
+  const double scale = shape.voxel_mm / thickness_mm;
+  const double slope = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
+  const std::size_t cells = shape.cells();
+  Roughness result{0.0, {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)}};
+  const auto add = [&](const std::vector<double>& u, std::vector<double>& gradient, double to) {
+    result.value += scale * (regulariser.kind == RegulariserKind::huber_tv
+                                 ? huber_differences(shape, scale, slope, u, gradient)
+                                 : differences(shape, scale, u, gradient));
+    if (!anchor) return;
     const double pull = scale * std::pow(shape.voxel_mm / anchor->length_mm, 2);
     for (std::size_t i = 0; i < cells; ++i) {
-      const double by_kappa = fields.log_kappa[i] - anchor->log_kappa;
-      const double by_mu = fields.log_mu[i] - anchor->log_mu;
-      value += 0.5 * pull * (by_kappa * by_kappa + by_mu * by_mu);
-      gradient.log_kappa[i] += pull * by_kappa;
-      gradient.log_mu[i] += pull * by_mu;
+      result.value += 0.5 * pull * (u[i] - to) * (u[i] - to);
+      gradient[i] += pull * (u[i] - to);
     }
-  }
-  return {value, std::move(gradient)};
+  };
+  const Anchor to = anchor.value_or(Anchor{});
+  add(fields.log_kappa, result.gradient.log_kappa, to.log_kappa);
+  add(fields.log_mu, result.gradient.log_mu, to.log_mu);
+  return result;
+}
+
+double metric_weight(const Regulariser& regulariser, double weight, const GridShape& shape,
+                     double thickness_mm, double kappa) {
+  if (regulariser.kind != RegulariserKind::wang2008) return weight;
+  // (κ_i − κ_j)²/h² = (κ/h)² (log κ_i − log κ_j)² where κ varies little; H1 has h/ℓ instead.
+  const double per_face = regulariser.scale * kappa * kappa / (shape.voxel_mm * shape.voxel_mm);
+  return weight * per_face * thickness_mm / shape.voxel_mm;
 }
 
 }  // namespace kappamu::inverse

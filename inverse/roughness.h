@@ -1,6 +1,15 @@
-// The regulariser R = ½ Σ_{κ,μ} ∫|∇u|² dV / ℓ = ½ (h/ℓ) Σ_faces (u_i − u_j)² of u = log κ and log μ
-// (H1), ℓ the thickness of the block along the light: dimensionless, independent of the grid and of
-// the unit of length. [W] smooths κ alone, on which μ runs away.
+// The regulariser R of u = log κ and log μ, dimensionless, independent of the grid and of the unit
+// of length; ℓ is the thickness of the block along the light. [W] smooths κ alone, on which μ runs
+// away.
+//
+//   H1        R = Σ_{κ,μ} (1/ℓ) ∫ ½ |∇u|² dV
+//   Huber-TV  R = Σ_{κ,μ} (1/ℓ) ∫ ψ(|∇u|) dV,  ψ(s) = ½ s² up to δ = t/ℓ, then δ s − ½ δ²
+//
+// Huber-TV smooths slopes below t per thickness as H1 does and charges steeper ones by their height
+// alone, so that edges may be sharp (total variation, rounded off); its Hessian is nowhere larger
+// than H1's, whose metric therefore serves both. |∇u|² of a voxel is the mean of its two faces'
+// squared differences along each axis, 0 beyond the block: for t → ∞ the sum is
+// ½ (h/ℓ) Σ_faces (u_i − u_j)².
 //
 // Differences do not see a constant, and where hardly anything is absorbed the data do not see log
 // μ either: an anchor adds ½ (h/ℓ) Σ_voxels (h/L)² (u_i − u*)², a pull towards the homogeneous
@@ -9,11 +18,26 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "core/grid.h"
 #include "inverse/adjoint.h"
 
 namespace kappamu::inverse {
+
+enum class RegulariserKind {
+  h1,
+  huber_tv,
+  /// R = ½ scale Σ_voxels |∇κ|², κ itself and alone, no anchor ([W] (6)): depends on the grid.
+  wang2008
+};
+std::string to_string(RegulariserKind kind);
+
+struct Regulariser {
+  RegulariserKind kind = RegulariserKind::h1;
+  double edge_slope = 2.0;  ///< t of Huber-TV [log units per thickness]
+  double scale = 1.0;       ///< multiplies [W]'s R
+};
 
 /// Where the fields are drawn to, and how far features reach before they feel it.
 struct Anchor {
@@ -28,6 +52,12 @@ struct Roughness {
   CoefficientPair gradient;
 };
 Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
-                    const std::optional<Anchor>& anchor = std::nullopt);
+                    const std::optional<Anchor>& anchor = std::nullopt,
+                    const Regulariser& regulariser = {});
+
+/// The weight at which H1's Hessian bounds that of α R: what the fit's metric is made with
+/// (basis.h). For [W]'s R that is at `kappa` [mm] and for log κ.
+double metric_weight(const Regulariser& regulariser, double weight, const GridShape& shape,
+                     double thickness_mm, double kappa);
 
 }  // namespace kappamu::inverse

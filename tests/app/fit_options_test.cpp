@@ -34,6 +34,14 @@ TEST(FitOptionsRecord, ChangesWithEveryOptionThatTheVolumesDependOn) {
       [](auto& o) { o.fit.optimiser.newton_iterations += 1; },
       [](auto& o) { o.fit.optimiser.newton_forcing *= 2; },
       [](auto& o) { o.fit.coordinates = inverse::Coordinates::smooth; },
+      [](auto& o) { o.fit.data_term.loss = inverse::Loss::huber; },
+      [](auto& o) { o.fit.data_term.huber_threshold *= 2; },
+      [](auto& o) { o.fit.data_term.student_freedom *= 2; },
+      [](auto& o) { o.fit.data_term.gain_spread = 0.03; },
+      [](auto& o) { o.fit.regulariser.kind = inverse::RegulariserKind::huber_tv; },
+      [](auto& o) { o.fit.regulariser.edge_slope *= 2; },
+      [](auto& o) { o.fit.weight_rule = inverse::WeightRule::l_curve; },
+      [](auto& o) { o.fit.held_out_relief *= 2; },
       [](auto& o) { o.fit.convention = forward::Convention::wang2008; },
       [](auto& o) { o.fit.weight = 0.0; },
       [](auto& o) { o.fit.first_weight *= 2; },
@@ -70,7 +78,8 @@ TEST(FitOptionsRecord, ChangesWithEveryOptionThatTheVolumesDependOn) {
       [](auto& o) { o.fit.backend.refined_tolerance *= 2; },
       [](auto& o) { o.fit.backend.refined_memory_mb *= 2; },
       [](auto& o) { o.channels = {"G"}; },
-      [](auto& o) { o.hold_out = "none"; }};
+      [](auto& o) { o.hold_out = "none"; },
+      [](auto& o) { o.continue_from = "run/fit"; }};
   const std::string usual = options_json({});
   EXPECT_EQ(usual, options_json({}));
   EXPECT_EQ(options_by_name({}).size(), changes.size()) << "an option without a test";

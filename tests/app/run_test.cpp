@@ -124,6 +124,20 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   EXPECT_THAT(page, HasSubstr("Light held out of the fit"));
   EXPECT_GT(summary["holdout_E"].get<double>(), 0.0);
   EXPECT_EQ(json::parse(io::read_text(folder() / "b" / "run.json"))["holdout_E"].size(), 3U);
+
+  // The finished fit goes on with other options, and refuses what cannot be changed.
+  const std::string onward = "fit --continue " + (folder() / "b").string() + quick_fit;
+  const ProcessResult next = kappamu(onward + " --channel G --loss huber --lambda 100");
+  ASSERT_TRUE(next.exit_code == 0 || next.exit_code == 3) << next.standard_error;
+  const json continued =
+      json::parse(io::read_text(folder() / "b" / "fit" / "continued" / "fit.json"));
+  EXPECT_EQ(continued["options"]["loss"], "huber");
+  EXPECT_EQ(continued["options"]["weight"], 100.0);
+  EXPECT_EQ(continued["held_out"]["patterns"], fit["held_out"]["patterns"]);
+  EXPECT_EQ(continued["channels"][0]["history"][0]["grid"], 0) << "on the full grid at once";
+  expect_one_sentence(kappamu(onward + " --convention wang2008"), "fit anew");
+  expect_one_sentence(kappamu(onward + " --hold-out 0,1"), "cannot be held out now");
+  expect_one_sentence(kappamu("fit --continue " + (folder() / "a").string()), "no fit.json");
 }
 
 TEST_F(RunTest, AnotherSessionIsRefused) {
