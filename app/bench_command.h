@@ -7,6 +7,7 @@ namespace kappamu::app {
 
 // Each adds its subcommand to `bench`; `globals` outlives the parse.
 void add_bench_calibration(CLI::App& bench, Globals& globals);
+void add_bench_choices(CLI::App& bench, Globals& globals);
 void add_bench_forward(CLI::App& bench, Globals& globals);
 void add_bench_hdr(CLI::App& bench, Globals& globals);
 void add_bench_inverse(CLI::App& bench, Globals& globals);

@@ -16,6 +16,7 @@ void add_bench(CLI::App& app, Globals& globals) {
   command->require_subcommand(1);
   command->fallthrough();
   add_bench_calibration(*command, globals);
+  add_bench_choices(*command, globals);
   add_bench_forward(*command, globals);
   add_bench_hdr(*command, globals);
   add_bench_inverse(*command, globals);

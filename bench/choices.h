@@ -1,0 +1,52 @@
+// `kappamu bench choices`: what the fit's choices cost or gain in E under light it never saw:
+// patterns held out, the rule that picks the weight, the regulariser, the loss where pixels are
+// wild, gains where the projector drifts. The medians behind the defaults of inverse/fit.h
+// (docs/theory.md, section 4).
+#pragma once
+
+#include <cstdint>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+
+namespace kappamu::bench {
+
+struct ChoicesOptions {
+  std::string device = "auto";
+  std::vector<double> noise{0.003, 0.01, 0.03};  ///< relative
+  int truths = 3;                                ///< of choice_truths(), at most all of them
+  int seeds = 1;                                 ///< of the noise, per truth
+  std::uint64_t seed = 1;
+};
+
+/// held-out, weight, regulariser, loss, gains.
+const std::vector<std::string>& choice_subjects();
+
+struct ChoiceScore {
+  std::string way;    ///< "1 of 16 held out", "l-curve", ...
+  std::string truth;  ///< "boxes", "smooth", "layers"
+  double noise = 0.0;
+  std::uint64_t seed = 0;
+  double patches_error = 0.0;  ///< E, 8 × 8 patches
+  double single_error = 0.0;   ///< E, single-voxel sources
+  double kappa_error = 0.0;    ///< median |found/true − 1| over the layers
+  double mu_error = 0.0;
+  double chi2 = 0.0;    ///< per datum fitted
+  double weight = 0.0;  ///< α at the end
+  int solves = 0;       ///< batched
+};
+
+/// Fits every truth, noise and seed in every way of the subject, interleaved. Throws InputError for
+/// an unknown subject.
+std::vector<ChoiceScore> measure_choices(const std::string& subject, const ChoicesOptions& options,
+                                         Progress& progress);
+
+/// Median and worst E of each way at each noise, as a table of Markdown.
+std::string choices_table(const std::vector<ChoiceScore>& scores);
+
+nlohmann::ordered_json choices_record(const std::string& subject, const ChoicesOptions& options,
+                                      const std::vector<ChoiceScore>& scores);
+
+}  // namespace kappamu::bench
