@@ -2,7 +2,7 @@
 # Remakes every chart and table of docs/benchmarks.md on this machine: measures section by section into out/bench, then
 # renews docs/images/bench-*.png and the tables between the page's markers. About 15 minutes; leave the machine alone.
 #   scripts/bench.sh [--quick] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
-# (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits, half an hour more
+# (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits
 # --quick measures toy grids into out/bench-quick and leaves the page alone; --draw measures nothing. BENCH_UNDER holds
 # words to put before each measurement, BENCH_KAPPAMU another program than build/app/kappamu.
 set -euo pipefail
