@@ -219,7 +219,8 @@ capture::Session make_session(const fs::path& folder, const MadeUpRun& options) 
   capture::Session session;
   session.folder = folder;
   session.sample = {"made-up block", {options.nx, options.ny, options.nz}, 0.5};
-  session.camera = {640, 480, 12, capture::Encoding::response, std::nullopt, std::nullopt};
+  session.camera = {640,          480,          12,          capture::Encoding::response,
+                    std::nullopt, std::nullopt, std::nullopt};
   session.projector = {1024, 768};
   session.pattern_station = "back";
   for (int i = 0; i < options.fit_patterns + options.validate_patterns; ++i) {
