@@ -17,10 +17,9 @@ namespace kappamu::inverse {
 /// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
 class FitFunction final : public Function {
  public:
-  /// `start`: the fields the optimiser begins from, at z =
-  /// basis.from_fields(start). There value() takes these themselves, not what
-  /// rounding makes of them on the way to z and back: what the objective has
-  /// just solved it need not solve again.
+  /// `start`: the fields the optimiser begins from, at z = basis.from_fields(start). There value()
+  /// takes these themselves, not what rounding makes of them on the way to z and back: what the
+  /// objective has just solved it need not solve again.
   FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
               double weight, const Regulariser& regulariser, CoefficientPair start)
       : objective_(objective),
@@ -46,12 +45,11 @@ class FitFunction final : public Function {
     }
     return basis_.gradient(sum);
   }
-  /// BᵀJᵀWJB + α BᵀR''B.
+  /// BᵀJᵀWJB + α BᵀR''B, for H1 and Gaussian data.
   Vector curvature(const Vector& direction) override {
     const CoefficientPair change = basis_.to_fields(direction);
     CoefficientPair sum = objective_.jacobian_transpose(objective_.jacobian(change));
-    // R is quadratic: its Hessian is what its gradient does to changes from the
-    // anchor.
+    // R is quadratic: its Hessian is what its gradient does to changes from the anchor.
     const CoefficientPair rough = roughness(objective_.problem().setup.shape, thickness_mm_, change,
                                             Anchor{0.0, 0.0, anchor_.length_mm})
                                       .gradient;

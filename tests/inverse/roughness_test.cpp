@@ -1,5 +1,6 @@
 // The regularisers: derivatives, independence of the grid, and what tells them apart.
 #include "inverse/roughness.h"
+#include "core/error.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include <functional>
 #include <numbers>
 
+#include "core/error.h"
 #include "inverse/optimiser.h"
 #include "tests/inverse/inverse_cases.h"
 
@@ -169,6 +171,7 @@ class Denoising final : public Function {
     }
     return g;
   }
+  Vector curvature(const Vector&) override { throw InternalError("L-BFGS asks for no curvature"); }
   double amplitude(const Vector& direction) const override {
     double largest = 0.0;
     for (const double x : direction) largest = std::max(largest, std::abs(x));
