@@ -116,7 +116,7 @@ CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double s
                      "add entries to calibration.camera_boards in session.json");
   }
   CameraSetting setting{views, square_mm, everything(views)};
-  CameraFit start = start_camera(setting, cv::Size(width, height));
+  CameraFit start = start_camera(setting, width, height);
   // Outliers are told under a lens that leaves no error of its own.
   start = leave_out_outliers(setting, start, model.value_or(LensModel::radial2_tangential));
   CameraCalibration result;

@@ -1,5 +1,4 @@
-// Which lens model the views need: the one that explains views it was not fitted to best. Included
-// by .cpp files of this folder only.
+// Which lens model the views need: the one that explains views it was not fitted to best.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,7 @@
 #include "calib/camera_fit.h"
 
+#include <ceres/ceres.h>
+
 #include <ceres/jet.h>
 #include <ceres/rotation.h>
 
@@ -148,7 +150,7 @@ Inverse inverse_of(const Eigen::MatrixXd& matrix) {
 
 }  // namespace
 
-CameraFit start_camera(const CameraSetting& setting, cv::Size size) {
+CameraFit start_camera(const CameraSetting& setting, int width, int height) {
   std::vector<std::vector<cv::Point3f>> objects;
   std::vector<std::vector<cv::Point2f>> images;
   for (const BoardView& view : setting.views) {
@@ -160,7 +162,8 @@ CameraFit start_camera(const CameraSetting& setting, cv::Size size) {
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   try {
-    cv::calibrateCamera(objects, images, size, matrix, distortion, rotations, translations,
+    cv::calibrateCamera(objects, images, cv::Size(width, height), matrix, distortion, rotations,
+                        translations,
                         cv::CALIB_FIX_K2 | cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST,
                         cv::TermCriteria(cv::TermCriteria::COUNT, 10, 0.0));  // a start is enough
   } catch (const cv::Exception&) {
@@ -192,7 +195,10 @@ Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& f
 
 CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& start, LensModel model,
                              bool bent, double cauchy_px)
-    : setting_(setting), fit_(start), blocks_(setting.views.size()) {
+    : setting_(setting),
+      fit_(start),
+      problem_(std::make_unique<ceres::Problem>()),
+      blocks_(setting.views.size()) {
   fit_.model = model;
   fit_.bent = bent;
   for (std::size_t v = 0; v < setting.views.size(); ++v) {
@@ -202,17 +208,19 @@ CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& star
         if (setting.mask[v][static_cast<std::size_t>(j) * corners.columns + i] == 0) continue;
         auto* cost =
             new CornerCost(setting.board(v), i, j, corners.at(i, j), has_square_pixels(model));
-        blocks_[v].push_back(problem_.AddResidualBlock(
+        blocks_[v].push_back(problem_->AddResidualBlock(
             cost, cauchy_px > 0.0 ? new ceres::CauchyLoss(cauchy_px) : nullptr, fit_.numbers.data(),
             fit_.bend_mm.data(), fit_.poses[v].data()));
       }
     }
   }
-  if (!bent) problem_.SetParameterBlockConstant(fit_.bend_mm.data());
+  if (!bent) problem_->SetParameterBlockConstant(fit_.bend_mm.data());
 }
 
+CameraProblem::~CameraProblem() = default;
+
 void CameraProblem::solve(double tolerance, int max_iterations) {
-  if (!calib::solve(problem_, fit_, tolerance, max_iterations)) throw InputError(undetermined);
+  if (!calib::solve(*problem_, fit_, tolerance, max_iterations)) throw InputError(undetermined);
 }
 
 Eigen::MatrixXd CameraProblem::jacobian(std::size_t view, std::vector<double>* residuals) {
@@ -222,7 +230,7 @@ Eigen::MatrixXd CameraProblem::jacobian(std::size_t view, std::vector<double>* r
   if (fit_.bent) options.parameter_blocks.push_back(fit_.bend_mm.data());
   options.parameter_blocks.push_back(fit_.poses[view].data());
   ceres::CRSMatrix sparse;
-  problem_.Evaluate(options, nullptr, residuals, nullptr, &sparse);
+  problem_->Evaluate(options, nullptr, residuals, nullptr, &sparse);
   return dense(sparse);
 }
 

@@ -1,18 +1,22 @@
-// Least squares over a camera's lens, the board's bend and the pose of every view. Included by .cpp
-// files of this folder only.
+// Least squares over a camera's lens, the board's bend and the pose of every view.
 #pragma once
-
-#include <ceres/ceres.h>
 
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
-#include <opencv2/core.hpp>
+#include <memory>
 #include <vector>
 
 #include "calib/board_shape.h"
 #include "calib/camera.h"
 #include "calib/lens_solver.h"
+
+namespace ceres {
+class Problem;
+namespace internal {
+class ResidualBlock;
+}
+}  // namespace ceres
 
 namespace kappamu::calib {
 
@@ -44,7 +48,7 @@ struct CameraSetting {
 
 /// Zhang's closed form and OpenCV's own refinement, with one radial coefficient at most. Throws
 /// InputError if OpenCV finds no lens.
-CameraFit start_camera(const CameraSetting& setting, cv::Size size);
+CameraFit start_camera(const CameraSetting& setting, int width, int height);
 
 /// Projected minus observed corner (i, j) of a view under `fit`.
 Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& fit,
@@ -55,6 +59,7 @@ class CameraProblem {
   /// `cauchy_px` > 0 weighs corners further off than that down (Cauchy's loss).
   CameraProblem(const CameraSetting& setting, const CameraFit& start, LensModel model, bool bent,
                 double cauchy_px = 0.0);
+  ~CameraProblem();
 
   /// Minimises; throws InputError if the views do not determine the lens.
   void solve(double tolerance = 1e-12, int max_iterations = 200);
@@ -90,8 +95,8 @@ class CameraProblem {
 
   const CameraSetting& setting_;
   CameraFit fit_;
-  ceres::Problem problem_;
-  std::vector<std::vector<ceres::ResidualBlockId>> blocks_;  ///< [view]
+  std::unique_ptr<ceres::Problem> problem_;
+  std::vector<std::vector<ceres::internal::ResidualBlock*>> blocks_;  ///< [view]
 };
 
 }  // namespace kappamu::calib

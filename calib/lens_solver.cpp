@@ -1,5 +1,7 @@
 #include "calib/lens_solver.h"
 
+#include <ceres/ceres.h>
+
 #include <vector>
 
 namespace kappamu::calib {

@@ -1,14 +1,15 @@
-// Least squares over a lens and whatever poses go with it, for camera and projector alike. Included
-// by .cpp files of this folder only.
+// Least squares over a lens and whatever poses go with it, for camera and projector alike.
 #pragma once
-
-#include <ceres/ceres.h>
 
 #include <Eigen/Core>
 #include <cstddef>
 
 #include "calib/camera.h"
 #include "calib/lens_model.h"
+
+namespace ceres {
+class Problem;
+}
 
 namespace kappamu::calib {
 

@@ -9,7 +9,7 @@
 
 #include "calib/chessboard.h"
 #include "calib/lens.h"
-#include "core/rigid.h"
+#include "calib/pose_numbers.h"
 
 namespace kappamu::calib {
 
@@ -22,10 +22,7 @@ inline cv::Mat distortion_vector(const Lens& lens) {
   return (cv::Mat_<double>(8, 1) << d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]);
 }
 
-/// Rotation vector and translation as one block of six, and back.
 std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& translation);
-std::array<double, 6> six_of(const Rigid& motion);
-Rigid rigid_of(const std::array<double, 6>& six);
 
 /// Board corners at square * (i, j, 0) in the order of BoardCorners.
 std::vector<cv::Point3f> board_points(int columns, int rows, double square);

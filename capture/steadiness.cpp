@@ -237,13 +237,23 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
       if (std::hypot(states[j]->shift_px[0], states[j]->shift_px[1]) > shifted_px) continue;
       const double time = frames[j].exposure_s * std::exp(states[j]->log_gain);
       seen.push_back({j, signal / time, noise.variance(signal) / block_pixels / (time * time)});
-      radiances.push_back(seen.back().radiance);
     }
-    if (seen.size() < 2) continue;
-    const bool alone = seen.size() == 2;
+    // Pixels near black may be cut off there: a frame has its say where its pixels stand well above
+    // their noise, and is judged where the others promise that.
+    const auto bright = [&](const Seen& one, double radiance) {
+      const double time = frames[one.frame].exposure_s * std::exp(states[one.frame]->log_gain);
+      const double signal = radiance * time;
+      return signal > least_signal_to_noise * std::sqrt(noise.variance(signal));
+    };
+    for (const Seen& one : seen) {
+      if (bright(one, one.radiance)) radiances.push_back(one.radiance);
+    }
+    if (radiances.size() < 2) continue;
+    const bool alone = radiances.size() == 2;
     const double middle =
         alone ? 0.5 * (radiances[0] + radiances[1]) : median_of(std::move(radiances));
     for (const Seen& one : seen) {
+      if (!bright(one, middle)) continue;
       const double floor = changed_relative * std::abs(middle);
       const double off = std::abs(one.radiance - middle);
       compared[one.frame] += 1.0;

@@ -52,7 +52,7 @@ struct Fault {
 struct SteadyTolerance {
   double gain = 0.005;          ///< relative; 1.5 % or 3 residuals where the response was recovered
   double shift_px = 0.1;        ///< [px]
-  double changed_share = 0.02;  ///< of the blocks
+  double changed_share = 0.03;  ///< of the blocks
 };
 
 /// Tolerances that the response's own error allows.

@@ -35,7 +35,7 @@ TEST_F(UncertaintyProof, FitsToRepeatedNoiseSpreadAsPredicted) {
   const DeviationRatio ratio =
       deviation_ratio(proof.sampled_noise_part(40), proof.noise_part(), use);
   EXPECT_GT(ratio.count, use.size() / 10);
-  EXPECT_LT(proof.unconverged(), 1e-4);
+  EXPECT_LT(proof.unconverged(), 0.01);  // of the noise's own pull: less than sampling shows
   EXPECT_NEAR(ratio.median, 1.0, 0.05);
   EXPECT_GT(ratio.low, 0.75);
   EXPECT_LT(ratio.high, 1.25);

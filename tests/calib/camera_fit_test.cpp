@@ -8,7 +8,7 @@
 
 #include "board_scene.h"
 #include "calib/lens_model.h"
-#include "calib/opencv_convert.h"
+#include "calib/pose_numbers.h"
 
 namespace kappamu::calib {
 namespace {

@@ -7,7 +7,6 @@
 
 #include "calib/board_shape.h"
 #include "calib/camera.h"
-#include "calib/opencv_convert.h"
 #include "io/image_file.h"
 
 namespace kappamu::calib {
@@ -30,8 +29,17 @@ Found by_opencv(const std::vector<BoardView>& views, int flags) {
   std::vector<std::vector<cv::Point3f>> objects;
   std::vector<std::vector<cv::Point2f>> images;
   for (const BoardView& view : views) {
-    objects.push_back(board_points(columns, rows, square_mm));
-    images.push_back(image_points(view.corners.pixels));
+    auto& board = objects.emplace_back();
+    for (int j = 0; j < rows; ++j) {
+      for (int i = 0; i < columns; ++i) {
+        board.emplace_back(static_cast<float>(square_mm * i), static_cast<float>(square_mm * j),
+                           0.0F);
+      }
+    }
+    auto& seen = images.emplace_back();
+    for (const Eigen::Vector2d& p : view.corners.pixels) {
+      seen.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+    }
   }
   cv::Mat matrix;
   cv::Mat d;
