@@ -161,12 +161,7 @@ void ChannelRun::iterate_stage() {
     state_.roughness = function_->last_roughness();
     state_.chi2 = objective_->chi2_per_datum();
     const double after = state_.optimiser.value;
-    const bool passing = !options_.weight && !choosing() && !state_.polish &&
-                         state_.chi2 > options_.passing_chi2 * options_.target_chi2;
-    const bool small =
-        before - after < (passing ? std::max(options_.passing_tolerance, options_.stage_tolerance)
-                                  : options_.stage_tolerance) *
-                             after;
+    const bool small = before - after < options_.stage_tolerance * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
     if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=

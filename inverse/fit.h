@@ -57,15 +57,9 @@ struct FitOptions {
   double held_out_relief = 0.01;
 
   double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
-  /// The same while χ² per datum is above passing_chi2 times target_chi2, where that is larger:
-  /// such a weight only leads to the next. Saves a few per cent of the solves, but with
-  /// lazy_correction left the demo's blue channel at χ² 2.7 where 0.4 is reached without.
-  double passing_tolerance = 1e-3;
-  double passing_chi2 = 1.5;
-  int stage_steps = 400;         ///< most steps at one weight
-  int max_levels = 4;            ///< grids, the finest included; 1 = the finest alone
-  bool correct_grid = true;      ///< the correction r
-  bool lazy_correction = false;  ///< r anew only at weights that may be the last of their grid
+  int stage_steps = 400;          ///< most steps at one weight
+  int max_levels = 4;             ///< grids, the finest included; 1 = the finest alone
+  bool correct_grid = true;       ///< the correction r
 
   ModelError model_error{0.001, 5e-5};  ///< on the finest grid
   ModelError coarse_model_error{0.03, 3e-3};

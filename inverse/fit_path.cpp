@@ -138,29 +138,15 @@ void ChannelRun::end_stage() {
   const double chi2_minimised = state_.chi2;
   state_.fields = basis_->to_fields(state_.optimiser.z);
   state_.in_stage = false;
-  const auto stagnant = [&](double chi2) {
-    return state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
-  };
-  const double lower = state_.weight * options_.weight_factor;
-  const bool at_noise = chi2_minimised <= options_.target_chi2;
-  const bool may_end = options_.weight || choosing() || at_noise || stagnant(chi2_minimised) ||
-                       lower < options_.last_weight;
-  // What counts is the χ² of a model corrected here, not where this weight was begun; on the way
-  // there an old correction will do.
-  const bool stale = state_.stale;
-  state_.stale = options_.lazy_correction && !may_end;
-  const double chi2 = state_.stale ? chi2_minimised : refresh_correction();
+  // What counts is the χ² of a model corrected here, not where this weight was begun.
+  const double chi2 = refresh_correction();
   if (choosing()) return keep_point(chi2);
-  const bool passed = options_.passing_tolerance > options_.stage_tolerance && !options_.weight &&
-                      !state_.polish &&
-                      chi2_minimised > options_.passing_chi2 * options_.target_chi2;
-  // Where only the correction moved, or the minimum was left early, this weight is low enough: once
-  // more with the new one, to the end.
+  // Where only the correction moved, this weight is low enough: once more with the new one.
   const bool repeat =
-      !options_.weight && !state_.repeated && (at_noise || (may_end && (stale || passed)));
-  state_.polish = repeat;
-  const bool stagnated = !repeat && stagnant(chi2);
-  const double next = repeat ? state_.weight : lower;
+      !options_.weight && !state_.repeated && chi2_minimised <= options_.target_chi2;
+  const bool stagnated =
+      !repeat && state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
+  const double next = state_.weight * (repeat ? 1.0 : options_.weight_factor);
   state_.repeated = repeat;
   if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
     state_.last_chi2 = chi2;
@@ -189,8 +175,6 @@ void ChannelRun::finish_level(bool stagnated) {
     }
     state_.last_chi2 = 0.0;
     state_.repeated = false;
-    state_.polish = false;
-    state_.stale = false;
     return;
   }
   conclude(stagnated);

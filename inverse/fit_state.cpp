@@ -168,7 +168,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(magic);
   out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
-  for (const bool b : {in_stage, finished, ran_out, repeated, polish, stale}) out.put(b);
+  for (const bool b : {in_stage, finished, ran_out, repeated}) out.put(b);
   for (const double x : {last_chi2, seconds, weight, roughness, chi2}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
@@ -201,9 +201,7 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     if (found_magic != magic || found_fingerprint != fingerprint) return false;
     FitState state;
     for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
-    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
-                    &state.polish, &state.stale})
-      in.get(*b);
+    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated}) in.get(*b);
     for (double* x :
          {&state.last_chi2, &state.seconds, &state.weight, &state.roughness, &state.chi2})
       in.get(*x);
@@ -295,13 +293,10 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
                          o.optimiser.newton_forcing,
                          o.backend.solve.tolerance,
                          o.backend.refined_memory_mb,
-                         o.backend.refined_tolerance,
-                         o.passing_tolerance,
-                         o.passing_chi2}) {
+                         o.backend.refined_tolerance}) {
     print.add(x);
   }
   print.add(o.correct_grid);
-  print.add(o.lazy_correction);
   print.add(o.seed);
   print.add(o.backend.precision);
   print.add(o.backend.device);

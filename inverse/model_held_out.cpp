@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "inverse/adjoint.h"
 #include "inverse/model_layers.h"
 #include "inverse/predict.h"
 #include "inverse/problem.h"
@@ -18,16 +19,6 @@ namespace {
 
 /// Pixels whose misfits go together: sampling errors are those between blocks of this edge.
 constexpr int block_edge = 4;
-
-Medium to_medium(const LayeredMedium& layers, const GridShape& shape, int axis) {
-  const CoefficientPair fields = to_fields(layers, shape, axis);
-  Medium medium{Volume<double>(shape), Volume<double>(shape)};
-  for (std::size_t i = 0; i < shape.cells(); ++i) {
-    medium.kappa[i] = std::exp(fields.log_kappa[i]);
-    medium.mu[i] = std::exp(fields.log_mu[i]);
-  }
-  return medium;
-}
 
 struct Difference {
   double mean = 0.0;   ///< χ² per datum of the first prediction less that of the second
@@ -101,7 +92,8 @@ void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
   const double per_value = exitance_per_value(held_out, problem.setup);
   const std::vector<float> volume = predict(fit.medium, held_out, predicting);
   for (const LayeredMedium& layers : fit.simpler) {
-    Medium medium = to_medium(layers, fitted.grid, axis_of(fitted.lit_face));
+    Medium medium =
+        to_medium(to_fields(layers, fitted.grid, axis_of(fitted.lit_face)), fitted.grid);
     const Difference difference =
         compare(problem, per_value, predict(medium, held_out, predicting), volume);
     if (difference.mean > difference.error) continue;
