@@ -8,25 +8,26 @@
       global const REAL *restrict wx, global const REAL *restrict wy,                             \
       global const REAL *restrict wz
 
-// Fetches the coefficients of row (y, z), but for `smoother`, which is needed a plane sooner than
-// the others: that of the row after.
-INLINE void fetch_coefficients(Box box, int nx, int ny, int y, int z, global const REAL* gx,
-                               global const REAL* gy, global const REAL* gz,
-                               global const REAL* sink, global const REAL* smoother,
-                               global const REAL* wx, global const REAL* wy,
-                               global const REAL* wz) {
-  const int count = box.x1 - box.x0;
-  const size_t row = CELL(box.x0, y, z);
-  const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, z);
-  fetch(g.gx + box.x0, count + 1);
-  fetch(g.gy_north + box.x0, count);
-  fetch(g.gz + box.x0, count);
-  fetch(sink + row, count);
-  fetch(smoother + row + next_row(box, nx, ny, y, z), count);
-  fetch(wx + row, count);
-  fetch(wy + row, count);
-  fetch(wz + row, count);
-}
+// STAGE, fetching what the first stage will read one plane ahead of itself: of row (plane_y + 2, k).
+#define STAGE_FETCHING(box, colour, plane_y, value)                                               \
+  if ((plane_y) >= (box).y0 && (plane_y) < (box).y1) {                                            \
+    const int ahead = min((plane_y) + 2, ny - 1);                                                 \
+    for (int k = (box).z0; k < (box).z1; ++k) {                                                   \
+      const Coming coming =                                                                       \
+          coming_row(nx, ny, ahead, k, gx, gy, gz, sink, smoother, wx, wy, wz);                   \
+      global const vec* coming_rhs = rhs + (only_red ? RED_CELL(0, ahead, k) : CELL(0, ahead, k)); \
+      const Conductances g = conductances_at(gx, gy, gz, nx, ny, (plane_y), k);                   \
+      const Rows v = rows_at(ring, (plane_y), k);                                                 \
+      const size_t i = CELL(0, plane_y, k);                                                       \
+      global vec* out = ring_row(ring, (plane_y), k);                                             \
+      for (int x = FIRST((box).x0, colour, plane_y, k); x < (box).x1; x += 2) {                   \
+        fetch_coming(&coming, x);                                                                 \
+        PREFETCH(coming_rhs + (only_red ? x >> 1 : x));                                           \
+        if (!only_red) PREFETCH(coming_rhs + x + 1);                                              \
+        out[x] = (value);                                                                         \
+      }                                                                                           \
+    }                                                                                             \
+  }
 
 // The right-hand side on a red cell.
 #define RHS(x, y, z) (only_red ? rhs[RED_CELL(x, y, z)] : rhs[CELL(x, y, z)])
@@ -92,31 +93,19 @@ INLINE void down_tile(const int only_red, Box own, GRID_ARGUMENTS, global const 
   for (int t = first.y0; t < giving.y1 + 2 + lead; ++t) {
     if (t < first.y1) {
       for (int k = first.z0; k < first.z1; ++k) {
-        const long next = next_row(first, nx, ny, t, k);
-        fetch_coefficients(first, nx, ny, t, k, gx, gy, gz, sink, smoother, wx, wy, wz);
         global vec* out = ring_row(ring, t, k);
         const size_t i = CELL(0, t, k);
-        if (only_red) {
-          const size_t j = RED_CELL(0, t, k), n = (size_t)((long)j + next / nx * ((nx + 1) >> 1));
-          for (int x = FIRST(first.x0, RED, t, k); x < first.x1; x += 2) {
-            PREFETCH(rhs + n + (x >> 1));
-            out[x] = smoother[i + x] * rhs[j + (x >> 1)];
-          }
-        } else {
-          for (int x = FIRST(first.x0, BLACK, t, k); x < first.x1; x += 2) {
-            PREFETCH(rhs + i + next + x);
-            PREFETCH(rhs + i + next + x + 1);
-            out[x] = smoother[i + x] * rhs[i + x];
-          }
+        for (int x = FIRST(first.x0, !only_red, t, k); x < first.x1; x += 2) {
+          out[x] = smoother[i + x] * (only_red ? RHS(x, t, k) : rhs[i + x]);
         }
       }
     } else {
       clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
     }
     if (only_red) {
-      STAGE(black, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
+      STAGE_FETCHING(black, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
     } else {
-      STAGE(red, RED, t - 1, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
+      STAGE_FETCHING(red, RED, t - 1, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
       STAGE(black, BLACK, t - 2, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
     }
     const int y = t - 2 - lead;
@@ -203,22 +192,11 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, global const RE
   accu_vec sum_gamma = (accu_vec)(0), sum_delta = (accu_vec)(0);
   for (int t = first.y0; t < own.y1 + 4; ++t) {
     if (t < first.y1) {
-      for (int k = first.z0; k < first.z1; ++k) {
-        const long next = next_row(first, nx, ny, t, k);
-        fetch_coefficients(first, nx, ny, t, k, gx, gy, gz, sink, smoother, wx, wy, wz);
-        const size_t i = CELL(0, t, k), j = RED_CELL(0, t, k),
-                     n = (size_t)((long)j + next / nx * ((nx + 1) >> 1));
-        if (only_red) {
-          for (int x = FIRST(first.x0, RED, t, k); x < first.x1; x += 2) {
-            PREFETCH(rhs + n + (x >> 1));
-          }
-        } else {
-          global vec* out = ring_row(ring, t, k);
-          for (int x = FIRST(first.x0, BLACK, t, k); x < first.x1; x += 2) {
-            PREFETCH(rhs + i + next + x);
-            PREFETCH(rhs + i + next + x + 1);
-            out[x] = smoother[i + x] * rhs[i + x];
-          }
+      for (int k = first.z0; !only_red && k < first.z1; ++k) {
+        const size_t i = CELL(0, t, k);
+        global vec* out = ring_row(ring, t, k);
+        for (int x = FIRST(first.x0, BLACK, t, k); x < first.x1; x += 2) {
+          out[x] = smoother[i + x] * rhs[i + x];
         }
       }
     } else {
@@ -241,9 +219,9 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, global const RE
       }
     }
     if (only_red) {
-      STAGE(middle, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
+      STAGE_FETCHING(middle, BLACK, t - 1, smoother[i + x] * INFLOW(g, v, x))
     } else {
-      STAGE(middle, BLACK, t - 2, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
+      STAGE_FETCHING(middle, BLACK, t - 2, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
     }
     const int y = t - 2 - lead;
     if (y >= relaxed.y0 && y < relaxed.y1) {

@@ -45,16 +45,6 @@ typedef struct {
   int x0, x1, y0, y1, z0, z1;
 } Box;
 
-// Where the row after (y, z) in a sweep through `box` begins, as seen from row (y, z).
-INLINE long next_row(Box box, int nx, int ny, int y, int z) {
-  return z + 1 < box.z1 ? (long)nx * ny : nx - (long)(box.z1 - 1 - box.z0) * nx * ny;
-}
-
-// Fetches `count` numbers early.
-INLINE void fetch(global const REAL* from, int count) {
-  for (int i = 0; i < count; i += 64 / (int)sizeof(REAL)) PREFETCH(from + i);
-}
-
 // `box` and what lies up to `more` cells around it inside the grid.
 INLINE Box around(Box box, int more, int nx, int ny, int nz) {
   const Box result = {max(box.x0 - more, 0),  min(box.x1 + more, nx), max(box.y0 - more, 0),
@@ -135,6 +125,29 @@ INLINE Rows rows_at(Ring ring, int y, int z) {
 // Index of cell x of row (y, z), or of red cell x among red ones.
 #define CELL(x, y, z) (((size_t)(z)*ny + (y)) * nx + (x))
 #define RED_CELL(x, y, z) (((size_t)(z)*ny + (y)) * ((nx + 1) >> 1) + ((x) >> 1))
+
+// What a sweep will read of the coefficients of one row, some planes ahead. Fetched a line at a time,
+// one array after the other, by a stage that has arithmetic to do meanwhile: fetching a row at once
+// would wait for memory with all of a core's few outstanding requests taken.
+typedef struct {
+  global const REAL* row[8];
+} Coming;
+INLINE Coming coming_row(int nx, int ny, int y, int z, global const REAL* gx,
+                         global const REAL* gy, global const REAL* gz, global const REAL* sink,
+                         global const REAL* smoother, global const REAL* wx,
+                         global const REAL* wy, global const REAL* wz) {
+  const size_t row = CELL(0, y, z);
+  const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, z);
+  const Coming coming = {
+      {g.gx, g.gy_north, g.gz, sink + row, smoother + row, wx + row, wy + row, wz + row}};
+  return coming;
+}
+// For every other cell x of a row: all arrays have had their turn after 16 cells.
+INLINE void fetch_coming(const Coming* coming, int x) {
+  global const REAL* from = coming->row[(x >> 1) & 7] + (x & ~15);
+  PREFETCH(from);
+  if (sizeof(REAL) > 4) PREFETCH(from + 8);
+}
 
 #define GRID_ARGUMENTS                                                      \
   const int nx, const int ny, const int nz, global const REAL *restrict gx, \

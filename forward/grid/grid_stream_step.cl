@@ -68,21 +68,9 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
     if (t < red.y1) {
       for (int k = red.z0; k < red.z1; ++k) {
         const size_t j = RED_CELL(0, t, k);
-        const long next = (long)j + next_row(red, nx, ny, t, k) / nx * ((nx + 1) >> 1);
-        const Conductances g = conductances_at(gx, gy, gz, nx, ny, t, k);
-        const int count = red.x1 - red.x0;
-        fetch(g.gx + red.x0, count + 1);
-        fetch(g.gy_north + red.x0, count);
-        fetch(g.gz + red.x0, count);
-        fetch(sink + CELL(red.x0, t, k), count);
-        fetch(smoother + CELL(red.x0, t, k), count);
         global vec* out = ring_row(ring, t, k);
         for (int x = FIRST(red.x0, RED, t, k); x < red.x1; x += 2) {
           const int e = x >> 1;
-          PREFETCH(z + next + e);
-          PREFETCH(before + next + e);
-          PREFETCH(r + j + e);
-          PREFETCH(d + j + e);
           out[x] = first_p ? z[j + e] : z[j + e] + beta * before[j + e];
         }
       }
@@ -97,7 +85,16 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
         const size_t i = CELL(0, t - 1, k);
         global vec* out = ring_row(ring, t - 1, k);
         global vec* left = ring_row(rest, t - 1, k);
+        // What comes next is fetched meanwhile: r and d for the plane after, the others one ahead.
+        const int ahead = min(t + 1, ny - 1);
+        const Coming coming = coming_row(nx, ny, ahead, k, gx, gy, gz, sink, smoother, gx, gx, gx);
+        const size_t next = RED_CELL(0, ahead, k), now = RED_CELL(0, max(t - 2, 0), k);
         for (int x = FIRST(black.x0, BLACK, t - 1, k); x < black.x1; x += 2) {
+          fetch_coming(&coming, x);
+          PREFETCH(z + next + (x >> 1));
+          PREFETCH(before + next + (x >> 1));
+          PREFETCH(r + now + (x >> 1));
+          PREFETCH(d + now + (x >> 1));
           out[x] = smoother[i + x] * INFLOW(g, v, x);
           left[x >> 1] = LEFT_OVER(g, v, x, i);
         }

@@ -7,10 +7,11 @@ namespace kappamu::forward {
 
 namespace {
 
-/// Bytes of cache that a tile's ring of planes should fill. The last level's share of a core does
-/// better than its own cache: what short rows cost, in loops and in cells computed twice, is more.
-/// (256x256x20, 16 patterns: 0.75 s with 512 KiB, 0.64 with 1 MiB, 0.59 with 4 MiB.)
-constexpr std::size_t ring_bytes = std::size_t{4} << 20;
+/// Bytes of cache that a tile's ring of planes should fill: what a core has to itself, and no less,
+/// since short rows cost loops and cells computed twice. (256x256x20, 16 patterns, to 1e-6: with
+/// 512 KiB of such cache 0.75 s at 512 KiB, 0.64 at 1 MiB, 0.59 at 4 MiB; with 2 MiB of it the
+/// three sweeps of an iteration take 76 ms at 4 MiB, 64 at 2 MiB, 74 at 1.5 MiB.)
+constexpr std::size_t ring_bytes = std::size_t{2} << 20;
 constexpr int items_per_core = 2;
 
 class StreamSteps final : public CgSteps {
