@@ -41,8 +41,8 @@ void draw_forward(const std::filesystem::path& folder);
 /// What `--json` prints, from the record of section peers where there is one, else of headline:
 /// grid, patterns, contrast, method, precision, iterations, seconds_per_rhs, true_error,
 /// bandwidth_fraction, and `peers`, each the same with `ratio`, the fastest of other people's
-/// named; `relaxation` and `kernels` from the records of these sections. Throws InputError without
-/// either.
+/// named; `relaxation` and `kernels` from the records of these sections. Without either, these two
+/// and the names of the sections there are. Throws InputError where there is none.
 nlohmann::ordered_json forward_summary(const std::filesystem::path& folder);
 
 }  // namespace kappamu::bench

@@ -1,5 +1,6 @@
 // Charts and tables of the records of `kappamu bench forward`.
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "bench/chart.h"
@@ -18,9 +19,13 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 std::string title_of(const Json& problem) {
+  const double whole = problem.at("contrast").get<double>();
+  const double background = problem.at("background_contrast").get<double>();
+  const double inclusions = std::sqrt(whole / background);
   return text("%s: %s, %d patterns, contrast %g", problem.at("name").get<std::string>().c_str(),
               grid_name(shape_of(problem)).c_str(), problem.at("patterns").get<int>(),
-              problem.at("contrast").get<double>());
+              background > 1.0 ? background : whole) +
+         (background > 1.0 ? text(" with inclusions ×%g and ÷%g", inclusions, inclusions) : "");
 }
 
 /// Time per right-hand side against true error, one line per method.

@@ -122,6 +122,10 @@ TEST_F(ForwardBenchTest, KernelsOfTheFinestGridAreTimedWithTheirBytes) {
   std::ifstream table(folder() / "table-kernels.md");
   const std::string text{std::istreambuf_iterator<char>(table), {}};
   EXPECT_THAT(text, testing::HasSubstr("of copy bandwidth |"));
+  EXPECT_THAT(text, testing::HasSubstr("contrast 10 with inclusions ×100 and ÷100"));
+  const Json summary = forward_summary(folder());
+  EXPECT_EQ(summary.at("sections"), Json({"kernels"}));
+  EXPECT_EQ(summary.at("kernels").size(), 2U);
 }
 
 TEST(KernelBytes, AnIterationMovesWhatTheWholeSolveCounts) {
