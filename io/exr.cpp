@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/image_integrity.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -78,6 +79,13 @@ ExrImage decode(const std::vector<std::byte>& bytes, const fs::path& file) {
   if (extent(window.min.x, window.max.x) > largest_extent ||
       extent(window.min.y, window.max.y) > largest_extent) {
     fail("EXR data window is larger than 65536 pixels; the file is damaged or not an image");
+  }
+  std::int64_t channels = 0;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) ++channels;
+  if (claims_too_much(static_cast<std::uint64_t>(channels * extent(window.min.x, window.max.x) *
+                                                 extent(window.min.y, window.max.y)),
+                      bytes.size())) {
+    fail("truncated or damaged EXR file; write or copy it again");
   }
   image.width = window.max.x - window.min.x + 1;
   image.height = window.max.y - window.min.y + 1;

@@ -7,14 +7,14 @@ build_packages=(
   g++ cmake ninja-build ccache git ca-certificates
   libeigen3-dev ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
   libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
-  libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev
+  libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev libopencv-contrib-dev
   libceres-dev libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
   libraw-dev libexiv2-dev
   libcli11-dev nlohmann-json3-dev gnuplot-nox
 )
 test_packages=(
   libgtest-dev libgmock-dev python3 python3-numpy python3-openvdb python3-vtk9 python3-jsonschema
-  chromium fonts-dejavu-core clang-format clang-tidy
+  chromium fonts-dejavu-core clang clang-format clang-tidy libclang-rt-14-dev
 )
 peer_packages=()
 case ${1:-} in

@@ -2,6 +2,7 @@
 
 #include <fstream>
 #include <random>
+#include <string_view>
 
 #include "io/exr.h"
 #include "tests/io/python.h"
@@ -135,6 +136,34 @@ TEST_F(ImageFile, DamagedBytesNeverCrash) {
       }
     }
   }
+}
+
+/// A small file whose header claims gigapixels is refused before anything makes room for them.
+TEST_F(ImageFile, HeadersThatClaimTooMuchAreRefused) {
+  const auto patched = [&](const char* name, std::string_view before, std::string_view extents) {
+    std::string text = read_text(folder_ / name);
+    const std::size_t at = text.find(before);
+    ASSERT_NE(at, std::string::npos) << name;
+    text.replace(at + before.size(), extents.size(), extents);
+    std::ofstream(folder_ / name, std::ios::binary) << text;
+    const bool exr = (folder_ / name).extension() == ".exr";
+    EXPECT_THAT(sentence_of([&] {
+                  exr ? static_cast<void>(read_float_image(folder_ / name))
+                      : static_cast<void>(read_code_image(folder_ / name));
+                }),
+                testing::AllOf(HasSubstr(name), HasSubstr("damaged")));
+  };
+  using namespace std::string_view_literals;
+  const auto jpeg = encode_jpeg(noise<std::uint8_t>(64, 48, 3, 255), 90);
+  write_bytes_atomically(folder_ / "a.jpg", std::as_bytes(std::span(jpeg)));
+  patched("a.jpg", "\xFF\xC0\0\x11\x08"sv, "\x7F\xFF\x7F\xFF"sv);
+  write_code_image(folder_ / "a.tif", noise<std::uint16_t>(64, 48, 1, 4095), 12);
+  patched("a.tif", "\0\x01\x03\0\x01\0\0\0"sv, "\xFF\xFF\0\0\x01\x01\x03\0\x01\0\0\0\xFF\xFF"sv);
+  write_float_image(folder_ / "a.exr", Image<float>(24, 16, 3, 0.5F));
+  patched("a.exr", "dataWindow\0box2i\0\x10\0\0\0"sv, "\0\0\0\0\0\0\0\0\0\xEF\0\0\x1F\0\0\0"sv);
+  // Behind its size a PNG holds a checksum; this is that of 65535 x 65535, 16-bit grey.
+  write_code_image(folder_ / "a.png", noise<std::uint16_t>(64, 48, 1, 4095), 12);
+  patched("a.png", "IHDR"sv, "\0\0\xFF\xFF\0\0\xFF\xFF\x10\0\0\0\0\xC3\xFE\x5A\xCF"sv);
 }
 
 TEST_F(Exr, LayersAndAttributesComeBack) {
