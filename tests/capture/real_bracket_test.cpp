@@ -14,6 +14,7 @@
 #include "capture/merge.h"
 #include "capture/radiometry.h"
 #include "capture/response.h"
+#include "capture/response_baselines.h"
 #include "capture/steadiness.h"
 #include "io/image_file.h"
 
@@ -36,6 +37,23 @@ std::vector<ExposedFrame> load_bracket() {
         {io::read_code_image(folder / ("img0" + std::to_string(j) + ".jpg")), exposures[j]});
   }
   return stack;
+}
+
+// Our curve of the bracket in each channel. A JPEG of a consumer camera: no dark frame, black is
+// code 0, and the noise is a guess.
+Radiometry recovered_radiometry(const std::vector<ExposedFrame>& stack) {
+  Radiometry radiometry;
+  radiometry.bit_depth = 8;
+  for (int c = 0; c < 3; ++c) {
+    std::vector<ResponseSample> samples;
+    collect_response_samples(stack, c, 8, {}, samples);
+    RecoveredResponse recovered = recover_response(samples, 8, 0.0, {}, "bracket");
+    radiometry.response.linear.push_back(std::move(recovered.linear));
+    radiometry.reports.push_back(recovered.report);
+    radiometry.black_level.push_back(0.0);
+    radiometry.noise.push_back({4000.0, 10.0, true});
+  }
+  return radiometry;
 }
 
 double median(std::vector<double> values) {
@@ -118,18 +136,25 @@ cv::Mat as_mat(const Image<std::uint16_t>& codes) {
   return image;
 }
 
-OpenCv by_opencv(const std::vector<ExposedFrame>& stack, int samples) {
+struct OpenCvStack {
   std::vector<cv::Mat> images;
   std::vector<float> times;
-  for (const ExposedFrame& frame : stack) {
-    images.push_back(as_mat(frame.codes));
-    times.push_back(static_cast<float>(frame.exposure_s));
+
+  explicit OpenCvStack(const std::vector<ExposedFrame>& stack) {
+    for (const ExposedFrame& frame : stack) {
+      images.push_back(as_mat(frame.codes));
+      times.push_back(static_cast<float>(frame.exposure_s));
+    }
   }
+};
+
+OpenCv by_opencv(const std::vector<ExposedFrame>& frames, int samples) {
+  const OpenCvStack stack(frames);
   cv::Mat response;
   cv::theRNG().state = 0xffffffff;
-  cv::createCalibrateDebevec(samples, 10.0F, true)->process(images, response, times);
+  cv::createCalibrateDebevec(samples, 10.0F, true)->process(stack.images, response, stack.times);
   cv::Mat merged;
-  cv::createMergeDebevec()->process(images, merged, times, response);
+  cv::createMergeDebevec()->process(stack.images, merged, stack.times, response);
   OpenCv result;
   for (int code = 0; code < 256; ++code) {
     result.linear.push_back(response.at<cv::Vec3f>(code, 0)[green]);
@@ -150,25 +175,16 @@ void print_row(const char* name, const std::vector<double>& values) {
 TEST(RealBracket, ResponseAndMergeBesideOpenCv) {
   const std::vector<ExposedFrame> stack = load_bracket();
   if (stack.empty()) GTEST_SKIP() << "shared/data/hdr-stlouis-arch is not beside the source folder";
-
-  Radiometry radiometry;
-  radiometry.bit_depth = 8;
+  const Radiometry radiometry = recovered_radiometry(stack);
   for (int c = 0; c < 3; ++c) {
-    std::vector<ResponseSample> samples;
-    collect_response_samples(stack, c, 8, {}, samples);
-    // A JPEG of a consumer camera: no dark frame, black is code 0.
-    RecoveredResponse recovered = recover_response(samples, 8, 0.0, {}, "bracket");
-    EXPECT_EQ(falling_codes(recovered.linear), 0);
-    EXPECT_EQ(recovered.linear.back(), 1.0);
+    EXPECT_EQ(falling_codes(radiometry.response.linear[c]), 0);
+    EXPECT_EQ(radiometry.response.linear[c].back(), 1.0);
+    const ResponseReport& report = radiometry.reports[c];
     std::printf(
         "channel %d: %d samples, %d observations, residual %.3f, outliers %.1f %%, "
         "codes %.0f to %.0f, %d pooled\n",
-        c, recovered.report.samples, recovered.report.observations, recovered.report.residual_rms,
-        100.0 * recovered.report.outlier_share, recovered.report.lowest_code,
-        recovered.report.highest_code, recovered.report.pooled_codes);
-    radiometry.response.linear.push_back(std::move(recovered.linear));
-    radiometry.black_level.push_back(0.0);
-    radiometry.noise.push_back({4000.0, 10.0, true});
+        c, report.samples, report.observations, report.residual_rms, 100.0 * report.outlier_share,
+        report.lowest_code, report.highest_code, report.pooled_codes);
   }
   const std::vector<double> truth = true_ratios(stack);
   const std::vector<double> ours = ratios_by(radiometry.response.linear[green], stack);
@@ -218,22 +234,57 @@ TEST(RealBracket, ResponseAndMergeBesideOpenCv) {
   EXPECT_LT(p[4] / p[0], 4200.0);
 }
 
+// A frame of `edge` x `edge` pixels spread evenly over each of the stack's.
+std::vector<ExposedFrame> thinned(const std::vector<ExposedFrame>& stack, int edge) {
+  std::vector<ExposedFrame> small;
+  for (const ExposedFrame& frame : stack) {
+    ExposedFrame thin{Image<std::uint16_t>(edge, edge, 3), frame.exposure_s};
+    for (int y = 0; y < edge; ++y) {
+      for (int x = 0; x < edge; ++x) {
+        const int from_x = (2 * x + 1) * frame.codes.width() / (2 * edge);
+        const int from_y = (2 * y + 1) * frame.codes.height() / (2 * edge);
+        for (int c = 0; c < 3; ++c) thin.codes(x, y, c) = frame.codes(from_x, from_y, c);
+      }
+    }
+    small.push_back(std::move(thin));
+  }
+  return small;
+}
+
+// `--response debevec` is the paper's method: on the same pixels, normalised at code 128, it gives
+// OpenCV's curve. (OpenCV's own curve moves by tens of per cent with the pixels it draws, so that
+// only equal pixels can be compared.)
+TEST(RealBracket, DebevecBaselineIsOpenCvsOnTheSamePixels) {
+  const std::vector<ExposedFrame> stack = load_bracket();
+  if (stack.empty()) GTEST_SKIP() << "shared/data/hdr-stlouis-arch is not beside the source folder";
+  constexpr int edge = 20;
+  const std::vector<ExposedFrame> small = thinned(stack, edge);
+  const OpenCvStack input(small);
+  cv::Mat response;
+  cv::createCalibrateDebevec(edge * edge, 10.0F, false)
+      ->process(input.images, response, input.times);
+  double worst = 0.0;
+  for (int c = 0; c < 3; ++c) {
+    const std::vector<double> ours =
+        recover_debevec_malik({sample_pixels(small, c, edge * edge)}, 8, 10.0, "bracket");
+    const double factor = response.at<cv::Vec3f>(128, 0)[c] / ours[128];
+    // The first and the last code have no weight in the data.
+    for (int code = 1; code < 255; ++code) {
+      const double theirs = response.at<cv::Vec3f>(code, 0)[c];
+      worst =
+          std::max(worst, std::abs(factor * ours[static_cast<std::size_t>(code)] / theirs - 1.0));
+    }
+  }
+  std::printf("largest difference of codes 1 to 254 from OpenCV's curve: %.2e\n", worst);
+  EXPECT_LT(worst, 0.01);
+}
+
 // Exposures estimated from the frames through the recovered response against those of EXIF; and
 // that the camera was not still, which the figures of the table above suffer from.
 TEST(RealBracket, IsLinearAndIsSeenToHaveMoved) {
   const std::vector<ExposedFrame> stack = load_bracket();
   if (stack.empty()) GTEST_SKIP() << "shared/data/hdr-stlouis-arch is not beside the source folder";
-  Radiometry radiometry;
-  radiometry.bit_depth = 8;
-  for (int c = 0; c < 3; ++c) {
-    std::vector<ResponseSample> samples;
-    collect_response_samples(stack, c, 8, {}, samples);
-    RecoveredResponse recovered = recover_response(samples, 8, 0.0, {}, "bracket");
-    radiometry.response.linear.push_back(std::move(recovered.linear));
-    radiometry.reports.push_back(recovered.report);
-    radiometry.black_level.push_back(0.0);
-    radiometry.noise.push_back({4000.0, 10.0, true});
-  }
+  const Radiometry radiometry = recovered_radiometry(stack);
   const Steadiness states = compare_frames(std::span<const ExposedFrame>(stack), radiometry);
   std::vector<double> told;
   std::vector<double> found;
