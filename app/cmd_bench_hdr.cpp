@@ -29,7 +29,7 @@ void run_hdr(Options options, Globals& globals) {
     std::printf("%s\n", record.dump().c_str());
     return;
   }
-  std::printf("exposures  method                     error  darkest decade      time\n");
+  std::printf("exposures  method                     error  darkest decade  CPU time\n");
   for (const auto& row : rows) {
     std::printf("%9d  %-24s %6.2f %%  %12.2f %%  %6.1f ms\n", row.exposures, row.method.c_str(),
                 100.0 * row.relative_rms, 100.0 * row.dark_rms, 1e3 * row.seconds);
@@ -42,8 +42,8 @@ void run_hdr(Options options, Globals& globals) {
 void add_bench_hdr(CLI::App& bench, Globals& globals) {
   auto* command = bench.add_subcommand(
       "hdr",
-      "Measure the error of merged radiance and the merge's time against the number of exposures,\n"
-      "ours and the papers' weights beside OpenCV's merges (docs/hdr.md).\n\n"
+      "Measure the error of merged radiance and the merge's CPU time against the number of\n"
+      "exposures, ours and the papers' weights beside OpenCV's merges (docs/hdr.md).\n\n"
       "  kappamu bench hdr -o out/\n\n"
       "A simulated eight-bit camera; every method gets its true response. Writes hdr.json and\n"
       "hdr.png (with hdr.gp).");

@@ -1,8 +1,8 @@
 #include "bench/hdr_error.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
@@ -161,10 +161,9 @@ std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Prog
       std::vector<double> seconds;
       std::vector<float> merged;
       for (int repetition = 0; repetition < options.repetitions; ++repetition) {
-        const auto start = std::chrono::steady_clock::now();
+        const std::clock_t start = std::clock();
         merged = merge();
-        seconds.push_back(
-            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        seconds.push_back(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
       }
       row.seconds = median(seconds);
       score(merged, scene, row);
@@ -227,7 +226,7 @@ void draw_hdr_errors(const std::vector<HdrErrorRow>& rows, const std::filesystem
             &HdrErrorRow::relative_rms),
       panel("Radiance, darkest decade", "relative error (root mean square)",
             &HdrErrorRow::dark_rms),
-      panel("Merge", "seconds", &HdrErrorRow::seconds)};
+      panel("Merge", "CPU seconds", &HdrErrorRow::seconds)};
   draw(charts, png);
 }
 

@@ -29,7 +29,7 @@ struct HdrErrorRow {
   /// frame does not saturate; the common factor (median) is taken out, as OpenCV's is arbitrary.
   double relative_rms = 0.0;
   double dark_rms = 0.0;  ///< the same over the darkest decade
-  double seconds = 0.0;   ///< median of the merge alone
+  double seconds = 0.0;   ///< of processor time, median of the merge alone
 };
 
 std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Progress& progress);

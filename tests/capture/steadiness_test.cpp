@@ -148,12 +148,56 @@ TEST(Steadiness, EdgesAtDefaultNoise) {
     least_drift = percent;
     break;
   }
-  std::printf("edges: flicker %.1f %%, drift over the stack %.1f %%, shift %.2f px\n", least_gain,
-              least_drift, least_shift);
+  double least_label = 0.0;
+  for (const double percent : {8.0, 12.0, 15.0, 16.0, 17.0, 18.0, 20.0}) {
+    Disturbance disturbed;  // what an exposure time told too short by as much looks like
+    disturbed.gain[2] = 1.0 + 0.01 * percent;
+    if (!found_in_all(disturbed, Fault::Kind::mislabelled, 2)) continue;
+    least_label = percent;
+    break;
+  }
+  std::printf(
+      "edges: flicker %.1f %%, drift over the stack %.1f %%, shift %.2f px, exposure time %.0f "
+      "%%\n",
+      least_gain, least_drift, least_shift, least_label);
   // The tolerances are 0.5 %, twice that over the stack, and 0.1 px; noise may add a fifth.
   EXPECT_NEAR(least_gain, 0.6, 0.1001);
   EXPECT_NEAR(least_drift, 1.2, 0.2001);
   EXPECT_NEAR(least_shift, 0.12, 0.0301);
+  EXPECT_NEAR(least_label, 17.0, 1.01);  // ln 1.162 = 0.15
+}
+
+// The smallest square of one frame, 15 % darker, that every one of ten stacks shows.
+TEST(Steadiness, EdgeOfAChangedPart) {
+  constexpr float darkened = 0.85F;
+  int least_edge = 0;
+  double least_share = 0.0;
+  for (const int edge : {16, 24, 32, 40, 48, 56, 64, 80}) {
+    Image<float> shaded = scene();
+    for (int y = 132 - edge / 2; y < 132 + edge / 2; ++y) {
+      for (int x = 144 - edge / 2; x < 144 + edge / 2; ++x) shaded(x, y) *= darkened;
+    }
+    int found = 0;
+    double share = 0.0;
+    for (unsigned seed = 0; seed < 10; ++seed) {
+      std::vector<ExposedFrame> stack = shoot({}, seed);
+      stack[2] = shoot_stack(default_camera, shaded, {times[2]}, seed * 101 + 2)[0];
+      const Steadiness states = compare_frames(stack, linear_radiometry());
+      const std::vector<Fault> faults = find_faults(states, times, files, {});
+      if (faults.size() != 1 || faults[0].kind != Fault::Kind::changed || faults[0].frame != 2)
+        break;
+      share += 0.1 * states[2]->changed_share;
+      ++found;
+    }
+    if (found < 10) continue;
+    least_edge = edge;
+    least_share = share;
+    break;
+  }
+  std::printf("edge: a square of %d px, 15 %% darker; told as %.1f %% of the blocks compared\n",
+              least_edge, 100.0 * least_share);
+  EXPECT_GT(least_edge, 0);
+  EXPECT_LE(least_edge, 64);
 }
 
 TEST(Steadiness, AMislabelledExposureIsToldWithTheOneThatFits) {
