@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "bench/chart.h"
 #include "bench/inverse_case.h"
 #include "bench/inverse_fit.h"
 #include "bench/record.h"
@@ -110,16 +111,18 @@ std::vector<Choice> ways_of(const std::string& subject) {
     }
   } else if (subject == "regulariser") {
     add("h1");
-    for (const double slope : {8.0, 4.0, 2.0, 1.0}) {
+    for (const double slope : {4.0, 2.0, 1.0, 0.5}) {
       char name[32];
       std::snprintf(name, sizeof name, "huber-tv, t = %g", slope);
       FitOptions& options = add(name).options;
       options.regulariser.kind = RegulariserKind::huber_tv;
       options.regulariser.edge_slope = slope;
     }
+  } else if (subject == "wang2008") {
+    add("h1");
     for (const double lambda : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
       char name[32];
-      std::snprintf(name, sizeof name, "wang2008, %g", lambda);
+      std::snprintf(name, sizeof name, "λ = %g", lambda);
       FitOptions& options = add(name).options;
       options.regulariser.kind = RegulariserKind::wang2008;
       options.weight = lambda;
@@ -154,6 +157,7 @@ ChoiceScore score_choice(const Choice& way, SurfaceMeasurements measured, const 
                          const std::string& device, Progress& progress) {
   if (way.damage) way.damage(measured);
   FitOptions options = way.options;
+  options.model = inverse::Model::volume;
   options.backend.device = device;
   inverse::FitContext context;
   if (!way.held_out.empty()) context.held_out = inverse::select_patterns(measured, way.held_out);
@@ -184,19 +188,19 @@ std::vector<ChoiceScore> measure_choices(const std::string& subject, const Choic
                                          Progress& progress) {
   const std::vector<Choice> ways = ways_of(subject);
   Block block;
-  std::vector<Truth> truths = choice_truths(block.grid.refined(2), options.seed);
-  truths.resize(std::min(truths.size(), static_cast<std::size_t>(std::max(1, options.truths))));
   std::vector<ChoiceScore> scores;
   Progress silent;
-  const double all = static_cast<double>(truths.size() * ways.size() * options.noise.size()) *
-                     static_cast<double>(options.seeds);
-  for (const Truth& truth : truths) {
-    const Judge judge = make_judge(block, truth.fine_fields);
-    for (const double noise : options.noise) {
-      block.noise = noise;
-      for (int s = 0; s < options.seeds; ++s) {
-        const std::uint64_t seed = options.seed + 100 + static_cast<std::uint64_t>(s);
-        const SurfaceMeasurements measured = measure(block, truth.fine_fields, 4, seed);
+  const double all =
+      static_cast<double>(ways.size() * options.noise.size()) * options.truths * options.seeds;
+  for (int s = 0; s < options.seeds; ++s) {
+    const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(s);
+    std::vector<Truth> truths = choice_truths(block.grid.refined(2), seed);
+    truths.resize(std::min(truths.size(), static_cast<std::size_t>(std::max(1, options.truths))));
+    for (const Truth& truth : truths) {
+      const Judge judge = make_judge(block, truth.fine_fields);
+      for (const double noise : options.noise) {
+        block.noise = noise;
+        const SurfaceMeasurements measured = measure(block, truth.fine_fields, 4, seed + 100);
         for (const Choice& way : ways) {
           progress.update(subject, static_cast<double>(scores.size()) / all,
                           truth.name + ", " + way.name);
@@ -209,6 +213,56 @@ std::vector<ChoiceScore> measure_choices(const std::string& subject, const Choic
     }
   }
   return scores;
+}
+
+namespace {
+
+/// The distinct values of a member, in the order measured.
+template <class T>
+std::vector<T> distinct(const std::vector<ChoiceScore>& scores, T ChoiceScore::*member) {
+  std::vector<T> values;
+  for (const ChoiceScore& s : scores) {
+    if (std::find(values.begin(), values.end(), s.*member) == values.end()) {
+      values.push_back(s.*member);
+    }
+  }
+  return values;
+}
+
+double median_of(const std::vector<ChoiceScore>& scores, const std::string& way, double noise,
+                 double ChoiceScore::*member) {
+  std::vector<double> values;
+  for (const ChoiceScore& s : scores) {
+    if (s.way == way && s.noise == noise) values.push_back(s.*member);
+  }
+  return median(std::move(values));
+}
+
+Chart chart_of(const std::vector<ChoiceScore>& scores, const std::string& label,
+               double ChoiceScore::*member) {
+  Chart chart;
+  chart.x_label = "noise, relative";
+  chart.y_label = label;
+  chart.log_x = chart.log_y = true;
+  for (const std::string& way : distinct(scores, &ChoiceScore::way)) {
+    Series series;
+    series.label = way;
+    for (const double noise : distinct(scores, &ChoiceScore::noise)) {
+      series.x.push_back(noise);
+      series.y.push_back(median_of(scores, way, noise, member));
+    }
+    chart.series.push_back(std::move(series));
+  }
+  return chart;
+}
+
+}  // namespace
+
+void draw_choices(const std::vector<ChoiceScore>& scores, const std::filesystem::path& png) {
+  const std::vector<Chart> charts{
+      chart_of(scores, "E under held-out 8 x 8 patches", &ChoiceScore::patches_error),
+      chart_of(scores, "median error of κ", &ChoiceScore::kappa_error)};
+  draw(charts, png, 2);
 }
 
 std::string choices_table(const std::vector<ChoiceScore>& scores) {

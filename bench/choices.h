@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
@@ -16,12 +17,12 @@ namespace kappamu::bench {
 struct ChoicesOptions {
   std::string device = "auto";
   std::vector<double> noise{0.003, 0.01, 0.03};  ///< relative
-  int truths = 3;                                ///< of choice_truths(), at most all of them
-  int seeds = 1;                                 ///< of the noise, per truth
+  int truths = 3;                                ///< kinds of block, at most all three
+  int seeds = 1;                                 ///< blocks of each kind, with a noise each
   std::uint64_t seed = 1;
 };
 
-/// held-out, weight, regulariser, loss, gains.
+/// held-out, weight, regulariser, wang2008, loss, gains.
 const std::vector<std::string>& choice_subjects();
 
 struct ChoiceScore {
@@ -38,13 +39,17 @@ struct ChoiceScore {
   int solves = 0;       ///< batched
 };
 
-/// Fits every truth, noise and seed in every way of the subject, interleaved. Throws InputError for
-/// an unknown subject.
+/// Fits every truth, noise and seed in every way of the subject, interleaved; a volume always,
+/// since models of few unknowns have none of these choices. Throws InputError for an unknown
+/// subject.
 std::vector<ChoiceScore> measure_choices(const std::string& subject, const ChoicesOptions& options,
                                          Progress& progress);
 
 /// Median and worst E of each way at each noise, as a table of Markdown.
 std::string choices_table(const std::vector<ChoiceScore>& scores);
+
+/// Median E under 8 × 8 patches and median error of κ against noise, a line for each way.
+void draw_choices(const std::vector<ChoiceScore>& scores, const std::filesystem::path& png);
 
 nlohmann::ordered_json choices_record(const std::string& subject, const ChoicesOptions& options,
                                       const std::vector<ChoiceScore>& scores);
