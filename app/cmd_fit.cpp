@@ -38,6 +38,8 @@ Json to_json(const FitSummary& summary) {
                         {"status", inverse::to_string(r.status)},
                         {"model", model_json(r.model)},
                         {"chi2_per_value", r.chi2_per_datum},
+                        {"warnings", r.warnings},
+                        {"remarks", summary.remarks[c]},
                         {"evaluations", evaluations(r)},
                         {"seconds", r.seconds}});
     if (!summary.held_out.empty()) {
@@ -67,6 +69,7 @@ void print_table(const FitSummary& summary) {
     }
     std::printf("  %s\n      model %s: %s\n", r.message.c_str(), short_name(r.model).c_str(),
                 r.model.reason.c_str());
+    for (const std::string& remark : summary.remarks[c]) std::printf("      %s\n", remark.c_str());
     if (summary.uncertainty[c]) {
       std::printf("      %s\n", summary.uncertainty[c]->sentence.c_str());
     }

@@ -99,7 +99,7 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
       ->group(group);
   auto* kappa = command.add_option_function<double>(
       "--start-kappa", [&fit](double k) { start_of(fit).kappa = k; },
-      "Start from a homogeneous block of this kappa [mm] instead of searching for one");
+      "Let the search for the homogeneous start try this kappa [mm] as well");
   auto* mu = command.add_option_function<double>(
       "--start-mu", [&fit](double m) { start_of(fit).mu = m; }, "and of this mu [1/mm]");
   kappa->needs(mu)->group(group);

@@ -18,6 +18,7 @@
 #include "core/surface_measurements.h"
 #include "inverse/model_held_out.h"
 #include "inverse/predict.h"
+#include "inverse/remarks.h"
 #include "io/atomic_file.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
@@ -197,6 +198,13 @@ void FitStage::fit(int channel) {
   if (held_out_ && !continued_) {
     inverse::prefer_simpler(result, fitted_, *held_out_, channel, options_.fit);
   }
+  for (const auto& warning : {inverse::unseen_warning(result, fitted_, channel),
+                              inverse::wild_warning(result, fitted_, channel)}) {
+    if (!warning) continue;
+    result.report.warnings.push_back(*warning);
+    progress_.warn("fit " + name + ": " + *warning);
+  }
+  summary_.remarks.push_back(inverse::remarks_on(result, fitted_));
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
@@ -254,6 +262,7 @@ void FitStage::write_json() const {
   if (choice_.warning) warnings.push_back(*choice_.warning);
   for (std::size_t c = 0; c < summary_.channels.size(); ++c) {
     Json channel = channel_json(summary_.channels[c], summary_.reports[c]);
+    channel["remarks"] = summary_.remarks[c];
     if (held_out_) {
       channel["holdout_E"] = summary_.held_out[c].error;
       channel["holdout_noise"] = summary_.held_out[c].noise;

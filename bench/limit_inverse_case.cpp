@@ -5,12 +5,35 @@
 #include <cstddef>
 
 #include "bench/media.h"
+#include "forward/montecarlo/monte_carlo_model.h"
 #include "inverse/objective.h"
 #include "inverse/problem.h"
 
 namespace kappamu::bench {
 
 namespace {
+
+std::vector<double> exponential(const std::vector<double>& log) {
+  std::vector<double> value(log.size());
+  std::transform(log.begin(), log.end(), value.begin(), [](double x) { return std::exp(x); });
+  return value;
+}
+
+/// Under side × side patches; nothing seen yet.
+SurfaceMeasurements light_up(const Block& block, int side, double eta) {
+  SurfaceMeasurements m;
+  m.grid = block.grid;
+  m.eta = eta;
+  m.lit_face = block.lit;
+  m.seen_face = block.seen;
+  m.channels = {"grey"};
+  m.patterns = side * side;
+  const std::vector<double> light = patch_light(block.grid, block.lit, m.patterns);
+  m.irradiance.assign(light.begin(), light.end());
+  return m;
+}
+
+}  // namespace
 
 inverse::CoefficientPair on_grid(const GridShape& shape, const Figure3& figure) {
   inverse::CoefficientPair fields;
@@ -25,14 +48,6 @@ inverse::CoefficientPair on_grid(const GridShape& shape, const Figure3& figure) 
   }
   return fields;
 }
-
-std::vector<double> exponential(const std::vector<double>& log) {
-  std::vector<double> value(log.size());
-  std::transform(log.begin(), log.end(), value.begin(), [](double x) { return std::exp(x); });
-  return value;
-}
-
-}  // namespace
 
 Figure3 even_block(double kappa, double mu) {
   return [=](double, double, double) { return Material{std::log(kappa), std::log(mu)}; };
@@ -84,15 +99,8 @@ Figure3 inclusions(double kappa, double mu, double contrast) {
 
 SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int side, int factor,
                                   double eta) {
-  SurfaceMeasurements m;
-  m.grid = block.grid;
-  m.eta = eta;
-  m.lit_face = block.lit;
-  m.seen_face = block.seen;
-  m.channels = {"grey"};
-  m.patterns = side * side;
-  const std::vector<double> light = patch_light(block.grid, block.lit, m.patterns);
-  m.irradiance.assign(light.begin(), light.end());
+  SurfaceMeasurements m = light_up(block, side, eta);
+  const std::vector<double> light(m.irradiance.begin(), m.irradiance.end());
   forward::GridSetup fine = inverse::make_setup(m, forward::Convention::physical);
   fine.shape = block.grid.refined(factor);
   const auto solver =
@@ -111,6 +119,36 @@ SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int
   return m;
 }
 
+SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, int side,
+                                   std::uint64_t seed) {
+  constexpr std::uint64_t photons = 400'000;  // a pattern
+  constexpr double unknown_noise = 0.25;      // standard error over value; 16 photons
+  SurfaceMeasurements m = light_up(block, side, 1.3);
+  const inverse::CoefficientPair fields = on_grid(block.grid, figure);
+  forward::ForwardProblem problem;
+  problem.setup = inverse::make_setup(m, forward::Convention::physical);
+  problem.medium = {Volume<double>(block.grid, exponential(fields.log_kappa)),
+                    Volume<double>(block.grid, exponential(fields.log_mu))};
+  problem.patterns = m.patterns;
+  problem.irradiance.assign(m.irradiance.begin(), m.irradiance.end());
+  forward::ForwardOptions how;
+  how.seed = seed;
+  how.photons = photons;
+  Progress silent;
+  const forward::ForwardResult result =
+      forward::make_monte_carlo_model()->solve(problem, how, silent);
+  const auto face = static_cast<std::size_t>(
+      std::find(all_faces.begin(), all_faces.end(), block.seen) - all_faces.begin());
+  for (std::size_t i = 0; i < result.exitance[face].size(); ++i) {
+    const double value = result.exitance[face][i];
+    const double error = result.standard_error[face][i];
+    m.value.push_back(static_cast<float>(value));
+    m.variance.push_back(static_cast<float>(error * error));
+    m.mask.push_back(error < unknown_noise * value ? 1 : 0);
+  }
+  return m;
+}
+
 void spoil(SurfaceMeasurements& m, double relative, const Mistake& mistake, std::uint64_t seed) {
   if (mistake.stated_eta > 0.0) m.eta = mistake.stated_eta;
   const FaceShape face = m.seen_shape();
@@ -126,6 +164,12 @@ void spoil(SurfaceMeasurements& m, double relative, const Mistake& mistake, std:
   }
   add_noise(m, relative, seed);
   for (float& variance : m.variance) variance *= static_cast<float>(mistake.variance);
+  if (mistake.wild <= 0.0) return;
+  Noise chance(seed + 1);
+  const float largest = *std::max_element(m.value.begin(), m.value.end());
+  for (float& value : m.value) {
+    if (chance.uniform() < mistake.wild) value = static_cast<float>(largest * chance.uniform());
+  }
 }
 
 }  // namespace kappamu::bench

@@ -35,11 +35,20 @@ struct Mistake {
   double stated_eta = 0.0;  ///< instead of the block's; 0 = right
   int shift = 0;            ///< voxels by which the images sit towards +u of the light
   double variance = 1.0;    ///< stated over true
+  double wild = 0.0;        ///< share of values that are anything up to the largest
 };
 
 /// Noise-free values under side × side patches, solved on voxels split in `factor`³.
 SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int side, int factor,
                                   double eta = 1.3);
+
+/// The same by Monte Carlo transport on the block's own voxels, with the variances of its noise. η
+/// is 1.3. Pixels that too few photons reach to know their noise are masked.
+SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, int side,
+                                   std::uint64_t seed);
+
+/// The figure at the cell centres of `shape`.
+inverse::CoefficientPair on_grid(const GridShape& shape, const Figure3& figure);
 
 /// Gaussian noise of the kind of add_noise(), then the mistake.
 void spoil(SurfaceMeasurements& measurements, double noise, const Mistake& mistake,

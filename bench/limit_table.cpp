@@ -46,6 +46,12 @@ std::string to_text(const Figure& figure) {
   return result;
 }
 
+std::string percent(double share) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%.0f %%", 100.0 * share);
+  return text.data();
+}
+
 const Figure& figure(const Record& record, const std::string& name) {
   for (const auto& [known, value] : record) {
     if (known == name) return value;

@@ -21,6 +21,8 @@ struct LimitTable {
 
 /// Doubles with two significant digits.
 std::string to_text(const Figure& figure);
+/// A share in whole percent, "25 %".
+std::string percent(double share);
 
 /// The record's figure of that name; InternalError when there is none.
 const Figure& figure(const Record& record, const std::string& name);

@@ -24,6 +24,8 @@ const std::vector<Entry>& entries() {
       {{"stencil", "energy lost or made by [W] equation (8)'s stencil"}, limit_stencil},
       {{"relaxation", "how far relaxation is from the solution when it seems to stand"},
        limit_relaxation},
+      {{"inverse", "fits of difficult, scarce and wrong data"}, limit_inverse},
+      {{"consistency", "how often data of a wrong scale, pose or eta are told"}, limit_consistency},
   };
   return all;
 }

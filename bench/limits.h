@@ -1,5 +1,5 @@
-// The measured edges of the grid solver: every table of docs/limits.md, by name. No times: they
-// belong to docs/benchmarks.md.
+// The measured edges of the grid solver and of the fit: every table of docs/limits.md, by name. No
+// times: they belong to docs/benchmarks.md.
 #pragma once
 
 #include <string>
@@ -35,5 +35,7 @@ LimitTable limit_boundary(const LimitsOptions& options, Progress& progress);
 LimitTable limit_coarse(const LimitsOptions& options, Progress& progress);
 LimitTable limit_stencil(const LimitsOptions& options, Progress& progress);
 LimitTable limit_relaxation(const LimitsOptions& options, Progress& progress);
+LimitTable limit_inverse(const LimitsOptions& options, Progress& progress);
+LimitTable limit_consistency(const LimitsOptions& options, Progress& progress);
 
 }  // namespace kappamu::bench

@@ -33,6 +33,7 @@ std::optional<std::string> much_absorption(const Medium& medium) {
   const double share = static_cast<double>(absorbing) / static_cast<double>(medium.kappa.size());
   if (share < worthwhile_share && without_scattering == 0) return std::nullopt;
   std::ostringstream out;
+  out.precision(3);
   out << 100.0 * share
       << " % of the voxels absorb more than a tenth of what they extinguish (3 kappa mu > 0.1); "
          "diffusion is inaccurate there";
@@ -56,6 +57,7 @@ std::optional<std::string> coarse_voxels(const GridSetup& setup, const Medium& m
   const double share = static_cast<double>(coarse) / static_cast<double>(medium.kappa.size());
   if (share < worthwhile_share) return std::nullopt;
   std::ostringstream out;
+  out.precision(3);
   out << "in " << 100.0 * share << " % of the block the voxel edge of " << h << " mm is more than "
       << limit << (limit > 1.0 ? " mean free paths" : " mean free path") << " 3 kappa (up to "
       << worst
@@ -76,6 +78,7 @@ std::optional<std::string> dark_far_side(const GridSetup& setup, const Medium& m
       decay / static_cast<double>(medium.kappa.size()) * depth / std::numbers::ln10;
   if (decades <= most_decades) return std::nullopt;
   std::ostringstream out;
+  out.precision(3);
   out << "light falls by about " << std::round(decades)
       << " decades across the block, more than the default tolerance resolves; what leaves the far "
          "face is rounding unless you ask for ";

@@ -84,7 +84,7 @@ std::string scale_sentence(const Consistency& c) {
       text.data(), text.size(),
       "All values are about %.2f times (%.2f to %.2f) what a homogeneous block would show%s: kappa "
       "and mu absorb such a factor and are then wrong. Check the white reference, the exposure "
-      "times and eta.",
+      "times and eta, and whether diffusion holds in so thick or thin a block.",
       std::exp(c.log_scale.value), low, high,
       c.explained ? ", and with that factor it explains the data to their noise"
                   : ", more than the structure of usual blocks does to this figure");
@@ -188,6 +188,28 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
   }
   if (consistency.is_shifted()) warnings.push_back(shift_sentence(consistency, problem));
   return warnings;
+}
+
+std::string in_words(const Consistency& consistency, double eta) {
+  if (!consistency.judged) return {};
+  const double factor = std::exp(consistency.log_scale_limit);
+  std::array<char, 512> text{};
+  std::snprintf(text.data(), text.size(),
+                "The homogeneous block that suits the data best makes them %.2f times what they "
+                "should be and %.2f voxels off; told as wrong is what exceeds a factor of %.2f or "
+                "%.2f voxels.",
+                std::exp(consistency.log_scale.value),
+                std::hypot(consistency.shift_u.value, consistency.shift_v.value), factor,
+                consistency.shift_limit);
+  std::string words = text.data();
+  if (!consistency.explained && !consistency.other_eta) {
+    std::snprintf(text.data(), text.size(),
+                  " A block with structure does not tell its eta: kappa and mu hold for the stated "
+                  "%.2f alone.",
+                  eta);
+    words += text.data();
+  }
+  return words;
 }
 
 }  // namespace kappamu::inverse

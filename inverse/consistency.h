@@ -37,4 +37,8 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
 /// A sentence for each finding: what, by how much, what to check.
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);
 
+/// What was found, what would have been told, and what the data cannot tell; empty where nothing
+/// was judged.
+std::string in_words(const Consistency& consistency, double eta);
+
 }  // namespace kappamu::inverse

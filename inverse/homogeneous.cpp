@@ -151,38 +151,34 @@ Point descend(LogResidual& residual, const AbsorptionPrior& prior, Point point) 
   return point;
 }
 
-/// The best of a table that spans marble to milk to wax at any size of block, best first.
-std::vector<Point> best_guesses(LogResidual& residual, double thickness) {
+/// The best of a table that spans marble to milk to wax at any size of block, best first, and last
+/// `own`, where the solver gets along with it.
+std::vector<Point> best_guesses(LogResidual& residual, double thickness,
+                                const std::optional<HomogeneousGuess>& own) {
   std::vector<Point> guesses;
+  const auto at = [&](double kappa, double mu) {
+    const Eigen::Vector2d p(std::log(kappa), std::log(mu));
+    return Point{p, residual(p), false};
+  };
   for (const double kappa : {0.005, 0.02, 0.08, 0.3}) {
     for (const double attenuation : {0.1, 0.5, 2.0, 6.0}) {
       // The second guess is the thickness in diffusion lengths, √(μ/κ) ℓ.
       const double mu = attenuation * attenuation * kappa;
       if (3.0 * kappa * mu >= 0.5) continue;  // hardly scatters: no diffusion
-      const Eigen::Vector2d p(std::log(kappa * thickness), std::log(mu / thickness));
-      Point guess{p, residual(p), false};
+      Point guess = at(kappa * thickness, mu / thickness);
       if (std::isfinite(guess.at.square)) guesses.push_back(std::move(guess));
     }
-  }
-  if (guesses.empty()) {
-    throw InputError("the diffusion solver converges for none of the homogeneous starting guesses");
   }
   std::stable_sort(guesses.begin(), guesses.end(),
                    [](const Point& a, const Point& b) { return a.at.square < b.at.square; });
   guesses.resize(std::min(guesses.size(), starts));
-  return guesses;
-}
-
-std::vector<Point> only_guess(LogResidual& residual, const HomogeneousGuess& guess) {
-  const Eigen::Vector2d p(std::log(guess.kappa), std::log(guess.mu));
-  Point point{p, residual(p), false};
-  if (!std::isfinite(point.at.square)) {
-    throw InputError(
-        "the diffusion solver does not converge at the start that was given; give a kappa and mu "
-        "nearer to what is expected, or none");
+  if (own) {
+    Point guess = at(own->kappa, own->mu);
+    if (std::isfinite(guess.at.square)) guesses.push_back(std::move(guess));
   }
-  std::vector<Point> guesses;
-  guesses.push_back(std::move(point));
+  if (guesses.empty()) {
+    throw InputError("the diffusion solver converges for none of the homogeneous starting guesses");
+  }
   return guesses;
 }
 
@@ -193,8 +189,7 @@ HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<Homogen
   const forward::GridSetup& setup = objective.problem().setup;
   const double thickness = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
 
-  std::vector<Point> guesses =
-      guess ? only_guess(residual, *guess) : best_guesses(residual, thickness);
+  std::vector<Point> guesses = best_guesses(residual, thickness, guess);
   // The residuals that remain are the block's structure, common to the pixels of a pattern: the
   // prior weighs what one pattern's residuals do. First as they are at the best guess, then as the
   // descent leaves them: of exactly homogeneous data nothing is left, and the prior vanishes.

@@ -7,7 +7,7 @@
 
 namespace kappamu::inverse {
 
-/// Where to start instead of a table of guesses.
+/// A start of the user's own, beside the table of guesses.
 struct HomogeneousGuess {
   double kappa = 0.0;  ///< [mm]
   double mu = 0.0;     ///< [1/mm]
@@ -22,11 +22,12 @@ struct HomogeneousFit {
 };
 
 /// Levenberg-Marquardt on log M − log d over the data above three standard deviations, from the
-/// best three of a table of guesses that spans marble to milk to wax at any size of block. The
-/// logarithm makes all guesses, however far off, slope towards the solution. A thin block that
-/// hardly absorbs does not tell μ, and one with structure may seem to absorb nothing: a weak prior
-/// on the absorbed share of collisions, 3κμ, decides there. Uses the objective's correction.
-/// Throws InputError when no datum stands above its noise.
+/// best three of a table of guesses that spans marble to milk to wax at any size of block, and from
+/// `guess`: one that is off by 100 times then costs its descent and nothing else. The logarithm
+/// makes all guesses, however far off, slope towards the solution. A thin block that hardly absorbs
+/// does not tell μ, and one with structure may seem to absorb nothing: a weak prior on the absorbed
+/// share of collisions, 3κμ, decides there. Uses the objective's correction. Throws InputError when
+/// no datum stands above its noise.
 HomogeneousFit fit_homogeneous(Objective& objective,
                                const std::optional<HomogeneousGuess>& guess = std::nullopt);
 

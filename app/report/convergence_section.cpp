@@ -40,9 +40,12 @@ Html convergence_section(const RunData& run) {
       {"Channel", "model", "converged", "stopped because", "evaluations", "χ² per value", "time"},
       rows);
   for (const Convergence& channel : run.fit->convergence) {
-    if (channel.model_reason.empty()) continue;
-    content +=
-        note("Model of " + channel.channel + ": " + channel.model + ". " + channel.model_reason);
+    if (!channel.model_reason.empty()) {
+      content +=
+          note("Model of " + channel.channel + ": " + channel.model + ". " + channel.model_reason);
+    }
+    for (const std::string& remark : channel.remarks)
+      content += note(channel.channel + ": " + remark);
   }
   return section("Convergence", content);
 }

@@ -38,6 +38,7 @@ Convergence convergence_from_json(const json& object) {
     convergence.model = model.at("name").get<std::string>();
     convergence.model_reason = model.at("reason").get<std::string>();
   }
+  convergence.remarks = object.value("remarks", std::vector<std::string>{});
   convergence.chi2_per_value = object.at("chi2_per_value").get<double>();
   if (object.contains("seconds")) convergence.seconds = object["seconds"].get<double>();
   for (const json& step : object.value("history", json::array())) {

@@ -70,13 +70,14 @@ struct HdrSummary {
 struct Convergence {
   std::string channel;
   bool converged = false;
-  std::string reason;               ///< why it stopped
-  std::string model;                ///< homogeneous, layered or volume; empty if not told
-  std::string model_reason;         ///< why that one
-  std::vector<double> evaluations;  ///< gradient evaluations so far
-  std::vector<double> objective;    ///< dimensionless
-  std::vector<double> chi2;         ///< χ² per value at the same evaluations
-  double chi2_per_value = 0.0;      ///< Σ (residual²/variance) / values used
+  std::string reason;                ///< why it stopped
+  std::string model;                 ///< homogeneous, layered or volume; empty if not told
+  std::string model_reason;          ///< why that one
+  std::vector<std::string> remarks;  ///< what the reader should know though nothing is wrong
+  std::vector<double> evaluations;   ///< gradient evaluations so far
+  std::vector<double> objective;     ///< dimensionless
+  std::vector<double> chi2;          ///< χ² per value at the same evaluations
+  double chi2_per_value = 0.0;       ///< Σ (residual²/variance) / values used
   std::optional<double> seconds;
 };
 

@@ -32,7 +32,7 @@ TEST(Warnings, NameVoxelsBeyondTheMeanFreePath) {
   EXPECT_THAT(warnings({.shape = {8, 8, 20, 0.5}}, {.mean_kappa = 0.1, .mu = 0.01}),
               ElementsAre(AllOf(HasSubstr("in 100 % of the block the voxel edge of 0.5 mm is more "
                                           "than 1 mean free path 3 kappa"),
-                                HasSubstr("up to 1.66667"), HasSubstr("split the voxels"))));
+                                HasSubstr("up to 1.67"), HasSubstr("split the voxels"))));
 }
 
 TEST(Warnings, AllowCoarserVoxelsUnderTheBoundarySource) {

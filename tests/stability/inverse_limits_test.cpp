@@ -1,0 +1,96 @@
+// The edges of the fit as docs/limits.md tables them: how good the volume still is, and that the
+// program says what is wrong. Rates over many blocks are the table's (`kappamu bench limits --only
+// consistency`); here one block each.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <optional>
+#include <ostream>
+#include <string>
+#include <vector>
+
+#include "bench/limit_inverse.h"
+#include "tests/stability/stability_tools.h"
+
+namespace kappamu::bench {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+/// What the volume must still be worth, and what must be said.
+struct Bound {
+  std::string name;                    ///< of inverse_limits()
+  std::optional<double> most_error{};  ///< E under light not fitted; none where data are wrong
+  std::string warns{};                 ///< part of a warning; empty: there is none at all
+  std::string remarks{};               ///< part of a remark
+};
+void PrintTo(const Bound& bound, std::ostream* out) {
+  *out << bound.name;
+}
+
+const std::vector<Bound> bounds{
+    {"1 % noise", 8e-4, "", "told as wrong is what exceeds a factor of"},
+    {"3 % noise", 1.5e-3},
+    {"10 % noise", 5e-3},
+    {"one pattern", 2e-2, "With fewer than four patterns"},
+    {"scale 2", {}, "Check the white reference"},
+    {"scale 0.5", {}, "Check the white reference"},
+    {"eta 1.3 stated for 1.5", 3e-3, "of this block's mean coefficients",
+     "does not tell its eta: kappa and mu hold for the stated 1.30 alone"},
+    {"images 1 voxel off", {}, "The images sit 1.1 voxels (0.43 mm) towards +x"},
+    {"images 3 voxels off", {}, "The images sit 2.9 voxels (1.15 mm) towards +x"},
+    {"start 100 times too high", 8e-4},
+    {"start 100 times too low", 8e-4},
+    {"inclusions of contrast 100", 2e-3, "split the voxels and compare"},
+    {"3κμ = 0.3", 1e-6, "100 % of the voxels absorb more than a tenth of what they extinguish"},
+    {"2 mean free paths thick", 1e-6, "albedo 0.99, 2 transport mean free paths thick"},
+    {"front-lit, half the face masked", 2e-3, "50 % of the seen face is measured under no pattern"},
+    {"1 % of wild pixels", {}, "fit with --loss student, which bears them"},
+    {"1 % of wild pixels, --loss student", 8e-4},
+    {"all dark", {}, "the channel is dark; check exposure and variance, or fit the others"},
+    {"voxels of 0.13 mean free paths", 3e-3, "", "light carries no structure finer than that"},
+};
+
+class InverseLimits : public testing::OnDevice, public ::testing::WithParamInterface<Bound> {};
+
+TEST_P(InverseLimits, AreMetOrTold) {
+  const Bound& bound = GetParam();
+  const InverseLimitOutcome outcome = run_inverse_limit(inverse_limit(bound.name), "auto");
+  if (bound.most_error) {
+    EXPECT_LT(outcome.error, *bound.most_error);
+  }
+  if (bound.warns.empty()) {
+    EXPECT_THAT(outcome.warnings, IsEmpty());
+  } else {
+    EXPECT_THAT(outcome.warnings, Contains(HasSubstr(bound.warns)));
+  }
+  if (!bound.remarks.empty()) {
+    EXPECT_THAT(outcome.remarks, Contains(HasSubstr(bound.remarks)));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(, InverseLimits, ::testing::ValuesIn(bounds), [](const auto& at) {
+  std::string name;
+  for (const char c : at.param.name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
+  }
+  return name;
+});
+
+class AnyStart : public testing::OnDevice {};
+
+// The start decides nothing: off by 100 times either way the same volume comes out.
+TEST_F(AnyStart, EndsInTheSameVolume) {
+  const InverseLimitOutcome usual = run_inverse_limit(inverse_limit("1 % noise"), "auto");
+  for (const char* name : {"start 100 times too high", "start 100 times too low"}) {
+    const InverseLimitOutcome outcome = run_inverse_limit(inverse_limit(name), "auto");
+    constexpr double one_percent = 0.01;  // of E; the descents end where their steps stall
+    EXPECT_NEAR(outcome.error / usual.error, 1.0, one_percent) << name;
+  }
+}
+
+}  // namespace
+}  // namespace kappamu::bench
