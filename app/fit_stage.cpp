@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/surface_measurements.h"
 #include "inverse/model_held_out.h"
+#include "inverse/model_uncertainty.h"
 #include "inverse/predict.h"
 #include "inverse/remarks.h"
 #include "io/atomic_file.h"
@@ -197,6 +198,10 @@ void FitStage::fit(int channel) {
       inverse::fit_channel(fitted_, channel, options_.fit, checkpoint, progress_, {}, context);
   if (held_out_ && !continued_) {
     inverse::prefer_simpler(result, fitted_, *held_out_, channel, options_.fit);
+  }
+  if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
+    result.uncertainty =
+        inverse::estimate_model_uncertainty(result, fitted_, channel, options_.fit);
   }
   for (const auto& warning : {inverse::unseen_warning(result, fitted_, channel),
                               inverse::wild_warning(result, fitted_, channel)}) {

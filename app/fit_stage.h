@@ -30,7 +30,7 @@ struct FitSummary {
   std::vector<inverse::FitReport> reports;      ///< one per channel
   std::vector<inverse::HeldOutScore> held_out;  ///< one per channel; empty where none is kept out
   /// One per channel, or empty where none was asked for.
-  std::vector<std::optional<inverse::UncertaintyReport>> uncertainty;  ///< of volumes alone
+  std::vector<std::optional<inverse::UncertaintyReport>> uncertainty;
   std::vector<std::vector<std::string>> remarks;  ///< one list per channel (inverse/remarks.h)
   std::string device;
   std::filesystem::path volume;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstddef>
 #include <functional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -166,6 +167,8 @@ InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::stri
 LimitTable limit_inverse(const LimitsOptions& options, Progress& progress) {
   LimitTable table{.id = "inverse", .records = {}, .markdown = ""};
   std::string sentences = "\nWhat the program says:\n\n";
+  constexpr std::size_t kind_length = 12;  // of a remark's beginning, which tells one from another
+  std::set<std::string> shown;
   for (const InverseLimit& limit : inverse_limits()) {
     progress.update("inverse", 0.0, limit.name);
     const InverseLimitOutcome outcome = run_inverse_limit(limit, options.device);
@@ -183,7 +186,12 @@ LimitTable limit_inverse(const LimitsOptions& options, Progress& progress) {
     std::string said;
     for (const std::string& sentence : outcome.warnings) said += " \"" + sentence + "\"";
     if (said.empty()) said = " no warning";
-    for (const std::string& sentence : outcome.remarks) said += " Remark: \"" + sentence + "\"";
+    for (const std::string& sentence : outcome.remarks) {
+      // Most fits make the same ones: once each.
+      if (shown.insert(sentence.substr(0, kind_length)).second) {
+        said += ", remark \"" + sentence + "\"";
+      }
+    }
     record.emplace_back("program", said);
     sentences += "- " + limit.name + ":" + said + "\n";
     table.records.push_back(std::move(record));

@@ -204,8 +204,8 @@ std::string in_words(const Consistency& consistency, double eta) {
   std::string words = text.data();
   if (!consistency.explained && !consistency.other_eta) {
     std::snprintf(text.data(), text.size(),
-                  " A block with structure does not tell its eta: kappa and mu hold for the stated "
-                  "%.2f alone.",
+                  " Only a block that is homogeneous to the noise tells its eta: kappa and mu hold "
+                  "for the stated %.2f.",
                   eta);
     words += text.data();
   }

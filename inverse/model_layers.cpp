@@ -143,6 +143,13 @@ Eigen::MatrixXd LayerFitter::normal() const {
   return jacobian_.transpose() * jacobian_ + prior_.transpose() * prior_;
 }
 
+Eigen::MatrixXd LayerFitter::covariance() {
+  Eigen::VectorXd residual;
+  if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at these layers");
+  differentiate();
+  return normal().ldlt().solve(Eigen::MatrixXd::Identity(p_.size(), p_.size()));
+}
+
 LayeredFit LayerFitter::descend() {
   LayeredFit fit;
   Eigen::VectorXd residual;

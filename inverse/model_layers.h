@@ -41,6 +41,9 @@ class LayerFitter {
   /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().
   Eigen::MatrixXd normal() const;
 
+  /// Inverse of normal() where it is now, its Jacobian fresh: two solves per layer.
+  Eigen::MatrixXd covariance();
+
  private:
   bool evaluate(const Eigen::VectorXd& p, Eigen::VectorXd& residual);
   void differentiate();

@@ -15,6 +15,7 @@ constexpr double much_unseen = 0.2;  // of the seen face
 /// Voxels so small tell no more than larger ones (docs/limits.md, "The fit").
 constexpr double fine_voxel = 0.2;     // of a mean free path
 constexpr double advised_voxel = 0.5;  // the same
+constexpr int fewest_voxels = 4;       // that the advice leaves across the block
 
 /// Where χ² is above this, and values beyond so many of the others' standard deviations make most
 /// of it, though fewer than this share.
@@ -31,7 +32,11 @@ double median(std::vector<double> values) {
 std::optional<std::string> fine_voxels(const Medium& medium) {
   const double path = 3.0 * median({medium.kappa.values().begin(), medium.kappa.values().end()});
   const double h = medium.kappa.shape().voxel_mm;
-  if (h >= fine_voxel * path) return std::nullopt;
+  const GridShape& shape = medium.kappa.shape();
+  const double thinnest = h * std::min({shape.nx, shape.ny, shape.nz});
+  if (h >= fine_voxel * path || advised_voxel * path * fewest_voxels > thinnest) {
+    return std::nullopt;
+  }
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
                 "The voxels of %.3g mm are %.2g of a mean free path (3 kappa): light carries no "

@@ -43,7 +43,9 @@ double median(std::vector<float> values) {
   return *middle;
 }
 
-std::vector<LayerUncertainty> layers_of(const Uncertainty& found, Face seen_face) {
+}  // namespace
+
+std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face) {
   const GridShape& shape = found.log_mu_std.shape();
   const FaceShape face = face_shape(shape, seen_face);
   std::vector<LayerUncertainty> layers;
@@ -63,8 +65,6 @@ std::vector<LayerUncertainty> layers_of(const Uncertainty& found, Face seen_face
   }
   return layers;
 }
-
-}  // namespace
 
 void validate(const UncertaintyOptions& options) {
   const auto fail = [](const std::string& what) { throw InputError("uncertainty: " + what); };
@@ -168,7 +168,7 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
     found.correlation[i] = static_cast<float>(posterior.between[i] / std::sqrt(kappa * mu));
   }
   UncertaintyReport& report = found.report;
-  report.layers = layers_of(found, problem.seen_face);
+  report.layers = layers_below(found, problem.seen_face);
   report.sentence = in_words(report.layers);
   report.solves = solves() - before;
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();

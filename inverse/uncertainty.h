@@ -77,6 +77,9 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior, const 
 Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
                                  const UncertaintyOptions& options, std::uint64_t seed);
 
+/// Medians of the voxels of each layer, from the seen face down.
+std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);
+
 /// What the layers say, for a person: best and worst layer of each coefficient, where the data do
 /// not determine it to a factor of two, where the smoothing decides, and where κ trades against μ.
 std::string in_words(const std::vector<LayerUncertainty>& layers);

@@ -2,7 +2,8 @@
 # Remakes every chart and table of docs/benchmarks.md on this machine: measures section by section into out/bench, then
 # renews docs/images/bench-*.png and the tables between the page's markers. About 15 minutes; leave the machine alone.
 #   scripts/bench.sh [--quick] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
-# (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits
+# (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits; choices-weight,
+# -regulariser, -wang2008, -loss, -gains, -held-out: what a fit's choices gain; uncertainty: its deviations proved
 # --quick measures toy grids into out/bench-quick and leaves the page alone; --draw measures nothing. BENCH_UNDER holds
 # words to put before each measurement, BENCH_KAPPAMU another program than build/app/kappamu.
 set -euo pipefail
@@ -12,7 +13,7 @@ while (($#)); do
   case $1 in
     --quick) quick=(--quick) out=out/bench-quick; shift ;;
     --draw) draw=1; shift ;;
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
     -*) echo "bench: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) sections+=("$1"); shift ;;
   esac
@@ -27,6 +28,8 @@ if ((!draw)); then
     case $section in
       inverse) "${under[@]}" "$kappamu" bench inverse -o "$out" "${quick[@]}" ;;
       inverse-*) "${under[@]}" "$kappamu" bench inverse -o "$out" --section "${section#inverse-}" "${quick[@]}" ;;
+      choices-*) "${under[@]}" "$kappamu" bench choices -o "$out" --subject "${section#choices-}" ;;
+      uncertainty) "${under[@]}" "$kappamu" bench uncertainty -o "$out" ;;
       *) "${under[@]}" "$kappamu" bench forward -o "$out" --section "$section" "${quick[@]}" ;;
     esac
   done
@@ -38,4 +41,4 @@ if ((${#quick[@]} == 0)); then
   cp "$out"/bench-*.png docs/images/
   python3 scripts/bench_tables.py "$out" docs/benchmarks.md
 fi
-tail -n 1 "$out/summary.log"
+if [[ -f $out/summary.log ]]; then tail -n 1 "$out/summary.log"; fi

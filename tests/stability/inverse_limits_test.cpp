@@ -39,7 +39,7 @@ const std::vector<Bound> bounds{
     {"scale 2", {}, "Check the white reference"},
     {"scale 0.5", {}, "Check the white reference"},
     {"eta 1.3 stated for 1.5", 3e-3, "of this block's mean coefficients",
-     "does not tell its eta: kappa and mu hold for the stated 1.30 alone"},
+     "tells its eta: kappa and mu hold for the stated 1.30"},
     {"images 1 voxel off", {}, "The images sit 1.1 voxels (0.43 mm) towards +x"},
     {"images 3 voxels off", {}, "The images sit 2.9 voxels (1.15 mm) towards +x"},
     {"start 100 times too high", 8e-4},
