@@ -19,6 +19,12 @@ device::Range rows_of(const GridShape& s) {
   return {1, static_cast<std::size_t>(s.ny) * static_cast<std::size_t>(s.nz)};
 }
 
+/// The array of faces across `axis`.
+GridShape with_faces(GridShape s, int axis) {
+  (axis == 0 ? s.nx : axis == 1 ? s.ny : s.nz) += 1;
+  return s;
+}
+
 }  // namespace
 
 GridShape coarser_grid(const GridShape& s, const std::array<int, 3>& halving) {
@@ -27,8 +33,7 @@ GridShape coarser_grid(const GridShape& s, const std::array<int, 3>& halving) {
 }
 
 std::size_t face_count(const GridShape& shape, int axis) {
-  const auto along = static_cast<std::size_t>(shape.extent(axis));
-  return shape.cells() / along * (along + 1);
+  return with_faces(shape, axis).cells();
 }
 
 void upload(device::Context& context, const Format& format, std::span<const double> values,
@@ -47,7 +52,8 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, const GridS
       format_(format),
       setup_(setup),
       robin_A_(robin_A),
-      program_(assembly_program(context, format)) {
+      program_(assembly_program(context, format)),
+      coarsening_(coarsening_program(context, format)) {
   const std::size_t unit = format.real_bytes();
   kappa_ = context.allocate(setup.shape.cells() * unit);
   mu_ = context.allocate(setup.shape.cells() * unit);
@@ -158,23 +164,44 @@ void Hierarchy::make_smoother(const Level& level) const {
   }
 }
 
+void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,
+                             const std::array<int, 3>& halving, const device::Buffer& values,
+                             const device::Buffer& sums) const {
+  context_.launch(program_, "sum_children", rows_of(coarse), fine.nx, fine.ny, fine.nz, coarse.nx,
+                  coarse.ny, coarse.nz, halving[0], halving[1], halving[2], values, sums);
+}
+
 void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
   const GridShape& f = fine.shape;
-  const GridShape& c = coarse.shape;
+  const std::array<int, 3>& half = fine.halving;
+  const std::array<const device::Buffer*, 3> fine_faces{&fine.gx, &fine.gy, &fine.gz};
   const std::array<const device::Buffer*, 3> coarse_faces{&coarse.gx, &coarse.gy, &coarse.gz};
   const std::array<const device::Buffer*, 3> weights{&fine.wx, &fine.wy, &fine.wz};
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
-    context_.launch(program_, "weights", rows_of(f), axis, fine.halving[a], f.nx, f.ny, f.nz,
-                    fine.gx, fine.gy, fine.gz, fine.smoother, *weights[a]);
-    GridShape faces = c;
-    (axis == 0 ? faces.nx : axis == 1 ? faces.ny : faces.nz) += 1;
-    context_.launch(program_, "coarsen_faces", rows_of(faces), axis, f.nx, f.ny, f.nz, c.nx, c.ny,
-                    c.nz, fine.halving[0], fine.halving[1], fine.halving[2], fine.gx, fine.gy,
-                    fine.gz, fine.smoother, *weights[a], *coarse_faces[a]);
+    const GridShape faces = with_faces(coarse.shape, axis);
+    if (half[a] == 0) {
+      context_.zero(*weights[a], f.cells() * format_.real_bytes());
+      sum_children(with_faces(f, axis), faces, half, *fine_faces[a], *coarse_faces[a]);
+    } else if (axis == 0) {
+      context_.launch(coarsening_, "weights_in_rows", rows_of(f), f.nx, f.ny, f.nz, fine.gx,
+                      fine.smoother, fine.wx);
+      context_.launch(coarsening_, "coarsen_faces_in_rows", rows_of(faces), f.nx, f.ny, f.nz,
+                      half[1], half[2], fine.gx, fine.gy, fine.gz, fine.smoother, fine.wx,
+                      coarse.gx);
+    } else {
+      const std::size_t other = 3 - a;
+      std::array<int, 3> alone{};
+      alone[a] = 1;
+      const GridShape face_rows = with_faces(coarser_grid(f, alone), axis);
+      context_.launch(coarsening_, "weights_between_rows", rows_of(face_rows), axis, f.nx, f.ny,
+                      f.nz, *fine_faces[a], fine.smoother, *weights[a]);
+      context_.launch(coarsening_, "coarsen_faces_between_rows", rows_of(faces), axis, f.nx, f.ny,
+                      f.nz, half[0], half[other], fine.gx, *fine_faces[a], *fine_faces[other],
+                      fine.smoother, *weights[a], *coarse_faces[a]);
+    }
   }
-  context_.launch(program_, "coarsen_sink", rows_of(c), f.nx, f.ny, f.nz, c.nx, c.ny, c.nz,
-                  fine.halving[0], fine.halving[1], fine.halving[2], fine.sink, coarse.sink);
+  sum_children(f, coarse.shape, half, fine.sink, coarse.sink);
 }
 
 }  // namespace kappamu::forward

@@ -3,8 +3,8 @@
 // of a cell's conductance, (G₋ + G₊)/D, is at least half the largest. In an even medium these are
 // all; where layers conduct far better along themselves than across, they are merged along
 // themselves only, since no coarse value could stand for two of them. A coarse face conductance is
-// the energy PᵀAP gives a step across it, P being the interpolation (coarsen_faces in
-// grid_assemble.cl), a coarse cell's node lying nearer to its better conducting child, so that
+// the energy PᵀAP gives a step across it, P being the interpolation
+// (grid_coarsen.cl), a coarse cell's node lying nearer to its better conducting child, so that
 // barriers and channels of κ survive coarsening; absorption adds up.
 #pragma once
 
@@ -47,6 +47,10 @@ class Hierarchy {
   bool ensure_level(std::size_t l);
   /// Fills `coarse` and fine's weights; fine.smoother must hold `loose` of invert_diagonal.
   void coarsen(const Level& fine, const Level& coarse);
+  /// `sums` of coarse cells or faces from the `values` of the fine ones in them.
+  void sum_children(const GridShape& fine, const GridShape& coarse,
+                    const std::array<int, 3>& halving, const device::Buffer& values,
+                    const device::Buffer& sums) const;
   void make_smoother(const Level& level) const;
   Level allocate_level(const GridShape& shape) const;
 
@@ -55,6 +59,7 @@ class Hierarchy {
   GridSetup setup_;
   double robin_A_;
   device::Program& program_;
+  device::Program& coarsening_;
   device::Buffer kappa_, mu_;
   std::vector<Level> levels_;
   bool has_medium_ = false;

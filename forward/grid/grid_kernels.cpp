@@ -7,8 +7,9 @@
 
 namespace kappamu::forward {
 
-extern const device::KernelSource grid_assemble_cl, grid_beam_cl, grid_operator_cl, grid_reduced_cl,
-    grid_stream_cycle_cl, grid_stream_step_cl, grid_surface_cl, grid_transfer_cl, grid_vectors_cl;
+extern const device::KernelSource grid_assemble_cl, grid_beam_cl, grid_coarsen_cl, grid_operator_cl,
+    grid_reduced_cl, grid_stream_cycle_cl, grid_stream_step_cl, grid_surface_cl, grid_transfer_cl,
+    grid_vectors_cl;
 
 namespace {
 
@@ -29,6 +30,10 @@ Format format_of(const device::DeviceInfo& device, Precision precision) {
 
 device::Program& assembly_program(device::Context& context, const Format& format) {
   return context.program(grid_assemble_cl, number_options(format));
+}
+
+device::Program& coarsening_program(device::Context& context, const Format& format) {
+  return context.program(grid_coarsen_cl, number_options(format));
 }
 
 device::Program& beam_program(device::Context& context, const Format& format) {

@@ -29,8 +29,9 @@ std::size_t row_sums(const GridShape& grid, Layout layout);
 /// How many runs to cut `cells` into (grid_vectors.cl).
 int run_count(std::size_t cells, Layout layout);
 
-/// Conductances and weights: no lanes.
+/// Conductances of a level, and the next coarser one's from them: no lanes.
 device::Program& assembly_program(device::Context& context, const Format& format);
+device::Program& coarsening_program(device::Context& context, const Format& format);
 /// First collisions of a beam: no lanes.
 device::Program& beam_program(device::Context& context, const Format& format);
 

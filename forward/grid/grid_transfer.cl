@@ -10,7 +10,7 @@
 //     |  o  I  i  |  j  J  o  |         uniform κ: w = 1/4
 //
 // The node of a coarse cell lies between its children, nearer to the one with more conductance
-// around it (grid_assemble.cl),
+// around it (grid_coarsen.cl),
 // so that flux, not value, runs on through jumps of κ. Restriction is the transpose. Values outside
 // the block are 0. Only fine cells of one colour (x+y+z) mod 2 take part: the residual of the other
 // colour is zero, and what it would receive is overwritten by the smoother.

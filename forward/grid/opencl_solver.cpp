@@ -200,8 +200,9 @@ class OpenclSolver final : public GridSolver {
     const FaceIndex f = face_index(s, lit);
     const int axis = axis_of(lit);
     const int inwards = (axis == 0 ? 1 : axis == 1 ? s.nx : s.nx * s.ny) * (is_plus(lit) ? -1 : 1);
-    const device::Buffer remaining =
-        context_.allocate(face_shape(s, lit).cells() * format_.accu_bytes());
+    const auto columns =
+        static_cast<std::size_t>((f.nu + 7) / 8 * 8) * static_cast<std::size_t>(f.nv);
+    const device::Buffer remaining = context_.allocate(columns * format_.accu_bytes());
     with_reals(
         [&](auto h) {
           context_.launch(beam_program(context_, format_), "first_collisions",
