@@ -50,12 +50,11 @@ void add_bench_choices(CLI::App& bench_command, Globals& globals) {
       "4).\n\n"
       "  kappamu bench choices -o out/bench --subject weight\n\n"
       "SUBJECTS. held-out: 0, 1, 2, 4 of 16 patterns kept out. weight: discrepancy principle,\n"
-      "L-curve, held-out patterns. regulariser: h1, and huber-tv at several edge slopes.\n"
-      "wang2008: the paper's regulariser at several weights (its figure 13). loss: gaussian, "
-      "huber,\n"
-      "student with and without 1 % of wild pixels. gains: with and without a projector that "
-      "drifts\n"
-      "by up to 3 %.\n\n"
+      "L-curve, held-out patterns. regulariser: h1, huber-tv at several edge slopes, the paper's "
+      "at\n"
+      "several weights ([W] figure 13). loss: gaussian, huber, student with and without 1 % of "
+      "wild\n"
+      "pixels. gains: with and without a projector that drifts by up to 3 %.\n\n"
       "Blocks of 16x16x6 voxels, three truths (smooth fields of contrast 4, with two boxes, two\n"
       "layers), data from a grid twice as fine, judged as by `kappamu bench inverse`. Writes\n"
       "choices-<subject>.json, bench-choices-<subject>.png and table-choices-<subject>.md "
@@ -74,9 +73,7 @@ void add_bench_choices(CLI::App& bench_command, Globals& globals) {
       ->check(CLI::Range(0.0, 1.0));
   command->add_option("--truths", options->settings.truths, "The first so many of the three")
       ->check(CLI::Range(1, 3));
-  command
-      ->add_option("--seeds", options->settings.seeds,
-                   "Blocks of each kind, with a noise each (default 1)")
+  command->add_option("--seeds", options->settings.seeds, "Noises per truth (default 1)")
       ->check(CLI::Range(1, 100));
   command->callback([options, &globals] { run(*options, globals); });
 }

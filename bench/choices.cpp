@@ -111,18 +111,16 @@ std::vector<Choice> ways_of(const std::string& subject) {
     }
   } else if (subject == "regulariser") {
     add("h1");
-    for (const double slope : {4.0, 2.0, 1.0, 0.5}) {
+    for (const double slope : {8.0, 4.0, 2.0, 1.0}) {
       char name[32];
       std::snprintf(name, sizeof name, "huber-tv, t = %g", slope);
       FitOptions& options = add(name).options;
       options.regulariser.kind = RegulariserKind::huber_tv;
       options.regulariser.edge_slope = slope;
     }
-  } else if (subject == "wang2008") {
-    add("h1");
     for (const double lambda : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
       char name[32];
-      std::snprintf(name, sizeof name, "λ = %g", lambda);
+      std::snprintf(name, sizeof name, "wang2008, %g", lambda);
       FitOptions& options = add(name).options;
       options.regulariser.kind = RegulariserKind::wang2008;
       options.weight = lambda;
@@ -188,19 +186,19 @@ std::vector<ChoiceScore> measure_choices(const std::string& subject, const Choic
                                          Progress& progress) {
   const std::vector<Choice> ways = ways_of(subject);
   Block block;
+  std::vector<Truth> truths = choice_truths(block.grid.refined(2), options.seed);
+  truths.resize(std::min(truths.size(), static_cast<std::size_t>(std::max(1, options.truths))));
   std::vector<ChoiceScore> scores;
   Progress silent;
-  const double all =
-      static_cast<double>(ways.size() * options.noise.size()) * options.truths * options.seeds;
-  for (int s = 0; s < options.seeds; ++s) {
-    const std::uint64_t seed = options.seed + static_cast<std::uint64_t>(s);
-    std::vector<Truth> truths = choice_truths(block.grid.refined(2), seed);
-    truths.resize(std::min(truths.size(), static_cast<std::size_t>(std::max(1, options.truths))));
-    for (const Truth& truth : truths) {
-      const Judge judge = make_judge(block, truth.fine_fields);
-      for (const double noise : options.noise) {
-        block.noise = noise;
-        const SurfaceMeasurements measured = measure(block, truth.fine_fields, 4, seed + 100);
+  const double all = static_cast<double>(truths.size() * ways.size() * options.noise.size()) *
+                     static_cast<double>(options.seeds);
+  for (const Truth& truth : truths) {
+    const Judge judge = make_judge(block, truth.fine_fields);
+    for (const double noise : options.noise) {
+      block.noise = noise;
+      for (int s = 0; s < options.seeds; ++s) {
+        const std::uint64_t seed = options.seed + 100 + static_cast<std::uint64_t>(s);
+        const SurfaceMeasurements measured = measure(block, truth.fine_fields, 4, seed);
         for (const Choice& way : ways) {
           progress.update(subject, static_cast<double>(scores.size()) / all,
                           truth.name + ", " + way.name);

@@ -17,12 +17,12 @@ namespace kappamu::bench {
 struct ChoicesOptions {
   std::string device = "auto";
   std::vector<double> noise{0.003, 0.01, 0.03};  ///< relative
-  int truths = 3;                                ///< kinds of block, at most all three
-  int seeds = 1;                                 ///< blocks of each kind, with a noise each
+  int truths = 3;                                ///< of choice_truths(), at most all of them
+  int seeds = 1;                                 ///< of the noise, per truth
   std::uint64_t seed = 1;
 };
 
-/// held-out, weight, regulariser, wang2008, loss, gains.
+/// held-out, weight, regulariser, loss, gains.
 const std::vector<std::string>& choice_subjects();
 
 struct ChoiceScore {

@@ -3,7 +3,7 @@
 # renews docs/images/bench-*.png and the tables between the page's markers. About 15 minutes; leave the machine alone.
 #   scripts/bench.sh [--quick] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
 # (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits; choices-weight,
-# -regulariser, -wang2008, -loss, -gains, -held-out: what a fit's choices gain; uncertainty: its deviations proved
+# -regulariser, -loss, -gains, -held-out: what a fit's choices gain; uncertainty: its deviations proved
 # --quick measures toy grids into out/bench-quick and leaves the page alone; --draw measures nothing. BENCH_UNDER holds
 # words to put before each measurement, BENCH_KAPPAMU another program than build/app/kappamu.
 set -euo pipefail
