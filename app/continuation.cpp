@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/fit_stage.h"
 #include "core/error.h"
 #include "io/npy.h"
 #include "io/read_file.h"
@@ -76,6 +77,7 @@ void FinishedFit::set_options(FitArguments& arguments) const {
     take("model_error_relative", fit.model_error.relative);
     take("model_error_of_maximum", fit.model_error.of_maximum);
     take("stage_tolerance", fit.stage_tolerance);
+    take("final_tolerance", fit.final_tolerance);
     take("stage_steps", fit.stage_steps);
     take("max_levels", fit.max_levels);
     take("hold_out", arguments.stage.hold_out);
@@ -111,10 +113,14 @@ void FinishedFit::require_continuable(const FitStageOptions& options,
 
 inverse::Continuation FinishedFit::channel(const std::string& channel,
                                            const SurfaceMeasurements& measurements) const {
+  // What is held out must not have been seen: where volumes of before are kept, from these.
+  const fs::path before = folder_ / judged_folder;
+  const std::string kappa = "kappa_" + channel + ".npy";
+  const fs::path from = fs::exists(before / kappa) ? before : folder_;
   for (const Channel& c : channels_) {
     if (c.name != channel) continue;
-    return {{read_volume(folder_ / ("kappa_" + channel + ".npy"), measurements.grid),
-             read_volume(folder_ / ("mu_" + channel + ".npy"), measurements.grid)},
+    return {{read_volume(from / kappa, measurements.grid),
+             read_volume(from / ("mu_" + channel + ".npy"), measurements.grid)},
             c.homogeneous_kappa,
             c.homogeneous_mu,
             c.homogeneous_log_residual,

@@ -134,6 +134,8 @@ void add_fit_options(CLI::App& command, FitArguments& arguments, const std::stri
          "The same relative to the largest value of each pattern");
   number("--stage-tolerance", fit.stage_tolerance,
          "Relative decrease of the objective per step below which a weight is done");
+  number("--final-tolerance", fit.final_tolerance,
+         "The same for the last weight, where the fit ends");
   command.add_option("--stage-steps", fit.stage_steps, "Most steps at one weight")
       ->capture_default_str()
       ->group(group);
@@ -212,6 +214,7 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"target_chi2", o.target_chi2},
                               {"stagnation", o.stagnation},
                               {"stage_tolerance", o.stage_tolerance},
+                              {"final_tolerance", o.final_tolerance},
                               {"stage_steps", o.stage_steps},
                               {"max_levels", o.max_levels},
                               {"correct_grid", o.correct_grid},

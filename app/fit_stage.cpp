@@ -1,6 +1,7 @@
 #include "app/fit_stage.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <fstream>
@@ -16,9 +17,8 @@
 #include "app/uncertainty_output.h"
 #include "core/error.h"
 #include "core/surface_measurements.h"
-#include "inverse/model_held_out.h"
+#include "inverse/judged_fit.h"
 #include "inverse/model_uncertainty.h"
-#include "inverse/predict.h"
 #include "inverse/remarks.h"
 #include "io/atomic_file.h"
 #include "io/measurements_file.h"
@@ -142,14 +142,10 @@ class FitStage {
       : input_(std::move(input)),
         measurements_(measurements),
         choice_(choose_held_out(options.hold_out, measurements, validation.has_value())),
-        fitted_(inverse::without_patterns(measurements, choice_.patterns)),
-        held_out_(std::move(validation)),
+        judging_(inverse::keep_out(measurements, choice_.patterns, std::move(validation))),
         output_(std::move(output)),
         options_(options),
         progress_(progress) {
-    if (choice_.source == HeldOut::Source::fitted_input) {
-      held_out_ = inverse::select_patterns(measurements, choice_.patterns);
-    }
     if (choice_.warning) progress_.warn(*choice_.warning);
     if (options.continue_from) {
       continued_.emplace(*options.continue_from);
@@ -160,19 +156,20 @@ class FitStage {
   FitSummary run();
 
  private:
-  fs::path checkpoint_file(const std::string& name) const {
-    return output_ / ("checkpoint_" + name + ".bin");
+  /// Of the fit that is judged, and of what follows with all patterns.
+  std::array<fs::path, 2> checkpoint_files(const std::string& name) const {
+    return {output_ / ("checkpoint_" + name + ".bin"),
+            output_ / ("checkpoint_all_" + name + ".bin")};
   }
+  inverse::Checkpoint checkpoint(const fs::path& file) const;
   void fit(int channel);
-  void score(int channel, const ChannelFit& fit);
-  void keep_prediction(const ChannelFit& fit);
+  void keep_prediction(const ChannelFit& fit, bool of_all);
   void write_json() const;
 
   fs::path input_;
   const SurfaceMeasurements& measurements_;
   HeldOut choice_;
-  SurfaceMeasurements fitted_;  ///< measurements_ without choice_.patterns
-  std::optional<SurfaceMeasurements> held_out_;
+  inverse::JudgedInput judging_;
   std::optional<FinishedFit> continued_;
   fs::path output_;
   const FitStageOptions& options_;
@@ -183,33 +180,39 @@ class FitStage {
   std::vector<float> validation_prediction_;
 };
 
-void FitStage::fit(int channel) {
-  const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
-  const fs::path file = checkpoint_file(name);
+inverse::Checkpoint FitStage::checkpoint(const fs::path& file) const {
   inverse::Checkpoint checkpoint;
   if (!options_.restart) checkpoint.initial = read_bytes(file);
-  checkpoint.save = [&](std::span<const std::byte> bytes) {
+  checkpoint.save = [file](std::span<const std::byte> bytes) {
     io::write_bytes_atomically(file, bytes);
   };
-  inverse::FitContext context;
-  context.held_out = held_out_;
-  if (continued_) context.continued = continued_->channel(name, measurements_);
-  ChannelFit result =
-      inverse::fit_channel(fitted_, channel, options_.fit, checkpoint, progress_, {}, context);
-  if (held_out_ && !continued_) {
-    inverse::prefer_simpler(result, fitted_, *held_out_, channel, options_.fit);
+  return checkpoint;
+}
+
+void FitStage::fit(int channel) {
+  const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
+  const auto [first, second] = checkpoint_files(name);
+  std::optional<inverse::Continuation> start;
+  if (continued_) start = continued_->channel(name, measurements_);
+  inverse::JudgedFit fitted = inverse::fit_judged(
+      judging_, channel, options_.fit, checkpoint(first), checkpoint(second), progress_, {}, start);
+  ChannelFit& result = fitted.fit;
+  if (fitted.judged) {
+    fs::create_directories(output_ / judged_folder);
+    write_volume(output_ / judged_folder / ("kappa_" + name + ".npy"), fitted.judged->kappa);
+    write_volume(output_ / judged_folder / ("mu_" + name + ".npy"), fitted.judged->mu);
   }
+  const SurfaceMeasurements& seen = fitted.judged ? measurements_ : judging_.fitted;
   if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
-    result.uncertainty =
-        inverse::estimate_model_uncertainty(result, fitted_, channel, options_.fit);
+    result.uncertainty = inverse::estimate_model_uncertainty(result, seen, channel, options_.fit);
   }
-  for (const auto& warning : {inverse::unseen_warning(result, fitted_, channel),
-                              inverse::wild_warning(result, fitted_, channel)}) {
+  for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
+                              inverse::wild_warning(result, seen, channel)}) {
     if (!warning) continue;
     result.report.warnings.push_back(*warning);
     progress_.warn("fit " + name + ": " + *warning);
   }
-  summary_.remarks.push_back(inverse::remarks_on(result, fitted_));
+  summary_.remarks.push_back(inverse::remarks_on(result, seen));
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
@@ -221,8 +224,8 @@ void FitStage::fit(int channel) {
   }
   summary_.uncertainty.push_back(
       result.uncertainty ? std::optional(std::move(result.uncertainty->report)) : std::nullopt);
-  if (held_out_) score(channel, result);
-  keep_prediction(result);
+  if (fitted.score) summary_.held_out.push_back(std::move(*fitted.score));
+  keep_prediction(result, fitted.judged.has_value());
   volumes_.channels.push_back(name);
   volumes_.media.push_back(std::move(result.medium));
   summary_.channels.push_back(name);
@@ -230,26 +233,19 @@ void FitStage::fit(int channel) {
   summary_.reports.push_back(std::move(result.report));
 }
 
-/// How the fit predicts what was kept out.
-void FitStage::score(int channel, const ChannelFit& fit) {
-  inverse::PredictOptions options;
-  options.backend = options_.fit.backend;
-  options.convention = options_.fit.convention;
-  summary_.held_out.push_back(inverse::score_held_out(
-      fit.medium, *held_out_, channel, options, options_.fit.model_error, options_.fit.data_term));
-}
-
-/// prediction.npy has every pattern of the input, prediction_validate.npy those measured apart.
-void FitStage::keep_prediction(const ChannelFit& fit) {
+/// prediction.npy has every pattern of the input, held-out ones as the volumes predict them that
+/// did not see them; prediction_validate.npy has those measured apart. `of_all`: fit.prediction has
+/// every pattern.
+void FitStage::keep_prediction(const ChannelFit& fit, bool of_all) {
   const std::size_t cells = measurements_.seen_shape().cells();
   std::vector<int> fitted;
   for (int m = 0; m < measurements_.patterns; ++m) {
     const auto& out = choice_.patterns;
-    if (std::find(out.begin(), out.end(), m) == out.end()) fitted.push_back(m);
+    if (of_all || std::find(out.begin(), out.end(), m) == out.end()) fitted.push_back(m);
   }
   std::vector<float> all(cells * static_cast<std::size_t>(measurements_.patterns));
   put_patterns(all, cells, fitted, fit.prediction);
-  if (held_out_) {
+  if (judging_.held_out) {
     const std::vector<float>& predicted = summary_.held_out.back().prediction;
     if (choice_.source == HeldOut::Source::fitted_input) {
       put_patterns(all, cells, choice_.patterns, predicted);
@@ -268,7 +264,7 @@ void FitStage::write_json() const {
   for (std::size_t c = 0; c < summary_.channels.size(); ++c) {
     Json channel = channel_json(summary_.channels[c], summary_.reports[c]);
     channel["remarks"] = summary_.remarks[c];
-    if (held_out_) {
+    if (judging_.held_out) {
       channel["holdout_E"] = summary_.held_out[c].error;
       channel["holdout_noise"] = summary_.held_out[c].noise;
       channel["holdout_chi2_per_value"] = summary_.held_out[c].chi2_per_datum;
@@ -302,10 +298,11 @@ void FitStage::write_json() const {
 
 FitSummary FitStage::run() {
   const auto start = std::chrono::steady_clock::now();
+  fs::remove_all(output_ / judged_folder);
   for (const int channel : channel_indices(measurements_, options_.channels)) fit(channel);
   write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
   if (choice_.source == HeldOut::Source::validation) {
-    write_maps(output_ / "prediction_validate.npy", *held_out_, summary_.channels.size(),
+    write_maps(output_ / "prediction_validate.npy", *judging_.held_out, summary_.channels.size(),
                validation_prediction_);
   }
   // A volume file has them for every channel or for none.
@@ -322,7 +319,9 @@ FitSummary FitStage::run() {
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
   summary_.seconds = passed.count();
   write_json();
-  for (const std::string& name : summary_.channels) fs::remove(checkpoint_file(name));
+  for (const std::string& name : summary_.channels) {
+    for (const fs::path& file : checkpoint_files(name)) fs::remove(file);
+  }
   return std::move(summary_);
 }
 

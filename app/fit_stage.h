@@ -25,6 +25,10 @@ struct FitStageOptions {
   std::optional<std::filesystem::path> continue_from;
 };
 
+/// Of a fit's folder: kappa_<c>.npy and mu_<c>.npy of volumes that have not seen the held-out
+/// patterns of the input (inverse/judged_fit.h).
+inline constexpr const char* judged_folder = "judged";
+
 struct FitSummary {
   std::vector<std::string> channels;
   std::vector<inverse::FitReport> reports;      ///< one per channel
@@ -46,8 +50,8 @@ std::filesystem::path find_measurements(const std::filesystem::path& input);
 /// Fits every channel of `input` (see find_measurements) and writes into `output`: kappa_<c>.npy,
 /// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], those of write_uncertainty(), prediction.npy and,
 /// with validation measurements, prediction_validate.npy [C][M][v][u], volume.vdb, and fit.json
-/// last (docs/formats.md). While it works, checkpoint_<c>.bin hold what it needs to go on where it
-/// was killed; they are removed at the end. Throws InputError.
+/// last (docs/formats.md). While it works, checkpoint_<c>.bin and checkpoint_all_<c>.bin hold what
+/// it needs to go on where it was killed; they are removed at the end. Throws InputError.
 FitSummary run_fit_stage(const std::filesystem::path& input, const std::filesystem::path& output,
                          const FitStageOptions& options, Progress& progress);
 

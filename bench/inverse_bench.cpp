@@ -82,7 +82,8 @@ Json measure_optimisers(const Bench& bench) {
     for (const Way& way : inverse_ways()) {
       inverse::FitOptions options = bench.with_device(way.options);
       if (way.weight_of_default) options.weight = weight_of_default;
-      FitScore score = measure_fit(m, judge, options, bench.plan.course_points, bench.progress);
+      FitScore score =
+          measure_fit(m, judge, options, Judged::no, bench.plan.course_points, bench.progress);
       if (way.name == "default") weight_of_default = score.weight;
       score.way = way.name;
       score.noise = noise;
@@ -100,8 +101,9 @@ Json measure_scores(const Bench& bench) {
     const SurfaceMeasurements exposed = expose_patches(block, judge.fine_fields, 4);
     for (const double noise : noises) {
       if (noise == 0.0) continue;
-      FitScore score = measure_fit(noisy(exposed, noise, bench.noise_seed(k)), judge,
-                                   bench.with_device({}), 0, bench.progress);
+      FitScore score =
+          measure_fit(noisy(exposed, noise, bench.noise_seed(k)), judge, bench.with_device({}),
+                      Judged::by_own_patterns, 0, bench.progress);
       score.way = "default";
       score.noise = noise;
       fits.push_back(to_json(score));
@@ -116,8 +118,9 @@ Json measure_patterns(const Bench& bench) {
   const Judge judge = make_judge(block, bench.truth(block, 0), bench.plan.single_sources);
   for (int side = 1; side <= 8; ++side) {
     if (bench.options.size == BenchSize::quick && side > 3) break;
-    FitScore score = measure_fit(measure(block, judge.fine_fields, side, bench.noise_seed(0)),
-                                 judge, bench.with_device({}), 0, bench.progress);
+    FitScore score =
+        measure_fit(measure(block, judge.fine_fields, side, bench.noise_seed(0)), judge,
+                    bench.with_device({}), Judged::by_own_patterns, 0, bench.progress);
     score.way = "default";
     score.noise = block.noise;
     fits.push_back(to_json(score));
@@ -135,7 +138,7 @@ Json measure_voxels(const Bench& bench) {
     block.grid = grid;
     const Judge judge = make_judge(block, bench.truth(block, 0), bench.plan.single_sources);
     FitScore score = measure_fit(measure(block, judge.fine_fields, 4, bench.noise_seed(0)), judge,
-                                 bench.with_device({}), 0, bench.progress);
+                                 bench.with_device({}), Judged::by_own_patterns, 0, bench.progress);
     score.way = "default";
     score.noise = block.noise;
     fits.push_back(to_json(score));

@@ -113,6 +113,17 @@ std::string draw_optimisers(const Fits& fits, const fs::path& png) {
   return table.str();
 }
 
+/// What a reader must know of the machine and of the size, above each table.
+std::string provenance(const Json& record) {
+  const Json& machine = record.at("machine");
+  const std::string size = record.at("size").get<std::string>();
+  return "Measured on " + machine.at("cpu").get<std::string>() + ", " +
+         std::to_string(machine.at("cores").get<int>()) + " cores, load " +
+         text("%.1f", machine.at("load").get<double>()) + " before; device " +
+         record.at("fits").at(0).at("device").get<std::string>() +
+         (size == "full" ? "" : "; the " + size + " form of the command") + ".\n\n";
+}
+
 double worst(const std::vector<double>& values) {
   return *std::max_element(values.begin(), values.end());
 }
@@ -267,7 +278,8 @@ void draw_inverse(const fs::path& folder) {
                                                         {"voxels", draw_voxels}};
       table = drawings.at(section)(fits_of(record), png);
     }
-    io::write_text_atomically(folder / ("table-inverse-" + section + ".md"), table);
+    io::write_text_atomically(folder / ("table-inverse-" + section + ".md"),
+                              provenance(record) + table);
   }
 }
 

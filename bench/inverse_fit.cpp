@@ -7,6 +7,7 @@
 
 #include "bench/record.h"
 #include "core/error.h"
+#include "inverse/judged_fit.h"
 #include "inverse/problem.h"
 
 namespace kappamu::bench {
@@ -131,7 +132,7 @@ DepthError depth_error(const Medium& medium, const CoefficientPair& fine_fields,
 }
 
 FitScore measure_fit(const SurfaceMeasurements& m, const Judge& judge, const FitOptions& options,
-                     int course_points, Progress& progress) {
+                     Judged judged, int course_points, Progress& progress) {
   std::vector<Snapshot> kept;
   const double ratio = course_ratio(course_points);
   const inverse::Observer observer = [&](const inverse::StepRecord& record, const GridShape& shape,
@@ -139,8 +140,11 @@ FitScore measure_fit(const SurfaceMeasurements& m, const Judge& judge, const Fit
     if (!kept.empty() && record.solves.total() < ratio * kept.back().record.solves.total()) return;
     kept.push_back({record, shape, fields});
   };
-  const inverse::ChannelFit fit = inverse::fit_channel(
-      m, 0, options, {}, progress, course_points > 0 ? observer : inverse::Observer{});
+  const int kept_out = judged == Judged::no ? 0 : inverse::usual_held_out(m.patterns);
+  const inverse::ChannelFit fit =
+      inverse::fit_judged(inverse::keep_out(m, inverse::choose_held_out(m, kept_out)), 0, options,
+                          {}, {}, progress, course_points > 0 ? observer : inverse::Observer{})
+          .fit;
   FitScore score;
   score.grid = m.grid;
   score.patterns = m.patterns;

@@ -73,10 +73,15 @@ struct FitScore {
   std::vector<CoursePoint> course;  ///< empty unless asked for
 };
 
+/// Whether the fit is judged by some of its patterns first, as `kappamu fit` does unless told
+/// otherwise (inverse/judged_fit.h): a cost that a comparison of optimisers leaves out.
+enum class Judged { no, by_own_patterns };
+
 /// Fits channel 0. `course_points`: at most about so many points of the course are scored, evenly
 /// over the logarithm of the solves.
 FitScore measure_fit(const SurfaceMeasurements& measurements, const Judge& judge,
-                     const inverse::FitOptions& options, int course_points, Progress& progress);
+                     const inverse::FitOptions& options, Judged judged, int course_points,
+                     Progress& progress);
 
 /// Solves at which the course first reaches `error`, with the course's own best until there; none
 /// where it never does.

@@ -2,6 +2,7 @@
 // fit_result.cpp (what comes of it) share.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -42,8 +43,9 @@ class ChannelRun {
   void end_stage();
   void keep_point(double chi2);
   double first_weight(double chi2) const;
-  void finish_level(bool stagnated);
-  void conclude(bool stagnated);
+  void finish_level();
+  void finish_path();
+  void conclude();
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);
   ChannelFit result();
@@ -60,12 +62,19 @@ class ChannelRun {
   bool choosing() const {
     return state_.level == 0 && !options_.weight && options_.weight_rule != WeightRule::discrepancy;
   }
+  /// Whether the first weight on the finest grid is the fit's last.
+  bool only_weight() const { return options_.weight.has_value() && !context_.interim; }
+  double stage_tolerance() const {
+    return state_.last_stage ? std::min(options_.stage_tolerance, options_.final_tolerance)
+                             : options_.stage_tolerance;
+  }
   /// The regulariser of the grid that is fitted.
   Regulariser regulariser() const;
   void warn(const std::string& sentence);
   void save();
   void record();
 
+  const SurfaceMeasurements& measurements_;
   const FitOptions& options_;
   const Checkpoint& checkpoint_;
   Progress& progress_;

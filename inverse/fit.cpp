@@ -79,6 +79,7 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   }
   for (const double m : continued.medium.mu.values()) state_.fields.log_mu.push_back(std::log(m));
   refresh_correction();
+  state_.last_stage = only_weight();
   state_.weight = options_.weight.value_or(
       std::max(options_.last_weight, continued.weight / options_.weight_factor));
 }
@@ -120,6 +121,7 @@ void ChannelRun::begin() {
   if (settle_for_simple_model()) return;
   state_.fields = fields();
   objective_->value(state_.fields);
+  state_.last_stage = state_.level == 0 && only_weight();
   state_.weight = first_weight(objective_->chi2_per_datum());
 }
 
@@ -161,7 +163,7 @@ void ChannelRun::iterate_stage() {
     state_.roughness = function_->last_roughness();
     state_.chi2 = objective_->chi2_per_datum();
     const double after = state_.optimiser.value;
-    const bool small = before - after < options_.stage_tolerance * after;
+    const bool small = before - after < stage_tolerance() * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
     if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=

@@ -46,8 +46,8 @@ struct FitOptions {
   double last_weight = 1e-3;     ///< α below which the path does not go
   double weight_factor = 0.3;    ///< from one α to the next, in (0, 1)
   /// A finer grid starts at the α the coarser one ended with, divided by this power of
-  /// weight_factor.
-  double restart_steps = 1.0;
+  /// weight_factor. One step more costs a weight on every grid and gains nothing (docs/theory.md).
+  double restart_steps = 0.0;
   double target_chi2 = 1.0;  ///< χ² per datum that ends the path: the noise level
   /// Less relief of χ² than this share by a lower weight ends the path too: what is left is not the
   /// regulariser's doing.
@@ -57,9 +57,11 @@ struct FitOptions {
   double held_out_relief = 0.01;
 
   double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
-  int stage_steps = 400;          ///< most steps at one weight
-  int max_levels = 4;             ///< grids, the finest included; 1 = the finest alone
-  bool correct_grid = true;       ///< the correction r
+  /// The same where the fit ends; at least stage_tolerance ends it with the path.
+  double final_tolerance = 3e-4;
+  int stage_steps = 400;     ///< most steps at one weight
+  int max_levels = 4;        ///< grids, the finest included; 1 = the finest alone
+  bool correct_grid = true;  ///< the correction r
 
   ModelError model_error{0.001, 5e-5};  ///< on the finest grid
   ModelError coarse_model_error{0.03, 3e-3};
@@ -160,7 +162,15 @@ struct FitContext {
   std::optional<SurfaceMeasurements> held_out;
   /// Start from this volume, on the finest grid, instead of the homogeneous block.
   std::optional<Continuation> continued;
+  /// Another fit goes on from this one (judged_fit.h): the path alone, and no words on its volumes.
+  bool interim = false;
 };
+
+/// What a reader of the volumes should know: χ² far above the noise, coefficients that diffusion or
+/// the grid describe poorly.
+std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_datum,
+                                         const SurfaceMeasurements& measurements,
+                                         const FitOptions& options);
 
 /// Throws InputError for measurements no fit can start from.
 ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,

@@ -35,6 +35,7 @@ void validate(const FitOptions& o) {
   require(o.held_out_relief >= 0.0 && o.held_out_relief < 1.0,
           "held_out_relief must lie in [0, 1)");
   require(o.stage_tolerance > 0.0 && o.stage_tolerance < 1.0, "stage_tolerance must lie in (0, 1)");
+  require(o.final_tolerance > 0.0, "final_tolerance must be positive");
   require(o.stage_steps >= 1, "stage_steps must be at least 1");
   require(o.max_levels >= 1, "max_levels must be at least 1");
   require(o.model_error.relative >= 0.0 && o.model_error.of_maximum >= 0.0 &&

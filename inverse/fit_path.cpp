@@ -50,7 +50,8 @@ std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int ch
 ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
                        const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
                        const Observer& observer, const FitContext& context)
-    : options_(options),
+    : measurements_(measurements),
+      options_(options),
       checkpoint_(checkpoint),
       progress_(progress),
       observer_(observer),
@@ -125,7 +126,7 @@ void ChannelRun::keep_point(double chi2) {
   state_.weight = best.weight;
   state_.fields = best.fields;
   state_.last_chi2 = refresh_correction();
-  conclude(false);
+  finish_path();
 }
 
 /// α that opens the path, χ² per datum being that of the homogeneous start.
@@ -140,6 +141,10 @@ void ChannelRun::end_stage() {
   state_.in_stage = false;
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double chi2 = refresh_correction();
+  if (state_.last_stage) {
+    state_.last_chi2 = chi2;
+    return conclude();
+  }
   if (choosing()) return keep_point(chi2);
   // Where only the correction moved, this weight is low enough: once more with the new one.
   const bool repeat =
@@ -150,14 +155,15 @@ void ChannelRun::end_stage() {
   state_.repeated = repeat;
   if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
     state_.last_chi2 = chi2;
-    finish_level(stagnated);
+    state_.stagnated = stagnated;
+    finish_level();
   } else {
     if (!repeat) state_.last_chi2 = chi2;
     state_.weight = next;
   }
 }
 
-void ChannelRun::finish_level(bool stagnated) {
+void ChannelRun::finish_level() {
   if (state_.level > 0) {
     const GridShape coarse_shape = objective_->problem().setup.shape;
     const SolveCount solves = objective_->solves();
@@ -175,9 +181,17 @@ void ChannelRun::finish_level(bool stagnated) {
     }
     state_.last_chi2 = 0.0;
     state_.repeated = false;
+    state_.last_stage = state_.level == 0 && only_weight();
     return;
   }
-  conclude(stagnated);
+  finish_path();
+}
+
+/// The path is at its end: the last weight once more, with metric and correction renewed and more
+/// patience. Those before it only lead there.
+void ChannelRun::finish_path() {
+  state_.last_stage = true;
+  if (context_.interim || options_.final_tolerance >= options_.stage_tolerance) conclude();
 }
 
 }  // namespace kappamu::inverse

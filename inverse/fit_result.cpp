@@ -15,8 +15,24 @@ constexpr double suspicious_chi2 = 1.5;
 
 }  // namespace
 
+std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_datum,
+                                         const SurfaceMeasurements& measurements,
+                                         const FitOptions& options) {
+  std::vector<std::string> warnings = forward::diffusion_warnings(
+      make_setup(measurements, options.convention), medium, options.backend.precision);
+  if (chi2_per_datum > suspicious_chi2) {
+    char sentence[200];
+    std::snprintf(sentence, sizeof sentence,
+                  "The volumes explain the data only to %.2g times their stated noise (chi2 per "
+                  "datum %.3g): variances, calibration or the diffusion model do not hold.",
+                  std::sqrt(chi2_per_datum), chi2_per_datum);
+    warnings.insert(warnings.begin(), sentence);
+  }
+  return warnings;
+}
+
 /// How and why the fit ended, once the finest grid is done.
-void ChannelRun::conclude(bool stagnated) {
+void ChannelRun::conclude() {
   const double chi2 = state_.last_chi2;
   FitReport& report = state_.report;
   char sentence[200];
@@ -35,10 +51,10 @@ void ChannelRun::conclude(bool stagnated) {
     report.status = FitStatus::converged;
     std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
   } else {
-    report.status = stagnated ? FitStatus::above_noise : FitStatus::ran_out;
+    report.status = state_.stagnated ? FitStatus::above_noise : FitStatus::ran_out;
     std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
-                  stagnated ? "Neither lower weights nor a new correction helped further"
-                            : "The lowest weight was reached",
+                  state_.stagnated ? "Neither lower weights nor a new correction helped further"
+                                   : "The lowest weight was reached",
                   chi2);
   }
   report.message = sentence;
@@ -47,14 +63,6 @@ void ChannelRun::conclude(bool stagnated) {
 
 void ChannelRun::finish(double chi2) {
   FitReport& report = state_.report;
-  if (chi2 > suspicious_chi2) {
-    char sentence[200];
-    std::snprintf(sentence, sizeof sentence,
-                  "The volumes explain the data only to %.2g times their stated noise (chi2 per "
-                  "datum %.3g): variances, calibration or the diffusion model do not hold.",
-                  std::sqrt(chi2), chi2);
-    warn(sentence);
-  }
   report.chi2_per_datum = chi2;
   report.weight = state_.weight;
   state_.finished = true;
@@ -70,9 +78,11 @@ ChannelFit ChannelRun::result() {
   objective_->value(fields);
   ChannelFit fit;
   fit.medium = to_medium(fields, shape);
-  for (const std::string& sentence :
-       forward::diffusion_warnings(ladder_[0].setup, fit.medium, options_.backend.precision)) {
-    warn(sentence);
+  if (!context_.interim) {
+    for (const std::string& sentence :
+         volume_warnings(fit.medium, state_.report.chi2_per_datum, measurements_, options_)) {
+      warn(sentence);
+    }
   }
   const std::vector<double> prediction = objective_->prediction();
   const std::size_t cells = ladder_[0].seen_shape().cells();

@@ -8,7 +8,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d35ULL;  // "km-fit-5"
+constexpr std::uint64_t magic = 0x6b6d2d6669742d36ULL;  // "km-fit-6"
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
@@ -168,7 +168,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(magic);
   out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
-  for (const bool b : {in_stage, finished, ran_out, repeated}) out.put(b);
+  for (const bool b : {in_stage, finished, ran_out, repeated, stagnated, last_stage}) out.put(b);
   for (const double x : {last_chi2, seconds, weight, roughness, chi2}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
@@ -201,7 +201,10 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
     if (found_magic != magic || found_fingerprint != fingerprint) return false;
     FitState state;
     for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
-    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated}) in.get(*b);
+    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
+                    &state.stagnated, &state.last_stage}) {
+      in.get(*b);
+    }
     for (double* x :
          {&state.last_chi2, &state.seconds, &state.weight, &state.roughness, &state.chi2})
       in.get(*x);
@@ -245,6 +248,7 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   add(print, m, channel);
   print.add(context.held_out.has_value());
   if (context.held_out) add(print, *context.held_out, channel);
+  print.add(context.interim);
   print.add(context.continued.has_value());
   if (context.continued) {
     const Continuation& c = *context.continued;
@@ -281,6 +285,7 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
                          o.target_chi2,
                          o.stagnation,
                          o.stage_tolerance,
+                         o.final_tolerance,
                          o.model_error.relative,
                          o.model_error.of_maximum,
                          o.coarse_model_error.relative,

@@ -18,6 +18,8 @@ struct FitState {
   bool finished = false;
   bool ran_out = false;     ///< the last weight ended on stage_steps
   bool repeated = false;    ///< this weight has been minimised before, with another correction
+  bool stagnated = false;   ///< lower weights stopped helping before the noise level
+  bool last_stage = false;  ///< this weight ends the fit: to final_tolerance
   int stage_steps = 0;      ///< taken at this weight
   int small_decreases = 0;  ///< in a row
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first

@@ -29,9 +29,9 @@ Refinement refine(const Problem& problem);
 struct Backend {
   std::string device = "auto";
   forward::Precision precision = forward::Precision::single_precision;
-  forward::SolveOptions solve{1e-5, 200};
+  forward::SolveOptions solve{1e-4, 200};
   int batch = 16;                   ///< patterns solved at once
-  double refined_tolerance = 1e-5;  ///< of a refined solve's residual
+  double refined_tolerance = 1e-4;  ///< of a refined solve's residual
   double refined_memory_mb = 3072;  ///< bound on the fields of a refined solve [MiB]
 };
 

@@ -1,17 +1,18 @@
 #!/usr/bin/env bash
 # Remakes every chart and table of docs/benchmarks.md on this machine: measures section by section into out/bench, then
 # renews docs/images/bench-*.png and the tables between the page's markers. About 15 minutes; leave the machine alone.
-#   scripts/bench.sh [--quick] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
+#   scripts/bench.sh [--quick|--small] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
 # (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits; choices-weight,
 # -regulariser, -loss, -gains, -held-out: what a fit's choices gain; uncertainty: its deviations proved
-# --quick measures toy grids into out/bench-quick and leaves the page alone; --draw measures nothing. BENCH_UNDER holds
+# --quick measures toy grids into out/bench-quick and leaves the page alone; --small: smaller blocks, of fits alone; --draw measures nothing. BENCH_UNDER holds
 # words to put before each measurement, BENCH_KAPPAMU another program than build/app/kappamu.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-quick=() draw=0 out=out/bench sections=()
+quick=() small=() draw=0 out=out/bench sections=()
 while (($#)); do
   case $1 in
     --quick) quick=(--quick) out=out/bench-quick; shift ;;
+    --small) small=(--small); shift ;;
     --draw) draw=1; shift ;;
     -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
     -*) echo "bench: unknown option $1 (see --help)" >&2; exit 2 ;;
@@ -26,8 +27,8 @@ if ((!draw)); then
   for section in "${sections[@]}"; do
     echo "bench: $section"
     case $section in
-      inverse) "${under[@]}" "$kappamu" bench inverse -o "$out" "${quick[@]}" ;;
-      inverse-*) "${under[@]}" "$kappamu" bench inverse -o "$out" --section "${section#inverse-}" "${quick[@]}" ;;
+      inverse) "${under[@]}" "$kappamu" bench inverse -o "$out" "${quick[@]}" "${small[@]}" ;;
+      inverse-*) "${under[@]}" "$kappamu" bench inverse -o "$out" --section "${section#inverse-}" "${quick[@]}" "${small[@]}" ;;
       choices-*) "${under[@]}" "$kappamu" bench choices -o "$out" --subject "${section#choices-}" ;;
       uncertainty) "${under[@]}" "$kappamu" bench uncertainty -o "$out" ;;
       *) "${under[@]}" "$kappamu" bench forward -o "$out" --section "$section" "${quick[@]}" ;;

@@ -51,6 +51,7 @@ TEST(FitOptionsRecord, ChangesWithEveryOptionThatTheVolumesDependOn) {
       [](auto& o) { o.fit.target_chi2 = 1.0 + 1e-12; },
       [](auto& o) { o.fit.stagnation *= 2; },
       [](auto& o) { o.fit.stage_tolerance *= 2; },
+      [](auto& o) { o.fit.final_tolerance *= 2; },
       [](auto& o) { o.fit.stage_steps += 1; },
       [](auto& o) { o.fit.max_levels += 1; },
       [](auto& o) { o.fit.correct_grid = false; },
