@@ -47,7 +47,7 @@ void add_bench_calibration(CLI::App& bench, Globals& globals) {
       "Measure what a camera calibration is worth against the number of board views\n"
       "(docs/calibration.md): error of the projection at the sample, over the whole frame, and of\n"
       "the focal length, each against what the calibrations state themselves.\n\n"
-      "  kappamu bench calibration -o out/            3 to 40 views, 12 runs each: a minute\n"
+      "  kappamu bench calibration -o out/            3 to 40 views, 60 runs each: minutes\n"
       "  kappamu bench calibration --quick -o out/    seconds\n\n"
       "Writes calibration.json and calibration-views.png (with calibration-views.gp).");
   auto options = std::make_shared<Options>();

@@ -15,6 +15,7 @@ struct SimulateArguments {
   bool tiny = false;
   synthetic::SimulationOptions options;
   std::string encoding = "response";
+  std::string board = "chessboard";
   std::string transport = "diffusion";
   std::string camera;  ///< "WxH"
   std::string grid;    ///< "NxMxL"
@@ -49,6 +50,10 @@ synthetic::SimulationOptions resolve(const SimulateArguments& arguments, std::ui
       arguments.encoding == "linear" ? capture::Encoding::linear : capture::Encoding::response;
   options.transport = arguments.transport == "montecarlo" ? synthetic::TransportMethod::monte_carlo
                                                           : synthetic::TransportMethod::diffusion;
+  for (const capture::BoardKind kind : {capture::BoardKind::charuco, capture::BoardKind::circles,
+                                        capture::BoardKind::asymmetric_circles}) {
+    if (arguments.board == capture::to_string(kind)) options.board = kind;
+  }
   if (!arguments.camera.empty()) {
     options.camera_size = parse_extents<2>(arguments.camera, "--camera", "640x480");
   }
@@ -157,6 +162,11 @@ void add_simulate(CLI::App& app, Globals& globals) {
                    "Per pattern and channel, of --transport montecarlo")
       ->type_name("N")
       ->capture_default_str();
+  command->add_option("--board", a.board, "Kind of the printed board")
+      ->check(CLI::IsMember({"chessboard", "charuco", "circles", "asymmetric-circles"}))
+      ->capture_default_str();
+  command->add_flag("--gray-code", a.options.gray_code,
+                    "Also project a Gray code on every plane (42 frames each)");
   command
       ->add_option("--exposures", a.exposures_s,
                    "Exposure times of each pattern in seconds, rising (six from 1/30 to 8)")

@@ -55,6 +55,7 @@ std::string session_fingerprint(const capture::Session& session) {
   for (const capture::ProjectorPlane& plane : calibration.projector_planes) {
     add_frame(plane.board);
     add_frame(plane.projected);
+    add_stack(plane.gray_code);
   }
   for (const capture::SampleView& view : calibration.sample_views) add_frame(view.frame);
   add_stack(calibration.dark);

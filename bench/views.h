@@ -17,7 +17,7 @@ namespace kappamu::bench {
 
 struct ViewsOptions {
   std::vector<int> views{3, 4, 5, 6, 8, 10, 13, 16, 20, 25, 30, 40};
-  int runs = 12;                  ///< calibrations per count, each with other poses and noise
+  int runs = 60;                  ///< calibrations per count, each with other poses and noise
   double corner_noise_px = 0.03;  ///< per coordinate
   std::uint64_t seed = 1;
 };

@@ -7,6 +7,9 @@
 
 #include "calib/chessboard.h"
 #include "calib/face.h"
+#include "calib/find_board.h"
+#include "calib/gray_code.h"
+#include "calib/joint.h"
 #include "calib/view_checks.h"
 #include "capture/frames.h"
 #include "capture/merge.h"
@@ -68,8 +71,7 @@ Image<float> load_linear(const capture::Session& session, const capture::Frame& 
 }
 
 BoardCorners printed_corners(const capture::Session& session, const capture::Frame& frame) {
-  const capture::Board& board = session.calibration.board;
-  return find_chessboard(load_codes(session, frame), board.columns, board.rows, frame.file);
+  return find_board(load_codes(session, frame), session.calibration.board, frame.file);
 }
 
 const capture::SampleView& view_from(const capture::Session& session, const std::string& station,
@@ -105,7 +107,31 @@ SamplePose pose_in(const capture::Session& session, const capture::SampleView& v
   return pose;
 }
 
-void calibrate_lenses(const capture::Session& session, Stages& stages, CalibrationResult& result) {
+/// The planes with the points that their Gray codes locate instead of the projected chessboard's
+/// corners.
+std::vector<PlaneView> read_gray_codes(const capture::Session& session,
+                                       const capture::ProjectedBoard& lattice,
+                                       std::vector<PlaneView> planes, CalibrationResult& result) {
+  constexpr int shown_px = 160;  // longest side of the quality map that is kept
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    std::vector<Image<float>> frames;
+    for (const capture::Frame& frame : session.calibration.projector_planes[p].gray_code) {
+      frames.push_back(load_codes(session, frame));
+    }
+    const GrayCodeMap map = decode_gray_code(frames, session.projector);
+    planes[p].name = session.calibration.projector_planes[p].gray_code.front().file;
+    planes[p].projected = points_on_plane(gray_code_corners(map, lattice, planes[p].name),
+                                          planes[p].printed, session.camera.width, planes[p].name);
+    result.gray_code.push_back({planes[p].name, map.legible_share(),
+                                static_cast<int>(planes[p].projected.pixels.size()),
+                                block_means(map.quality, shown_px)});
+  }
+  return planes;
+}
+
+JointCalibration calibrate_lenses(const capture::Session& session, Stages& stages,
+                                  CalibrationResult& result) {
+  JointCalibration joint;
   const capture::Calibration& shots = session.calibration;
   std::vector<BoardView> views;
   std::vector<PlaneView> planes;
@@ -132,8 +158,23 @@ void calibrate_lenses(const capture::Session& session, Stages& stages, Calibrati
            find_chessboard(load_codes(session, frame), board.columns, board.rows, frame.file)});
     }
     for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);
-    result.projector = calibrate_projector(result.camera.lens, shots.board, board, planes,
+    const bool coded = std::all_of(shots.projector_planes.begin(), shots.projector_planes.end(),
+                                   [](const auto& plane) { return !plane.gray_code.empty(); });
+    capture::ProjectedBoard shown = board;
+    std::vector<PlaneView> seen = planes;
+    if (coded) {
+      shown = gray_code_lattice(session.projector);
+      seen = read_gray_codes(session, shown, planes, result);
+    }
+    result.projector = calibrate_projector(result.camera.lens, shots.board, shown, seen,
                                            session.projector.width, session.projector.height);
+    joint = adjust_jointly({views, shots.board, shown, seen}, result.camera, result.projector);
+    result.camera = joint.camera;
+    result.projector = joint.projector;
+    if (coded) {
+      result.gray_code_check_px =
+          projected_board_rms(result.camera.lens, result.projector, board, planes);
+    }
   });
   constexpr double suspicious_rms_px = 1.0;
   if (result.camera.rms_px > suspicious_rms_px) {
@@ -141,11 +182,17 @@ void calibrate_lenses(const capture::Session& session, Stages& stages, Calibrati
                 " px: look for a bent board or a blurred picture among the views with the largest "
                 "error in calibration.json.");
   }
+  if (result.gray_code_check_px.value_or(0.0) > suspicious_rms_px) {
+    stages.warn("the projected chessboards lie " + rounded(*result.gray_code_check_px) +
+                " px (of the projector) from where the Gray codes put them: check projected_board "
+                "in session.json and that no plane moved between its pictures.");
+  }
   if (result.projector.rms_px > suspicious_rms_px) {
     stages.warn("the projector's reprojection error is " + rounded(result.projector.rms_px) +
                 " px: check projected_board in session.json and that no plane moved between its "
                 "two pictures.");
   }
+  return joint;
 }
 
 void calibrate_light(const capture::Session& session, const capture::MergeOptions& merge,
@@ -226,7 +273,7 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
   stages.run("response", 0.0, [&] {
     result.radiometry = capture::find_radiometry(session, progress, hdr.response);
   });
-  calibrate_lenses(session, stages, result);
+  const JointCalibration joint = calibrate_lenses(session, stages, result);
   stages.run("pose", 0.7, [&] {
     const Face lit = session.sample.lit_face;
     const Face seen = session.sample.seen_face;
@@ -245,6 +292,12 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
     result.camera_uncertainty = projection_uncertainty(
         result.camera,
         (result.pattern_pose.camera_from_sample * (0.5 * (corners[0] + corners[2]))).z());
+    for (const Eigen::Vector3d& corner : face_corners(session.sample.shape(), lit)) {
+      const Eigen::Vector3d point = result.calibration_pose.camera_from_sample * corner;
+      const Eigen::Matrix2d covariance = projector_covariance(joint, point);
+      result.projector_deviation_px =
+          std::max(result.projector_deviation_px, std::sqrt(covariance.trace() / 2.0));
+    }
     result.projector_from_sample =
         result.projector.projector_from_station * result.calibration_pose.camera_from_sample;
   });

@@ -14,17 +14,36 @@
 #include "capture/merge.h"
 #include "capture/radiometry.h"
 #include "capture/session.h"
+#include "core/image.h"
 #include "core/progress.h"
 #include "core/rigid.h"
 
 namespace kappamu::calib {
+
+/// What a plane's Gray code tells.
+struct GrayCodeView {
+  std::string name;            ///< first file of the code
+  double legible_share = 0.0;  ///< of the camera's pixels
+  int points = 0;              ///< of the projector's frame located in the picture
+  /// [y][x] contrast of the weakest bit (gray_code.h), mean over blocks; 0 where not legible.
+  Image<float> quality;
+};
 
 struct CalibrationResult {
   capture::Radiometry radiometry;  ///< of the camera, for merging stacks
   CameraCalibration camera;
   /// Across the camera's frame, at the sample's distance from the pattern station.
   ProjectionUncertainty camera_uncertainty;
+  /// From the Gray codes where every plane has one, else from the projected chessboards.
   ProjectorCalibration projector;
+  /// Of the projector pixel that lights a corner of the lit face, per coordinate, the worst
+  /// corner's: what camera, projector and planes leave uncertain together (joint.h), without the
+  /// sample's pose.
+  double projector_deviation_px = 0.0;
+  std::vector<GrayCodeView> gray_code;
+  /// Of the projected chessboards' corners under a projector calibrated from Gray codes, distance
+  /// in projector pixels, root mean square: corners that took no part in it.
+  std::optional<double> gray_code_check_px;
   SamplePose calibration_pose;  ///< seen from the calibration station
   SamplePose pattern_pose;      ///< seen from the pattern station; the same where they agree
   Rigid projector_from_sample;

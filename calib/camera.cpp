@@ -16,11 +16,8 @@ namespace {
 std::vector<std::vector<double>> distances(const CameraSetting& setting, const CameraFit& fit) {
   std::vector<std::vector<double>> result(setting.views.size());
   for (std::size_t v = 0; v < setting.views.size(); ++v) {
-    const BoardCorners& corners = setting.views[v].corners;
-    for (int j = 0; j < corners.rows; ++j) {
-      for (int i = 0; i < corners.columns; ++i) {
-        result[v].push_back(corner_residual(setting, fit, v, i, j).norm());
-      }
+    for (std::size_t k = 0; k < setting.views[v].corners.pixels.size(); ++k) {
+      result[v].push_back(corner_residual(setting, fit, v, k).norm());
     }
   }
   return result;
@@ -80,16 +77,13 @@ ViewResidual residual_of(const CameraSetting& setting, const CameraFit& fit, std
   result.pixels = view.corners.pixels;
   double sum = 0.0;
   int used = 0;
-  for (int j = 0; j < view.corners.rows; ++j) {
-    for (int i = 0; i < view.corners.columns; ++i) {
-      result.residuals.push_back(corner_residual(setting, fit, v, i, j));
-      const std::size_t corner = result.residuals.size() - 1;
-      if (setting.mask[v][corner] == 0) {
-        result.left_out.push_back(static_cast<int>(corner));
-      } else {
-        sum += result.residuals.back().squaredNorm();
-        ++used;
-      }
+  for (std::size_t k = 0; k < view.corners.pixels.size(); ++k) {
+    result.residuals.push_back(corner_residual(setting, fit, v, k));
+    if (setting.mask[v][k] == 0) {
+      result.left_out.push_back(static_cast<int>(k));
+    } else {
+      sum += result.residuals.back().squaredNorm();
+      ++used;
     }
   }
   result.rms_px = std::sqrt(sum / used);
@@ -121,6 +115,9 @@ CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double s
   start = leave_out_outliers(setting, start, model.value_or(LensModel::radial2_tangential));
   CameraCalibration result;
   if (!model) {
+    const double freedom =
+        static_cast<double>(start.residuals) - parameter_count(start.model) - 6.0 * views.size();
+    setting.noise_px = std::sqrt(start.residual_sum_of_squares / std::max(freedom, 1.0));
     CameraChoice choice = choose_camera(setting, start);
     start = std::move(choice.fit);
     result.scores = std::move(choice.scores);
@@ -147,20 +144,17 @@ Rigid board_pose(const Lens& lens, const BoardCorners& corners, double square_mm
   cv::Mat rotation;
   cv::Mat translation;
   bool found = false;
-  std::vector<cv::Point3f> points = board_points(corners.columns, corners.rows, square_mm);
+  std::vector<cv::Point3f> points = board_points(corners, square_mm);
   try {
     found =
         cv::solvePnP(points, image_points(corners.pixels), camera_matrix(lens),
                      distortion_vector(lens), rotation, translation, false, cv::SOLVEPNP_ITERATIVE);
     if (found && bend_mm != std::array<double, 2>{}) {
       // OpenCV starts from a homography only where the board is flat.
-      const BoardShape board{corners.columns, corners.rows, square_mm};
+      const BoardShape board{corners.columns, corners.rows, square_mm, corners.staggered};
       for (std::size_t k = 0; k < points.size(); ++k) {
-        const int corner = static_cast<int>(k);
-        points[k].z =
-            static_cast<float>(bent_corner<double>(board, bend_mm.data(), corner % corners.columns,
-                                                   corner / corners.columns)
-                                   .z());
+        const auto [i, j] = corners.place(k);
+        points[k].z = static_cast<float>(bent_corner<double>(board, bend_mm.data(), i, j).z());
       }
       found = cv::solvePnP(points, image_points(corners.pixels), camera_matrix(lens),
                            distortion_vector(lens), rotation, translation, true,

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "calib/chessboard.h"
+#include "calib/board_corners.h"
 #include "calib/lens.h"
 #include "core/rigid.h"
 
@@ -63,7 +63,7 @@ struct CameraCalibration {
   double rms_px =
       0.0;  ///< root of the mean squared distance between corners observed and projected
   std::array<double, 2> bend_mm{};       ///< of the printed board, board_shape.h; 0 where flat
-  std::vector<Rigid> camera_from_board;  ///< one per view; board corners at square * (i, j, bend)
+  std::vector<Rigid> camera_from_board;  ///< one per view; corners as in board_shape.h
   std::vector<ViewResidual> views;
   std::vector<ModelScore> scores;  ///< of every model tried; empty where the model was given
   bool converged = false;

@@ -7,6 +7,7 @@ namespace kappamu::calib {
 namespace {
 
 constexpr double needed_of_wild = 2.0;  // standard errors
+constexpr double needed_of_fewer = 2.0;
 constexpr double needed_of_bend = 1.0;
 constexpr double tolerance = 1e-9;  // relative, of the sum of squares: to compare models
 constexpr int iterations = 60;      // idle coefficients of rich models creep for hundreds
@@ -60,10 +61,8 @@ Ladder climb(const CameraSetting& setting, CameraFit start, bool bent, LensModel
     const Candidate& candidate = ladder.candidates[last];
     const Candidate& best = ladder.candidates[ladder.best];
     const bool wild = model == LensModel::full || model == LensModel::rational;
-    if (candidate.mean_square() < best.mean_square() &&
-        (!wild || deviations_won(best, candidate) > needed_of_wild)) {
-      ladder.best = last;
-    }
+    const double won = deviations_won(best, candidate);
+    if (wild ? won > needed_of_wild : won > -needed_of_fewer) ladder.best = last;
     if (model == last_model) break;
   }
   return ladder;

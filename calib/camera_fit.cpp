@@ -6,11 +6,11 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/lens_model.h"
+#include "calib/normal_equations.h"
 #include "calib/opencv_convert.h"
 #include "core/error.h"
 
@@ -114,39 +114,25 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
   std::array<double, 2> rise_{};  ///< of the corner for 1 mm of bend
 };
 
-Eigen::MatrixXd dense(const ceres::CRSMatrix& sparse) {
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
-  for (int row = 0; row < sparse.num_rows; ++row) {
-    for (int at = sparse.rows[row]; at < sparse.rows[row + 1]; ++at) {
-      matrix(row, sparse.cols[at]) = sparse.values[at];
-    }
-  }
-  return matrix;
-}
+constexpr int first_tangential = 6;  // p1 and p2 among the lens' numbers
 
-struct Inverse {
-  Eigen::MatrixXd matrix;
-  bool regular = false;
+/// p1 and p2 as observations of 0.
+class TangentialPrior : public ceres::SizedCostFunction<2, lens_numbers> {
+ public:
+  explicit TangentialPrior(double weight) : weight_(weight) {}
+  bool Evaluate(const double* const* parameters, double* residual,
+                double** jacobians) const override {
+    for (int k = 0; k < 2; ++k) residual[k] = weight_ * parameters[0][first_tangential + k];
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    Eigen::Map<Eigen::Matrix<double, 2, lens_numbers, Eigen::RowMajor>> out(jacobians[0]);
+    out.setZero();
+    for (int k = 0; k < 2; ++k) out(k, first_tangential + k) = weight_;
+    return true;
+  }
+
+ private:
+  double weight_;
 };
-
-/// Of a symmetric matrix, scaled to a unit diagonal first: focal lengths in pixels and k3 differ by
-/// many decades. Directions that rounding alone fills get nothing.
-Inverse inverse_of(const Eigen::MatrixXd& matrix) {
-  const Eigen::VectorXd scale = matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
-                                                              scale.asDiagonal());
-  constexpr double rounding = 1e-13;
-  Inverse inverse{Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols()), true};
-  for (Eigen::Index k = 0; k < matrix.rows(); ++k) {
-    if (solver.eigenvalues()[k] < rounding * solver.eigenvalues().maxCoeff()) {
-      inverse.regular = false;
-      continue;
-    }
-    const Eigen::VectorXd direction = scale.cwiseProduct(solver.eigenvectors().col(k));
-    inverse.matrix += direction * direction.transpose() / solver.eigenvalues()[k];
-  }
-  return inverse;
-}
 
 }  // namespace
 
@@ -154,7 +140,7 @@ CameraFit start_camera(const CameraSetting& setting, int width, int height) {
   std::vector<std::vector<cv::Point3f>> objects;
   std::vector<std::vector<cv::Point2f>> images;
   for (const BoardView& view : setting.views) {
-    objects.push_back(board_points(view.corners.columns, view.corners.rows, setting.square_mm));
+    objects.push_back(board_points(view.corners, setting.square_mm));
     images.push_back(image_points(view.corners.pixels));
   }
   cv::Mat matrix;
@@ -183,9 +169,11 @@ CameraFit start_camera(const CameraSetting& setting, int width, int height) {
 }
 
 Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& fit,
-                                std::size_t view, int i, int j) {
+                                std::size_t view, std::size_t corner) {
   Eigen::Vector2d residual;
-  const CornerCost cost(setting.board(view), i, j, setting.views[view].corners.at(i, j),
+  const BoardCorners& corners = setting.views[view].corners;
+  const auto [i, j] = corners.place(corner);
+  const CornerCost cost(setting.board(view), i, j, corners.pixels[corner],
                         has_square_pixels(fit.model));
   const std::array<const double*, 3> parameters{fit.numbers.data(), fit.bend_mm.data(),
                                                 fit.poses[view].data()};
@@ -203,21 +191,29 @@ CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& star
   fit_.bent = bent;
   for (std::size_t v = 0; v < setting.views.size(); ++v) {
     const BoardCorners& corners = setting.views[v].corners;
-    for (int j = 0; j < corners.rows; ++j) {
-      for (int i = 0; i < corners.columns; ++i) {
-        if (setting.mask[v][static_cast<std::size_t>(j) * corners.columns + i] == 0) continue;
-        auto* cost =
-            new CornerCost(setting.board(v), i, j, corners.at(i, j), has_square_pixels(model));
-        blocks_[v].push_back(problem_->AddResidualBlock(
-            cost, cauchy_px > 0.0 ? new ceres::CauchyLoss(cauchy_px) : nullptr, fit_.numbers.data(),
-            fit_.bend_mm.data(), fit_.poses[v].data()));
-      }
+    for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
+      if (setting.mask[v][k] == 0) continue;
+      const auto [i, j] = corners.place(k);
+      auto* cost =
+          new CornerCost(setting.board(v), i, j, corners.pixels[k], has_square_pixels(model));
+      blocks_[v].push_back(problem_->AddResidualBlock(
+          cost, cauchy_px > 0.0 ? new ceres::CauchyLoss(cauchy_px) : nullptr, fit_.numbers.data(),
+          fit_.bend_mm.data(), fit_.poses[v].data()));
     }
   }
   if (!bent) problem_->SetParameterBlockConstant(fit_.bend_mm.data());
+  if (has_prior()) {
+    problem_->AddResidualBlock(new TangentialPrior(setting.noise_px / tangential_spread), nullptr,
+                               fit_.numbers.data());
+  }
 }
 
 CameraProblem::~CameraProblem() = default;
+
+bool CameraProblem::has_prior() const {
+  return setting_.noise_px > 0.0 &&
+         parameter_count(fit_.model) >= parameter_count(LensModel::radial2_tangential);
+}
 
 void CameraProblem::solve(double tolerance, int max_iterations) {
   if (!calib::solve(*problem_, fit_, tolerance, max_iterations)) throw InputError(undetermined);
@@ -257,14 +253,26 @@ std::vector<CameraProblem::Normal> CameraProblem::normals() {
   return result;
 }
 
-std::vector<HeldOutView> CameraProblem::leave_one_out() {
-  const std::vector<Normal> views = normals();
+std::pair<Eigen::MatrixXd, Eigen::VectorXd> CameraProblem::total(
+    const std::vector<Normal>& views) const {
   Eigen::MatrixXd matrix = views[0].matrix;
   Eigen::VectorXd gradient = views[0].gradient;
   for (std::size_t v = 1; v < views.size(); ++v) {
     matrix += views[v].matrix;
     gradient += views[v].gradient;
   }
+  if (!has_prior()) return {matrix, gradient};
+  const double weight = std::pow(setting_.noise_px / tangential_spread, 2);
+  for (int k = first_tangential; k < first_tangential + 2; ++k) {
+    matrix(k, k) += weight;
+    gradient[k] += weight * fit_.numbers[static_cast<std::size_t>(k)];
+  }
+  return {matrix, gradient};
+}
+
+std::vector<HeldOutView> CameraProblem::leave_one_out() {
+  const std::vector<Normal> views = normals();
+  const auto [matrix, gradient] = total(views);
   std::vector<HeldOutView> held_out;
   for (std::size_t v = 0; v < views.size(); ++v) {
     const Normal& own = views[v];
@@ -278,9 +286,7 @@ std::vector<HeldOutView> CameraProblem::leave_one_out() {
 
 Eigen::MatrixXd CameraProblem::covariance() {
   const std::vector<Normal> views = normals();
-  Eigen::MatrixXd matrix = views[0].matrix;
-  for (std::size_t v = 1; v < views.size(); ++v) matrix += views[v].matrix;
-  const Inverse inverse = inverse_of(matrix);
+  const Inverse inverse = inverse_of(total(views).first);
   if (!inverse.regular) throw InputError(undetermined);
 
   // Where each free number goes among lens (12) and bend (2).

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "calib/board_shape.h"
@@ -40,9 +41,12 @@ struct CameraSetting {
   const std::vector<BoardView>& views;
   double square_mm;
   CornerMask mask;
+  /// Scatter of a corner per coordinate, for the prior on p1 and p2; 0: no prior.
+  double noise_px = 0.0;
 
   BoardShape board(std::size_t view) const {
-    return {views[view].corners.columns, views[view].corners.rows, square_mm};
+    const BoardCorners& corners = views[view].corners;
+    return {corners.columns, corners.rows, square_mm, corners.staggered};
   }
 };
 
@@ -50,9 +54,15 @@ struct CameraSetting {
 /// InputError if OpenCV finds no lens.
 CameraFit start_camera(const CameraSetting& setting, int width, int height);
 
-/// Projected minus observed corner (i, j) of a view under `fit`.
+/// Projected minus observed corner of a view under `fit`.
 Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& fit,
-                                std::size_t view, int i, int j);
+                                std::size_t view, std::size_t corner);
+
+/// Spread of p1 and p2 over lenses, of elements out of centre (calibrations at hand: 1e-4 to 2e-3).
+/// As a Gaussian prior it does nothing where views tell them, and where three or four views do not
+/// it keeps their ignorance in the covariance: left out they move the principal point by pixels and
+/// nobody is told (docs/calibration.md).
+inline constexpr double tangential_spread = 0.002;
 
 class CameraProblem {
  public:
@@ -91,7 +101,10 @@ class CameraProblem {
     Eigen::MatrixXd follow;                    ///< T_v, 6 x free numbers
     Eigen::Matrix<double, 6, 6> pose_inverse;  ///< C_v⁻¹
   };
+  bool has_prior() const;
   std::vector<Normal> normals();
+  /// Sum over the views and the prior on p1, p2: matrix and gradient.
+  std::pair<Eigen::MatrixXd, Eigen::VectorXd> total(const std::vector<Normal>& views) const;
 
   const CameraSetting& setting_;
   CameraFit fit_;

@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calib/board_picture.h"
 #include "core/error.h"
 
 namespace kappamu::calib {
@@ -58,56 +59,11 @@ double smallest_spacing(const BoardCorners& corners) {
   return smallest;
 }
 
-/// Eight bits between the darkest and brightest per mille, which is what the detectors want.
-cv::Mat stretch_to_bytes(const Image<float>& grey) {
-  std::vector<float> sorted = grey.values();
-  const std::size_t cut = sorted.size() / 1000;
-  const auto low = sorted.begin() + static_cast<std::ptrdiff_t>(cut);
-  const auto high = sorted.end() - 1 - static_cast<std::ptrdiff_t>(cut);
-  std::nth_element(sorted.begin(), low, sorted.end());
-  const float black = *low;
-  std::nth_element(sorted.begin(), high, sorted.end());
-  const float white = std::max(*high, black + 1e-6F);
-  cv::Mat bytes(grey.height(), grey.width(), CV_8U);
-  for (int y = 0; y < grey.height(); ++y) {
-    for (int x = 0; x < grey.width(); ++x) {
-      const float scaled = 255.0F * (grey(x, y) - black) / (white - black);
-      bytes.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(scaled);
-    }
-  }
-  return bytes;
-}
-
-double bilinear(const Image<float>& image, const Eigen::Vector2d& at) {
-  const int x = std::clamp(static_cast<int>(std::floor(at.x())), 0, image.width() - 2);
-  const int y = std::clamp(static_cast<int>(std::floor(at.y())), 0, image.height() - 2);
-  const double fx = at.x() - x;
-  const double fy = at.y() - y;
-  return (1.0 - fy) * ((1.0 - fx) * image(x, y) + fx * image(x + 1, y)) +
-         fy * ((1.0 - fx) * image(x, y + 1) + fx * image(x + 1, y + 1));
-}
-
-/// Blur of the edge between two neighbouring corners, across its middle: the contrast over the
-/// steepest slope is √(2π) standard deviations of a Gaussian.
+/// Blur of the edge between two neighbouring corners, across its middle.
 double edge_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   const Eigen::Vector2d middle = 0.5 * (a + b);
-  const Eigen::Vector2d along = b - a;
-  const Eigen::Vector2d across = Eigen::Vector2d(along.y(), -along.x()).normalized();
-  const double reach = 0.45 * along.norm();
-  constexpr double step = 0.25;  // pixels
-  std::vector<double> profile;
-  for (double s = -reach; s <= reach; s += step) {
-    profile.push_back(bilinear(grey, middle + s * across));
-  }
-  constexpr std::size_t span = 2;
-  double steepest = 0.0;
-  for (std::size_t k = span; k + span < profile.size(); ++k) {
-    steepest = std::max(steepest, std::abs(profile[k + span] - profile[k - span]));
-  }
-  const auto [low, high] = std::minmax_element(profile.begin(), profile.end());
-  if (steepest <= 0.0) return 0.0;
-  constexpr double root_two_pi = 2.5066;
-  return (*high - *low) * 2.0 * span * step / steepest / root_two_pi;
+  const Eigen::Vector2d across = 0.45 * Eigen::Vector2d(b.y() - a.y(), a.x() - b.x());
+  return profile_blur(grey, middle - across, middle + across);
 }
 
 double median_blur(const Image<float>& grey, const BoardCorners& corners) {
@@ -117,9 +73,7 @@ double median_blur(const Image<float>& grey, const BoardCorners& corners) {
       blurs.push_back(edge_blur(grey, corners.at(i, j), corners.at(i + 1, j)));
     }
   }
-  const auto middle = blurs.begin() + static_cast<std::ptrdiff_t>(blurs.size() / 2);
-  std::nth_element(blurs.begin(), middle, blurs.end());
-  return *middle;
+  return median(blurs);
 }
 
 std::optional<bool> first_square_dark(const Image<float>& grey, const BoardCorners& corners) {
@@ -202,23 +156,11 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
         "sharp and evenly lit, or correct the board's columns and rows in session.json");
   }
   BoardCorners corners{columns, rows, {}};
-  const auto keep = [&corners, &points] {
-    corners.pixels.clear();
-    for (const cv::Point2f& point : points) corners.pixels.emplace_back(point.x, point.y);
-  };
-  keep();
+  for (const cv::Point2f& point : points) corners.pixels.emplace_back(point.x, point.y);
   // Less than half a square, so that the window never sees a neighbouring corner.
   const int half =
       std::clamp(static_cast<int>(0.4 * smallest_spacing(corners)), 2, refinement.half_window_px);
-  const cv::Mat sharp(grey.height(), grey.width(), CV_32F,
-                      const_cast<float*>(grey.values().data()));  // OpenCV's view; only read
-  cv::Mat smooth;  // its own memory: the blur must not write into the caller's image
-  const double smoothing = std::min(refinement.smoothing_px, half / 3.0);
-  if (smoothing > 0.0) cv::GaussianBlur(sharp, smooth, cv::Size(), smoothing);
-  const cv::TermCriteria stop(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4);
-  cv::cornerSubPix(smooth.empty() ? sharp : smooth, points, cv::Size(half, half), cv::Size(-1, -1),
-                   stop);
-  keep();
+  refine_corners(grey, corners.pixels, half, refinement.smoothing_px);
   make_upright(corners);
   corners.blur_px = median_blur(grey, corners);
   corners.first_square_dark = first_square_dark(grey, corners);

@@ -1,35 +1,12 @@
 // Inner corners of a chessboard in a photograph, in one order whatever way the detector saw it.
 #pragma once
 
-#include <Eigen/Core>
-#include <optional>
 #include <string>
-#include <vector>
 
+#include "calib/board_corners.h"
 #include "core/image.h"
 
 namespace kappamu::calib {
-
-/// Corner (column i, row j) is corners[j * columns + i], in pixels. The order is that of the
-/// upright rule: seen in the image, the rows' direction turned clockwise by 90° is the columns'
-/// direction (the board is not mirrored), and of the two (for a square board four) orders left, the
-/// one whose first row points most to the right. So for a board or projector turned by less than
-/// 90° against the camera, corner (0, 0) is the one meant.
-struct BoardCorners {
-  int columns = 0;
-  int rows = 0;
-  std::vector<Eigen::Vector2d> pixels;  ///< [row][column]
-  /// Standard deviation of the Gaussian that blurs the squares' edges like these, median; 0 where
-  /// not measured. About 0.6 px in a sharp picture.
-  double blur_px = 0.0;
-  /// Whether the square between corners (0, 0) and (1, 1) is dark; unset where a half turn leaves
-  /// the squares' colours alone (columns + rows even) or nothing was measured.
-  std::optional<bool> first_square_dark = std::nullopt;
-
-  const Eigen::Vector2d& at(int column, int row) const {
-    return pixels[static_cast<std::size_t>(row) * columns + column];
-  }
-};
 
 /// Luminance (0.299, 0.587, 0.114) of a three-channel image; a one-channel image as it is.
 Image<float> to_grey(const Image<float>& image);
@@ -51,7 +28,8 @@ struct CornerRefinement {
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name, const CornerRefinement& refinement = {});
 
-/// The upright rule above, applied to corners of either handedness and any start. Public for tests.
+/// The upright rule (board_corners.h), applied to corners of either handedness and any start.
+/// Public for tests.
 void make_upright(BoardCorners& corners);
 
 }  // namespace kappamu::calib

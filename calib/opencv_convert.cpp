@@ -1,5 +1,7 @@
 #include "calib/opencv_convert.h"
 
+#include "calib/board_shape.h"
+
 namespace kappamu::calib {
 
 std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& translation) {
@@ -11,12 +13,13 @@ std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& tran
   return six;
 }
 
-std::vector<cv::Point3f> board_points(int columns, int rows, double square) {
+std::vector<cv::Point3f> board_points(const BoardCorners& corners, double square) {
+  const BoardShape board{corners.columns, corners.rows, square, corners.staggered};
   std::vector<cv::Point3f> points;
-  for (int j = 0; j < rows; ++j) {
-    for (int i = 0; i < columns; ++i) {
-      points.emplace_back(static_cast<float>(square * i), static_cast<float>(square * j), 0.0F);
-    }
+  for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
+    const auto [i, j] = corners.place(k);
+    const Eigen::Vector3d point = board.flat_point(i, j);
+    points.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()), 0.0F);
   }
   return points;
 }

@@ -7,7 +7,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "calib/chessboard.h"
+#include "calib/board_corners.h"
 #include "calib/lens.h"
 #include "calib/pose_numbers.h"
 
@@ -24,8 +24,8 @@ inline cv::Mat distortion_vector(const Lens& lens) {
 
 std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& translation);
 
-/// Board corners at square * (i, j, 0) in the order of BoardCorners.
-std::vector<cv::Point3f> board_points(int columns, int rows, double square);
+/// The corners' places on the flat board, in their order.
+std::vector<cv::Point3f> board_points(const BoardCorners& corners, double square);
 std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels);
 
 }  // namespace kappamu::calib

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "calib/board_shape.h"
 #include "calib/lens_model.h"
 #include "calib/lens_solver.h"
 #include "calib/opencv_convert.h"
@@ -45,8 +46,8 @@ struct PrintedResidual {
   }
 };
 
-/// Projected corner: the camera's ray meets the plane, and the projector sees that point at a pixel
-/// known exactly. The error is the camera's, so the residual is scaled to camera pixels.
+/// Projected corner: the camera's ray meets the plane, and the projector sees that point at a
+/// pixel known exactly. The error is the camera's, so the residual is scaled to camera pixels.
 struct ProjectedResidual {
   Eigen::Vector3d ray;
   Eigen::Vector2d projector_pixel;
@@ -75,9 +76,14 @@ struct Setting {
   const capture::ProjectedBoard& projected;
   const std::vector<PlaneView>& planes;
 
-  Eigen::Vector2d projector_pixel(int i, int j) const {
-    return {projected.origin_px[0] + projected.square_px * i,
-            projected.origin_px[1] + projected.square_px * j};
+  Eigen::Vector2d projector_pixel(const PlaneView& plane, std::size_t k) const {
+    return calib::projector_pixel(projected, plane.projected, k);
+  }
+  Eigen::Vector3d printed_point(const PlaneView& plane, std::size_t k) const {
+    const BoardCorners& corners = plane.printed;
+    const auto [i, j] = corners.place(k);
+    return BoardShape{corners.columns, corners.rows, printed.square_mm, corners.staggered}
+        .flat_point(i, j);
   }
 };
 
@@ -91,14 +97,6 @@ struct Fit : LensFit {
   }
 };
 
-/// Camera pixels per projector pixel on this plane, from the projected board's diagonals.
-double magnification(const PlaneView& plane, const capture::ProjectedBoard& board) {
-  const BoardCorners& c = plane.projected;
-  const double seen = (c.at(c.columns - 1, c.rows - 1) - c.at(0, 0)).norm() +
-                      (c.at(0, c.rows - 1) - c.at(c.columns - 1, 0)).norm();
-  return seen / (2.0 * board.square_px * std::hypot(c.columns - 1, c.rows - 1));
-}
-
 /// Plane poses from the printed board, then Zhang's method with the roles of camera and projector
 /// exchanged.
 Fit start_with_opencv(const Setting& setting, int width, int height) {
@@ -111,13 +109,11 @@ Fit start_with_opencv(const Setting& setting, int width, int height) {
     fit.planes.push_back(six_of(pose));
     std::vector<cv::Point3f> points;
     std::vector<cv::Point2f> pixels;
-    for (int j = 0; j < plane.projected.rows; ++j) {
-      for (int i = 0; i < plane.projected.columns; ++i) {
-        const Eigen::Vector3d point = meet_plane(setting.camera, pose, plane.projected.at(i, j));
-        points.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()), 0.0F);
-        const Eigen::Vector2d pixel = setting.projector_pixel(i, j);
-        pixels.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-      }
+    for (std::size_t k = 0; k < plane.projected.pixels.size(); ++k) {
+      const Eigen::Vector3d point = meet_plane(setting.camera, pose, plane.projected.pixels[k]);
+      points.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()), 0.0F);
+      const Eigen::Vector2d pixel = setting.projector_pixel(plane, k);
+      pixels.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
     }
     objects.push_back(std::move(points));
     images.push_back(std::move(pixels));
@@ -148,26 +144,21 @@ Fit start_with_opencv(const Setting& setting, int width, int height) {
 void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
   for (std::size_t p = 0; p < setting.planes.size(); ++p) {
     const PlaneView& plane = setting.planes[p];
-    for (int j = 0; j < plane.printed.rows; ++j) {
-      for (int i = 0; i < plane.printed.columns; ++i) {
-        const Eigen::Vector3d corner(setting.printed.square_mm * i, setting.printed.square_mm * j,
-                                     0.0);
-        problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<PrintedResidual, 2, 6>(
-                new PrintedResidual{numbers_of(setting.camera), corner, plane.printed.at(i, j)}),
-            nullptr, fit.planes[p].data());
-      }
+    for (std::size_t k = 0; k < plane.printed.pixels.size(); ++k) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<PrintedResidual, 2, 6>(
+              new PrintedResidual{numbers_of(setting.camera), setting.printed_point(plane, k),
+                                  plane.printed.pixels[k]}),
+          nullptr, fit.planes[p].data());
     }
-    const double scale = magnification(plane, setting.projected);
-    for (int j = 0; j < plane.projected.rows; ++j) {
-      for (int i = 0; i < plane.projected.columns; ++i) {
-        problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<ProjectedResidual, 2, lens_numbers, 6, 6>(
-                new ProjectedResidual{setting.camera.unproject(plane.projected.at(i, j)),
-                                      setting.projector_pixel(i, j), scale,
-                                      has_square_pixels(fit.model)}),
-            nullptr, fit.numbers.data(), fit.projector.data(), fit.planes[p].data());
-      }
+    const double scale = camera_px_per_projector_px(plane, setting.projected);
+    for (std::size_t k = 0; k < plane.projected.pixels.size(); ++k) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<ProjectedResidual, 2, lens_numbers, 6, 6>(
+              new ProjectedResidual{setting.camera.unproject(plane.projected.pixels[k]),
+                                    setting.projector_pixel(plane, k), scale,
+                                    has_square_pixels(fit.model)}),
+          nullptr, fit.numbers.data(), fit.projector.data(), fit.planes[p].data());
     }
   }
 }
@@ -201,6 +192,7 @@ Fit refine(const Setting& setting, const Fit& start, LensModel model) {
 
 /// Residuals in projector pixels, and of the printed corners in camera pixels.
 void add_views(const Setting& setting, ProjectorCalibration& result) {
+  result.views.clear();
   double sum = 0.0;
   double printed_sum = 0.0;
   std::size_t count = 0;
@@ -211,25 +203,19 @@ void add_views(const Setting& setting, ProjectorCalibration& result) {
     ViewResidual view;
     view.name = plane.name;
     double view_sum = 0.0;
-    for (int j = 0; j < plane.projected.rows; ++j) {
-      for (int i = 0; i < plane.projected.columns; ++i) {
-        const Eigen::Vector3d point =
-            pose * meet_plane(setting.camera, pose, plane.projected.at(i, j));
-        const Eigen::Vector2d pixel = setting.projector_pixel(i, j);
-        view.pixels.push_back(pixel);
-        view.residuals.push_back(result.lens.project(result.projector_from_station * point) -
-                                 pixel);
-        view_sum += view.residuals.back().squaredNorm();
-      }
+    for (std::size_t k = 0; k < plane.projected.pixels.size(); ++k) {
+      const Eigen::Vector3d point =
+          pose * meet_plane(setting.camera, pose, plane.projected.pixels[k]);
+      const Eigen::Vector2d pixel = setting.projector_pixel(plane, k);
+      view.pixels.push_back(pixel);
+      view.residuals.push_back(result.lens.project(result.projector_from_station * point) - pixel);
+      view_sum += view.residuals.back().squaredNorm();
     }
-    for (int j = 0; j < plane.printed.rows; ++j) {
-      for (int i = 0; i < plane.printed.columns; ++i) {
-        const Eigen::Vector3d corner(setting.printed.square_mm * i, setting.printed.square_mm * j,
-                                     0.0);
-        printed_sum +=
-            (setting.camera.project(pose * corner) - plane.printed.at(i, j)).squaredNorm();
-        ++printed_count;
-      }
+    for (std::size_t k = 0; k < plane.printed.pixels.size(); ++k) {
+      printed_sum +=
+          (setting.camera.project(pose * setting.printed_point(plane, k)) - plane.printed.pixels[k])
+              .squaredNorm();
+      ++printed_count;
     }
     view.rms_px = std::sqrt(view_sum / static_cast<double>(view.residuals.size()));
     sum += view_sum;
@@ -261,7 +247,8 @@ double projected_rms(const Setting& setting, const Fit& fit) {
   return result.rms_px;
 }
 
-/// A fit this bad [px] has a cause that can be named; a fit without the cause is better by so much.
+/// A fit this bad [px] has a cause that can be named; a fit without the cause is better by so
+/// much.
 constexpr double bad_rms_px = 1.0;
 constexpr double much_better = 4.0;
 
@@ -302,6 +289,58 @@ Eigen::Vector3d meet_plane(const Lens& lens, const Rigid& camera_from_plane,
   Eigen::Vector3d point = eye - direction * (eye.z() / direction.z());
   point.z() = 0.0;
   return point;
+}
+
+Eigen::Vector2d projector_pixel(const capture::ProjectedBoard& projected,
+                                const BoardCorners& corners, std::size_t k) {
+  const auto [i, j] = corners.place(k);
+  return {projected.origin_px[0] + projected.square_px * i,
+          projected.origin_px[1] + projected.square_px * j};
+}
+
+double camera_px_per_projector_px(const PlaneView& plane,
+                                  const capture::ProjectedBoard& projected) {
+  const std::vector<Eigen::Vector2d>& seen = plane.projected.pixels;
+  const auto count = static_cast<double>(seen.size());
+  Eigen::Vector2d seen_mean = Eigen::Vector2d::Zero();
+  Eigen::Vector2d shown_mean = Eigen::Vector2d::Zero();
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    seen_mean += seen[k] / count;
+    shown_mean += projector_pixel(projected, plane.projected, k) / count;
+  }
+  double seen_square = 0.0;
+  double shown_square = 0.0;
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    seen_square += (seen[k] - seen_mean).squaredNorm();
+    shown_square += (projector_pixel(projected, plane.projected, k) - shown_mean).squaredNorm();
+  }
+  return std::sqrt(seen_square / shown_square);
+}
+
+void measure_residuals(const Lens& camera, const capture::Board& printed,
+                       const capture::ProjectedBoard& projected,
+                       const std::vector<PlaneView>& planes, ProjectorCalibration& projector) {
+  add_views({camera, printed, projected, planes}, projector);
+}
+
+double projected_board_rms(const Lens& camera, const ProjectorCalibration& projector,
+                           const capture::ProjectedBoard& projected,
+                           const std::vector<PlaneView>& planes) {
+  const capture::Board no_board;
+  const Setting setting{camera, no_board, projected, planes};
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    const Rigid& pose = projector.station_from_plane[p];
+    for (std::size_t k = 0; k < planes[p].projected.pixels.size(); ++k) {
+      const Eigen::Vector3d point = pose * meet_plane(camera, pose, planes[p].projected.pixels[k]);
+      sum += (projector.lens.project(projector.projector_from_station * point) -
+              setting.projector_pixel(planes[p], k))
+                 .squaredNorm();
+      ++count;
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(count));
 }
 
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "calib/board_corners.h"
 #include "calib/camera.h"
-#include "calib/chessboard.h"
 #include "calib/lens.h"
 #include "capture/session.h"
 #include "core/rigid.h"
@@ -47,6 +47,24 @@ ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Boar
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,
                                          int height, std::optional<LensModel> model = std::nullopt);
+
+/// Which projector pixel corner k of a projected board is.
+Eigen::Vector2d projector_pixel(const capture::ProjectedBoard& projected,
+                                const BoardCorners& corners, std::size_t k);
+
+/// Camera pixels per projector pixel on a plane, from the spread of its projected corners.
+double camera_px_per_projector_px(const PlaneView& plane, const capture::ProjectedBoard& projected);
+
+/// Sets views, rms_px and printed_rms_px from lens and poses.
+void measure_residuals(const Lens& camera, const capture::Board& printed,
+                       const capture::ProjectedBoard& projected,
+                       const std::vector<PlaneView>& planes, ProjectorCalibration& projector);
+
+/// Distance in projector pixels, root mean square, of projected corners from where `projector` has
+/// them: a check by corners that took no part in its calibration, on the planes that did.
+double projected_board_rms(const Lens& camera, const ProjectorCalibration& projector,
+                           const capture::ProjectedBoard& projected,
+                           const std::vector<PlaneView>& planes);
 
 /// Where the ray through a pixel meets the plane z = 0 of `camera_from_plane`, in plane
 /// coordinates.

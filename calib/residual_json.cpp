@@ -1,5 +1,6 @@
 #include "calib/residual_json.h"
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -94,6 +95,38 @@ ProjectionUncertainty uncertainty_from(const json& object) {
           object.at("rows").get<int>(), object.at("deviation_px").get<std::vector<double>>()};
 }
 
+json gray_codes_json(const CalibrationResult& calibration) {
+  json list = json::array();
+  for (const GrayCodeView& view : calibration.gray_code) {
+    json quality = json::array();  // in hundredths
+    for (const float value : view.quality.values()) quality.push_back(std::lround(100.0F * value));
+    list.push_back({{"name", view.name},
+                    {"legible_share", view.legible_share},
+                    {"points", view.points},
+                    {"width", view.quality.width()},
+                    {"height", view.quality.height()},
+                    {"quality", std::move(quality)}});
+  }
+  return {{"planes", std::move(list)},
+          {"check_px",
+           calibration.gray_code_check_px ? json(*calibration.gray_code_check_px) : json(nullptr)}};
+}
+
+void gray_codes_from(const json& object, CalibrationResult& calibration) {
+  for (const json& item : object.at("planes")) {
+    Image<float> quality(item.at("width").get<int>(), item.at("height").get<int>(), 1);
+    for (std::size_t k = 0; k < quality.size(); ++k) {
+      quality.values()[k] = 0.01F * item.at("quality").at(k).get<float>();
+    }
+    calibration.gray_code.push_back({item.at("name").get<std::string>(),
+                                     item.at("legible_share").get<double>(),
+                                     item.at("points").get<int>(), std::move(quality)});
+  }
+  if (!object.at("check_px").is_null()) {
+    calibration.gray_code_check_px = object.at("check_px").get<double>();
+  }
+}
+
 json pose_json(const SamplePose& pose) {
   return {{"station", pose.station},
           {"face", to_string(pose.face)},
@@ -154,8 +187,10 @@ std::string residuals_to_json(const CalibrationResult& calibration) {
       {"projector",
        {{"rms_px", projector.rms_px},
         {"printed_rms_px", projector.printed_rms_px},
+        {"face_deviation_px", calibration.projector_deviation_px},
         {"model", to_string(projector.model)},
         {"views", views_json(projector.views, projector.station_from_plane)}}},
+      {"gray_code", gray_codes_json(calibration)},
       {"poses",
        {{"calibration", pose_json(calibration.calibration_pose)},
         {"pattern", pose_json(calibration.pattern_pose)}}},
@@ -182,6 +217,9 @@ void residuals_from_json(const std::filesystem::path& file, CalibrationResult& c
     views_from(camera.at("views"), calibration.camera.views, calibration.camera.camera_from_board);
     views_from(object.at("projector").at("views"), calibration.projector.views,
                calibration.projector.station_from_plane);
+    calibration.projector_deviation_px =
+        object.at("projector").at("face_deviation_px").get<double>();
+    gray_codes_from(object.at("gray_code"), calibration);
     const json& poses = object.at("poses");
     calibration.calibration_pose.edge_px = points_from(poses.at("calibration").at("edge_px"));
     calibration.pattern_pose.edge_px = points_from(poses.at("pattern").at("edge_px"));

@@ -14,6 +14,9 @@ namespace kappamu::calib {
 ///     y]], left_out: [corner], board_pose: [[r00 r01 r02 tx], ...]}]
 ///   camera: models_tried: [{model, bent, held_out_rms_px, chosen}], uncertainty: {distance_mm,
 ///     columns, rows, deviation_px} (projection_uncertainty.h)
+///   projector: printed_rms_px, face_deviation_px (CalibrationResult::projector_deviation_px)
+///   gray_code: {planes: [{name, legible_share, points, width, height, quality [hundredths]}],
+///     check_px: of the projected chessboards, null without Gray codes}
 ///   poses: {calibration, pattern}: {station, face, rms_px, corners_px, edge_px}
 ///   light: scale, residual_rms of the white target, projector_black
 ///   chart (or null): residual_rms, found, scale, centres, neutrals: [{patch, published, measured}]

@@ -2,6 +2,7 @@
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <string>
 
@@ -124,6 +125,28 @@ std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
     }
   }
   return patterns;
+}
+
+std::vector<Image<std::uint8_t>> make_gray_code_images(const Projector& projector) {
+  std::vector<Image<std::uint8_t>> images;
+  const auto add = [&](const auto& lit) {
+    images.emplace_back(projector.width, projector.height, 1);
+    for (int y = 0; y < projector.height; ++y) {
+      for (int x = 0; x < projector.width; ++x) images.back()(x, y) = lit(x, y) ? 255 : 0;
+    }
+  };
+  const auto gray = [](int code) { return code ^ (code >> 1); };
+  for (const bool columns : {true, false}) {
+    const int extent = columns ? projector.width : projector.height;
+    for (int bit = std::bit_width(static_cast<unsigned>(extent - 1)) - 1; bit >= 0; --bit) {
+      const auto lit = [&](int x, int y) { return (gray(columns ? x : y) >> bit & 1) != 0; };
+      add(lit);
+      add([&](int x, int y) { return !lit(x, y); });
+    }
+  }
+  images.push_back(make_uniform_image(projector, 255));
+  images.push_back(make_uniform_image(projector, 0));
+  return images;
 }
 
 }  // namespace kappamu::capture

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "capture/frames.h"
+#include "capture/shoot.h"
 #include "core/error.h"
 #include "io/image_file.h"
 
@@ -62,7 +63,14 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
     case Subject::plane: {
       if (!first_of(shots.projector_planes)) return {};
       const ProjectorPlane& plane = shots.projector_planes[pose];
-      return {scene_.ambient ? plane.board : plane.projected};
+      if (scene_.ambient) return {plane.board};
+      if (plane.gray_code.empty() || is_uniform(shown_, 0)) return {plane.projected};
+      const std::vector<Image<std::uint8_t>> code = make_gray_code_images(session_.projector);
+      const auto same = std::find_if(code.begin(), code.end(), [&](const auto& image) {
+        return image.values() == shown_.values();
+      });
+      if (same == code.end()) return {plane.projected};
+      return {plane.gray_code[static_cast<std::size_t>(same - code.begin())]};
     }
     case Subject::white_target:
       if (!shots.white_target) return {};

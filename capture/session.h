@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/grid.h"
@@ -75,12 +76,39 @@ struct Projector {
   int height = 0;  ///< [px]
 };
 
-/// A chessboard by its inner corners.
-struct Board {
-  int columns = 0;         ///< inner corners along x
-  int rows = 0;            ///< inner corners along y
-  double square_mm = 0.0;  ///< printed board: edge of a square [mm]
+enum class BoardKind {
+  chessboard,
+  charuco,            ///< chessboard with ArUco markers in its light squares; may be seen in part
+  circles,            ///< dark dots on a square lattice
+  asymmetric_circles  ///< dark dots, every other row moved by half a spacing, as OpenCV's
 };
+std::string to_string(BoardKind kind);
+
+/// A printed board by its inner corners or dots, (i, j) at square_mm (i, j) in its plane;
+/// asymmetric circles at square_mm (2 i + j mod 2, j).
+struct Board {
+  int columns = 0;         ///< inner corners or dots along x
+  int rows = 0;            ///< the same along y
+  double square_mm = 0.0;  ///< spacing of the lattice: a square's edge [mm]
+  BoardKind kind = BoardKind::chessboard;
+  double marker_mm = 0.0;    ///< ChArUco: edge of a marker [mm], below square_mm
+  std::string dictionary{};  ///< ChArUco: one of marker_dictionaries
+};
+
+struct MarkerDictionary {
+  std::string_view name;
+  int markers;
+};
+/// OpenCV's predefined ArUco dictionaries, in the order of its numbers.
+inline constexpr std::array<MarkerDictionary, 21> marker_dictionaries{{
+    {"DICT_4X4_50", 50},        {"DICT_4X4_100", 100},         {"DICT_4X4_250", 250},
+    {"DICT_4X4_1000", 1000},    {"DICT_5X5_50", 50},           {"DICT_5X5_100", 100},
+    {"DICT_5X5_250", 250},      {"DICT_5X5_1000", 1000},       {"DICT_6X6_50", 50},
+    {"DICT_6X6_100", 100},      {"DICT_6X6_250", 250},         {"DICT_6X6_1000", 1000},
+    {"DICT_7X7_50", 50},        {"DICT_7X7_100", 100},         {"DICT_7X7_250", 250},
+    {"DICT_7X7_1000", 1000},    {"DICT_ARUCO_ORIGINAL", 1024}, {"DICT_APRILTAG_16h5", 30},
+    {"DICT_APRILTAG_25h9", 35}, {"DICT_APRILTAG_36h10", 2320}, {"DICT_APRILTAG_36h11", 587},
+}};
 
 /// The chessboard image the projector shows: inner corner (i, j) lies at origin_px + square_px *
 /// (i, j) in projector pixels (pixel centres at integers).
@@ -96,7 +124,14 @@ struct ProjectedBoard {
 struct ProjectorPlane {
   Frame board;
   Frame projected;
+  /// Gray code over the projector's whole frame on the same, unmoved plane, or empty: bits of the
+  /// column, most significant first, each followed by its inverse, the row's likewise, white, black
+  /// (OpenCV's structured_light order).
+  std::vector<Frame> gray_code{};
 };
+
+/// Frames of a Gray code of `projector`: two for each bit of its columns and rows, white, black.
+int gray_code_frames(const Projector& projector);
 
 /// The sample itself, evenly lit before a dark background, from one camera station.
 struct SampleView {

@@ -198,6 +198,7 @@ class Checker {
     whole(calibration.board.columns, 3, 1000, "calibration.board.columns");
     whole(calibration.board.rows, 3, 1000, "calibration.board.rows");
     positive(calibration.board.square_mm, "calibration.board.square_mm", " of millimetres");
+    if (calibration.board.kind == BoardKind::charuco) markers(calibration.board);
     frames(calibration.camera_boards, "calibration.camera_boards");
 
     const ProjectedBoard& projected = calibration.projected_board;
@@ -220,7 +221,38 @@ class Checker {
       const std::string plane = indexed("calibration.projector_planes", i);
       frame(calibration.projector_planes[i].board, plane + ".board");
       frame(calibration.projector_planes[i].projected, plane + ".projected");
+      const std::vector<Frame>& code = calibration.projector_planes[i].gray_code;
+      if (code.empty()) continue;
+      frames(code, plane + ".gray_code");
+      const int needed = gray_code_frames(session_.projector);
+      require(code.size() == static_cast<std::size_t>(needed), plane + ".gray_code",
+              "has " + std::to_string(code.size()) + " entries; the Gray code of a " +
+                  std::to_string(session_.projector.width) + " x " +
+                  std::to_string(session_.projector.height) + " projector has " +
+                  std::to_string(needed) +
+                  ": two for each bit of columns and rows, white and black");
     }
+  }
+
+  void markers(const Board& board) const {
+    positive(board.marker_mm, "calibration.board.marker_mm", " of millimetres");
+    require(board.marker_mm < board.square_mm, "calibration.board.marker_mm",
+            "is " + shown(board.marker_mm) + "; a marker must be smaller than its square of " +
+                shown(board.square_mm) + " mm");
+    const std::string field = "calibration.board.dictionary";
+    std::string known;
+    for (const MarkerDictionary& one : marker_dictionaries) {
+      known += (known.empty() ? "" : ", ") + std::string(one.name);
+    }
+    const auto found =
+        std::find_if(marker_dictionaries.begin(), marker_dictionaries.end(),
+                     [&](const MarkerDictionary& one) { return one.name == board.dictionary; });
+    require(found != marker_dictionaries.end(), field,
+            "is '" + board.dictionary + "'; write one of " + known);
+    const int needed = (board.columns + 1) * (board.rows + 1) / 2;
+    require(needed <= found->markers, field,
+            "is '" + board.dictionary + "', which has fewer than the " + std::to_string(needed) +
+                " markers of this board; write the dictionary it was printed with");
   }
 
   void corners(const std::array<std::array<double, 2>, 4>& points, const std::string& field) const {

@@ -210,15 +210,35 @@ SampleView read_sample_view(const Node& node) {
   return view;
 }
 
+Board read_board(const Node& node) {
+  Board board;
+  if (node.has("kind")) {
+    const std::string kind =
+        node["kind"].choice({"chessboard", "charuco", "circles", "asymmetric-circles"});
+    for (const BoardKind known :
+         {BoardKind::charuco, BoardKind::circles, BoardKind::asymmetric_circles}) {
+      if (kind == to_string(known)) board.kind = known;
+    }
+  }
+  if (board.kind == BoardKind::charuco) {
+    node.expect_fields({"columns", "rows", "square_mm", "kind", "marker_mm", "dictionary"});
+    board.marker_mm = node["marker_mm"].number();
+    board.dictionary = node["dictionary"].text();
+  } else {
+    node.expect_fields({"columns", "rows", "square_mm"}, {"kind"});
+  }
+  board.columns = node["columns"].integer();
+  board.rows = node["rows"].integer();
+  board.square_mm = node["square_mm"].number();
+  return board;
+}
+
 Calibration read_calibration(const Node& node) {
   node.expect_fields(
       {"board", "camera_boards", "projected_board", "projector_planes", "sample_views", "dark"},
       {"white_target", "colour_chart"});
   Calibration calibration;
-  const Node board = node["board"];
-  board.expect_fields({"columns", "rows", "square_mm"});
-  calibration.board = {board["columns"].integer(), board["rows"].integer(),
-                       board["square_mm"].number()};
+  calibration.board = read_board(node["board"]);
   calibration.camera_boards = read_frames(node["camera_boards"]);
   const Node projected = node["projected_board"];
   projected.expect_fields({"columns", "rows", "square_px", "origin_px"});
@@ -226,9 +246,12 @@ Calibration read_calibration(const Node& node) {
                                  projected["square_px"].number(),
                                  read_point(projected["origin_px"])};
   for (const Node& plane : node["projector_planes"].items(1)) {
-    plane.expect_fields({"board", "projected"});
+    plane.expect_fields({"board", "projected"}, {"gray_code"});
     calibration.projector_planes.push_back(
         {read_frame(plane["board"]), read_frame(plane["projected"])});
+    if (plane.has("gray_code")) {
+      calibration.projector_planes.back().gray_code = read_frames(plane["gray_code"]);
+    }
   }
   for (const Node& view : node["sample_views"].items(1)) {
     calibration.sample_views.push_back(read_sample_view(view));

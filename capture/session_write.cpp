@@ -1,4 +1,5 @@
 // Session to session.json, in the field order of docs/formats.md.
+#include <bit>
 #include <nlohmann/json.hpp>
 
 #include "capture/session.h"
@@ -55,26 +56,35 @@ json to_json(const SampleView& view) {
   return out;
 }
 
+json to_json(const Board& board) {
+  json out{{"columns", board.columns}, {"rows", board.rows}, {"square_mm", board.square_mm}};
+  if (board.kind != BoardKind::chessboard) out["kind"] = to_string(board.kind);
+  if (board.kind == BoardKind::charuco) {
+    out["marker_mm"] = board.marker_mm;
+    out["dictionary"] = board.dictionary;
+  }
+  return out;
+}
+
 json to_json(const Calibration& calibration) {
-  const Board& board = calibration.board;
   const ProjectedBoard& projected = calibration.projected_board;
   json planes = json::array();
   for (const ProjectorPlane& plane : calibration.projector_planes) {
     planes.push_back({{"board", to_json(plane.board)}, {"projected", to_json(plane.projected)}});
+    if (!plane.gray_code.empty()) planes.back()["gray_code"] = to_json(plane.gray_code);
   }
   json views = json::array();
   for (const SampleView& view : calibration.sample_views) views.push_back(to_json(view));
-  json out{
-      {"board", {{"columns", board.columns}, {"rows", board.rows}, {"square_mm", board.square_mm}}},
-      {"camera_boards", to_json(calibration.camera_boards)},
-      {"projected_board",
-       {{"columns", projected.columns},
-        {"rows", projected.rows},
-        {"square_px", projected.square_px},
-        {"origin_px", projected.origin_px}}},
-      {"projector_planes", std::move(planes)},
-      {"sample_views", std::move(views)},
-      {"dark", to_json(calibration.dark)}};
+  json out{{"board", to_json(calibration.board)},
+           {"camera_boards", to_json(calibration.camera_boards)},
+           {"projected_board",
+            {{"columns", projected.columns},
+             {"rows", projected.rows},
+             {"square_px", projected.square_px},
+             {"origin_px", projected.origin_px}}},
+           {"projector_planes", std::move(planes)},
+           {"sample_views", std::move(views)},
+           {"dark", to_json(calibration.dark)}};
   if (calibration.white_target) {
     json& white = out["white_target"];
     white["reflectance"] = calibration.white_target->reflectance;
@@ -94,6 +104,27 @@ json to_json(const Calibration& calibration) {
 }
 
 }  // namespace
+
+std::string to_string(BoardKind kind) {
+  switch (kind) {
+    case BoardKind::chessboard:
+      return "chessboard";
+    case BoardKind::charuco:
+      return "charuco";
+    case BoardKind::circles:
+      return "circles";
+    case BoardKind::asymmetric_circles:
+      return "asymmetric-circles";
+  }
+  throw InternalError("internal error: unknown kind of board");
+}
+
+int gray_code_frames(const Projector& projector) {
+  const auto bits = [](int extent) {
+    return static_cast<int>(std::bit_width(static_cast<unsigned>(extent - 1)));
+  };
+  return 2 * (bits(projector.width) + bits(projector.height)) + 2;
+}
 
 void write_session(const Session& session) {
   validate(session);

@@ -197,8 +197,31 @@ class Shooter {
       meter_ = projected_meter;
       plane.projected = metered(stem + "_projected.png");
       projected_meter = meter_;
+      if (plan_.gray_code) plane.gray_code = gray_code(stem);
       session_.calibration.projector_planes.push_back(plane);
     }
+  }
+
+  // All at one exposure time, the white frame's, or codes would not compare.
+  std::vector<Frame> gray_code(const std::string& stem) {
+    const int count = gray_code_frames(session_.projector);
+    std::vector<Image<std::uint8_t>> images;
+    if (!rehearsing()) images = make_gray_code_images(session_.projector);
+    const auto file = [&stem](int k) {
+      return numbered(stem + "_gray_", static_cast<std::size_t>(k)) + ".png";
+    };
+    if (!rehearsing()) show(images[static_cast<std::size_t>(count) - 2]);
+    const Frame white = metered(file(count - 2));
+    std::vector<Frame> frames;
+    for (int k = 0; k < count; ++k) {
+      if (k == count - 2) {
+        frames.push_back(white);
+        continue;
+      }
+      if (!rehearsing()) show(images[static_cast<std::size_t>(k)]);
+      frames.push_back(expose(file(k), white.exposure_s));
+    }
+    return frames;
   }
 
   void targets() {

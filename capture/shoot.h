@@ -36,6 +36,7 @@ struct CapturePlan {
   int camera_board_views = 15;
   ProjectedBoard projected_board;
   int projector_plane_poses = 6;
+  bool gray_code = false;                   ///< also shoot a Gray code on every plane
   std::optional<double> white_reflectance;  ///< in (0, 1]; absent = no white target
   bool colour_chart = true;
   int dark_repeats = 2;  ///< dark frames at the shortest and at the longest exposure, each
@@ -68,6 +69,9 @@ std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
 /// What the projector shows for a projected board: squares exact by area coverage, black top left
 /// square, one square of white around, black beyond.
 Image<std::uint8_t> make_chessboard_image(const Projector& projector, const ProjectedBoard& board);
+
+/// The Gray code of ProjectorPlane::gray_code, in its order.
+std::vector<Image<std::uint8_t>> make_gray_code_images(const Projector& projector);
 
 /// An image of the projector's size in one grey value.
 Image<std::uint8_t> make_uniform_image(const Projector& projector, std::uint8_t value);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/board_shape.h"
 #include "calib/projector.h"
 #include "core/error.h"
 #include "data_synthetic/random.h"
@@ -88,12 +89,37 @@ std::array<int, 2> default_camera_size(const std::string& sample) {
   return {1280, 960};
 }
 
+calib::BoardShape shape_of(const capture::Board& board) {
+  return {board.columns, board.rows, board.square_mm,
+          board.kind == capture::BoardKind::asymmetric_circles};
+}
+
+/// The printed board: 9 x 6, or as large a staggered grid.
+capture::Board printed_board(capture::BoardKind kind, double size_mm) {
+  const auto rounded = [size_mm](double part) {
+    return std::round(part * size_mm * 100.0) / 100.0;
+  };
+  capture::Board board{9, 6, rounded(0.09)};
+  board.kind = kind;
+  if (kind == capture::BoardKind::asymmetric_circles) {
+    board.columns = 5;
+    board.rows = 7;
+    board.square_mm = rounded(0.08);
+  }
+  if (kind == capture::BoardKind::charuco) {
+    board.marker_mm = 0.6 * board.square_mm;
+    board.dictionary = "DICT_4X4_50";
+  }
+  return board;
+}
+
 /// Whether the whole printed board, margin included, is well inside the picture.
 bool board_in_view(const calib::Lens& lens, const capture::Board& board,
                    const Rigid& camera_from_board) {
   const double low = -1.6 * board.square_mm;
-  const double high_x = (board.columns + 0.6) * board.square_mm;
-  const double high_y = (board.rows + 0.6) * board.square_mm;
+  const Vector3d last = shape_of(board).flat_point(board.columns - 1, board.rows - 1);
+  const double high_x = last.x() + 1.6 * board.square_mm;
+  const double high_y = last.y() + 1.6 * board.square_mm;
   for (const Vector3d& corner : {Vector3d(low, low, 0), Vector3d(high_x, low, 0),
                                  Vector3d(low, high_y, 0), Vector3d(high_x, high_y, 0)}) {
     const Vector3d seen = camera_from_board * corner;
@@ -106,9 +132,8 @@ bool board_in_view(const calib::Lens& lens, const capture::Board& board,
 std::vector<Rigid> camera_board_poses(const Rig& rig, int count, std::uint64_t seed) {
   std::vector<Rigid> poses;
   const capture::Board& board = rig.board;
-  const Vector3d middle(0.5 * (board.columns - 1) * board.square_mm,
-                        0.5 * (board.rows - 1) * board.square_mm, 0.0);
-  const double board_width = (board.columns + 1) * board.square_mm;
+  const Vector3d middle = 0.5 * shape_of(board).flat_point(board.columns - 1, board.rows - 1);
+  const double board_width = 2.0 * middle.x() + 2.0 * board.square_mm;
   for (int view = 0; view < count; ++view) {
     const auto i = static_cast<std::uint64_t>(view);
     const Matrix3d turn =
@@ -182,7 +207,7 @@ std::vector<Rigid> projector_plane_poses(const Rig& rig, int count, std::uint64_
 
 void place_boards(Rig& rig, const SimulationOptions& options) {
   const double s = rig.size_mm;
-  rig.board = {9, 6, std::round(0.09 * s * 100.0) / 100.0};
+  rig.board = printed_board(options.board, s);
   // Squares end between pixels, so that a corner's position in projector pixels is a half-integer.
   const double square_px = std::round(0.0575 * rig.projector_size.width);
   const auto origin = [&](double middle, int corners) {
@@ -194,7 +219,8 @@ void place_boards(Rig& rig, const SimulationOptions& options) {
       square_px,
       {origin(0.53 * rig.projector_size.width, 9), origin(0.5 * rig.projector_size.height, 6)}};
   const double square = rig.board.square_mm;
-  rig.plane_from_board.translation = {-0.72 * s - 9.6 * square, -2.5 * square, -1e-3};
+  const Vector3d last = shape_of(rig.board).flat_point(rig.board.columns - 1, rig.board.rows - 1);
+  rig.plane_from_board.translation = {-0.72 * s - last.x() - 1.6 * square, -0.5 * last.y(), -1e-3};
   rig.camera_from_board = camera_board_poses(rig, options.board_views, options.seed);
   rig.world_from_plane = projector_plane_poses(rig, options.projector_planes, options.seed);
 }

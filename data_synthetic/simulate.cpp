@@ -154,6 +154,9 @@ int count_frames(const capture::Session& session) {
                       session.calibration.white_target_black.size();
   if (session.calibration.white_target) count += session.calibration.white_target->frames.size();
   if (session.calibration.colour_chart) count += session.calibration.colour_chart->frames.size();
+  for (const capture::ProjectorPlane& plane : session.calibration.projector_planes) {
+    count += plane.gray_code.size();
+  }
   for (const capture::Pattern& pattern : session.patterns) count += pattern.frames.size();
   return static_cast<int>(count);
 }
@@ -220,6 +223,7 @@ capture::CapturePlan capture_plan(const SimulatedRig& simulated, const Simulatio
   plan.camera_board_views = options.board_views;
   plan.projected_board = rig.projected_board;
   plan.projector_plane_poses = options.projector_planes;
+  plan.gray_code = options.gray_code;
   plan.white_reflectance = white_target_reflectance;
   return plan;
 }

@@ -32,10 +32,12 @@ struct SimulationOptions {
   std::array<int, 2> projector_size{1024, 768};  ///< [px]
   /// Further pattern pictures (PNG or TIFF of the projector's size), with the role "validate".
   std::vector<std::filesystem::path> pattern_files;
-  int board_views = 15;       ///< printed-board pictures, 12 to 60
-  int projector_planes = 10;  ///< planes, 8 to 40
-  int rays_per_side = 3;      ///< rays per pixel and side of a camera pixel, 1 to 8
-  int refinement = 2;         ///< light transport cells per fitted voxel and side, 2 to 4
+  int board_views = 15;                                       ///< printed-board pictures, 12 to 60
+  int projector_planes = 10;                                  ///< planes, 8 to 40
+  capture::BoardKind board = capture::BoardKind::chessboard;  ///< the printed one
+  bool gray_code = false;  ///< also project a Gray code on every plane
+  int rays_per_side = 3;   ///< rays per pixel and side of a camera pixel, 1 to 8
+  int refinement = 2;      ///< light transport cells per fitted voxel and side, 2 to 4
   TransportMethod transport = TransportMethod::diffusion;
   std::uint64_t photons =
       TransportChoice{}.photons;  ///< per pattern, Monte Carlo, 1000 to 2^32 − 1

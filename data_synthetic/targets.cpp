@@ -3,6 +3,9 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+
+#include "calib/charuco.h"
 
 namespace kappamu::synthetic {
 
@@ -19,12 +22,70 @@ double square_wave(double x, double width) {
 }
 
 /// Blackness in [0, 1] of the chessboard at `position` in squares from inner corner (0, 0).
-double board_ink(const Vector2d& position, int columns, int rows, const Vector2d& width) {
+double chessboard_ink(const Vector2d& position, int columns, int rows, const Vector2d& width) {
   const double on_board = coverage(position.x(), -1.0, columns, width.x()) *
                           coverage(position.y(), -1.0, rows, width.y());
   const double pattern =
       square_wave(position.x(), width.x()) * square_wave(position.y(), width.y());
   return on_board * (0.5 + 0.5 * pattern);
+}
+
+/// The same of the dots of a circle grid: a disc's edge averaged along the radius.
+double dot_ink(const Vector2d& position, const capture::Board& board, const Vector2d& width) {
+  const bool staggered = board.kind == capture::BoardKind::asymmetric_circles;
+  const double radius = dot_radius * (staggered ? std::numbers::sqrt2 : 1.0);
+  const int j = std::clamp(static_cast<int>(std::lround(position.y())), 0, board.rows - 1);
+  double ink = 0.0;
+  for (int row = std::max(0, j - 1); row <= std::min(board.rows - 1, j + 1); ++row) {
+    const double shift = staggered ? row % 2 : 0.0;
+    const double step = staggered ? 2.0 : 1.0;
+    const int i = std::clamp(static_cast<int>(std::lround((position.x() - shift) / step)), 0,
+                             board.columns - 1);
+    const Vector2d offset = position - Vector2d(shift + step * i, row);
+    const double distance = offset.norm();
+    const Vector2d outward = distance > 0.0 ? Vector2d(offset / distance) : Vector2d::UnitX();
+    const double blur = outward.cwiseProduct(width).norm();
+    ink += coverage(distance, -radius, radius, blur);
+  }
+  return ink;
+}
+
+/// The same of the markers alone; they are numbered row by row over the light squares.
+double marker_ink(const Vector2d& position, const capture::Board& board,
+                  const std::vector<calib::MarkerCells>& markers, const Vector2d& width) {
+  // Squares are numbered from the board's dark corner square, whose outer corner is (-1, -1).
+  const int column = static_cast<int>(std::floor(position.x())) + 1;
+  const int row = static_cast<int>(std::floor(position.y())) + 1;
+  if (column < 0 || row < 0 || column > board.columns || row > board.rows) return 0.0;
+  if ((column + row) % 2 == 0) return 0.0;
+  const int squares = board.columns + 1;
+  const int id = row * squares / 2 + column / 2;
+  const double side = board.marker_mm / board.square_mm;
+  const Vector2d first = Vector2d(column - 1, row - 1) + Vector2d::Constant(0.5 * (1.0 - side));
+  const calib::MarkerCells& marker = markers[static_cast<std::size_t>(id)];
+  const double cell = side / marker.side;
+  double ink = 0.0;
+  for (int v = 0; v < marker.side; ++v) {
+    const double across =
+        coverage(position.y(), first.y() + v * cell, first.y() + (v + 1) * cell, width.y());
+    if (across <= 0.0) continue;
+    for (int u = 0; u < marker.side; ++u) {
+      if (marker.light[static_cast<std::size_t>(v) * marker.side + u] != 0) continue;
+      ink += across *
+             coverage(position.x(), first.x() + u * cell, first.x() + (u + 1) * cell, width.x());
+    }
+  }
+  return ink;
+}
+
+std::vector<calib::MarkerCells> markers_of(const capture::Board& board) {
+  std::vector<calib::MarkerCells> markers;
+  if (board.kind != capture::BoardKind::charuco) return markers;
+  const int count = (board.columns + 1) * (board.rows + 1) / 2;
+  for (int id = 0; id < count; ++id) {
+    markers.push_back(calib::marker_cells(board.dictionary, id));
+  }
+  return markers;
 }
 
 constexpr double chart_gap = 0.16;     // between patches, in pitches
@@ -35,14 +96,25 @@ constexpr double chart_frame_reflectance = 0.035;
 
 Quad board_quad(const capture::Board& board, const Rigid& world_from_board) {
   const double margin = (1.0 + board_margin_squares) * board.square_mm;
+  const bool staggered = board.kind == capture::BoardKind::asymmetric_circles;
+  const int last_column = staggered ? 2 * board.columns - 1 : board.columns - 1;
   Quad quad;
   quad.world_from_quad = world_from_board;
   quad.low = Vector2d::Constant(-margin);
-  quad.high = Vector2d((board.columns - 1) * board.square_mm + margin,
-                       (board.rows - 1) * board.square_mm + margin);
-  quad.albedo = [board](const Vector2d& position, const Vector2d& footprint) {
-    const double ink = board_ink(position / board.square_mm, board.columns, board.rows,
-                                 footprint / board.square_mm);
+  quad.high =
+      Vector2d(last_column * board.square_mm + margin, (board.rows - 1) * board.square_mm + margin);
+  const std::vector<calib::MarkerCells> markers = markers_of(board);
+  quad.albedo = [board, markers](const Vector2d& position, const Vector2d& footprint) {
+    const Vector2d at = position / board.square_mm;
+    const Vector2d width = footprint / board.square_mm;
+    double ink = 0.0;
+    if (board.kind == capture::BoardKind::circles ||
+        board.kind == capture::BoardKind::asymmetric_circles) {
+      ink = dot_ink(at, board, width);
+    } else {
+      ink = chessboard_ink(at, board.columns, board.rows, width);
+      if (!markers.empty()) ink += marker_ink(at, board, markers, width);
+    }
     const double value = paper_reflectance + ink * (ink_reflectance - paper_reflectance);
     return std::array<double, 3>{value, value, value};
   };

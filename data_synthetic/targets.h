@@ -15,8 +15,11 @@ inline constexpr double white_target_reflectance = 0.99;
 /// White paper around the board's outer squares, in squares.
 inline constexpr double board_margin_squares = 0.6;
 
-/// Printed chessboard of (columns + 1) × (rows + 1) squares, the first one black, with a white
-/// margin; the quad's origin is inner corner (0, 0), x along a row.
+/// Radius of a circle grid's dots over the distance of neighbours.
+inline constexpr double dot_radius = 0.25;
+
+/// Printed board of any kind with a white margin: chessboards of (columns + 1) × (rows + 1)
+/// squares, the first one black. The quad's origin is inner corner or dot (0, 0), x along a row.
 Quad board_quad(const capture::Board& board, const Rigid& world_from_board);
 
 /// Evenly reflecting rectangle centred on the origin of its frame.

@@ -51,6 +51,25 @@ Html uncertainty_map(const CalibrationData& calibration) {
           " mm away: predicted from the boards' corners, over the frame");
 }
 
+/// How legible each plane's Gray code is, where on the picture.
+Html gray_code_block(const CalibrationData& calibration) {
+  constexpr int width = 200;  // CSS px
+  std::vector<Html> maps;
+  for (const calib::GrayCodeView& view : calibration.gray_code) {
+    maps.push_back(
+        figure(picture(coloured(view.quality, ColourMap::viridis, 0.0, 1.0), width, view.name),
+               view.name + ": legible in " + number(100.0 * view.legible_share, 3) + " %, " +
+                   std::to_string(view.points) + " points"));
+  }
+  Html content = row(maps) + legend(ColourMap::viridis, 0.0, 1.0, "weakest bit over white - black");
+  if (calibration.gray_code_check_px) {
+    content += note("The projected chessboards, which took no part, lie " +
+                    number(*calibration.gray_code_check_px, 3) +
+                    " projector pixels (RMS) from where the Gray codes put them.");
+  }
+  return subsection("Gray codes: how legible", content);
+}
+
 Html poses_table(const RunData& run) {
   std::vector<std::vector<Html>> rows;
   for (const calib::SamplePose& pose : run.calibration->poses) {
@@ -131,6 +150,11 @@ Html calibration_section(const RunData& run) {
                     " mm along its height; this was allowed for.");
   }
   content += lens_block("Projector (" + calibration.projector_model + ")", calibration.projector);
+  content += note("Which projector pixel lights a corner of the lit face is known to " +
+                  number(calibration.projector_deviation_px, 2) +
+                  " px (one standard deviation, the worst corner's; camera, projector and planes "
+                  "together).");
+  if (!calibration.gray_code.empty()) content += gray_code_block(calibration);
   content += subsection("Where the sample stands", sample_block(run));
   content += note(
       "Views far above the others are worth a look; corners should reach into the corners of the "

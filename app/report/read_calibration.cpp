@@ -40,6 +40,9 @@ std::optional<CalibrationData> read_calibration(const std::filesystem::path& run
   data.models_tried = calibration.camera.scores;
   data.bend_mm = calibration.camera.bend_mm;
   data.uncertainty = calibration.camera_uncertainty;
+  data.projector_deviation_px = calibration.projector_deviation_px;
+  data.gray_code = calibration.gray_code;
+  data.gray_code_check_px = calibration.gray_code_check_px;
   data.poses = {calibration.calibration_pose, calibration.pattern_pose};
   data.camera_lens = calibration.camera.lens;
   data.response = calibration.radiometry.response.linear;

@@ -44,7 +44,10 @@ struct CalibrationData {
   std::vector<calib::ModelScore> models_tried;  ///< of the camera; empty in old runs
   std::array<double, 2> bend_mm{};              ///< of the printed board
   calib::ProjectionUncertainty uncertainty;     ///< across the camera's frame
-  std::vector<calib::SamplePose> poses;         ///< calibration station, pattern station
+  double projector_deviation_px = 0.0;          ///< at the lit face
+  std::vector<calib::GrayCodeView> gray_code;   ///< by plane, where the session has them
+  std::optional<double> gray_code_check_px;
+  std::vector<calib::SamplePose> poses;  ///< calibration station, pattern station
   calib::Lens camera_lens;
   /// [channel][code] linear signal as a fraction of full scale.
   std::vector<std::vector<double>> response;

@@ -23,5 +23,17 @@ TEST(Views, MoreOfThemCalibrateBetterAndSayHowWell) {
   }
 }
 
+// Three views do not tell p1 and p2: what that leaves open must be in the stated deviation.
+TEST(Views, FewOfThemStateWhatTheyAreWorth) {
+  Progress silent;
+  ViewsOptions options;
+  options.views = {3, 6};
+  const auto cases = measure_views(options, silent);
+  for (const ViewsCase& c : cases) {
+    std::printf("%d views: error %.3f px, stated %.3f px\n", c.views, c.error_px, c.predicted_px);
+    EXPECT_NEAR(c.predicted_px / c.error_px, 1.0, 0.25) << c.views;
+  }
+}
+
 }  // namespace
 }  // namespace kappamu::bench

@@ -12,6 +12,7 @@
 
 #include "calib/board_shape.h"
 #include "calib/camera.h"
+#include "core/image.h"
 
 namespace kappamu::calib::testing {
 

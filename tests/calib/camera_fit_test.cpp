@@ -42,7 +42,8 @@ class Derivatives {
     Eigen::VectorXd result(2 * corners.columns * corners.rows);
     for (int j = 0; j < corners.rows; ++j) {
       for (int i = 0; i < corners.columns; ++i) {
-        result.segment<2>(2 * (j * corners.columns + i)) = corner_residual(setting_, fit_, 0, i, j);
+        result.segment<2>(2 * (j * corners.columns + i)) =
+            corner_residual(setting_, fit_, 0, static_cast<std::size_t>(j * corners.columns + i));
       }
     }
     return result;

@@ -41,6 +41,13 @@ std::vector<EditedSession> good_sessions() {
     s["stations"]["patterns"] = "front";
     s["calibration"]["sample_views"].erase(1);
   });
+  add("circles", [](json& s) { s["calibration"]["board"]["kind"] = "asymmetric-circles"; });
+  add("charuco", [](json& s) {
+    json& board = s["calibration"]["board"];
+    board["kind"] = "charuco";
+    board["marker_mm"] = 3.0;
+    board["dictionary"] = "DICT_5X5_100";
+  });
   add("one channel", [](json& s) { s["channels"] = {"Y"}; });
   add("whole number written with a point", [](json& s) { s["camera"]["width"] = 640.0; });
   add("white level of a RAW camera", [](json& s) {
@@ -154,6 +161,28 @@ std::vector<BadSession> bad_sessions() {
       [](json& s) { s["calibration"]["board"]["rows"] = 2; });
   add("board without size", "calibration.board.square_mm", "is missing",
       [](json& s) { s["calibration"]["board"].erase("square_mm"); });
+  add("board of an unknown kind", "calibration.board.kind", "is 'dots'; write 'chessboard'",
+      [](json& s) { s["calibration"]["board"]["kind"] = "dots"; });
+  add("markers on a chessboard", "calibration.board.marker_mm", "is an unknown field",
+      [](json& s) { s["calibration"]["board"]["marker_mm"] = 3; });
+  const auto charuco = [](json& s, double marker_mm, const char* dictionary) {
+    s["calibration"]["board"].update(
+        {{"kind", "charuco"}, {"marker_mm", marker_mm}, {"dictionary", dictionary}});
+  };
+  add("unknown dictionary", "calibration.board.dictionary", "is '4X4'; write one of DICT_4X4_50, ",
+      [charuco](json& s) { charuco(s, 3.0, "4X4"); });
+  add_across("Gray code cut short", "calibration.projector_planes[0].gray_code",
+             "has 41 entries; the Gray code of a 1024 x 768 projector has 42", [](json& s) {
+               json& code = s["calibration"]["projector_planes"][0]["gray_code"] = json::array();
+               for (int k = 0; k < 41; ++k) {
+                 code.push_back(frame(("gray_" + std::to_string(k) + ".png").c_str(), 0.1));
+               }
+             });
+  add_across("markers over their squares", "calibration.board.marker_mm", "smaller than its square",
+             [charuco](json& s) { charuco(s, 4.0, "DICT_4X4_50"); });
+  add_across("more markers than the dictionary has", "calibration.board.dictionary",
+             "fewer than the 35 markers",
+             [charuco](json& s) { charuco(s, 3.0, "DICT_APRILTAG_16h5"); });
   add("no boards", "calibration.camera_boards", "needs at least 1",
       [](json& s) { s["calibration"]["camera_boards"].clear(); });
   add("no planes", "calibration.projector_planes", "needs at least 1",
