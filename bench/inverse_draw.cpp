@@ -62,7 +62,9 @@ std::vector<double> noises_of(const Fits& fits) {
 Chart course_chart(const Fits& fits, double noise, bool against_time) {
   Chart chart;
   chart.title = "noise " + text("%g %%", 100.0 * noise);
-  chart.x_label = against_time ? "seconds" : "batched solves, all grids";
+  chart.x_label =
+      against_time ? "seconds" : "work: iterations of the fitted grid, 16 patterns each";
+  chart.legend = "inside left bottom";
   chart.y_label = "E under held-out 8 x 8 patches";
   chart.log_x = chart.log_y = true;
   for (const FitScore& f : fits) {
@@ -70,7 +72,7 @@ Chart course_chart(const Fits& fits, double noise, bool against_time) {
     Series series;
     series.label = label_of(f.way);
     for (const CoursePoint& p : f.course) {
-      series.x.push_back(against_time ? p.seconds : p.solves);
+      series.x.push_back(against_time ? p.seconds : p.work);
       series.y.push_back(p.error);
     }
     chart.series.push_back(std::move(series));
@@ -78,15 +80,16 @@ Chart course_chart(const Fits& fits, double noise, bool against_time) {
   return chart;
 }
 
-/// Solves of the default and of `other` at the best E that `other` reaches.
+/// The best E of `other`, its solves and work there over those of the default.
 std::string ratio_of(const FitScore& ours, const FitScore& other) {
   double best = HUGE_VAL;
   for (const CoursePoint& p : other.course) best = std::min(best, p.error);
-  const auto theirs = solves_to_reach(other.course, best);
-  const auto mine = solves_to_reach(ours.course, best);
-  if (!theirs || !mine) return "-";
-  return text("%.0f", static_cast<double>(*theirs) / *mine) + " (at " + scientific(best) + ": " +
-         std::to_string(*theirs) + " / " + std::to_string(*mine) + ")";
+  const CoursePoint* theirs = first_to_reach(other.course, best);
+  const CoursePoint* mine = first_to_reach(ours.course, best);
+  if (theirs == nullptr || mine == nullptr) return scientific(best) + " | never there | ";
+  return scientific(best) + " | " +
+         text("%.1f", static_cast<double>(theirs->solves) / mine->solves) + " | " +
+         text("%.1f", theirs->work / mine->work);
 }
 
 std::string draw_optimisers(const Fits& fits, const fs::path& png) {
@@ -94,7 +97,8 @@ std::string draw_optimisers(const Fits& fits, const fs::path& png) {
   std::ostringstream table;
   table << "| noise | way to fit | E, 8 × 8 patches | E, single voxels | χ² | solves | work | "
            "seconds | "
-           "solves at its best E / ours there |\n|---|---|---|---|---|---|---|---|---|\n";
+           "its best E | solves there over ours there | work there over ours there "
+           "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const double noise : noises_of(fits)) {
     charts.push_back(course_chart(fits, noise, true));
     charts.push_back(course_chart(fits, noise, false));
@@ -106,7 +110,7 @@ std::string draw_optimisers(const Fits& fits, const fs::path& png) {
             << scientific(f.patches_error) << " | " << scientific(f.single_error) << " | "
             << text("%.2f", f.chi2) << " | " << f.solves << " | " << text("%.0f", f.work) << " | "
             << text("%.1f", f.seconds) << " | "
-            << (ours != nullptr && &f != ours ? ratio_of(*ours, f) : "") << " |\n";
+            << (ours != nullptr && &f != ours ? ratio_of(*ours, f) : " | | ") << " |\n";
     }
   }
   draw(charts, png, 2);

@@ -82,6 +82,7 @@ std::vector<Way> inverse_ways() {
   add("wang2008", "[W]'s optimiser, our course", Coordinates::voxels, Method::wang2008);
   Way& scheme = add("wang2008-scheme", "[W]'s scheme: one grid, one weight", Coordinates::voxels,
                     Method::wang2008);
+  scheme.options.model = inverse::Model::volume;
   scheme.options.max_levels = 1;
   scheme.options.stage_tolerance = 1e-5;
   scheme.options.stage_steps = 200;
@@ -172,11 +173,10 @@ FitScore measure_fit(const SurfaceMeasurements& m, const Judge& judge, const Fit
   return score;
 }
 
-std::optional<int> solves_to_reach(const std::vector<CoursePoint>& course, double error) {
-  for (const CoursePoint& p : course) {
-    if (p.error <= error) return p.solves;
-  }
-  return std::nullopt;
+const CoursePoint* first_to_reach(const std::vector<CoursePoint>& course, double error) {
+  const auto found = std::find_if(course.begin(), course.end(),
+                                  [&](const CoursePoint& p) { return p.error <= error; });
+  return found == course.end() ? nullptr : &*found;
 }
 
 Json to_json(const FitScore& s) {

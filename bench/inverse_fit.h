@@ -3,7 +3,6 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -83,9 +82,8 @@ FitScore measure_fit(const SurfaceMeasurements& measurements, const Judge& judge
                      const inverse::FitOptions& options, Judged judged, int course_points,
                      Progress& progress);
 
-/// Solves at which the course first reaches `error`, with the course's own best until there; none
-/// where it never does.
-std::optional<int> solves_to_reach(const std::vector<CoursePoint>& course, double error);
+/// Where the course first has an E of at most `error`; null where it never does.
+const CoursePoint* first_to_reach(const std::vector<CoursePoint>& course, double error);
 
 nlohmann::ordered_json to_json(const FitScore& score);
 FitScore fit_score_from_json(const nlohmann::ordered_json& object);

@@ -94,15 +94,15 @@ TEST(DepthErrorOf, AVolumeTenPercentOffIsTenPercentInEveryLayer) {
   }
 }
 
-TEST(SolvesToReach, IsTheFirstPointThatGood) {
+TEST(FirstToReach, IsTheFirstPointThatGood) {
   std::vector<CoursePoint> course(3);
   for (int k = 0; k < 3; ++k) {
     course[static_cast<std::size_t>(k)].solves = 10 * (k + 1);
     course[static_cast<std::size_t>(k)].error = std::pow(10.0, -k);
   }
-  EXPECT_EQ(solves_to_reach(course, 0.1), 20);
-  EXPECT_EQ(solves_to_reach(course, 0.05), 30);
-  EXPECT_FALSE(solves_to_reach(course, 1e-3));
+  EXPECT_EQ(first_to_reach(course, 0.1), &course[1]);
+  EXPECT_EQ(first_to_reach(course, 0.05), &course[2]);
+  EXPECT_EQ(first_to_reach(course, 1e-3), nullptr);
 }
 
 class InverseBench : public FolderTest {};
