@@ -64,7 +64,7 @@ Chart course_chart(const Fits& fits, double noise, bool against_time) {
   chart.title = "noise " + text("%g %%", 100.0 * noise);
   chart.x_label =
       against_time ? "seconds" : "work: iterations of the fitted grid, 16 patterns each";
-  chart.legend = "inside left bottom";
+  chart.legend = "inside right top";
   chart.y_label = "E under held-out 8 x 8 patches";
   chart.log_x = chart.log_y = true;
   for (const FitScore& f : fits) {
