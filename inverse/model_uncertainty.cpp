@@ -110,6 +110,9 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   }
   found.report.layers = layers_below(found, seen_face);
   found.report.sentence = in_words(medium, covariance, shape, axis);
+  if (fit.report.status == FitStatus::above_noise) {
+    found.report.sentence += " The data are further from it than their noise: so are the errors.";
+  }
   found.report.solves = objective.solves().total();
   found.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return found;
