@@ -1,8 +1,12 @@
 #include "app/calibrate_stage.h"
 
+#include <algorithm>
+#include <cstdio>
+
 #include "calib/calibrate.h"
 #include "calib/calibration_file.h"
 #include "capture/chart_search.h"
+#include "capture/stray_light.h"
 
 namespace kappamu::app {
 
@@ -22,12 +26,36 @@ capture::Session with_chart_place(capture::Session session) {
   return session;
 }
 
+/// What the chart's dark patches tell of room light and flare, if it is worth a warning.
+void warn_of_stray_light(calib::CalibrationResult& result, Progress& progress) {
+  constexpr double worth_a_warning = 0.01;  // of white
+  if (!result.chart) return;
+  double worst = 0.0;
+  for (std::size_t c = 0; c < result.chart->scale.size(); ++c) {
+    std::vector<double> published;
+    std::vector<double> measured;
+    for (const calib::NeutralPatch& neutral : result.chart->neutrals) {
+      if (neutral.measured.empty()) continue;
+      published.push_back(neutral.published);
+      measured.push_back(neutral.measured[c]);
+    }
+    worst = std::max(worst, capture::stray_light(published, measured).value_or(0.0));
+  }
+  if (worst < worth_a_warning) return;
+  char percent[16];
+  std::snprintf(percent, sizeof percent, "%.1f", 100.0 * worst);
+  result.warnings.push_back("stray light of " + std::string(percent) +
+                            " % of white brightens the colour chart's dark patches: darken the "
+                            "room and shade the lens.");
+  progress.warn(result.warnings.back());
+}
+
 }  // namespace
 
 void run_calibrate_stage(const capture::Session& session, const capture::HdrOptions& hdr,
                          const fs::path& run, Progress& progress) {
-  const calib::CalibrationResult result =
-      calib::calibrate(with_chart_place(session), progress, hdr);
+  calib::CalibrationResult result = calib::calibrate(with_chart_place(session), progress, hdr);
+  warn_of_stray_light(result, progress);
   const fs::path partial = run / "calibration.partial";
   fs::remove_all(partial);
   calib::save_calibration(partial, result);

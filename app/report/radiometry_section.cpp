@@ -4,18 +4,22 @@
 #include "app/report/chart.h"
 #include "app/report/picture.h"
 #include "app/report/sections.h"
+#include "capture/stray_light.h"
 
 namespace kappamu::app::report {
 
 namespace {
+
+std::vector<std::string> channel_names(const RunData& run) {
+  return run.session ? run.session->channels : std::vector<std::string>{"R", "G", "B"};
+}
 
 Html response_block(const RunData& run) {
   LineChart chart;
   chart.x_label = "code value, fraction of the largest";
   chart.y_label = "linear signal";
   const auto& response = run.calibration->response;
-  const std::vector<std::string> names =
-      run.session ? run.session->channels : std::vector<std::string>{"R", "G", "B"};
+  const std::vector<std::string> names = channel_names(run);
   for (std::size_t c = 0; c < response.size(); ++c) {
     Series series;
     series.name = c < names.size() ? names[c] : "channel " + std::to_string(c);
@@ -33,6 +37,77 @@ Html response_block(const RunData& run) {
       "figure",
       render(chart) + element("figcaption",
                               text("Inverse response: linear signal as a fraction of full scale")));
+}
+
+Html scale_table(const RunData& run) {
+  const CalibrationData& calibration = *run.calibration;
+  const std::vector<std::string> names = channel_names(run);
+  const double reference = calibration.scale[calibration.scale.size() / 2];
+  std::vector<std::vector<Html>> rows;
+  for (std::size_t c = 0; c < calibration.scale.size(); ++c) {
+    const double scale = calibration.scale[c];
+    rows.push_back(
+        {text(c < names.size() ? names[c] : "channel " + std::to_string(c)), text(number(scale)),
+         text(number(scale / reference)),
+         text(c < calibration.white.residual_rms.size() ? percent(calibration.white.residual_rms[c])
+                                                        : "–"),
+         text(calibration.chart && c < calibration.chart->scale.size()
+                  ? percent(calibration.chart->scale[c] / scale - 1.0)
+                  : "–")});
+  }
+  return table({"Channel", "scale [full scales/s for unit radiance]", "white balance",
+                "white target, residual RMS", "colour chart against it"},
+               rows);
+}
+
+/// What black pixels, the projector's rim and stray light add or take, where they were measured.
+std::string light_sentence(const CalibrationData& calibration) {
+  std::string sentence;
+  const calib::WhiteReference& white = calibration.white;
+  if (white.black_measured && white.projector_black > 0.0) {
+    sentence += "The projector's black, room light included, is 1 : " +
+                number(1.0 / white.projector_black) + " of its white. ";
+  }
+  if (!white.scale.empty()) {
+    double least = 1.0;
+    for (const double x : {-1.0, 1.0}) {
+      for (const double y : {-1.0, 1.0}) least = std::min(least, white.flat(x, y));
+    }
+    sentence += "At the corners of the lit face its white falls to " + percent(least) +
+                " of that at the centre. ";
+  }
+  return sentence;
+}
+
+/// Published and measured reflectances of the neutral patches, and the stray light they tell.
+Html chart_block(const RunData& run) {
+  const calib::ChartReference& chart = *run.calibration->chart;
+  const std::vector<std::string> names = channel_names(run);
+  std::vector<std::vector<Html>> rows;
+  std::vector<double> published;
+  std::vector<std::vector<double>> measured(names.size());
+  for (const calib::NeutralPatch& neutral : chart.neutrals) {
+    if (neutral.measured.size() != names.size()) continue;
+    rows.push_back({text(std::to_string(neutral.patch + 1)), text(number(neutral.published))});
+    published.push_back(neutral.published);
+    for (std::size_t c = 0; c < names.size(); ++c) {
+      rows.back().push_back(text(number(neutral.measured[c]) + " (" +
+                                 percent(neutral.measured[c] / neutral.published - 1.0) + ")"));
+      measured[c].push_back(neutral.measured[c]);
+    }
+  }
+  std::vector<std::string> heads{"Neutral patch", "published"};
+  heads.insert(heads.end(), names.begin(), names.end());
+  std::string stray;
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    if (const auto share = capture::stray_light(published, measured[c])) {
+      stray += (stray.empty() ? "" : ", ") + names[c] + " " + percent(*share);
+    }
+  }
+  return table(heads, rows) +
+         note("Residual of the patches above 5 %: " + percent(chart.residual_rms) +
+              ". Stray light (room light and flare) that the dark patches show, of white: " +
+              (stray.empty() ? "not told" : stray) + ".");
 }
 
 Html hdr_table(const std::vector<HdrSummary>& summaries) {
@@ -78,6 +153,13 @@ Html radiometry_section(const RunData& run) {
   Html content;
   if (run.calibration && !run.calibration->response.empty())
     content += subsection("Camera response", response_block(run));
+  if (run.calibration && !run.calibration->scale.empty()) {
+    content += subsection("Scale and white balance", scale_table(run));
+    const std::string sentence = light_sentence(*run.calibration);
+    if (!sentence.empty()) content += note(sentence);
+    if (run.calibration->chart)
+      content += subsection("Neutral patches of the colour chart", chart_block(run));
+  }
   if (run.hdr.empty()) {
     content += note("This run has no HDR images.");
   } else {

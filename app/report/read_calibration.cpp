@@ -46,6 +46,9 @@ std::optional<CalibrationData> read_calibration(const std::filesystem::path& run
   data.poses = {calibration.calibration_pose, calibration.pattern_pose};
   data.camera_lens = calibration.camera.lens;
   data.response = calibration.radiometry.response.linear;
+  data.scale = calibration.scale;
+  data.white = calibration.white;
+  data.chart = calibration.chart;
   data.warnings = calibration.warnings;
   return data;
 }

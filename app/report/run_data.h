@@ -51,6 +51,9 @@ struct CalibrationData {
   calib::Lens camera_lens;
   /// [channel][code] linear signal as a fraction of full scale.
   std::vector<std::vector<double>> response;
+  std::vector<double> scale;    ///< [channel] full scales per second for unit radiance
+  calib::WhiteReference white;  ///< scale empty where there was no white target
+  std::optional<calib::ChartReference> chart;
   std::vector<std::string> warnings;
 };
 

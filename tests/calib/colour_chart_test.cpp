@@ -19,6 +19,7 @@
 #include "capture/bayer.h"
 #include "capture/chart_search.h"
 #include "capture/merge.h"
+#include "capture/stray_light.h"
 #include "data_synthetic/simulate.h"
 #include "data_synthetic/truth.h"
 #include "io/image_file.h"
@@ -67,14 +68,25 @@ capture::HdrImage as_radiance(const Image<std::uint16_t>& codes, const ToLight& 
   return image;
 }
 
+double stray_light_of(const ChartReference& chart, std::size_t channel) {
+  std::vector<double> published;
+  std::vector<double> measured;
+  for (const NeutralPatch& neutral : chart.neutrals) {
+    published.push_back(neutral.published);
+    measured.push_back(neutral.measured.at(channel));
+  }
+  return capture::stray_light(published, measured).value();
+}
+
 /// Finds the chart in `codes` and measures it; `light` takes codes, and the windows' means, to
-/// linear light. Gives the residual of the neutrals.
+/// linear light.
 template <class ToLight>
-double measure(const char* name, const Image<std::uint16_t>& codes, capture::Encoding encoding,
-               const std::vector<Window>& windows, const ToLight& light) {
+ChartReference measure(const char* name, const Image<std::uint16_t>& codes,
+                       capture::Encoding encoding, const std::vector<Window>& windows,
+                       const ToLight& light) {
   const auto place = capture::find_chart_place(codes, encoding);
   EXPECT_TRUE(place) << name;
-  if (!place) return 1.0;
+  if (!place) return {};
   EXPECT_GE(place->patches, 18) << name;
   std::array<Eigen::Vector2d, 4> corners;
   for (std::size_t k = 0; k < 4; ++k)
@@ -120,8 +132,12 @@ double measure(const char* name, const Image<std::uint16_t>& codes, capture::Enc
     for (const double value : neutral.measured) std::printf(" %.4f", value);
     std::printf("\n");
   }
-  std::printf("  residual RMS of the neutrals above 5 %%: %.1f %%\n", 100.0 * chart.residual_rms);
-  return chart.residual_rms;
+  std::printf(
+      "  residual RMS of the neutrals above 5 %%: %.1f %%, stray light %.2f %.2f %.2f %% of "
+      "white\n",
+      100.0 * chart.residual_rms, 100.0 * stray_light_of(chart, 0),
+      100.0 * stray_light_of(chart, 1), 100.0 * stray_light_of(chart, 2));
+  return chart;
 }
 
 TEST(RealChart, RawPhotographGivesWhiteBalanceAndScale) {
@@ -136,10 +152,11 @@ TEST(RealChart, RawPhotographGivesWhiteBalanceAndScale) {
     for (double& mean : w.mean) mean += black;
   }
   const auto light = [&](double code) { return (code - black) / (raw.white - black); };
-  const double residual = measure("RAW", capture::demosaic(raw.mosaic, raw.layout),
-                                  capture::Encoding::linear, windows, light);
-  // The photograph's flare, 1.2 % of white (SOURCE.md: G = 1300 Y + 14.3), brightens the dark ones.
-  EXPECT_LT(residual, 0.12);
+  const ChartReference chart = measure("RAW", capture::demosaic(raw.mosaic, raw.layout),
+                                       capture::Encoding::linear, windows, light);
+  // The photograph's flare, 1.1 % of white (SOURCE.md: G = 1300 Y + 14.3), brightens the dark ones.
+  EXPECT_LT(chart.residual_rms, 0.12);
+  EXPECT_NEAR(stray_light_of(chart, 1), 14.3 / 1300.0, 0.002);
 }
 
 TEST(RealChart, ProcessedPhotographInATurnIsFound) {
@@ -171,11 +188,21 @@ TEST(SimulatedChart, GivesTheAbsoluteScaleWithinHalfAPercent) {
   EXPECT_GE(place->patches, 18);
   session.calibration.colour_chart->corners_px = place->corners_px;
   const CalibrationResult found = calibrate(session, progress);
-  const ChartReference alone =
-      measure_chart(capture::merge_stack(session, session.calibration.colour_chart->frames,
-                                         "colour chart", found.radiometry),
-                    found.chart->patches, nullptr, 1.0, {});
+  capture::HdrImage picture = capture::merge_stack(
+      session, session.calibration.colour_chart->frames, "colour chart", found.radiometry);
+  const capture::HdrImage white = capture::merge_stack(
+      session, session.calibration.white_target->frames, "white target", found.radiometry);
   std::filesystem::remove_all(folder);
+  const ChartReference alone = measure_chart(picture, found.chart->patches, nullptr, 1.0, {});
+  // Room light of one per cent of the projector's white.
+  constexpr double room = 0.01;
+  for (std::size_t i = 0; i < picture.radiance.size(); ++i) {
+    picture.radiance.values()[i] +=
+        static_cast<float>(room * truth.responsivity[i % 3] / std::numbers::pi);
+  }
+  const ChartReference in_a_lit_room =
+      measure_chart(picture, found.chart->patches, &white,
+                    session.calibration.white_target->reflectance, found.scale);
   std::printf("%d of 24 patches outlined, neutrals against the white target %.2f %%\n",
               place->patches, 100.0 * found.chart->residual_rms);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -191,6 +218,10 @@ TEST(SimulatedChart, GivesTheAbsoluteScaleWithinHalfAPercent) {
     EXPECT_LT(std::abs(percent_off(found.chart->scale[c])), 0.5);
     // Alone it takes the projector's light as even, 1 on every patch, and the chart is wide.
     EXPECT_LT(std::abs(percent_off(alone.scale[c])), 8.0);
+    std::printf("  stray light %.3f %% of white, in a lit room (1 %%) %.3f %%\n",
+                100.0 * stray_light_of(*found.chart, c), 100.0 * stray_light_of(in_a_lit_room, c));
+    EXPECT_NEAR(stray_light_of(*found.chart, c), 0.0, 0.001);
+    EXPECT_NEAR(stray_light_of(in_a_lit_room, c), room, 0.001);
   }
   EXPECT_LT(found.chart->residual_rms, 0.01);
 }
