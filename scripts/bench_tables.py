@@ -14,8 +14,8 @@ import sys
 def renewed(page, folder):
     def table(match):
         file = folder / f"table-{match.group(2)}.md"
-        return match.group(1) + file.read_text().strip() + match.group(4) if file.exists() else match.group(0)
-    return re.sub(r"(<!-- bench:([a-z-]+) -->\n\n?)(.*?)(\n*<!-- /bench -->)", table, page, flags=re.S)
+        return match.group(1).rstrip() + "\n\n" + file.read_text().strip() + "\n\n" + match.group(4) if file.exists() else match.group(0)
+    return re.sub(r"(<!-- bench:([a-z-]+) -->\n\n?)(.*?)(<!-- /bench -->)", table, page, flags=re.S)
 
 
 def main():
