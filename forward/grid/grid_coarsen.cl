@@ -51,6 +51,14 @@ kernel void weights_in_rows(const int nx, const int ny, const int nz,
   }
 }
 
+// to_node of the child at `loose` with its sibling, if any, `sibling` cells away.
+inline __attribute__((always_inline)) REAL child_to_node(const int has_sibling,
+                                                         global const REAL* bond,
+                                                         global const REAL* loose,
+                                                         const long sibling) {
+  return has_sibling ? to_node(*bond, *loose, loose[sibling]) : (REAL)0;
+}
+
 // Weights across axis 1 (y) or 2 (z), whose faces are g. One item per coarse face and row: writes i
 // and j.
 kernel void weights_between_rows(const int axis, const int nx, const int ny, const int nz,
@@ -66,14 +74,17 @@ kernel void weights_between_rows(const int axis, const int nx, const int ny, con
   g += j + (axis == 1 ? (long)other * nx : 0);
   loose += j;
   weight += j;
-  const int has_i = f > 0, has_j = at < n;
-  const int i_has_sibling = has_i && at == 2 * f, j_has_sibling = at + 1 < n;
-  for (int x = 0; x < nx; ++x) {
-    const REAL here =
-        i_has_sibling ? to_node(g[x - along], loose[x - along], loose[x - 2 * along]) : (REAL)0;
-    const REAL there = j_has_sibling ? to_node(g[x + along], loose[x], loose[x + along]) : (REAL)0;
-    if (has_i) weight[x - along] = weight_of(g[x], here, there);
-    if (has_j) weight[x] = weight_of(g[x], there, here);
+  const int i_has_sibling = f > 0 && at == 2 * f, j_has_sibling = at + 1 < n;
+  // Two loops, each with one row to write.
+  for (int x = 0; x < (f > 0 ? nx : 0); ++x) {
+    const REAL here = child_to_node(i_has_sibling, g + x - along, loose + x - along, -along);
+    const REAL there = child_to_node(j_has_sibling, g + x + along, loose + x, along);
+    weight[x - along] = weight_of(g[x], here, there);
+  }
+  for (int x = 0; x < (at < n ? nx : 0); ++x) {
+    const REAL here = child_to_node(j_has_sibling, g + x + along, loose + x, along);
+    const REAL there = child_to_node(i_has_sibling, g + x - along, loose + x - along, -along);
+    weight[x] = weight_of(g[x], here, there);
   }
 }
 
