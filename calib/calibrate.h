@@ -38,7 +38,7 @@ struct CalibrationResult {
   ProjectorCalibration projector;
   /// Of the projector pixel that lights a corner of the lit face, per coordinate, the worst
   /// corner's: what camera, projector and planes leave uncertain together (joint.h), without the
-  /// sample's pose.
+  /// sample's pose. `camera` and `projector` are the sequential estimates (docs/calibration.md).
   double projector_deviation_px = 0.0;
   std::vector<GrayCodeView> gray_code;
   /// Of the projected chessboards' corners under a projector calibrated from Gray codes, distance

@@ -7,6 +7,7 @@
 
 #include "calib/board_shape.h"
 #include "calib/camera.h"
+#include "calib/chessboard.h"
 #include "io/image_file.h"
 
 namespace kappamu::calib {

@@ -10,6 +10,7 @@
 #include <random>
 
 #include "board_scene.h"
+#include "calib/chessboard.h"
 #include "core/error.h"
 #include "projector_scene.h"
 #include "tests/sentence.h"
