@@ -98,8 +98,8 @@ ChannelFit ChannelRun::result() {
     fit.sensitivity_mu =
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
-  // Models of few unknowns have no weight, and no uncertainty voxel by voxel; other regularisers
-  // than H1 are no Gaussian prior.
+  // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). Other
+  // regularisers than H1 are no Gaussian prior.
   if (options_.uncertainty.samples > 0 && state_.weight > 0.0 &&
       options_.regulariser.kind == RegulariserKind::h1) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
