@@ -11,6 +11,7 @@
 #include "bench/limit_inverse.h"
 #include "bench/limits.h"
 #include "core/error.h"
+#include "core/median.h"
 #include "inverse/remarks.h"
 
 namespace kappamu::bench {
@@ -66,12 +67,6 @@ void mask_half(SurfaceMeasurements& m) {
   }
 }
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 void judge(const InverseLimit& limit, double stated_eta, InverseLimitOutcome& outcome) {
   const Medium& found = outcome.fit->medium;
   const inverse::CoefficientPair truth = on_grid(limit.block.grid, limit.figure);
@@ -80,8 +75,8 @@ void judge(const InverseLimit& limit, double stated_eta, InverseLimitOutcome& ou
     of_kappa.push_back(std::abs(found.kappa[i] / std::exp(truth.log_kappa[i]) - 1.0));
     of_mu.push_back(std::abs(found.mu[i] / std::exp(truth.log_mu[i]) - 1.0));
   }
-  outcome.kappa_error = median(std::move(of_kappa));
-  outcome.mu_error = median(std::move(of_mu));
+  outcome.kappa_error = upper_median(std::move(of_kappa));
+  outcome.mu_error = upper_median(std::move(of_mu));
   SurfaceMeasurements held_out =
       limit.transport ? expose_photons(limit.block, limit.figure, judging, 2)
                       : expose_figure(limit.block, limit.figure, judging, fine, limit.eta);

@@ -6,6 +6,7 @@
 
 #include "calib/calibration_file.h"
 #include "core/error.h"
+#include "core/median.h"
 #include "data_synthetic/transport.h"
 #include "io/exr.h"
 #include "io/image_file.h"
@@ -17,12 +18,6 @@ namespace {
 
 constexpr int score_refinement =
     2;  // cells per fitted voxel and side when a run's volumes are solved
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<std::size_t> shape_of(const GridShape& grid) {
   return {static_cast<std::size_t>(grid.nz), static_cast<std::size_t>(grid.ny),
@@ -64,7 +59,7 @@ std::vector<double> errors_by_depth(const Volume<double>& found, const Volume<do
       }
     }
     all.insert(all.end(), errors.begin(), errors.end());
-    layers.push_back(median(std::move(errors)));
+    layers.push_back(upper_median(std::move(errors)));
   }
   return layers;
 }
@@ -106,12 +101,12 @@ void score_hdr(const std::filesystem::path& run, const Truth& truth,
     }
     all.insert(all.end(), errors.begin(), errors.end());
     if (!errors.empty()) {
-      score.hdr_relative_error_by_pattern[file.stem().string()] = median(std::move(errors));
+      score.hdr_relative_error_by_pattern[file.stem().string()] = upper_median(std::move(errors));
     }
   }
   if (all.empty()) return;
   score.hdr_valid_fraction = static_cast<double>(all.size()) / static_cast<double>(on_sample);
-  score.hdr_relative_error_median = median(std::move(all));
+  score.hdr_relative_error_median = upper_median(std::move(all));
 }
 
 void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
@@ -131,8 +126,8 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
     score.mu_relative_error_by_depth[name] =
         errors_by_depth(media[c].mu, true_volume("mu"), truth.lit_face, mu_errors);
   }
-  score.kappa_relative_error = median(std::move(kappa_errors));
-  score.mu_relative_error = median(std::move(mu_errors));
+  score.kappa_relative_error = upper_median(std::move(kappa_errors));
+  score.mu_relative_error = upper_median(std::move(mu_errors));
 }
 
 }  // namespace

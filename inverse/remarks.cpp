@@ -6,6 +6,8 @@
 #include <cstddef>
 #include <cstdio>
 
+#include "core/median.h"
+
 namespace kappamu::inverse {
 
 namespace {
@@ -23,14 +25,9 @@ constexpr double high_chi2 = 1.5;
 constexpr double far = 5.0;
 constexpr double few = 0.1;
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 std::optional<std::string> fine_voxels(const Medium& medium) {
-  const double path = 3.0 * median({medium.kappa.values().begin(), medium.kappa.values().end()});
+  const double path =
+      3.0 * upper_median<double>({medium.kappa.values().begin(), medium.kappa.values().end()});
   const double h = medium.kappa.shape().voxel_mm;
   const GridShape& shape = medium.kappa.shape();
   const double thinnest = h * std::min({shape.nx, shape.ny, shape.nz});
@@ -84,7 +81,7 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
     deviation.push_back(std::abs(misfit) / std::sqrt(fitted.variance[first + i]));
   }
   constexpr double median_of_normal = 0.6745;
-  const double bound = far * median(deviation) / median_of_normal;
+  const double bound = far * upper_median(deviation) / median_of_normal;
   double all = 0.0, wild = 0.0;
   std::size_t count = 0;
   for (const double e : deviation) {

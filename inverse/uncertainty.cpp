@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "inverse/lateral_hessian.h"
 #include "inverse/roughness.h"
 
@@ -37,12 +38,6 @@ Vector signs(std::mt19937_64& engine, std::size_t count) {
   return values;
 }
 
-double median(std::vector<float> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face) {
@@ -57,7 +52,7 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
           layer.push_back(volume[face_cell(shape, seen_face, u, v, k)]);
         }
       }
-      return median(std::move(layer));
+      return upper_median(std::move(layer));
     };
     layers.push_back({(k + 0.5) * shape.voxel_mm, middle(found.log_kappa_std),
                       middle(found.log_mu_std), middle(found.kappa_resolution),
