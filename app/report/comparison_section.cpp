@@ -112,9 +112,11 @@ Html group(const std::string& title, const Comparison& comparison) {
   if (has_prediction) {
     const AppearanceError error = appearance_error(comparison);
     content =
-        paragraph("E = " + number(error.error) +
-                  " over all of them, where the measurements' noise alone makes " +
-                  number(error.noise) + "; χ² per value " + number(error.chi2_per_value) + ".") +
+        paragraph(
+            "E = " + number(error.error) +
+            " over all of them together, of which the brightest weigh most; the measurements' "
+            "noise alone makes " +
+            number(error.noise) + "; χ² per value " + number(error.chi2_per_value) + ".") +
         legend(ColourMap::diverging, -100.0 * scale, 100.0 * scale,
                "residual, re-rendered − measured [% of the pattern's brightest value]") +
         content;
