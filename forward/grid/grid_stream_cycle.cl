@@ -169,28 +169,45 @@ INLINE vec interpolated(Parents from, int x, int cx, int half_x, REAL tx, REAL t
   return sum;
 }
 
+// Energy of a black cell, solved for, and of its bonds: Σ G (φ − φ_neighbour)² + sink φ².
+INLINE vec black_energy(Conductances g, Rows v, int x, REAL inverse, REAL sink) {
+  const vec here = inverse * INFLOW(g, v, x);
+  const vec west = here - v.here[x - 1], east = here - v.here[x + 1];
+  const vec south = here - v.south[x], north = here - v.north[x];
+  const vec down = here - v.down[x], up = here - v.up[x];
+  return g.gx[x] * (west * west) + g.gx[x + 1] * (east * east) + g.gy[x] * (south * south) +
+         g.gy_north[x] * (north * north) + g.gz[x] * (down * down) + g.gz_up[x] * (up * up) +
+         sink * (here * here);
+}
+
+// Σ coefficient φ² over the own red cells of a row.
+#define ADD_ENERGY(coefficient)                              \
+  for (int x = FIRST(own.x0, RED, y, k); x < own.x1; x += 2) \
+    energy += (coefficient) * (out[x] * out[x]);
+
 // The way up: φ = (red relaxed from zero) + P coarse on red cells, then black, red, black
 // relaxation. With only_red, `rhs` and `solution` hold red cells only, and there are sums over the
-// own ones: γ = Σ rhs·φ and δ = Σ φ·Sφ.
+// own cells: γ = Σ rhs·φ and δ = φ·Sφ. With black cells solved for, the latter is the energy of the
+// whole field: Σ G (φ_r − φ_b)² over all bonds, which black cells see, and Σ (sink + G of faces on
+// the surface) φ². All terms are positive, and what rounding does to φ_b counts in second order.
 INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, global const REAL* restrict sink,
                     global const REAL* restrict smoother, COARSE_ARGUMENTS,
                     global const vec* restrict rhs, global const vec* restrict coarse,
                     global vec* restrict solution, global vec* restrict scratch, accu_vec* gamma,
                     accu_vec* delta) {
   // Stages: black from the right-hand side (not with only_red), red with correction, black, red,
-  // black, and δ (only_red); each one cell less around the tile, one plane later.
+  // black; each one cell less around the tile, one plane later.
   const int lead = only_red ? 0 : 1;
-  const Box last = around(own, only_red, nx, ny, nz);           // black
-  const Box relaxed = around(own, only_red + 1, nx, ny, nz);    // red
-  const Box middle = around(own, only_red + 2, nx, ny, nz);     // black
-  const Box corrected = around(own, only_red + 3, nx, ny, nz);  // red
-  const Box first = around(own, 4, nx, ny, nz);
-  const Ring ring = make_ring(scratch, 6, first);
+  const Box relaxed = around(own, 1, nx, ny, nz);    // red
+  const Box middle = around(own, 2, nx, ny, nz);     // black
+  const Box corrected = around(own, 3, nx, ny, nz);  // red
+  const Box first = around(own, 3 + lead, nx, ny, nz);
+  const Ring ring = make_ring(scratch, 5 + lead, first);
   clear(ring.planes, ring.depth * ring.plane);
   global vec* zeros = scratch + ring.depth * ring.plane;
   clear(zeros, cx);
   accu_vec sum_gamma = (accu_vec)(0), sum_delta = (accu_vec)(0);
-  for (int t = first.y0; t < own.y1 + 4; ++t) {
+  for (int t = first.y0; t < own.y1 + 3 + lead; ++t) {
     if (t < first.y1) {
       for (int k = first.z0; !only_red && k < first.z1; ++k) {
         const size_t i = CELL(0, t, k);
@@ -234,35 +251,44 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, global const RE
           out[x] += smoother[i + x] * (RHS(x, y, k) - IMAGE(g, v, x, i));
         }
         if (!only_red || y < own.y0 || y >= own.y1 || k < own.z0 || k >= own.z1) continue;
-        vec sum = (vec)(0);
+        vec sum = (vec)(0), energy = (vec)(0);
         const size_t j = RED_CELL(0, y, k);
         for (int x = FIRST(own.x0, RED, y, k); x < own.x1; x += 2) {
           STREAM_OUT(out[x], solution + j + (x >> 1));
           sum += out[x] * rhs[j + (x >> 1)];
+          energy += sink[i + x] * (out[x] * out[x]);
+        }
+        if (y == 0) ADD_ENERGY(g.gy[x])
+        if (y == ny - 1) ADD_ENERGY(g.gy_north[x])
+        if (k == 0) ADD_ENERGY(g.gz[x])
+        if (k == nz - 1) ADD_ENERGY(g.gz_up[x])
+        if (own.x0 == 0 && !((y ^ k) & 1)) energy += g.gx[0] * (out[0] * out[0]);
+        if (own.x1 == nx && !((nx - 1 + y + k) & 1)) {
+          energy += g.gx[nx] * (out[nx - 1] * out[nx - 1]);
         }
         sum_gamma += to_accu(sum);
+        sum_delta += to_accu(energy);
       }
     }
-    if (only_red) {
-      STAGE(last, BLACK, t - 3, smoother[i + x] * INFLOW(g, v, x))
-    } else {
-      STAGE(last, BLACK, t - 4, smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x)))
-    }
-    const int d = t - 4;
+    const int d = t - 3 - lead;
     if (d < own.y0 || d >= own.y1) continue;
     for (int k = own.z0; k < own.z1; ++k) {
+      const Conductances g = conductances_at(gx, gy, gz, nx, ny, d, k);
       const Rows v = rows_at(ring, d, k);
       const size_t i = CELL(0, d, k);
       if (!only_red) {
-        for (int x = own.x0; x < own.x1; ++x) solution[i + x] = v.here[x];
+        global vec* out = ring_row(ring, d, k);
+        for (int x = FIRST(own.x0, BLACK, d, k); x < own.x1; x += 2) {
+          out[x] = smoother[i + x] * (rhs[i + x] + INFLOW(g, v, x));
+        }
+        for (int x = own.x0; x < own.x1; ++x) solution[i + x] = out[x];
         continue;
       }
-      const Conductances g = conductances_at(gx, gy, gz, nx, ny, d, k);
-      vec sum = (vec)(0);
-      for (int x = FIRST(own.x0, RED, d, k); x < own.x1; x += 2) {
-        sum += v.here[x] * IMAGE(g, v, x, i);
+      vec energy = (vec)(0);
+      for (int x = FIRST(own.x0, BLACK, d, k); x < own.x1; x += 2) {
+        energy += black_energy(g, v, x, smoother[i + x], sink[i + x]);
       }
-      sum_delta += to_accu(sum);
+      sum_delta += to_accu(energy);
     }
   }
   *gamma = sum_gamma;
