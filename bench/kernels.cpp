@@ -34,10 +34,11 @@ constexpr std::array<Traffic, 17> traffic{{
     {"stream_down", 0.5, 1.0, 8.0},
     {"stream_up", 1.0, 1.0, 8.0},
     {"stream_step", 3.5, 0.0, 5.0},
-    // b on all cells, red cells of x, d and r; red cells of x and d twice; b and x on black cells.
-    {"reduced_residual", 2.5, 0.0, 4.0},
+    // b on all cells, red cells of x, d and r, black ones of x; b, red cells of r, black ones of x;
+    // red cells of x and d twice.
+    {"reduced_residual", 3.0, 0.0, 4.0},
+    {"residual_of_zero", 2.0, 0.0, 4.0},
     {"renormalise_red", 2.0, 0.0, 0.0},
-    {"solve_black", 2.0, 0.0, 4.0},
     // Kernel by kernel, on GPUs.
     {"smooth_from_zero", 1.0, 0.0, 1.0},
     {"smooth", 1.5, 0.0, 4.0},

@@ -24,9 +24,10 @@ BatchedCg::BatchedCg(device::Context& context, const Format& format, const Hiera
                                     static_cast<std::size_t>(lanes) * format.accu_bytes())) {}
 
 BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buffer& b,
-                                   const device::Buffer& x, const SolveOptions& options) {
+                                   const device::Buffer& x, bool from_zero,
+                                   const SolveOptions& options) {
   const auto lanes = static_cast<std::size_t>(kernels.lanes());
-  steps_->begin();
+  steps_->begin(from_zero);
   const CgSteps::Norms first = steps_->true_residual(kernels, b, x);
   Result result;
   result.residual.resize(lanes);
@@ -56,13 +57,11 @@ BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buf
         result.stagnated = result.iterations < options.max_iterations;
         break;
       }
-      steps_->renormalise(kernels, x);
       // Where directions no longer fit the residual: start again from the preconditioned one.
       if (worst > 2.0 * recursive) steps_->restart();
       at_replacement = worst;
     }
   }
-  steps_->finish(kernels, b, x);
   return result;
 }
 

@@ -23,11 +23,13 @@ class CgSteps {
  public:
   virtual ~CgSteps() = default;
 
-  /// d = 0, and the next step has no direction before it.
-  virtual void begin() = 0;
+  /// d = 0, and the next step has no direction before it. `from_zero`: x is known to be zero, which
+  /// spares reading it.
+  virtual void begin(bool from_zero) = 0;
 
-  /// Replaces the residual by the true one, b − A (x + d) with arithmetic in double; returns its
-  /// ‖·‖² for each lane, and ‖b‖².
+  /// Rounds x + d to x, leaving the rest, far smaller, to d, and replaces the residual by the true
+  /// one, b − A (x + d) with arithmetic in double; x is then a solution as good as that residual.
+  /// Returns its ‖·‖² for each lane, and ‖b‖².
   struct Norms {
     LaneScalars rr, bb;
   };
@@ -37,15 +39,8 @@ class CgSteps {
   /// d += α p and r −= α A p along the next direction p. Returns ‖r‖² of each lane.
   virtual LaneScalars step(const LaneKernels& kernels) = 0;
 
-  /// Rounds x + d to x and leaves the rest, far smaller, to d.
-  virtual void renormalise(const LaneKernels& kernels, const device::Buffer& x) = 0;
-
   /// Forgets the direction: the next step begins with the preconditioned residual.
   virtual void restart() = 0;
-
-  /// x = the solution.
-  virtual void finish(const LaneKernels& kernels, const device::Buffer& b,
-                      const device::Buffer& x) = 0;
 };
 
 /// Work space for at most `lanes` patterns at once.

@@ -29,27 +29,13 @@ class FlatSteps final : public CgSteps {
     }
   }
 
-  void begin() override { fresh_ = first_d_ = true; }
+  void begin(bool /*from_zero*/) override { fresh_ = first_d_ = true; }
   Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
                       const device::Buffer& x) override;
   LaneScalars step(const LaneKernels& kernels) override;
-  void renormalise(const LaneKernels& kernels, const device::Buffer& x) override {
-    if (!first_d_) launch_over_cells(kernels, "renormalise", x, d_);
-  }
   void restart() override { fresh_ = true; }
-  void finish(const LaneKernels& kernels, const device::Buffer& /*b*/,
-              const device::Buffer& x) override {
-    if (!first_d_) launch_over_cells(kernels, "add", d_, x);
-  }
 
  private:
-  void launch_over_cells(const LaneKernels& kernels, const char* kernel,
-                         const device::Buffer& first, const device::Buffer& second) {
-    const int runs = kernels.runs(cells_);
-    context_.launch(kernels.vectors(), kernel, kernels.items(static_cast<std::size_t>(runs)),
-                    static_cast<int>(cells_), runs, first, second);
-  }
-
   device::Context& context_;
   const Hierarchy& hierarchy_;
   Multigrid multigrid_;
@@ -67,6 +53,11 @@ CgSteps::Norms FlatSteps::true_residual(const LaneKernels& kernels, const device
                                         const device::Buffer& x) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
+  if (!first_d_) {
+    const int runs = kernels.runs(cells_);
+    context_.launch(kernels.vectors(), "renormalise", kernels.items(static_cast<std::size_t>(runs)),
+                    static_cast<int>(cells_), runs, x, d_);
+  }
   context_.launch(kernels.level_operator(), "residual_accurate", kernels.rows(s), s.nx, s.ny, s.nz,
                   level.gx, level.gy, level.gz, level.sink, int{!first_d_}, x, d_, b, r_, partial_,
                   partial_bb_);

@@ -32,6 +32,22 @@ typedef JOIN(ACCU, WIDTH) accu_vec;
 #define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
 #endif
 
+// Loads ahead of time and stores past the cache, where the compiler knows how.
+#ifdef __has_builtin
+#if __has_builtin(__builtin_prefetch)
+#define PREFETCH(address) __builtin_prefetch(address)
+#endif
+#if __has_builtin(__builtin_nontemporal_store)
+#define STREAM_OUT(value, address) __builtin_nontemporal_store(value, address)
+#endif
+#endif
+#ifndef PREFETCH
+#define PREFETCH(address)
+#endif
+#ifndef STREAM_OUT
+#define STREAM_OUT(value, address) (*(address) = (value))
+#endif
+
 // a / b per lane, 0 where b is not positive: padding lanes and lanes that are solved exactly.
 accu_vec ratio(accu_vec a, accu_vec b) {
 #if WIDTH == 1

@@ -13,8 +13,10 @@
   if ((plane_y) >= (box).y0 && (plane_y) < (box).y1) {                                            \
     const int ahead = min((plane_y) + 2, ny - 1);                                                 \
     for (int k = (box).z0; k < (box).z1; ++k) {                                                   \
+      const size_t coming_row_at = CELL(0, ahead, k);                                             \
       const Coming coming =                                                                       \
-          coming_row(nx, ny, ahead, k, gx, gy, gz, sink, smoother, wx, wy, wz);                   \
+          with_weights(coming_row(nx, ny, ahead, k, gx, gy, gz, sink, smoother),                  \
+                       wx + coming_row_at, wy + coming_row_at, wz + coming_row_at);               \
       global const vec* coming_rhs = rhs + (only_red ? RED_CELL(0, ahead, k) : CELL(0, ahead, k)); \
       const Conductances g = conductances_at(gx, gy, gz, nx, ny, (plane_y), k);                   \
       const Rows v = rows_at(ring, (plane_y), k);                                                 \

@@ -26,21 +26,6 @@
 // Helpers must be inlined: only then does the compiler use vectors of full width everywhere.
 #define INLINE inline __attribute__((always_inline))
 
-#ifdef __has_builtin
-#if __has_builtin(__builtin_prefetch)
-#define PREFETCH(address) __builtin_prefetch(address)
-#endif
-#if __has_builtin(__builtin_nontemporal_store)
-#define STREAM_OUT(value, address) __builtin_nontemporal_store(value, address)
-#endif
-#endif
-#ifndef PREFETCH
-#define PREFETCH(address)
-#endif
-#ifndef STREAM_OUT
-#define STREAM_OUT(value, address) (*(address) = (value))
-#endif
-
 typedef struct {
   int x0, x1, y0, y1, z0, z1;
 } Box;
@@ -54,12 +39,16 @@ INLINE Box around(Box box, int more, int nx, int ny, int nz) {
 
 // A ring of planes: cell (x, y, z) is at [y mod depth][z − z0 + 1][x − x0 + 1]; the rows and
 // columns on its rim stay zero, being outside the grid wherever they are read.
+#ifndef RING_VEC
+#define RING_VEC vec
+#endif
+typedef RING_VEC ring_vec;
 typedef struct {
-  global vec* planes;
+  global ring_vec* planes;
   int depth, row, plane, x0, z0;
 } Ring;
 
-INLINE Ring make_ring(global vec* memory, int depth, Box box) {
+INLINE Ring make_ring(global ring_vec* memory, int depth, Box box) {
   Ring ring;
   ring.planes = memory;
   ring.depth = depth;
@@ -70,12 +59,12 @@ INLINE Ring make_ring(global vec* memory, int depth, Box box) {
   return ring;
 }
 
-INLINE void clear(global vec* values, int count) {
-  for (int i = 0; i < count; ++i) values[i] = (vec)(0);
+INLINE void clear(global ring_vec* values, int count) {
+  for (int i = 0; i < count; ++i) values[i] = (ring_vec)(0);
 }
 
 // Pointer p such that p[x] is cell (x, y, z).
-INLINE global vec* ring_row(Ring ring, int y, int z) {
+INLINE global ring_vec* ring_row(Ring ring, int y, int z) {
   return ring.planes + ((y + ring.depth) % ring.depth) * ring.plane + (z - ring.z0) * ring.row -
          ring.x0;
 }
@@ -95,7 +84,7 @@ INLINE Conductances conductances_at(global const REAL* gx, global const REAL* gy
 }
 
 typedef struct {
-  global const vec *here, *south, *north, *down, *up;
+  global const ring_vec *here, *south, *north, *down, *up;
 } Rows;
 INLINE Rows rows_at(Ring ring, int y, int z) {
   Rows rows;
@@ -132,14 +121,21 @@ INLINE Rows rows_at(Ring ring, int y, int z) {
 typedef struct {
   global const REAL* row[8];
 } Coming;
+// Of five arrays, the last has the turns that are left.
 INLINE Coming coming_row(int nx, int ny, int y, int z, global const REAL* gx,
                          global const REAL* gy, global const REAL* gz, global const REAL* sink,
-                         global const REAL* smoother, global const REAL* wx,
-                         global const REAL* wy, global const REAL* wz) {
+                         global const REAL* smoother) {
   const size_t row = CELL(0, y, z);
   const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, z);
-  const Coming coming = {
-      {g.gx, g.gy_north, g.gz, sink + row, smoother + row, wx + row, wy + row, wz + row}};
+  const Coming coming = {{g.gx, g.gy_north, g.gz, sink + row, smoother + row, smoother + row,
+                          smoother + row, smoother + row}};
+  return coming;
+}
+INLINE Coming with_weights(Coming coming, global const REAL* wx, global const REAL* wy,
+                           global const REAL* wz) {
+  coming.row[5] = wx;
+  coming.row[6] = wy;
+  coming.row[7] = wz;
   return coming;
 }
 // For every other cell x of a row: all arrays have had their turn after 16 cells.

@@ -87,7 +87,7 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
         global vec* left = ring_row(rest, t - 1, k);
         // What comes next is fetched meanwhile: r and d for the plane after, the others one ahead.
         const int ahead = min(t + 1, ny - 1);
-        const Coming coming = coming_row(nx, ny, ahead, k, gx, gy, gz, sink, smoother, gx, gx, gx);
+        const Coming coming = coming_row(nx, ny, ahead, k, gx, gy, gz, sink, smoother);
         const size_t next = RED_CELL(0, ahead, k), now = RED_CELL(0, max(t - 2, 0), k);
         for (int x = FIRST(black.x0, BLACK, t - 1, k); x < black.x1; x += 2) {
           fetch_coming(&coming, x);

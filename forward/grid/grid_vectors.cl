@@ -78,13 +78,3 @@ kernel void renormalise(const int cells, const int runs, global vec* restrict x,
     x[k] = high;
   }
 }
-
-// x += d
-kernel void add(const int cells, const int runs, global const vec* restrict d,
-                global vec* restrict x) {
-  RUN_SETUP
-  for (int i = begin; i < end; i += step) {
-    const size_t k = (size_t)i * GROUPS + group;
-    x[k] += d[k];
-  }
-}

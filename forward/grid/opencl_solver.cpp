@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <sstream>
+#include <utility>
 
 #include "core/error.h"
 #include "forward/grid/batched_cg.h"
@@ -22,9 +23,11 @@ namespace kappamu::forward {
 
 namespace {
 
+/// For writing.
 OpenclField& cast(BatchField& field) {
   auto* own = dynamic_cast<OpenclField*>(&field);
   check(own != nullptr, "a field of another backend was given to the OpenCL solver");
+  own->zero = false;
   return *own;
 }
 const OpenclField& cast(const BatchField& field) {
@@ -72,15 +75,18 @@ class OpenclSolver final : public GridSolver {
       block.values = context_.allocate(field_bytes(block));
       context_.zero(block.values, field_bytes(block));
     }
+    field->zero = true;
     return field;
   }
 
   void fill(BatchField& field, std::span<const double> values) const override {
     check(values.size() == cells() * static_cast<std::size_t>(field.patterns()),
           "fill: wrong number of values");
-    for (const Block& block : cast(field).blocks) {
+    OpenclField& own = cast(field);
+    for (const Block& block : own.blocks) {
       write_block(context_, format_, block, cells(), values);
     }
+    own.zero = std::all_of(values.begin(), values.end(), [](double v) { return v == 0.0; });
   }
 
   void read(const BatchField& field, std::span<double> values) const override {
@@ -290,6 +296,7 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
   need_medium();
   const auto start = std::chrono::steady_clock::now();
   const OpenclField& rhs = cast(b);
+  const bool from_zero = cast(std::as_const(phi)).zero;
   const OpenclField& x = cast(phi);
   check(rhs.total == x.total, "solve: fields of different batches");
   SolveReport report;
@@ -298,7 +305,7 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
   for (std::size_t i = 0; i < rhs.blocks.size(); ++i) {
     const Block& block = rhs.blocks[i];
     const BatchedCg::Result one =
-        cg().solve(kernels(block.lanes), block.values, x.blocks[i].values, options);
+        cg().solve(kernels(block.lanes), block.values, x.blocks[i].values, from_zero, options);
     report.iterations = std::max(report.iterations, one.iterations);
     stagnated = stagnated || one.stagnated;
     for (int m = 0; m < block.count; ++m) {

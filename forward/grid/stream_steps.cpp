@@ -19,14 +19,14 @@ class StreamSteps final : public CgSteps {
   StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
               int lanes);
 
-  void begin() override { fresh_ = first_d_ = true; }
+  void begin(bool from_zero) override {
+    fresh_ = first_d_ = true;
+    zero_ = from_zero;
+  }
   Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
                       const device::Buffer& x) override;
   LaneScalars step(const LaneKernels& kernels) override;
-  void renormalise(const LaneKernels& kernels, const device::Buffer& x) override;
   void restart() override { fresh_ = true; }
-  void finish(const LaneKernels& kernels, const device::Buffer& b,
-              const device::Buffer& x) override;
 
  private:
   struct Coarse {
@@ -51,13 +51,13 @@ class StreamSteps final : public CgSteps {
   LaneSums sums_;
   std::vector<Coarse> coarse_;  ///< of levels 2, 3, ...
   std::vector<Plan> plans_;     ///< of levels 0, 1, ...
-  StreamTiles step_tiles_;
-  int residual_planes_ = 1, residual_items_ = 1;  ///< planes y of an item; how many items
-  device::Buffer r_, d_, z_, p_[2];               ///< on red cells
-  device::Buffer scratch_, scalars_, cycle_dots_, step_sums_, residual_sums_, residual_scratch_;
+  StreamTiles step_tiles_, residual_tiles_;
+  device::Buffer r_, d_, z_, p_[2];  ///< on red cells
+  device::Buffer scratch_, scalars_, cycle_dots_, step_sums_, residual_sums_;
   int now_ = 0;
   bool fresh_ = true;    ///< no direction yet
   bool first_d_ = true;  ///< d is zero, whatever its buffer holds
+  bool zero_ = false;    ///< x + d is
 };
 
 StreamSteps::StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
@@ -85,9 +85,11 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
   const GridShape& finest = hierarchy.finest().shape;
   step_tiles_ = tiles_step(machine, finest);
   need(step_tiles_);
+  residual_tiles_ = tiles_residual(machine, finest);
+  need(residual_tiles_);
   const std::size_t half = (static_cast<std::size_t>(finest.nx) + 1) / 2;
-  const std::size_t plane = static_cast<std::size_t>(finest.nz) * half;
-  const std::size_t red_cells = static_cast<std::size_t>(finest.ny) * plane;
+  const std::size_t red_cells =
+      static_cast<std::size_t>(finest.ny) * static_cast<std::size_t>(finest.nz) * half;
   const std::size_t shared = std::max(red_cells, levels[levels.size() > 1 ? 1 : 0].shape.cells());
   for (device::Buffer* field : {&r_, &d_}) *field = context.allocate(red_cells * vector);
   for (device::Buffer* field : {&z_, &p_[0], &p_[1]}) *field = context.allocate(shared * vector);
@@ -96,11 +98,7 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
   scalars_ = context.allocate(3 * scalar);
   cycle_dots_ = context.allocate(
       2 * scalar * static_cast<std::size_t>(plans_.empty() ? 1 : plans_.front().up.count));
-  residual_planes_ = std::max(8, (finest.ny - 1) / machine.items + 1);
-  residual_items_ = (finest.ny - 1) / residual_planes_ + 1;
-  const auto items = static_cast<std::size_t>(residual_items_);
-  residual_sums_ = context.allocate(2 * scalar * items);
-  residual_scratch_ = context.allocate(3 * plane * scalar * items);
+  residual_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(residual_tiles_.count));
   step_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(step_tiles_.count));
 }
 
@@ -134,12 +132,23 @@ CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const devi
                                           const device::Buffer& x) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
-  context_.launch(kernels.reduced(), "reduced_residual",
-                  {1, static_cast<std::size_t>(residual_items_), 1, 1}, s.nx, s.ny, s.nz, level.gx,
-                  level.gy, level.gz, level.sink, int{!first_d_}, d_, b, residual_planes_, x, r_,
-                  residual_sums_, residual_scratch_);
-  return {pair_sum(kernels, residual_sums_, residual_items_, 0),
-          pair_sum(kernels, residual_sums_, residual_items_, 1)};
+  const StreamTiles& tiles = zero_ ? step_tiles_ : residual_tiles_;
+  const device::Buffer& sums = zero_ ? step_sums_ : residual_sums_;
+  if (zero_) {
+    context_.launch(kernels.reduced(), "residual_of_zero", items(tiles), tiles.size[0],
+                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.gx, level.gy, level.gz,
+                    level.inverse, b, x, r_, sums);
+  } else {
+    if (!first_d_) {
+      context_.launch(kernels.reduced(), "renormalise_red", kernels.rows(s), s.nx, s.ny, s.nz, x,
+                      d_);
+    }
+    context_.launch(kernels.reduced(), "reduced_residual", items(tiles), tiles.size[0],
+                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.gx, level.gy, level.gz,
+                    level.sink, int{!first_d_}, d_, b, x, x, r_, sums, tiles.scratch_cells,
+                    scratch_);
+  }
+  return {pair_sum(kernels, sums, tiles.count, 0), pair_sum(kernels, sums, tiles.count, 1)};
 }
 
 LaneScalars StreamSteps::pair_sum(const LaneKernels& kernels, const device::Buffer& sums, int count,
@@ -152,22 +161,6 @@ LaneScalars StreamSteps::pair_sum(const LaneKernels& kernels, const device::Buff
     for (std::size_t m = 0; m < lanes; ++m) total[m] += all[(2 * k + which) * lanes + m];
   }
   return total;
-}
-
-void StreamSteps::renormalise(const LaneKernels& kernels, const device::Buffer& x) {
-  const GridShape& s = hierarchy_.finest().shape;
-  if (!first_d_) {
-    context_.launch(kernels.reduced(), "renormalise_red", kernels.rows(s), s.nx, s.ny, s.nz, x, d_);
-  }
-}
-
-void StreamSteps::finish(const LaneKernels& kernels, const device::Buffer& b,
-                         const device::Buffer& x) {
-  renormalise(kernels, x);
-  const Level& level = hierarchy_.finest();
-  const GridShape& s = level.shape;
-  context_.launch(kernels.reduced(), "solve_black", kernels.rows(s), s.nx, s.ny, s.nz, level.gx,
-                  level.gy, level.gz, level.sink, int{!first_d_}, d_, b, x);
 }
 
 LaneScalars StreamSteps::step(const LaneKernels& kernels) {
@@ -187,7 +180,7 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
                   s.nz, level.gx, level.gy, level.gz, level.sink, level.smoother, scalars_, z_,
                   p_[now_], p_[1 - now_], d_, r_, step_sums_, step_tiles_.scratch_cells, scratch_);
   now_ = 1 - now_;
-  fresh_ = first_d_ = false;
+  fresh_ = first_d_ = zero_ = false;
   return pair_sum(kernels, step_sums_, step_tiles_.count, 0);
 }
 

@@ -62,4 +62,11 @@ StreamTiles tiles_step(const StreamMachine& machine, const GridShape& grid) {
   return tiles;
 }
 
+StreamTiles tiles_residual(const StreamMachine& machine, const GridShape& grid) {
+  // Vectors of doubles, twice as large as those of floats; and as much again for x, d and b, which
+  // are read more than once. (256x256x20, 16 patterns: 31 ms, without the latter 37 to 42.)
+  constexpr int depth = 4, halo = 3;
+  return cut(machine, grid, 4 * depth, halo);
+}
+
 }  // namespace kappamu::forward

@@ -1,4 +1,5 @@
-// How the sweeps of grid_stream_cycle.cl and grid_stream_step.cl cut a grid into tiles.
+// How the sweeps of grid_stream_cycle.cl, grid_stream_step.cl and grid_reduced.cl cut a grid into
+// tiles.
 #pragma once
 
 #include <array>
@@ -27,5 +28,7 @@ StreamTiles tiles_down(const StreamMachine& machine, const GridShape& fine, cons
 StreamTiles tiles_up(const StreamMachine& machine, const GridShape& fine, const GridShape& coarse);
 /// The step of conjugate gradients.
 StreamTiles tiles_step(const StreamMachine& machine, const GridShape& grid);
+/// The true residual.
+StreamTiles tiles_residual(const StreamMachine& machine, const GridShape& grid);
 
 }  // namespace kappamu::forward
