@@ -12,7 +12,6 @@ namespace {
 /// 512 KiB of such cache 0.75 s at 512 KiB, 0.64 at 1 MiB, 0.59 at 4 MiB; with 2 MiB of it the
 /// three sweeps of an iteration take 76 ms at 4 MiB, 64 at 2 MiB, 74 at 1.5 MiB.)
 constexpr std::size_t ring_bytes = std::size_t{2} << 20;
-constexpr int items_per_core = 2;
 
 class StreamSteps final : public CgSteps {
  public:
@@ -65,7 +64,7 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
     : context_(context), hierarchy_(hierarchy), sums_(context, format, lanes) {
   const std::size_t vector = static_cast<std::size_t>(lanes) * format.real_bytes();
   const auto& levels = hierarchy.levels();
-  const StreamMachine machine{items_per_core * static_cast<int>(context.info().compute_units),
+  const StreamMachine machine{static_cast<int>(std::max(1U, context.info().compute_units)),
                               static_cast<int>(ring_bytes / vector)};
   std::size_t scratch = 1;
   const auto need = [&](const StreamTiles& tiles) {

@@ -22,8 +22,12 @@ StreamTiles cut(const StreamMachine& machine, const GridShape& grid, int depth, 
   const int row = machine.cache_cells / (depth * (tiles.size[2] + 2 * halo)) - 2 * halo;
   const int nx = parts(grid.nx, std::max(row, narrowest));
   tiles.size[0] = parts(grid.nx, nx);
-  const int wanted = std::min(parts(machine.items, nx * nz), parts(grid.ny, shortest_march));
-  tiles.size[1] = parts(grid.ny, wanted);
+  // As few tiles along y, whose rings begin cold and whose rims are computed twice, as keep all
+  // cores busy to the end.
+  const int across = nx * nz;
+  int along = parts(machine.cores, across);
+  while (along * across % machine.cores != 0 && along * across < 4 * machine.cores) ++along;
+  tiles.size[1] = parts(grid.ny, std::min(along, parts(grid.ny, shortest_march)));
   tiles.count =
       parts(grid.nx, tiles.size[0]) * parts(grid.ny, tiles.size[1]) * parts(grid.nz, tiles.size[2]);
   tiles.scratch_cells = depth * (tiles.size[0] + 2 * halo) * (tiles.size[2] + 2 * halo);

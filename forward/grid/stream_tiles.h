@@ -15,9 +15,9 @@ struct StreamTiles {
   int scratch_cells = 0;  ///< vectors of scratch memory each tile's item needs
 };
 
-/// What limits the tiles: how many items keep the device busy, how many vectors fit its cache.
+/// What limits the tiles: how many cores they keep busy, how many vectors fit a core's cache.
 struct StreamMachine {
-  int items = 8;
+  int cores = 2;
   int cache_cells = 8192;
 };
 
