@@ -24,6 +24,14 @@ json calibration_json(const synthetic::CalibrationErrors& errors) {
           {"projector_black_relative", errors.projector_black_relative}};
 }
 
+json coverage_json(const std::map<std::string, synthetic::Coverage>& channels) {
+  json object = json::object();
+  for (const auto& [channel, found] : channels) {
+    object[channel] = {{"within_2_std", found.within_two}, {"median_deviations", found.median}};
+  }
+  return object;
+}
+
 json to_json(const synthetic::Score& score) {
   const auto optional = [](const std::optional<double>& value) {
     return value ? json(*value) : json(nullptr);
@@ -37,6 +45,8 @@ json to_json(const synthetic::Score& score) {
           {"mu_relative_error", optional(score.mu_relative_error)},
           {"kappa_relative_error_by_depth", score.kappa_relative_error_by_depth},
           {"mu_relative_error_by_depth", score.mu_relative_error_by_depth},
+          {"kappa_coverage", coverage_json(score.kappa_coverage)},
+          {"mu_coverage", coverage_json(score.mu_coverage)},
           {"calibration", score.calibration ? calibration_json(*score.calibration) : json(nullptr)},
           {"seconds", score.seconds}};
 }
@@ -48,6 +58,18 @@ void print_layers(const char* name, const std::vector<std::string>& channels,
     for (const double error : layers.at(channel)) std::printf(" %.0f", 100.0 * error);
     std::printf(" %%\n");
   }
+}
+
+void print_coverage(const char* name, const std::vector<std::string>& channels,
+                    const std::map<std::string, synthetic::Coverage>& coverage) {
+  if (coverage.empty()) return;
+  std::printf("%s within 2 standard deviations ", name);
+  for (const std::string& channel : channels) {
+    const synthetic::Coverage& found = coverage.at(channel);
+    std::printf("  %s %.0f %% (median %.2g)", channel.c_str(), 100.0 * found.within_two,
+                found.median);
+  }
+  std::printf("\n");
 }
 
 void print_table(const synthetic::Score& score) {
@@ -76,6 +98,8 @@ void print_table(const synthetic::Score& score) {
     std::printf("μ relative error, median        %.1f %%\n", 100.0 * *score.mu_relative_error);
     print_layers("  κ", score.channels, score.kappa_relative_error_by_depth);
     print_layers("  μ", score.channels, score.mu_relative_error_by_depth);
+    print_coverage("κ", score.channels, score.kappa_coverage);
+    print_coverage("μ", score.channels, score.mu_coverage);
   }
 }
 
@@ -91,9 +115,11 @@ void add_score(CLI::App& app, Globals& globals) {
       "good, a homogeneous block has a few 1e-2. The HDR error is the median of |found/true − 1|\n"
       "over unflagged pixels on the sample. Calibration is compared on the sample's faces, in\n"
       "pixels. κ and μ are compared voxel by voxel, by layer below the lit face: continuous light\n"
-      "leaves deep μ undetermined, so large errors there do not spoil E. Parts a run does not "
-      "have\n"
-      "are left out.");
+      "leaves deep μ undetermined, so large errors there do not spoil E. Whether the fit says so\n"
+      "is the share of voxels whose log κ and log μ lie within two stated standard deviations of\n"
+      "the truth (95 % if errors are Gaussian and stated rightly) and the median error in "
+      "standard\n"
+      "deviations (then 0.67). Parts a run does not have are left out.");
   auto run = std::make_shared<std::string>();
   auto truth = std::make_shared<std::string>();
   command->add_option("run", *run, "Run folder, as written by `kappamu run`")
@@ -106,7 +132,9 @@ void add_score(CLI::App& app, Globals& globals) {
       "Example: kappamu score demo/run --truth demo/truth\n"
       "With --json: holdout_E, hdr_relative_error_median, kappa_relative_error, "
       "mu_relative_error,\n"
-      "calibration (an object) and more; null where the run lacks the part.");
+      "kappa_coverage, mu_coverage, calibration (objects) and more; null or empty where the run "
+      "lacks\n"
+      "the part.");
   command->callback([run, truth, &globals] {
     const auto progress = make_progress();
     const synthetic::Score score = synthetic::score_run(*run, *truth, globals.device, *progress);

@@ -60,6 +60,7 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
           {"batched_solves", report.solves},
           {"seconds", report.seconds},
           {"unfinished", report.unfinished},
+          {"prior_weight", {{"kappa", report.prior.kappa_weight}, {"mu", report.prior.mu_weight}}},
           {"layers", layers}};
 }
 

@@ -77,7 +77,7 @@ Proof::Proof(const ProofOptions& options) : options_(options), noise_(options.se
   const inverse::ChannelFit start =
       inverse::fit_channel(measurements, 0, fit, inverse::Checkpoint{}, silent);
   const double thickness = options.grid.extent(2) * options.grid.voxel_mm;
-  weights_ = {options.weight, thickness, fit.anchor_length * thickness};
+  weights_ = {options.weight, options.weight, thickness, fit.anchor_length * thickness};
   anchor_ = {std::log(start.report.homogeneous_kappa), std::log(start.report.homogeneous_mu),
              weights_.anchor_length_mm};
   const inverse::Refinement finer = inverse::refine(problem);
@@ -231,7 +231,7 @@ Variances Proof::low_rank_posterior(Index rank) {
 Variances Proof::estimated_posterior(const inverse::UncertaintyOptions& options, int& solves) {
   objective_->value(fields_of(fitted_));
   const inverse::Uncertainty found =
-      inverse::estimate_uncertainty(*objective_, weights_, options, options_.seed);
+      inverse::estimate_uncertainty(*objective_, weights_, std::nullopt, options, options_.seed);
   solves = found.report.solves;
   const Index cells = unknowns() / 2;
   Variances variances(unknowns());

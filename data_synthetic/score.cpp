@@ -64,6 +64,17 @@ std::vector<double> errors_by_depth(const Volume<double>& found, const Volume<do
   return layers;
 }
 
+Coverage coverage(const Volume<double>& found, const Volume<double>& truth,
+                  const Volume<double>& deviation) {
+  std::vector<double> z;
+  double within = 0.0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    z.push_back(std::abs(std::log(found[i] / truth[i])) * found[i] / deviation[i]);
+    within += z.back() <= 2.0 ? 1.0 : 0.0;
+  }
+  return {within / static_cast<double>(z.size()), upper_median(std::move(z))};
+}
+
 void score_hdr(const std::filesystem::path& run, const Truth& truth,
                const std::filesystem::path& truth_folder, Score& score) {
   std::vector<double> all;
@@ -110,7 +121,8 @@ void score_hdr(const std::filesystem::path& run, const Truth& truth,
 }
 
 void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
-                        const std::filesystem::path& truth_folder, Score& score) {
+                        const std::filesystem::path& run, const std::filesystem::path& truth_folder,
+                        Score& score) {
   std::vector<double> kappa_errors;
   std::vector<double> mu_errors;
   for (std::size_t c = 0; c < truth.channels.size(); ++c) {
@@ -121,10 +133,19 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
                       truth.transport_grid),
           truth.grid);
     };
+    const Volume<double> kappa = true_volume("kappa");
+    const Volume<double> mu = true_volume("mu");
     score.kappa_relative_error_by_depth[name] =
-        errors_by_depth(media[c].kappa, true_volume("kappa"), truth.lit_face, kappa_errors);
+        errors_by_depth(media[c].kappa, kappa, truth.lit_face, kappa_errors);
     score.mu_relative_error_by_depth[name] =
-        errors_by_depth(media[c].mu, true_volume("mu"), truth.lit_face, mu_errors);
+        errors_by_depth(media[c].mu, mu, truth.lit_face, mu_errors);
+    const auto deviation = [&](const std::string& what) {
+      return run / "fit" / ("std_" + what + "_" + name + ".npy");
+    };
+    if (!std::filesystem::exists(deviation("kappa"))) continue;  // fitted with --uncertainty 0
+    score.kappa_coverage[name] =
+        coverage(media[c].kappa, kappa, read_volume(deviation("kappa"), truth.grid));
+    score.mu_coverage[name] = coverage(media[c].mu, mu, read_volume(deviation("mu"), truth.grid));
   }
   score.kappa_relative_error = upper_median(std::move(kappa_errors));
   score.mu_relative_error = upper_median(std::move(mu_errors));
@@ -204,7 +225,7 @@ Score score_run(const std::filesystem::path& run, const std::filesystem::path& t
                        read_volume(run / "fit" / ("mu_" + name + ".npy"), truth.grid)});
       validate(media.back(), (run / "fit").string());
     }
-    score_coefficients(media, truth, truth_folder, score);
+    score_coefficients(media, truth, run, truth_folder, score);
     if (truth.holdout > 0) {
       score.holdout_E =
           holdout_error(media, truth, truth_folder, device, progress, &score.holdout_E_by_channel);

@@ -30,6 +30,12 @@ struct CalibrationErrors {
   double projector_black_relative = 0.0;  ///< the projector's black level, |found/true − 1|
 };
 
+/// Whether stated standard deviations hold: z = (log found − log truth)/deviation of the logarithm.
+struct Coverage {
+  double within_two = 0.0;  ///< share of voxels with |z| ≤ 2; 0.954 if errors are Gaussian as stated
+  double median = 0.0;      ///< of |z|; 0.674 if they are
+};
+
 /// Parts the run does not have are absent.
 struct Score {
   std::vector<std::string> channels;  ///< names, in the truth's order
@@ -47,6 +53,8 @@ struct Score {
   std::map<std::string, std::vector<double>> mu_relative_error_by_depth;
   std::optional<double> kappa_relative_error;  ///< the same over all voxels and channels
   std::optional<double> mu_relative_error;
+  std::map<std::string, Coverage> kappa_coverage;  ///< by channel
+  std::map<std::string, Coverage> mu_coverage;
   std::optional<CalibrationErrors> calibration;
   double seconds = 0.0;
 };

@@ -54,6 +54,13 @@ class Basis {
   Vector gradient(const CoefficientPair& by_field) const;
   /// Of B Bᵀ, the guess of the Hessian's inverse.
   FieldCovariance covariance() const;
+  /// tr(B Bᵀ JᵀWJ) over each coefficient's own unknowns, JᵀWJ as in `blocks`: how many of them the
+  /// data determine against the regulariser. Not of `voxels`.
+  struct Determined {
+    double kappa = 0.0;
+    double mu = 0.0;
+  };
+  Determined determined(const LateralBlocks& blocks) const;
 
  private:
   enum class Factor { solve, solve_transposed, multiply };

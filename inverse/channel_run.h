@@ -34,6 +34,7 @@ class ChannelRun {
   void open_level();
   void set_basis();
   double thickness() const;
+  Anchor anchor() const;
   double refresh_correction();
   void begin();
   bool settle_for_simple_model();

@@ -61,9 +61,7 @@ void ChannelRun::set_basis() {
                               BasisOptions{options_.coordinates, axis_of(problem.setup.lit_face),
                                            depth, options_.smooth_length * depth, metric},
                               state_.blocks);
-  const Anchor anchor{std::log(state_.report.homogeneous_kappa),
-                      std::log(state_.report.homogeneous_mu), options_.anchor_length * depth};
-  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor, state_.weight,
+  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor(), state_.weight,
                                             regulariser, state_.fields);
 }
 

@@ -74,6 +74,12 @@ double ChannelRun::thickness() const {
   return shape.extent(axis_of(objective_->problem().setup.lit_face)) * shape.voxel_mm;
 }
 
+/// What the fields are drawn to.
+Anchor ChannelRun::anchor() const {
+  return {std::log(state_.report.homogeneous_kappa), std::log(state_.report.homogeneous_mu),
+          options_.anchor_length * thickness()};
+}
+
 Regulariser ChannelRun::regulariser() const {
   Regulariser regulariser = options_.regulariser;
   if (regulariser.kind == RegulariserKind::wang2008) {

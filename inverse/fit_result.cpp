@@ -103,9 +103,10 @@ ChannelFit ChannelRun::result() {
   if (options_.uncertainty.samples > 0 && state_.weight > 0.0 &&
       options_.regulariser.kind == RegulariserKind::h1) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
+    const Anchor anchor = this->anchor();
     fit.uncertainty = estimate_uncertainty(
-        *objective_, {state_.weight, thickness(), options_.anchor_length * thickness()},
-        options_.uncertainty, options_.seed);
+        *objective_, {state_.weight, state_.weight, thickness(), anchor.length_mm},
+        fitted_roughness(shape, thickness(), fields, anchor), options_.uncertainty, options_.seed);
   }
   fit.simpler = state_.simpler;
   fit.report = state_.report;

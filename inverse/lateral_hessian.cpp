@@ -7,12 +7,9 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Share of a block's mean diagonal added to it: samples are too few to tell its smallest
-/// eigenvalues from zero.
-constexpr double ridge = 1e-3;
-
 /// Neighbouring bands on both sides until there are as many samples as rows.
-LateralBlocks pooled(const LateralBlocks& sums, const std::vector<int>& samples, int rows) {
+LateralBlocks pooled(const LateralBlocks& sums, const std::vector<int>& samples, int rows,
+                     double ridge) {
   const int bins = static_cast<int>(sums.size());
   LateralBlocks blocks;
   for (int bin = 0; bin < bins; ++bin) {
@@ -35,7 +32,7 @@ LateralBlocks pooled(const LateralBlocks& sums, const std::vector<int>& samples,
 }  // namespace
 
 LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
-                                      std::uint64_t seed) {
+                                      std::uint64_t seed, double ridge) {
   const LateralModes modes(objective.problem().setup.shape, depth_axis);
   LateralBlocks sums(static_cast<std::size_t>(modes.bins()),
                      Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
@@ -51,7 +48,7 @@ LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int 
       samples[static_cast<std::size_t>(bin)] += static_cast<int>(part.cols());
     }
   }
-  return pooled(sums, samples, modes.rows());
+  return pooled(sums, samples, modes.rows(), ridge);
 }
 
 }  // namespace kappamu::inverse

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "core/error.h"
 #include "core/median.h"
@@ -36,6 +37,36 @@ Vector signs(std::mt19937_64& engine, std::size_t count) {
   Vector values(count);
   for (double& s : values) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
   return values;
+}
+
+/// The prior keeps the metric definite.
+constexpr double no_ridge = 0.0;
+/// Deviation of log μ over that of log κ between neighbours, where the data do not say: pigments
+/// and veins absorb differently where scattering is nearly the same. 2.1 to 2.5 in the simulated
+/// samples, and smooth fields add an error of the same size (docs/theory.md, 5).
+constexpr double absorbers_vary = 3.0;
+
+Basis metric(const Prior& prior, double weight, const GridShape& shape, int axis,
+             const LateralBlocks& blocks) {
+  return {shape,
+          {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, weight},
+          blocks};
+}
+
+/// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
+/// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made the
+/// fields rougher than it expects, the α that expects it takes its place. Never a larger one, and
+/// at least one direction is told: fewer tell nothing of roughness. Of log μ the data often tell a
+/// handful, all of them smooth: it may vary `absorbers_vary` times as much as log κ whatever they
+/// show.
+Prior borne_out(Prior prior, const FittedRoughness& fitted, const GridShape& shape, int axis,
+                const LateralBlocks& blocks) {
+  const Basis::Determined told =
+      metric(prior, prior.kappa_weight, shape, axis, blocks).determined(blocks);
+  prior.kappa_weight = std::min(prior.kappa_weight, std::max(1.0, told.kappa) / fitted.kappa);
+  prior.mu_weight = std::min({prior.mu_weight, std::max(1.0, told.mu) / fitted.mu,
+                              prior.kappa_weight / (absorbers_vary * absorbers_vary)});
+  return prior;
 }
 
 }  // namespace
@@ -82,7 +113,7 @@ double memory_needed_mb(const UncertaintyOptions& options, const GridShape& shap
 }
 
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
-  const double scale = prior.weight * shape.voxel_mm / prior.thickness_mm;
+  const double scale = shape.voxel_mm / prior.thickness_mm;
   const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
   const Eigen::MatrixXd along_x = squared_cosines(shape.nx);
   const Eigen::MatrixXd along_y = squared_cosines(shape.ny);
@@ -106,7 +137,10 @@ CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
       }
     }
   }
-  return {variance, variance};
+  CoefficientPair result{variance, std::move(variance)};
+  for (double& v : result.log_kappa) v /= prior.kappa_weight;
+  for (double& v : result.log_mu) v /= prior.mu_weight;
+  return result;
 }
 
 CoefficientPair hessian_product(Objective& objective, const Prior& prior,
@@ -117,13 +151,24 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
                                                v, Anchor{0.0, 0.0, prior.anchor_length_mm})
                                          .gradient;
   for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
-    product.log_kappa[i] += prior.weight * smoothness.log_kappa[i];
-    product.log_mu[i] += prior.weight * smoothness.log_mu[i];
+    product.log_kappa[i] += prior.kappa_weight * smoothness.log_kappa[i];
+    product.log_mu[i] += prior.mu_weight * smoothness.log_mu[i];
   }
   return product;
 }
 
-Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
+FittedRoughness fitted_roughness(const GridShape& shape, double thickness_mm,
+                                 const CoefficientPair& fields, const Anchor& anchor) {
+  const Vector zeros(shape.cells(), 0.0);
+  const auto twice = [&](const CoefficientPair& alone, const Anchor& to) {
+    return 2.0 * roughness(shape, thickness_mm, alone, to).value;
+  };
+  return {twice({fields.log_kappa, zeros}, {anchor.log_kappa, 0.0, anchor.length_mm}),
+          twice({zeros, fields.log_mu}, {0.0, anchor.log_mu, anchor.length_mm})};
+}
+
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
+                                 const std::optional<FittedRoughness>& fitted,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
   validate(options);
   const Problem& problem = objective.problem();
@@ -133,17 +178,30 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   const int before = solves();
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  // The fit's own metric, with the prior's own length.
-  const Basis basis(
-      shape,
-      {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
-      estimate_lateral_blocks(objective, axis, options.probes, seed));
+  LateralBlocks blocks = estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
+  if (fitted) prior = borne_out(prior, *fitted, shape, axis, blocks);
+  // In units that make the prior of both coefficients the same, the fit's own kind of metric, with
+  // the prior's own length.
+  const double unit = std::sqrt(prior.kappa_weight / prior.mu_weight);
+  for (Eigen::MatrixXd& block : blocks) {
+    block.bottomRows(block.rows() / 2) *= unit;
+    block.rightCols(block.rows() / 2) *= unit;
+  }
+  const Basis basis = metric(prior, prior.kappa_weight, shape, axis, blocks);
+  const auto in_units = [unit](CoefficientPair v) {
+    for (double& x : v.log_mu) x *= unit;
+    return v;
+  };
   InverseDiagonal diagonal(
-      [&](const CoefficientPair& v) { return hessian_product(objective, prior, v); }, shape, axis,
-      basis, options.steps);
+      [&](const CoefficientPair& v) {
+        return in_units(hessian_product(objective, prior, in_units(v)));
+      },
+      shape, axis, basis, options.steps);
   std::mt19937_64 engine(seed + 1);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  const FieldCovariance posterior = diagonal.result(options.pooling);
+  FieldCovariance posterior = diagonal.result(options.pooling);
+  for (double& v : posterior.variance.log_mu) v *= unit * unit;
+  for (double& v : posterior.between) v *= unit;
   const CoefficientPair beforehand = prior_variance(shape, prior);
 
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
@@ -168,6 +226,7 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   report.solves = solves() - before;
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.unfinished = diagonal.unfinished();
+  report.prior = prior;
   return found;
 }
 

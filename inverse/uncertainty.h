@@ -1,17 +1,20 @@
 // How far the fitted volumes can be trusted: the covariance of (log κ, log μ) at the minimum of
 // ½ χ² + α R, linearised there,
 //     C = (JᵀWJ + α R″)⁻¹,
-// the regulariser α R taken as what is known beforehand: its covariance alone is (α R″)⁻¹. What
-// that means, and what the data do not say, is in docs/theory.md, section 5.
+// the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹ and an α of its
+// own for either coefficient. What that means, and what the data do not say, is in docs/theory.md,
+// section 5.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/grid.h"
 #include "inverse/inverse_diagonal.h"
 #include "inverse/objective.h"
+#include "inverse/roughness.h"
 
 namespace kappamu::inverse {
 
@@ -25,9 +28,10 @@ struct UncertaintyOptions {
 /// Throws InputError naming option, value and bound.
 void validate(const UncertaintyOptions& options);
 
-/// The regulariser as a prior, of the fit the volume comes from.
+/// The regulariser as a prior, with a weight of its own for each coefficient.
 struct Prior {
-  double weight = 1.0;            ///< α
+  double kappa_weight = 1.0;      ///< α of log κ
+  double mu_weight = 1.0;         ///< α of log μ
   double thickness_mm = 1.0;      ///< ℓ (roughness.h)
   double anchor_length_mm = 1.0;  ///< L
 };
@@ -45,6 +49,7 @@ struct LayerUncertainty {
 struct UncertaintyReport {
   std::vector<LayerUncertainty> layers;  ///< from the seen face down
   std::string sentence;                  ///< the layers in words: where the data say what
+  Prior prior;                           ///< that the deviations take for granted
   int solves = 0;                        ///< batched ones that this cost
   double seconds = 0.0;
   double unfinished = 0.0;  ///< InverseDiagonal::unfinished
@@ -53,7 +58,7 @@ struct UncertaintyReport {
 struct Uncertainty {
   Volume<float> log_kappa_std;  ///< standard deviation of log κ [dimensionless]
   Volume<float> log_mu_std;     ///< of log μ
-  /// Share of the prior variance that the data removed, 1 − C_ii/((α R″)⁻¹)_ii: 1 = the data
+  /// Share of the prior's variance that the data removed, 1 − C_ii/((α R″)⁻¹)_ii: 1 = the data
   /// decide, 0 = the smoothing does.
   Volume<float> kappa_resolution;
   Volume<float> mu_resolution;
@@ -73,8 +78,19 @@ CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
 
-/// At the fields of the objective's last value(); equal seeds give equal bits on one device.
-Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
+/// 2 R of the fitted log κ and log μ, each alone.
+struct FittedRoughness {
+  double kappa = 0.0;
+  double mu = 0.0;
+};
+FittedRoughness fitted_roughness(const GridShape& shape, double thickness_mm,
+                                 const CoefficientPair& fields, const Anchor& anchor);
+
+/// At the fields of the objective's last value(); equal seeds give equal bits on one device. With
+/// `fitted`, `prior` is the fit's regulariser, and each weight is lowered to the one that expects
+/// the roughness that the data brought about (docs/theory.md, 5); without, it is taken as it is.
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
+                                 const std::optional<FittedRoughness>& fitted,
                                  const UncertaintyOptions& options, std::uint64_t seed);
 
 /// Medians of the voxels of each layer, from the seen face down.

@@ -12,6 +12,14 @@ def load(folder, name):
     return json.loads((folder / name).read_text())
 
 
+def coverage(channels):
+    return {name: round(found["within_2_std"], 3) for name, found in channels.items()}
+
+
+def percent(channels):
+    return ", ".join(f"{name} {100 * share:.0f} %" for name, share in channels.items()) or "not stated"
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
     simulated, run, score = (load(folder, name) for name in ("simulate.json", "run.json", "score.json"))
@@ -23,6 +31,8 @@ def main():
         "projector_rms_px": run["projector_rms_px"],
         "hdr_relative_error_median": score["hdr_relative_error_median"],
         "holdout_E": score["holdout_E"],
+        "kappa_within_2_std": coverage(score["kappa_coverage"]),
+        "mu_within_2_std": coverage(score["mu_coverage"]),
         "kappa_mu_volume": run["kappa_mu_volume"],
         "report": run["report"],
         "device": run.get("device"),
@@ -35,6 +45,8 @@ def main():
         ("projector reprojection RMS", f"{result['projector_rms_px']:.3f} px"),
         ("HDR relative error (median)", f"{100 * result['hdr_relative_error_median']:.2f} %"),
         ("appearance error E, held-out light", f"{result['holdout_E']:.2e}"),
+        ("κ within 2 stated deviations", percent(result["kappa_within_2_std"])),
+        ("μ within 2 stated deviations", percent(result["mu_within_2_std"])),
         *((f"time: {stage}", f"{value:.1f} s") for stage, value in seconds.items()),
         ("time: total", f"{result['seconds_total']:.1f} s"),
         ("report", result["report"]),

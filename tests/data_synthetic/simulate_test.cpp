@@ -176,10 +176,12 @@ fs::path perfect_run(const fs::path& folder, const SimulationReport& report, dou
           }
         }
       }
-      io::write_npy(folder / "fit" / (name + "_" + channel + ".npy"),
-                    {static_cast<std::size_t>(grid.nz), static_cast<std::size_t>(grid.ny),
-                     static_cast<std::size_t>(grid.nx)},
-                    mean);
+      const std::vector<std::size_t> shape{static_cast<std::size_t>(grid.nz),
+                                           static_cast<std::size_t>(grid.ny),
+                                           static_cast<std::size_t>(grid.nx)};
+      io::write_npy(folder / "fit" / (name + "_" + channel + ".npy"), shape, mean);
+      for (float& value : mean) value *= 0.1F;  // the deviation it claims
+      io::write_npy(folder / "fit" / ("std_" + name + "_" + channel + ".npy"), shape, mean);
     }
   }
   for (const auto& entry : fs::directory_iterator(report.truth / "radiance")) {
@@ -213,6 +215,9 @@ TEST_F(Simulated, ScoreFindsTheErrorsThatWerePutIn) {
   EXPECT_NEAR(*perfect.kappa_relative_error, 0.0, float_rounding);
   EXPECT_NEAR(*flawed.mu_relative_error, 0.5, float_rounding);
   EXPECT_EQ(flawed.mu_relative_error_by_depth.at("G").size(), 6U);
+  EXPECT_EQ(flawed.kappa_coverage.at("G").within_two, 1.0);
+  EXPECT_EQ(flawed.mu_coverage.at("G").within_two, 0.0);
+  EXPECT_NEAR(flawed.mu_coverage.at("G").median, std::log(1.5) / 0.1, 1e-3);
   EXPECT_FALSE(perfect.calibration.has_value());
 }
 

@@ -43,7 +43,7 @@ class TinyPosterior : public ::testing::Test {
  protected:
   static constexpr GridShape shape{4, 4, 3, 0.5};
   static constexpr int axis = 2;
-  const Prior prior{20.0, 1.5, 15.0};
+  const Prior prior{20.0, 20.0, 1.5, 15.0};
 
   void SetUp() override {
     Problem problem;
@@ -74,7 +74,7 @@ class TinyPosterior : public ::testing::Test {
     covariance_ = hessian_.llt().solve(MatrixXd::Identity(n, n));
     basis_ = std::make_unique<Basis>(shape,
                                      BasisOptions{Coordinates::informed, axis, prior.thickness_mm,
-                                                  prior.anchor_length_mm, prior.weight},
+                                                  prior.anchor_length_mm, prior.kappa_weight},
                                      estimate_lateral_blocks(*objective_, axis, 4, 1));
   }
 
@@ -116,8 +116,8 @@ TEST_F(TinyPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
   const Index n = hessian_.rows();
   MatrixXd precision(n, n);
   for (Index k = 0; k < n; ++k) {
-    precision.col(k) =
-        prior.weight * joined(roughness(shape, prior.thickness_mm, parted(VectorXd::Unit(n, k)),
+    precision.col(k) = prior.kappa_weight *
+                       joined(roughness(shape, prior.thickness_mm, parted(VectorXd::Unit(n, k)),
                                         Anchor{0.0, 0.0, prior.anchor_length_mm})
                                   .gradient);
   }
@@ -185,8 +185,8 @@ TEST_F(TinyPosterior, IsRepeatableBoundedByThePriorAndCostsWhatItSays) {
   options.samples = 2;
   options.steps = 3;
   options.probes = 2;
-  const Uncertainty first = estimate_uncertainty(*objective_, prior, options, 5);
-  const Uncertainty again = estimate_uncertainty(*objective_, prior, options, 5);
+  const Uncertainty first = estimate_uncertainty(*objective_, prior, {}, options, 5);
+  const Uncertainty again = estimate_uncertainty(*objective_, prior, {}, options, 5);
   EXPECT_EQ(first.log_kappa_std.values(), again.log_kappa_std.values());
   EXPECT_EQ(first.log_mu_std.values(), again.log_mu_std.values());
   EXPECT_EQ(first.correlation.values(), again.correlation.values());
