@@ -75,6 +75,22 @@ TEST_P(GridStarts, ASolutionIsLeftAsItIs) {
   EXPECT_LE(testing::relative_difference(testing::read(*s, *solution.phi), before), rounding());
 }
 
+/// Zeros are known to be zeros, whoever wrote them, and nothing else is.
+TEST_P(GridStarts, AFieldStartsFromWhatItWasFilledWith) {
+  const auto s = solver({.shape = block});
+  const Coefficients medium = testing::random_medium(block, 10, 38);
+  s->set_medium(medium.kappa, medium.mu);
+  const Values light = light_of(2, 39);
+  const Values fresh = testing::read(*s, *testing::solve_light(*s, light, 2, {1e-7, 100}).phi);
+  const auto b = s->make_field(2), phi = s->make_field(2);
+  s->light_source(light, *b);
+  s->fill(*phi, fresh);
+  EXPECT_EQ(s->solve(*b, *phi, {1e-5, 100}).iterations, 0);
+  s->fill(*phi, Values(fresh.size(), 0.0));
+  s->solve(*b, *phi, {1e-7, 100});
+  EXPECT_EQ(testing::read(*s, *phi), fresh);
+}
+
 TEST_P(GridStarts, DarknessNeedsNoIterations) {
   const auto s = solver({.shape = block});
   const Coefficients medium = testing::random_medium(block, 100, 37);
