@@ -5,8 +5,8 @@
 
 #include "calib/calibrate.h"
 #include "calib/calibration_file.h"
+#include "calib/stray_light.h"
 #include "capture/chart_search.h"
-#include "capture/stray_light.h"
 
 namespace kappamu::app {
 
@@ -32,14 +32,7 @@ void warn_of_stray_light(calib::CalibrationResult& result, Progress& progress) {
   if (!result.chart) return;
   double worst = 0.0;
   for (std::size_t c = 0; c < result.chart->scale.size(); ++c) {
-    std::vector<double> published;
-    std::vector<double> measured;
-    for (const calib::NeutralPatch& neutral : result.chart->neutrals) {
-      if (neutral.measured.empty()) continue;
-      published.push_back(neutral.published);
-      measured.push_back(neutral.measured[c]);
-    }
-    worst = std::max(worst, capture::stray_light(published, measured).value_or(0.0));
+    worst = std::max(worst, calib::stray_light(*result.chart, c).value_or(0.0));
   }
   if (worst < worth_a_warning) return;
   char percent[16];

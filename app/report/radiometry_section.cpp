@@ -4,7 +4,7 @@
 #include "app/report/chart.h"
 #include "app/report/picture.h"
 #include "app/report/sections.h"
-#include "capture/stray_light.h"
+#include "calib/stray_light.h"
 
 namespace kappamu::app::report {
 
@@ -84,23 +84,19 @@ Html chart_block(const RunData& run) {
   const calib::ChartReference& chart = *run.calibration->chart;
   const std::vector<std::string> names = channel_names(run);
   std::vector<std::vector<Html>> rows;
-  std::vector<double> published;
-  std::vector<std::vector<double>> measured(names.size());
   for (const calib::NeutralPatch& neutral : chart.neutrals) {
     if (neutral.measured.size() != names.size()) continue;
     rows.push_back({text(std::to_string(neutral.patch + 1)), text(number(neutral.published))});
-    published.push_back(neutral.published);
     for (std::size_t c = 0; c < names.size(); ++c) {
       rows.back().push_back(text(number(neutral.measured[c]) + " (" +
                                  percent(neutral.measured[c] / neutral.published - 1.0) + ")"));
-      measured[c].push_back(neutral.measured[c]);
     }
   }
   std::vector<std::string> heads{"Neutral patch", "published"};
   heads.insert(heads.end(), names.begin(), names.end());
   std::string stray;
   for (std::size_t c = 0; c < names.size(); ++c) {
-    if (const auto share = capture::stray_light(published, measured[c])) {
+    if (const auto share = calib::stray_light(chart, c)) {
       stray += (stray.empty() ? "" : ", ") + names[c] + " " + percent(*share);
     }
   }

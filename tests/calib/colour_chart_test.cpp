@@ -16,10 +16,10 @@
 #include "calib/calibrate.h"
 #include "calib/chart.h"
 #include "calib/radiometry.h"
+#include "calib/stray_light.h"
 #include "capture/bayer.h"
 #include "capture/chart_search.h"
 #include "capture/merge.h"
-#include "capture/stray_light.h"
 #include "data_synthetic/simulate.h"
 #include "data_synthetic/truth.h"
 #include "io/image_file.h"
@@ -66,16 +66,6 @@ capture::HdrImage as_radiance(const Image<std::uint16_t>& codes, const ToLight& 
     image.radiance.values()[i] = static_cast<float>(light(codes.values()[i]));
   }
   return image;
-}
-
-double stray_light_of(const ChartReference& chart, std::size_t channel) {
-  std::vector<double> published;
-  std::vector<double> measured;
-  for (const NeutralPatch& neutral : chart.neutrals) {
-    published.push_back(neutral.published);
-    measured.push_back(neutral.measured.at(channel));
-  }
-  return capture::stray_light(published, measured).value();
 }
 
 /// Finds the chart in `codes` and measures it; `light` takes codes, and the windows' means, to
@@ -135,8 +125,8 @@ ChartReference measure(const char* name, const Image<std::uint16_t>& codes,
   std::printf(
       "  residual RMS of the neutrals above 5 %%: %.1f %%, stray light %.2f %.2f %.2f %% of "
       "white\n",
-      100.0 * chart.residual_rms, 100.0 * stray_light_of(chart, 0),
-      100.0 * stray_light_of(chart, 1), 100.0 * stray_light_of(chart, 2));
+      100.0 * chart.residual_rms, 100.0 * stray_light(chart, 0).value(),
+      100.0 * stray_light(chart, 1).value(), 100.0 * stray_light(chart, 2).value());
   return chart;
 }
 
@@ -156,7 +146,7 @@ TEST(RealChart, RawPhotographGivesWhiteBalanceAndScale) {
                                        capture::Encoding::linear, windows, light);
   // The photograph's flare, 1.1 % of white (SOURCE.md: G = 1300 Y + 14.3), brightens the dark ones.
   EXPECT_LT(chart.residual_rms, 0.12);
-  EXPECT_NEAR(stray_light_of(chart, 1), 14.3 / 1300.0, 0.002);
+  EXPECT_NEAR(stray_light(chart, 1).value(), 14.3 / 1300.0, 0.002);
 }
 
 TEST(RealChart, ProcessedPhotographInATurnIsFound) {
@@ -219,9 +209,10 @@ TEST(SimulatedChart, GivesTheAbsoluteScaleWithinHalfAPercent) {
     // Alone it takes the projector's light as even, 1 on every patch, and the chart is wide.
     EXPECT_LT(std::abs(percent_off(alone.scale[c])), 8.0);
     std::printf("  stray light %.3f %% of white, in a lit room (1 %%) %.3f %%\n",
-                100.0 * stray_light_of(*found.chart, c), 100.0 * stray_light_of(in_a_lit_room, c));
-    EXPECT_NEAR(stray_light_of(*found.chart, c), 0.0, 0.001);
-    EXPECT_NEAR(stray_light_of(in_a_lit_room, c), room, 0.001);
+                100.0 * stray_light(*found.chart, c).value(),
+                100.0 * stray_light(in_a_lit_room, c).value());
+    EXPECT_NEAR(stray_light(*found.chart, c).value(), 0.0, 0.001);
+    EXPECT_NEAR(stray_light(in_a_lit_room, c).value(), room, 0.001);
   }
   EXPECT_LT(found.chart->residual_rms, 0.01);
 }
