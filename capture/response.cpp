@@ -13,10 +13,19 @@
 namespace kappamu::capture {
 namespace {
 
-// Scale of the toe in v = ln(1 + (z - black)/toe), as a share of the code range: below it the curve
-// is taken to be nearly straight, above it nearly a power law. Between 2 % and 10 % the recovered
-// curves of the tests differ by less than 0.1 % (median over codes).
+// Scale of the toe in v = ln(1 + (z - black)/toe) + shoulder term, as a share of the code range:
+// below it the curve is taken to be nearly straight, above it nearly a power law. Between 2 % and
+// 10 % the recovered curves of the tests differ by less than 0.1 % (median over codes).
 constexpr double toe_share = 0.05;
+// The shoulder term, -shoulder_weight ln(1 - (z - black)/((1 + shoulder) range)), stretches v
+// towards the largest code. A curve that flattens there bends ever faster; without the term the
+// smoothness that suits the rest cut that bend, and the curve's end, which sets its common factor,
+// was 0.5 to 1.1 % off (film_curve in the tests). More of it (0.2 to 0.5) lets the extrapolation
+// from the last samples wander: 0.5 to 0.8 % on curves without such a bend. So it would with
+// samples that end early: the shoulder is a few times the gap they leave.
+constexpr double least_shoulder = 0.05;
+constexpr double shoulder_over_gap = 3.0;
+constexpr double shoulder_weight = 0.1;
 // Error of ln exposure no averaging removes (shutter, block texture under the curve's bend).
 constexpr double log_exposure_floor = 0.002;
 // Samples whose mean is nearer to black than this many of their standard errors say too little, and
@@ -45,11 +54,13 @@ using Group = std::vector<Observation>;
 
 class Curve {
  public:
-  Curve(double black_level, int bit_depth, int knots)
+  Curve(double black_level, int bit_depth, int knots, double highest_code)
       : black_(black_level),
         range_((1 << bit_depth) - 1 - black_level),
         toe_(toe_share * range_),
-        step_(std::log1p(range_ / toe_) / (knots - 1)),
+        end_(range_ + std::max(least_shoulder * range_,
+                               shoulder_over_gap * (black_level + range_ - highest_code))),
+        step_(place(range_) / (knots - 1)),
         s_(Eigen::VectorXd::Zero(knots)) {}
 
   int knots() const { return static_cast<int>(s_.size()); }
@@ -60,7 +71,7 @@ class Curve {
 
   // The place of a code above black among the knots.
   void locate(double code, Observation& observation) const {
-    const double at = std::log1p((code - black_) / toe_) / step_;
+    const double at = place(code - black_) / step_;
     observation.knot = std::clamp(static_cast<int>(at), 0, knots() - 2);
     observation.weight_1 = at - observation.knot;
     observation.base = std::log((code - black_) / range_);
@@ -70,7 +81,8 @@ class Curve {
   }
   // dg/dz
   double slope(const Observation& at) const {
-    const double dv = 1.0 / (toe_ + at.code - black_);
+    const double z = at.code - black_;
+    const double dv = 1.0 / (toe_ + z) + shoulder_weight / (end_ - z);
     return 1.0 / (at.code - black_) + (s_[at.knot + 1] - s_[at.knot]) / step_ * dv;
   }
   double linear(double code) const {
@@ -81,9 +93,15 @@ class Curve {
   }
 
  private:
+  // v of a code above black.
+  double place(double z) const {
+    return std::log1p(z / toe_) - shoulder_weight * std::log1p(-z / end_);
+  }
+
   double black_;
   double range_;
   double toe_;
+  double end_;
   double step_;
   Eigen::VectorXd s_;
 };
@@ -287,7 +305,13 @@ RecoveredResponse recover_response(const std::vector<ResponseSample>& samples, i
                                    double black_level, const ResponseOptions& options,
                                    const std::string& name) {
   const int top = (1 << bit_depth) - 1;
-  Curve curve(black_level, bit_depth, options.knots);
+  double highest = black_level;
+  for (const ResponseSample& sample : samples) {
+    for (std::size_t j = 0; j < sample.code.size(); ++j) {
+      if (sample.valid[j] != 0) highest = std::max(highest, sample.code[j]);
+    }
+  }
+  Curve curve(black_level, bit_depth, options.knots, highest);
   std::vector<Group> groups = usable_groups(samples, curve, options.block_px * options.block_px);
 
   RecoveredResponse recovered;

@@ -3,7 +3,8 @@
 //  - samples are means over small smooth blocks, so noise and quantisation average out;
 //  - weights are inverse variances of ln exposure, not a hat; outliers are weighted down (Tukey);
 //  - g is written ln((z - black)/(top - black)) + s, and s is smooth in ln(1 + (z - black)/toe), in
-//    which linear toes and power laws are straight; black level fixes what log exposures cannot;
+//    which linear toes and power laws are straight, stretched towards the largest code, where
+//    shoulders bend; black level fixes what log exposures cannot;
 //  - the weight of the smoothness is chosen by generalised cross-validation.
 #pragma once
 

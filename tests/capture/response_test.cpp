@@ -113,6 +113,14 @@ TEST(ResponseCurve, RisesFromZeroAtBlackToOneAtTheLargestCode) {
   }
 }
 
+// A curve that flattens ever faster: a smoothness that cuts its last bend shows in the full scale.
+TEST(ResponseCurve, AShoulderKeepsItsEnd) {
+  const SimulatedCamera camera{12, 49.14, 20000.0, 5.0, film_curve};
+  for (const unsigned seed : {7U, 8U}) {
+    EXPECT_LT(curve_error(camera, recover(camera, seed).linear).factor_percent, 0.5) << seed;
+  }
+}
+
 TEST(ResponseCurve, EqualInputGivesEqualBits) {
   const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, srgb_curve};
   EXPECT_EQ(recover(camera, 11).linear, recover(camera, 11).linear);
