@@ -11,6 +11,7 @@
 #include "inverse/objective.h"
 #include "inverse/optimiser.h"
 #include "inverse/roughness.h"
+#include "inverse/uncertainty.h"
 
 namespace kappamu::inverse {
 
@@ -45,19 +46,10 @@ class FitFunction final : public Function {
     }
     return basis_.gradient(sum);
   }
-  /// BᵀJᵀWJB + α BᵀR''B, for H1 and Gaussian data.
+  /// BᵀJᵀWJB + α BᵀR''B, for H1 and Huber-TV (its diffusivity lagged) and Gaussian data.
   Vector curvature(const Vector& direction) override {
-    const CoefficientPair change = basis_.to_fields(direction);
-    CoefficientPair sum = objective_.jacobian_transpose(objective_.jacobian(change));
-    // R is quadratic: its Hessian is what its gradient does to changes from the anchor.
-    const CoefficientPair rough = roughness(objective_.problem().setup.shape, thickness_mm_, change,
-                                            Anchor{0.0, 0.0, anchor_.length_mm})
-                                      .gradient;
-    for (std::size_t i = 0; i < sum.log_mu.size(); ++i) {
-      sum.log_kappa[i] += weight_ * rough.log_kappa[i];
-      sum.log_mu[i] += weight_ * rough.log_mu[i];
-    }
-    return basis_.gradient(sum);
+    const Prior prior{weight_, weight_, thickness_mm_, anchor_.length_mm, roughness_.diffusivity};
+    return basis_.gradient(hessian_product(objective_, prior, basis_.to_fields(direction)));
   }
   double last_roughness() const { return roughness_.value; }
   double amplitude(const Vector& direction) const override {

@@ -18,11 +18,12 @@ void validate(const FitOptions& o) {
   require(!o.start || (o.start->kappa > 0.0 && o.start->mu > 0.0),
           "the start needs a positive kappa and a positive mu");
   validate(o.data_term);
-  require(o.optimiser.method != Method::gauss_newton ||
-              (o.regulariser.kind == RegulariserKind::h1 && o.data_term.loss == Loss::gaussian &&
-               !o.data_term.gain_spread),
-          "the gauss-newton optimiser knows the h1 regulariser, the gaussian loss and no gains; "
-          "choose lbfgs for others");
+  require(
+      o.optimiser.method != Method::gauss_newton ||
+          (o.regulariser.kind != RegulariserKind::wang2008 && o.data_term.loss == Loss::gaussian &&
+           !o.data_term.gain_spread),
+      "the gauss-newton optimiser knows the regularisers h1 and huber-tv, the gaussian loss and "
+      "no gains; choose lbfgs for others");
   require(o.regulariser.edge_slope > 0.0, "edge_slope must be positive");
   require(!o.weight || *o.weight >= 0.0, "weight must not be negative");
   require(o.first_weight > 0.0, "first_weight must be positive");

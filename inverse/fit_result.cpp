@@ -98,15 +98,24 @@ ChannelFit ChannelRun::result() {
     fit.sensitivity_mu =
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
-  // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). Other
-  // regularisers than H1 are no Gaussian prior.
+  // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). [W]'s
+  // regulariser leaves μ without a prior.
   if (options_.uncertainty.samples > 0 && state_.weight > 0.0 &&
-      options_.regulariser.kind == RegulariserKind::h1) {
+      options_.regulariser.kind != RegulariserKind::wang2008) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
+    if (spread_over_edge(options_.regulariser, state_.weight, shape, thickness()) > 1.0) {
+      warn(
+          "Standard deviations under huber-tv are too small here, by up to half: without edges "
+          "neighbouring voxels would differ by more than --edge-slope allows; fit with a larger "
+          "one or with h1 to know them.");
+    }
     const Anchor anchor = this->anchor();
-    fit.uncertainty = estimate_uncertainty(
-        *objective_, {state_.weight, state_.weight, thickness(), anchor.length_mm},
-        fitted_roughness(shape, thickness(), fields, anchor), options_.uncertainty, options_.seed);
+    const Prior prior{
+        state_.weight, state_.weight, thickness(), anchor.length_mm,
+        roughness(shape, thickness(), fields, anchor, options_.regulariser).diffusivity};
+    fit.uncertainty =
+        estimate_uncertainty(*objective_, prior, fitted_roughness(shape, prior, fields, anchor),
+                             options_.uncertainty, options_.seed);
   }
   fit.simpler = state_.simpler;
   fit.report = state_.report;

@@ -24,22 +24,24 @@ void for_each_face(const GridShape& shape, Pair pair) {
   }
 }
 
-/// Σ_faces ½ (u_i − u_j)²; adds `scale` times its gradient.
+/// Σ_faces ½ d (u_i − u_j)², d the mean of both voxels' diffusivity (empty: 1); adds `scale` times
+/// its gradient at constant d.
 double differences(const GridShape& shape, double scale, const std::vector<double>& u,
-                   std::vector<double>& gradient) {
+                   const std::vector<double>& diffusivity, std::vector<double>& gradient) {
   double sum = 0.0;
   for_each_face(shape, [&](std::size_t i, std::size_t j) {
-    const double step = u[i] - u[j];
-    sum += 0.5 * step * step;
+    const double mean = diffusivity.empty() ? 1.0 : 0.5 * (diffusivity[i] + diffusivity[j]);
+    const double step = mean * (u[i] - u[j]);
+    sum += 0.5 * step * (u[i] - u[j]);
     gradient[i] += scale * step;
     gradient[j] -= scale * step;
   });
   return sum;
 }
 
-/// Σ_voxels ψ(|∇u|) h² with |∇u| and `slope` = δ per voxel edge; adds `scale` times its gradient.
-double huber_differences(const GridShape& shape, double scale, double slope,
-                         const std::vector<double>& u, std::vector<double>& gradient) {
+/// Σ_voxels ψ(|∇u|) h² with |∇u| and `slope` = δ per voxel edge; sets each voxel's ψ'(s)/s.
+double huber_sum(const GridShape& shape, double slope, const std::vector<double>& u,
+                 std::vector<double>& diffusivity) {
   std::vector<double> square(u.size(), 0.0);  // |∇u|² h²
   for_each_face(shape, [&](std::size_t i, std::size_t j) {
     const double half = 0.5 * (u[i] - u[j]) * (u[i] - u[j]);
@@ -47,29 +49,44 @@ double huber_differences(const GridShape& shape, double scale, double slope,
     square[j] += half;
   });
   double sum = 0.0;
-  std::vector<double> diffusivity(u.size());  // ψ'(s)/s
+  diffusivity.resize(u.size());
   for (std::size_t i = 0; i < u.size(); ++i) {
     const double steep = std::sqrt(square[i]);
     const bool edge = steep > slope;
     sum += edge ? slope * (steep - 0.5 * slope) : 0.5 * square[i];
     diffusivity[i] = edge ? slope / steep : 1.0;
   }
-  for_each_face(shape, [&](std::size_t i, std::size_t j) {
-    const double step = 0.5 * (diffusivity[i] + diffusivity[j]) * (u[i] - u[j]);
-    gradient[i] += scale * step;
-    gradient[j] -= scale * step;
-  });
+  return sum;
+}
+
+CoefficientPair zeros(std::size_t cells) {
+  return {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
+}
+
+/// What multiplies ½ (u − u*)² of a voxel.
+double anchor_scale(const GridShape& shape, double scale, const Anchor& anchor) {
+  return scale * std::pow(shape.voxel_mm / anchor.length_mm, 2);
+}
+
+/// Σ_voxels ½ pull (u − to)²; adds its gradient.
+double pull_to(double to, double pull, const std::vector<double>& u,
+               std::vector<double>& gradient) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    sum += 0.5 * pull * (u[i] - to) * (u[i] - to);
+    gradient[i] += pull * (u[i] - to);
+  }
   return sum;
 }
 
 /// ½ scale Σ_voxels |∇κ|² as a function of log κ.
 Roughness wang2008_roughness(const GridShape& shape, const CoefficientPair& fields, double scale) {
   const std::size_t cells = shape.cells();
-  Roughness result{0.0, {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)}};
+  Roughness result{0.0, zeros(cells), {}};
   std::vector<double> kappa(cells);
   for (std::size_t i = 0; i < cells; ++i) kappa[i] = std::exp(fields.log_kappa[i]);
   const double per_square = scale / (shape.voxel_mm * shape.voxel_mm);
-  result.value = per_square * differences(shape, per_square, kappa, result.gradient.log_kappa);
+  result.value = per_square * differences(shape, per_square, kappa, {}, result.gradient.log_kappa);
   for (std::size_t i = 0; i < cells; ++i) result.gradient.log_kappa[i] *= kappa[i];
   return result;
 }
@@ -94,23 +111,43 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
   }
   const double scale = shape.voxel_mm / thickness_mm;
   const double slope = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
-  const std::size_t cells = shape.cells();
-  Roughness result{0.0, {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)}};
-  const auto add = [&](const std::vector<double>& u, std::vector<double>& gradient, double to) {
-    result.value += scale * (regulariser.kind == RegulariserKind::huber_tv
-                                 ? huber_differences(shape, scale, slope, u, gradient)
-                                 : differences(shape, scale, u, gradient));
-    if (!anchor) return;
-    const double pull = scale * std::pow(shape.voxel_mm / anchor->length_mm, 2);
-    for (std::size_t i = 0; i < cells; ++i) {
-      result.value += 0.5 * pull * (u[i] - to) * (u[i] - to);
-      gradient[i] += pull * (u[i] - to);
-    }
+  Roughness result{0.0, zeros(shape.cells()), {}};
+  const auto add = [&](const std::vector<double>& u, std::vector<double>& diffusivity,
+                       std::vector<double>& gradient, double to) {
+    const bool huber = regulariser.kind == RegulariserKind::huber_tv;
+    const double steep = huber ? huber_sum(shape, slope, u, diffusivity) : 0.0;
+    // The gradient of Huber-TV is that of the quadratic form which touches it here.
+    const double even = differences(shape, scale, u, diffusivity, gradient);
+    result.value += scale * (huber ? steep : even);
+    if (anchor) result.value += pull_to(to, anchor_scale(shape, scale, *anchor), u, gradient);
   };
   const Anchor to = anchor.value_or(Anchor{});
-  add(fields.log_kappa, result.gradient.log_kappa, to.log_kappa);
-  add(fields.log_mu, result.gradient.log_mu, to.log_mu);
+  add(fields.log_kappa, result.diffusivity.log_kappa, result.gradient.log_kappa, to.log_kappa);
+  add(fields.log_mu, result.diffusivity.log_mu, result.gradient.log_mu, to.log_mu);
   return result;
+}
+
+CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
+                                  double anchor_length_mm, const CoefficientPair& diffusivity,
+                                  const CoefficientPair& change) {
+  const double scale = shape.voxel_mm / thickness_mm;
+  const double pull = anchor_scale(shape, scale, {0.0, 0.0, anchor_length_mm});
+  CoefficientPair product = zeros(shape.cells());
+  const auto add = [&](const std::vector<double>& v, const std::vector<double>& weights,
+                       std::vector<double>& result) {
+    differences(shape, scale, v, weights, result);
+    pull_to(0.0, pull, v, result);
+  };
+  add(change.log_kappa, diffusivity.log_kappa, product.log_kappa);
+  add(change.log_mu, diffusivity.log_mu, product.log_mu);
+  return product;
+}
+
+double spread_over_edge(const Regulariser& regulariser, double weight, const GridShape& shape,
+                        double thickness_mm) {
+  if (regulariser.kind != RegulariserKind::huber_tv) return 0.0;
+  const double edge = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
+  return std::sqrt(thickness_mm / (weight * shape.voxel_mm)) / edge;
 }
 
 double metric_weight(const Regulariser& regulariser, double weight, const GridShape& shape,

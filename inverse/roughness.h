@@ -19,6 +19,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/grid.h"
 #include "inverse/adjoint.h"
@@ -50,10 +51,27 @@ struct Anchor {
 struct Roughness {
   double value = 0.0;
   CoefficientPair gradient;
+  /// ψ'(|∇u|)/|∇u| of every voxel, in (0, 1]; empty where it is 1 everywhere: H1.
+  CoefficientPair diffusivity;
 };
 Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
                     const std::optional<Anchor>& anchor = std::nullopt,
                     const Regulariser& regulariser = {});
+
+/// `change` times the Hessian of the Gaussian that stands for R at some fields: H1's, with the
+/// differences across a face weighed by the mean of its two voxels' `diffusivity` there (lagged
+/// diffusivity, Vogel & Oman 1996). Its quadratic form touches Huber-TV at those fields, with the
+/// same gradient, and lies nowhere below it. An empty diffusivity is H1's own. `anchor_length_mm`
+/// is Anchor::length_mm.
+CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
+                                  double anchor_length_mm, const CoefficientPair& diffusivity,
+                                  const CoefficientPair& change);
+
+/// How far neighbouring voxels differ under exp(−α R) without edges, √(ℓ/(α h)), over the step δ h
+/// that Huber-TV takes for an edge: above 1 the Gaussian at a volume is narrower than R, whose far
+/// slopes cost less than it thinks (docs/theory.md, section 5). 0 for other regularisers.
+double spread_over_edge(const Regulariser& regulariser, double weight, const GridShape& shape,
+                        double thickness_mm);
 
 /// The weight at which H1's Hessian bounds that of α R: what the fit's metric is made with
 /// (basis.h). For [W]'s R that is at `kappa` [mm] and for log κ.

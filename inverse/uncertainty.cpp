@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numbers>
+#include <numeric>
 #include <random>
 #include <utility>
 
@@ -112,6 +113,17 @@ double memory_needed_mb(const UncertaintyOptions& options, const GridShape& shap
   return options.samples == 0 ? 0.0 : per_voxel * static_cast<double>(shape.cells()) / 1048576.0;
 }
 
+namespace {
+
+/// Variances at weight one, at the prior's own.
+CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
+  for (double& v : variance.log_kappa) v /= prior.kappa_weight;
+  for (double& v : variance.log_mu) v /= prior.mu_weight;
+  return variance;
+}
+
+}  // namespace
+
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
   const double scale = shape.voxel_mm / prior.thickness_mm;
   const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
@@ -137,19 +149,31 @@ CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
       }
     }
   }
-  CoefficientPair result{variance, std::move(variance)};
-  for (double& v : result.log_kappa) v /= prior.kappa_weight;
-  for (double& v : result.log_mu) v /= prior.mu_weight;
-  return result;
+  return weighed({variance, variance}, prior);
+}
+
+CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
+                               const UncertaintyOptions& options, std::uint64_t seed) {
+  if (prior.diffusivity.log_kappa.empty()) return prior_variance(shape, prior);
+  const Basis basis(
+      shape, {Coordinates::smooth, depth_axis, prior.thickness_mm, prior.anchor_length_mm, 1.0},
+      {});
+  const auto precision = [&](const CoefficientPair& v) {
+    return smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity,
+                             v);
+  };
+  InverseDiagonal diagonal(precision, shape, depth_axis, basis, options.steps);
+  std::mt19937_64 engine(seed);
+  for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
+  return weighed(diagonal.result(options.pooling).variance, prior);
 }
 
 CoefficientPair hessian_product(Objective& objective, const Prior& prior,
                                 const CoefficientPair& v) {
   CoefficientPair product = objective.jacobian_transpose(objective.jacobian(v));
-  // R is quadratic: its gradient with the anchor at zero is R″ v.
-  const CoefficientPair smoothness = roughness(objective.problem().setup.shape, prior.thickness_mm,
-                                               v, Anchor{0.0, 0.0, prior.anchor_length_mm})
-                                         .gradient;
+  const CoefficientPair smoothness =
+      smoothing_product(objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm,
+                        prior.diffusivity, v);
   for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
     product.log_kappa[i] += prior.kappa_weight * smoothness.log_kappa[i];
     product.log_mu[i] += prior.mu_weight * smoothness.log_mu[i];
@@ -157,14 +181,16 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
   return product;
 }
 
-FittedRoughness fitted_roughness(const GridShape& shape, double thickness_mm,
-                                 const CoefficientPair& fields, const Anchor& anchor) {
-  const Vector zeros(shape.cells(), 0.0);
-  const auto twice = [&](const CoefficientPair& alone, const Anchor& to) {
-    return 2.0 * roughness(shape, thickness_mm, alone, to).value;
+FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
+                                 const Anchor& anchor) {
+  for (double& u : fields.log_kappa) u -= anchor.log_kappa;
+  for (double& u : fields.log_mu) u -= anchor.log_mu;
+  const CoefficientPair product = smoothing_product(
+      shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity, fields);
+  const auto dot = [](const Vector& a, const Vector& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
   };
-  return {twice({fields.log_kappa, zeros}, {anchor.log_kappa, 0.0, anchor.length_mm}),
-          twice({zeros, fields.log_mu}, {0.0, anchor.log_mu, anchor.length_mm})};
+  return {dot(fields.log_kappa, product.log_kappa), dot(fields.log_mu, product.log_mu)};
 }
 
 Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
@@ -202,7 +228,7 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
   FieldCovariance posterior = diagonal.result(options.pooling);
   for (double& v : posterior.variance.log_mu) v *= unit * unit;
   for (double& v : posterior.between) v *= unit;
-  const CoefficientPair beforehand = prior_variance(shape, prior);
+  const CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
 
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};

@@ -34,6 +34,8 @@ struct Prior {
   double mu_weight = 1.0;         ///< α of log μ
   double thickness_mm = 1.0;      ///< ℓ (roughness.h)
   double anchor_length_mm = 1.0;  ///< L
+  /// Of Huber-TV at the volume (Roughness::diffusivity); empty for H1.
+  CoefficientPair diffusivity{};
 };
 
 /// One layer of voxels parallel to the seen face; medians over the layer.
@@ -71,20 +73,26 @@ int solves_needed(const UncertaintyOptions& options);
 /// Main memory beyond the fit's own [MiB] on `shape`, for batches of `batch` patterns.
 double memory_needed_mb(const UncertaintyOptions& options, const GridShape& shape, int batch);
 
-/// Variances of (α R″)⁻¹, exact: R″ is diagonal in cosines.
+/// Variances of (α R″)⁻¹ for H1, exact: R″ is diagonal in cosines. The prior's diffusivity is left
+/// out.
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
+
+/// With its diffusivity, by samples that need no solves (inverse_diagonal.h); that of H1 where
+/// there is none.
+CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
+                               const UncertaintyOptions& options, std::uint64_t seed);
 
 /// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
 
-/// 2 R of the fitted log κ and log μ, each alone.
+/// 2 R of the fitted log κ and log μ, each alone: of Huber-TV that of its Gaussian.
 struct FittedRoughness {
   double kappa = 0.0;
   double mu = 0.0;
 };
-FittedRoughness fitted_roughness(const GridShape& shape, double thickness_mm,
-                                 const CoefficientPair& fields, const Anchor& anchor);
+FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
+                                 const Anchor& anchor);
 
 /// At the fields of the objective's last value(); equal seeds give equal bits on one device. With
 /// `fitted`, `prior` is the fit's regulariser, and each weight is lowered to the one that expects

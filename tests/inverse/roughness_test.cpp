@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <numeric>
 
 #include "core/error.h"
 #include "inverse/optimiser.h"
@@ -135,6 +136,37 @@ TEST(Roughness, HuberTvChargesAnEdgeByItsHeightNotItsSquare) {
   // variation charges the height, by at most √2 more where an edge is one face wide.
   EXPECT_GT(cost(h1, 1.0, 1), 3.5 * cost(h1, 1.0, 8));
   EXPECT_LT(cost(tv, 1.0, 1), std::sqrt(2.0) * cost(tv, 1.0, 8));
+}
+
+/// The quadratic form that stands for R touches it where it was taken and bounds it elsewhere.
+TEST(Roughness, LaggedDiffusivityMajorises) {
+  const GridShape shape{6, 5, 4, 0.5};
+  const Anchor anchor{0.1, -0.2, 7.0};
+  const CoefficientPair at = random_fields(shape, 4, 1.0);
+  const auto inner = [](const CoefficientPair& a, const CoefficientPair& b) {
+    return std::inner_product(a.log_kappa.begin(), a.log_kappa.end(), b.log_kappa.begin(), 0.0) +
+           std::inner_product(a.log_mu.begin(), a.log_mu.end(), b.log_mu.begin(), 0.0);
+  };
+  for (const RegulariserKind kind : {RegulariserKind::h1, RegulariserKind::huber_tv}) {
+    const Roughness here = roughness(shape, thickness, at, anchor, of(kind, 0.5));
+    EXPECT_EQ(here.diffusivity.log_kappa.empty(), kind == RegulariserKind::h1);
+    double loosest = 0.0;
+    for (const double size : {0.01, 0.3, 3.0}) {
+      const CoefficientPair change = random_fields(shape, 9, size);
+      CoefficientPair moved = at;
+      for (std::size_t i = 0; i < shape.cells(); ++i) {
+        moved.log_kappa[i] += change.log_kappa[i];
+        moved.log_mu[i] += change.log_mu[i];
+      }
+      const double there = roughness(shape, thickness, moved, anchor, of(kind, 0.5)).value;
+      const double bound = here.value + inner(here.gradient, change) +
+                           0.5 * inner(change, smoothing_product(shape, thickness, anchor.length_mm,
+                                                                 here.diffusivity, change));
+      EXPECT_LE(there, bound * (1.0 + 1e-12)) << to_string(kind) << ", " << size;
+      loosest = std::max(loosest, bound / there - 1.0);
+    }
+    EXPECT_EQ(loosest > 0.1, kind == RegulariserKind::huber_tv) << loosest;
+  }
 }
 
 TEST(Roughness, WangsSmoothsKappaAlone) {
