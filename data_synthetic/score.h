@@ -32,8 +32,9 @@ struct CalibrationErrors {
 
 /// Whether stated standard deviations hold: z = (log found − log truth)/deviation of the logarithm.
 struct Coverage {
-  double within_two = 0.0;  ///< share of voxels with |z| ≤ 2; 0.954 if errors are Gaussian as stated
-  double median = 0.0;      ///< of |z|; 0.674 if they are
+  double within_two =
+      0.0;              ///< share of voxels with |z| ≤ 2; 0.954 if errors are Gaussian as stated
+  double median = 0.0;  ///< of |z|; 0.674 if they are
 };
 
 /// Parts the run does not have are absent.

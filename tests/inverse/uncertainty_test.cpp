@@ -203,6 +203,44 @@ TEST_F(TinyPosterior, IsRepeatableBoundedByThePriorAndCostsWhatItSays) {
   }
 }
 
+TEST_F(TinyPosterior, EachCoefficientHasAPriorOfItsOwn) {
+  const Prior looser{20.0, 0.5, 1.5, 15.0};
+  const Index n = hessian_.rows();
+  MatrixXd hessian(n, n);
+  for (Index k = 0; k < n; ++k) {
+    hessian.col(k) = joined(hessian_product(*objective_, looser, parted(VectorXd::Unit(n, k))));
+  }
+  const VectorXd exact = hessian.llt().solve(MatrixXd::Identity(n, n)).diagonal();
+  UncertaintyOptions options;
+  options.samples = 48;
+  options.steps = static_cast<int>(n);
+  options.pooling = 0.0;
+  const Uncertainty found = estimate_uncertainty(*objective_, looser, {}, options, 5);
+  constexpr double chance = 0.35;  // of 48 samples in the worst voxel
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    const auto at = static_cast<Index>(i);
+    EXPECT_NEAR(found.log_kappa_std[i] / std::sqrt(exact[at]), 1.0, chance);
+    EXPECT_NEAR(found.log_mu_std[i] / std::sqrt(exact[n / 2 + at]), 1.0, chance);
+  }
+}
+
+TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
+  UncertaintyOptions options;
+  options.samples = 1;
+  options.steps = 1;
+  const auto weights = [&](const FittedRoughness& fitted) {
+    return estimate_uncertainty(*objective_, prior, fitted, options, 5).report.prior;
+  };
+  const Prior smooth = weights({0.0, 0.0});
+  EXPECT_EQ(smooth.kappa_weight, prior.kappa_weight);
+  EXPECT_EQ(smooth.mu_weight, prior.kappa_weight / 9.0);  // absorbers vary more than scatterers
+  const Prior rough = weights({100.0, 0.0});
+  const Prior rougher = weights({200.0, 1e4});
+  EXPECT_LT(rough.kappa_weight, prior.kappa_weight);
+  EXPECT_NEAR(rough.kappa_weight, 2.0 * rougher.kappa_weight, 1e-9);
+  EXPECT_LT(rougher.mu_weight, rougher.kappa_weight / 9.0);
+}
+
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
   const std::vector<LayerUncertainty> layers{{0.5, 0.02, 0.1, 0.99, 0.95, 0.1},
                                              {1.5, 0.1, 0.5, 0.9, 0.6, -0.2},
