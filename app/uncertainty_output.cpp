@@ -56,12 +56,15 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
                       {"mu_resolution", layer.mu_resolution},
                       {"correlation", layer.correlation}});
   }
-  return {{"sentence", report.sentence},
-          {"batched_solves", report.solves},
-          {"seconds", report.seconds},
-          {"unfinished", report.unfinished},
-          {"prior_weight", {{"kappa", report.prior.kappa_weight}, {"mu", report.prior.mu_weight}}},
-          {"layers", layers}};
+  nlohmann::ordered_json json{{"sentence", report.sentence},
+                              {"batched_solves", report.solves},
+                              {"seconds", report.seconds},
+                              {"unfinished", report.unfinished},
+                              {"layers", layers}};
+  if (report.prior) {
+    json["prior_weight"] = {{"kappa", report.prior->kappa_weight}, {"mu", report.prior->mu_weight}};
+  }
+  return json;
 }
 
 }  // namespace kappamu::app

@@ -51,7 +51,7 @@ struct LayerUncertainty {
 struct UncertaintyReport {
   std::vector<LayerUncertainty> layers;  ///< from the seen face down
   std::string sentence;                  ///< the layers in words: where the data say what
-  Prior prior;                           ///< that the deviations take for granted
+  std::optional<Prior> prior;            ///< taken for granted; of a volume alone
   int solves = 0;                        ///< batched ones that this cost
   double seconds = 0.0;
   double unfinished = 0.0;  ///< InverseDiagonal::unfinished

@@ -229,7 +229,7 @@ TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
   options.samples = 1;
   options.steps = 1;
   const auto weights = [&](const FittedRoughness& fitted) {
-    return estimate_uncertainty(*objective_, prior, fitted, options, 5).report.prior;
+    return *estimate_uncertainty(*objective_, prior, fitted, options, 5).report.prior;
   };
   const Prior smooth = weights({0.0, 0.0});
   EXPECT_EQ(smooth.kappa_weight, prior.kappa_weight);
