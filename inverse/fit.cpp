@@ -98,7 +98,7 @@ void ChannelRun::begin() {
   };
   if (options_.correct_grid) {
     objective_->refresh_correction(refinement(), fields());
-    start = fit_homogeneous(*objective_, options_.start);
+    start = refit_homogeneous(*objective_, start);
     objective_->refresh_correction(refinement(), fields());
   }
   state_.correction = objective_->correction();

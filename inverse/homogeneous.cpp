@@ -2,7 +2,6 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -25,9 +24,11 @@ constexpr int max_iterations = 25;
 /// wax, skin and juices lie within two spreads (Jensen et al. 2001, table 1).
 constexpr double expected_absorption = 3e-3;
 constexpr double absorption_spread = 2.0;
-/// Best guesses of the table from which a descent starts.
-constexpr std::size_t starts = 3;
+/// Largest last step [log units] of what leads to the end, and there.
+constexpr double interim_tolerance = 2e-2;
 constexpr double step_tolerance = 1e-3;
+/// A step that keeps less of its promise asks for a fresh Jacobian.
+constexpr double trusted = 0.25;
 
 struct Residuals {
   Eigen::VectorXd value;  ///< weighted
@@ -54,13 +55,9 @@ class LogResidual {
   }
 
   Residuals operator()(const Eigen::Vector2d& p) {
-    ++evaluations;
     const Problem& problem = objective_.problem();
-    const std::size_t cells = problem.setup.shape.cells();
     Residuals r;
-    const double misfit =
-        objective_.value({std::vector<double>(cells, p[0]), std::vector<double>(cells, p[1])});
-    if (!std::isfinite(misfit)) return r;
+    if (!std::isfinite(objective_.value(even(p)))) return r;
     const std::vector<double> prediction = objective_.prediction();
     r.value.resize(static_cast<Eigen::Index>(used_.size()));
     for (std::size_t k = 0; k < used_.size(); ++k) {
@@ -72,6 +69,26 @@ class LogResidual {
     return r;
   }
 
+  /// By log κ and log μ at p; empty where the solver fails. Two tangent solves, and one more where
+  /// p is not what was evaluated last.
+  Eigen::MatrixXd jacobian(const Eigen::Vector2d& p) {
+    const Problem& problem = objective_.problem();
+    if (!std::isfinite(objective_.value(even(p)))) return {};
+    const std::vector<double> prediction = objective_.prediction();
+    Eigen::MatrixXd result(static_cast<Eigen::Index>(used_.size()), 2);
+    for (int unknown = 0; unknown < 2; ++unknown) {
+      const std::vector<double> change = objective_.jacobian(even(Eigen::Vector2d::Unit(unknown)));
+      for (std::size_t k = 0; k < used_.size(); ++k) {
+        const std::size_t i = used_[k];
+        const bool seen = prediction[i] > darkest_ratio * problem.data[i];
+        result(static_cast<Eigen::Index>(k), unknown) =
+            seen ? root_weight_[k] * change[i] / (std::sqrt(problem.weight[i]) * prediction[i])
+                 : 0.0;
+      }
+    }
+    return result;
+  }
+
   double root_mean_square(double square) const {
     double sum = 0.0;
     for (const double w : root_weight_) sum += w * w;
@@ -81,9 +98,13 @@ class LogResidual {
   /// What one pattern contributes on average to `square`.
   double per_pattern(double square) const { return square / objective_.problem().patterns; }
 
-  int evaluations = 0;
-
  private:
+  /// Fields that are p everywhere.
+  CoefficientPair even(const Eigen::Vector2d& p) const {
+    const std::size_t cells = objective_.problem().setup.shape.cells();
+    return {std::vector<double>(cells, p[0]), std::vector<double>(cells, p[1])};
+  }
+
   Objective& objective_;
   std::vector<std::size_t> used_;
   std::vector<double> root_weight_;
@@ -103,6 +124,7 @@ struct AbsorptionPrior {
 struct Point {
   Eigen::Vector2d p = Eigen::Vector2d::Zero();  ///< log κ, log μ
   Residuals at;
+  Eigen::MatrixXd jacobian;  ///< [used][2] of the residuals; empty before it is known
   bool converged = false;
 };
 
@@ -110,76 +132,89 @@ double cost(const Point& point, const AbsorptionPrior& prior) {
   return point.at.square + std::pow(prior.residual(point.p), 2);
 }
 
-/// Levenberg-Marquardt from `point`.
-Point descend(LogResidual& residual, const AbsorptionPrior& prior, Point point) {
+/// Levenberg-Marquardt from `point`, which keeps its Jacobian: Broyden's update makes it good for
+/// the next step, and a fresh one costs two solves only where a step disappoints.
+Point descend(LogResidual& residual, const AbsorptionPrior& prior, Point point, double tolerance) {
   double damping = 1e-2;
   point.converged = false;
-  for (int iteration = 0; iteration < max_iterations && !point.converged; ++iteration) {
-    constexpr double difference = 1e-2;
-    Eigen::MatrixXd jacobian(point.at.value.size(), 2);
-    for (int k = 0; k < 2; ++k) {
-      Eigen::Vector2d moved = point.p;
-      moved[k] += difference;
-      const Residuals r = residual(moved);
-      if (r.value.size() != point.at.value.size()) return point;  // the solver's range ends here
-      jacobian.col(k) = (r.value - point.at.value) / difference;
+  bool fresh = false;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    if (point.jacobian.size() == 0) {
+      point.jacobian = residual.jacobian(point.p);
+      fresh = true;
+      if (point.jacobian.size() == 0) return point;  // the solver's range ends here
     }
     const Eigen::Vector2d along = Eigen::Vector2d::Constant(prior.root());
-    const Eigen::Matrix2d normal = jacobian.transpose() * jacobian + along * along.transpose();
+    const Eigen::Matrix2d normal =
+        point.jacobian.transpose() * point.jacobian + along * along.transpose();
     const Eigen::Vector2d slope =
-        jacobian.transpose() * point.at.value + along * prior.residual(point.p);
-    bool lower = false;
-    for (int attempt = 0; attempt < 8 && !lower; ++attempt) {
-      Eigen::Matrix2d damped = normal;
-      damped.diagonal() +=
-          damping * normal.diagonal() + Eigen::Vector2d::Constant(1e-9 * normal.trace());
-      Eigen::Vector2d step = -damped.ldlt().solve(slope);
-      step = step.cwiseMax(-1.5).cwiseMin(1.5);
-      point.converged = step.cwiseAbs().maxCoeff() < step_tolerance;
-      if (point.converged) break;
-      Point next{point.p + step, residual(point.p + step), false};
-      lower = cost(next, prior) < cost(point, prior);
-      if (lower) {
-        point = std::move(next);
-        damping = std::max(1e-6, 0.2 * damping);
-      } else {
-        damping *= 8.0;
-      }
+        point.jacobian.transpose() * point.at.value + along * prior.residual(point.p);
+    Eigen::Matrix2d damped = normal;
+    damped.diagonal() +=
+        damping * normal.diagonal() + Eigen::Vector2d::Constant(1e-9 * normal.trace());
+    const Eigen::Vector2d step = (-damped.ldlt().solve(slope)).cwiseMax(-1.5).cwiseMin(1.5);
+    point.converged = step.cwiseAbs().maxCoeff() < tolerance;
+    if (point.converged) return point;
+    Point next{point.p + step, residual(point.p + step), {}, false};
+    const double promised = -(2.0 * slope.dot(step) + step.dot(normal * step));
+    const double gain = cost(point, prior) - cost(next, prior);
+    const bool poor = gain < trusted * promised;
+    if (gain > 0.0) {
+      const Eigen::VectorXd surprise = next.at.value - point.at.value - point.jacobian * step;
+      next.jacobian = std::move(point.jacobian);
+      next.jacobian += surprise / step.squaredNorm() * step.transpose();
+      point = std::move(next);
+      damping = std::max(1e-6, 0.2 * damping);
+    } else {
+      damping *= 8.0;
     }
-    if (!lower) break;
+    if (poor && (gain > 0.0 || !fresh)) point.jacobian.resize(0, 0);
+    fresh = fresh && gain <= 0.0;
   }
   return point;
 }
 
-/// The best of a table that spans marble to milk to wax at any size of block, best first, and last
-/// `own`, where the solver gets along with it.
+/// The best of a table that spans marble to milk to wax at any size of block, and `own`, where the
+/// solver gets along with it.
 std::vector<Point> best_guesses(LogResidual& residual, double thickness,
                                 const std::optional<HomogeneousGuess>& own) {
-  std::vector<Point> guesses;
   const auto at = [&](double kappa, double mu) {
     const Eigen::Vector2d p(std::log(kappa), std::log(mu));
-    return Point{p, residual(p), false};
+    return Point{p, residual(p), {}, false};
   };
-  for (const double kappa : {0.005, 0.02, 0.08, 0.3}) {
-    for (const double attenuation : {0.1, 0.5, 2.0, 6.0}) {
+  std::vector<Point> guesses;
+  const auto offer = [&](Point guess) {
+    if (std::isfinite(guess.at.square)) guesses.push_back(std::move(guess));
+  };
+  for (const double kappa : {0.02, 0.1}) {
+    for (const double attenuation : {0.3, 1.0, 3.0}) {
       // The second guess is the thickness in diffusion lengths, √(μ/κ) ℓ.
-      const double mu = attenuation * attenuation * kappa;
-      if (3.0 * kappa * mu >= 0.5) continue;  // hardly scatters: no diffusion
-      Point guess = at(kappa * thickness, mu / thickness);
-      if (std::isfinite(guess.at.square)) guesses.push_back(std::move(guess));
+      offer(at(kappa * thickness, attenuation * attenuation * kappa / thickness));
     }
   }
-  std::stable_sort(guesses.begin(), guesses.end(),
-                   [](const Point& a, const Point& b) { return a.at.square < b.at.square; });
-  guesses.resize(std::min(guesses.size(), starts));
-  if (own) {
-    Point guess = at(own->kappa, own->mu);
-    if (std::isfinite(guess.at.square)) guesses.push_back(std::move(guess));
-  }
+  const auto best =
+      std::min_element(guesses.begin(), guesses.end(),
+                       [](const Point& a, const Point& b) { return a.at.square < b.at.square; });
+  if (best != guesses.end()) guesses = {Point(*best)};
+  if (own) offer(at(own->kappa, own->mu));
   if (guesses.empty()) {
     throw InputError("the diffusion solver converges for none of the homogeneous starting guesses");
   }
   return guesses;
+}
+
+/// The end of a descent from `best`. The residuals that remain are the block's structure, common to
+/// the pixels of a pattern: the prior weighs what one pattern's residuals do, as the last descent
+/// left them; of exactly homogeneous data nothing is left, and the prior vanishes.
+HomogeneousFit settle(LogResidual& residual, Point best) {
+  const AbsorptionPrior prior{residual.per_pattern(best.at.square)};
+  const Point end = descend(residual, prior, std::move(best), step_tolerance);
+  HomogeneousFit fit;
+  fit.kappa = std::exp(end.p[0]);
+  fit.mu = std::exp(end.p[1]);
+  fit.log_residual = residual.root_mean_square(end.at.square);
+  fit.converged = end.converged;
+  return fit;
 }
 
 }  // namespace
@@ -188,27 +223,20 @@ HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<Homogen
   LogResidual residual(objective);
   const forward::GridSetup& setup = objective.problem().setup;
   const double thickness = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
-
   std::vector<Point> guesses = best_guesses(residual, thickness, guess);
-  // The residuals that remain are the block's structure, common to the pixels of a pattern: the
-  // prior weighs what one pattern's residuals do. First as they are at the best guess, then as the
-  // descent leaves them: of exactly homogeneous data nothing is left, and the prior vanishes.
-  AbsorptionPrior prior{residual.per_pattern(guesses.front().at.square)};
+  const AbsorptionPrior prior{residual.per_pattern(guesses.front().at.square)};
   std::optional<Point> best;
   for (Point& start : guesses) {
-    Point found = descend(residual, prior, std::move(start));
+    Point found = descend(residual, prior, std::move(start), interim_tolerance);
     if (!best || cost(found, prior) < cost(*best, prior)) best = std::move(found);
   }
-  prior.weight = residual.per_pattern(best->at.square);
-  const Point end = descend(residual, prior, std::move(*best));
+  return settle(residual, std::move(*best));
+}
 
-  HomogeneousFit fit;
-  fit.kappa = std::exp(end.p[0]);
-  fit.mu = std::exp(end.p[1]);
-  fit.log_residual = residual.root_mean_square(end.at.square);
-  fit.evaluations = residual.evaluations;
-  fit.converged = end.converged;
-  return fit;
+HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from) {
+  LogResidual residual(objective);
+  const Eigen::Vector2d p(std::log(from.kappa), std::log(from.mu));
+  return settle(residual, {p, residual(p), {}, false});
 }
 
 }  // namespace kappamu::inverse

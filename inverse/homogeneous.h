@@ -17,12 +17,11 @@ struct HomogeneousFit {
   double kappa = 0.0;         ///< [mm]
   double mu = 0.0;            ///< [1/mm]
   double log_residual = 0.0;  ///< root mean square of log M − log d over the data used
-  int evaluations = 0;        ///< batched forward solves
   bool converged = false;
 };
 
 /// Levenberg-Marquardt on log M − log d over the data above three standard deviations, from the
-/// best three of a table of guesses that spans marble to milk to wax at any size of block, and from
+/// best of a table of guesses that spans marble to milk to wax at any size of block, and from
 /// `guess`: one that is off by 100 times then costs its descent and nothing else. The logarithm
 /// makes all guesses, however far off, slope towards the solution. A thin block that hardly absorbs
 /// does not tell μ, and one with structure may seem to absorb nothing: a weak prior on the absorbed
@@ -30,5 +29,8 @@ struct HomogeneousFit {
 /// no datum stands above its noise.
 HomogeneousFit fit_homogeneous(Objective& objective,
                                const std::optional<HomogeneousGuess>& guess = std::nullopt);
+
+/// The same from where `from`, a fit to the same data with another correction, ended.
+HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from);
 
 }  // namespace kappamu::inverse

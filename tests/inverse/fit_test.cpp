@@ -47,8 +47,13 @@ TEST_P(HomogeneousStart, FindsBothCoefficientsWithoutAGuess) {
   const Refinement finer = refine(problem);
   Objective objective(std::move(problem), {});
   HomogeneousFit fit = fit_homogeneous(objective);
+  constexpr int table_and_descent = 35;
+  EXPECT_LT(objective.solves().total(), table_and_descent);
   objective.refresh_correction(finer, homogeneous(block.grid, fit.kappa, fit.mu));
-  fit = fit_homogeneous(objective);
+  const int before = objective.solves().total();
+  fit = refit_homogeneous(objective, fit);
+  constexpr int few_steps = 12;
+  EXPECT_LT(objective.solves().total() - before, few_steps);
   EXPECT_TRUE(fit.converged);
   // Noise of 1 % on 4096 data moves the two parameters by far less.
   constexpr double two_percent = 0.02;
