@@ -166,11 +166,11 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
       shown = gray_code_lattice(session.projector);
       seen = read_gray_codes(session, shown, planes, result);
     }
-    joint = adjust_jointly({views, shots.board, shown, seen}, result.camera,
-                           calibrate_projector(result.camera.lens, shots.board, shown, seen,
-                                               session.projector.width, session.projector.height));
-    result.camera = joint.camera;
-    result.projector = joint.projector;
+    result.projector = calibrate_projector(result.camera.lens, shots.board, shown, seen,
+                                           session.projector.width, session.projector.height);
+    // For the uncertainty alone: a projector's lens model that is too simple would reach the
+    // camera.
+    joint = adjust_jointly({views, shots.board, shown, seen}, result.camera, result.projector);
     if (coded) {
       result.gray_code_check_px =
           projected_board_rms(result.camera.lens, result.projector, board, planes);

@@ -31,14 +31,14 @@ struct GrayCodeView {
 
 struct CalibrationResult {
   capture::Radiometry radiometry;  ///< of the camera, for merging stacks
-  CameraCalibration camera;        ///< adjusted together with the projector (joint.h)
+  CameraCalibration camera;
   /// Across the camera's frame, at the sample's distance from the pattern station.
   ProjectionUncertainty camera_uncertainty;
   /// From the Gray codes where every plane has one, else from the projected chessboards.
   ProjectorCalibration projector;
   /// Of the projector pixel that lights a corner of the lit face, per coordinate, the worst
   /// corner's: what camera, projector and planes leave uncertain together (joint.h), without the
-  /// sample's pose.
+  /// sample's pose. `camera` and `projector` are the sequential estimates (docs/calibration.md).
   double projector_deviation_px = 0.0;
   std::vector<GrayCodeView> gray_code;
   /// Of the projected chessboards' corners under a projector calibrated from Gray codes, distance
