@@ -28,8 +28,6 @@ constexpr int enough_voxels = 8;
 constexpr double nearly_even = 0.1;
 constexpr std::array<double, 5> usual_etas{1.3, 1.33, 1.4, 1.5, 1.6};
 constexpr double same_eta = 0.015;
-/// χ² per datum of a short fit with another eta beyond which a full one will not explain the data.
-constexpr double hopeless_chi2 = 2.0;
 
 double quadrature(double a, double b) {
   return deviations * std::hypot(a, b);
@@ -52,37 +50,23 @@ Grid suitable_grid(const Problem& problem, const ModelError& model_error) {
 }
 
 /// With the grid's own error corrected where the fit ends.
-ExposureFit fit_corrected(const Grid& grid, double eta, ExposureFit fit,
-                          const ModelError& model_error, const Backend& backend, SolveCount& solves,
-                          std::vector<double>* correction = nullptr) {
+ExposureFit fit_corrected(const Grid& grid, double eta, LayeredMedium start,
+                          const ModelError& model_error, const Backend& backend,
+                          SolveCount& solves) {
   Problem problem = grid.problem;
   Refinement finer = grid.finer;
   problem.setup.eta = eta;
   finer.setup.eta = eta;
   const int axis = axis_of(problem.setup.lit_face);
   Objective objective(std::move(problem), backend);
+  ExposureFit fit;
   for (int k = 0; k < 2; ++k) {
-    objective.refresh_correction(finer,
-                                 to_fields(fit.medium, objective.problem().setup.shape, axis));
-    fit = fit_exposure(objective, fit, model_error);
+    objective.refresh_correction(finer, to_fields(start, objective.problem().setup.shape, axis));
+    fit = fit_exposure(objective, start, model_error);
+    start = fit.medium;
   }
   solves.add(objective.solves());
-  if (correction != nullptr) *correction = objective.correction();
   return fit;
-}
-
-/// Whether `eta` might explain the data: without a correction of its own, which hardly depends on
-/// it.
-bool is_worth_a_fit(const Grid& grid, double eta, const ExposureFit& near,
-                    const std::vector<double>& correction, const ModelError& model_error,
-                    const Backend& backend, SolveCount& solves) {
-  Problem problem = grid.problem;
-  problem.setup.eta = eta;
-  Objective objective(std::move(problem), backend);
-  objective.set_correction(correction);
-  const double chi2 = fit_exposure_nearby(objective, near, model_error).chi2_per_datum;
-  solves.add(objective.solves());
-  return chi2 < hopeless_chi2;
 }
 
 /// The axes of a face's arrays [v][u] (docs/conventions.md).
@@ -141,12 +125,9 @@ Consistency judge(const Problem& problem, double kappa, double mu, const ModelEr
                   const Backend& backend) {
   Consistency result;
   const Grid grid = suitable_grid(problem, model_error);
-  ExposureFit start;
-  start.medium = {{0}, {std::log(kappa)}, {std::log(mu)}};
+  const LayeredMedium start{{0}, {std::log(kappa)}, {std::log(mu)}};
   const double eta = problem.setup.eta;
-  std::vector<double> correction;
-  const ExposureFit fit =
-      fit_corrected(grid, eta, start, model_error, backend, result.solves, &correction);
+  const ExposureFit fit = fit_corrected(grid, eta, start, model_error, backend, result.solves);
   const double voxels = grid.problem.setup.shape.voxel_mm / problem.setup.shape.voxel_mm;
   result.judged = true;
   result.explained = fit.explains;
@@ -161,10 +142,8 @@ Consistency judge(const Problem& problem, double kappa, double mu, const ModelEr
   double best = 0.0;
   for (const double other : usual_etas) {
     if (std::abs(other - eta) < same_eta) continue;
-    if (!is_worth_a_fit(grid, other, fit, correction, model_error, backend, result.solves)) {
-      continue;
-    }
-    const ExposureFit tried = fit_corrected(grid, other, fit, model_error, backend, result.solves);
+    const ExposureFit tried =
+        fit_corrected(grid, other, fit.medium, model_error, backend, result.solves);
     const bool right = tried.explains && std::abs(tried.log_scale.value) <=
                                              quadrature(tried.log_scale.error, calibration_spread);
     if (!right || (result.other_eta && tried.chi2_per_datum >= best)) continue;

@@ -16,13 +16,7 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr int max_steps = 20;
-constexpr int steps_nearby = 2;
 constexpr double step_tolerance = 2e-3;
-/// A step that promises less of the cost moves nothing by more than 0.3 of its standard error.
-constexpr double negligible = 0.1;
-/// Where structure, common to many data, makes the spread, this share of it is as good: log μ may
-/// then go on falling for many steps that tell scale and shift nothing.
-constexpr double negligible_share = 1e-3;
 constexpr double tolerated_misfit = 0.05;
 /// Where it starts, and what no fit goes below.
 constexpr double usual_heterogeneity = 0.3;
@@ -41,11 +35,11 @@ constexpr double largest_shift = 0.25;  ///< of the face's extent
 
 class Exposure {
  public:
-  Exposure(Objective& objective, const ExposureFit& start)
+  Exposure(Objective& objective, const LayeredMedium& start)
       : objective_(objective),
         face_(objective.problem().seen_shape()),
-        first_(start.medium.first),
-        layers_(static_cast<Eigen::Index>(start.medium.first.size())),
+        first_(start.first),
+        layers_(static_cast<Eigen::Index>(start.first.size())),
         p_(Eigen::VectorXd::Zero(2 * layers_ + 3)) {
     const Problem& problem = objective.problem();
     for (std::size_t i = 0; i < problem.data.size(); ++i) {
@@ -57,31 +51,22 @@ class Exposure {
       noise_.push_back(1.0 / (w * d * d));
     }
     if (used_.empty()) throw InputError("no datum stands three standard deviations above zero");
-    p_.head(layers_) = Eigen::Map<const Eigen::VectorXd>(start.medium.log_kappa.data(), layers_);
-    p_.segment(layers_, layers_) =
-        Eigen::Map<const Eigen::VectorXd>(start.medium.log_mu.data(), layers_);
-    p_.tail(3) << start.log_scale.value, start.shift_u.value, start.shift_v.value;
+    p_.head(layers_) = Eigen::Map<const Eigen::VectorXd>(start.log_kappa.data(), layers_);
+    p_.segment(layers_, layers_) = Eigen::Map<const Eigen::VectorXd>(start.log_mu.data(), layers_);
     anchor_ = absorption(p_);
   }
 
-  /// With `slopes` of a point nearby, or its own where there are none.
-  ExposureFit run(const ModelError& model_error, int most,
-                  std::vector<std::vector<double>> slopes) {
+  ExposureFit run(const ModelError& model_error) {
     ExposureFit fit;
     Eigen::VectorXd residual;
     if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at the start");
-    slopes_ = std::move(slopes);
-    const bool own_slopes = slopes_.empty();
-    if (own_slopes) differentiate_medium();
     double damping = 1e-2;
-    for (int step = 0; step < most && !fit.converged; ++step) {
+    for (int step = 0; step < max_steps && !fit.converged; ++step) {
       weigh_anew(residual);
       differentiate();
       const Eigen::MatrixXd normal = hessian();
       const Eigen::VectorXd slope = -gradient(residual);
       const double cost = cost_of(p_, residual);
-      const double enough =
-          negligible + negligible_share * heterogeneity_ * heterogeneity_ * weight_.sum();
       bool lower = false;
       for (int attempt = 0; attempt < 8 && !lower; ++attempt) {
         Eigen::MatrixXd damped = normal;
@@ -89,7 +74,7 @@ class Exposure {
         Eigen::VectorXd move = damped.ldlt().solve(slope);
         const double largest = move.cwiseAbs().maxCoeff();
         if (largest > longest_step) move *= longest_step / largest;
-        fit.converged = largest < step_tolerance || slope.dot(move) < enough;
+        fit.converged = largest < step_tolerance;
         if (fit.converged) break;
         Eigen::VectorXd next_residual;
         const Eigen::VectorXd next = bounded(p_ + move);
@@ -100,11 +85,6 @@ class Exposure {
           damping = std::max(1e-6, 0.2 * damping);
         } else {
           damping *= 8.0;
-          if (attempt == 0 && own_slopes) {
-            // Perhaps it is the old Jacobian that promised too much.
-            evaluate(p_, residual);
-            differentiate_medium();
-          }
         }
       }
       if (!lower) break;
@@ -198,12 +178,15 @@ class Exposure {
     }
   }
 
-  /// Of the logarithm of the prediction by log κ and log μ of the layers, where evaluate() was
-  /// last: two solves per layer. It changes little on the way to the end, and is kept.
-  void differentiate_medium() {
+  void differentiate() {
+    // Back to p_, which is not always where evaluate() was last.
+    Eigen::VectorXd here;
+    evaluate(p_, here);
     const Problem& problem = objective_.problem();
     const std::vector<double> prediction = objective_.prediction();
-    slopes_.clear();
+    const double du = p_[2 * layers_ + 1];
+    const double dv = p_[2 * layers_ + 2];
+    jacobian_.resize(static_cast<Eigen::Index>(used_.size()), p_.size());
     for (Eigen::Index k = 0; k < 2 * layers_; ++k) {
       Eigen::VectorXd unit = Eigen::VectorXd::Zero(p_.size());
       unit[k] = 1.0;
@@ -212,19 +195,8 @@ class Exposure {
         const double scale = std::sqrt(problem.weight[i]) * prediction[i];
         change[i] = scale > 0.0 ? change[i] / scale : 0.0;
       }
-      slopes_.push_back(std::move(change));
-    }
-  }
-
-  /// At p_, where evaluate() was last accepted.
-  void differentiate() {
-    const double du = p_[2 * layers_ + 1];
-    const double dv = p_[2 * layers_ + 2];
-    jacobian_.resize(static_cast<Eigen::Index>(used_.size()), p_.size());
-    for (Eigen::Index k = 0; k < 2 * layers_; ++k) {
       for (std::size_t i = 0; i < used_.size(); ++i) {
-        jacobian_(static_cast<Eigen::Index>(i), k) =
-            shifted(slopes_[static_cast<std::size_t>(k)], used_[i], du, dv);
+        jacobian_(static_cast<Eigen::Index>(i), k) = shifted(change, used_[i], du, dv);
       }
     }
     constexpr double half = 0.5;
@@ -306,7 +278,6 @@ class Exposure {
     fit.chi2_per_datum = evidence.chi2_per_datum;
     fit.coherent = evidence.coherent();
     fit.explains = not_rejected(evidence, tolerated_misfit);
-    fit.slopes = std::move(slopes_);
   }
 
   Objective& objective_;
@@ -317,9 +288,8 @@ class Exposure {
   double anchor_ = 0.0;
   std::vector<std::size_t> used_;
   std::vector<double> log_data_;
-  std::vector<double> noise_;                ///< variance of log data
-  std::vector<double> log_map_;              ///< of the last evaluate()
-  std::vector<std::vector<double>> slopes_;  ///< of it by log κ and log μ of the layers
+  std::vector<double> noise_;  ///< variance of log data
+  std::vector<double> log_map_;
   double heterogeneity_ = usual_heterogeneity;
   Eigen::VectorXd weight_;
   Eigen::MatrixXd jacobian_;
@@ -327,15 +297,10 @@ class Exposure {
 
 }  // namespace
 
-ExposureFit fit_exposure(Objective& objective, const ExposureFit& start,
+ExposureFit fit_exposure(Objective& objective, const LayeredMedium& start,
                          const ModelError& model_error) {
   check(objective.problem().patterns >= 2, "errors between patterns need two of them");
-  return Exposure(objective, start).run(model_error, max_steps, {});
-}
-
-ExposureFit fit_exposure_nearby(Objective& objective, const ExposureFit& near,
-                                const ModelError& model_error) {
-  return Exposure(objective, near).run(model_error, steps_nearby, near.slopes);
+  return Exposure(objective, start).run(model_error);
 }
 
 }  // namespace kappamu::inverse

@@ -26,20 +26,13 @@ struct ExposureFit {
   double coherent = 0.0;        ///< as in model_evidence.h
   bool explains = false;        ///< the data, to their noise
   bool converged = false;
-  /// ∂ log prediction/∂(log κ, log μ) of the layers, [2 layers][M][v][u], of some point on the way.
-  std::vector<std::vector<double>> slopes;
 };
 
 /// Levenberg-Marquardt on the logarithms of the data that stand above their noise, each with the
-/// heterogeneity added to its spread, from the medium, scale and shift of `start`. Errors are those
-/// between patterns (Huber's sandwich): light through other parts of a structured block tells
-/// another scale. Needs two patterns. Uses the objective's correction.
-ExposureFit fit_exposure(Objective& objective, const ExposureFit& start,
+/// heterogeneity added to its spread, from `start`. Errors are those between patterns (Huber's
+/// sandwich): light through other parts of a structured block tells another scale. Needs two
+/// patterns. Uses the objective's correction.
+ExposureFit fit_exposure(Objective& objective, const LayeredMedium& start,
                          const ModelError& model_error);
-
-/// Two steps from `near`, with its slopes, for the objective of another eta: what a full fit would
-/// be worth, in three solves.
-ExposureFit fit_exposure_nearby(Objective& objective, const ExposureFit& near,
-                                const ModelError& model_error);
 
 }  // namespace kappamu::inverse
