@@ -47,7 +47,7 @@ TEST_P(HomogeneousStart, FindsBothCoefficientsWithoutAGuess) {
   const Refinement finer = refine(problem);
   Objective objective(std::move(problem), {});
   HomogeneousFit fit = fit_homogeneous(objective);
-  constexpr int table_and_descent = 35;
+  constexpr int table_and_descent = 50;
   EXPECT_LT(objective.solves().total(), table_and_descent);
   objective.refresh_correction(finer, homogeneous(block.grid, fit.kappa, fit.mu));
   const int before = objective.solves().total();
