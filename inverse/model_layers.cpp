@@ -21,8 +21,8 @@ constexpr double trusted = 0.25;
 /// Transtrum & Sethna 2012), if by less than this share of its length.
 constexpr double kept_well = 0.75;
 constexpr double most_bend = 0.75;
-/// A step that promises less of χ² moves no unknown by more than 0.7 of its standard error.
-constexpr double negligible = 0.5;
+/// A step that promises less of χ² moves no unknown by more than 0.3 of its standard error.
+constexpr double negligible = 0.1;
 /// Far above the noise, where the model will be rejected anyway, this share of χ² is as good.
 constexpr double negligible_share = 2e-3;
 constexpr double layer_spread = 1.0;

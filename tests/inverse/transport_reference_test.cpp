@@ -93,7 +93,7 @@ TEST(TransportReference, InformedCoordinatesScoreBest) {
     if (way.coordinates == Coordinates::informed) {
       informed = patches;
     } else {
-      EXPECT_LT(informed, 0.5 * patches) << way.name;
+      EXPECT_LT(informed, 0.8 * patches) << way.name;
     }
   }
 }
