@@ -21,6 +21,10 @@ constexpr std::size_t least_blocks = 30;
 // Blocks fainter than this many of their standard deviations in the shorter frame say little of
 // gain.
 constexpr double least_signal_to_noise = 5.0;
+// Nor blocks whose pixels, in the shorter frame, are fainter than this many deviations of a dark
+// one: a recovered response is off there by a share of a code, whose error no number of blocks
+// averages out.
+constexpr double least_signal_to_dark_noise = 10.0;
 // Blocks nearer to saturation than this are left out: some of their pixels are cut.
 constexpr float near_saturation = 0.9F;
 // Error of a block that the noise model does not know: the response's bends, dust that moves.
@@ -86,6 +90,7 @@ std::vector<Equation> equations(const Blocks& shorter, const Blocks& longer,
                                 const NoiseModel& noise) {
   const auto ta = static_cast<float>(shorter.exposure_s);
   const auto tb = static_cast<float>(longer.exposure_s);
+  const double dark_noise = std::sqrt(noise.variance(0.0F));
   const auto radiance = [&](int column, int row) {
     return (shorter.at(column, row) + longer.at(column, row)) / (ta + tb);
   };
@@ -104,6 +109,7 @@ std::vector<Equation> equations(const Blocks& shorter, const Blocks& longer,
       // choice of blocks by it nor the gain multiplied with it is biased.
       const double mean = (in_shorter * b + in_longer * a) / (a + b);
       if (mean < least_signal_to_noise * std::sqrt(a)) continue;
+      if (mean * ta < least_signal_to_dark_noise * dark_noise) continue;
       const double floor = relative_floor * mean;
       Equation equation;
       equation.row = {mean, -dx, -dy};
