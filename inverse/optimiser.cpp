@@ -1,10 +1,15 @@
 #include "inverse/optimiser.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <numeric>
 #include <optional>
 #include <utility>
+#include <vector>
+
+#include "core/parallel.h"
 
 namespace kappamu::inverse {
 
@@ -13,18 +18,41 @@ namespace {
 /// Share of the promised decrease a step must keep (Armijo).
 constexpr double sufficient_decrease = 1e-4;
 
+/// Vectors are worked on in pieces of this length, on all cores where there are several: the same
+/// pieces and order of sums on any number of cores, hence the same bits.
+constexpr std::size_t piece = 65536;
+
+template <class Work>
+void for_pieces(std::size_t size, const Work& work) {
+  for_rows(static_cast<int>((size + piece - 1) / piece), [&](int row) {
+    const std::size_t begin = static_cast<std::size_t>(row) * piece;
+    work(static_cast<std::size_t>(row), begin, std::min(size, begin + piece));
+  });
+}
+
 template <class A, class B>
 double dot(const std::vector<A>& a, const std::vector<B>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    sum += static_cast<double>(a[i]) * static_cast<double>(b[i]);
-  }
-  return sum;
+  constexpr std::size_t lanes = 8;  // sums of their own, for vector registers
+  std::vector<double> sums((a.size() + piece - 1) / piece);
+  for_pieces(a.size(), [&](std::size_t row, std::size_t begin, std::size_t end) {
+    std::array<double, lanes> lane{};
+    std::size_t i = begin;
+    for (; i + lanes <= end; i += lanes) {
+      for (std::size_t k = 0; k < lanes; ++k) {
+        lane[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
+      }
+    }
+    for (; i < end; ++i) lane[0] += static_cast<double>(a[i]) * static_cast<double>(b[i]);
+    sums[row] = std::accumulate(lane.begin(), lane.end(), 0.0);
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 template <class T>
 void add_scaled(Vector& to, double factor, const std::vector<T>& term) {
-  for (std::size_t i = 0; i < to.size(); ++i) to[i] += factor * static_cast<double>(term[i]);
+  for_pieces(to.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) to[i] += factor * static_cast<double>(term[i]);
+  });
 }
 
 Vector negative(Vector v) {
@@ -58,23 +86,24 @@ Vector lbfgs_direction(const OptimiserState& state) {
   const std::size_t pairs = state.steps.size();
   const auto& changes = state.changes;
   std::vector<double> curvature(pairs);
-  for (std::size_t k = 0; k < pairs; ++k) curvature[k] = dot(state.steps[k], changes[k]);
-  const auto usable = [&](std::size_t k) {
-    return curvature[k] >
-           1e-10 * std::sqrt(dot(state.steps[k], state.steps[k]) * dot(changes[k], changes[k]));
-  };
+  std::vector<bool> usable(pairs);
+  for (std::size_t k = 0; k < pairs; ++k) {
+    curvature[k] = dot(state.steps[k], changes[k]);
+    usable[k] = curvature[k] > 1e-10 * std::sqrt(dot(state.steps[k], state.steps[k]) *
+                                                 dot(changes[k], changes[k]));
+  }
   Vector d = state.gradient;
   std::vector<double> alpha(pairs, 0.0);
   std::optional<double> scale;
   for (std::size_t k = pairs; k-- > 0;) {
-    if (!usable(k)) continue;
+    if (!usable[k]) continue;
     if (!scale) scale = curvature[k] / dot(changes[k], changes[k]);
     alpha[k] = dot(state.steps[k], d) / curvature[k];
     add_scaled(d, -alpha[k], changes[k]);
   }
   for (double& x : d) x *= scale.value_or(1.0);
   for (std::size_t k = 0; k < pairs; ++k) {
-    if (!usable(k)) continue;
+    if (!usable[k]) continue;
     add_scaled(d, alpha[k] - dot(changes[k], d) / curvature[k], state.steps[k]);
   }
   return negative(std::move(d));
