@@ -41,7 +41,7 @@ void run(Options& options, const Globals& globals) {
 
 constexpr const char* manual =
     "Time and true error of every method that solves the diffusion equation.\n\n"
-    "  kappamu bench forward -o out/bench                    all sections, about 15 minutes\n"
+    "  kappamu bench forward -o out/bench                    all sections, about half an hour\n"
     "  kappamu bench forward -o out/bench --section peers    one, merged with what is there\n"
     "  kappamu bench forward -o out/bench --quick            seconds, on toy grids\n\n"
     "SECTIONS. headline: 256x256x20 voxels, 16 light patterns, kappa of contrast 10 with\n"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Remakes every chart and table of docs/benchmarks.md on this machine: measures section by section into out/bench, then
-# renews docs/images/bench-*.png and the tables between the page's markers. About 15 minutes; leave the machine alone.
+# renews docs/images/bench-*.png and the tables between the page's markers. About half an hour; leave the machine alone.
 #   scripts/bench.sh [--quick|--small] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
 # (default: these); inverse, or inverse-optimisers, -scores, -patterns, -voxels, -montecarlo: fits; choices-weight,
 # -regulariser, -loss, -gains, -held-out: what a fit's choices gain; uncertainty: its deviations proved
