@@ -40,6 +40,13 @@ Vector signs(std::mt19937_64& engine, std::size_t count) {
   return values;
 }
 
+/// Variances at weight one, at the prior's own.
+CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
+  for (double& v : variance.log_kappa) v /= prior.kappa_weight;
+  for (double& v : variance.log_mu) v /= prior.mu_weight;
+  return variance;
+}
+
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
 /// Deviation of log μ over that of log κ between neighbours, where the data do not say: pigments
@@ -112,17 +119,6 @@ double memory_needed_mb(const UncertaintyOptions& options, const GridShape& shap
   const double per_voxel = 2.0 * (4.0 * options.steps + 8.0 * pairs_of_volumes) + 2.0 * 8.0 * batch;
   return options.samples == 0 ? 0.0 : per_voxel * static_cast<double>(shape.cells()) / 1048576.0;
 }
-
-namespace {
-
-/// Variances at weight one, at the prior's own.
-CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
-  for (double& v : variance.log_kappa) v /= prior.kappa_weight;
-  for (double& v : variance.log_mu) v /= prior.mu_weight;
-  return variance;
-}
-
-}  // namespace
 
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
   const double scale = shape.voxel_mm / prior.thickness_mm;

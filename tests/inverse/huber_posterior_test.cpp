@@ -14,6 +14,7 @@
 #include "inverse/fit_function.h"
 #include "inverse/uncertainty.h"
 #include "tests/inverse/inverse_cases.h"
+#include "tests/inverse/joined.h"
 
 namespace kappamu::inverse {
 namespace {
@@ -21,18 +22,6 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-CoefficientPair parted(const VectorXd& u) {
-  const auto cells = static_cast<std::ptrdiff_t>(u.size() / 2);
-  return {{u.begin(), u.begin() + cells}, {u.begin() + cells, u.end()}};
-}
-
-VectorXd joined(const CoefficientPair& fields) {
-  VectorXd u(static_cast<Index>(2 * fields.log_mu.size()));
-  std::copy(fields.log_mu.begin(), fields.log_mu.end(),
-            std::copy(fields.log_kappa.begin(), fields.log_kappa.end(), u.begin()));
-  return u;
-}
 
 /// A block of 6 × 4 × 3 voxels whose κ jumps by a factor of four half-way, under six patterns, at
 /// the minimum of ½ χ² + α R.

@@ -15,6 +15,7 @@
 #include "inverse/lateral_hessian.h"
 #include "inverse/roughness.h"
 #include "tests/inverse/inverse_cases.h"
+#include "tests/inverse/joined.h"
 #include "tests/sentence.h"
 
 namespace kappamu::inverse {
@@ -25,18 +26,6 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-CoefficientPair parted(const VectorXd& u) {
-  const auto cells = static_cast<std::ptrdiff_t>(u.size() / 2);
-  return {{u.begin(), u.begin() + cells}, {u.begin() + cells, u.end()}};
-}
-
-VectorXd joined(const CoefficientPair& fields) {
-  VectorXd u(static_cast<Index>(2 * fields.log_mu.size()));
-  std::copy(fields.log_mu.begin(), fields.log_mu.end(),
-            std::copy(fields.log_kappa.begin(), fields.log_kappa.end(), u.begin()));
-  return u;
-}
 
 /// A fitted block of 4 × 4 × 3 voxels under three random patterns, solved to rounding.
 class TinyPosterior : public ::testing::Test {
