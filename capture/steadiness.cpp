@@ -10,6 +10,7 @@
 
 #include "capture/frame_reader.h"
 #include "capture/noise_model.h"
+#include "core/median.h"
 
 namespace kappamu::capture {
 namespace {
@@ -121,12 +122,6 @@ std::vector<Equation> equations(const Blocks& shorter, const Blocks& longer,
   return found;
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 struct Fit {
   Eigen::Vector3d found = Eigen::Vector3d::Zero();  // gain, shift x, shift y
   Eigen::Matrix3d covariance;
@@ -140,7 +135,7 @@ Fit fit(const std::vector<Equation>& all) {
     for (const Equation& e : all) {
       sizes.push_back(std::abs(e.difference - e.row.dot(fit.found)) * std::sqrt(e.weight));
     }
-    const double spread = std::max(1.0, median_of(sizes) / 0.6745);
+    const double spread = std::max(1.0, upper_median(sizes) / 0.6745);
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
     Eigen::Vector3d right = Eigen::Vector3d::Zero();
     for (std::size_t i = 0; i < all.size(); ++i) {
@@ -171,7 +166,7 @@ std::optional<Pair> compare(const Blocks& shorter, Blocks longer, const NoiseMod
     if (seen) logarithms.push_back(std::log(longer.signal[i] / shorter.signal[i]));
   }
   if (logarithms.size() < least_blocks) return std::nullopt;
-  longer.exposure_s = shorter.exposure_s * std::exp(median_of(std::move(logarithms)));
+  longer.exposure_s = shorter.exposure_s * std::exp(upper_median(std::move(logarithms)));
   Pair pair;
   constexpr int stretches = 3;
   for (int stretch = 0; stretch < stretches; ++stretch) {
@@ -199,9 +194,9 @@ void place_chain(const std::vector<std::size_t>& chain, const std::vector<Pair>&
     x.push_back(x.back() + step.shift[0]);
     y.push_back(y.back() + step.shift[1]);
   }
-  const double gain = median_of(gains);
-  const double middle_x = median_of(x);
-  const double middle_y = median_of(y);
+  const double gain = upper_median(gains);
+  const double middle_x = upper_median(x);
+  const double middle_y = upper_median(y);
   const auto middle =
       static_cast<std::size_t>(std::find(gains.begin(), gains.end(), gain) - gains.begin());
   for (std::size_t i = 0; i < chain.size(); ++i) {
@@ -257,7 +252,7 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
     if (radiances.size() < 2) continue;
     const bool alone = radiances.size() == 2;
     const double middle =
-        alone ? 0.5 * (radiances[0] + radiances[1]) : median_of(std::move(radiances));
+        alone ? 0.5 * (radiances[0] + radiances[1]) : upper_median(std::move(radiances));
     for (const Seen& one : seen) {
       if (!bright(one, middle)) continue;
       const double floor = changed_relative * std::abs(middle);
