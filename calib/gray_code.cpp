@@ -131,7 +131,7 @@ GrayCodeMap decode_gray_code(const std::vector<Image<float>>& frames,
   const Image<float>& black = frames[frames.size() - 1];
   const float brightest = *std::max_element(white.values().begin(), white.values().end());
   const std::array<int, 2> extent{projector.width, projector.height};
-  GrayCodeMap map{Image<std::uint16_t>(white.width(), white.height(), 2),
+  GrayCodeMap map{Image<float>(white.width(), white.height(), 2),
                   Image<float>(white.width(), white.height(), 1)};
   for (std::size_t k = 0; k < white.size(); ++k) {
     const double range = static_cast<double>(white.values()[k]) - black.values()[k];
@@ -140,19 +140,22 @@ GrayCodeMap decode_gray_code(const std::vector<Image<float>>& frames,
     bool inside = true;
     std::size_t frame = 0;
     for (std::size_t axis = 0; axis < 2; ++axis) {
-      int code = 0;
+      double code = 0.0;
       bool bit = false;  // Gray: each bit turns the one above it
       for (int b = bits_of(extent[axis]); b > 0; --b, frame += 2) {
         const double difference =
             static_cast<double>(frames[frame].values()[k]) - frames[frame + 1].values()[k];
-        weakest = std::min(weakest, std::abs(difference) < least_bit * brightest
-                                        ? 0.0
-                                        : std::abs(difference) / range);
+        const bool legible = std::abs(difference) >= least_bit * brightest;
+        if (b == 1 && !legible) {
+          code = 2.0 * code + 0.5;  // between the two pixels that only this bit tells apart
+          continue;
+        }
+        weakest = std::min(weakest, legible ? std::abs(difference) / range : 0.0);
         bit = bit != (difference > 0.0);
-        code = 2 * code + (bit ? 1 : 0);
+        code = 2.0 * code + (bit ? 1.0 : 0.0);
       }
       inside = inside && code < extent[axis];
-      map.pixel.values()[2 * k + axis] = static_cast<std::uint16_t>(code);
+      map.pixel.values()[2 * k + axis] = static_cast<float>(code);
     }
     if (inside) map.quality.values()[k] = static_cast<float>(weakest);
   }

@@ -12,9 +12,9 @@
 namespace kappamu::calib {
 
 struct GrayCodeMap {
-  Image<std::uint16_t> pixel;  ///< [y][x][2] projector column and row; valid where quality > 0
-  /// [y][x] contrast of the weakest bit: |pattern - inverse| over white - black, at most 1. 0 where
-  /// the code is not legible.
+  Image<float> pixel;  ///< [y][x][2] projector column and row; valid where quality > 0
+  /// [y][x] contrast of the weakest bit read: |pattern - inverse| over white - black, at most 1. 0
+  /// where the code is not legible.
   Image<float> quality;
 
   double legible_share() const;  ///< of all pixels
@@ -24,7 +24,9 @@ struct GrayCodeMap {
 /// scale. A pixel is legible where white exceeds black by 4 % of the brightest, every bit differs
 /// from its inverse by 2 % of it (OpenCV structured_light's rule with both thresholds at 5 of 255
 /// gives the same codes, tests/calib/gray_code_test.cpp), and the code lies in the projector's
-/// frame.
+/// frame. The finest bit of columns or rows may be illegible, as where the camera's pixels are as
+/// wide as the projector's: its edges run through the middle of the two pixels that it tells apart,
+/// and that is what such a pixel sees.
 GrayCodeMap decode_gray_code(const std::vector<Image<float>>& frames,
                              const capture::Projector& projector);
 

@@ -81,13 +81,10 @@ TEST(GrayCode, FramesAreThoseOfOpenCv) {
   }
 }
 
-TEST(GrayCode, PointsLieWhereTheProjectorThrowsThemAndCodesAreOpenCvs) {
-  synthetic::SimulationOptions options = synthetic::tiny_options();
-  const synthetic::Rig rig = synthetic::make_rig(options);
-  const Rigid& world_from_plane = rig.world_from_plane[2];
-  const std::vector<Image<float>> frames = photographs(rig, world_from_plane, 3);
+TEST(GrayCode, CodesAreOpenCvs) {
+  const synthetic::Rig rig = synthetic::make_rig(synthetic::tiny_options());
+  const std::vector<Image<float>> frames = photographs(rig, rig.world_from_plane[2], 3);
   const GrayCodeMap map = decode_gray_code(frames, rig.projector_size);
-
   const auto code = cv::structured_light::GrayCodePattern::create(rig.projector_size.width,
                                                                   rig.projector_size.height);
   code->setWhiteThreshold(5);
@@ -103,36 +100,48 @@ TEST(GrayCode, PointsLieWhereTheProjectorThrowsThemAndCodesAreOpenCvs) {
     for (int x = 0; x < map.quality.width(); x += 3) {
       cv::Point pixel;
       if (map.quality(x, y) <= 0.0F || code->getProjPixel(pictures, x, y, pixel)) continue;
+      const cv::Point2f ours(map.pixel(x, y, 0), map.pixel(x, y, 1));
+      // OpenCV reads bytes: what it takes for legible may not be so to us.
+      if (std::floor(ours.x) != ours.x || std::floor(ours.y) != ours.y) continue;
       ++compared;
-      different += pixel == cv::Point(map.pixel(x, y, 0), map.pixel(x, y, 1)) ? 0 : 1;
+      different += cv::Point2f(pixel) == ours ? 0 : 1;
     }
   }
   EXPECT_GT(compared, 2000);
   EXPECT_EQ(different, 0);
+}
 
+// On the second plane, tilted more, the finest bit is legible in half of the pixels only.
+TEST(GrayCode, PointsLieWhereTheProjectorThrowsThem) {
+  const synthetic::Rig rig = synthetic::make_rig(synthetic::tiny_options());
   const capture::ProjectedBoard lattice = gray_code_lattice(rig.projector_size);
-  const BoardCorners corners = gray_code_corners(map, lattice, "gray");
-  const Rigid projector_from_plane = rig.projector.projector_from_world * world_from_plane;
-  const Rigid camera_from_plane =
-      rig.world_from_camera.at(synthetic::front_station).inverse() * world_from_plane;
-  double sum = 0.0;
-  double largest = 0.0;
-  for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
-    const auto [i, j] = corners.place(k);
-    const Eigen::Vector2d shown(lattice.origin_px[0] + lattice.square_px * i,
-                                lattice.origin_px[1] + lattice.square_px * j);
-    const Eigen::Vector3d point = meet_plane(rig.projector.lens, projector_from_plane, shown);
-    const double miss =
-        (rig.camera_lens.project(camera_from_plane * point) - corners.pixels[k]).norm();
-    sum += miss * miss / static_cast<double>(corners.pixels.size());
-    largest = std::max(largest, miss);
+  for (const std::size_t p : {std::size_t{2}, std::size_t{3}}) {
+    const Rigid& world_from_plane = rig.world_from_plane[p];
+    const GrayCodeMap map =
+        decode_gray_code(photographs(rig, world_from_plane, 3), rig.projector_size);
+    const BoardCorners corners = gray_code_corners(map, lattice, "gray");
+    const Rigid projector_from_plane = rig.projector.projector_from_world * world_from_plane;
+    const Rigid camera_from_plane =
+        rig.world_from_camera.at(synthetic::front_station).inverse() * world_from_plane;
+    double sum = 0.0;
+    double largest = 0.0;
+    for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
+      const auto [i, j] = corners.place(k);
+      const Eigen::Vector2d shown(lattice.origin_px[0] + lattice.square_px * i,
+                                  lattice.origin_px[1] + lattice.square_px * j);
+      const Eigen::Vector3d point = meet_plane(rig.projector.lens, projector_from_plane, shown);
+      const double miss =
+          (rig.camera_lens.project(camera_from_plane * point) - corners.pixels[k]).norm();
+      sum += miss * miss / static_cast<double>(corners.pixels.size());
+      largest = std::max(largest, miss);
+    }
+    std::printf("%zu of %d points, RMS %.4f px, largest %.4f px, legible in %.0f %%\n",
+                corners.pixels.size(), lattice.columns * lattice.rows, std::sqrt(sum), largest,
+                100.0 * map.legible_share());
+    EXPECT_GT(corners.pixels.size(), 300U) << p;
+    EXPECT_LT(std::sqrt(sum), 0.04) << p;
+    EXPECT_LT(largest, 0.15) << p;
   }
-  std::printf("%zu of %d points, RMS %.4f px, largest %.4f px, legible in %.0f %%\n",
-              corners.pixels.size(), lattice.columns * lattice.rows, std::sqrt(sum), largest,
-              100.0 * map.legible_share());
-  EXPECT_GT(corners.pixels.size(), 100U);
-  EXPECT_LT(std::sqrt(sum), 0.04);
-  EXPECT_LT(largest, 0.15);
 }
 
 TEST(GrayCode, DarkCodesAreOneSentenceNamingFileAndFix) {
