@@ -17,6 +17,7 @@ struct Arguments {
   double refresh_hz = 60.0;
   std::string setup = "back-lit";
   std::string encoding = "linear";
+  std::string plane_light = "chessboard";
   std::string out;
 };
 
@@ -33,6 +34,7 @@ void run_plan(Arguments arguments, const Globals& globals) {
   sample.seen_face = request.setup == capture::Setup::back_lit ? Face::z_plus : Face::z_minus;
   request.camera.encoding =
       arguments.encoding == "linear" ? capture::Encoding::linear : capture::Encoding::response;
+  request.plane_light = capture::plane_light_from_string(arguments.plane_light);
   request.period_s = 1.0 / arguments.refresh_hz;
   const capture::Plan plan = capture::make_plan(request, arguments.out);
   capture::write_plan(plan);
@@ -67,8 +69,9 @@ void add_plan(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "plan",
       "Plan a capture: what to photograph, how long, in which order.\n\n"
-      "Writes PLAN: session.json as it will be, patterns/ and calibration/projected_board.png for\n"
-      "the projector, and the shot list as shots.txt (to follow by hand), shots.csv and\n"
+      "Writes PLAN: session.json as it will be, patterns/ and calibration/ with the images for "
+      "the\n"
+      "projector, and the shot list as shots.txt (to follow by hand), shots.csv and\n"
       "shots.json (for a script). Exposure times are multiples of the projector's period, since\n"
       "others catch part of a colour wheel's turn, and at least 1/30 s.\n\n"
       "Save the photographs under the names listed and `kappamu run PLAN` works; where the camera\n"
@@ -117,6 +120,16 @@ void add_plan(CLI::App& app, Globals& globals) {
       ->check(CLI::Range(0, 100));
   option("--boards", request.boards, "Views of the printed board")->check(CLI::Range(1, 1000));
   option("--planes", request.planes, "Poses of the projector plane")->check(CLI::Range(1, 1000));
+  option(
+      "--plane-light", a.plane_light,
+      "Projected on them: chessboard, gray-code (2 log2(columns x rows) + 2 pictures each), both")
+      ->check(CLI::IsMember({"chessboard", "gray-code", "both"}));
+  option("--projector-levels", request.projector_levels,
+         "Values between black and white on the white target, where patterns have such values")
+      ->check(CLI::Range(0, 254));
+  command->add_flag("--room-light", request.ambient,
+                    "The room cannot be darkened: photograph target and sample with the "
+                    "projector's lens capped too");
   option("--board-columns", request.board.columns, "Inner corners of the printed board along x");
   option("--board-rows", request.board.rows, "The same along y");
   option("--board-square", request.board.square_mm, "Edge of its squares [mm]");

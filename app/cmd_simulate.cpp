@@ -16,6 +16,7 @@ struct SimulateArguments {
   synthetic::SimulationOptions options;
   std::string encoding = "response";
   std::string board = "chessboard";
+  std::string plane_light = "chessboard";
   std::string transport = "diffusion";
   std::string camera;  ///< "WxH"
   std::string grid;    ///< "NxMxL"
@@ -54,6 +55,7 @@ synthetic::SimulationOptions resolve(const SimulateArguments& arguments, std::ui
                                         capture::BoardKind::asymmetric_circles}) {
     if (arguments.board == capture::to_string(kind)) options.board = kind;
   }
+  options.plane_light = capture::plane_light_from_string(arguments.plane_light);
   if (!arguments.camera.empty()) {
     options.camera_size = parse_extents<2>(arguments.camera, "--camera", "640x480");
   }
@@ -165,8 +167,33 @@ void add_simulate(CLI::App& app, Globals& globals) {
   command->add_option("--board", a.board, "Kind of the printed board")
       ->check(CLI::IsMember({"chessboard", "charuco", "circles", "asymmetric-circles"}))
       ->capture_default_str();
-  command->add_flag("--gray-code", a.options.gray_code,
-                    "Also project a Gray code on every plane (42 frames each)");
+  command
+      ->add_option("--projector-gamma", a.options.projector_gamma,
+                   "The projector's light goes as (value/255)^G")
+      ->type_name("G")
+      ->capture_default_str();
+  command
+      ->add_option("--projector-levels", a.options.projector_levels,
+                   "Also shoot the white target under N values between black and white")
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      ->add_option("--room-light", a.options.room_light,
+                   "Room light that cannot be switched off, over the projector's white; shoots "
+                   "target and sample with the projector off too")
+      ->type_name("SHARE")
+      ->capture_default_str();
+  command
+      ->add_option("--room-change", a.options.room_change,
+                   "Its relative change from the first pattern to the last")
+      ->type_name("SHARE")
+      ->capture_default_str();
+  command
+      ->add_option("--plane-light", a.plane_light,
+                   "Projected on the projector's planes: chessboard, gray-code (42 frames each), "
+                   "both")
+      ->check(CLI::IsMember({"chessboard", "gray-code", "both"}))
+      ->capture_default_str();
   command
       ->add_option("--exposures", a.exposures_s,
                    "Exposure times of each pattern in seconds, rising (six from 1/30 to 8)")

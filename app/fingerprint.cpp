@@ -54,12 +54,19 @@ std::string session_fingerprint(const capture::Session& session) {
   add_stack(calibration.camera_boards);
   for (const capture::ProjectorPlane& plane : calibration.projector_planes) {
     add_frame(plane.board);
-    add_frame(plane.projected);
+    if (plane.projected) add_frame(*plane.projected);
     add_stack(plane.gray_code);
   }
   for (const capture::SampleView& view : calibration.sample_views) add_frame(view.frame);
   add_stack(calibration.dark);
-  if (calibration.white_target) add_stack(calibration.white_target->frames);
+  if (calibration.white_target) {
+    add_stack(calibration.white_target->frames);
+    add_stack(calibration.white_target->off_frames);
+    for (const capture::ProjectorLevel& level : calibration.white_target->levels) {
+      add_stack(level.frames);
+    }
+  }
+  for (const capture::Stack& stack : calibration.ambient) add_stack(stack);
   add_stack(calibration.white_target_black);
   if (calibration.colour_chart) add_stack(calibration.colour_chart->frames);
   return result.text();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "app/hdr_file.h"
 #include "calib/calibration_file.h"
 #include "calib/measure.h"
+#include "capture/ambient.h"
 #include "capture/merge.h"
 #include "io/measurements_file.h"
 
@@ -71,16 +73,41 @@ void merge_patterns(const capture::Session& session, const capture::Radiometry& 
     for (const std::string& note : of_pattern) progress.warn(note);
 }
 
+/// Room light that changed by more than the measurements are good to (calib::MeasureOptions).
+void warn_of_changing_room(const capture::AmbientLight& ambient, double pattern_light,
+                           Progress& progress) {
+  constexpr double worth_a_warning = 0.001;  // of a pattern's light
+  if (!(ambient.half_range > worth_a_warning * pattern_light)) return;
+  const auto percent = [](double share) {
+    char text[16];
+    std::snprintf(text, sizeof text, "%.2g", 100.0 * share);
+    return std::string(text);
+  };
+  progress.warn("the room's light was " + percent(ambient.total / pattern_light) +
+                " % of a pattern's in the photographs and changed by " +
+                percent(2.0 * ambient.half_range / ambient.total) +
+                " % between them (calibration.ambient), which leaves the patterns uncertain by " +
+                percent(ambient.half_range / pattern_light) + " %: darken the room.");
+}
+
 void measure_patterns(const capture::Session& session, const calib::CalibrationResult& calibration,
-                      PatternRole role, const fs::path& run, const fs::path& folder,
-                      Progress& progress) {
-  const bool any = std::any_of(session.patterns.begin(), session.patterns.end(),
-                               [&](const Pattern& pattern) { return pattern.role == role; });
-  if (!any) return;
+                      const std::optional<capture::AmbientLight>& ambient, PatternRole role,
+                      const fs::path& run, const fs::path& folder, Progress& progress) {
+  const auto count = std::count_if(session.patterns.begin(), session.patterns.end(),
+                                   [&](const Pattern& pattern) { return pattern.role == role; });
+  if (count == 0) return;
+  double patterns_light = 0.0;
   const auto hdr = [&](const std::string& id) {
-    return read_hdr(hdr_file(run, id), session.channels);
+    capture::HdrImage picture = read_hdr(hdr_file(run, id), session.channels);
+    if (ambient) {
+      capture::take_off(ambient->mean, picture);
+      patterns_light += capture::total_light(picture);
+    }
+    return picture;
   };
   io::write_measurements(folder, calib::measure_surface(session, calibration, role, hdr, progress));
+  if (ambient)
+    warn_of_changing_room(*ambient, patterns_light / static_cast<double>(count), progress);
 }
 
 }  // namespace
@@ -100,9 +127,13 @@ void run_merge_stage(const capture::Session& session, const capture::HdrOptions&
         "calibrate` first to get surface measurements");
     return;
   }
-  measure_patterns(session, *calibration, PatternRole::fit, run, run / "measurements", progress);
-  measure_patterns(session, *calibration, PatternRole::validate, run, run / "measurements_validate",
+  std::vector<std::string> notes;
+  const auto ambient = capture::merge_ambient(session, calibration->radiometry, hdr.merge, &notes);
+  for (const std::string& note : notes) progress.warn(note);
+  measure_patterns(session, *calibration, ambient, PatternRole::fit, run, run / "measurements",
                    progress);
+  measure_patterns(session, *calibration, ambient, PatternRole::validate, run,
+                   run / "measurements_validate", progress);
 }
 
 }  // namespace kappamu::app

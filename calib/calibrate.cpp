@@ -11,6 +11,7 @@
 #include "calib/gray_code.h"
 #include "calib/joint.h"
 #include "calib/view_checks.h"
+#include "capture/ambient.h"
 #include "capture/frames.h"
 #include "capture/merge.h"
 #include "core/error.h"
@@ -107,8 +108,7 @@ SamplePose pose_in(const capture::Session& session, const capture::SampleView& v
   return pose;
 }
 
-/// The planes with the points that their Gray codes locate instead of the projected chessboard's
-/// corners.
+/// The planes with the points that their Gray codes locate for projected corners.
 std::vector<PlaneView> read_gray_codes(const capture::Session& session,
                                        const capture::ProjectedBoard& lattice,
                                        std::vector<PlaneView> planes, CalibrationResult& result) {
@@ -150,30 +150,34 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
     }
   });
   stages.run("projector", 0.5, [&] {
-    const capture::ProjectedBoard& board = shots.projected_board;
+    const auto all_planes = [&](const auto& have) {
+      return std::all_of(shots.projector_planes.begin(), shots.projector_planes.end(), have);
+    };
+    const bool coded =
+        all_planes([](const capture::ProjectorPlane& plane) { return !plane.gray_code.empty(); });
+    const bool boards = all_planes(
+        [](const capture::ProjectorPlane& plane) { return plane.projected.has_value(); });
     for (std::size_t p = 0; p < shots.projector_planes.size(); ++p) {
-      const capture::Frame& frame = shots.projector_planes[p].projected;
-      planes.push_back(
-          {frame.file, views[shots.camera_boards.size() + p].corners,
-           find_chessboard(load_codes(session, frame), board.columns, board.rows, frame.file)});
+      planes.push_back({"", views[shots.camera_boards.size() + p].corners, {}});
+      if (!boards) continue;
+      planes[p].name = shots.projector_planes[p].projected->file;
+      planes[p].projected = find_projected_chessboard(
+          load_codes(session, *shots.projector_planes[p].projected), shots.projected_board->columns,
+          shots.projected_board->rows, planes[p].printed, planes[p].name);
     }
     for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);
-    const bool coded = std::all_of(shots.projector_planes.begin(), shots.projector_planes.end(),
-                                   [](const auto& plane) { return !plane.gray_code.empty(); });
-    capture::ProjectedBoard shown = board;
-    std::vector<PlaneView> seen = planes;
-    if (coded) {
-      shown = gray_code_lattice(session.projector);
-      seen = read_gray_codes(session, shown, planes, result);
-    }
+    const capture::ProjectedBoard shown =
+        coded ? gray_code_lattice(session.projector) : *shots.projected_board;
+    const std::vector<PlaneView> seen =
+        coded ? read_gray_codes(session, shown, planes, result) : planes;
     result.projector = calibrate_projector(result.camera.lens, shots.board, shown, seen,
                                            session.projector.width, session.projector.height);
     // For the uncertainty alone: a projector's lens model that is too simple would reach the
     // camera.
     joint = adjust_jointly({views, shots.board, shown, seen}, result.camera, result.projector);
-    if (coded) {
+    if (coded && boards) {
       result.gray_code_check_px =
-          projected_board_rms(result.camera.lens, result.projector, board, planes);
+          projected_board_rms(result.camera.lens, result.projector, *shots.projected_board, planes);
     }
   });
   constexpr double suspicious_rms_px = 1.0;
@@ -190,9 +194,77 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
   if (result.projector.rms_px > suspicious_rms_px) {
     stages.warn("the projector's reprojection error is " + rounded(result.projector.rms_px) +
                 " px: check projected_board in session.json and that no plane moved between its "
-                "two pictures.");
+                "pictures.");
   }
   return joint;
+}
+
+/// Light scale, flat field, the projector's black and response, room light. Returns the target
+/// under full white and the room's light.
+capture::HdrImage calibrate_white(const capture::Session& session,
+                                  const capture::MergeOptions& merge, Stages& stages,
+                                  CalibrationResult& result, std::vector<std::string>& notes) {
+  const capture::WhiteTarget& target = *session.calibration.white_target;
+  const std::string name =
+      (session.folder / "session.json").string() + ": calibration.white_target";
+  const auto picture = [&](const capture::Stack& frames, const std::string& label, bool lit) {
+    capture::MergeOptions options = merge;
+    options.require_light = lit;
+    return capture::merge_stack(session, frames, label, result.radiometry, options, &notes);
+  };
+  capture::HdrImage white = picture(target.frames, "white target", true);
+  capture::HdrImage projected = white;
+  std::optional<capture::HdrImage> black;
+  if (session.calibration.white_target_black.empty()) {
+    stages.warn(
+        "no white_target.black_frames: light from the projector's black pixels is taken as zero.");
+  } else {
+    black = picture(session.calibration.white_target_black, "white target under black", false);
+  }
+  std::optional<capture::HdrImage> off;
+  if (!target.off_frames.empty()) {
+    off = picture(target.off_frames, "white target, projector off", false);
+    capture::take_off(*off, projected);
+    if (black) capture::take_off(*off, *black);
+  }
+  const Rigid& pose = result.calibration_pose.camera_from_sample;
+  const GridShape grid = session.sample.shape();
+  const Face lit = session.sample.lit_face;
+  result.white = measure_white(projected, black, target.reflectance, result.camera.lens, pose, grid,
+                               lit, name);
+  result.scale = result.white.scale;
+  const auto signal = [&](const capture::HdrImage& seen) {
+    return centre_signal(seen, result.white.flat, result.camera.lens, pose, grid, lit, name);
+  };
+  const std::vector<double> full = signal(projected);
+  const std::vector<double> room =
+      off ? signal(*off) : std::vector<double>(session.channels.size(), 0.0);
+  if (off) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < room.size(); ++c) sum += room[c] / full[c];
+    result.white.room_light = sum / static_cast<double>(room.size());
+  }
+  if (target.levels.empty()) return white;
+  std::vector<int> values{0};
+  std::vector<std::vector<double>> signals{black ? signal(*black)
+                                                 : std::vector<double>(room.size(), 0.0)};
+  for (const capture::ProjectorLevel& level : target.levels) {
+    values.push_back(level.value);
+    signals.push_back(
+        signal(picture(level.frames, "white target under " + std::to_string(level.value), false)));
+    for (std::size_t c = 0; c < room.size(); ++c) signals.back()[c] -= room[c];
+  }
+  values.push_back(255);
+  signals.push_back(full);
+  result.projector_curve = curve_from_signals(values, signals);
+  constexpr double suspicious = 0.01;
+  if (result.projector_curve->channel_spread() > suspicious) {
+    stages.warn("the projector's channels answer to pixel values differently, by up to " +
+                rounded(100.0 * result.projector_curve->channel_spread(), "%.1f") +
+                " % of white: patterns of values between black and white have their mean for "
+                "light.");
+  }
+  return white;
 }
 
 void calibrate_light(const capture::Session& session, const capture::MergeOptions& merge,
@@ -201,28 +273,8 @@ void calibrate_light(const capture::Session& session, const capture::MergeOption
   const capture::Calibration& shots = session.calibration;
   const std::string json = (session.folder / "session.json").string();
   std::optional<capture::HdrImage> white;
-  double reflectance = 1.0;
-  if (shots.white_target) {
-    reflectance = shots.white_target->reflectance;
-    white = capture::merge_stack(session, shots.white_target->frames, "white target",
-                                 result.radiometry, merge, &notes);
-    std::optional<capture::HdrImage> black;
-    if (!shots.white_target_black.empty()) {
-      capture::MergeOptions dark = merge;
-      dark.require_light = false;
-      black = capture::merge_stack(session, shots.white_target_black, "white target under black",
-                                   result.radiometry, dark, &notes);
-    }
-    result.white = measure_white(*white, black, reflectance, result.camera.lens,
-                                 result.calibration_pose.camera_from_sample, session.sample.shape(),
-                                 session.sample.lit_face, json + ": calibration.white_target");
-    result.scale = result.white.scale;
-    if (!black) {
-      stages.warn(
-          "no white_target.black_frames: light from the projector's black pixels is taken "
-          "as zero.");
-    }
-  }
+  const double reflectance = shots.white_target ? shots.white_target->reflectance : 1.0;
+  if (shots.white_target) white = calibrate_white(session, merge, stages, result, notes);
   if (shots.colour_chart) {
     const std::string name = json + ": calibration.colour_chart";
     const capture::HdrImage chart = capture::merge_stack(

@@ -10,6 +10,7 @@
 #include "calib/pose.h"
 #include "calib/projection_uncertainty.h"
 #include "calib/projector.h"
+#include "calib/projector_curve.h"
 #include "calib/radiometry.h"
 #include "capture/merge.h"
 #include "capture/radiometry.h"
@@ -48,6 +49,8 @@ struct CalibrationResult {
   SamplePose pattern_pose;      ///< seen from the pattern station; the same where they agree
   Rigid projector_from_sample;
   WhiteReference white;  ///< flat 1 and black 0 where the session has no white target
+  /// Absent where white_target has no levels: light then is taken as proportional to the value.
+  std::optional<ProjectorCurve> projector_curve;
   std::optional<ChartReference> chart;
   /// [channel] full scales per second for unit radiance, in use: the white target's or, without
   /// one, the chart's.

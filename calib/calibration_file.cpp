@@ -158,11 +158,24 @@ std::string radiometry_yaml(const CalibrationResult& calibration) {
   yaml.matrix("flat_field", FlatField::terms, 1, {flat.begin(), flat.end()});
   yaml.number("projector_black", calibration.white.projector_black);
   yaml.number("black_measured", calibration.white.black_measured ? 1 : 0);
+  yaml.number("room_measured", calibration.white.room_light ? 1 : 0);
+  yaml.number("room_light", calibration.white.room_light.value_or(0.0));
   yaml.number("white_pixels", static_cast<double>(calibration.white.pixels));
   yaml.number("white_channels", static_cast<double>(calibration.white.scale.size()));
   if (!calibration.white.scale.empty()) {
     yaml.matrix("white_scale", channels, 1, calibration.white.scale);
     yaml.matrix("white_residual_rms", channels, 1, calibration.white.residual_rms);
+  }
+  const auto& curve = calibration.projector_curve;
+  yaml.number("projector_values_count", curve ? static_cast<double>(curve->values.size()) : 0.0);
+  if (curve) {
+    const auto count = static_cast<int>(curve->values.size());
+    std::vector<double> light;
+    for (const auto& channel : curve->light) {
+      light.insert(light.end(), channel.begin(), channel.end());
+    }
+    yaml.matrix("projector_values", count, 1, {curve->values.begin(), curve->values.end()});
+    yaml.matrix("projector_light", channels, count, light);
   }
   return yaml.str();
 }
@@ -239,10 +252,21 @@ CalibrationResult load_calibration(const std::filesystem::path& folder) {
     std::copy(flat.begin(), flat.end(), result.white.flat.coefficients.begin());
     result.white.projector_black = yaml.number("projector_black");
     result.white.black_measured = yaml.number("black_measured") != 0.0;
+    if (yaml.number("room_measured") != 0.0) result.white.room_light = yaml.number("room_light");
     result.white.pixels = static_cast<std::size_t>(yaml.number("white_pixels"));
     if (yaml.number("white_channels") > 0.0) {
       result.white.scale = yaml.column("white_scale");
       result.white.residual_rms = yaml.column("white_residual_rms");
+    }
+    if (const auto count = static_cast<int>(yaml.number("projector_values_count")); count > 0) {
+      const std::vector<double> values = yaml.column("projector_values");
+      const auto channels = static_cast<int>(result.scale.size());
+      const std::vector<double> light = yaml.matrix("projector_light", channels, count);
+      ProjectorCurve curve{{values.begin(), values.end()}, {}};
+      for (auto first = light.begin(); first != light.end(); first += count) {
+        curve.light.emplace_back(first, first + count);
+      }
+      result.projector_curve = std::move(curve);
     }
   }
   residuals_from_json(folder / "calibration.json", result);

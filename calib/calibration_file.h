@@ -16,7 +16,8 @@ namespace kappamu::calib {
 ///                   lens_covariance from the lens (6 x 6, rotation vector [rad] and translation
 ///                   [mm]), projector_from_sample
 ///   response.yml    inverse response, black level and noise per channel
-///   radiometry.yml  scale, flat field, projector black level
+///   radiometry.yml  scale, flat field, projector black level, room light, projector_values and
+///                   projector_light (projector_curve.h)
 ///   calibration.json  residuals: per view RMS, corners and residual vectors, neutral patches,
 ///                   warnings, seconds; written last, so a folder that has one is complete
 /// Numbers are written so that reading gives the same bits.

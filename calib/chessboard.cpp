@@ -167,4 +167,28 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
   return corners;
 }
 
+BoardCorners find_projected_chessboard(const Image<float>& grey, int columns, int rows,
+                                       const BoardCorners& printed, const std::string& name) {
+  const BoardCorners found = find_chessboard(grey, columns, rows, name);
+  std::vector<cv::Point2f> points;
+  for (const Eigen::Vector2d& pixel : printed.pixels) {
+    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+  }
+  std::vector<cv::Point2f> outline;
+  cv::convexHull(points, outline);
+  // Half a spacing more: the corners themselves lie on the outline.
+  const double reach = 0.5 * smallest_spacing(found);
+  const bool is_printed = std::all_of(found.pixels.begin(), found.pixels.end(), [&](const auto& p) {
+    const cv::Point2f point(static_cast<float>(p.x()), static_cast<float>(p.y()));
+    return cv::pointPolygonTest(outline, point, true) > -reach;
+  });
+  if (!is_printed) return found;
+  Image<float> without = grey;
+  cv::Mat picture(without.height(), without.width(), CV_32F, without.values().data());
+  // At a corner the grey is between black and white.
+  const double between = bilinear(grey, found.pixels.front());
+  cv::fillConvexPoly(picture, std::vector<cv::Point>(outline.begin(), outline.end()), between);
+  return find_chessboard(without, columns, rows, name);
+}
+
 }  // namespace kappamu::calib

@@ -28,6 +28,12 @@ struct CornerRefinement {
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name, const CornerRefinement& refinement = {});
 
+/// The chessboard thrown on a plane beside a printed one, `printed` from the plane's own picture.
+/// Room light shows the printed board here too: where the detector takes it for the projected one,
+/// it is painted over and the search repeated. Throws as find_chessboard does.
+BoardCorners find_projected_chessboard(const Image<float>& grey, int columns, int rows,
+                                       const BoardCorners& printed, const std::string& name);
+
 /// The upright rule (board_corners.h), applied to corners of either handedness and any start.
 /// Public for tests.
 void make_upright(BoardCorners& corners);

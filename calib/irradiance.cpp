@@ -44,10 +44,13 @@ LitFace::LitFace(const Lens& projector, const Rigid& projector_from_sample, cons
   }
 }
 
-std::vector<float> LitFace::irradiance(const Image<std::uint16_t>& pattern) const {
+std::vector<float> LitFace::irradiance(const Image<std::uint16_t>& pattern,
+                                       const LightTable& light) const {
   check(pattern.width() == width_ && pattern.height() == height_ && pattern.channels() == 1,
         "a pattern has the projector's size and one channel");
-  constexpr float full_code = 255.0F;
+  const auto at = [&](int column, int row) {
+    return light[std::min<std::size_t>(pattern(column, row), light.size() - 1)];
+  };
   std::vector<float> result(voxels_);
   std::size_t k = 0;
   for (float& mean : result) {
@@ -63,9 +66,9 @@ std::vector<float> LitFace::irradiance(const Image<std::uint16_t>& pattern) cons
       const int y1 = std::min(y0 + 1, height_ - 1);
       const float fx = x - static_cast<float>(x0);
       const float fy = y - static_cast<float>(y0);
-      const float code = (1.0F - fy) * ((1.0F - fx) * pattern(x0, y0) + fx * pattern(x1, y0)) +
-                         fy * ((1.0F - fx) * pattern(x0, y1) + fx * pattern(x1, y1));
-      sum += point.white * (black_ + (1.0F - black_) * code / full_code);
+      const float share = (1.0F - fy) * ((1.0F - fx) * at(x0, y0) + fx * at(x1, y0)) +
+                          fy * ((1.0F - fx) * at(x0, y1) + fx * at(x1, y1));
+      sum += point.white * (black_ + (1.0F - black_) * share);
     }
     mean = static_cast<float>(sum / per_voxel_);
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "calib/lens.h"
+#include "calib/projector_curve.h"
 #include "calib/radiometry.h"
 #include "core/grid.h"
 #include "core/image.h"
@@ -21,10 +22,10 @@ class LitFace {
           Face face, const FlatField& flat, double projector_black);
 
   /// Irradiance [v][u] before Fresnel, mean over each voxel, relative to full white at the centre
-  /// of the face: flat (black + (1 - black) code/255), bilinear between projector pixels; 0 where
-  /// the projector does not reach. `pattern` is grey, of the projector's size; light is taken as
-  /// proportional to its code. Defocus is not modelled (docs/calibration.md).
-  std::vector<float> irradiance(const Image<std::uint16_t>& pattern) const;
+  /// of the face: flat (black + (1 - black) light[value]), bilinear between projector pixels; 0
+  /// where the projector does not reach. `pattern` is grey, of the projector's size, values to 255.
+  /// Defocus is not modelled (docs/calibration.md).
+  std::vector<float> irradiance(const Image<std::uint16_t>& pattern, const LightTable& light) const;
 
   /// Part of the lit face's points within the projector's frame.
   double reached() const;

@@ -1,6 +1,7 @@
 #include "calib/measure.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "calib/footprint.h"
 #include "calib/irradiance.h"
@@ -30,6 +31,49 @@ Image<std::uint16_t> load_pattern(const capture::Session& session,
   }
   return image;
 }
+
+/// Tells of patterns whose light hangs on a response that nobody measured.
+class ValueCheck {
+ public:
+  void look_at(const capture::Pattern& pattern, const Image<std::uint16_t>& image,
+               const LitFace& lit, const std::vector<float>& proportional) {
+    if (std::all_of(image.values().begin(), image.values().end(),
+                    [](std::uint16_t value) { return value == 0 || value == 255; })) {
+      return;
+    }
+    const std::vector<float> other = lit.irradiance(image, power_table(usual_exponent));
+    double difference = 0.0;
+    double total = 0.0;
+    for (std::size_t k = 0; k < other.size(); ++k) {
+      difference += std::abs(other[k] - proportional[k]);
+      total += proportional[k];
+    }
+    if (!(total > 0.0) || difference / total < worth_telling) return;
+    ++patterns_;
+    if (difference / total <= worst_) return;
+    worst_ = difference / total;
+    file_ = pattern.image;
+  }
+  void tell(Progress& progress) const {
+    if (patterns_ == 0) return;
+    progress.warn(
+        file_ +
+        (patterns_ > 1 ? " and " + std::to_string(patterns_ - 1) + " more patterns have" : " has") +
+        " values between black and white, and how the projector's light grows with them is not "
+        "measured: it is taken as proportional, and were it the power of 2.2 of most projectors, "
+        "this pattern's would be wrong by " +
+        std::to_string(std::lround(100.0 * worst_)) +
+        " %; photograph the white target under several values (white_target.levels), or show black "
+        "and white only.");
+  }
+
+ private:
+  static constexpr double usual_exponent = 2.2;
+  static constexpr double worth_telling = 0.01;  // of a pattern's light on the face
+  int patterns_ = 0;
+  double worst_ = 0.0;
+  std::string file_;
+};
 
 /// Voxels lit above the threshold and the eight around each.
 std::vector<std::uint8_t> lit_voxels(const float* irradiance, const FaceShape& shape,
@@ -143,10 +187,14 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
   }
 
   const bool front_lit = sample.lit_face == sample.seen_face;
+  const LightTable light = light_table(calibration.projector_curve);
+  ValueCheck values;
   for (std::size_t m = 0; m < count; ++m) {
     progress.update("measure " + role_name, static_cast<double>(m) / static_cast<double>(count),
                     patterns[m]->id);
-    const std::vector<float> irradiance = lit.irradiance(load_pattern(session, *patterns[m]));
+    const Image<std::uint16_t> image = load_pattern(session, *patterns[m]);
+    const std::vector<float> irradiance = lit.irradiance(image, light);
+    if (!calibration.projector_curve) values.look_at(*patterns[m], image, lit, irradiance);
     result.irradiance.insert(result.irradiance.end(), irradiance.begin(), irradiance.end());
     const capture::HdrImage picture = hdr(patterns[m]->id);
     check(picture.radiance.width() == session.camera.width &&
@@ -165,6 +213,7 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
       }
     }
   }
+  values.tell(progress);
   progress.update("measure " + role_name, 1.0, "done");
   validate(result, session.folder.string());
   return result;

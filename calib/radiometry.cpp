@@ -139,6 +139,29 @@ WhiteReference measure_white(const capture::HdrImage& white,
   return result;
 }
 
+std::vector<double> centre_signal(const capture::HdrImage& target, const FlatField& flat,
+                                  const Lens& camera, const Rigid& camera_from_sample,
+                                  const GridShape& grid, Face lit_face, const std::string& name) {
+  const std::vector<FacePixel> pixels = pixels_of_face(camera, camera_from_sample, grid, lit_face);
+  std::vector<double> signals;
+  for (int c = 0; c < target.radiance.channels(); ++c) {
+    double signal = 0.0;
+    double light = 0.0;
+    for (const FacePixel& p : pixels) {
+      if ((target.flags(p.px, p.py, c) & unusable) != 0) continue;
+      signal += target.radiance(p.px, p.py, c);
+      light += flat(p.x, p.y);
+    }
+    if (!(light > 0.0)) {
+      throw InputError(name +
+                       ": the white target is saturated over the whole lit face; add "
+                       "shorter exposures");
+    }
+    signals.push_back(signal / light);
+  }
+  return signals;
+}
+
 ChartReference measure_chart(const capture::HdrImage& chart, const ChartPatches& patches,
                              const capture::HdrImage* white, double white_reflectance,
                              const std::vector<double>& white_scale) {

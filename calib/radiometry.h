@@ -36,6 +36,9 @@ struct WhiteReference {
   FlatField flat;
   double projector_black = 0.0;  ///< irradiance of a black pixel over that of a white one
   bool black_measured = false;   ///< else 0 is assumed
+  /// The room's irradiance over that of the projector's white, channels' mean; absent where the
+  /// target was not photographed with the projector off. Then it is in `projector_black`.
+  std::optional<double> room_light;
   /// [channel] scatter of pixels about the fitted polynomial, relative to the centre; noise and
   /// texture of the target.
   std::vector<double> residual_rms;
@@ -49,6 +52,12 @@ WhiteReference measure_white(const capture::HdrImage& white,
                              const std::optional<capture::HdrImage>& black, double reflectance,
                              const Lens& camera, const Rigid& camera_from_sample,
                              const GridShape& grid, Face lit_face, const std::string& name);
+
+/// [channel] signal of a target at the centre of the lit face, from all of its usable pixels by the
+/// flat field. Throws InputError naming `name` where a channel has none.
+std::vector<double> centre_signal(const capture::HdrImage& target, const FlatField& flat,
+                                  const Lens& camera, const Rigid& camera_from_sample,
+                                  const GridShape& grid, Face lit_face, const std::string& name);
 
 /// One neutral patch in one channel.
 struct NeutralPatch {

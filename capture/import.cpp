@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <regex>
 
 #include "capture/frames.h"
 #include "capture/import_photographs.h"
@@ -16,20 +17,27 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// One name for plane_07_gray_3, plane_7_gray_03 and plane_7_gray_3.
+std::string without_leading_zeros(const std::string& shot) {
+  static const std::regex numbered("(plane|level|ambient)_[0-9]+.*");
+  static const std::regex zeros("_0+([0-9])");
+  return std::regex_match(shot, numbered) ? std::regex_replace(shot, zeros, "_$1") : shot;
+}
+
 // Photographs by shot, taken out as their place in the session is found.
 class Shots {
  public:
   Shots(std::vector<Photograph> photographs, const ImportOptions& options)
       : options_(options), session_folder_(fs::weakly_canonical(options.out)) {
     for (Photograph& photograph : photographs) {
-      by_shot_[photograph.shot].push_back(std::move(photograph));
+      by_shot_[without_leading_zeros(photograph.shot)].push_back(std::move(photograph));
     }
   }
 
   /// Frames of a shot by rising exposure time; empty if there are none.
   std::vector<Frame> take(const std::string& shot) {
     std::vector<Frame> frames;
-    const auto found = by_shot_.find(shot);
+    const auto found = by_shot_.find(without_leading_zeros(shot));
     if (found == by_shot_.end()) return frames;
     for (const Photograph& photograph : found->second) {
       frames.push_back({place(photograph), photograph.exposure_s});
@@ -39,31 +47,31 @@ class Shots {
   }
   std::vector<Frame> need(const std::string& shot, const std::string& what) {
     std::vector<Frame> frames = take(shot);
-    if (frames.empty()) {
-      throw InputError(options_.photographs.string() + ": there is no photograph of " + what +
-                       "; name it " + shot + "_0 (any image ending), or list it as shot '" + shot +
-                       "' in a table.");
-    }
+    if (frames.empty()) fail_without(shot, what, shot + "_0");
     return frames;
   }
   /// The one photograph of a shot that is no stack.
   Frame need_one(const std::string& shot, const std::string& what) {
-    const std::vector<Frame> frames = need(shot, what);
+    const std::vector<Frame> frames = take(shot);
+    if (frames.empty()) fail_without(shot, what, shot);
     if (frames.size() > 1) {
       throw InputError((options_.out / frames[1].file).string() + ": a second photograph of " +
                        what + "; keep one.");
     }
     return frames.front();
   }
-  bool has(const std::string& shot) const { return by_shot_.count(shot) > 0; }
+  bool has(const std::string& shot) const {
+    return by_shot_.count(without_leading_zeros(shot)) > 0;
+  }
 
   void check_all_taken() const {
     if (by_shot_.empty()) return;
     const Photograph& odd = by_shot_.begin()->second.front();
     throw InputError(odd.path.string() + ": '" + odd.shot +
                      "' is no shot of the plan (a pattern's id, board, plane_<n>_board, "
-                     "plane_<n>_projected, sample_<station>, dark, white, black, chart); rename "
-                     "the photograph, take it out, or list the right ones in a table.");
+                     "plane_<n>_projected, plane_<n>_gray_<k>, sample_<station>, dark, white, "
+                     "black, level_<value>, off, ambient_<n>, chart); rename the photograph, take "
+                     "it out, or list the right ones in a table.");
   }
 
   /// Copies what does not lie in the session's folder yet.
@@ -81,6 +89,12 @@ class Shots {
   }
 
  private:
+  [[noreturn]] void fail_without(const std::string& shot, const std::string& what,
+                                 const std::string& file) const {
+    throw InputError(options_.photographs.string() + ": there is no photograph of " + what +
+                     "; name it " + file + " (any image ending), or list it as shot '" + shot +
+                     "' in a table.");
+  }
   // The name in the session: where it is already, or photographs/ and its place in the folder.
   std::string place(const Photograph& photograph) {
     const fs::path path = fs::weakly_canonical(photograph.path);
@@ -128,26 +142,52 @@ void read_camera(const Photograph& first, Camera& camera) {
   }
 }
 
+// The frames of a plane's Gray code, which the numbers in their names put in order; none where the
+// plane has no such photograph.
+std::vector<Frame> find_gray_code(const std::string& plane, const Projector& projector,
+                                  Shots& shots) {
+  const int needed = gray_code_frames(projector);
+  std::vector<std::string> names;
+  for (int k = 0; k < needed; ++k) names.push_back(plane + "_gray_" + std::to_string(k));
+  std::vector<Frame> code;
+  if (std::none_of(names.begin(), names.end(), [&](const auto& name) { return shots.has(name); })) {
+    return code;
+  }
+  for (const std::string& name : names) {
+    code.push_back(shots.need_one(name, "frame " + name +
+                                            " of the Gray code (the projector's has " +
+                                            std::to_string(needed) + ", from 0)"));
+  }
+  return code;
+}
+
 void find_planes(const Session& plan, Shots& shots, Session& session) {
-  std::vector<ProjectorPlane>& planes = session.calibration.projector_planes;
+  Calibration& calibration = session.calibration;
+  std::vector<ProjectorPlane>& planes = calibration.projector_planes;
   planes.clear();
   // As many as there are, planned or not, numbered with gaps or without.
   const int last =
       std::max<int>(100, 2 * static_cast<int>(plan.calibration.projector_planes.size()));
   for (int i = 0; i < last; ++i) {
-    for (const char* format : {"plane_%d", "plane_%02d", "plane_%03d"}) {
-      char stem[32];
-      std::snprintf(stem, sizeof stem, format, i);
-      const std::string name(stem);
-      if (!shots.has(name + "_board") && !shots.has(name + "_projected")) continue;
-      const Frame board = shots.need_one(name + "_board", "the printed board of " + name);
-      planes.push_back(
-          {board, shots.need_one(name + "_projected", "the projected board of " + name)});
+    const std::string name = "plane_" + std::to_string(i);
+    ProjectorPlane plane;
+    plane.gray_code = find_gray_code(name, session.projector, shots);
+    if (plane.gray_code.empty() && !shots.has(name + "_board") && !shots.has(name + "_projected")) {
+      continue;
     }
+    plane.board = shots.need_one(name + "_board", "the printed board of " + name);
+    if (plane.gray_code.empty() || shots.has(name + "_projected")) {
+      plane.projected = shots.need_one(name + "_projected", "the projected board of " + name);
+    }
+    planes.push_back(std::move(plane));
   }
   if (planes.empty()) {
-    shots.need("plane_00_board", "the printed board on a projector plane");
+    shots.need_one("plane_0_board", "the printed board on a projector plane");
   }
+  const bool boards = std::any_of(planes.begin(), planes.end(), [](const ProjectorPlane& plane) {
+    return plane.projected.has_value();
+  });
+  if (!boards) calibration.projected_board.reset();
 }
 
 void find_targets(Shots& shots, Session& session, Progress& progress) {
@@ -160,7 +200,18 @@ void find_targets(Shots& shots, Session& session, Progress& progress) {
       progress.warn("there are no photographs of the white target (white_0 ...).");
     } else {
       calibration.white_target_black = shots.take("black");
+      calibration.white_target->off_frames = shots.take("off");
+      calibration.white_target->levels.clear();
+      for (int value = 1; value < 255; ++value) {
+        Stack frames = shots.take("level_" + std::to_string(value));
+        if (!frames.empty()) calibration.white_target->levels.push_back({value, std::move(frames)});
+      }
     }
+  }
+  calibration.ambient.clear();
+  for (int time = 0; time < 100; ++time) {
+    Stack frames = shots.take("ambient_" + std::to_string(time));
+    if (!frames.empty()) calibration.ambient.push_back(std::move(frames));
   }
   if (calibration.colour_chart) {
     calibration.colour_chart->frames = shots.take("chart");
@@ -186,7 +237,12 @@ void check_brightness(const Session& session, Progress& progress) {
     }
   };
   const Calibration& calibration = session.calibration;
-  if (calibration.white_target) check(calibration.white_target->frames, "white target");
+  if (calibration.white_target) {
+    check(calibration.white_target->frames, "white target");
+    for (const ProjectorLevel& level : calibration.white_target->levels) {
+      check(level.frames, "white target under " + std::to_string(level.value));
+    }
+  }
   if (calibration.colour_chart) check(calibration.colour_chart->frames, "colour chart");
   for (std::size_t i = 0; i < session.patterns.size(); ++i) {
     const Pattern& pattern = session.patterns[i];

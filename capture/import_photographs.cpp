@@ -36,7 +36,7 @@ bool is_photograph(const fs::path& file) {
 // The shot that a file name tells: fit_00_3.png is of fit_00, plane_02_board.jpg of plane_02_board.
 std::string shot_of(const fs::path& file) {
   const std::string stem = file.stem().string();
-  static const std::regex whole("plane_[0-9]+_(board|projected)|sample_.+");
+  static const std::regex whole("plane_[0-9]+_(board|projected|gray_[0-9]+)|sample_.+");
   if (std::regex_match(stem, whole)) return stem;
   static const std::regex numbered("(.+)_[0-9]+");
   std::smatch match;

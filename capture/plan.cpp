@@ -64,6 +64,16 @@ ProjectedBoard projected_board(const Projector& projector) {
   return board;
 }
 
+std::string level_image(int value) {
+  return "calibration/level_" + std::to_string(value) + ".png";
+}
+
+std::string gray_code_image(std::size_t number) {
+  char name[48];
+  std::snprintf(name, sizeof name, "calibration/gray_code_%02zu.png", number);
+  return name;
+}
+
 class ShotList {
  public:
   explicit ShotList(const Session& session) : session_(session) {}
@@ -82,13 +92,21 @@ class ShotList {
       const std::string pose = ", pose " + of(i, shots.projector_planes.size());
       metered(shots.projector_planes[i].board,
               "plane with printed board and blank part" + pose + ", room light on", front, "black");
-      metered(shots.projector_planes[i].projected, "the same plane, unmoved, room light off", front,
-              "calibration/projected_board.png");
+      const std::string unmoved = "the same plane, unmoved, room light off";
+      if (const auto& projected = shots.projector_planes[i].projected) {
+        metered(*projected, unmoved, front, "calibration/projected_board.png");
+      }
+      gray_code(shots.projector_planes[i].gray_code, unmoved, front);
     }
     if (shots.white_target) {
       add(shots.white_target->frames, "white target in the plane of the lit face, room light off",
           front, "white");
       add(shots.white_target_black, "white target, unmoved", front, "black");
+      for (const ProjectorLevel& level : shots.white_target->levels) {
+        add(level.frames, "white target, unmoved", front, level_image(level.value));
+      }
+      add(shots.white_target->off_frames, "white target, unmoved, projector's lens capped", front,
+          "anything");
     }
     if (shots.colour_chart) {
       add(shots.colour_chart->frames, "colour chart in the plane of the lit face", front, "white");
@@ -96,9 +114,15 @@ class ShotList {
     for (const SampleView& view : shots.sample_views) {
       metered(view.frame, "sample before a dark background, room light on", view.station, "black");
     }
+    const auto ambient = [&](std::size_t time) {
+      add(shots.ambient[time], "sample, projector's lens capped, room light as under the patterns",
+          session_.pattern_station, "anything");
+    };
+    if (!shots.ambient.empty()) ambient(0);
     for (const Pattern& pattern : session_.patterns) {
       add(pattern.frames, "sample, room light off", session_.pattern_station, pattern.image);
     }
+    for (std::size_t i = 1; i < shots.ambient.size(); ++i) ambient(i);
     return std::move(shots_);
   }
 
@@ -110,6 +134,17 @@ class ShotList {
            const std::string& show) {
     for (const Frame& frame : frames) {
       shots_.push_back({frame.file, subject, station, show, frame.exposure_s, false});
+    }
+  }
+  // White first: the time metered for it is the others'.
+  void gray_code(const std::vector<Frame>& code, const std::string& subject,
+                 const std::string& station) {
+    if (code.empty()) return;
+    const std::size_t white = code.size() - 2;
+    metered(code[white], subject, station, gray_code_image(white));
+    for (std::size_t k = 0; k < code.size(); ++k) {
+      if (k == white) continue;
+      add({code[k]}, subject, station, gray_code_image(k));
     }
   }
   void metered(const Frame& frame, const std::string& subject, const std::string& station,
@@ -150,7 +185,7 @@ std::string text(const Plan& plan) {
   std::string out =
       "Lens, focus, aperture and sensitivity stay the same throughout; the sample does not move "
       "between its views and the patterns.\nMetered shots: the longest time of the plan that does "
-      "not saturate; the others as told.\n" +
+      "not saturate; the others as told, a Gray code's at the time of its white.\n" +
       std::to_string(plan.shots.size()) + " photographs, " + number(plan.disk_bytes / 1e9, "%.2g") +
       " GB at most, about " + number(plan.working_s / 60.0, "%.0f") + " minutes.\n";
   std::string scene;
@@ -221,6 +256,9 @@ Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder) 
   capture.camera_board_views = request.boards;
   capture.projector_plane_poses = request.planes;
   capture.projected_board = projected_board(request.projector);
+  capture.plane_light = request.plane_light;
+  capture.projector_levels = projector_levels(request.projector_levels);
+  capture.ambient = request.ambient;
   capture.white_reflectance = request.white_reflectance;
   capture.colour_chart = request.colour_chart;
 
@@ -246,8 +284,19 @@ void write_plan(const Plan& plan) {
   for (std::size_t i = 0; i < plan.capture.patterns.size(); ++i) {
     io::write_image(folder / plan.session.patterns[i].image, plan.capture.patterns[i].image);
   }
-  io::write_image(folder / "calibration" / "projected_board.png",
-                  make_chessboard_image(plan.session.projector, plan.capture.projected_board));
+  if (plan.session.calibration.projected_board) {
+    io::write_image(folder / "calibration" / "projected_board.png",
+                    make_chessboard_image(plan.session.projector, plan.capture.projected_board));
+  }
+  for (const std::uint8_t value : plan.capture.projector_levels) {
+    io::write_image(folder / level_image(value), make_uniform_image(plan.session.projector, value));
+  }
+  if (plan.capture.plane_light != PlaneLight::chessboard) {
+    const auto code = make_gray_code_images(plan.session.projector);
+    for (std::size_t k = 0; k < code.size(); ++k) {
+      io::write_image(folder / gray_code_image(k), code[k]);
+    }
+  }
   io::write_text_atomically(folder / "shots.csv", csv(plan.shots));
   io::write_text_atomically(folder / "shots.json", json(plan).dump(2) + "\n");
   io::write_text_atomically(folder / "shots.txt", text(plan));

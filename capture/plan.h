@@ -24,6 +24,9 @@ struct PlanRequest {
   Board board{9, 6, 4.0};
   int boards = 15;
   int planes = 6;
+  PlaneLight plane_light = PlaneLight::chessboard;
+  int projector_levels = 0;  ///< values between black and white on the white target
+  bool ambient = false;      ///< also photograph with the projector off
   double white_reflectance = 0.99;
   bool colour_chart = true;
 };
@@ -56,8 +59,9 @@ struct Plan {
 /// a longest exposure below 1/30 s, a grid finer than the projector's pixels.
 Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder);
 
-/// Writes session.json, patterns/, calibration/projected_board.png, shots.csv, shots.json and
-/// shots.txt into the plan's folder. `kappamu run` accepts it once the photographs are there.
+/// Writes session.json, patterns/, calibration/projected_board.png or gray_code_NN.png (what the
+/// planes are shown), shots.csv, shots.json and shots.txt into the plan's folder. `kappamu run`
+/// accepts it once the photographs are there.
 void write_plan(const Plan& plan);
 
 }  // namespace kappamu::capture

@@ -65,6 +65,12 @@ std::uint8_t grey(double share) {
 
 }  // namespace
 
+std::vector<std::uint8_t> projector_levels(int count) {
+  std::vector<std::uint8_t> values;
+  for (int i = 1; i <= count; ++i) values.push_back(grey(static_cast<double>(i) / (count + 1)));
+  return values;
+}
+
 Image<std::uint8_t> make_uniform_image(const Projector& projector, std::uint8_t value) {
   return {projector.width, projector.height, 1, value};
 }

@@ -64,17 +64,25 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
       if (!first_of(shots.projector_planes)) return {};
       const ProjectorPlane& plane = shots.projector_planes[pose];
       if (scene_.ambient) return {plane.board};
-      if (plane.gray_code.empty() || is_uniform(shown_, 0)) return {plane.projected};
-      const std::vector<Image<std::uint8_t>> code = make_gray_code_images(session_.projector);
-      const auto same = std::find_if(code.begin(), code.end(), [&](const auto& image) {
-        return image.values() == shown_.values();
-      });
-      if (same == code.end()) return {plane.projected};
-      return {plane.gray_code[static_cast<std::size_t>(same - code.begin())]};
+      if (!plane.gray_code.empty()) {
+        const std::vector<Image<std::uint8_t>> code = make_gray_code_images(session_.projector);
+        const auto same = std::find_if(code.begin(), code.end(), [&](const auto& image) {
+          return image.values() == shown_.values();
+        });
+        if (same != code.end()) {
+          return {plane.gray_code[static_cast<std::size_t>(same - code.begin())]};
+        }
+      }
+      return plane.projected ? std::vector{*plane.projected} : std::vector<Frame>();
     }
     case Subject::white_target:
       if (!shots.white_target) return {};
-      return is_uniform(shown_, 0) ? shots.white_target_black : shots.white_target->frames;
+      if (scene_.projector_off) return shots.white_target->off_frames;
+      if (is_uniform(shown_, 0)) return shots.white_target_black;
+      for (const ProjectorLevel& level : shots.white_target->levels) {
+        if (is_uniform(shown_, static_cast<std::uint8_t>(level.value))) return level.frames;
+      }
+      return shots.white_target->frames;
     case Subject::colour_chart:
       return shots.colour_chart ? shots.colour_chart->frames : std::vector<Frame>();
     default:
@@ -85,6 +93,9 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
       if (view.station == scene_.station) return {view.frame};
     }
     return {};
+  }
+  if (scene_.projector_off) {
+    return pose < shots.ambient.size() ? shots.ambient[pose] : std::vector<Frame>();
   }
   const Pattern* pattern = shown_pattern();
   return pattern != nullptr ? pattern->frames : std::vector<Frame>();

@@ -119,12 +119,13 @@ struct ProjectedBoard {
   std::array<double, 2> origin_px{};
 };
 
-/// A plane held before camera and projector: the printed board on it as the camera sees it, and the
-/// projected chessboard on the blank part of the same, unmoved plane.
+/// A plane held before camera and projector: the printed board on it as the camera sees it, and on
+/// the same, unmoved plane what the projector throws: a chessboard on the blank part, a Gray code,
+/// or one after the other. All planes of a session have the one, or all the other.
 struct ProjectorPlane {
   Frame board;
-  Frame projected;
-  /// Gray code over the projector's whole frame on the same, unmoved plane, or empty: bits of the
+  std::optional<Frame> projected;
+  /// Gray code over the projector's whole frame, or empty: bits of the
   /// column, most significant first, each followed by its inverse, the row's likewise, white, black
   /// (OpenCV's structured_light order).
   std::vector<Frame> gray_code{};
@@ -143,10 +144,18 @@ struct SampleView {
   std::optional<std::array<std::array<double, 2>, 4>> corners_px;
 };
 
+/// The white target under one projector value.
+struct ProjectorLevel {
+  int value = 0;  ///< 1 to 254
+  Stack frames;
+};
+
 /// Diffuse white target in the plane of the sample's lit face, lit by the projector's full white.
 struct WhiteTarget {
   double reflectance = 0.0;  ///< in (0, 1]
   Stack frames;
+  Stack off_frames{};  ///< projector off or capped, the room's light; may be empty
+  std::vector<ProjectorLevel> levels{};  ///< values rising; may be empty
 };
 
 /// ColorChecker Classic in the plane of the sample's lit face, lit by the projector's full white.
@@ -163,12 +172,15 @@ struct ColourChart {
 struct Calibration {
   std::vector<Frame> camera_boards;  ///< printed board in many poses
   Board board;
-  ProjectedBoard projected_board;
+  std::optional<ProjectedBoard> projected_board;  ///< of the planes' `projected`
   std::vector<ProjectorPlane> projector_planes;
   std::vector<SampleView> sample_views;
   std::vector<Frame> dark;  ///< lens covered
   std::optional<WhiteTarget> white_target;
   Stack white_target_black;  ///< the same target while the projector shows black; may be empty
+  /// The sample from the pattern station with the projector off or capped, the room as under the
+  /// patterns; taken several times it tells how the room's light changed. May be empty.
+  std::vector<Stack> ambient{};
   std::optional<ColourChart> colour_chart;
 };
 

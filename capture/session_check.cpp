@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <set>
 
 #include "capture/session.h"
@@ -201,7 +202,11 @@ class Checker {
     if (calibration.board.kind == BoardKind::charuco) markers(calibration.board);
     frames(calibration.camera_boards, "calibration.camera_boards");
 
-    const ProjectedBoard& projected = calibration.projected_board;
+    if (calibration.projected_board) projected_board(*calibration.projected_board);
+    projector_planes();
+  }
+
+  void projected_board(const ProjectedBoard& projected) const {
     const std::string field = "calibration.projected_board";
     whole(projected.columns, 3, 1000, field + ".columns");
     whole(projected.rows, 3, 1000, field + ".rows");
@@ -215,14 +220,29 @@ class Checker {
               "puts the inner corners from pixel " + shown(first) + " to " + shown(last) +
                   "; they must lie in the projector's " + std::to_string(extent[axis]) + " pixels");
     }
-    require(!calibration.projector_planes.empty(), "calibration.projector_planes",
-            "is empty; list at least one plane");
+  }
+
+  void projector_planes() const {
+    const Calibration& calibration = session_.calibration;
+    const std::string field = "calibration.projector_planes";
+    require(!calibration.projector_planes.empty(), field, "is empty; list at least one plane");
+    std::optional<std::size_t> without_board;
+    std::optional<std::size_t> without_code;
     for (std::size_t i = 0; i < calibration.projector_planes.size(); ++i) {
-      const std::string plane = indexed("calibration.projector_planes", i);
+      const std::string plane = indexed(field, i);
       frame(calibration.projector_planes[i].board, plane + ".board");
-      frame(calibration.projector_planes[i].projected, plane + ".projected");
+      if (const auto& projected = calibration.projector_planes[i].projected) {
+        frame(*projected, plane + ".projected");
+        require(calibration.projected_board.has_value(), "calibration.projected_board",
+                "is missing although " + plane + ".projected shows one; tell its corners");
+      } else {
+        without_board = i;
+      }
       const std::vector<Frame>& code = calibration.projector_planes[i].gray_code;
-      if (code.empty()) continue;
+      if (code.empty()) {
+        without_code = i;
+        continue;
+      }
       frames(code, plane + ".gray_code");
       const int needed = gray_code_frames(session_.projector);
       require(code.size() == static_cast<std::size_t>(needed), plane + ".gray_code",
@@ -231,6 +251,17 @@ class Checker {
                   std::to_string(session_.projector.height) + " projector has " +
                   std::to_string(needed) +
                   ": two for each bit of columns and rows, white and black");
+      for (const Frame& one : code) {
+        require(one.exposure_s == code.front().exposure_s, plane + ".gray_code",
+                "has exposure times of " + shown(code.front().exposure_s) + " s and " +
+                    shown(one.exposure_s) + " s (" + one.file +
+                    "); its frames are compared: take all at one exposure time");
+      }
+    }
+    if (without_board && without_code) {
+      fail(indexed(field, *without_board),
+           "has no projected chessboard and " + indexed(field, *without_code) +
+               " no Gray code; all planes need 'projected', or all 'gray_code'");
     }
   }
 
@@ -303,6 +334,21 @@ class Checker {
       require(reflectance > 0.0 && reflectance <= 1.0, "calibration.white_target.reflectance",
               "is " + shown(reflectance) + "; a reflectance must be above 0 and at most 1");
       stack(calibration.white_target->frames, "calibration.white_target.frames");
+      if (!calibration.white_target->off_frames.empty()) {
+        stack(calibration.white_target->off_frames, "calibration.white_target.off_frames");
+      }
+      levels(calibration.white_target->levels, "calibration.white_target.levels");
+    }
+    const bool off = calibration.white_target && !calibration.white_target->off_frames.empty();
+    require(!off || !calibration.ambient.empty(), "calibration.ambient",
+            "is missing although white_target.off_frames tell of room light; photograph the sample "
+            "with the projector off too");
+    require(off || calibration.ambient.empty() || calibration.white_target_black.empty(),
+            "calibration.white_target.off_frames",
+            "is missing although there is calibration.ambient; without it room light would count "
+            "as the projector's black");
+    for (std::size_t i = 0; i < calibration.ambient.size(); ++i) {
+      stack(calibration.ambient[i], indexed("calibration.ambient", i) + ".frames");
     }
     if (!calibration.white_target_black.empty()) {
       require(calibration.white_target.has_value(), "calibration.white_target",
@@ -314,6 +360,19 @@ class Checker {
       if (calibration.colour_chart->corners_px) {
         corners(*calibration.colour_chart->corners_px, "calibration.colour_chart.corners_px");
       }
+    }
+  }
+
+  void levels(const std::vector<ProjectorLevel>& list, const std::string& field) const {
+    int previous = 0;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const std::string value = indexed(field, i) + ".value";
+      whole(list[i].value, 1, 254, value);
+      require(list[i].value > previous, value,
+              "is " + std::to_string(list[i].value) + " after " + std::to_string(previous) +
+                  "; list the values once each, rising");
+      previous = list[i].value;
+      stack(list[i].frames, indexed(field, i) + ".frames");
     }
   }
 

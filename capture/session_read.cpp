@@ -234,24 +234,24 @@ Board read_board(const Node& node) {
 }
 
 Calibration read_calibration(const Node& node) {
-  node.expect_fields(
-      {"board", "camera_boards", "projected_board", "projector_planes", "sample_views", "dark"},
-      {"white_target", "colour_chart"});
+  node.expect_fields({"board", "camera_boards", "projector_planes", "sample_views", "dark"},
+                     {"projected_board", "white_target", "colour_chart", "ambient"});
   Calibration calibration;
   calibration.board = read_board(node["board"]);
   calibration.camera_boards = read_frames(node["camera_boards"]);
-  const Node projected = node["projected_board"];
-  projected.expect_fields({"columns", "rows", "square_px", "origin_px"});
-  calibration.projected_board = {projected["columns"].integer(), projected["rows"].integer(),
-                                 projected["square_px"].number(),
-                                 read_point(projected["origin_px"])};
+  if (node.has("projected_board")) {
+    const Node projected = node["projected_board"];
+    projected.expect_fields({"columns", "rows", "square_px", "origin_px"});
+    calibration.projected_board =
+        ProjectedBoard{projected["columns"].integer(), projected["rows"].integer(),
+                       projected["square_px"].number(), read_point(projected["origin_px"])};
+  }
   for (const Node& plane : node["projector_planes"].items(1)) {
-    plane.expect_fields({"board", "projected"}, {"gray_code"});
-    calibration.projector_planes.push_back(
-        {read_frame(plane["board"]), read_frame(plane["projected"])});
-    if (plane.has("gray_code")) {
-      calibration.projector_planes.back().gray_code = read_frames(plane["gray_code"]);
-    }
+    plane.expect_fields({"board"}, {"projected", "gray_code"});
+    ProjectorPlane read{read_frame(plane["board"]), {}};
+    if (plane.has("projected")) read.projected = read_frame(plane["projected"]);
+    if (plane.has("gray_code")) read.gray_code = read_frames(plane["gray_code"]);
+    calibration.projector_planes.push_back(std::move(read));
   }
   for (const Node& view : node["sample_views"].items(1)) {
     calibration.sample_views.push_back(read_sample_view(view));
@@ -259,11 +259,27 @@ Calibration read_calibration(const Node& node) {
   calibration.dark = read_frames(node["dark"]);
   if (node.has("white_target")) {
     const Node white = node["white_target"];
-    white.expect_fields({"reflectance", "frames"}, {"black_frames"});
+    white.expect_fields({"reflectance", "frames"}, {"black_frames", "off_frames", "levels"});
     calibration.white_target =
         WhiteTarget{white["reflectance"].number(), read_frames(white["frames"])};
     if (white.has("black_frames")) {
       calibration.white_target_black = read_frames(white["black_frames"]);
+    }
+    if (white.has("off_frames")) {
+      calibration.white_target->off_frames = read_frames(white["off_frames"]);
+    }
+    if (white.has("levels")) {
+      for (const Node& level : white["levels"].items(1)) {
+        level.expect_fields({"value", "frames"});
+        calibration.white_target->levels.push_back(
+            {level["value"].integer(), read_frames(level["frames"])});
+      }
+    }
+  }
+  if (node.has("ambient")) {
+    for (const Node& time : node["ambient"].items(1)) {
+      time.expect_fields({"frames"});
+      calibration.ambient.push_back(read_frames(time["frames"]));
     }
   }
   if (node.has("colour_chart")) {

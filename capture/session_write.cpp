@@ -67,30 +67,37 @@ json to_json(const Board& board) {
 }
 
 json to_json(const Calibration& calibration) {
-  const ProjectedBoard& projected = calibration.projected_board;
   json planes = json::array();
   for (const ProjectorPlane& plane : calibration.projector_planes) {
-    planes.push_back({{"board", to_json(plane.board)}, {"projected", to_json(plane.projected)}});
+    planes.push_back({{"board", to_json(plane.board)}});
+    if (plane.projected) planes.back()["projected"] = to_json(*plane.projected);
     if (!plane.gray_code.empty()) planes.back()["gray_code"] = to_json(plane.gray_code);
   }
   json views = json::array();
   for (const SampleView& view : calibration.sample_views) views.push_back(to_json(view));
   json out{{"board", to_json(calibration.board)},
-           {"camera_boards", to_json(calibration.camera_boards)},
-           {"projected_board",
-            {{"columns", projected.columns},
-             {"rows", projected.rows},
-             {"square_px", projected.square_px},
-             {"origin_px", projected.origin_px}}},
-           {"projector_planes", std::move(planes)},
-           {"sample_views", std::move(views)},
-           {"dark", to_json(calibration.dark)}};
+           {"camera_boards", to_json(calibration.camera_boards)}};
+  if (const auto& projected = calibration.projected_board) {
+    out["projected_board"] = {{"columns", projected->columns},
+                              {"rows", projected->rows},
+                              {"square_px", projected->square_px},
+                              {"origin_px", projected->origin_px}};
+  }
+  out["projector_planes"] = std::move(planes);
+  out["sample_views"] = std::move(views);
+  out["dark"] = to_json(calibration.dark);
   if (calibration.white_target) {
     json& white = out["white_target"];
     white["reflectance"] = calibration.white_target->reflectance;
     white["frames"] = to_json(calibration.white_target->frames);
     if (!calibration.white_target_black.empty()) {
       white["black_frames"] = to_json(calibration.white_target_black);
+    }
+    if (!calibration.white_target->off_frames.empty()) {
+      white["off_frames"] = to_json(calibration.white_target->off_frames);
+    }
+    for (const ProjectorLevel& level : calibration.white_target->levels) {
+      white["levels"].push_back({{"value", level.value}, {"frames", to_json(level.frames)}});
     }
   }
   if (calibration.colour_chart) {
@@ -99,6 +106,9 @@ json to_json(const Calibration& calibration) {
     if (calibration.colour_chart->corners_px) {
       chart["corners_px"] = *calibration.colour_chart->corners_px;
     }
+  }
+  for (const Stack& frames : calibration.ambient) {
+    out["ambient"].push_back({{"frames", to_json(frames)}});
   }
   return out;
 }

@@ -33,7 +33,7 @@ class Shooter {
     session_.calibration_station = plan.calibration_station;
     session_.pattern_station = plan.pattern_station;
     session_.calibration.board = plan.board;
-    session_.calibration.projected_board = plan.projected_board;
+    if (chessboards()) session_.calibration.projected_board = plan.projected_board;
     exposures_ = plan.exposures_s;
     target_exposures_ = plan.target_exposures_s.empty() ? exposures_ : plan.target_exposures_s;
     all_exposures_ = exposures_;
@@ -65,6 +65,7 @@ class Shooter {
 
  private:
   bool rehearsing() const { return device_ == nullptr; }
+  bool chessboards() const { return plan_.plane_light != PlaneLight::gray_code; }
 
   void go_through() {
     done_ = 0;
@@ -73,6 +74,7 @@ class Shooter {
     session_.calibration.projector_planes.clear();
     session_.calibration.sample_views.clear();
     session_.calibration.dark.clear();
+    session_.calibration.ambient.clear();
     dark();
     boards();
     planes();
@@ -103,6 +105,9 @@ class Shooter {
   void place(Subject subject, const std::string& station, bool ambient, int pose = 0,
              int poses = 1) {
     if (!rehearsing()) device_->place({subject, station, ambient, pose, poses});
+  }
+  void place_unlit(Subject subject, const std::string& station, int pose = 0, int poses = 1) {
+    if (!rehearsing()) device_->place({subject, station, false, pose, poses, true});
   }
   void show(const Image<std::uint8_t>& image) {
     if (!rehearsing()) device_->show(image);
@@ -180,9 +185,6 @@ class Shooter {
   }
 
   void planes() {
-    const Image<std::uint8_t> board =
-        rehearsing() ? Image<std::uint8_t>()
-                     : make_chessboard_image(session_.projector, plan_.projected_board);
     std::size_t ambient_meter = all_exposures_.size();
     std::size_t projected_meter = all_exposures_.size();
     for (int pose = 0; pose < plan_.projector_plane_poses; ++pose) {
@@ -193,11 +195,13 @@ class Shooter {
       plane.board = metered(stem + "_board.png");
       ambient_meter = meter_;
       place(Subject::plane, plan_.calibration_station, false, pose, plan_.projector_plane_poses);
-      show(board);
       meter_ = projected_meter;
-      plane.projected = metered(stem + "_projected.png");
-      projected_meter = meter_;
-      if (plan_.gray_code) plane.gray_code = gray_code(stem);
+      if (chessboards()) {
+        if (!rehearsing()) show(make_chessboard_image(session_.projector, plan_.projected_board));
+        plane.projected = metered(stem + "_projected.png");
+        projected_meter = meter_;
+      }
+      if (plan_.plane_light != PlaneLight::chessboard) plane.gray_code = gray_code(stem);
       session_.calibration.projector_planes.push_back(plane);
     }
   }
@@ -233,6 +237,15 @@ class Shooter {
           WhiteTarget{*plan_.white_reflectance, stack("calibration/white", target_exposures_)};
       show(make_uniform_image(session_.projector, 0));
       session_.calibration.white_target_black = stack("calibration/black", target_exposures_);
+      for (const std::uint8_t value : plan_.projector_levels) {
+        show(make_uniform_image(session_.projector, value));
+        session_.calibration.white_target->levels.push_back(
+            {value, stack("calibration/level_" + std::to_string(value), target_exposures_)});
+      }
+      if (plan_.ambient) {
+        place_unlit(Subject::white_target, plan_.calibration_station);
+        session_.calibration.white_target->off_frames = stack("calibration/off", target_exposures_);
+      }
     }
     if (plan_.colour_chart) {
       place(Subject::colour_chart, plan_.calibration_station, false);
@@ -256,7 +269,15 @@ class Shooter {
     }
   }
 
+  void ambient(int time) {
+    if (!plan_.ambient) return;
+    place_unlit(Subject::sample, plan_.pattern_station, time, 2);
+    session_.calibration.ambient.push_back(
+        stack("calibration/ambient_" + std::to_string(time), exposures_));
+  }
+
   void patterns() {
+    ambient(0);
     place(Subject::sample, plan_.pattern_station, false);
     for (const PlannedPattern& planned : plan_.patterns) {
       const std::string image = "patterns/" + planned.id + ".png";
@@ -265,6 +286,7 @@ class Shooter {
       session_.patterns.push_back(
           {planned.id, image, planned.role, stack("frames/" + planned.id, exposures_)});
     }
+    ambient(1);
   }
 
   RigDevice* device_ = nullptr;  // none while rehearsing
@@ -280,6 +302,19 @@ class Shooter {
 };
 
 }  // namespace
+
+std::string to_string(PlaneLight light) {
+  if (light == PlaneLight::both) return "both";
+  return light == PlaneLight::chessboard ? "chessboard" : "gray-code";
+}
+
+PlaneLight plane_light_from_string(const std::string& text) {
+  for (const PlaneLight light : {PlaneLight::chessboard, PlaneLight::gray_code, PlaneLight::both}) {
+    if (text == to_string(light)) return light;
+  }
+  throw InputError("the light on the projector's planes is '" + text +
+                   "'; write chessboard, gray-code or both.");
+}
 
 Session shoot_session(RigDevice& device, const CapturePlan& plan,
                       const std::filesystem::path& folder, Progress& progress) {

@@ -21,6 +21,16 @@ struct PlannedPattern {
   PatternRole role = PatternRole::fit;
 };
 
+/// What the projector throws on the planes that calibrate it.
+enum class PlaneLight {
+  chessboard,  ///< one picture a plane
+  gray_code,   ///< 2 log2(columns) + 2 log2(rows) + 2 pictures a plane
+  both         ///< the Gray code calibrates, the chessboard checks it
+};
+/// "chessboard", "gray-code", "both"; the latter throws InputError for another text.
+std::string to_string(PlaneLight light);
+PlaneLight plane_light_from_string(const std::string& text);
+
 /// Everything a session needs that the rig cannot know by itself. Empty or zero parts are left out
 /// of the session where its format allows that.
 struct CapturePlan {
@@ -36,8 +46,13 @@ struct CapturePlan {
   int camera_board_views = 15;
   ProjectedBoard projected_board;
   int projector_plane_poses = 6;
-  bool gray_code = false;                   ///< also shoot a Gray code on every plane
+  PlaneLight plane_light = PlaneLight::chessboard;
   std::optional<double> white_reflectance;  ///< in (0, 1]; absent = no white target
+  /// Projector values between black and white that the white target is shot under as well.
+  std::vector<std::uint8_t> projector_levels;
+  /// Shoot white target and sample with the projector off too, the sample before and after the
+  /// patterns: for rooms that are not dark.
+  bool ambient = false;
   bool colour_chart = true;
   int dark_repeats = 2;  ///< dark frames at the shortest and at the longest exposure, each
 };
@@ -72,6 +87,9 @@ Image<std::uint8_t> make_chessboard_image(const Projector& projector, const Proj
 
 /// The Gray code of ProjectorPlane::gray_code, in its order.
 std::vector<Image<std::uint8_t>> make_gray_code_images(const Projector& projector);
+
+/// `count` values evenly between 0 and 255, without these two.
+std::vector<std::uint8_t> projector_levels(int count);
 
 /// An image of the projector's size in one grey value.
 Image<std::uint8_t> make_uniform_image(const Projector& projector, std::uint8_t value);

@@ -48,7 +48,13 @@ Image<float> thrown_image(const ProjectorModel& projector, const Image<float>& s
             shown.channels() == 1,
         "a projected image is grey and of the projector's size");
   const std::vector<double> kernel = gaussian_kernel(projector.defocus_px);
-  Image<float> out = blur(blur(shown, kernel, true), kernel, false);
+  Image<float> light = shown;
+  if (projector.gamma != 1.0) {
+    for (float& value : light.values()) {
+      value = static_cast<float>(std::pow(static_cast<double>(value), projector.gamma));
+    }
+  }
+  Image<float> out = blur(blur(light, kernel, true), kernel, false);
   for (float& value : out.values()) {
     value = static_cast<float>(projector.black_level + (1.0 - projector.black_level) * value);
   }

@@ -13,6 +13,7 @@ struct ProjectorModel {
   calib::Lens lens;                   ///< with distortion
   Rigid projector_from_world;         ///< [mm]
   double black_level = 1.0 / 4500.0;  ///< light of a black pixel over that of a white one
+  double gamma = 1.0;                 ///< light beyond black goes as value^gamma
   double defocus_px = 0.8;            ///< standard deviation of the Gaussian blur [projector px]
   /// Relative fall of intensity at the image's corner, growing with the square of the distance to
   /// its centre, on top of the lens's natural cos⁴ law.
@@ -21,8 +22,8 @@ struct ProjectorModel {
   double intensity = 1.0;
 };
 
-/// An image as the projector throws it: blurred, with the black level added; values in [0, 1].
-/// `shown` is grey, 0 dark and 1 full white, of the projector's size.
+/// An image as the projector throws it: by its gamma, blurred, with the black level added; values
+/// in [0, 1]. `shown` is grey, 0 dark and 1 full white, of the projector's size.
 Image<float> thrown_image(const ProjectorModel& projector, const Image<float>& shown);
 
 /// Where a point lies in the projector's image, and the irradiance it gets there from full white.

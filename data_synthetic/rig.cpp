@@ -244,6 +244,7 @@ Rig make_rig(const SimulationOptions& options) {
   const std::uint64_t seed = options.seed;
 
   rig.projector_size = {options.projector_size[0], options.projector_size[1]};
+  rig.projector.gamma = options.projector_gamma;
   rig.projector.lens = projector_lens(rig.projector_size.width, rig.projector_size.height);
   rig.projector.projector_from_world.translation = {0.0, 0.0, 2.0 * projector_focal_widths * s};
 

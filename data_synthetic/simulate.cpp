@@ -149,13 +149,17 @@ Truth truth_of(const SimulatedRig& simulated, const SimulationOptions& options,
 
 int count_frames(const capture::Session& session) {
   std::size_t count = session.calibration.camera_boards.size() +
-                      2 * session.calibration.projector_planes.size() +
+                      session.calibration.projector_planes.size() +
                       session.calibration.sample_views.size() + session.calibration.dark.size() +
                       session.calibration.white_target_black.size();
-  if (session.calibration.white_target) count += session.calibration.white_target->frames.size();
+  if (const auto& white = session.calibration.white_target) {
+    count += white->frames.size() + white->off_frames.size();
+    for (const capture::ProjectorLevel& level : white->levels) count += level.frames.size();
+  }
+  for (const capture::Stack& stack : session.calibration.ambient) count += stack.size();
   if (session.calibration.colour_chart) count += session.calibration.colour_chart->frames.size();
   for (const capture::ProjectorPlane& plane : session.calibration.projector_planes) {
-    count += plane.gray_code.size();
+    count += plane.gray_code.size() + (plane.projected ? 1 : 0);
   }
   for (const capture::Pattern& pattern : session.patterns) count += pattern.frames.size();
   return static_cast<int>(count);
@@ -223,7 +227,9 @@ capture::CapturePlan capture_plan(const SimulatedRig& simulated, const Simulatio
   plan.camera_board_views = options.board_views;
   plan.projected_board = rig.projected_board;
   plan.projector_plane_poses = options.projector_planes;
-  plan.gray_code = options.gray_code;
+  plan.plane_light = options.plane_light;
+  plan.projector_levels = capture::projector_levels(options.projector_levels);
+  plan.ambient = options.room_light > 0.0;
   plan.white_reflectance = white_target_reflectance;
   return plan;
 }

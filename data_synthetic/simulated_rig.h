@@ -55,6 +55,7 @@ class SimulatedRig final : public capture::RigDevice {
  private:
   const RayTable& rays();
   Image<float> picture();
+  double room_light() const;  ///< of the present scene, in the dark
   Image<float> to_full_scales(Image<float> radiance) const;
   void solve(const std::vector<Image<std::uint8_t>>& images, Progress& progress);
 
@@ -70,6 +71,7 @@ class SimulatedRig final : public capture::RigDevice {
   Image<std::uint8_t> shown_;
   std::optional<Image<float>> picture_;  ///< of the present scene and image
   std::uint64_t frames_ = 0;
+  int patterns_shown_ = 0;  ///< on the sample so far
 };
 
 }  // namespace kappamu::synthetic

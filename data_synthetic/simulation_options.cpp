@@ -51,6 +51,10 @@ void validate(const SimulationOptions& options) {
   within("bit depth", options.bit_depth, 8, 16);
   within("board views", options.board_views, 12, 60);
   within("projector planes", options.projector_planes, 8, 40);
+  within("projector gamma", options.projector_gamma, 0.2, 5);
+  within("projector levels", options.projector_levels, 0, 254);
+  within("room light", options.room_light, 0, 1);
+  within("room change", options.room_change, -1, 10);
   within("rays per side", options.rays_per_side, 1, 8);
   within("refinement", options.refinement, 2, 4);
   within("photons", static_cast<double>(options.photons), 1000, 4294967295.0);

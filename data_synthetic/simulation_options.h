@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/session.h"
+#include "capture/shoot.h"
 #include "data_synthetic/transport.h"
 
 namespace kappamu::synthetic {
@@ -35,9 +35,15 @@ struct SimulationOptions {
   int board_views = 15;                                       ///< printed-board pictures, 12 to 60
   int projector_planes = 10;                                  ///< planes, 8 to 40
   capture::BoardKind board = capture::BoardKind::chessboard;  ///< the printed one
-  bool gray_code = false;  ///< also project a Gray code on every plane
-  int rays_per_side = 3;   ///< rays per pixel and side of a camera pixel, 1 to 8
-  int refinement = 2;      ///< light transport cells per fitted voxel and side, 2 to 4
+  double projector_gamma = 1.0;  ///< its light goes as value^gamma; 0.2 to 5
+  int projector_levels = 0;      ///< values between black and white shot on the white target
+  /// Room light during the shots in the dark, as irradiance over that of the projector's white; the
+  /// session then has photographs with the projector off.
+  double room_light = 0.0;
+  double room_change = 0.0;  ///< its relative change from the first pattern to the last
+  capture::PlaneLight plane_light = capture::PlaneLight::chessboard;  ///< thrown on the planes
+  int rays_per_side = 3;  ///< rays per pixel and side of a camera pixel, 1 to 8
+  int refinement = 2;     ///< light transport cells per fitted voxel and side, 2 to 4
   TransportMethod transport = TransportMethod::diffusion;
   std::uint64_t photons =
       TransportChoice{}.photons;  ///< per pattern, Monte Carlo, 1000 to 2^32 − 1

@@ -87,6 +87,7 @@ Json to_json(const ProjectorModel& projector) {
   return {{"lens", to_json(projector.lens)},
           {"projector_from_world", to_json(projector.projector_from_world)},
           {"black_level", projector.black_level},
+          {"gamma", projector.gamma},
           {"defocus_px", projector.defocus_px},
           {"falloff", projector.falloff},
           {"intensity", projector.intensity}};
@@ -96,6 +97,7 @@ ProjectorModel projector_from(const Json& json) {
   projector.lens = lens_from(json.at("lens"));
   projector.projector_from_world = rigid_from(json.at("projector_from_world"));
   json.at("black_level").get_to(projector.black_level);
+  json.at("gamma").get_to(projector.gamma);
   json.at("defocus_px").get_to(projector.defocus_px);
   json.at("falloff").get_to(projector.falloff);
   json.at("intensity").get_to(projector.intensity);

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 
 #include "app/report/chart.h"
 #include "app/report/picture.h"
@@ -51,17 +52,26 @@ Html uncertainty_map(const CalibrationData& calibration) {
           " mm away: predicted from the boards' corners, over the frame");
 }
 
-/// How legible each plane's Gray code is, where on the picture.
+/// How legible each plane's Gray code is, where on the picture; one scale for all.
 Html gray_code_block(const CalibrationData& calibration) {
   constexpr int width = 200;  // CSS px
+  double high = 0.0;
+  for (const calib::GrayCodeView& view : calibration.gray_code) {
+    high = std::max(high, quantile(view.quality.values(), 0.99));
+  }
   std::vector<Html> maps;
   for (const calib::GrayCodeView& view : calibration.gray_code) {
+    const std::string first = std::filesystem::path(view.name).filename().string();
     maps.push_back(
-        figure(picture(coloured(view.quality, ColourMap::viridis, 0.0, 1.0), width, view.name),
-               view.name + ": legible in " + number(100.0 * view.legible_share, 3) + " %, " +
-                   std::to_string(view.points) + " points"));
+        figure(picture(coloured(view.quality, ColourMap::viridis, 0.0, high), width, view.name),
+               first + ": " + percent(view.legible_share) + ", " + std::to_string(view.points) +
+                   " points"));
   }
-  Html content = row(maps) + legend(ColourMap::viridis, 0.0, 1.0, "weakest bit over white - black");
+  Html content = row(maps) + legend(ColourMap::viridis, 0.0, high,
+                                    "contrast of the weakest bit read, over white − black");
+  content += note(
+      "Below each plane's first picture: part of the picture where its code is legible, "
+      "points of the projector's frame located by it.");
   if (calibration.gray_code_check_px) {
     content += note("The projected chessboards, which took no part, lie " +
                     number(*calibration.gray_code_check_px, 3) +

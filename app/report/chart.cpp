@@ -197,8 +197,11 @@ Html render(const LineChart& chart) {
   Frame frame = frame_of(chart.width, chart.height, true);
   const bool has_legend = std::any_of(chart.series.begin(), chart.series.end(),
                                       [](const Series& series) { return !series.name.empty(); });
-  const double legend_x = frame.right - 40;
-  if (has_legend) frame.right -= 56;
+  constexpr double letter = 7.0;  // CSS px, about
+  std::size_t longest = 0;
+  for (const Series& series : chart.series) longest = std::max(longest, series.name.size());
+  const double legend_x = frame.right - 33 - letter * static_cast<double>(longest);
+  if (has_legend) frame.right = legend_x - 16;
   const Axis x(x_range.low, x_range.high, chart.log_x, frame.left, frame.right);
   const Axis y(y_range.low, y_range.high, chart.log_y, frame.bottom, frame.top);
   Html content = y_axis(y, frame, chart.y_label) + x_axis(x, frame, chart.x_label);

@@ -60,13 +60,45 @@ Html scale_table(const RunData& run) {
                rows);
 }
 
+/// How the projector's light grows with a pixel's value.
+Html projector_block(const RunData& run) {
+  const calib::ProjectorCurve& curve = *run.calibration->projector_curve;
+  LineChart chart;
+  chart.x_label = "pixel value";
+  chart.y_label = "light, share of white";
+  const std::vector<std::string> names = channel_names(run);
+  for (std::size_t c = 0; c < curve.light.size(); ++c) {
+    Series series;
+    series.name = c < names.size() ? names[c] : "channel " + std::to_string(c);
+    series.colour = channel_colour(series.name, c);
+    series.x.assign(curve.values.begin(), curve.values.end());
+    series.y = curve.light[c];
+    chart.series.push_back(series);
+  }
+  chart.series.push_back({"proportional", "#888888", {0.0, 255.0}, {0.0, 1.0}, true});
+  return element(
+      "figure",
+      render(chart) + element("figcaption",
+                              text("The projector's light on the white target under " +
+                                   std::to_string(curve.values.size()) +
+                                   " pixel values, black taken off. The channels' mean, which "
+                                   "gives the patterns' light, is at most " +
+                                   percent(curve.channel_spread()) + " of white away from each.")));
+}
+
 /// What black pixels, the projector's rim and stray light add or take, where they were measured.
 std::string light_sentence(const CalibrationData& calibration) {
   std::string sentence;
   const calib::WhiteReference& white = calibration.white;
   if (white.black_measured && white.projector_black > 0.0) {
-    sentence += "The projector's black, room light included, is 1 : " +
-                number(1.0 / white.projector_black) + " of its white. ";
+    sentence += "The projector's black" +
+                std::string(white.room_light ? "" : ", room light included,") +
+                " is 1 : " + number(1.0 / white.projector_black) + " of its white. ";
+  }
+  if (white.room_light) {
+    sentence += "The room's light on the target, " + percent(*white.room_light) +
+                " of the projector's white, was photographed with the projector off and taken "
+                "off. ";
   }
   if (!white.scale.empty()) {
     double least = 1.0;
@@ -153,6 +185,9 @@ Html radiometry_section(const RunData& run) {
     content += subsection("Scale and white balance", scale_table(run));
     const std::string sentence = light_sentence(*run.calibration);
     if (!sentence.empty()) content += note(sentence);
+    if (run.calibration->projector_curve) {
+      content += subsection("Projector response", projector_block(run));
+    }
     if (run.calibration->chart)
       content += subsection("Neutral patches of the colour chart", chart_block(run));
   }

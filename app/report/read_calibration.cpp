@@ -48,6 +48,7 @@ std::optional<CalibrationData> read_calibration(const std::filesystem::path& run
   data.response = calibration.radiometry.response.linear;
   data.scale = calibration.scale;
   data.white = calibration.white;
+  data.projector_curve = calibration.projector_curve;
   data.chart = calibration.chart;
   data.warnings = calibration.warnings;
   return data;

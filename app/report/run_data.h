@@ -53,6 +53,7 @@ struct CalibrationData {
   std::vector<std::vector<double>> response;
   std::vector<double> scale;    ///< [channel] full scales per second for unit radiance
   calib::WhiteReference white;  ///< scale empty where there was no white target
+  std::optional<calib::ProjectorCurve> projector_curve;
   std::optional<calib::ChartReference> chart;
   std::vector<std::string> warnings;
 };

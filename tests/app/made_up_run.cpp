@@ -189,6 +189,14 @@ void write_calibration(const fs::path& run, const MadeUpRun& options, std::mt199
   calibration.scale = {1.0, 1.0, 1.0};
   calibration.white.scale = calibration.scale;
   calibration.white.residual_rms = {0.01, 0.01, 0.01};
+  calibration.projector_curve = calib::curve_from_signals(
+      {0, 64, 128, 255},
+      {{0.0, 0.0, 0.0}, {0.05, 0.06, 0.05}, {0.22, 0.22, 0.23}, {1.0, 1.0, 1.0}});
+  calibration.white.black_measured = true;
+  calibration.white.projector_black = 1.0 / 2000.0;
+  calibration.white.room_light = 0.01;
+  for (calib::SamplePose* pose : {&calibration.calibration_pose, &calibration.pattern_pose})
+    pose->corners_px.fill(Eigen::Vector2d::Zero());
   calib::save_calibration(run / "calibration", calibration);
 }
 
@@ -250,7 +258,7 @@ capture::Session make_session(const fs::path& folder, const MadeUpRun& options) 
   for (int i = 0; i < 6; ++i) {
     const std::string plane = "calibration/plane_" + std::to_string(i);
     calibration.projector_planes.push_back(
-        {{plane + "_board.png", 0.1}, {plane + "_projected.png", 0.1}});
+        {{plane + "_board.png", 0.1}, capture::Frame{plane + "_projected.png", 0.1}, {}});
   }
   calibration.sample_views = {
       {"front", Face::z_minus, {"calibration/sample_front.png", 0.1}, std::nullopt},

@@ -107,6 +107,9 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
     EXPECT_THAT(html, HasSubstr("alt=\"residual " + std::string(channel) + " of fit_00\""));
   EXPECT_THAT(html, HasSubstr("Model of G: volume. Simpler ones leave chi2 at 40."));
   EXPECT_THAT(html, HasSubstr("a made-up device"));
+  EXPECT_THAT(html, HasSubstr("white target under 4 pixel values"));
+  EXPECT_THAT(html, HasSubstr("The projector's black is 1 : 2000 of its white. The room's light on "
+                              "the target, 1 % of the projector's white"));
   // Where the data say nothing, in words and in pictures.
   EXPECT_THAT(html, HasSubstr("Beyond 3 mm below the seen face the data say nothing about G."));
   for (const char* picture : {"σ of log κ at depth", "σ of log μ at depth",

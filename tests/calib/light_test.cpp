@@ -215,14 +215,16 @@ TEST(Irradiance, FollowsThePatternTheFlatFieldAndTheBlackLevel) {
   for (int y = 0; y < 480; ++y) {
     for (int x = 0; x < 320; ++x) pattern(x, y) = 255;
   }
-  const std::vector<float> light = lit.irradiance(pattern);
+  const LightTable proportional = light_table(std::nullopt);
+  const std::vector<float> light = lit.irradiance(pattern, proportional);
   const auto at = [&](int u, int v) { return light[static_cast<std::size_t>(v) * block.nx + u]; };
   EXPECT_NEAR(at(2, 5), 1.0 + 0.1 * (2.0 * 2.5 / 20.0 - 1.0), float_tolerance);
   EXPECT_NEAR(at(15, 5), black * (1.0 + 0.1 * (2.0 * 15.5 / 20.0 - 1.0)), float_tolerance);
   // The edge lies half a pixel, a twentieth of a voxel, inside voxel 9.
   EXPECT_NEAR(at(9, 5), 0.95 * (1.0 - 0.005), 0.02);
   double total = 0.0;
-  for (const float e : lit.irradiance(Image<std::uint16_t>(640, 480, 1, 255))) total += e;
+  for (const float e : lit.irradiance(Image<std::uint16_t>(640, 480, 1, 255), proportional))
+    total += e;
   EXPECT_NEAR(total / static_cast<double>(light.size()), 1.0, float_tolerance);
 }
 

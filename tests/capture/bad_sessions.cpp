@@ -61,6 +61,22 @@ std::vector<EditedSession> good_sessions() {
     s["calibration"]["sample_views"][0]["face"] = "x+";
     s["calibration"]["sample_views"][1]["face"] = "x-";
   });
+  add("Gray codes and no chessboard", [](json& s) {
+    json& plane = s["calibration"]["projector_planes"][0];
+    plane.erase("projected");
+    s["calibration"].erase("projected_board");
+    plane["gray_code"] = json::array();
+    for (int k = 0; k < 42; ++k) {
+      plane["gray_code"].push_back(frame(("gray_" + std::to_string(k) + ".png").c_str(), 0.1));
+    }
+  });
+  add("room light and projector levels", [](json& s) {
+    json& white = s["calibration"]["white_target"];
+    const json frames = json::array({frame("f.png", 0.1), frame("g.png", 0.2)});
+    white["off_frames"] = frames;
+    white["levels"] = {{{"value", 64}, {"frames", frames}}, {{"value", 128}, {"frames", frames}}};
+    s["calibration"]["ambient"] = {{{"frames", frames}}, {{"frames", frames}}};
+  });
   add("a pattern kept for validation", [](json& s) {
     json pattern = s["patterns"][0];
     pattern["id"] = "held_out.00";
@@ -178,6 +194,51 @@ std::vector<BadSession> bad_sessions() {
                  code.push_back(frame(("gray_" + std::to_string(k) + ".png").c_str(), 0.1));
                }
              });
+  const auto code = [](json& s, std::size_t plane) {
+    json& frames = s["calibration"]["projector_planes"][plane]["gray_code"] = json::array();
+    for (int k = 0; k < 42; ++k) {
+      frames.push_back(frame(("gray_" + std::to_string(k) + ".png").c_str(), 0.1));
+    }
+  };
+  add_across("Gray code at two exposure times", "calibration.projector_planes[0].gray_code",
+             "has exposure times of 0.1 s and 0.2 s (gray_7.png)", [code](json& s) {
+               code(s, 0);
+               s["calibration"]["projector_planes"][0]["gray_code"][7]["exposure_s"] = 0.2;
+             });
+  add("planes of two kinds", "calibration.projector_planes[0]",
+      "has no projected chessboard and calibration.projector_planes[1] no Gray code",
+      [code](json& s) {
+        json& planes = s["calibration"]["projector_planes"];
+        planes.push_back(planes[0]);
+        planes[0].erase("projected");
+        code(s, 0);
+      });
+  add("plane without light", "calibration.projector_planes[0]", "all planes need 'projected'",
+      [](json& s) { s["calibration"]["projector_planes"][0].erase("projected"); });
+  add("projected board untold", "calibration.projected_board",
+      "is missing although calibration.projector_planes[0].projected",
+      [](json& s) { s["calibration"].erase("projected_board"); });
+  const auto level = [](json& s, int value) {
+    s["calibration"]["white_target"]["levels"].push_back(
+        {{"value", value}, {"frames", {frame("level.png", 0.1)}}});
+  };
+  add("projector level of white", "calibration.white_target.levels[0].value",
+      "is 255; it must lie between 1 and 254", [level](json& s) { level(s, 255); });
+  add_across("projector levels that fall", "calibration.white_target.levels[1].value",
+             "is 64 after 128; list the values once each, rising", [level](json& s) {
+               level(s, 128);
+               level(s, 64);
+             });
+  add_across("room light on the target alone", "calibration.ambient",
+             "is missing although white_target.off_frames", [](json& s) {
+               s["calibration"]["white_target"]["off_frames"] = {frame("off.png", 0.1)};
+             });
+  add_across("room light on the sample alone", "calibration.white_target.off_frames",
+             "room light would count as the projector's black", [](json& s) {
+               s["calibration"]["ambient"] = {{{"frames", {frame("off.png", 0.1)}}}};
+             });
+  add("ambient without frames", "calibration.ambient[0].frames", "is missing",
+      [](json& s) { s["calibration"]["ambient"] = {json::object()}; });
   add_across("markers over their squares", "calibration.board.marker_mm", "smaller than its square",
              [charuco](json& s) { charuco(s, 4.0, "DICT_4X4_50"); });
   add_across("more markers than the dictionary has", "calibration.board.dictionary",

@@ -68,7 +68,7 @@ class Import : public testing::Test {
     shots.board = {9, 6, 4.0};
     shots.camera_boards = {{"b.png", 1.0}};
     shots.projected_board = {5, 4, 8.0, {8.0, 8.0}};
-    shots.projector_planes = {{{"p.png", 1.0}, {"q.png", 1.0}}};
+    shots.projector_planes = {{{"p.png", 1.0}, Frame{"q.png", 1.0}, {}}};
     shots.sample_views = {{"front", Face::z_minus, {"s.png", 1.0}, {}},
                           {"back", Face::z_plus, {"t.png", 1.0}, {}}};
     shots.dark = {{"d.png", 1.0}};
@@ -135,6 +135,48 @@ TEST_F(Import, TakesExposuresSizeAndShotsFromThePhotographs) {
   EXPECT_EQ(read.calibration.projector_planes.size(), 1U);
   EXPECT_EQ(read.calibration.white_target->frames.size(), 3U);
   EXPECT_FALSE(read.calibration.colour_chart) << "planned, not photographed, optional";
+}
+
+// The numbers in the names, not their order as text, are the order of the code.
+TEST_F(Import, GrayCodesAreSortedByTheirNumbers) {
+  const Image<float> light = smooth_scene(width, height, 3, 0.05, 2.0);
+  const int frames = gray_code_frames(session.projector);
+  fs::remove(path("plane_00_projected.png"));
+  for (int k = 0; k < frames; ++k) {
+    take("plane_0_gray_" + std::to_string(k) + ".png", light, {"1/5"});
+  }
+  fs::rename(path("plane_00_board.png"), path("plane_0_board.png"));
+  import();
+  const Session read = read_session(out);
+  ASSERT_EQ(read.calibration.projector_planes.size(), 1U);
+  EXPECT_FALSE(read.calibration.projector_planes[0].projected);
+  EXPECT_FALSE(read.calibration.projected_board);
+  const auto& code = read.calibration.projector_planes[0].gray_code;
+  ASSERT_EQ(code.size(), static_cast<std::size_t>(frames));
+  for (int k = 0; k < frames; ++k) {
+    EXPECT_EQ(code[static_cast<std::size_t>(k)].file,
+              "photographs/day_1/plane_0_gray_" + std::to_string(k) + ".png");
+  }
+
+  fs::remove(path("plane_0_gray_7.png"));
+  EXPECT_THAT(refusal(), HasSubstr("no photograph of frame plane_0_gray_7 of the Gray code (the "
+                                   "projector's has 26, from 0); name it plane_0_gray_7 (any"));
+}
+
+TEST_F(Import, ProjectorLevelsAndRoomLightAreSortedByTheirNumbers) {
+  const Image<float> light = smooth_scene(width, height, 3, 0.05, 2.0);
+  for (const char* shot : {"level_128", "level_032", "off", "ambient_1", "ambient_00"}) {
+    take(std::string(shot) + "_0.png", light, {"1/30"});
+    take(std::string(shot) + "_1.png", light, {"1/5"});
+  }
+  import();
+  const Calibration read = read_session(out).calibration;
+  ASSERT_EQ(read.white_target->levels.size(), 2U);
+  EXPECT_EQ(read.white_target->levels[0].value, 32);
+  EXPECT_EQ(read.white_target->levels[1].frames[1].file, "photographs/day_1/level_128_1.png");
+  EXPECT_EQ(read.white_target->off_frames.size(), 2U);
+  ASSERT_EQ(read.ambient.size(), 2U);
+  EXPECT_EQ(read.ambient[0][0].file, "photographs/day_1/ambient_00_0.png");
 }
 
 TEST_F(Import, CopiesNothingWhereThePhotographsLieInTheSession) {

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -58,10 +59,34 @@ TEST(ExposureTimes, AreRisingMultiplesOfThePeriodFromAThirtiethUp) {
               HasSubstr("longest exposure of 0.02 s is below 0.0333333 s"));
 }
 
-TEST(Plan, ListsEveryPhotographOfItsSessionOnce) {
+class PlanUnder : public testing::TestWithParam<PlaneLight> {
+ protected:
+  Plan written() {
+    PlanRequest request = small_request();
+    request.plane_light = GetParam();
+    if (GetParam() == PlaneLight::both) {
+      request.projector_levels = 2;
+      request.ambient = true;
+    }
+    Plan plan = make_plan(request, folder.path());
+    write_plan(plan);
+    return plan;
+  }
+  bool chessboards() const { return GetParam() != PlaneLight::gray_code; }
+  bool codes() const { return GetParam() != PlaneLight::chessboard; }
   const TemporaryFolder folder;
-  const Plan plan = make_plan(small_request(), folder.path());
-  write_plan(plan);
+};
+INSTANTIATE_TEST_SUITE_P(Light, PlanUnder,
+                         testing::Values(PlaneLight::chessboard, PlaneLight::gray_code,
+                                         PlaneLight::both),
+                         [](const auto& light) {
+                           std::string name = to_string(light.param);
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST_P(PlanUnder, ListsEveryPhotographOfItsSessionOnce) {
+  const Plan plan = written();
   const Session session = read_session(folder.path());
   EXPECT_EQ(session.patterns.size(), 5U);
   std::vector<std::string> listed;
@@ -74,15 +99,32 @@ TEST(Plan, ListsEveryPhotographOfItsSessionOnce) {
   const Calibration& shots = session.calibration;
   need(shots.dark);
   need(shots.camera_boards);
-  for (const ProjectorPlane& plane : shots.projector_planes) need({plane.board, plane.projected});
+  for (const ProjectorPlane& plane : shots.projector_planes) {
+    need({plane.board});
+    EXPECT_EQ(plane.projected.has_value(), chessboards());
+    if (plane.projected) need({*plane.projected});
+    EXPECT_EQ(plane.gray_code.size(), codes() ? 34U : 0U);  // 8 bits of columns, 8 of rows
+    need(plane.gray_code);
+  }
   for (const SampleView& view : shots.sample_views) need({view.frame});
   need(shots.white_target->frames);
   need(shots.white_target_black);
+  need(shots.white_target->off_frames);
+  EXPECT_EQ(shots.white_target->levels.size(), GetParam() == PlaneLight::both ? 2U : 0U);
+  for (const ProjectorLevel& level : shots.white_target->levels) need(level.frames);
+  EXPECT_EQ(shots.ambient.size(), GetParam() == PlaneLight::both ? 2U : 0U);
+  for (const Stack& frames : shots.ambient) need(frames);
   need(shots.colour_chart->frames);
   EXPECT_THAT(listed, testing::UnorderedElementsAreArray(needed));
-  for (const char* file : {"shots.csv", "shots.txt", "calibration/projected_board.png"}) {
+  // Every image that the list tells the projector to show is there.
+  for (const Shot& shot : plan.shots) {
+    if (shot.show.find(".png") == std::string::npos) continue;
+    EXPECT_TRUE(fs::exists(folder.path() / shot.show)) << shot.show;
+  }
+  for (const char* file : {"shots.csv", "shots.txt"}) {
     EXPECT_TRUE(fs::exists(folder.path() / file)) << file;
   }
+  EXPECT_EQ(fs::exists(folder.path() / "calibration/projected_board.png"), chessboards());
   const auto json = nlohmann::json::parse(read_text(folder.path() / "shots.json"));
   EXPECT_EQ(json.at("shots").size(), listed.size());
   EXPECT_GT(plan.working_s, plan.exposing_s);
@@ -101,10 +143,8 @@ TEST(Plan, AContradictionIsToldWithTheNumbers) {
 }
 
 // The folder is filled as the list says (each photograph its own grey), then replayed as a device.
-TEST(FolderReplay, ShootingAReplayedFolderGivesTheSameFolder) {
-  const TemporaryFolder folder;
-  const Plan plan = make_plan(small_request(), folder.path());
-  write_plan(plan);
+TEST_P(PlanUnder, ShootingAReplayedFolderGivesTheSameFolder) {
+  const Plan plan = written();
   std::uint16_t code = 1;
   for (const Shot& shot : plan.shots) {
     io::write_code_image(folder.path() / shot.file, Image<std::uint16_t>(40, 30, 3, ++code), 12);

@@ -43,8 +43,8 @@ TEST(Session, TheDocumentedExampleIsReadWithEveryValueInItsPlace) {
   ASSERT_EQ(session.patterns[0].frames.size(), 2U);
   EXPECT_EQ(session.patterns[0].frames[1].exposure_s, 0.2);
   EXPECT_EQ(session.calibration.board.square_mm, 4.0);
-  EXPECT_EQ(session.calibration.projected_board.origin_px, (std::array<double, 2>{500.0, 200.0}));
-  EXPECT_EQ(session.calibration.projector_planes[0].projected.file,
+  EXPECT_EQ(session.calibration.projected_board->origin_px, (std::array<double, 2>{500.0, 200.0}));
+  EXPECT_EQ(session.calibration.projector_planes[0].projected->file,
             "calibration/plane_00_projected.png");
   EXPECT_EQ(session.calibration.sample_views[1].face, Face::z_plus);
   ASSERT_TRUE(session.calibration.white_target.has_value());
