@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.h"
+
 namespace kappamu::capture {
 namespace {
 
@@ -10,12 +12,6 @@ constexpr int signal_bins = 24;
 constexpr std::size_t least_pixels_per_bin = 200;
 constexpr std::size_t pixels_per_frame = 400000;  // more add nothing
 constexpr double normal_quartile = 0.6745;
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double rounding_variance(const std::vector<double>& response, std::uint16_t code) {
   const std::size_t low = code > 0 ? code - 1U : 0U;
@@ -66,9 +62,9 @@ std::optional<double> electrons_at_full_scale(std::span<const ExposedFrame> stac
     for (Bin& bin : bins) {
       if (bin.differences.size() < least_pixels_per_bin) continue;
       const auto count = static_cast<double>(bin.differences.size());
-      const double middle = median_of(bin.differences);  // what the response curve gets wrong
+      const double middle = upper_median(bin.differences);  // what the response curve gets wrong
       for (double& difference : bin.differences) difference = std::abs(difference - middle);
-      const double spread = median_of(bin.differences) / normal_quartile;
+      const double spread = upper_median(bin.differences) / normal_quartile;
       const double known =
           bin.rounding / count + read_deviation * read_deviation * (1.0 + ratio * ratio);
       const double shot = spread * spread - known;
@@ -78,7 +74,7 @@ std::optional<double> electrons_at_full_scale(std::span<const ExposedFrame> stac
     }
   }
   if (estimates.empty()) return std::nullopt;
-  return 1.0 / median_of(estimates);
+  return 1.0 / upper_median(estimates);
 }
 
 }  // namespace kappamu::capture
