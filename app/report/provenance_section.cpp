@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 
 #include "app/report/sections.h"
 
@@ -49,10 +50,11 @@ Html timings_table(const RunRecord& record) {
   return table({"Stage", "wall time"}, rows);
 }
 
-Html origin_table(const RunRecord& record) {
+/// Paths are told from the run's folder: where that lies is no reader's business.
+Html origin_table(const RunRecord& record, const std::filesystem::path& run) {
   std::vector<std::vector<Html>> rows{
       {text(record.input_kind == RunRecord::InputKind::session ? "session" : "measurements"),
-       text(record.input.string())},
+       text(record.input.lexically_proximate(run).generic_string())},
       {text("fingerprint"), text(record.input_fingerprint)},
       {text("device"), text(record.device.empty() ? "not recorded" : record.device)}};
   for (const auto& [name, value] : record.options)
@@ -69,7 +71,7 @@ Html provenance_section(const RunData& run) {
     content += note("There is no run.json: times, options and device were not recorded.");
   else
     content += row({subsection("Times", timings_table(*run.record)),
-                    subsection("Device, versions, inputs", origin_table(*run.record))});
+                    subsection("Device, versions, inputs", origin_table(*run.record, run.folder))});
   return section("Warnings, times, provenance", content);
 }
 

@@ -65,7 +65,8 @@ std::filesystem::path write_report(const std::filesystem::path& run) {
   const Html body = element("h1", text(subject(data))) +
                     element("p", {{"class", "subtitle"}},
                             text("kappamu: acquisition of diffusion and absorption volumes · " +
-                                 data.folder.string())) +
+                                 data.folder.parent_path().filename().string() + "/" +
+                                 data.folder.filename().string())) +
                     verdict_section(judge(data)) + comparison_section(data) +
                     volumes_section(data) + uncertainty_section(data) + convergence_section(data) +
                     capture_section(data) + calibration_section(data) + radiometry_section(data) +

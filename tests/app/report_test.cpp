@@ -92,6 +92,7 @@ TEST_F(ReportTest, PageStandsAlone) {
   EXPECT_EQ(count(html, "<img "), count(html, "src=\"data:image/png;base64,iVBORw0KGgo"));
   EXPECT_EQ(count(html, "src="), count(html, "<img "));
   EXPECT_LT(html.size(), std::size_t{10} << 20);
+  EXPECT_THAT(html, Not(HasSubstr(folder().string()))) << "the machine is no reader's business";
 }
 
 TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
