@@ -92,6 +92,8 @@ void print_table(const synthetic::Score& score) {
     std::printf("projector on the lit face       %.3f px, %.3f°, %.3f mm, focal length %.2f %%\n",
                 errors.projector_face_px, errors.projector_angle_degrees,
                 errors.projector_position_mm, 100.0 * errors.projector_focal_relative);
+    std::printf("radiance scale, worst channel   %.2f %%, projector's black %.2g %%\n",
+                100.0 * errors.scale_relative, 100.0 * errors.projector_black_relative);
   }
   if (score.kappa_relative_error) {
     std::printf("κ relative error, median        %.1f %%\n", 100.0 * *score.kappa_relative_error);
@@ -114,7 +116,8 @@ void add_score(CLI::App& app, Globals& globals) {
       "never showed, solved on a grid refined two times, with the noise-free truth; below 1e-3 is\n"
       "good, a homogeneous block has a few 1e-2. The HDR error is the median of |found/true − 1|\n"
       "over unflagged pixels on the sample. Calibration is compared on the sample's faces, in\n"
-      "pixels. κ and μ are compared voxel by voxel, by layer below the lit face: continuous light\n"
+      "pixels, and by its scale of radiance. κ and μ are compared voxel by voxel, by layer below "
+      "the lit face: continuous light\n"
       "leaves deep μ undetermined, so large errors there do not spoil E. Whether the fit says so\n"
       "is the share of voxels whose log κ and log μ lie within two stated standard deviations of\n"
       "the truth (95 % if errors are Gaussian and stated rightly) and the median error in "

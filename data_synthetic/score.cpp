@@ -210,12 +210,14 @@ Score score_run(const std::filesystem::path& run, const std::filesystem::path& t
   const bool has_hdr = std::filesystem::is_directory(run / "hdr");
   const bool has_fit =
       std::filesystem::exists(run / "fit" / ("kappa_" + truth.channels.front() + ".npy"));
-  if (!has_hdr && !has_fit) {
+  const bool has_calibration = std::filesystem::exists(run / "calibration" / "calibration.json");
+  if (!has_hdr && !has_fit && !has_calibration) {
     throw InputError(run.string() +
-                     ": has neither hdr/ nor fit/; score a folder that `kappamu run` has made");
+                     ": has neither calibration/ nor hdr/ nor fit/; score a folder "
+                     "that `kappamu run` has made");
   }
   if (has_hdr) score_hdr(run, truth, truth_folder, score);
-  if (std::filesystem::exists(run / "calibration" / "calibration.json")) {
+  if (has_calibration) {
     score.calibration = calibration_errors(calib::load_calibration(run / "calibration"), truth);
   }
   if (has_fit) {

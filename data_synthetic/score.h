@@ -61,7 +61,7 @@ struct Score {
 };
 
 /// Reads run/hdr, run/fit, run/calibration and the truth folder. Throws InputError naming what does
-/// not fit together, or when the run has neither HDR images nor a fit.
+/// not fit together, or when the run has none of the three.
 Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
                 const std::string& device, Progress& progress);
 

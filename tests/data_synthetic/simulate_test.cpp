@@ -226,7 +226,7 @@ TEST_F(Simulated, ScoreOfAnEmptyFolderSaysWhatIsMissing) {
   fs::create_directories(folder_ / "empty");
   const std::string sentence =
       sentence_of([&] { score_run(folder_ / "empty", report_.truth, "reference", silent); });
-  EXPECT_THAT(sentence, testing::HasSubstr("neither hdr/ nor fit/"));
+  EXPECT_THAT(sentence, testing::HasSubstr("neither calibration/ nor hdr/ nor fit/"));
   EXPECT_THROW(score_run(report_.session, folder_ / "empty", "reference", silent), InputError);
 }
 
