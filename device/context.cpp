@@ -158,6 +158,21 @@ Buffer Context::allocate(std::size_t bytes) {
   return buffer;
 }
 
+Buffer Context::part(const Buffer& whole, std::size_t offset, std::size_t bytes) {
+  check(offset % part_alignment == 0 && offset + bytes <= whole.bytes(),
+        "a part must lie inside its device buffer and begin at a multiple of its alignment");
+  const cl_buffer_region region{offset, std::max<std::size_t>(bytes, 1)};
+  cl_int code = CL_SUCCESS;
+  cl_mem memory = clCreateSubBuffer(static_cast<cl_mem>(whole.handle_.get()), CL_MEM_READ_WRITE,
+                                    CL_BUFFER_CREATE_TYPE_REGION, &region, &code);
+  check_call(code, "clCreateSubBuffer", impl_->info.name);
+  Buffer buffer;
+  buffer.handle_ = std::shared_ptr<void>(
+      memory, [keep = whole.handle_](void* m) { clReleaseMemObject(static_cast<cl_mem>(m)); });
+  buffer.bytes_ = bytes;
+  return buffer;
+}
+
 std::size_t Context::allocated_bytes() const {
   return impl_->allocated;
 }

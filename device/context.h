@@ -93,7 +93,10 @@ class Context {
 
   /// Uninitialised device memory. Throws InputError when the device has too little.
   Buffer allocate(std::size_t bytes);
-  /// Bytes of all buffers alive.
+  /// `bytes` of `whole` from `offset` on, a multiple of part_alignment; keeps the whole alive.
+  Buffer part(const Buffer& whole, std::size_t offset, std::size_t bytes);
+  static constexpr std::size_t part_alignment = 4096;  ///< [bytes] no device asks for more
+  /// Bytes of all buffers alive, parts not counted again.
   std::size_t allocated_bytes() const;
   void write(const Buffer& buffer, const void* data, std::size_t bytes);
   void read(const Buffer& buffer, void* data, std::size_t bytes);  ///< after all work before it

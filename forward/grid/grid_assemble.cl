@@ -174,3 +174,40 @@ kernel void make_smoother(const int nx, const int ny, const int nz, const REAL o
     smoother[x] = (x + y + z) & 1 ? inverse[x] : omega / smoother[x];
   }
 }
+
+// What sweeps read of a cell, side by side (Stencil in grid_stream_prelude.cl): the conductances of
+// its six faces, smoother and sink; of a row, the cells with even x come first. And the weights of
+// interpolation of red cells (Weights). One item per row.
+kernel void pack_stencils(const int nx, const int ny, const int nz, global const REAL* restrict gx,
+                          global const REAL* restrict gy, global const REAL* restrict gz,
+                          global const REAL* restrict sink, global const REAL* restrict smoother,
+                          const int with_weights, global const REAL* restrict wx,
+                          global const REAL* restrict wy, global const REAL* restrict wz,
+                          global REAL* restrict stencils, global REAL* restrict weights) {
+  const int row = (int)get_global_id(1);
+  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  const int y = row % ny, z = row / ny, pairs = (nx + 1) >> 1;
+  const size_t first = (size_t)row * nx, plane = (size_t)nx * ny;
+  gx += (size_t)row * (nx + 1);
+  gy += ((size_t)z * (ny + 1) + y) * nx;
+  gz += first;
+  for (int parity = 0; parity < 2; ++parity) {
+    global REAL* to = stencils + 8 * (((size_t)row * 2 + parity) * pairs);
+    for (int x = parity; x < nx; x += 2, to += 8) {
+      to[0] = gx[x];
+      to[1] = gx[x + 1];
+      to[2] = gy[x];
+      to[3] = gy[x + nx];
+      to[4] = gz[x];
+      to[5] = gz[x + plane];
+      to[6] = smoother[first + x];
+      to[7] = sink[first + x];
+    }
+  }
+  weights += 3 * ((size_t)row * pairs);
+  for (int x = (y ^ z) & 1; with_weights && x < nx; x += 2, weights += 3) {
+    weights[0] = wx[first + x];
+    weights[1] = wy[first + x];
+    weights[2] = wz[first + x];
+  }
+}

@@ -46,10 +46,16 @@ void upload(device::Context& context, const Format& format, std::span<const doub
   context.write(buffer, rounded.data(), rounded.size() * sizeof(float));
 }
 
-Hierarchy::Hierarchy(device::Context& context, const Format& format, const GridSetup& setup,
-                     double robin_A)
+std::size_t half_cells(const GridShape& shape) {
+  const auto nx = static_cast<std::size_t>(shape.nx);
+  return shape.cells() / nx * ((nx + 1) / 2);
+}
+
+Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layout,
+                     const GridSetup& setup, double robin_A)
     : context_(context),
       format_(format),
+      layout_(layout),
       setup_(setup),
       robin_A_(robin_A),
       program_(assembly_program(context, format)),
@@ -67,9 +73,22 @@ Level Hierarchy::allocate_level(const GridShape& shape) const {
   level.gx = context_.allocate(face_count(shape, 0) * unit);
   level.gy = context_.allocate(face_count(shape, 1) * unit);
   level.gz = context_.allocate(face_count(shape, 2) * unit);
-  std::vector<device::Buffer*> fields{&level.sink, &level.inverse, &level.smoother};
-  if (shape.cells() > 1) fields.insert(fields.end(), {&level.wx, &level.wy, &level.wz});
+  std::vector<device::Buffer*> fields{&level.sink, &level.inverse};
+  if (layout_ == Layout::cpu && !levels_.empty()) {
+    const Level& lender = levels_.front();
+    level.smoother = lender.smoother;
+    level.wx = lender.wx;
+    level.wy = lender.wy;
+    level.wz = lender.wz;
+  } else {
+    fields.push_back(&level.smoother);
+    if (shape.cells() > 1) fields.insert(fields.end(), {&level.wx, &level.wy, &level.wz});
+  }
   for (device::Buffer* field : fields) *field = context_.allocate(shape.cells() * unit);
+  if (layout_ == Layout::cpu) {
+    level.stencils = context_.allocate(2 * half_cells(shape) * stencil_reals * unit);
+    level.weights = context_.allocate(half_cells(shape) * weight_reals * unit);
+  }
   return level;
 }
 
@@ -146,6 +165,7 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
       levels_.resize(l + 1);
     }
     make_smoother(levels_[l]);
+    if (layout_ == Layout::cpu) pack_stencils(levels_[l]);
   }
   has_medium_ = true;
   return changed;
@@ -162,6 +182,16 @@ void Hierarchy::make_smoother(const Level& level) const {
   } else {
     launch(damping);
   }
+}
+
+void Hierarchy::pack_stencils(const Level& level) const {
+  const GridShape& s = level.shape;
+  // A single cell has no weights.
+  const bool single = s.cells() == 1;
+  context_.launch(program_, "pack_stencils", rows_of(s), s.nx, s.ny, s.nz, level.gx, level.gy,
+                  level.gz, level.sink, level.smoother, int{!single},
+                  single ? level.sink : level.wx, single ? level.sink : level.wy,
+                  single ? level.sink : level.wz, level.stencils, level.weights);
 }
 
 void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,

@@ -26,11 +26,15 @@ struct Level {
   device::Buffer inverse;           ///< 1 / (Σ G + S) of each cell
   device::Buffer smoother;          ///< make_smoother in grid_assemble.cl
   device::Buffer wx, wy, wz;        ///< interpolation weights from the next level; none on the last
+  /// For sweeps (Layout::cpu), all that they read (pack_stencils in grid_assemble.cl). The level's
+  /// smoother and weights are then in there only: the four arrays above serve all levels in turn.
+  device::Buffer stencils, weights;
 };
 
 class Hierarchy {
  public:
-  Hierarchy(device::Context& context, const Format& format, const GridSetup& setup, double robin_A);
+  Hierarchy(device::Context& context, const Format& format, Layout layout, const GridSetup& setup,
+            double robin_A);
 
   /// Returns whether the levels' shapes have changed: work space made for them is then void.
   bool set_medium(std::span<const double> kappa, std::span<const double> mu);
@@ -52,10 +56,12 @@ class Hierarchy {
                     const std::array<int, 3>& halving, const device::Buffer& values,
                     const device::Buffer& sums) const;
   void make_smoother(const Level& level) const;
+  void pack_stencils(const Level& level) const;
   Level allocate_level(const GridShape& shape) const;
 
   device::Context& context_;
   Format format_;
+  Layout layout_;
   GridSetup setup_;
   double robin_A_;
   device::Program& program_;
@@ -67,6 +73,12 @@ class Hierarchy {
 
 /// The level below `shape` that is halved along the axes with 1.
 GridShape coarser_grid(const GridShape& shape, const std::array<int, 3>& halving = {1, 1, 1});
+
+/// Cells of one parity of x, rows of odd length counted as if one longer: half of what `stencils`
+/// holds, all that `weights` does.
+std::size_t half_cells(const GridShape& shape);
+/// Reals of a cell in them.
+constexpr std::size_t stencil_reals = 8, weight_reals = 3;
 
 /// Elements of the face array across `axis`: one more than cells along it.
 std::size_t face_count(const GridShape& shape, int axis);

@@ -16,6 +16,10 @@
 //        plane t − 1  black cells        from red ones of t − 2, t − 1, t
 //        plane t − 2  residual on red    from black ones of t − 3, t − 2, t − 1
 //
+// Each being one plane and one colour after the one before, all stages have cells of the same x in
+// row z, and one loop along x does them all: reading ahead from memory and arithmetic on what is in
+// the cache alternate cell by cell.
+//
 // Around its tile an item computes as many cells once more as the stages need (they are its
 // neighbours' too); it writes only its own. So no value depends on how items are scheduled.
 //
@@ -69,85 +73,69 @@ INLINE global ring_vec* ring_row(Ring ring, int y, int z) {
          ring.x0;
 }
 
+// What the sweeps need of a cell, in one place (pack_stencils in grid_assemble.cl): its faces'
+// conductances, what solves or relaxes it and its sink. Of a row, cells with even x come first.
 typedef struct {
-  global const REAL *gx, *gy, *gy_north, *gz, *gz_up;
-} Conductances;
-INLINE Conductances conductances_at(global const REAL* gx, global const REAL* gy,
-                                    global const REAL* gz, int nx, int ny, int y, int z) {
-  Conductances g;
-  g.gx = gx + ((size_t)z * ny + y) * (nx + 1);
-  g.gy = gy + ((size_t)z * (ny + 1) + y) * nx;
-  g.gy_north = g.gy + nx;
-  g.gz = gz + ((size_t)z * ny + y) * nx;
-  g.gz_up = g.gz + (size_t)nx * ny;
-  return g;
-}
+  REAL west, east, south, north, down, up, smoother, sink;
+} Stencil;
+// And the weights of interpolation, of red cells only.
+typedef struct {
+  REAL x, y, z;
+} Weights;
 
+// Rows of the ring around row (y, z), from the first cell with x = `parity` mod 2 on: its e-th cell
+// of that parity, x = 2 e + parity, is at [2 e].
 typedef struct {
   global const ring_vec *here, *south, *north, *down, *up;
 } Rows;
-INLINE Rows rows_at(Ring ring, int y, int z) {
+INLINE Rows rows_at(Ring ring, int y, int z, int parity) {
   Rows rows;
-  rows.here = ring_row(ring, y, z);
-  rows.south = ring_row(ring, y - 1, z);
-  rows.north = ring_row(ring, y + 1, z);
+  rows.here = ring_row(ring, y, z) + parity;
+  rows.south = ring_row(ring, y - 1, z) + parity;
+  rows.north = ring_row(ring, y + 1, z) + parity;
   rows.down = rows.here - ring.row;
   rows.up = rows.here + ring.row;
   return rows;
 }
 
-// Σ G φ_neighbour
-#define INFLOW(g, v, x)                                                                           \
-  ((g).gx[x] * (v).here[(x)-1] + (g).gx[(x) + 1] * (v).here[(x) + 1] + (g).gy[x] * (v).south[x] + \
-   (g).gy_north[x] * (v).north[x] + (g).gz[x] * (v).down[x] + (g).gz_up[x] * (v).up[x])
+// Σ G φ_neighbour of the e-th cell
+#define INFLOW(g, v, e)                                                \
+  ((g).west * (v).here[2 * (e)-1] + (g).east * (v).here[2 * (e) + 1] + \
+   (g).south * (v).south[2 * (e)] + (g).north * (v).north[2 * (e)] +   \
+   (g).down * (v).down[2 * (e)] + (g).up * (v).up[2 * (e)])
 
 // Σ G (φ − φ_neighbour)
-#define OUTFLOW(g, v, x)                                                                       \
-  ((g).gx[x] * ((v).here[x] - (v).here[(x)-1]) +                                               \
-   (g).gx[(x) + 1] * ((v).here[x] - (v).here[(x) + 1]) +                                       \
-   (g).gy[x] * ((v).here[x] - (v).south[x]) + (g).gy_north[x] * ((v).here[x] - (v).north[x]) + \
-   (g).gz[x] * ((v).here[x] - (v).down[x]) + (g).gz_up[x] * ((v).here[x] - (v).up[x]))
+#define OUTFLOW(g, v, e)                                    \
+  ((g).west * ((v).here[2 * (e)] - (v).here[2 * (e)-1]) +   \
+   (g).east * ((v).here[2 * (e)] - (v).here[2 * (e) + 1]) + \
+   (g).south * ((v).here[2 * (e)] - (v).south[2 * (e)]) +   \
+   (g).north * ((v).here[2 * (e)] - (v).north[2 * (e)]) +   \
+   (g).down * ((v).here[2 * (e)] - (v).down[2 * (e)]) +     \
+   (g).up * ((v).here[2 * (e)] - (v).up[2 * (e)]))
 
-// First x of a row, from `begin` on, with (x + y + z) mod 2 = colour.
-#define FIRST(begin, colour, y, z) ((begin) + (((begin) ^ (y) ^ (z) ^ (colour)) & 1))
+// (A φ) in flux form; with black neighbours solved for, (S φ) at a red cell.
+#define IMAGE(g, v, e) (OUTFLOW(g, v, e) + (g).sink * (v).here[2 * (e)])
 
-// Index of cell x of row (y, z), or of red cell x among red ones.
+#define RED 0
+#define BLACK 1
+// x mod 2 of the cells of a colour in row (y, z).
+#define PARITY(colour, y, z) (((colour) ^ (y) ^ (z)) & 1)
+
+// Index of cell x of row (y, z), of the first red cell of a row among red ones, of the first cell
+// of one parity among stencils.
 #define CELL(x, y, z) (((size_t)(z)*ny + (y)) * nx + (x))
-#define RED_CELL(x, y, z) (((size_t)(z)*ny + (y)) * ((nx + 1) >> 1) + ((x) >> 1))
+#define HALF ((nx + 1) >> 1)
+#define RED_ROW(y, z) (((size_t)(z)*ny + (y)) * HALF)
+#define STENCIL_ROW(y, z, parity) ((((size_t)(z)*ny + (y)) * 2 + (parity)) * HALF)
 
-// What a sweep will read of the coefficients of one row, some planes ahead. Fetched a line at a time,
-// one array after the other, by a stage that has arithmetic to do meanwhile: fetching a row at once
-// would wait for memory with all of a core's few outstanding requests taken.
-typedef struct {
-  global const REAL* row[8];
-} Coming;
-// Of five arrays, the last has the turns that are left.
-INLINE Coming coming_row(int nx, int ny, int y, int z, global const REAL* gx,
-                         global const REAL* gy, global const REAL* gz, global const REAL* sink,
-                         global const REAL* smoother) {
-  const size_t row = CELL(0, y, z);
-  const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, z);
-  const Coming coming = {{g.gx, g.gy_north, g.gz, sink + row, smoother + row, smoother + row,
-                          smoother + row, smoother + row}};
-  return coming;
-}
-INLINE Coming with_weights(Coming coming, global const REAL* wx, global const REAL* wy,
-                           global const REAL* wz) {
-  coming.row[5] = wx;
-  coming.row[6] = wy;
-  coming.row[7] = wz;
-  return coming;
-}
-// For every other cell x of a row: all arrays have had their turn after 16 cells.
-INLINE void fetch_coming(const Coming* coming, int x) {
-  global const REAL* from = coming->row[(x >> 1) & 7] + (x & ~15);
-  PREFETCH(from);
-  if (sizeof(REAL) > 4) PREFETCH(from + 8);
-}
+// Fetches, over all e, the stencils of a whole row (from STENCIL_ROW(y, z, 0) on) a line at a time:
+// two of floats fill one.
+#define PREFETCH_STENCILS(row, e)         \
+  PREFETCH((row) + ((e)&1) * HALF + (e)); \
+  if (sizeof(REAL) > 4) PREFETCH((row) + (~(e)&1) * HALF + (e))
 
-#define GRID_ARGUMENTS                                                      \
-  const int nx, const int ny, const int nz, global const REAL *restrict gx, \
-      global const REAL *restrict gy, global const REAL *restrict gz
+#define GRID_ARGUMENTS \
+  const int nx, const int ny, const int nz, global const Stencil *restrict stencils
 
 // The tile of this item: `tile_...` cells along each axis, in order x, y, z.
 #define TILE_ARGUMENTS const int tile_x, const int tile_y, const int tile_z
@@ -159,25 +147,19 @@ INLINE Box tile_box(int tile, int tile_x, int tile_y, int tile_z, int nx, int ny
   return box;
 }
 
-// One stage on plane y of `box`: out[x] = `value` on the cells of `colour`; g, v and i are the
-// conductances, the ring's rows and the index of the row's first cell.
-#define STAGE(box, colour, plane_y, value)                                      \
-  if ((plane_y) >= (box).y0 && (plane_y) < (box).y1) {                          \
-    for (int k = (box).z0; k < (box).z1; ++k) {                                 \
-      const Conductances g = conductances_at(gx, gy, gz, nx, ny, (plane_y), k); \
-      const Rows v = rows_at(ring, (plane_y), k);                               \
-      const size_t i = CELL(0, plane_y, k);                                     \
-      global vec* out = ring_row(ring, (plane_y), k);                           \
-      for (int x = FIRST((box).x0, colour, plane_y, k); x < (box).x1; x += 2) { \
-        out[x] = (value);                                                       \
-      }                                                                         \
-    }                                                                           \
-  }
-#define RED 0
-#define BLACK 1
+#define HAS_ROW(box, y, z) ((y) >= (box).y0 && (y) < (box).y1 && (z) >= (box).z0 && (z) < (box).z1)
 
-// (A φ) in flux form; with black neighbours solved for, (S φ) at a red cell.
-#define IMAGE(g, v, x, i) (OUTFLOW(g, v, x) + sink[(i) + (x)] * (v).here[x])
+// The cells of one parity of row (y, z) that a stage works on: the e-th ones, begin <= e < end;
+// none where the row is not in its box.
+typedef struct {
+  int begin, end;
+} Span;
+INLINE Span span_of(Box box, int y, int z, int parity) {
+  const Span span = {(box.x0 + 1 - parity) >> 1,
+                     HAS_ROW(box, y, z) ? (box.x1 + 1 - parity) >> 1 : 0};
+  return span;
+}
+#define WITHIN(span, e) ((e) >= (span).begin && (e) < (span).end)
 
 // The ring of this item's tile.
 #define TILE_SCRATCH scratch + (size_t)tile* scratch_cells

@@ -1,14 +1,15 @@
-// A step of conjugate gradients on red cells as one sweep (grid_stream_prelude.cl), and its scalars.
+// A step of conjugate gradients on red cells as one sweep (grid_stream_prelude.cl), and its
+// scalars.
 
-// Below this share of z·Sz, p'·Sp' is taken for lost. Directions as good as a hundred iterations can
-// use keep well more.
+// Below this share of z·Sz, p'·Sp' is taken for lost. Directions as good as a hundred iterations
+// can use keep well more.
 #define LEAST_LEFT ((ACCU)0.1)
 
 // The scalars of the next step from `up_tiles` sums of stream_up and `step_tiles` sums of the last
 // stream_step; scalars: {γ, α, β}. p'·Sp' = z·Sz − β² p·Sp because p' = z + β p is conjugate to p
-// (Chronopoulos & Gear 1989), so that α is known before p' is. Where hardly anything is left of that
-// difference, rounding has made p' anything but conjugate (a replaced residual may even have grown
-// along the slowest modes): that pattern starts again from z.
+// (Chronopoulos & Gear 1989), so that α is known before p' is. Where hardly anything is left of
+// that difference, rounding has made p' anything but conjugate (a replaced residual may even have
+// grown along the slowest modes): that pattern starts again from z.
 kernel void step_scalars(const int up_tiles, const int step_tiles, const int fresh,
                          global const accu_vec* restrict dots,
                          global const accu_vec* restrict steps, global accu_vec* restrict scalars) {
@@ -33,18 +34,17 @@ kernel void step_scalars(const int up_tiles, const int step_tiles, const int fre
 // What solving a black cell for its neighbours left over by rounding, −(A φ) / D: φ is exact to the
 // second order with this added. (S φ) at a red cell then keeps the little that weak sinks draw
 // beside what strong bonds carry, of which rounding φ alone takes 6e-8.
-#define LEFT_OVER(g, v, x, i) (-smoother[(i) + (x)] * IMAGE(g, v, x, i))
+#define LEFT_OVER(g, v, e) (-(g).smoother * IMAGE(g, v, e))
 
-// Σ G (what is left over of the neighbours), which are kept in halves: cell x at x >> 1.
-#define LEFT_OVER_INFLOW(g, v, x)                                                      \
-  ((g).gx[x] * (v).here[((x)-1) >> 1] + (g).gx[(x) + 1] * (v).here[((x) + 1) >> 1] +   \
-   (g).gy[x] * (v).south[(x) >> 1] + (g).gy_north[x] * (v).north[(x) >> 1] +           \
-   (g).gz[x] * (v).down[(x) >> 1] + (g).gz_up[x] * (v).up[(x) >> 1])
+// Σ G (what is left over of the neighbours), kept in halves: the e-th black cell of a row at [e].
+// `east` is the neighbour with the greater x.
+#define LEFT_OVER_INFLOW(g, v, e, east_e)                                                     \
+  ((g).west * (v).here[(east_e)-1] + (g).east * (v).here[east_e] + (g).south * (v).south[e] + \
+   (g).north * (v).north[e] + (g).down * (v).down[e] + (g).up * (v).up[e])
 
 // p' = z + β p, d += α p', r −= α S p', all on red cells; sums [tile][2]: Σ r² and Σ p'·Sp' of each
 // tile. With first_p or first_d, p or d is taken for zero, whatever it holds.
 kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GRID_ARGUMENTS,
-                        global const REAL* restrict sink, global const REAL* restrict smoother,
                         global const accu_vec* restrict scalars, global const vec* restrict z,
                         global const vec* restrict before, global vec* restrict p,
                         global vec* restrict d, global vec* restrict r,
@@ -65,58 +65,51 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
   const vec alpha = to_vec(scalars[1]), beta = to_vec(scalars[2]);
   accu_vec sum_rr = (accu_vec)(0), sum_energy = (accu_vec)(0);
   for (int t = red.y0; t < own.y1 + 2; ++t) {
-    if (t < red.y1) {
-      for (int k = red.z0; k < red.z1; ++k) {
-        const size_t j = RED_CELL(0, t, k);
-        global vec* out = ring_row(ring, t, k);
-        for (int x = FIRST(red.x0, RED, t, k); x < red.x1; x += 2) {
-          const int e = x >> 1;
-          out[x] = first_p ? z[j + e] : z[j + e] + beta * before[j + e];
-        }
-      }
-    } else {
+    if (t >= red.y1) {
       clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
       clear(rest.planes + t % rest.depth * rest.plane, rest.plane);
     }
-    if (t - 1 >= black.y0 && t - 1 < black.y1) {
-      for (int k = black.z0; k < black.z1; ++k) {
-        const Conductances g = conductances_at(gx, gy, gz, nx, ny, t - 1, k);
-        const Rows v = rows_at(ring, t - 1, k);
-        const size_t i = CELL(0, t - 1, k);
-        global vec* out = ring_row(ring, t - 1, k);
-        global vec* left = ring_row(rest, t - 1, k);
-        // What comes next is fetched meanwhile: r and d for the plane after, the others one ahead.
-        const int ahead = min(t + 1, ny - 1);
-        const Coming coming = coming_row(nx, ny, ahead, k, gx, gy, gz, sink, smoother);
-        const size_t next = RED_CELL(0, ahead, k), now = RED_CELL(0, max(t - 2, 0), k);
-        for (int x = FIRST(black.x0, BLACK, t - 1, k); x < black.x1; x += 2) {
-          fetch_coming(&coming, x);
-          PREFETCH(z + next + (x >> 1));
-          PREFETCH(before + next + (x >> 1));
-          PREFETCH(r + now + (x >> 1));
-          PREFETCH(d + now + (x >> 1));
-          out[x] = smoother[i + x] * INFLOW(g, v, x);
-          left[x >> 1] = LEFT_OVER(g, v, x, i);
-        }
-      }
-    }
-    const int y = t - 2;
-    if (y < own.y0 || y >= own.y1) continue;
-    for (int k = own.z0; k < own.z1; ++k) {
-      const size_t i = CELL(0, y, k), j = RED_CELL(0, y, k);
-      const Conductances g = conductances_at(gx, gy, gz, nx, ny, y, k);
-      const Rows v = rows_at(ring, y, k), left = rows_at(rest, y, k);
+    for (int k = red.z0; k < red.z1; ++k) {
+      const int parity = PARITY(RED, t, k), m = t - 1, y = t - 2;
+      const Span all = span_of(red, red.y0, k, parity), reds = span_of(red, t, k, parity),
+                 blacks = span_of(black, m, k, parity), owns = span_of(own, y, k, parity);
+      global vec* out0 = ring_row(ring, t, k) + parity;
+      global vec* out = ring_row(ring, m, k) + parity;
+      global vec* left_out = ring_row(rest, m, k);
+      const Rows vm = rows_at(ring, m, k, parity), v = rows_at(ring, y, k, parity),
+                 left = rows_at(rest, y, k, 0);
+      global const Stencil* gm = stencils + STENCIL_ROW(m, k, parity);
+      global const Stencil* g = stencils + STENCIL_ROW(y, k, parity);
+      const size_t row0 = RED_ROW(t, k), row = RED_ROW(y, k);
+      // What comes next is fetched meanwhile: r and d for the plane after, the others one ahead.
+      const int ahead = min(t + 1, ny - 1);
+      global const Stencil* next_g = stencils + STENCIL_ROW(ahead, k, 0);
+      const size_t next = RED_ROW(ahead, k), now = RED_ROW(max(m, 0), k);
       vec rr = (vec)(0), energy = (vec)(0);
-      for (int x = FIRST(own.x0, RED, y, k); x < own.x1; x += 2) {
-        const size_t e = j + (x >> 1);
-        const vec here = v.here[x];
-        const vec image = IMAGE(g, v, x, i) - LEFT_OVER_INFLOW(g, left, x);
-        const vec residual = r[e] - alpha * image;
-        STREAM_OUT(here, p + e);
-        d[e] = first_d ? alpha * here : d[e] + alpha * here;
-        r[e] = residual;
-        rr += residual * residual;
-        energy += here * image;
+      for (long e = all.begin; e < all.end; ++e) {
+        PREFETCH(z + next + e);
+        PREFETCH(before + next + e);
+        if (WITHIN(reds, e)) {
+          out0[2 * e] = first_p ? z[row0 + e] : z[row0 + e] + beta * before[row0 + e];
+        }
+        PREFETCH_STENCILS(next_g, e);
+        if (WITHIN(blacks, e)) {
+          out[2 * e] = gm[e].smoother * INFLOW(gm[e], vm, e);
+          left_out[e] = LEFT_OVER(gm[e], vm, e);
+        }
+        PREFETCH(r + now + e);
+        PREFETCH(d + now + e);
+        if (WITHIN(owns, e)) {
+          const size_t i = row + e;
+          const vec here = v.here[2 * e];
+          const vec image = IMAGE(g[e], v, e) - LEFT_OVER_INFLOW(g[e], left, e, e + parity);
+          const vec residual = r[i] - alpha * image;
+          STREAM_OUT(here, p + i);
+          d[i] = first_d ? alpha * here : d[i] + alpha * here;
+          r[i] = residual;
+          rr += residual * residual;
+          energy += here * image;
+        }
       }
       sum_rr += to_accu(rr);
       sum_energy += to_accu(energy);

@@ -48,7 +48,7 @@ class OpenclSolver final : public GridSolver {
     constants_ = constants_of(setup_);
     most_lanes_ = std::min(lanes_that_fit(setup_, context_.info(), format_, layout_),
                            options.most_lanes.value_or(full_lanes));
-    hierarchy_.emplace(context_, format_, setup_, constants_.A);
+    hierarchy_.emplace(context_, format_, layout_, setup_, constants_.A);
     deposit_ = context_.allocate(cells() * format_.real_bytes());
   }
 

@@ -52,22 +52,27 @@ std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int 
                           const Format& format, Layout layout) {
   const std::size_t cells = setup.shape.cells();
   const auto width = static_cast<std::size_t>(lanes);
-  const std::size_t row_reds = (static_cast<std::size_t>(setup.shape.nx) + 1) / 2;
-  const std::size_t reds = cells / static_cast<std::size_t>(setup.shape.nx) * row_reds;
-  // Scalars per cell: κ, μ and first collisions; on every level three faces, sink, two diagonals
-  // and three weights. Vectors: r, d, z, p and one more; per coarse level two, or three kernel by
-  // kernel, but on processors level 1 borrows some of the former.
-  const bool borrows = layout == Layout::cpu;
-  std::size_t scalars = 3 * cells;
-  std::size_t vectors =
-      borrows ? 2 * reds + 3 * std::max(reds, largest_below(setup.shape).cells()) : 5 * cells;
+  // Scalars per cell: κ, μ and first collisions; three weights and the smoother, on processors of
+  // the finest level only; on every level three faces, sink and inverse, for sweeps stencils and
+  // weights besides. Vectors: r, d, z, p and one more; per coarse level two, or three kernel by
+  // kernel, but on processors those of level 1 and all right-hand sides are borrowed of the former.
+  const bool sweeps = layout == Layout::cpu;
+  const std::size_t reds = half_cells(setup.shape);
+  std::size_t scalars = 3 * cells, vectors = 0, level_1 = 0, below = 0;
   int l = 0;
   for (GridShape s = setup.shape;; s = largest_below(s), ++l) {
     for (int axis = 0; axis < 3; ++axis) scalars += face_count(s, axis);
-    scalars += 6 * s.cells();
-    if (l >= (borrows ? 2 : 1)) vectors += (borrows ? 2 : 3) * s.cells();
+    scalars += 2 * s.cells();
+    if (sweeps) scalars += (2 * stencil_reals + weight_reals) * half_cells(s);
+    if (!sweeps || l == 0) scalars += 4 * s.cells();
+    if (!sweeps && l > 0) vectors += 3 * s.cells();
+    if (sweeps && (l == 2 || l == 3)) vectors += s.cells();
+    if (l == 1) level_1 = s.cells();
+    if (l > 1) below += s.cells();
     if (s.cells() == 1) break;
   }
+  vectors += sweeps ? 2 * reds + std::max(reds, level_1) + 2 * std::max({reds, level_1, below})
+                    : 5 * cells;
   const std::size_t batches =
       static_cast<std::size_t>(fields) * cells * lanes_in_blocks(patterns, lanes);
   const std::size_t reals = scalars + vectors * width + batches;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 
 #include "forward/grid/cg_steps.h"
 #include "forward/grid/stream_tiles.h"
@@ -28,8 +29,12 @@ class StreamSteps final : public CgSteps {
   void restart() override { fresh_ = true; }
 
  private:
+  /// Right-hand sides are parts of the direction that is not in use, p_[0] or p_[1], which the
+  /// solution of level 1 fills when they are done with. Solutions are read by the next finer level
+  /// only: two places serve in turn.
   struct Coarse {
-    device::Buffer rhs, solution;
+    std::array<device::Buffer, 2> rhs;
+    device::Buffer solution;
   };
   struct Plan {
     StreamTiles down, up;  ///< of one level
@@ -51,9 +56,10 @@ class StreamSteps final : public CgSteps {
   std::vector<Coarse> coarse_;  ///< of levels 2, 3, ...
   std::vector<Plan> plans_;     ///< of levels 0, 1, ...
   StreamTiles step_tiles_, residual_tiles_;
-  device::Buffer r_, d_, z_, p_[2];  ///< on red cells
+  device::Buffer r_, d_, z_;  ///< on red cells
+  std::array<device::Buffer, 2> p_;
   device::Buffer scratch_, scalars_, cycle_dots_, step_sums_, residual_sums_;
-  int now_ = 0;
+  std::size_t now_ = 0;
   bool fresh_ = true;    ///< no direction yet
   bool first_d_ = true;  ///< d is zero, whatever its buffer holds
   bool zero_ = false;    ///< x + d is
@@ -77,21 +83,30 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
                       tiles_up(machine, levels[l].shape, below)});
     need(plans_.back().down);
     need(plans_.back().up);
-    if (l == 0) continue;
-    const std::size_t bytes = below.cells() * vector;
-    coarse_.push_back({context.allocate(bytes), context.allocate(bytes)});
   }
   const GridShape& finest = hierarchy.finest().shape;
   step_tiles_ = tiles_step(machine, finest);
   need(step_tiles_);
   residual_tiles_ = tiles_residual(machine, finest);
   need(residual_tiles_);
-  const std::size_t half = (static_cast<std::size_t>(finest.nx) + 1) / 2;
-  const std::size_t red_cells =
-      static_cast<std::size_t>(finest.ny) * static_cast<std::size_t>(finest.nz) * half;
-  const std::size_t shared = std::max(red_cells, levels[levels.size() > 1 ? 1 : 0].shape.cells());
-  for (device::Buffer* field : {&r_, &d_}) *field = context.allocate(red_cells * vector);
-  for (device::Buffer* field : {&z_, &p_[0], &p_[1]}) *field = context.allocate(shared * vector);
+  const std::size_t red_bytes = half_cells(finest) * vector;
+  const std::size_t level_1 = levels[levels.size() > 1 ? 1 : 0].shape.cells() * vector;
+  std::size_t right_sides = 0;  // of levels 2, 3, ...
+  const auto part_bytes = [&](std::size_t l) {
+    constexpr std::size_t unit = device::Context::part_alignment;
+    return (levels[l].shape.cells() * vector + unit - 1) / unit * unit;
+  };
+  for (std::size_t l = 2; l < levels.size(); ++l) right_sides += part_bytes(l);
+  for (device::Buffer* field : {&r_, &d_}) *field = context.allocate(red_bytes);
+  z_ = context.allocate(std::max(red_bytes, level_1));
+  for (device::Buffer& p : p_) p = context.allocate(std::max({red_bytes, level_1, right_sides}));
+  std::size_t offset = 0;
+  for (std::size_t l = 2; l < levels.size(); ++l) {
+    const std::size_t bytes = levels[l].shape.cells() * vector;
+    coarse_.push_back({{context.part(p_[0], offset, bytes), context.part(p_[1], offset, bytes)},
+                       l < 4 ? context.allocate(bytes) : coarse_[l - 4].solution});
+    offset += part_bytes(l);
+  }
   scratch_ = context.allocate(scratch * vector);
   const std::size_t scalar = static_cast<std::size_t>(lanes) * format.accu_bytes();
   scalars_ = context.allocate(3 * scalar);
@@ -107,24 +122,26 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   const Level& below = hierarchy_.levels()[l + 1];
   const GridShape& s = at.shape;
   const GridShape& c = below.shape;
-  // Level 1 borrows what the finest level fills only afterwards: z, and the next direction.
-  const Coarse coarse = l == 0 ? Coarse{z, p_[1 - now_]} : coarse_[l - 1];
+  // Coarse levels borrow what the finest level fills only afterwards: z, and the next direction.
+  const std::size_t idle = 1 - now_;
+  const device::Buffer& coarse_rhs = l == 0 ? z : coarse_[l - 1].rhs[idle];
+  const device::Buffer& coarse_solution = l == 0 ? p_[idle] : coarse_[l - 1].solution;
   const StreamTiles& down = plans_[l].down;
   context_.launch(kernels.stream_cycle(), "stream_down", items(down), down.size[0], down.size[1],
-                  down.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink,
-                  at.smoother, c.nx, c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx,
-                  at.wy, at.wz, r, coarse.rhs, down.scratch_cells, scratch_);
+                  down.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.stencils, c.nx, c.ny, c.nz,
+                  at.halving[0], at.halving[1], at.halving[2], at.weights, r, coarse_rhs,
+                  down.scratch_cells, scratch_);
   if (l + 2 < hierarchy_.levels().size()) {
-    cycle(kernels, l + 1, coarse.rhs, coarse.solution);
+    cycle(kernels, l + 1, coarse_rhs, coarse_solution);
   } else {
-    context_.launch(kernels.stream_cycle(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse.rhs,
-                    coarse.solution);
+    context_.launch(kernels.stream_cycle(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse_rhs,
+                    coarse_solution);
   }
   const StreamTiles& up = plans_[l].up;
   context_.launch(kernels.stream_cycle(), "stream_up", items(up), up.size[0], up.size[1],
-                  up.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.gx, at.gy, at.gz, at.sink,
-                  at.smoother, c.nx, c.ny, c.nz, at.halving[0], at.halving[1], at.halving[2], at.wx,
-                  at.wy, at.wz, r, coarse.solution, z, cycle_dots_, up.scratch_cells, scratch_);
+                  up.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.stencils, c.nx, c.ny, c.nz,
+                  at.halving[0], at.halving[1], at.halving[2], at.weights, r, coarse_solution, z,
+                  cycle_dots_, up.scratch_cells, scratch_);
 }
 
 CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const device::Buffer& b,
@@ -135,17 +152,16 @@ CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const devi
   const device::Buffer& sums = zero_ ? step_sums_ : residual_sums_;
   if (zero_) {
     context_.launch(kernels.reduced(), "residual_of_zero", items(tiles), tiles.size[0],
-                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.gx, level.gy, level.gz,
-                    level.inverse, b, x, r_, sums);
+                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, level.inverse,
+                    b, x, r_, sums);
   } else {
     if (!first_d_) {
       context_.launch(kernels.reduced(), "renormalise_red", kernels.rows(s), s.nx, s.ny, s.nz, x,
                       d_);
     }
     context_.launch(kernels.reduced(), "reduced_residual", items(tiles), tiles.size[0],
-                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.gx, level.gy, level.gz,
-                    level.sink, int{!first_d_}, d_, b, x, x, r_, sums, tiles.scratch_cells,
-                    scratch_);
+                    tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, int{!first_d_},
+                    d_, b, x, x, r_, sums, tiles.scratch_cells, scratch_);
   }
   return {pair_sum(kernels, sums, tiles.count, 0), pair_sum(kernels, sums, tiles.count, 1)};
 }
@@ -166,8 +182,8 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
   if (plans_.empty()) {
-    context_.launch(kernels.stream_cycle(), "cycle_of_one_cell", {1, 1, 1, 1}, level.inverse,
-                    level.gx, level.gy, level.gz, level.sink, r_, z_, cycle_dots_);
+    context_.launch(kernels.stream_cycle(), "cycle_of_one_cell", {1, 1, 1, 1}, level.stencils, r_,
+                    z_, cycle_dots_);
   } else {
     cycle(kernels, 0, r_, z_);
   }
@@ -176,8 +192,8 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
                   int{fresh_}, cycle_dots_, step_sums_, scalars_);
   context_.launch(kernels.stream_step(), "stream_step", items(step_tiles_), step_tiles_.size[0],
                   step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_d_}, s.nx, s.ny,
-                  s.nz, level.gx, level.gy, level.gz, level.sink, level.smoother, scalars_, z_,
-                  p_[now_], p_[1 - now_], d_, r_, step_sums_, step_tiles_.scratch_cells, scratch_);
+                  s.nz, level.stencils, scalars_, z_, p_[now_], p_[1 - now_], d_, r_, step_sums_,
+                  step_tiles_.scratch_cells, scratch_);
   now_ = 1 - now_;
   fresh_ = first_d_ = zero_ = false;
   return pair_sum(kernels, step_sums_, step_tiles_.count, 0);

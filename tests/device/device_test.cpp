@@ -117,6 +117,25 @@ TEST_F(OnDevice, RoundTripsAndZeroes) {
   EXPECT_EQ(received, std::vector<int>(sent.size(), 0));
 }
 
+TEST_F(OnDevice, PartsAreOfTheirBuffer) {
+  constexpr std::size_t unit = Context::part_alignment;
+  const std::size_t before = context_->allocated_bytes();
+  Buffer whole = context_->allocate(3 * unit);
+  context_->zero(whole, 3 * unit);
+  const Buffer part = context_->part(whole, unit, unit);
+  const std::vector<char> ones(unit, 1);
+  context_->write(part, ones.data(), unit);
+  std::vector<char> got(3 * unit);
+  context_->read(whole, got.data(), 3 * unit);
+  for (std::size_t i = 0; i < got.size(); ++i) ASSERT_EQ(got[i], i / unit == 1 ? 1 : 0) << i;
+  EXPECT_EQ(context_->allocated_bytes(), before + 3 * unit);
+  whole = {};
+  context_->read(part, got.data(), unit);
+  EXPECT_EQ(got[0], 1);
+  EXPECT_THROW(context_->part(part, 1, 1), std::logic_error);
+  EXPECT_THROW(context_->part(part, unit, 1), std::logic_error);
+}
+
 TEST_F(OnDevice, BuffersAliveAreCounted) {
   const std::size_t before = context_->allocated_bytes();
   {

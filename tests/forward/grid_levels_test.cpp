@@ -215,7 +215,8 @@ TEST_P(GridLevels, EqualTheirDefinition) {
         }
       });
       const Sides sides = layered == 1 ? Sides::mirror : Sides::open;
-      Hierarchy hierarchy(context(), {single(), true}, {.shape = shape, .sides = sides}, 2.34);
+      Hierarchy hierarchy(context(), {single(), true}, Layout::gpu,
+                          {.shape = shape, .sides = sides}, 2.34);
       hierarchy.set_medium(kappa, mu);
       const std::vector<Level>& levels = hierarchy.levels();
       for (std::size_t l = 0; l < levels.size(); ++l) {
@@ -226,6 +227,42 @@ TEST_P(GridLevels, EqualTheirDefinition) {
         check_level(fine, where);
         if (l + 1 < levels.size()) check_coarsening(fine, arrays(levels[l + 1]), where);
       }
+    }
+  }
+}
+
+/// What sweeps read is what the arrays of each level hold, cell by cell.
+TEST_P(GridLevels, StencilsHoldTheArrays) {
+  for (const GridShape& shape :
+       {GridShape{13, 6, 5, 0.25}, GridShape{8, 1, 7, 0.5}, GridShape{1, 1, 1, 0.5}}) {
+    const auto [kappa, mu] = testing::random_medium(shape, 100, 72);
+    Hierarchy with_arrays(context(), {single(), true}, Layout::gpu, {.shape = shape}, 2.34);
+    Hierarchy with_stencils(context(), {single(), true}, Layout::cpu, {.shape = shape}, 2.34);
+    with_arrays.set_medium(kappa, mu);
+    with_stencils.set_medium(kappa, mu);
+    ASSERT_EQ(with_arrays.levels().size(), with_stencils.levels().size());
+    for (std::size_t l = 0; l < with_arrays.levels().size(); ++l) {
+      const Arrays a = arrays(with_arrays.levels()[l]);
+      const Values stencils = values(with_stencils.levels()[l].stencils);
+      const Values weights = values(with_stencils.levels()[l].weights);
+      const int pairs = (a.shape.nx + 1) / 2;
+      each(a.shape, [&](const Cell& c) {
+        const auto row = static_cast<std::size_t>(c[2] * a.shape.ny + c[1]);
+        const auto half =
+            row * static_cast<std::size_t>(pairs) + static_cast<std::size_t>(c[0] / 2);
+        const std::size_t stencil =
+            half + (row + static_cast<std::size_t>(c[0] % 2)) * static_cast<std::size_t>(pairs);
+        const auto real = [&](std::size_t k) { return stencils[stencil * stencil_reals + k]; };
+        for (int face = 0; face < 6; ++face) {
+          EXPECT_EQ(real(static_cast<std::size_t>(face)), a.face(face / 2, c, face % 2));
+        }
+        EXPECT_EQ(real(6), a.smoother[a.at(c)]);
+        EXPECT_EQ(real(7), a.sink[a.at(c)]);
+        if (a.shape.cells() == 1 || (c[0] + c[1] + c[2]) % 2 != 0) return;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          EXPECT_EQ(weights[half * weight_reals + axis], a.w[axis][a.at(c)]);
+        }
+      });
     }
   }
 }

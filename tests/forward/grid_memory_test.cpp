@@ -31,7 +31,7 @@ TEST(SolverMemory, TheContractsGridFitsEightGigabytes) {
 TEST(SolverMemory, SmallDevicesSolveFewerPatternsAtOnce) {
   const GridSetup setup{.shape = {512, 512, 64, 0.1}};
   int before = full_lanes;
-  for (const double gigabytes : {32.0, 8.0, 5.0, 3.0, 2.5}) {
+  for (const double gigabytes : {32.0, 8.0, 6.0, 4.0, 3.6}) {
     const int lanes = lanes_that_fit(setup, device_with(gigabytes), single, Layout::cpu);
     EXPECT_LE(lanes, before) << gigabytes;
     before = lanes;
