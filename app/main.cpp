@@ -1,8 +1,14 @@
 // The kappamu command: parses, dispatches, and turns failures into one sentence and an exit code.
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <limits>
+#include <new>
 
 #include "app/command.h"
 #include "core/error.h"
@@ -20,6 +26,12 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished without "
       "converging.\n"
       "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
+#ifdef __GLIBC__
+  // Fields of tens of megabytes come and go with every solve: kept, their pages need not be mapped
+  // and cleared anew, which takes a tenth of a large fit.
+  mallopt(M_MMAP_MAX, 0);
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
   // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
   std::signal(SIGXFSZ, SIG_IGN);
   app::Globals globals;

@@ -10,12 +10,18 @@
 
 namespace kappamu::inverse {
 
+std::vector<double> exponential(const std::vector<double>& log) {
+  std::vector<double> value(log.size());
+  for_pieces(log.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) value[i] = std::exp(log[i]);
+  });
+  return value;
+}
+
 Medium to_medium(const CoefficientPair& fields, const GridShape& shape) {
   Medium medium{Volume<double>(shape), Volume<double>(shape)};
-  for (std::size_t i = 0; i < shape.cells(); ++i) {
-    medium.kappa[i] = std::exp(fields.log_kappa[i]);
-    medium.mu[i] = std::exp(fields.log_mu[i]);
-  }
+  medium.kappa.values() = exponential(fields.log_kappa);
+  medium.mu.values() = exponential(fields.log_mu);
   return medium;
 }
 
@@ -30,7 +36,9 @@ void add_to(std::vector<double>& sum, const std::vector<double>& term) {
     return;
   }
   check(sum.size() == term.size(), "adjoint sums of different grids cannot be added");
-  for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += term[i];
+  for_pieces(sum.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) sum[i] += term[i];
+  });
 }
 
 /// One coefficient grid seen by the terms of the gradient below.
@@ -59,32 +67,38 @@ struct Assembly {
   void add_first_collisions();
 };
 
-/// −∂G_ij (λ_i − λ_j)(φ_i − φ_j), G_ij = 2h κ_i κ_j/(κ_i + κ_j).
+/// −∂G_ij (λ_i − λ_j)(φ_i − φ_j), G_ij = 2h κ_i κ_j/(κ_i + κ_j). Every voxel gathers from its two
+/// faces across the axis: no two rows write to one voxel.
 void Assembly::add_faces(const std::vector<double>& face, int axis) {
   const GridShape& s = setup.shape;
-  const std::size_t step = axis == 0   ? 1
-                           : axis == 1 ? static_cast<std::size_t>(s.nx)
-                                       : static_cast<std::size_t>(s.nx) * s.ny;
-  for (int z = 0; z < s.nz - (axis == 2 ? 1 : 0); ++z) {
-    for (int y = 0; y < s.ny - (axis == 1 ? 1 : 0); ++y) {
-      for (int x = 0; x < s.nx - (axis == 0 ? 1 : 0); ++x) {
-        const std::size_t i = s.index(x, y, z);
-        const std::size_t j = i + step;
-        const double sum = kappa[i] + kappa[j];
-        const double power = face[i] * 2.0 * s.voxel_mm * kappa[i] * kappa[j] / (sum * sum);
-        gradient.log_kappa[i] -= power * kappa[j];
-        gradient.log_kappa[j] -= power * kappa[i];
+  const std::ptrdiff_t step = axis == 0   ? 1
+                              : axis == 1 ? s.nx
+                                          : static_cast<std::ptrdiff_t>(s.nx) * s.ny;
+  for_rows(s.ny * s.nz, [&](int row) {
+    const std::size_t first = static_cast<std::size_t>(row) * s.nx;
+    const double* const k = kappa.data() + first;
+    double* const out = gradient.log_kappa.data() + first;
+    const auto gather = [&](int begin, int end, std::ptrdiff_t neighbour, const double* product) {
+      for (int x = begin; x < end; ++x) {
+        const double share = k[x + neighbour] / (k[x] + k[x + neighbour]);
+        out[x] -= product[x] * 2.0 * s.voxel_mm * k[x] * share * share;
       }
-    }
-  }
+    };
+    const int at = axis == 1 ? row % s.ny : row / s.ny;  // of the row along the axis
+    const double* const above = face.data() + first;
+    if (axis == 0 || at > 0) gather(axis == 0 ? 1 : 0, s.nx, -step, above - step);
+    if (axis == 0 || at + 1 < s.extent(axis)) gather(0, axis == 0 ? s.nx - 1 : s.nx, step, above);
+  });
 }
 
 /// −∂(μ h³) λ φ.
 void Assembly::add_cells() {
   const double volume = std::pow(setup.shape.voxel_mm, 3);
-  for (std::size_t i = 0; i < mu.size(); ++i) {
-    gradient.log_mu[i] -= volume * mu[i] * sums.products.cell[i];
-  }
+  for_pieces(mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      gradient.log_mu[i] -= volume * mu[i] * sums.products.cell[i];
+    }
+  });
 }
 
 /// −∂G_b λ φ.
@@ -131,24 +145,32 @@ void Assembly::add_first_collisions() {
   const FaceShape shape = face_shape(s, setup.lit_face);
   const int depth = s.extent(axis_of(setup.lit_face));
   const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
+  const auto inwards = static_cast<std::ptrdiff_t>(face_cell(s, setup.lit_face, 0, 0, 1)) -
+                       static_cast<std::ptrdiff_t>(face_cell(s, setup.lit_face, 0, 0, 0));
   for_rows(shape.nv, [&](int v) {
-    std::vector<double> tau(static_cast<std::size_t>(depth) + 1, 0.0);
+    // By depth: x, e^(−τ) (1 − e^(−x)), and e^(−τ) from the top of the block to its bottom.
+    std::vector<double> extinction(static_cast<std::size_t>(depth));
+    std::vector<double> collisions(static_cast<std::size_t>(depth));
+    std::vector<double> left(static_cast<std::size_t>(depth) + 1, 1.0);
     for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t top = face_cell(s, setup.lit_face, u, v);
       for (int k = 0; k < depth; ++k) {
-        const std::size_t i = face_cell(s, setup.lit_face, u, v, k);
-        tau[k + 1] = tau[k] + s.voxel_mm / (3.0 * kappa[i]);
+        extinction[k] = s.voxel_mm / (3.0 * kappa[top + k * inwards]);
+        const double share = -std::expm1(-extinction[k]);
+        collisions[k] = left[k] * share;
+        left[k + 1] = left[k] * (1.0 - share);
       }
       double deeper = 0.0;
       for (int k = depth - 1; k >= 0; --k) {
-        const std::size_t i = face_cell(s, setup.lit_face, u, v, k);
-        const double x = tau[k + 1] - tau[k];
-        const double collided = std::exp(-tau[k]) * -std::expm1(-x);
+        const std::size_t i = top + k * inwards;
+        const double collided = collisions[k];
         const double absorbed_share = 3.0 * kappa[i] * mu[i];
         const double albedo = std::max(0.0, 1.0 - absorbed_share);
         const double weight = scale * sums.columns[i];
         const double by_albedo = absorbed_share < 1.0 ? -absorbed_share * weight * collided : 0.0;
         gradient.log_mu[i] += by_albedo;
-        gradient.log_kappa[i] += by_albedo - x * (weight * albedo * std::exp(-tau[k + 1]) - deeper);
+        gradient.log_kappa[i] +=
+            by_albedo - extinction[k] * (weight * albedo * left[k + 1] - deeper);
         deeper += weight * albedo * collided;
       }
     }

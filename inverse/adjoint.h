@@ -19,6 +19,9 @@ struct CoefficientPair {
   bool operator==(const CoefficientPair&) const = default;
 };
 
+/// e^log of every element.
+std::vector<double> exponential(const std::vector<double>& log);
+
 Medium to_medium(const CoefficientPair& fields, const GridShape& shape);
 
 /// The sums over patterns that a gradient is made of, λ_m being the adjoint field of pattern m:

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "inverse/dense_product.h"
+
 namespace kappamu::inverse {
 
 namespace {
@@ -27,25 +29,25 @@ CosineTransform::CosineTransform(int n) : n_(n) {
   for (int k = 0; k < size; ++k) {
     for (int i = 0; i < size; ++i) matrix_(k, i) = cosine(n, folded ? 2 * k + 1 : k, i);
   }
+  transposed_ = matrix_.transpose();
 }
 
 Eigen::MatrixXd CosineTransform::forward(const Eigen::MatrixXd& values) const {
-  if (!half_) return matrix_ * values;
+  if (!half_) return product(matrix_, values);
   const Eigen::MatrixXd mirrored = values.bottomRows(n_ / 2).colwise().reverse();
   Eigen::MatrixXd out(n_, values.cols());
   // C_n(2k, i) = C_{n/2}(k, i)/√2.
   out(even, Eigen::all) =
       std::numbers::sqrt2 / 2.0 * half_->forward(values.topRows(n_ / 2) + mirrored);
-  out(odd, Eigen::all) = matrix_ * (values.topRows(n_ / 2) - mirrored);
+  out(odd, Eigen::all) = product(matrix_, values.topRows(n_ / 2) - mirrored);
   return out;
 }
 
 Eigen::MatrixXd CosineTransform::inverse(const Eigen::MatrixXd& frequencies) const {
-  if (!half_) return matrix_.transpose() * frequencies;
+  if (!half_) return product(transposed_, frequencies);
   const Eigen::MatrixXd sums =
       std::numbers::sqrt2 / 2.0 * half_->inverse(frequencies(even, Eigen::all));
-  const Eigen::MatrixXd differences =
-      matrix_.transpose() * Eigen::MatrixXd(frequencies(odd, Eigen::all));
+  const Eigen::MatrixXd differences = product(transposed_, frequencies(odd, Eigen::all));
   Eigen::MatrixXd out(n_, frequencies.cols());
   out.topRows(n_ / 2) = sums + differences;
   out.bottomRows(n_ / 2) = (sums - differences).colwise().reverse();

@@ -1,6 +1,6 @@
 // The orthonormal DCT-II of the columns of a matrix, of any length: folded in halves as long as the
 // length is even (even frequencies see sums of mirrored values, odd ones differences), a dense
-// matrix for the rest. A third of the dense work for powers of two, and no library beyond Eigen.
+// matrix for the rest: a third of the dense work for powers of two.
 #pragma once
 
 #include <Eigen/Core>
@@ -21,6 +21,7 @@ class CosineTransform {
   Eigen::Index n_;
   std::shared_ptr<const CosineTransform> half_;  ///< of even frequencies; none: dense
   Eigen::MatrixXd matrix_;  ///< of odd frequencies against differences, or the whole
+  Eigen::MatrixXd transposed_;
 };
 
 }  // namespace kappamu::inverse

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace kappamu::inverse {
 
@@ -97,32 +98,48 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
   term.gains.assign(static_cast<std::size_t>(problem.patterns), 1.0);
   term.by_prediction.assign(prediction.size(), 0.0);
   term.root_weight.assign(prediction.size(), 0.0);
-  std::vector<double> magnitudes;
-  double sum = 0.0;
-  double squares = 0.0;
-  for (std::size_t m = 0; m < term.gains.size(); ++m) {
+  const bool robust = options.loss != Loss::gaussian;
+  struct Sums {
+    double cost = 0.0;
+    double squares = 0.0;  ///< Σ e²
+    std::size_t used = 0;
+    std::vector<double> magnitudes;  ///< |e|, under a robust loss
+  };
+  std::vector<Sums> patterns(term.gains.size());
+  for_rows(problem.patterns, [&](int pattern) {
+    const auto m = static_cast<std::size_t>(pattern);
+    Sums& sums = patterns[m];
     double& gain = term.gains[m];
     if (options.gain_spread) {
       gain = profiled_gain(problem, prediction, m * cells, (m + 1) * cells, options);
-      sum += 0.5 * std::pow((gain - 1.0) / *options.gain_spread, 2);
+      sums.cost += 0.5 * std::pow((gain - 1.0) / *options.gain_spread, 2);
     }
     for (std::size_t i = m * cells; i < (m + 1) * cells; ++i) {
       if (problem.weight[i] == 0.0) continue;
       const double residual = gain * prediction[i] - problem.data[i];
       const double e = std::sqrt(problem.weight[i]) * residual;
       const double weight = problem.weight[i] * reweight(e, options);
-      sum += rho(e, options);
-      squares += e * e;
-      magnitudes.push_back(std::abs(e));
+      sums.cost += rho(e, options);
+      sums.squares += e * e;
+      ++sums.used;
+      if (robust) sums.magnitudes.push_back(std::abs(e));
       term.by_prediction[i] = gain * weight * residual;
       term.root_weight[i] = std::abs(gain) * std::sqrt(weight);
     }
+  });
+  Sums all;
+  for (const Sums& sums : patterns) {
+    all.cost += sums.cost;
+    all.squares += sums.squares;
+    all.used += sums.used;
+    all.magnitudes.insert(all.magnitudes.end(), sums.magnitudes.begin(), sums.magnitudes.end());
   }
-  term.value = std::isfinite(sum) ? sum : std::numeric_limits<double>::infinity();
-  if (magnitudes.empty()) return term;
-  if (options.loss == Loss::gaussian) {
-    term.chi2_per_datum = squares / static_cast<double>(magnitudes.size());
+  term.value = std::isfinite(all.cost) ? all.cost : std::numeric_limits<double>::infinity();
+  if (all.used == 0) return term;
+  if (!robust) {
+    term.chi2_per_datum = all.squares / static_cast<double>(all.used);
   } else {
+    std::vector<double>& magnitudes = all.magnitudes;
     const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
     std::nth_element(magnitudes.begin(), middle, magnitudes.end());
     term.chi2_per_datum = std::pow(*middle / normal_median, 2);

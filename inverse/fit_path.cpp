@@ -2,6 +2,7 @@
 // to the noise level.
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 #include <utility>
 
@@ -19,6 +20,29 @@ constexpr int fewest_voxels = 4;
 /// path are made for.
 constexpr double usual_homogeneous_chi2 = 100.0;
 constexpr double usual_structured_chi2 = 1000.0;
+
+/// Solves err by this share of a datum's usual deviation, but by no more than the second: fits end
+/// at the same E as with exact ones (docs/theory.md, section 4).
+constexpr double solver_share_of_noise = 0.3;
+constexpr double loosest_solve = 3e-3;
+/// A refined solve corrects all the data: its error is the same in each step.
+constexpr double refined_share_of_solve = 1.0 / 3.0;
+
+/// `backend` with solves as loose as the data allow.
+Backend suited(Backend backend, const Problem& problem) {
+  std::vector<double> deviations;  // relative
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
+    deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
+  }
+  if (deviations.empty()) return backend;
+  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
+  std::nth_element(deviations.begin(), middle, deviations.end());
+  const double allowed = std::min(loosest_solve, solver_share_of_noise * *middle);
+  backend.solve.tolerance = std::max(backend.solve.tolerance, allowed);
+  backend.refined_tolerance = std::max(backend.refined_tolerance, refined_share_of_solve * allowed);
+  return backend;
+}
 
 /// χ² of the start counts how much sharper than its structure the data are: where it is large, a
 /// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
@@ -64,7 +88,8 @@ ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
 
 void ChannelRun::open_level() {
   const Problem& problem = ladder_[static_cast<std::size_t>(state_.level)];
-  objective_ = std::make_unique<Objective>(problem, options_.backend, options_.data_term);
+  objective_ =
+      std::make_unique<Objective>(problem, suited(options_.backend, problem), options_.data_term);
   if (!objective_->warning().empty()) warn(objective_->warning());
 }
 

@@ -8,7 +8,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d36ULL;  // "km-fit-6"
+constexpr std::uint64_t magic = 0x6b6d2d6669742d37ULL;  // "km-fit-7"
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);

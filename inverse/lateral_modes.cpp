@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <type_traits>
 
 #include "core/parallel.h"
 
@@ -43,12 +44,15 @@ LateralModes::LateralModes(const GridShape& shape, int depth_axis)
   }
 }
 
-std::size_t LateralModes::voxel(int a, int b, int d) const {
-  std::array<int, 3> at{};
-  at[static_cast<std::size_t>(axis_a_)] = a;
-  at[static_cast<std::size_t>(axis_b_)] = b;
-  at[static_cast<std::size_t>(depth_axis_)] = d;
-  return shape_.index(at[0], at[1], at[2]);
+/// Values of the plane at depth d, as [a][b] of `field`.
+template <class Field>
+auto LateralModes::plane(Field& field, int d) const {
+  using Plane = std::conditional_t<std::is_const_v<Field>, const Eigen::MatrixXd, Eigen::MatrixXd>;
+  const std::array<Eigen::Index, 3> stride{1, shape_.nx,
+                                           static_cast<Eigen::Index>(shape_.nx) * shape_.ny};
+  const auto along = [&](int axis) { return stride[static_cast<std::size_t>(axis)]; };
+  return Eigen::Map<Plane, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>(
+      field.data() + d * along(depth_axis_), na_, nb_, {along(axis_b_), along(axis_a_)});
 }
 
 /// Calls work(first, count) for groups of rows of the coefficients, on all cores.
@@ -68,10 +72,7 @@ Eigen::MatrixXd LateralModes::analyse(const CoefficientPair& fields) const {
     for (int p = 0; p < count; ++p) {
       const int row = first + p;
       const auto& field = row < depth_ ? fields.log_kappa : fields.log_mu;
-      Eigen::MatrixXd image(na_, nb_);
-      for (int b = 0; b < nb_; ++b) {
-        for (int a = 0; a < na_; ++a) image(a, b) = field[voxel(a, b, row % depth_)];
-      }
+      const Eigen::MatrixXd image = plane(field, row % depth_);
       const Eigen::MatrixXd along_a = cosines_a_.forward(image).transpose();
       const Eigen::MatrixXd out = cosines_b_.forward(along_a).transpose();
       planes.col(p) = Eigen::Map<const Eigen::VectorXd>(out.data(), waves);
@@ -93,10 +94,7 @@ CoefficientPair LateralModes::fields_of(const Eigen::MatrixXd& coefficients,
       const int row = first + p;
       auto& field = row < depth_ ? fields.log_kappa : fields.log_mu;
       const Eigen::Map<const Eigen::MatrixXd> image(planes.data() + p * waves, na_, nb_);
-      const Eigen::MatrixXd out = back(image);
-      for (int b = 0; b < nb_; ++b) {
-        for (int a = 0; a < na_; ++a) field[voxel(a, b, row % depth_)] = out(a, b);
-      }
+      plane(field, row % depth_) = back(image);
     }
   });
   return fields;

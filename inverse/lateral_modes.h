@@ -35,7 +35,8 @@ class LateralModes {
   CoefficientPair spread(const Eigen::MatrixXd& variances) const;
 
  private:
-  std::size_t voxel(int a, int b, int d) const;
+  template <class Field>
+  auto plane(Field& field, int d) const;
   template <class Work>
   void for_planes(const Work& work) const;
   template <class Back>

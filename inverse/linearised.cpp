@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
 
 namespace kappamu::inverse {
@@ -180,7 +181,8 @@ std::vector<double> tangent_source(const GridSetup& setup, const Tangent& tangen
             irradiance.size() == lit.cells() * static_cast<std::size_t>(patterns),
         "tangent_source: fields or light do not fit the grid");
   std::vector<double> source(phi.size());
-  for (std::size_t m = 0; m < static_cast<std::size_t>(patterns); ++m) {
+  for_rows(patterns, [&](int pattern) {
+    const auto m = static_cast<std::size_t>(pattern);
     const auto field = phi.subspan(m * cells, cells);
     const auto light = irradiance.subspan(m * lit.cells(), lit.cells());
     const auto out = std::span<double>(source).subspan(m * cells, cells);
@@ -196,7 +198,7 @@ std::vector<double> tangent_source(const GridSetup& setup, const Tangent& tangen
     subtract_faces(setup.shape, 0, tangent.face_x, field, out);
     subtract_faces(setup.shape, 1, tangent.face_y, field, out);
     subtract_faces(setup.shape, 2, tangent.face_z, field, out);
-  }
+  });
   return source;
 }
 

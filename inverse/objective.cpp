@@ -23,12 +23,6 @@ constexpr double max_log = 25.0;
 constexpr double min_correction = 0.25;
 constexpr double max_correction = 4.0;
 
-std::vector<double> exponential(const std::vector<double>& log) {
-  std::vector<double> value(log.size());
-  std::transform(log.begin(), log.end(), value.begin(), [](double x) { return std::exp(x); });
-  return value;
-}
-
 bool within_range(const CoefficientPair& fields) {
   const auto ok = [](double x) { return std::abs(x) <= max_log; };  // false for NaN
   return std::all_of(fields.log_kappa.begin(), fields.log_kappa.end(), ok) &&

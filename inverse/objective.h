@@ -32,7 +32,7 @@ struct Backend {
   forward::SolveOptions solve{1e-4, 200};
   int batch = 16;                   ///< patterns solved at once
   double refined_tolerance = 1e-4;  ///< of a refined solve's residual
-  double refined_memory_mb = 3072;  ///< bound on the fields of a refined solve [MiB]
+  double refined_memory_mb = 6144;  ///< bound on the fields of a refined solve [MiB]
 };
 
 /// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.

@@ -18,32 +18,26 @@ namespace {
 /// Share of the promised decrease a step must keep (Armijo).
 constexpr double sufficient_decrease = 1e-4;
 
-/// Vectors are worked on in pieces of this length, on all cores where there are several: the same
-/// pieces and order of sums on any number of cores, hence the same bits.
-constexpr std::size_t piece = 65536;
-
-template <class Work>
-void for_pieces(std::size_t size, const Work& work) {
-  for_rows(static_cast<int>((size + piece - 1) / piece), [&](int row) {
-    const std::size_t begin = static_cast<std::size_t>(row) * piece;
-    work(static_cast<std::size_t>(row), begin, std::min(size, begin + piece));
-  });
+/// Σ term(i) over [begin, end), in sums of their own for vector registers.
+template <class Term>
+double sum_of(std::size_t begin, std::size_t end, const Term& term) {
+  constexpr std::size_t lanes = 8;
+  std::array<double, lanes> lane{};
+  std::size_t i = begin;
+  for (; i + lanes <= end; i += lanes) {
+    for (std::size_t k = 0; k < lanes; ++k) lane[k] += term(i + k);
+  }
+  for (; i < end; ++i) lane[0] += term(i);
+  return std::accumulate(lane.begin(), lane.end(), 0.0);
 }
 
 template <class A, class B>
 double dot(const std::vector<A>& a, const std::vector<B>& b) {
-  constexpr std::size_t lanes = 8;  // sums of their own, for vector registers
-  std::vector<double> sums((a.size() + piece - 1) / piece);
-  for_pieces(a.size(), [&](std::size_t row, std::size_t begin, std::size_t end) {
-    std::array<double, lanes> lane{};
-    std::size_t i = begin;
-    for (; i + lanes <= end; i += lanes) {
-      for (std::size_t k = 0; k < lanes; ++k) {
-        lane[k] += static_cast<double>(a[i + k]) * static_cast<double>(b[i + k]);
-      }
-    }
-    for (; i < end; ++i) lane[0] += static_cast<double>(a[i]) * static_cast<double>(b[i]);
-    sums[row] = std::accumulate(lane.begin(), lane.end(), 0.0);
+  std::vector<double> sums(pieces(a.size()));
+  for_pieces(a.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    sums[piece] = sum_of(begin, end, [&](std::size_t i) {
+      return static_cast<double>(a[i]) * static_cast<double>(b[i]);
+    });
   });
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
@@ -55,9 +49,23 @@ void add_scaled(Vector& to, double factor, const std::vector<T>& term) {
   });
 }
 
-Vector negative(Vector v) {
-  for (double& x : v) x = -x;
+Vector scaled(Vector v, double factor) {
+  for_pieces(v.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) v[i] *= factor;
+  });
   return v;
+}
+
+Vector negative(Vector v) {
+  return scaled(std::move(v), -1.0);
+}
+
+std::vector<float> difference(const Vector& a, const Vector& b) {
+  std::vector<float> result(a.size());
+  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = static_cast<float>(a[i] - b[i]);
+  });
+  return result;
 }
 
 /// A point on the search line, not yet accepted.
@@ -81,39 +89,56 @@ void accept(Function& function, OptimiserState& state, Trial trial) {
   state.gradient = function.gradient();
 }
 
+/// to += factor · term; then its product with `next`, while it is at hand.
+double add_scaled_and_dot(Vector& to, double factor, const std::vector<float>& term,
+                          const std::vector<float>& next) {
+  std::vector<double> sums(pieces(to.size()));
+  for_pieces(to.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    sums[piece] = sum_of(begin, end, [&](std::size_t i) {
+      to[i] += factor * static_cast<double>(term[i]);
+      return to[i] * static_cast<double>(next[i]);
+    });
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
 /// −H g by the two-loop recursion (Nocedal & Wright, algorithm 7.4).
 Vector lbfgs_direction(const OptimiserState& state) {
-  const std::size_t pairs = state.steps.size();
-  const auto& changes = state.changes;
-  std::vector<double> curvature(pairs);
-  std::vector<bool> usable(pairs);
-  for (std::size_t k = 0; k < pairs; ++k) {
-    curvature[k] = dot(state.steps[k], changes[k]);
-    usable[k] = curvature[k] > 1e-10 * std::sqrt(dot(state.steps[k], state.steps[k]) *
-                                                 dot(changes[k], changes[k]));
+  std::vector<std::size_t> usable;
+  for (std::size_t k = 0; k < state.steps.size(); ++k) {
+    const LbfgsProducts& p = state.products[k];
+    if (p.curvature > 1e-10 * std::sqrt(p.step_square * p.change_square)) usable.push_back(k);
   }
+  if (usable.empty()) return negative(state.gradient);
+  const auto curvature = [&](std::size_t k) { return state.products[usable[k]].curvature; };
+  const auto s = [&](std::size_t k) -> const auto& {
+    return state.steps[usable[k]];
+  };
+  const auto y = [&](std::size_t k) -> const auto& {
+    return state.changes[usable[k]];
+  };
   Vector d = state.gradient;
-  std::vector<double> alpha(pairs, 0.0);
-  std::optional<double> scale;
-  for (std::size_t k = pairs; k-- > 0;) {
-    if (!usable[k]) continue;
-    if (!scale) scale = curvature[k] / dot(changes[k], changes[k]);
-    alpha[k] = dot(state.steps[k], d) / curvature[k];
-    add_scaled(d, -alpha[k], changes[k]);
+  std::vector<double> alpha(usable.size());
+  const std::size_t last = usable.size() - 1;
+  double along = dot(s(last), d);
+  for (std::size_t k = last + 1; k-- > 0;) {
+    alpha[k] = along / curvature(k);
+    along = add_scaled_and_dot(d, -alpha[k], y(k), k > 0 ? s(k - 1) : y(0));
   }
-  for (double& x : d) x *= scale.value_or(1.0);
-  for (std::size_t k = 0; k < pairs; ++k) {
-    if (!usable[k]) continue;
-    add_scaled(d, alpha[k] - dot(changes[k], d) / curvature[k], state.steps[k]);
+  const double scale = curvature(last) / state.products[usable[last]].change_square;
+  d = scaled(std::move(d), scale);
+  along *= scale;
+  for (std::size_t k = 0; k <= last; ++k) {
+    along = add_scaled_and_dot(d, alpha[k] - along / curvature(k), s(k), y(std::min(k + 1, last)));
   }
   return negative(std::move(d));
 }
 
 /// Length of the first trial: the whole direction, but nothing beyond
 /// longest_step.
-double bounded_length(const Function& function, const Vector& direction,
+double bounded_length(Function& function, const Vector& z, const Vector& direction,
                       const OptimiserOptions& options) {
-  return std::min(1.0, options.longest_step / function.amplitude(direction));
+  return std::min(1.0, options.longest_step / function.amplitude(z, direction));
 }
 
 /// Backtracks from `length` until the decrease is sufficient (Armijo); none
@@ -136,42 +161,43 @@ std::optional<Trial> backtrack(Function& function, const OptimiserState& state,
   return std::nullopt;
 }
 
+void forget_pairs(OptimiserState& state) {
+  state.steps.clear();
+  state.changes.clear();
+  state.products.clear();
+}
+
 StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
   const Vector& g = state.gradient;
   Vector direction = lbfgs_direction(state);
   double slope = dot(direction, g);
   if (!(slope < 0.0)) {
-    state.steps.clear();
-    state.changes.clear();
+    forget_pairs(state);
     direction = negative(g);
     slope = dot(direction, g);
     if (!(slope < 0.0)) return StepOutcome::stalled;
   }
-  const double length = state.steps.empty() ? options.first_step / function.amplitude(direction)
-                                            : bounded_length(function, direction, options);
+  const double length = state.steps.empty()
+                            ? options.first_step / function.amplitude(state.z, direction)
+                            : bounded_length(function, state.z, direction, options);
   if (std::optional<Trial> trial = backtrack(function, state, direction, length, options)) {
-    std::vector<float> moved(state.z.size());
-    for (std::size_t i = 0; i < moved.size(); ++i) {
-      moved[i] = static_cast<float>(trial->z[i] - state.z[i]);
-    }
-    const Vector before = state.gradient;
+    state.steps.push_back(difference(trial->z, state.z));
+    const Vector before = std::move(state.gradient);
     accept(function, state, std::move(*trial));
-    std::vector<float> change(before.size());
-    for (std::size_t i = 0; i < change.size(); ++i) {
-      change[i] = static_cast<float>(state.gradient[i] - before[i]);
-    }
-    state.steps.push_back(std::move(moved));
-    state.changes.push_back(std::move(change));
+    state.changes.push_back(difference(state.gradient, before));
+    const auto& s = state.steps.back();
+    const auto& y = state.changes.back();
+    state.products.push_back({dot(s, y), dot(s, s), dot(y, y)});
     if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
       state.steps.erase(state.steps.begin());
       state.changes.erase(state.changes.begin());
+      state.products.erase(state.products.begin());
     }
     return StepOutcome::progressed;
   }
   if (state.steps.empty()) return StepOutcome::stalled;
   // A worn history can spoil the direction: once more along the gradient.
-  state.steps.clear();
-  state.changes.clear();
+  forget_pairs(state);
   return lbfgs_step(function, state, options);
 }
 
@@ -202,8 +228,8 @@ StepOutcome gauss_newton_step(Function& function, OptimiserState& state,
   function.value(state.z);
   const Vector direction = newton_direction(function, state.gradient, options);
   if (!(dot(direction, state.gradient) < 0.0)) return StepOutcome::stalled;
-  std::optional<Trial> trial =
-      backtrack(function, state, direction, bounded_length(function, direction, options), options);
+  std::optional<Trial> trial = backtrack(
+      function, state, direction, bounded_length(function, state.z, direction, options), options);
   if (!trial) return StepOutcome::stalled;
   accept(function, state, std::move(*trial));
   return StepOutcome::progressed;
@@ -224,7 +250,7 @@ StepOutcome wang2008_step(Function& function, OptimiserState& state,
   const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
   const double unit = state.previous_step > 0.0
                           ? state.previous_step
-                          : options.first_step / function.amplitude(direction);
+                          : options.first_step / function.amplitude(state.z, direction);
   Trial best = evaluate(function, state, direction, unit);
   double left = 0.0;
   double middle = unit;
@@ -286,6 +312,9 @@ void OptimiserState::write(ByteWriter& out) const {
   for (const double x : {value, previous_step}) out.put(x);
   put_all(out, steps);
   put_all(out, changes);
+  for (const LbfgsProducts& p : products) {
+    for (const double x : {p.curvature, p.step_square, p.change_square}) out.put(x);
+  }
 }
 
 void OptimiserState::read(ByteReader& in) {
@@ -293,6 +322,10 @@ void OptimiserState::read(ByteReader& in) {
   for (double* x : {&value, &previous_step}) in.get(*x);
   get_all(in, steps);
   get_all(in, changes);
+  products.resize(steps.size());
+  for (LbfgsProducts& p : products) {
+    for (double* x : {&p.curvature, &p.step_square, &p.change_square}) in.get(*x);
+  }
 }
 
 void start(Function& function, OptimiserState& state) {

@@ -18,8 +18,8 @@ class Function {
   virtual Vector gradient() = 0;  ///< at the z of the last value()
   /// H `direction`, H the Gauss-Newton Hessian at the z of the last value().
   virtual Vector curvature(const Vector& direction) = 0;
-  /// Largest change of log κ or log μ along `direction` [log units].
-  virtual double amplitude(const Vector& direction) const = 0;
+  /// Largest change of log κ or log μ from z to z + `direction` [log units].
+  virtual double amplitude(const Vector& z, const Vector& direction) = 0;
 };
 
 enum class Method {
@@ -41,6 +41,13 @@ struct OptimiserOptions {
   double newton_forcing = 0.3;    ///< ‖H p + g‖/‖g‖ that is good enough for one
 };
 
+/// Of one L-BFGS pair: step · change, and both squares.
+struct LbfgsProducts {
+  double curvature = 0.0;
+  double step_square = 0.0;
+  double change_square = 0.0;
+};
+
 struct OptimiserState {
   Vector z;
   double value = 0.0;  ///< f(z)
@@ -48,6 +55,7 @@ struct OptimiserState {
   /// L-BFGS pairs, oldest first: steps and changes of the gradient.
   std::vector<std::vector<float>> steps;
   std::vector<std::vector<float>> changes;
+  std::vector<LbfgsProducts> products;
   Vector direction;          ///< conjugate gradients: the last direction
   Vector previous_gradient;  ///< conjugate gradients: the gradient it was made of
   double previous_step = 0.0;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/optics.h"
+#include "core/parallel.h"
 
 namespace kappamu::inverse {
 
@@ -223,15 +224,14 @@ std::vector<double> prolong(const std::vector<double>& coarse, const GridShape& 
 
 std::vector<double> split_voxels(const std::vector<double>& coarse, const GridShape& coarse_shape,
                                  const GridShape& fine_shape, int factor) {
-  std::vector<double> fine;
-  fine.reserve(fine_shape.cells());
-  for (int z = 0; z < fine_shape.nz; ++z) {
-    for (int y = 0; y < fine_shape.ny; ++y) {
-      for (int x = 0; x < fine_shape.nx; ++x) {
-        fine.push_back(coarse[coarse_shape.index(x / factor, y / factor, z / factor)]);
-      }
-    }
-  }
+  std::vector<double> fine(fine_shape.cells());
+  for_rows(fine_shape.ny * fine_shape.nz, [&](int row) {
+    const int y = row % fine_shape.ny;
+    const int z = row / fine_shape.ny;
+    const double* from = &coarse[coarse_shape.index(0, y / factor, z / factor)];
+    double* to = &fine[fine_shape.index(0, y, z)];
+    for (int x = 0; x < fine_shape.nx; ++x) to[x] = from[x / factor];
+  });
   return fine;
 }
 
