@@ -1,8 +1,4 @@
 // The kappamu command: parses, dispatches, and turns failures into one sentence and an exit code.
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -12,6 +8,9 @@
 
 #include "app/command.h"
 #include "core/error.h"
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 int main(int argc, char** argv) {
   using namespace kappamu;
