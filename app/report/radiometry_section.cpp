@@ -153,7 +153,31 @@ Html hdr_table(const std::vector<HdrSummary>& summaries) {
 }
 
 /// Maps of the pattern in which most is saturated, and of the first one.
-Html noise_maps(const std::vector<HdrSummary>& summaries) {
+/// Decades of each pixel's brightest channel above the picture's noise floor.
+Image<float> dynamic_range(const HdrSummary& hdr) {
+  const Image<float>& radiance = hdr.thumbnail;
+  Image<float> decades(radiance.width(), radiance.height(), 1);
+  for (int y = 0; y < decades.height(); ++y) {
+    for (int x = 0; x < decades.width(); ++x) {
+      float brightest = radiance(x, y, 0);
+      for (int c = 1; c < radiance.channels(); ++c) {
+        brightest = std::max(brightest, radiance(x, y, c));
+      }
+      decades(x, y) = static_cast<float>(std::log10(brightest / hdr.noise));
+    }
+  }
+  return decades;
+}
+
+Html dynamic_range_map(const HdrSummary& hdr, int width) {
+  const double high = std::ceil(std::log10(hdr.bright / hdr.noise));
+  return figure(picture(coloured(dynamic_range(hdr), ColourMap::viridis, 0.0, high), width,
+                        "dynamic range of " + hdr.pattern) +
+                    legend(ColourMap::viridis, 0.0, high, "decades above the noise floor"),
+                hdr.pattern + ": dynamic range, brightest channel; grey: below zero");
+}
+
+Html hdr_maps(const std::vector<HdrSummary>& summaries) {
   const auto brightest = std::max_element(
       summaries.begin(), summaries.end(),
       [](const HdrSummary& a, const HdrSummary& b) { return a.saturated < b.saturated; });
@@ -162,11 +186,11 @@ Html noise_maps(const std::vector<HdrSummary>& summaries) {
   constexpr int width = 320;  // CSS px
   std::vector<Html> blocks;
   for (const HdrSummary* hdr : shown) {
+    if (hdr->noise > 0.0) blocks.push_back(dynamic_range_map(*hdr, width));
     blocks.push_back(figure(picture(coloured(hdr->relative_noise, ColourMap::viridis, -4.0, -1.0),
                                     width, "relative noise of " + hdr->pattern) +
                                 legend(ColourMap::viridis, -4.0, -1.0, "log10 of σ / value"),
-                            hdr->pattern + ": noise of the merged picture, worst channel; grey: "
-                                           "dark, saturated or missing"));
+                            hdr->pattern + ": noise, worst channel; grey: not merged"));
     blocks.push_back(figure(picture(coloured(hdr->saturation, ColourMap::viridis, 0.0, 1.0), width,
                                     "saturation of " + hdr->pattern) +
                                 legend(ColourMap::viridis, 0.0, 1.0, "share of values"),
@@ -194,12 +218,12 @@ Html radiometry_section(const RunData& run) {
   if (run.hdr.empty()) {
     content += note("This run has no HDR images.");
   } else {
-    content += subsection("Dynamic range and flags", hdr_table(run.hdr));
+    content += subsection("Exposure of each pattern", hdr_table(run.hdr));
     content += note(
         "Bright is the 99.9 % quantile of valid pixels, noise floor the 1 % quantile of the "
         "standard deviation. Dark pixels are mostly background; saturated ones are left out of the "
         "fit.");
-    content += subsection("Noise and saturation", noise_maps(run.hdr));
+    content += subsection("Dynamic range, noise and saturation", hdr_maps(run.hdr));
   }
   return section("Response and dynamic range", content);
 }

@@ -104,6 +104,8 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
     EXPECT_THAT(html, HasSubstr(heading));
   for (const char* id : {"fit_00", "fit_05", "validate_00", "validate_01"})
     EXPECT_THAT(html, HasSubstr("alt=\"re-rendered of " + std::string(id) + "\""));
+  for (const char* map : {"dynamic range", "relative noise", "saturation"})
+    EXPECT_THAT(html, HasSubstr("alt=\"" + std::string(map) + " of fit_00\""));
   for (const char* channel : {"R", "G", "B"})
     EXPECT_THAT(html, HasSubstr("alt=\"residual " + std::string(channel) + " of fit_00\""));
   EXPECT_THAT(html, HasSubstr("Model of G: volume. Simpler ones leave chi2 at 40."));
