@@ -69,11 +69,10 @@ void add_plan(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "plan",
       "Plan a capture: what to photograph, how long, in which order.\n\n"
-      "Writes PLAN: session.json as it will be, patterns/ and calibration/ with the images for "
-      "the\n"
-      "projector, and the shot list as shots.txt (to follow by hand), shots.csv and\n"
-      "shots.json (for a script). Exposure times are multiples of the projector's period, since\n"
-      "others catch part of a colour wheel's turn, and at least 1/30 s.\n\n"
+      "Writes PLAN: session.json as it will be, patterns/ and calibration/ with the projector's\n"
+      "images, and the shot list as shots.txt (to follow by hand), shots.csv and shots.json (for\n"
+      "a script). Exposure times are multiples of the projector's period, since others catch part\n"
+      "of a colour wheel's turn, and at least 1/30 s.\n\n"
       "Save the photographs under the names listed and `kappamu run PLAN` works; where the camera\n"
       "names and formats them itself, `kappamu import FOLDER --plan PLAN -o SESSION` sorts them.\n"
       "The patterns assume that the lit face is centred in the projector's picture, its x axis\n"
@@ -120,9 +119,8 @@ void add_plan(CLI::App& app, Globals& globals) {
       ->check(CLI::Range(0, 100));
   option("--boards", request.boards, "Views of the printed board")->check(CLI::Range(1, 1000));
   option("--planes", request.planes, "Poses of the projector plane")->check(CLI::Range(1, 1000));
-  option(
-      "--plane-light", a.plane_light,
-      "Projected on them: chessboard, gray-code (2 log2(columns x rows) + 2 pictures each), both")
+  option("--plane-light", a.plane_light,
+         "Projected on them: chessboard, gray-code (42 pictures each at 1024 x 768), both")
       ->check(CLI::IsMember({"chessboard", "gray-code", "both"}));
   option("--projector-levels", request.projector_levels,
          "Values between black and white on the white target, where patterns have such values")

@@ -24,7 +24,7 @@ struct PlannedPattern {
 /// What the projector throws on the planes that calibrate it.
 enum class PlaneLight {
   chessboard,  ///< one picture a plane
-  gray_code,   ///< 2 log2(columns) + 2 log2(rows) + 2 pictures a plane
+  gray_code,   ///< two pictures a plane for each bit of column and row, white and black
   both         ///< the Gray code calibrates, the chessboard checks it
 };
 /// "chessboard", "gray-code", "both"; the latter throws InputError for another text.
