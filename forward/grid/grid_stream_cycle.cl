@@ -99,19 +99,23 @@ INLINE void down_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUME
       global const Weights* next_weights = weights + RED_ROW(ahead, k);
       global const vec* next_right = right_row(only_red, rhs, nx, ny, ahead, k, 0);
       Givings to = givings_at(sums, half_y, half_z, y, k);
-      for (long e = all.begin; e < all.end; ++e) {
-        PREFETCH(next_right + AT(e));
-        if (!only_red) PREFETCH(next_right + 2 * e + 1);
-        if (WITHIN(firsts, e)) out0[2 * e] = g0[e].smoother * right0[AT(e)];
-        if (!only_red && WITHIN(reds, e)) {
+      // Every stage one cell behind the one before, which may then still be under way.
+      for (long i = all.begin; i < all.end + 2 + lead; ++i) {
+        PREFETCH(next_right + AT(i));
+        if (!only_red) PREFETCH(next_right + 2 * i + 1);
+        if (WITHIN(firsts, i)) out0[2 * i] = g0[i].smoother * right0[AT(i)];
+        if (!only_red && WITHIN(reds, i - 1)) {
+          const long e = i - 1;
           out1[2 * e] = g1[e].smoother * (right1[AT(e)] + INFLOW(g1[e], v1, e));
         }
-        PREFETCH_STENCILS(next, e);
-        if (WITHIN(blacks, e)) {
+        PREFETCH_STENCILS(next, i);
+        if (WITHIN(blacks, i - 1 - lead)) {
+          const long e = i - 1 - lead;
           out_b[2 * e] = gb[e].smoother *
                          (only_red ? INFLOW(gb[e], vb, e) : right_b[AT(e)] + INFLOW(gb[e], vb, e));
         }
-        if (WITHIN(gives, e)) {
+        if (WITHIN(gives, i - 2 - lead)) {
+          const long e = i - 2 - lead;
           PREFETCH(next_weights + e);
           const long lower = half_x ? e + odd - 1 : 2 * e + parity;
           const vec residual = right[AT(e)] - IMAGE(g[e], v, e);
@@ -234,21 +238,24 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
       global const Weights* next_weights = weights + RED_ROW(ahead, k);
       global const vec* next_right = right_row(only_red, rhs, nx, ny, ahead, k, 0);
       vec sum = (vec)(0), energy = (vec)(0);
-      for (long e = all.begin; e < all.end; ++e) {
-        PREFETCH(next_right + AT(e));
-        if (!only_red) PREFETCH(next_right + 2 * e + 1);
-        if (!only_red && WITHIN(firsts, e)) out0[2 * e] = g0[e].smoother * right0[AT(e)];
-        if (WITHIN(corrects, e)) {
+      for (long i = all.begin; i < all.end + 3 + lead; ++i) {
+        PREFETCH(next_right + AT(i));
+        if (!only_red) PREFETCH(next_right + 2 * i + 1);
+        if (!only_red && WITHIN(firsts, i)) out0[2 * i] = g0[i].smoother * right0[AT(i)];
+        if (WITHIN(corrects, i - lead)) {
+          const long e = i - lead;
           const vec driving = only_red ? right_c[AT(e)] : right_c[AT(e)] + INFLOW(gc[e], vc, e);
           out_c[2 * e] = gc[e].smoother * driving +
                          interpolated(from, 2 * e + parity, cx, half_x, w[e].x, w[e].y, w[e].z);
         }
-        PREFETCH_STENCILS(next, e);
-        if (WITHIN(middles, e)) {
+        PREFETCH_STENCILS(next, i);
+        if (WITHIN(middles, i - 1 - lead)) {
+          const long e = i - 1 - lead;
           out_m[2 * e] = gm[e].smoother *
                          (only_red ? INFLOW(gm[e], vm, e) : right_m[AT(e)] + INFLOW(gm[e], vm, e));
         }
-        if (WITHIN(relaxes, e)) {
+        if (WITHIN(relaxes, i - 2 - lead)) {
+          const long e = i - 2 - lead;
           const vec here = out[2 * e] + g[e].smoother * (right[AT(e)] - IMAGE(g[e], v, e));
           out[2 * e] = here;
           if (only_red && WITHIN(owns, e)) {
@@ -257,8 +264,9 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
             energy += g[e].sink * (here * here);
           }
         }
-        PREFETCH(next_weights + e);
-        if (WITHIN(lasts, e)) {
+        PREFETCH(next_weights + i);
+        if (WITHIN(lasts, i - 3 - lead)) {
+          const long e = i - 3 - lead;
           if (only_red) {
             energy += black_energy(gd[e], vd, e);
           } else {
