@@ -13,7 +13,7 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
   const int tile = (int)get_global_id(1);
   const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
   const Box blacks = around(own, 1, nx, ny, nz), reds = around(own, 2, nx, ny, nz);
-  const Ring ring = make_ring((global ring_vec*)(TILE_SCRATCH), 4, reds);
+  const Ring ring = make_split_ring((global ring_vec*)(TILE_SCRATCH), 4, reds);
   clear(ring.planes, ring.depth * ring.plane);
   accu_vec rr = (accu_vec)(0), bb = (accu_vec)(0);
   for (int t = reds.y0; t < own.y1 + 2; ++t) {
@@ -25,8 +25,8 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
                  owns = span_of(own, y, k, parity);
       global const vec* from = x + CELL(parity, t, k);
       global const vec* more = d + RED_ROW(t, k);
-      global ring_vec* out0 = ring_row(ring, t, k) + parity;
-      global ring_vec* out = ring_row(ring, m, k) + parity;
+      global ring_vec* out0 = half_row(ring, t, k, parity);
+      global ring_vec* out = half_row(ring, m, k, parity);
       const Rows vm = rows_at(ring, m, k, parity), v = rows_at(ring, y, k, parity);
       global const Stencil* gm = stencils + STENCIL_ROW(m, k, parity);
       global const Stencil* g = stencils + STENCIL_ROW(y, k, parity);
@@ -44,7 +44,7 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
         PREFETCH(coming_x + 2 * e);
         PREFETCH(coming_d + e);
         if (WITHIN(firsts, e)) {
-          out0[2 * e] = with_d ? to_accu(from[2 * e]) + to_accu(more[e]) : to_accu(from[2 * e]);
+          out0[e] = with_d ? to_accu(from[2 * e]) + to_accu(more[e]) : to_accu(from[2 * e]);
         }
         PREFETCH_STENCILS(coming, e);
         if (WITHIN(middles, e)) {
@@ -52,7 +52,7 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
           const ACCU sum = (ACCU)s.west + s.east + s.south + s.north + s.down + s.up + s.sink;
           const accu_vec here = to_accu(right_m[2 * e]);
           const accu_vec value = (here + INFLOW(s, vm, e)) * (1 / sum);
-          out[2 * e] = value;
+          out[e] = value;
           if (WITHIN(writes, e)) {
             STREAM_OUT(to_vec(value), to_black + 2 * e);
             bb += here * here;

@@ -66,7 +66,7 @@ INLINE void down_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUME
   const int lead = only_red ? 0 : 1;
   const Box black = around(giving, 1, nx, ny, nz), red = around(giving, 2, nx, ny, nz);
   const Box first = around(giving, 2 + lead, nx, ny, nz);
-  const Ring ring = make_ring(scratch, 4 + lead, first);
+  const Ring ring = make_split_ring(scratch, 4 + lead, first);
   clear(ring.planes, ring.depth * ring.plane);
   // The rim takes what belongs to other tiles' coarse cells or, outside the grid, to none.
   const Ring sums = make_ring(scratch + ring.depth * ring.plane, 4, own);
@@ -80,9 +80,9 @@ INLINE void down_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUME
       const Span all = span_of(first, first.y0, k, parity);
       const Span firsts = span_of(first, t, k, parity), reds = span_of(red, t - 1, k, parity),
                  blacks = span_of(black, b, k, parity), gives = span_of(giving, y, k, parity);
-      global vec* out0 = ring_row(ring, t, k) + parity;
-      global vec* out1 = ring_row(ring, t - 1, k) + parity;
-      global vec* out_b = ring_row(ring, b, k) + parity;
+      global vec* out0 = half_row(ring, t, k, parity);
+      global vec* out1 = half_row(ring, t - 1, k, parity);
+      global vec* out_b = half_row(ring, b, k, parity);
       const Rows v1 = rows_at(ring, t - 1, k, parity), vb = rows_at(ring, b, k, parity),
                  v = rows_at(ring, y, k, parity);
       global const Stencil* g0 = stencils + STENCIL_ROW(t, k, parity);
@@ -103,16 +103,16 @@ INLINE void down_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUME
       for (long i = all.begin; i < all.end + 2 + lead; ++i) {
         PREFETCH(next_right + AT(i));
         if (!only_red) PREFETCH(next_right + 2 * i + 1);
-        if (WITHIN(firsts, i)) out0[2 * i] = g0[i].smoother * right0[AT(i)];
+        if (WITHIN(firsts, i)) out0[i] = g0[i].smoother * right0[AT(i)];
         if (!only_red && WITHIN(reds, i - 1)) {
           const long e = i - 1;
-          out1[2 * e] = g1[e].smoother * (right1[AT(e)] + INFLOW(g1[e], v1, e));
+          out1[e] = g1[e].smoother * (right1[AT(e)] + INFLOW(g1[e], v1, e));
         }
         PREFETCH_STENCILS(next, i);
         if (WITHIN(blacks, i - 1 - lead)) {
           const long e = i - 1 - lead;
-          out_b[2 * e] = gb[e].smoother *
-                         (only_red ? INFLOW(gb[e], vb, e) : right_b[AT(e)] + INFLOW(gb[e], vb, e));
+          out_b[e] = gb[e].smoother *
+                     (only_red ? INFLOW(gb[e], vb, e) : right_b[AT(e)] + INFLOW(gb[e], vb, e));
         }
         if (WITHIN(gives, i - 2 - lead)) {
           const long e = i - 2 - lead;
@@ -174,9 +174,9 @@ INLINE vec interpolated(Parents from, long x, int cx, int half_x, REAL tx, REAL 
 // φ².
 INLINE vec black_energy(Stencil g, Rows v, long e) {
   const vec here = g.smoother * INFLOW(g, v, e);
-  const vec west = here - v.here[2 * e - 1], east = here - v.here[2 * e + 1];
-  const vec south = here - v.south[2 * e], north = here - v.north[2 * e];
-  const vec down = here - v.down[2 * e], up = here - v.up[2 * e];
+  const vec west = here - v.west[e], east = here - v.west[e + 1];
+  const vec south = here - v.south[e], north = here - v.north[e];
+  const vec down = here - v.down[e], up = here - v.up[e];
   return g.west * (west * west) + g.east * (east * east) + g.south * (south * south) +
          g.north * (north * north) + g.down * (down * down) + g.up * (up * up) +
          g.sink * (here * here);
@@ -198,7 +198,7 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
   const Box middle = around(own, 2, nx, ny, nz);     // black
   const Box corrected = around(own, 3, nx, ny, nz);  // red
   const Box first = around(own, 3 + lead, nx, ny, nz);
-  const Ring ring = make_ring(scratch, 5 + lead, first);
+  const Ring ring = make_split_ring(scratch, 5 + lead, first);
   clear(ring.planes, ring.depth * ring.plane);
   global vec* zeros = scratch + ring.depth * ring.plane;
   clear(zeros, cx);
@@ -212,11 +212,11 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
       const Span firsts = span_of(first, t, k, parity), corrects = span_of(corrected, c, k, parity),
                  middles = span_of(middle, m, k, parity), relaxes = span_of(relaxed, y, k, parity),
                  owns = span_of(own, y, k, parity), lasts = span_of(own, d, k, parity);
-      global vec* out0 = ring_row(ring, t, k) + parity;
-      global vec* out_c = ring_row(ring, c, k) + parity;
-      global vec* out_m = ring_row(ring, m, k) + parity;
-      global vec* out = ring_row(ring, y, k) + parity;
-      global vec* out_d = ring_row(ring, d, k) + parity;
+      global vec* out0 = half_row(ring, t, k, parity);
+      global vec* out_c = half_row(ring, c, k, parity);
+      global vec* out_m = half_row(ring, m, k, parity);
+      global vec* out = half_row(ring, y, k, parity);
+      global vec* out_d = half_row(ring, d, k, parity);
       const Rows vc = rows_at(ring, c, k, parity), vm = rows_at(ring, m, k, parity),
                  v = rows_at(ring, y, k, parity), vd = rows_at(ring, d, k, parity);
       global const Stencil* g0 = stencils + STENCIL_ROW(t, k, parity);
@@ -241,23 +241,23 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
       for (long i = all.begin; i < all.end + 3 + lead; ++i) {
         PREFETCH(next_right + AT(i));
         if (!only_red) PREFETCH(next_right + 2 * i + 1);
-        if (!only_red && WITHIN(firsts, i)) out0[2 * i] = g0[i].smoother * right0[AT(i)];
+        if (!only_red && WITHIN(firsts, i)) out0[i] = g0[i].smoother * right0[AT(i)];
         if (WITHIN(corrects, i - lead)) {
           const long e = i - lead;
           const vec driving = only_red ? right_c[AT(e)] : right_c[AT(e)] + INFLOW(gc[e], vc, e);
-          out_c[2 * e] = gc[e].smoother * driving +
-                         interpolated(from, 2 * e + parity, cx, half_x, w[e].x, w[e].y, w[e].z);
+          out_c[e] = gc[e].smoother * driving +
+                     interpolated(from, 2 * e + parity, cx, half_x, w[e].x, w[e].y, w[e].z);
         }
         PREFETCH_STENCILS(next, i);
         if (WITHIN(middles, i - 1 - lead)) {
           const long e = i - 1 - lead;
-          out_m[2 * e] = gm[e].smoother *
-                         (only_red ? INFLOW(gm[e], vm, e) : right_m[AT(e)] + INFLOW(gm[e], vm, e));
+          out_m[e] = gm[e].smoother *
+                     (only_red ? INFLOW(gm[e], vm, e) : right_m[AT(e)] + INFLOW(gm[e], vm, e));
         }
         if (WITHIN(relaxes, i - 2 - lead)) {
           const long e = i - 2 - lead;
-          const vec here = out[2 * e] + g[e].smoother * (right[AT(e)] - IMAGE(g[e], v, e));
-          out[2 * e] = here;
+          const vec here = out[e] + g[e].smoother * (right[AT(e)] - IMAGE(g[e], v, e));
+          out[e] = here;
           if (only_red && WITHIN(owns, e)) {
             STREAM_OUT(here, to + e);
             sum += here * right[AT(e)];
@@ -270,13 +270,13 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
           if (only_red) {
             energy += black_energy(gd[e], vd, e);
           } else {
-            out_d[2 * e] = gd[e].smoother * (right_d[AT(e)] + INFLOW(gd[e], vd, e));
+            out_d[e] = gd[e].smoother * (right_d[AT(e)] + INFLOW(gd[e], vd, e));
           }
         }
       }
       if (only_red && owns.begin < owns.end) {
 #define ADD_SURFACE(face) \
-  for (long e = owns.begin; e < owns.end; ++e) energy += g[e].face * (out[2 * e] * out[2 * e]);
+  for (long e = owns.begin; e < owns.end; ++e) energy += g[e].face * (out[e] * out[e]);
         if (y == 0) ADD_SURFACE(south)
         if (y == ny - 1) ADD_SURFACE(north)
         if (k == 0) ADD_SURFACE(down)
@@ -285,7 +285,7 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
         if (own.x0 == 0 && parity == 0) energy += g[0].west * (out[0] * out[0]);
         const int last = nx - 1 - parity;
         if (own.x1 == nx && !(last & 1)) {
-          energy += g[last >> 1].east * (out[last] * out[last]);
+          energy += g[last >> 1].east * (out[last >> 1] * out[last >> 1]);
         }
       }
       if (only_red) {
@@ -293,7 +293,8 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
         sum_delta += to_accu(energy);
       } else if (HAS_ROW(own, d, k)) {
         global vec* row = solution + CELL(0, d, k);
-        for (int x = own.x0; x < own.x1; ++x) row[x] = out_d[x - parity];
+        global const vec *even = half_row(ring, d, k, 0), *uneven = half_row(ring, d, k, 1);
+        for (int x = own.x0; x < own.x1; ++x) row[x] = x & 1 ? uneven[x >> 1] : even[x >> 1];
       }
     }
   }

@@ -36,11 +36,17 @@ kernel void step_scalars(const int up_tiles, const int step_tiles, const int fre
 // beside what strong bonds carry, of which rounding φ alone takes 6e-8.
 #define LEFT_OVER(g, v, e) (-(g).smoother * IMAGE(g, v, e))
 
-// Σ G (what is left over of the neighbours), kept in halves: the e-th black cell of a row at [e].
-// `east` is the neighbour with the greater x.
-#define LEFT_OVER_INFLOW(g, v, e, east_e)                                                     \
-  ((g).west * (v).here[(east_e)-1] + (g).east * (v).here[east_e] + (g).south * (v).south[e] + \
-   (g).north * (v).north[e] + (g).down * (v).down[e] + (g).up * (v).up[e])
+// Rows of a ring that keeps black cells only, the e-th of a row at [e].
+INLINE Rows rows_of_halves(Ring ring, int y, int z, int parity) {
+  Rows rows;
+  rows.here = ring_row(ring, y, z);
+  rows.west = rows.here + parity - 1;
+  rows.south = ring_row(ring, y - 1, z);
+  rows.north = ring_row(ring, y + 1, z);
+  rows.down = rows.here - ring.row;
+  rows.up = rows.here + ring.row;
+  return rows;
+}
 
 // p' = z + β p, d += α p', r −= α S p', all on red cells; sums [tile][2]: Σ r² and Σ p'·Sp' of each
 // tile. With first_p or first_d, p or d is taken for zero, whatever it holds.
@@ -53,7 +59,7 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
   const int tile = (int)get_global_id(1);
   const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
   const Box black = around(own, 1, nx, ny, nz), red = around(own, 2, nx, ny, nz);
-  const Ring ring = make_ring(TILE_SCRATCH, 4, red);
+  const Ring ring = make_split_ring(TILE_SCRATCH, 4, red);
   clear(ring.planes, ring.depth * ring.plane);
   // Of black cells, one in every pair x, x + 1; rows of one plane keep their colour in the ring,
   // whose depth is even.
@@ -73,11 +79,11 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
       const int parity = PARITY(RED, t, k), m = t - 1, y = t - 2;
       const Span all = span_of(red, red.y0, k, parity), reds = span_of(red, t, k, parity),
                  blacks = span_of(black, m, k, parity), owns = span_of(own, y, k, parity);
-      global vec* out0 = ring_row(ring, t, k) + parity;
-      global vec* out = ring_row(ring, m, k) + parity;
+      global vec* out0 = half_row(ring, t, k, parity);
+      global vec* out = half_row(ring, m, k, parity);
       global vec* left_out = ring_row(rest, m, k);
       const Rows vm = rows_at(ring, m, k, parity), v = rows_at(ring, y, k, parity),
-                 left = rows_at(rest, y, k, 0);
+                 left = rows_of_halves(rest, y, k, parity);
       global const Stencil* gm = stencils + STENCIL_ROW(m, k, parity);
       global const Stencil* g = stencils + STENCIL_ROW(y, k, parity);
       const size_t row0 = RED_ROW(t, k), row = RED_ROW(y, k);
@@ -90,19 +96,19 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
         PREFETCH(z + next + e);
         PREFETCH(before + next + e);
         if (WITHIN(reds, e)) {
-          out0[2 * e] = first_p ? z[row0 + e] : z[row0 + e] + beta * before[row0 + e];
+          out0[e] = first_p ? z[row0 + e] : z[row0 + e] + beta * before[row0 + e];
         }
         PREFETCH_STENCILS(next_g, e);
         if (WITHIN(blacks, e)) {
-          out[2 * e] = gm[e].smoother * INFLOW(gm[e], vm, e);
+          out[e] = gm[e].smoother * INFLOW(gm[e], vm, e);
           left_out[e] = LEFT_OVER(gm[e], vm, e);
         }
         PREFETCH(r + now + e);
         PREFETCH(d + now + e);
         if (WITHIN(owns, e)) {
           const size_t i = row + e;
-          const vec here = v.here[2 * e];
-          const vec image = IMAGE(g[e], v, e) - LEFT_OVER_INFLOW(g[e], left, e, e + parity);
+          const vec here = v.here[e];
+          const vec image = IMAGE(g[e], v, e) - INFLOW(g[e], left, e);
           const vec residual = r[i] - alpha * image;
           STREAM_OUT(here, p + i);
           d[i] = first_d ? alpha * here : d[i] + alpha * here;

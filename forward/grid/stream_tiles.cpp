@@ -10,6 +10,9 @@ constexpr int deepest = 32;        ///< cells of a tile along z
 constexpr int narrowest = 16;      ///< and at least along x, if the grid has them
 constexpr int shortest_march = 8;  ///< and along y
 
+/// What rounding the halves of a ring's row up may take (make_split_ring), and to spare.
+constexpr int row_slack = 4;
+
 int parts(int whole, int part) {
   return (whole - 1) / part + 1;
 }
@@ -30,7 +33,7 @@ StreamTiles cut(const StreamMachine& machine, const GridShape& grid, int depth, 
   tiles.size[1] = parts(grid.ny, std::min(along, parts(grid.ny, shortest_march)));
   tiles.count =
       parts(grid.nx, tiles.size[0]) * parts(grid.ny, tiles.size[1]) * parts(grid.nz, tiles.size[2]);
-  tiles.scratch_cells = depth * (tiles.size[0] + 2 * halo) * (tiles.size[2] + 2 * halo);
+  tiles.scratch_cells = depth * (tiles.size[0] + 2 * halo + row_slack) * (tiles.size[2] + 2 * halo);
   return tiles;
 }
 
@@ -46,8 +49,9 @@ StreamTiles tiles_down(const StreamMachine& machine, const GridShape& fine, cons
                 parts(coarse.nz, tiles.size[2]);
   constexpr int sum_planes = 4;
   const auto fine_extent = [&](std::size_t a) { return tiles.size[a] * (1 + halving[a]); };
-  tiles.scratch_cells = depth * (fine_extent(0) + 2 * halo) * (fine_extent(2) + 2 * halo) +
-                        sum_planes * (tiles.size[0] + 2) * (tiles.size[2] + 2);
+  tiles.scratch_cells =
+      depth * (fine_extent(0) + 2 * halo + row_slack) * (fine_extent(2) + 2 * halo) +
+      sum_planes * (tiles.size[0] + 2) * (tiles.size[2] + 2);
   return tiles;
 }
 
@@ -61,8 +65,9 @@ StreamTiles tiles_step(const StreamMachine& machine, const GridShape& grid) {
   // A ring of values and one, half as large, of what rounding left over of black ones.
   constexpr int depth = 4, halo = 3;
   StreamTiles tiles = cut(machine, grid, depth + depth / 2, halo);
-  tiles.scratch_cells = depth * (tiles.size[0] + 2 * halo + (tiles.size[0] + 2 * halo) / 2 + 2) *
-                        (tiles.size[2] + 2 * halo);
+  tiles.scratch_cells =
+      depth * (tiles.size[0] + 2 * halo + row_slack + (tiles.size[0] + 2 * halo) / 2 + 2) *
+      (tiles.size[2] + 2 * halo);
   return tiles;
 }
 
