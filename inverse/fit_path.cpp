@@ -23,10 +23,10 @@ constexpr double usual_structured_chi2 = 1000.0;
 
 /// Solves err by this share of a datum's usual deviation, but by no more than the second: fits end
 /// at the same E as with exact ones (docs/theory.md, section 4).
-constexpr double solver_share_of_noise = 0.3;
-constexpr double loosest_solve = 3e-3;
+constexpr double solver_share_of_noise = 0.1;
+constexpr double loosest_solve = 1e-3;
 /// A refined solve corrects all the data: its error is the same in each step.
-constexpr double refined_share_of_solve = 1.0 / 3.0;
+constexpr double refined_share_of_solve = 0.5;
 
 /// `backend` with solves as loose as the data allow.
 Backend suited(Backend backend, const Problem& problem) {
