@@ -7,6 +7,7 @@
 
 #include "app/bench_command.h"
 #include "bench/inverse_bench.h"
+#include "bench/inverse_samples.h"
 
 namespace kappamu::app {
 
@@ -51,7 +52,9 @@ constexpr const char* manual =
     "SECTIONS. optimisers: E along the course of every way to fit, at noise 0, 0.3, 1 and 3 %.\n"
     "scores: the default over several truths and seeds, median and worst, and the error of kappa\n"
     "and mu by depth. patterns: n x n patterns, n = 1 to 8. voxels: cost against the size of the\n"
-    "block. montecarlo: data by transport instead of diffusion.\n\n"
+    "block. montecarlo: data by transport instead of diffusion. samples: wax1, wax2, marble, "
+    "stone\n"
+    "at the paper's sizes, R, G and B (--sample NAME: one of them), a quarter of an hour.\n\n"
     "WHAT IS MEASURED. Truths are smooth random fields of contrast 4 with two boxes, solved on a\n"
     "grid twice as fine as the fitted one; data get Gaussian noise relative to each value, with a\n"
     "floor. E = sum (L' - L)^2 / sum L^2 of the exported volume, every voxel split 2x2x2 and\n"
@@ -77,6 +80,11 @@ void add_bench_inverse(CLI::App& bench_command, Globals& globals) {
       ->type_name("OUT");
   command->add_option("--section", options->sections, "Measure this section alone; may be repeated")
       ->check(CLI::IsMember(bench::inverse_sections()))
+      ->type_name("NAME");
+  command
+      ->add_option("--sample", options->bench.samples,
+                   "Of section samples, measure this one alone; may be repeated")
+      ->check(CLI::IsMember(bench::paper_samples()))
       ->type_name("NAME");
   auto* small = command->add_flag("--small", options->small, "Smaller blocks, minutes in all");
   command->add_flag("--quick", options->quick, "Toy blocks, seconds in all")->excludes(small);

@@ -6,6 +6,7 @@
 
 #include "bench/inverse_fit.h"
 #include "bench/inverse_photons.h"
+#include "bench/inverse_samples.h"
 #include "bench/media.h"
 #include "bench/record.h"
 #include "core/error.h"
@@ -59,6 +60,10 @@ struct Bench {
     return 100 * options.seed + static_cast<std::uint64_t>(index);
   }
 };
+
+std::filesystem::path record_file(const InverseBenchOptions& options, const std::string& section) {
+  return options.folder / ("inverse-" + section + ".json");
+}
 
 const std::vector<double> noises{0.0, 0.003, 0.01, 0.03};
 
@@ -166,11 +171,30 @@ Json measure_monte_carlo(const Bench& bench) {
   return Json::array({to_json(fit)});
 }
 
+/// Rows already in the record stay where their sample is not asked for.
+Json measure_samples(const Bench& bench) {
+  const auto file = record_file(bench.options, "samples");
+  Json rows = Json::array();
+  if (std::filesystem::exists(file)) rows = read_record(file, "inverse").at("fits");
+  for (const std::string& name :
+       bench.options.samples.empty() ? paper_samples() : bench.options.samples) {
+    const Json row = measure_sample(name, bench.options, bench.progress);
+    const auto old = std::find_if(rows.begin(), rows.end(),
+                                  [&](const Json& r) { return r.at("sample") == name; });
+    if (old == rows.end()) {
+      rows.push_back(row);
+    } else {
+      *old = row;
+    }
+  }
+  return rows;
+}
+
 }  // namespace
 
 const std::vector<std::string>& inverse_sections() {
-  static const std::vector<std::string> sections{"optimisers", "scores", "patterns", "voxels",
-                                                 "montecarlo"};
+  static const std::vector<std::string> sections{"optimisers", "scores",     "patterns",
+                                                 "voxels",     "montecarlo", "samples"};
   return sections;
 }
 
@@ -178,11 +202,10 @@ void measure_inverse(const std::string& section, const InverseBenchOptions& opti
                      Progress& progress) {
   const Bench bench{options, progress};
   using Measure = Json (*)(const Bench&);
-  const std::vector<std::pair<std::string, Measure>> measures{{"optimisers", measure_optimisers},
-                                                              {"scores", measure_scores},
-                                                              {"patterns", measure_patterns},
-                                                              {"voxels", measure_voxels},
-                                                              {"montecarlo", measure_monte_carlo}};
+  const std::vector<std::pair<std::string, Measure>> measures{
+      {"optimisers", measure_optimisers},  {"scores", measure_scores},
+      {"patterns", measure_patterns},      {"voxels", measure_voxels},
+      {"montecarlo", measure_monte_carlo}, {"samples", measure_samples}};
   const auto found = std::find_if(measures.begin(), measures.end(),
                                   [&](const auto& m) { return m.first == section; });
   if (found == measures.end()) {
@@ -195,7 +218,7 @@ void measure_inverse(const std::string& section, const InverseBenchOptions& opti
                    : options.size == BenchSize::small ? "small"
                                                       : "quick";
   record["fits"] = found->second(bench);
-  write_record(record, options.folder / ("inverse-" + section + ".json"));
+  write_record(record, record_file(options, section));
 }
 
 Json inverse_summary(const std::filesystem::path& folder) {

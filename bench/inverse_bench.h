@@ -28,6 +28,8 @@ struct InverseBenchOptions {
   std::string device = "auto";
   BenchSize size = BenchSize::full;
   std::uint64_t seed = 1;  ///< of truths and noise
+  /// Of section samples: those to measure, all where empty; the record keeps the others' rows.
+  std::vector<std::string> samples;
 };
 
 /// In the order they are measured:
@@ -36,6 +38,7 @@ struct InverseBenchOptions {
 ///   patterns    E against the number of patterns n × n, n = 1 to 8 ([W] figure 11)
 ///   voxels      time and solves against the number of voxels
 ///   montecarlo  data by Monte Carlo transport instead of diffusion
+///   samples     [W] Table II at full size: from measurements to volumes, R, G and B
 const std::vector<std::string>& inverse_sections();
 
 /// Measures one section and writes its record. Throws InputError for an unknown section.

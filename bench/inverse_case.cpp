@@ -18,7 +18,9 @@ namespace {
 
 using inverse::CoefficientPair;
 
-constexpr forward::SolveOptions exact{1e-9, 1000};
+forward::SolveOptions exact(forward::Precision precision) {
+  return {precision == forward::Precision::double_precision ? 1e-9 : 1e-6, 1000};
+}
 
 /// Waves with up to two half periods across the block, random in phase and direction.
 class SmoothField {
@@ -147,8 +149,7 @@ SurfaceMeasurements expose(const Block& block, const CoefficientPair& fine_field
   const forward::GridSetup setup = inverse::make_setup(m, forward::Convention::physical);
   forward::GridSetup fine = setup;
   fine.shape = setup.shape.refined(2);
-  const auto solver =
-      forward::make_grid_solver(fine, "auto", forward::Precision::double_precision).solver;
+  const auto solver = forward::make_grid_solver(fine, "auto", block.precision).solver;
   const auto exponential = [](const std::vector<double>& log) {
     std::vector<double> value;
     for (const double x : log) value.push_back(std::exp(x));
@@ -158,11 +159,11 @@ SurfaceMeasurements expose(const Block& block, const CoefficientPair& fine_field
   const std::vector<double> light = inverse::split_face(
       irradiance, m.lit_shape(), face_shape(fine.shape, block.lit), 2, m.patterns);
   constexpr double memory_mb = 4096.0;
-  const int batch =
-      inverse::bounded_batch(fine.shape, 16, memory_mb, forward::Precision::double_precision);
-  const std::vector<double> exitance = inverse::restrict_face(
-      inverse::solve_exitance(*solver, block.seen, light, m.patterns, batch, exact),
-      face_shape(fine.shape, block.seen), m.seen_shape(), 2, m.patterns);
+  const int batch = inverse::bounded_batch(fine.shape, 16, memory_mb, block.precision);
+  const std::vector<double> exitance =
+      inverse::restrict_face(inverse::solve_exitance(*solver, block.seen, light, m.patterns, batch,
+                                                     exact(block.precision)),
+                             face_shape(fine.shape, block.seen), m.seen_shape(), 2, m.patterns);
   const double scale = 1.0 / inverse::exitance_per_value(m, setup);
   for (const double x : exitance) m.value.push_back(static_cast<float>(scale * x));
   m.variance.assign(m.value.size(), 1.0F);

@@ -32,6 +32,8 @@ struct Block {
   Light light = Light::collimated;
   Quantity quantity = Quantity::exitance;
   double noise = 0.01;  ///< σ = noise (value + noise · the pattern's maximum)
+  /// Of what makes the data and judges by them: single solves to 1e-6, double to 1e-9.
+  forward::Precision precision = forward::Precision::double_precision;
 };
 
 /// Smooth random fields, and in them a box of low κ and a box of high μ, both `contrast` times

@@ -12,6 +12,7 @@
 #include "bench/inverse_bench.h"
 #include "bench/inverse_fit.h"
 #include "bench/inverse_photons.h"
+#include "bench/inverse_samples.h"
 #include "bench/record.h"
 #include "io/atomic_file.h"
 
@@ -272,7 +273,9 @@ void draw_inverse(const fs::path& folder) {
     const Json record = read_record(file, "inverse");
     const fs::path png = folder / ("bench-inverse-" + section + ".png");
     std::string table;
-    if (section == "montecarlo") {
+    if (section == "samples") {
+      table = sample_table(record.at("fits"));
+    } else if (section == "montecarlo") {
       table = draw_monte_carlo(record, png);
     } else {
       using Draw = std::string (*)(const Fits&, const fs::path&);

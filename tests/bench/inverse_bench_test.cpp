@@ -125,5 +125,22 @@ TEST_F(InverseBench, QuickOptimisersAreMeasuredDrawnAndSummedUp) {
   EXPECT_THROW(measure_inverse("nothing", options, silent), InputError);
 }
 
+TEST_F(InverseBench, PaperSamplesKeepTheRowsOfOthers) {
+  InverseBenchOptions options;
+  options.folder = folder();
+  options.size = BenchSize::quick;
+  Progress silent;
+  for (const char* sample : {"stone", "wax2"}) {
+    options.samples = {sample};
+    measure_inverse("samples", options, silent);
+  }
+  draw_inverse(folder());
+  std::stringstream table;
+  table << std::ifstream(folder() / "table-inverse-samples.md").rdbuf();
+  for (const char* row : {"| stone | 16 × 16 × 41 | 3 |", "| wax2 | 17 × 12 × 48 | 4 |"}) {
+    EXPECT_NE(table.str().find(row), std::string::npos) << table.str();
+  }
+}
+
 }  // namespace
 }  // namespace kappamu::bench
