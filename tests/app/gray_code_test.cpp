@@ -1,5 +1,6 @@
-// Gray codes through the whole product: a simulated session without projected chessboards, sorted
-// by `kappamu import`, calibrated and fitted by `kappamu run`, shown in the report.
+// Gray codes and room light through the whole product: a simulated session without projected
+// chessboards in a room that brightens, sorted by `kappamu import`, calibrated and fitted by
+// `kappamu run`, shown in the report.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -46,6 +47,10 @@ void write_table(const capture::Session& session, const fs::path& table) {
   stack(shots.dark, "dark");
   stack(shots.white_target->frames, "white");
   stack(shots.white_target_black, "black");
+  stack(shots.white_target->off_frames, "off");
+  for (std::size_t time = 0; time < shots.ambient.size(); ++time) {
+    stack(shots.ambient[time], "ambient_" + std::to_string(time));
+  }
   stack(shots.colour_chart->frames, "chart");
   for (const capture::Pattern& pattern : session.patterns) stack(pattern.frames, pattern.id);
 }
@@ -53,6 +58,8 @@ void write_table(const capture::Session& session, const fs::path& table) {
 TEST_F(GrayCodeSession, IsImportedCalibratedFittedAndShown) {
   synthetic::SimulationOptions options = synthetic::tiny_options();
   options.plane_light = capture::PlaneLight::gray_code;
+  options.room_light = 0.01;
+  options.room_change = 0.2;
   options.rays_per_side = 2;
   options.validation = false;
   options.holdout = 0;
@@ -78,6 +85,9 @@ TEST_F(GrayCodeSession, IsImportedCalibratedFittedAndShown) {
   ASSERT_EQ(found.gray_code.size(), 8U);
   for (const calib::GrayCodeView& view : found.gray_code) EXPECT_GT(view.points, 100) << view.name;
   EXPECT_FALSE(found.gray_code_check_px) << "no chessboard was projected";
+  ASSERT_TRUE(found.white.room_light);
+  EXPECT_NEAR(*found.white.room_light, options.room_light, 0.05 * options.room_light);
+  EXPECT_THAT(result.standard_error, HasSubstr("the room's light was"));
   const synthetic::CalibrationErrors errors =
       synthetic::calibration_errors(found, synthetic::read_truth(folder() / "capture/truth"));
   std::printf("projector RMS %.3f px, focal length off by %.3f %%, lit face by %.3f px\n",
