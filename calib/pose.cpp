@@ -90,6 +90,11 @@ double correlation_length(const std::vector<double>& residuals) {
   return std::max(1.0, length);
 }
 
+/// The rotation vector of half a turn at most, which camera_from_sample has.
+Six within_half_turn(const Six& pose) {
+  return six_of(rigid_of(pose));
+}
+
 /// Solves and adds RMS (of residual blocks) and covariance.
 Refined solve(ceres::Problem& problem, Six& pose) {
   ceres::Solver::Options options;
@@ -149,17 +154,24 @@ std::vector<Six> planar_poses(const Corners& corners_px, const Lens& lens,
 }
 
 Refined refine_on_corners(const Corners& corners_px, const Lens& lens,
-                          const std::array<Eigen::Vector3d, 4>& corners) {
+                          const std::array<Eigen::Vector3d, 4>& corners, Six pose) {
+  ceres::Problem problem;
+  for (std::size_t k = 0; k < 4; ++k) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<CornerResidual, 2, 6>(
+            new CornerResidual{lens.unproject(corners_px[k]), corners[k], focal(lens)}),
+        nullptr, pose.data());
+  }
+  return solve(problem, pose);
+}
+
+/// The better of the refined solutions of the planar problem.
+template <class Refine>
+Refined best_pose(const Corners& corners_px, const Lens& lens,
+                  const std::array<Eigen::Vector3d, 4>& corners, const Refine& refine) {
   Refined best;
-  for (Six pose : planar_poses(corners_px, lens, corners)) {
-    ceres::Problem problem;
-    for (std::size_t k = 0; k < 4; ++k) {
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<CornerResidual, 2, 6>(
-              new CornerResidual{lens.unproject(corners_px[k]), corners[k], focal(lens)}),
-          nullptr, pose.data());
-    }
-    const Refined refined = solve(problem, pose);
+  for (const Six& start : planar_poses(corners_px, lens, corners)) {
+    const Refined refined = refine(start);
     if (refined.cost < best.cost) best = refined;
   }
   return best;
@@ -210,11 +222,15 @@ std::vector<std::vector<Eigen::Vector2d>> projected_edges(
   return edges;
 }
 
-/// What the lens' uncertainty does to a pose: each independent direction of its covariance, one
-/// standard deviation to either side, with the pose found anew.
+/// What the lens' uncertainty does to a pose: each independent direction of its covariance, a part
+/// of a standard deviation to either side, with the pose refined from where it is: found anew, its
+/// rotation vector may come out as the one of the same rotation, a whole turn away (a camera behind
+/// the sample is turned by about 180°), and whole deviations of a badly known lens may take it to
+/// the planar problem's other solution.
 template <class Refine>
 PoseCovariance lens_share(const Lens& lens, const LensCovariance& covariance,
                           const Refine& refine) {
+  constexpr double part = 0.05;
   PoseCovariance share = PoseCovariance::Zero();
   const LensCovariance root = [&covariance] {
     // Scaled, so that focal lengths in pixels do not drown the distortion.
@@ -230,11 +246,11 @@ PoseCovariance lens_share(const Lens& lens, const LensCovariance& covariance,
     std::array<Eigen::Matrix<double, 6, 1>, 2> poses;
     for (int side = 0; side < 2; ++side) {
       LensNumbers numbers = numbers_of(lens);
-      for (int n = 0; n < lens_numbers; ++n) numbers[n] += (side == 0 ? 1 : -1) * root(n, k);
+      for (int n = 0; n < lens_numbers; ++n) numbers[n] += (side == 0 ? part : -part) * root(n, k);
       const Six six = refine(lens_of(numbers, false, lens.width, lens.height)).pose;
       poses[side] = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(six.data());
     }
-    const Eigen::Matrix<double, 6, 1> change = 0.5 * (poses[0] - poses[1]);
+    const Eigen::Matrix<double, 6, 1> change = (poses[0] - poses[1]) / (2.0 * part);
     share += change * change.transpose();
   }
   return share;
@@ -311,11 +327,9 @@ SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const Gr
   const bool mirrored = seen_mirrored(face);
   std::vector<std::vector<Eigen::Vector2d>> edges =
       edge_points(grey, straight_edges(from_clockwise(face, quad), mirrored), wide_px);
-  Refined best;
-  for (const Six& start : planar_poses(from_clockwise(face, quad), lens, corners)) {
-    const Refined refined = refine_on_edges(edges, lens, corners, start);
-    if (refined.cost < best.cost) best = refined;
-  }
+  Refined best = best_pose(from_clockwise(face, quad), lens, corners, [&](const Six& start) {
+    return refine_on_edges(edges, lens, corners, start);
+  });
   for (int pass = 0; pass < 2 && std::isfinite(best.cost); ++pass) {
     const auto lines = projected_edges(lens, rigid_of(best.pose), corners, mirrored);
     edges = edge_points(grey, lines, narrow_px);
@@ -326,7 +340,7 @@ SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const Gr
         throw does_not_fit(name, grid, face);
       }
     }
-    best = refine_on_edges(edges, lens, corners, best.pose);
+    best = refine_on_edges(edges, lens, corners, within_half_turn(best.pose));
   }
   constexpr double largest_rms_px = 2.0;  // beyond this it is another shape
   if (!std::isfinite(best.cost) || best.rms_px > largest_rms_px) {
@@ -346,10 +360,13 @@ SamplePose pose_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px, c
                              const GridShape& grid, Face face, const std::string& name,
                              const LensCovariance& lens_covariance) {
   const auto corners = face_corners(grid, face);
-  const Refined refined = refine_on_corners(corners_px, lens, corners);
+  const Refined best = best_pose(corners_px, lens, corners, [&](const Six& start) {
+    return refine_on_corners(corners_px, lens, corners, start);
+  });
+  const Refined refined = refine_on_corners(corners_px, lens, corners, within_half_turn(best.pose));
   SamplePose result = result_of(refined, lens, grid, face);
   result.lens_covariance = lens_share(lens, lens_covariance, [&](const Lens& other) {
-    return refine_on_corners(corners_px, other, corners);
+    return refine_on_corners(corners_px, other, corners, refined.pose);
   });
   const Eigen::Vector3d eye = result.camera_from_sample.inverse().translation;
   const Eigen::Vector3d on_face = face_point(grid, face, 0.0, 0.0);
