@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <opencv2/imgproc.hpp>
 
 namespace kappamu::calib {
 
@@ -36,23 +35,6 @@ double bilinear(const Image<float>& image, const Eigen::Vector2d& at) {
          fy * ((1.0 - fx) * image(x, y + 1) + fx * image(x + 1, y + 1));
 }
 
-void refine_corners(const Image<float>& grey, std::vector<Eigen::Vector2d>& pixels, int half_px,
-                    double smoothing_px) {
-  const cv::Mat sharp(grey.height(), grey.width(), CV_32F,
-                      const_cast<float*>(grey.values().data()));  // OpenCV's view; only read
-  cv::Mat smooth;  // its own memory: the blur must not write into the caller's image
-  const double smoothing = std::min(smoothing_px, half_px / 3.0);
-  if (smoothing > 0.0) cv::GaussianBlur(sharp, smooth, cv::Size(), smoothing);
-  const cv::TermCriteria stop(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4);
-  std::vector<cv::Point2f> points;
-  for (const Eigen::Vector2d& pixel : pixels) {
-    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-  }
-  cv::cornerSubPix(smooth.empty() ? sharp : smooth, points, cv::Size(half_px, half_px),
-                   cv::Size(-1, -1), stop);
-  for (std::size_t k = 0; k < pixels.size(); ++k) pixels[k] = {points[k].x, points[k].y};
-}
-
 double profile_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
   const double length = (b - a).norm();
   constexpr double step = 0.25;  // pixels
@@ -76,6 +58,11 @@ double median(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+double smallest_spacing(const BoardCorners& corners) {
+  const std::vector<double> nearest = nearest_distances(corners.pixels);
+  return *std::min_element(nearest.begin(), nearest.end());
 }
 
 std::vector<double> nearest_distances(const std::vector<Eigen::Vector2d>& pixels) {

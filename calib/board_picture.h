@@ -1,4 +1,4 @@
-// What the detectors of boards share: pictures for OpenCV, sub-pixel refinement, measure of blur.
+// What the detectors of boards share: pictures for OpenCV, measure of blur.
 // Included by .cpp files only.
 #pragma once
 
@@ -6,6 +6,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "calib/board_corners.h"
 #include "core/image.h"
 
 namespace kappamu::calib {
@@ -15,17 +16,15 @@ cv::Mat stretch_to_bytes(const Image<float>& grey);
 
 double bilinear(const Image<float>& image, const Eigen::Vector2d& at);
 
-/// Moves chessboard corners to where gradients say (Förstner & Gülch 1987) in windows of
-/// 2 half + 1 px, after a Gaussian of at most half / 3.
-void refine_corners(const Image<float>& grey, std::vector<Eigen::Vector2d>& pixels, int half_px,
-                    double smoothing_px);
-
 /// Blur of the one edge that the line from a to b crosses: its contrast over its steepest slope is
 /// √(2π) standard deviations of a Gaussian.
 double profile_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
 
 /// Reorders; 0 for none.
 double median(std::vector<double>& values);
+
+/// Between neighbouring corners [px].
+double smallest_spacing(const BoardCorners& corners);
 
 /// Distance of each pixel to its nearest fellow.
 std::vector<double> nearest_distances(const std::vector<Eigen::Vector2d>& pixels);

@@ -49,7 +49,7 @@ class Stages {
   Progress& progress_;
 };
 
-/// A frame as luminance in codes; corners do not mind the response.
+/// A frame as luminance in codes, for bits that are light or dark.
 Image<float> load_codes(const capture::Session& session, const capture::Frame& frame) {
   const Image<std::uint16_t> codes = capture::load_frame(session, frame);
   Image<float> image(codes.width(), codes.height(), codes.channels());
@@ -58,7 +58,7 @@ Image<float> load_codes(const capture::Session& session, const capture::Frame& f
   return to_grey(image);
 }
 
-/// A frame as luminance, linear in light, where the position of an edge is symmetric.
+/// A frame as luminance, linear in light, where an edge is symmetric.
 Image<float> load_linear(const capture::Session& session, const capture::Frame& frame,
                          const capture::Radiometry& radiometry) {
   if (capture::is_float_frame(frame)) return to_grey(capture::load_float_frame(session, frame));
@@ -71,8 +71,9 @@ Image<float> load_linear(const capture::Session& session, const capture::Frame& 
   return to_grey(image);
 }
 
-BoardCorners printed_corners(const capture::Session& session, const capture::Frame& frame) {
-  return find_board(load_codes(session, frame), session.calibration.board, frame.file);
+BoardCorners printed_corners(const capture::Session& session, const capture::Frame& frame,
+                             const capture::Radiometry& radiometry) {
+  return find_board(load_linear(session, frame, radiometry), session.calibration.board, frame.file);
 }
 
 const capture::SampleView& view_from(const capture::Session& session, const std::string& station,
@@ -137,11 +138,11 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
   std::vector<PlaneView> planes;
   stages.run("camera", 0.3, [&] {
     for (const capture::Frame& frame : shots.camera_boards) {
-      views.push_back({frame.file, printed_corners(session, frame)});
+      views.push_back({frame.file, printed_corners(session, frame, result.radiometry)});
     }
     // The planes' printed boards are seen through the same lens: they help it, too.
     for (const capture::ProjectorPlane& plane : shots.projector_planes) {
-      views.push_back({plane.board.file, printed_corners(session, plane.board)});
+      views.push_back({plane.board.file, printed_corners(session, plane.board, result.radiometry)});
     }
     result.camera =
         calibrate_camera(views, shots.board.square_mm, session.camera.width, session.camera.height);
@@ -162,7 +163,7 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
       if (!boards) continue;
       planes[p].name = shots.projector_planes[p].projected->file;
       planes[p].projected = find_projected_chessboard(
-          load_codes(session, *shots.projector_planes[p].projected), shots.projected_board->columns,
+          load_linear(session, *shots.projector_planes[p].projected, result.radiometry), shots.projected_board->columns,
           shots.projected_board->rows, planes[p].printed, planes[p].name);
     }
     for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "calib/board_picture.h"
+#include "calib/corner_fit.h"
 #include "core/error.h"
 
 namespace kappamu::calib {
@@ -151,13 +152,11 @@ BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
                      " in two rows and columns are needed; take the picture again with more of the "
                      "board in view");
   }
-  std::vector<double> nearest = nearest_distances(corners.pixels);
-  const double spacing = *std::min_element(nearest.begin(), nearest.end());
+  const double spacing = smallest_spacing(corners);
   // Up to the markers, whose edges would pull.
   const double margin = 0.5 * (1.0 - board.marker_mm / board.square_mm) * spacing;
-  constexpr int widest_px = 11;
-  refine_corners(grey, corners.pixels, std::clamp(static_cast<int>(margin - 0.5), 2, widest_px),
-                 1.5);
+  constexpr double blur_px = 1.0;
+  refine_corners(grey, corners, (margin - blur_px) / spacing);
   std::vector<double> blurs;
   for (std::size_t k = 1; k < corners.pixels.size(); ++k) {
     const auto [i, j] = corners.place(k);

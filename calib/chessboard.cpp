@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calib/board_picture.h"
+#include "calib/corner_fit.h"
 #include "core/error.h"
 
 namespace kappamu::calib {
@@ -41,22 +42,6 @@ void turn_quarter(BoardCorners& corners) {
       corners.pixels[static_cast<std::size_t>(j) * old.columns + i] = old.at(j, old.rows - 1 - i);
     }
   }
-}
-
-double smallest_spacing(const BoardCorners& corners) {
-  double smallest = 1e30;
-  for (int j = 0; j < corners.rows; ++j) {
-    for (int i = 0; i < corners.columns; ++i) {
-      const Eigen::Vector2d& here = corners.at(i, j);
-      if (i + 1 < corners.columns) {
-        smallest = std::min(smallest, (corners.at(i + 1, j) - here).norm());
-      }
-      if (j + 1 < corners.rows) {
-        smallest = std::min(smallest, (corners.at(i, j + 1) - here).norm());
-      }
-    }
-  }
-  return smallest;
 }
 
 /// Blur of the edge between two neighbouring corners, across its middle.
@@ -145,7 +130,7 @@ Image<float> to_grey(const Image<float>& image) {
 }
 
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
-                             const std::string& name, const CornerRefinement& refinement) {
+                             const std::string& name) {
   check(grey.channels() == 1, "find_chessboard wants a grey image");
   std::vector<cv::Point2f> points;
   const bool found = detect(stretch_to_bytes(grey), cv::Size(columns, rows), points);
@@ -157,10 +142,7 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
   }
   BoardCorners corners{columns, rows, {}};
   for (const cv::Point2f& point : points) corners.pixels.emplace_back(point.x, point.y);
-  // Less than half a square, so that the window never sees a neighbouring corner.
-  const int half =
-      std::clamp(static_cast<int>(0.4 * smallest_spacing(corners)), 2, refinement.half_window_px);
-  refine_corners(grey, corners.pixels, half, refinement.smoothing_px);
+  refine_corners(grey, corners);
   make_upright(corners);
   corners.blur_px = median_blur(grey, corners);
   corners.first_square_dark = first_square_dark(grey, corners);

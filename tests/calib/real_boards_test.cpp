@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 #include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "calib/board_shape.h"
 #include "calib/camera.h"
@@ -58,6 +59,20 @@ Found by_opencv(const std::vector<BoardView>& views, int flags) {
       matrix.at<double>(1, 2),
       {d.at<double>(0), d.at<double>(1), d.at<double>(2), d.at<double>(3), d.at<double>(4)}};
   return found;
+}
+
+/// The corners as OpenCV's sample refines them: 11 x 11 window.
+BoardCorners by_opencv(const Image<float>& grey, BoardCorners corners) {
+  cv::Mat picture(grey.height(), grey.width(), CV_32F);
+  std::copy(grey.values().begin(), grey.values().end(), picture.begin<float>());
+  std::vector<cv::Point2f> points;
+  for (const Eigen::Vector2d& p : corners.pixels) {
+    points.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  }
+  cv::cornerSubPix(picture, points, cv::Size(5, 5), cv::Size(-1, -1),
+                   cv::TermCriteria(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4));
+  for (std::size_t k = 0; k < points.size(); ++k) corners.pixels[k] = {points[k].x, points[k].y};
+  return corners;
 }
 
 Found by_us(const std::vector<BoardView>& views) {
@@ -120,11 +135,11 @@ class RealBoards : public ::testing::Test {
       }
       const std::string name = file.filename().string();
       const Image<float> grey = to_grey(image);
-      theirs_.push_back({name, find_chessboard(grey, columns, rows, name, {5, 0.0})});
       ours_.push_back({name, find_chessboard(grey, columns, rows, name)});
+      theirs_.push_back({name, by_opencv(grey, ours_.back().corners)});
     }
   }
-  std::vector<BoardView> theirs_;  ///< corners as OpenCV's sample finds them: 11 x 11 window
+  std::vector<BoardView> theirs_;
   std::vector<BoardView> ours_;
 };
 
