@@ -173,9 +173,19 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
         coded ? read_gray_codes(session, shown, planes, result) : planes;
     result.projector = calibrate_projector(result.camera.lens, shots.board, shown, seen,
                                            session.projector.width, session.projector.height);
-    // For the uncertainty alone: a projector's lens model that is too simple would reach the
-    // camera.
     joint = adjust_jointly({views, shots.board, shown, seen}, result.camera, result.projector);
+    if (agrees(joint, result.camera)) {
+      result.camera = joint.camera;
+      result.projector = joint.projector;
+    } else {
+      stages.warn(
+          "the projected corners contradict the printed boards, whose residual would rise "
+          "from " +
+          rounded(result.camera.rms_px, "%.3f") + " to " + rounded(joint.camera.rms_px, "%.3f") +
+          " px: camera and projector are calibrated one after the other; check that the "
+          "planes are flat beyond the printed board and did not move between their "
+          "pictures.");
+    }
     if (coded && boards) {
       result.gray_code_check_px =
           projected_board_rms(result.camera.lens, result.projector, *shots.projected_board, planes);

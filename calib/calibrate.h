@@ -32,6 +32,7 @@ struct GrayCodeView {
 
 struct CalibrationResult {
   capture::Radiometry radiometry;  ///< of the camera, for merging stacks
+  /// Adjusted together with the projector (joint.h) where the projected corners agree with it.
   CameraCalibration camera;
   /// Across the camera's frame, at the sample's distance from the pattern station.
   ProjectionUncertainty camera_uncertainty;
@@ -39,7 +40,7 @@ struct CalibrationResult {
   ProjectorCalibration projector;
   /// Of the projector pixel that lights a corner of the lit face, per coordinate, the worst
   /// corner's: what camera, projector and planes leave uncertain together (joint.h), without the
-  /// sample's pose. `camera` and `projector` are the sequential estimates (docs/calibration.md).
+  /// sample's pose.
   double projector_deviation_px = 0.0;
   std::vector<GrayCodeView> gray_code;
   /// Of the projected chessboards' corners under a projector calibrated from Gray codes, distance

@@ -58,12 +58,6 @@ CameraFit start_camera(const CameraSetting& setting, int width, int height);
 Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& fit,
                                 std::size_t view, std::size_t corner);
 
-/// Spread of p1 and p2 over lenses, of elements out of centre (calibrations at hand: 1e-4 to 2e-3).
-/// As a Gaussian prior it does nothing where views tell them, and where three or four views do not
-/// it keeps their ignorance in the covariance: left out they move the principal point by pixels and
-/// nobody is told (docs/calibration.md).
-inline constexpr double tangential_spread = 0.002;
-
 class CameraProblem {
  public:
   /// `cauchy_px` > 0 weighs corners further off than that down (Cauchy's loss).

@@ -74,15 +74,6 @@ struct PrintedResidual {
   }
 };
 
-/// p1 and p2 as observations of 0 (camera_fit.h).
-struct TangentialPrior {
-  template <class T>
-  bool operator()(const T* camera, T* residual) const {
-    for (int k = 0; k < 2; ++k) residual[k] = camera[6 + k] / tangential_spread;
-    return true;
-  }
-};
-
 /// Projected corner; parameters: camera, projector, projector's pose, plane's pose. `weight` also
 /// turns projector pixels into camera pixels.
 struct ProjectedResidual {
@@ -118,7 +109,9 @@ class Adjustment {
         square_projector_(has_square_pixels(projector.model)),
         camera_fixed_(fixed_numbers(camera.model)),
         projector_fixed_(fixed_numbers(projector.model)),
-        bent_(camera.bend_mm != std::array<double, 2>{}) {
+        bent_(camera.bend_mm != std::array<double, 2>{}),
+        width_(projector.lens.width),
+        height_(projector.lens.height) {
     numbers_.camera = numbers_of(camera.lens);
     numbers_.bend = camera.bend_mm;
     numbers_.projector = numbers_of(projector.lens);
@@ -142,11 +135,8 @@ class Adjustment {
     projected_.clear();
     add_printed(1.0 / printed_px);
     add_projected(1.0 / projected_px);
-    if (std::find(camera_fixed_.begin(), camera_fixed_.end(), 6) == camera_fixed_.end()) {
-      problem_->AddResidualBlock(
-          new ceres::AutoDiffCostFunction<TangentialPrior, 2, lens_numbers>(new TangentialPrior),
-          nullptr, numbers_.camera.data());
-    }
+    add_prior(tangential_prior(1.0), numbers_.camera);
+    add_prior(distortion_prior(1.0, numbers_.projector[0], width_, height_), numbers_.projector);
     hold(numbers_.camera.data(), camera_fixed_);
     hold(numbers_.projector.data(), projector_fixed_);
     if (!bent_) problem_->SetParameterBlockConstant(numbers_.bend.data());
@@ -228,6 +218,12 @@ class Adjustment {
            6.0 * static_cast<double>(numbers_.poses.size());
   }
 
+  void add_prior(const LensPrior& prior, LensNumbers& lens) {
+    problem_->AddResidualBlock(
+        new ceres::AutoDiffCostFunction<LensPrior, 4, lens_numbers>(new LensPrior(prior)), nullptr,
+        lens.data());
+  }
+
   void hold(double* lens, const std::vector<int>& fixed) {
     if (fixed.empty()) return;
     problem_->SetManifold(lens, new ceres::SubsetManifold(lens_numbers, fixed));
@@ -274,6 +270,8 @@ class Adjustment {
   std::vector<int> camera_fixed_;
   std::vector<int> projector_fixed_;
   bool bent_;
+  int width_;  ///< of the projector
+  int height_;
   JointNumbers numbers_;
   std::vector<std::vector<std::uint8_t>> mask_;
   std::unique_ptr<ceres::Problem> problem_;
@@ -364,6 +362,11 @@ JointCalibration adjust_jointly(const JointSetting& setting, const CameraCalibra
   }
   measure_residuals(eye.lens, setting.printed, setting.projected, setting.planes, light);
   return joint;
+}
+
+bool agrees(const JointCalibration& joint, const CameraCalibration& camera) {
+  constexpr double largest_rise = 1.1;
+  return joint.camera.rms_px <= largest_rise * camera.rms_px;
 }
 
 }  // namespace kappamu::calib

@@ -42,6 +42,11 @@ struct JointCalibration {
 JointCalibration adjust_jointly(const JointSetting& setting, const CameraCalibration& camera,
                                 const ProjectorCalibration& projector);
 
+/// Whether the printed corners are explained as well as by `camera` alone, within a tenth of the
+/// RMS (where models hold, projected corners add a hundredth). Planes that are not flat beyond the
+/// printed board, or moved between their pictures, would reach the camera's lens otherwise.
+bool agrees(const JointCalibration& joint, const CameraCalibration& camera);
+
 /// Covariance [px²] of the projector pixel that lights a point of the camera's frame at the
 /// calibration station, the point being fixed to the boards (projection_uncertainty.h).
 Eigen::Matrix2d projector_covariance(const JointCalibration& joint,

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 
 #include "calib/board_shape.h"
 #include "calib/lens_model.h"
@@ -75,6 +76,8 @@ struct Setting {
   const capture::Board& printed;
   const capture::ProjectedBoard& projected;
   const std::vector<PlaneView>& planes;
+  int width = 0;  ///< of the projector
+  int height = 0;
 
   Eigen::Vector2d projector_pixel(const PlaneView& plane, std::size_t k) const {
     return calib::projector_pixel(projected, plane.projected, k);
@@ -90,16 +93,13 @@ struct Setting {
 struct Fit : LensFit {
   std::array<double, 6> projector{};
   std::vector<std::array<double, 6>> planes;
+  double noise_px = 0.0;  ///< scatter of a corner per coordinate
   Eigen::Matrix<double, 6, 6> pose_covariance = Eigen::Matrix<double, 6, 6>::Zero();
-
-  double criterion() const {
-    return bayesian_criterion(residual_sum_of_squares, residuals, parameter_count(model));
-  }
 };
 
 /// Plane poses from the printed board, then Zhang's method with the roles of camera and projector
 /// exchanged.
-Fit start_with_opencv(const Setting& setting, int width, int height) {
+Fit start_with_opencv(const Setting& setting) {
   Fit fit;
   std::vector<std::vector<cv::Point3f>> objects;
   std::vector<std::vector<cv::Point2f>> images;
@@ -123,8 +123,8 @@ Fit start_with_opencv(const Setting& setting, int width, int height) {
   std::vector<cv::Mat> rotations;
   std::vector<cv::Mat> translations;
   try {
-    cv::calibrateCamera(objects, images, cv::Size(width, height), matrix, distortion, rotations,
-                        translations,
+    cv::calibrateCamera(objects, images, cv::Size(setting.width, setting.height), matrix,
+                        distortion, rotations, translations,
                         cv::CALIB_FIX_ASPECT_RATIO | cv::CALIB_FIX_K1 | cv::CALIB_FIX_K2 |
                             cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST);
   } catch (const cv::Exception&) {
@@ -163,12 +163,19 @@ void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
   }
 }
 
-Fit refine(const Setting& setting, const Fit& start, LensModel model) {
+/// `noise_px` is the scatter of a corner, for the prior on distortion; 0: no prior.
+Fit refine(const Setting& setting, const Fit& start, LensModel model, double noise_px = 0.0) {
   Fit fit = start;
   if (has_square_pixels(start.model) && !has_square_pixels(model)) fit.numbers[1] = fit.numbers[0];
   fit.model = model;
   ceres::Problem problem;
   add_residuals(setting, fit, problem);
+  if (noise_px > 0.0) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<LensPrior, 4, lens_numbers>(new LensPrior(
+            distortion_prior(noise_px, fit.numbers[0], setting.width, setting.height))),
+        nullptr, fit.numbers.data());
+  }
   const bool usable = solve(problem, fit);
 
   ceres::Covariance covariance({});
@@ -185,6 +192,7 @@ Fit refine(const Setting& setting, const Fit& start, LensModel model) {
   const double freedom = static_cast<double>(fit.residuals) - parameter_count(model) - 6.0 -
                          6.0 * static_cast<double>(setting.planes.size());
   const double variance = fit.residual_sum_of_squares / std::max(freedom, 1.0);
+  fit.noise_px = std::sqrt(variance);
   fit.covariance = lens_block * variance;
   fit.pose_covariance = pose_block * variance;
   return fit;
@@ -226,18 +234,6 @@ void add_views(const Setting& setting, ProjectorCalibration& result) {
   result.printed_rms_px = std::sqrt(printed_sum / static_cast<double>(printed_count));
 }
 
-/// The lens model of least Bayesian criterion.
-Fit choose(const Setting& setting, const Fit& start) {
-  const Fit simplest = refine(setting, start, LensModel::pinhole_square);
-  Fit best = simplest;
-  for (const LensModel richer : {LensModel::radial1_square, LensModel::pinhole, LensModel::radial1,
-                                 LensModel::radial2, LensModel::radial2_tangential}) {
-    const Fit fit = refine(setting, simplest, richer);
-    if (fit.criterion() < best.criterion()) best = fit;
-  }
-  return best;
-}
-
 double projected_rms(const Setting& setting, const Fit& fit) {
   ProjectorCalibration result;
   result.lens = lens_of(fit.numbers, has_square_pixels(fit.model), 0, 0);
@@ -253,9 +249,9 @@ constexpr double bad_rms_px = 1.0;
 constexpr double much_better = 4.0;
 
 /// The RMS of a calibration from other corners or fewer planes; none where there is none.
-std::optional<double> rms_of(const Setting& setting, int width, int height) {
+std::optional<double> rms_of(const Setting& setting) {
   try {
-    const Fit start = start_with_opencv(setting, width, height);
+    const Fit start = start_with_opencv(setting);
     return projected_rms(setting, refine(setting, start, LensModel::pinhole));
   } catch (const InputError&) {
     return std::nullopt;
@@ -263,13 +259,13 @@ std::optional<double> rms_of(const Setting& setting, int width, int height) {
 }
 
 /// Names the plane without which a bad fit, or none at all (`rms` infinite), becomes a good one.
-void explain(const Setting& setting, double rms, int width, int height) {
+void explain(const Setting& setting, double rms) {
   if (setting.planes.size() < 4) return;
   for (std::size_t p = 0; p < setting.planes.size(); ++p) {
     std::vector<PlaneView> others = setting.planes;
     others.erase(others.begin() + static_cast<std::ptrdiff_t>(p));
-    const auto without =
-        rms_of({setting.camera, setting.printed, setting.projected, others}, width, height);
+    const auto without = rms_of({setting.camera, setting.printed, setting.projected, others,
+                                 setting.width, setting.height});
     if (without && *without < std::min(bad_rms_px, rms / much_better)) {
       throw InputError(setting.planes[p].name +
                        ": this plane does not agree with the others; it moved between its two "
@@ -346,23 +342,24 @@ double projected_board_rms(const Lens& camera, const ProjectorCalibration& proje
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,
-                                         int height, std::optional<LensModel> model) {
+                                         int height, LensModel model) {
   if (planes.size() < 3) {
     throw InputError("projector calibration: " + std::to_string(planes.size()) +
                      " planes given and at least 3 are needed (6 or more are good); add entries to "
                      "calibration.projector_planes in session.json");
   }
-  const Setting setting{camera, printed, projected, planes};
+  const Setting setting{camera, printed, projected, planes, width, height};
   Fit best;
   try {
-    best = model ? refine(setting, start_with_opencv(setting, width, height), *model)
-                 : choose(setting, start_with_opencv(setting, width, height));
+    best = refine(setting, start_with_opencv(setting), LensModel::pinhole_square);
+    // The first pass takes distortion for noise.
+    for (int pass = 0; pass < 2; ++pass) best = refine(setting, best, model, best.noise_px);
   } catch (const InputError&) {
-    explain(setting, std::numeric_limits<double>::infinity(), width, height);
+    explain(setting, std::numeric_limits<double>::infinity());
     throw;
   }
   const double rms = projected_rms(setting, best);
-  if (rms > bad_rms_px) explain(setting, rms, width, height);
+  if (rms > bad_rms_px) explain(setting, rms);
   ProjectorCalibration result;
   result.model = best.model;
   result.lens = lens_of(best.numbers, has_square_pixels(best.model), width, height);

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,7 +24,7 @@ struct PlaneView {
 
 struct ProjectorCalibration {
   Lens lens;  ///< projector pixels; `width`, `height` of the projector
-  LensModel model = LensModel::pinhole_square;
+  LensModel model = LensModel::radial2_tangential;
   /// As CameraCalibration's; the camera's own uncertainty is not in it.
   LensCovariance covariance = LensCovariance::Zero();
   Rigid projector_from_station;  ///< from the camera frame at the calibration station
@@ -38,15 +37,16 @@ struct ProjectorCalibration {
   bool converged = false;
 };
 
-/// Calibrates from at least three planes. The lens model is the one of least Bayesian information
-/// criterion, from square pixels without distortion upwards: the projected board covers only a part
-/// of the projector's frame, and a needless coefficient does harm where it is extrapolated.
-/// Throws InputError for fewer than three planes, planes that do not determine the projector, and
-/// one plane that contradicts all others.
+/// Calibrates from at least three planes. Distortion is never left out, which would move the
+/// principal point and, through adjust_jointly, the camera; k1, k2, p1 and p2 have Gaussian priors
+/// (lens_model.h) in place of a choice, so that what the planes do not tell stays in the
+/// covariance. Throws InputError for fewer than three planes, planes that do not determine the
+/// projector, and one plane that contradicts all others.
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,
-                                         int height, std::optional<LensModel> model = std::nullopt);
+                                         int height,
+                                         LensModel model = LensModel::radial2_tangential);
 
 /// Which projector pixel corner k of a projected board is.
 Eigen::Vector2d projector_pixel(const capture::ProjectedBoard& projected,

@@ -5,16 +5,22 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <numbers>
 #include <random>
+#include <string>
 
 #include "board_scene.h"
+#include "calib/face.h"
+#include "calib/lens_model.h"
+#include "calib/pose.h"
 #include "calib/projection_uncertainty.h"
 #include "data_synthetic/rig.h"
 
 namespace kappamu::calib {
 namespace {
 
-constexpr double corner_noise_px = 0.03;  // what rendered pictures of a default session show
+constexpr double corner_noise_px = 0.03;  // docs/calibration.md; all errors go with it
 
 /// What a session's boards and planes show, and where they truly stand.
 struct Shots {
@@ -61,14 +67,13 @@ struct Both {
   JointCalibration joint;
 };
 
-Both calibrated(const synthetic::Rig& rig, const Shots& shots, std::optional<LensModel> camera,
-                std::optional<LensModel> projector) {
+Both calibrated(const synthetic::Rig& rig, const Shots& shots, std::optional<LensModel> camera) {
   const Lens& eye = rig.camera_lens;
   const Lens& light = rig.projector.lens;
   Both both;
   both.camera = calibrate_camera(shots.views, rig.board.square_mm, eye.width, eye.height, camera);
   both.projector = calibrate_projector(both.camera.lens, rig.board, rig.projected_board,
-                                       shots.planes, light.width, light.height, projector);
+                                       shots.planes, light.width, light.height);
   both.joint = adjust_jointly({shots.views, rig.board, rig.projected_board, shots.planes},
                               both.camera, both.projector);
   return both;
@@ -106,8 +111,7 @@ TEST(Joint, ExactCornersGiveTheExactRig) {
           shots.poses[10 + p] * meet_plane(rig.projector.lens, projector_from_board, shown));
     }
   }
-  const Both both =
-      calibrated(rig, shots, LensModel::radial2_tangential, LensModel::radial2_tangential);
+  const Both both = calibrated(rig, shots, LensModel::radial2_tangential);
   EXPECT_TRUE(both.joint.converged);
   EXPECT_NEAR(both.joint.camera.lens.fx, rig.camera_lens.fx, 1e-3);
   EXPECT_NEAR(both.joint.projector.lens.fx, rig.projector.lens.fx, 1e-2);
@@ -117,67 +121,160 @@ TEST(Joint, ExactCornersGiveTheExactRig) {
             1e-3);
 }
 
-// Predicted against sampled spread at the sample, camera and projector; and whether the joint
-// solution beats the sequential one.
-void hold_against_samples(std::size_t boards, std::size_t planes, int runs, const char* name) {
-  double joint_square = 0.0;
-  double sequential_square = 0.0;
-  double predicted = 0.0;
-  double sequential_predicted = 0.0;
-  double joint_camera = 0.0;
-  double sequential_camera = 0.0;
-  double camera_predicted = 0.0;
-  double camera_sequential_predicted = 0.0;
-  double focal = 0.0;
-  double sequential_focal = 0.0;
+// Planes that bulge beyond the printed board: by 1 mm at the projected board's far end, 20 mm away.
+TEST(Joint, BentPlanesAreToldAndFlatOnesPass) {
+  const synthetic::Rig rig = synthetic::make_rig({});
+  std::mt19937 random(3);
+  Shots shots = shots_of(rig, random, 10, 8);
+  const Both flat = calibrated(rig, shots, LensModel::radial2_tangential);
+  EXPECT_TRUE(agrees(flat.joint, flat.camera));
+  for (std::size_t p = 0; p < shots.planes.size(); ++p) {
+    PlaneView& plane = shots.planes[p];
+    const Rigid& camera_from_board = shots.poses[10 + p];
+    for (std::size_t k = 0; k < plane.projected.pixels.size(); ++k) {
+      Eigen::Vector3d point =
+          meet_plane(rig.camera_lens, camera_from_board, plane.projected.pixels[k]);
+      const double beyond = std::max(0.0, point.x() - 8.0 * rig.board.square_mm) / 20.0;
+      point.z() += beyond * beyond;
+      plane.projected.pixels[k] = rig.camera_lens.project(camera_from_board * point);
+    }
+  }
+  const Both bent = calibrated(rig, shots, LensModel::radial2_tangential);
+  std::printf("printed RMS alone and jointly: flat %.4f, %.4f px; bent %.4f, %.4f px\n",
+              flat.camera.rms_px, flat.joint.camera.rms_px, bent.camera.rms_px,
+              bent.joint.camera.rms_px);
+  EXPECT_FALSE(agrees(bent.joint, bent.camera));
+}
+
+/// Root mean squares over the runs of something known in truth.
+struct Spread {
+  double error = 0.0;
+  double stated = 0.0;
+  double sequential = 0.0;  ///< error without the joint adjustment
+
+  void add(double error_square, double stated_square, double sequential_square, double weight) {
+    error += error_square * weight;
+    stated += stated_square * weight;
+    sequential += sequential_square * weight;
+  }
+  void expect_as_stated(const char* name) {
+    for (double* value : {&error, &stated, &sequential}) *value = std::sqrt(*value);
+    std::printf("%s: %.4f, stated %.4f; sequential %.4f\n", name, error, stated, sequential);
+    EXPECT_NEAR(stated / error, 1.0, 0.25) << name;  // 24 runs know a deviation to 15 %
+    EXPECT_LT(error, sequential) << name;
+  }
+};
+
+/// The pose that a face's true corners give under a calibrated lens: what that lens does to it.
+SamplePose pose_under(const Lens& lens, const Rigid& truth, const Lens& true_lens,
+                      const GridShape& grid, Face face) {
+  std::array<Eigen::Vector2d, 4> px;
+  const auto corners = face_corners(grid, face);
+  for (std::size_t k = 0; k < 4; ++k) px[k] = true_lens.project(truth * corners[k]);
+  return pose_from_corners(px, lens, grid, face, "true corners");
+}
+
+struct PoseError {
+  Eigen::Vector3d shift_mm;
+  double turn_degrees = 0.0;
+};
+PoseError error_of(const SamplePose& pose, const Rigid& truth, const Eigen::Vector3d& middle) {
+  const Rigid& found = pose.camera_from_sample;
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(found.rotation * truth.rotation.transpose()));
+  return {found * middle - truth * middle, turn.angle() * 180.0 / std::numbers::pi};
+}
+
+// Other boards, planes, mount and noise in each of 24 runs: what is stated at the sample, in the
+// lenses and in the sample's pose against what is found, and against the estimate that calibrates
+// the camera first and the projector with it.
+TEST(Joint, LensesSampleAndPoseSpreadAsStated) {
+  constexpr int runs = 24;
+  constexpr std::size_t boards = 15;
+  constexpr std::size_t plane_count = 10;
+  Spread projector;
+  Spread camera;
+  Spread focal;
+  std::map<std::string, Spread> along;
+  std::map<std::string, double> turn;
+  std::map<std::string, double> across;
+  std::array<int, 8> within{};  // fx, fy, cx, cy of camera and projector
   for (int run = 0; run < runs; ++run) {
     synthetic::SimulationOptions options;
     options.seed = 1 + static_cast<std::uint64_t>(run);
     const synthetic::Rig rig = synthetic::make_rig(options);
     std::mt19937 random(500 + run);
-    const Shots shots = shots_of(rig, random, boards, planes);
-    const Both both = calibrated(rig, shots, std::nullopt, std::nullopt);
+    const Shots shots = shots_of(rig, random, boards, plane_count);
+    const Both both = calibrated(rig, shots, std::nullopt);
+    const JointCalibration& joint = both.joint;
     JointCalibration sequential{both.camera, both.projector, {}, 0.0, 0.0, true};
-    const std::size_t first = shots.poses.size() - planes;
-    for (std::size_t p = 0; p < planes; ++p) {
-      sequential.camera.camera_from_board[first + p] = both.projector.station_from_plane[p];
+    for (std::size_t p = 0; p < plane_count; ++p) {
+      sequential.camera.camera_from_board[boards + p] = both.projector.station_from_plane[p];
     }
     for (const Eigen::Vector3d& point : sample_points(rig)) {
-      const Eigen::Vector2d truth =
+      const Eigen::Vector2d lit =
           rig.projector.lens.project(rig.projector.projector_from_world *
                                      rig.world_from_camera.at(synthetic::front_station) * point);
-      joint_square += (lit_through_boards(both.joint, shots.poses, point) - truth).squaredNorm();
-      sequential_square +=
-          (lit_through_boards(sequential, shots.poses, point) - truth).squaredNorm();
-      predicted += projector_covariance(both.joint, point).trace();
+      projector.add((lit_through_boards(joint, shots.poses, point) - lit).squaredNorm(),
+                    projector_covariance(joint, point).trace(),
+                    (lit_through_boards(sequential, shots.poses, point) - lit).squaredNorm(),
+                    1.0 / (9.0 * runs));
       const Eigen::Vector2d pixel = rig.camera_lens.project(point);
-      joint_camera +=
-          (projected_through_boards(both.joint.camera, shots.poses, point) - pixel).squaredNorm();
-      sequential_camera +=
-          (projected_through_boards(both.camera, shots.poses, point) - pixel).squaredNorm();
-      camera_predicted += projection_covariance(both.joint.camera, pixel, point.z()).trace();
-      camera_sequential_predicted += projection_covariance(both.camera, pixel, point.z()).trace();
+      camera.add((projected_through_boards(joint.camera, shots.poses, point) - pixel).squaredNorm(),
+                 projection_covariance(joint.camera, pixel, point.z()).trace(),
+                 (projected_through_boards(both.camera, shots.poses, point) - pixel).squaredNorm(),
+                 1.0 / (9.0 * runs));
     }
-    focal += std::pow(both.joint.camera.lens.fx / rig.camera_lens.fx - 1.0, 2) / runs;
-    sequential_focal += std::pow(both.camera.lens.fx / rig.camera_lens.fx - 1.0, 2) / runs;
+    const auto relative = [](double value, double truth) { return 100.0 * (value / truth - 1.0); };
+    const double fx = rig.camera_lens.fx;
+    focal.add(std::pow(relative(joint.camera.lens.fx, fx), 2),
+              std::pow(100.0 / fx, 2) * joint.camera.covariance(0, 0),
+              std::pow(relative(both.camera.lens.fx, fx), 2), 1.0 / runs);
+    const auto count = [&](const Lens& found, const LensCovariance& covariance, const Lens& truth,
+                           std::size_t first) {
+      const LensNumbers numbers = numbers_of(found);
+      const LensNumbers true_numbers = numbers_of(truth);
+      for (std::size_t k = 0; k < 4; ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        if (std::abs(numbers[k] - true_numbers[k]) <= 2.0 * std::sqrt(covariance(at, at))) {
+          ++within[first + k];
+        }
+      }
+    };
+    count(joint.camera.lens, joint.camera.covariance, rig.camera_lens, 0);
+    count(joint.projector.lens, joint.projector.covariance, rig.projector.lens, 4);
+    const GridShape& grid = rig.sample.grid;
+    for (const auto& [station, face] :
+         {std::pair{synthetic::front_station, rig.sample.lit_face()},
+          std::pair{synthetic::back_station, rig.sample.seen_face()}}) {
+      const Rigid truth = rig.world_from_camera.at(station).inverse() * rig.world_from_sample;
+      const auto corners = face_corners(grid, face);
+      const Eigen::Vector3d middle = 0.5 * (corners[0] + corners[2]);
+      const PoseError error = error_of(
+          pose_under(joint.camera.lens, truth, rig.camera_lens, grid, face), truth, middle);
+      const PoseError before =
+          error_of(pose_under(both.camera.lens, truth, rig.camera_lens, grid, face), truth, middle);
+      // The focal length sets the distance (Pose.LensUncertaintyMovesTheSampleAlongTheLineOfSight).
+      const double stated = (truth * middle).z() * joint.camera.standard_deviation(0) / fx;
+      along[station].add(std::pow(error.shift_mm.z(), 2), stated * stated,
+                         std::pow(before.shift_mm.z(), 2), 1.0 / runs);
+      turn[station] += std::pow(error.turn_degrees, 2) / runs;
+      across[station] = std::max(across[station], error.shift_mm.head<2>().norm());
+    }
   }
-  (void)sequential_predicted;
-  const double count = 9.0 * runs;
+  projector.expect_as_stated("projector pixel that lights a point of the sample [projector px]");
+  camera.expect_as_stated("camera pixel that sees it [px]");
+  focal.expect_as_stated("focal length of the camera [%]");
+  for (auto& [station, spread] : along) {
+    spread.expect_as_stated(("sample along the line of sight, " + station + " [mm]").c_str());
+    std::printf("turn, %s: %.4f degrees; across the line of sight %.4f mm at most\n",
+                station.c_str(), std::sqrt(turn[station]), across[station]);
+    EXPECT_LT(spread.error, 0.1) << station;  // the pipeline's bar, for one deviation
+  }
   std::printf(
-      "%s: projector at the sample [px] joint %.3f (predicted %.3f), sequential %.3f; camera joint "
-      "%.4f (predicted %.4f), sequential %.4f (predicted %.4f); focal joint %.4f %%, sequential "
-      "%.4f %%\n",
-      name, std::sqrt(joint_square / count), std::sqrt(predicted / count),
-      std::sqrt(sequential_square / count), std::sqrt(joint_camera / count),
-      std::sqrt(camera_predicted / count), std::sqrt(sequential_camera / count),
-      std::sqrt(camera_sequential_predicted / count), 100.0 * std::sqrt(focal),
-      100.0 * std::sqrt(sequential_focal));
-  EXPECT_NEAR(std::sqrt(predicted / joint_square), 1.0, 0.25) << name;
-  EXPECT_NEAR(std::sqrt(camera_predicted / joint_camera), 1.0, 0.25) << name;
-}
-
-TEST(Joint, SpreadAtTheSampleIsAsPredicted) {
-  hold_against_samples(15, 10, 24, "15 boards, 10 planes");
+      "within two deviations, of %d: camera fx %d fy %d cx %d cy %d, projector %d %d %d %d\n", runs,
+      within[0], within[1], within[2], within[3], within[4], within[5], within[6], within[7]);
+  // Of 24 draws at 95.45 %, fewer than 19 are an accident of less than one in a thousand.
+  for (const int number : within) EXPECT_GE(number, 19);
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ using testing::tilted;
 constexpr int columns = 9;
 constexpr int rows = 6;
 constexpr double square_mm = 4.0;
-constexpr double noise_px = 0.03;  // of a default session
+constexpr double noise_px = 0.03;
 
 Lens camera_lens() {
   return {640, 480, 820.0, 823.0, 322.0, 236.0, {-0.12, 0.08, 0.0015, -0.001}};
