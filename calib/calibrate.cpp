@@ -163,8 +163,9 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
       if (!boards) continue;
       planes[p].name = shots.projector_planes[p].projected->file;
       planes[p].projected = find_projected_chessboard(
-          load_linear(session, *shots.projector_planes[p].projected, result.radiometry), shots.projected_board->columns,
-          shots.projected_board->rows, planes[p].printed, planes[p].name);
+          load_linear(session, *shots.projector_planes[p].projected, result.radiometry),
+          shots.projected_board->columns, shots.projected_board->rows, planes[p].printed,
+          planes[p].name);
     }
     for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);
     const capture::ProjectedBoard shown =
