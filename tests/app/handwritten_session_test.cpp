@@ -37,7 +37,7 @@ TEST_F(HandwrittenSession, RunsAndGivesItsBlock) {
   ASSERT_EQ(result.exit_code, 0) << result.standard_error;
   const auto summary = nlohmann::json::parse(last_line(result.standard_output));
   EXPECT_LT(summary["camera_rms_px"].get<double>(), 0.3);
-  EXPECT_LT(summary["projector_rms_px"].get<double>(), 0.5);  // nine samples a pixel draw its edges
+  EXPECT_LT(summary["projector_rms_px"].get<double>(), 0.5);
   EXPECT_LT(summary["holdout_E"].get<double>(), 1e-3);
   const double kappa = mean(io::read_npy(run / "fit" / "kappa_Y.npy").values);
   const double mu = mean(io::read_npy(run / "fit" / "mu_Y.npy").values);
