@@ -25,10 +25,9 @@ constexpr double usual_structured_chi2 = 1000.0;
 /// at the same E as with exact ones (docs/theory.md, section 4).
 constexpr double solver_share_of_noise = 0.1;
 constexpr double loosest_solve = 1e-3;
-/// A refined solve corrects all the data: its error is the same in each step.
-constexpr double refined_share_of_solve = 0.5;
 
-/// `backend` with solves as loose as the data allow.
+/// `backend` with solves as loose as the data allow; refined ones, few, stay exact: r corrects all
+/// the data.
 Backend suited(Backend backend, const Problem& problem) {
   std::vector<double> deviations;  // relative
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
@@ -40,7 +39,6 @@ Backend suited(Backend backend, const Problem& problem) {
   std::nth_element(deviations.begin(), middle, deviations.end());
   const double allowed = std::min(loosest_solve, solver_share_of_noise * *middle);
   backend.solve.tolerance = std::max(backend.solve.tolerance, allowed);
-  backend.refined_tolerance = std::max(backend.refined_tolerance, refined_share_of_solve * allowed);
   return backend;
 }
 
