@@ -150,12 +150,8 @@ SurfaceMeasurements expose(const Block& block, const CoefficientPair& fine_field
   forward::GridSetup fine = setup;
   fine.shape = setup.shape.refined(2);
   const auto solver = forward::make_grid_solver(fine, "auto", block.precision).solver;
-  const auto exponential = [](const std::vector<double>& log) {
-    std::vector<double> value;
-    for (const double x : log) value.push_back(std::exp(x));
-    return value;
-  };
-  solver->set_medium(exponential(fine_fields.log_kappa), exponential(fine_fields.log_mu));
+  solver->set_medium(inverse::exponential(fine_fields.log_kappa),
+                     inverse::exponential(fine_fields.log_mu));
   const std::vector<double> light = inverse::split_face(
       irradiance, m.lit_shape(), face_shape(fine.shape, block.lit), 2, m.patterns);
   constexpr double memory_mb = 4096.0;

@@ -13,12 +13,6 @@ namespace kappamu::bench {
 
 namespace {
 
-std::vector<double> exponential(const std::vector<double>& log) {
-  std::vector<double> value(log.size());
-  std::transform(log.begin(), log.end(), value.begin(), [](double x) { return std::exp(x); });
-  return value;
-}
-
 /// Under side × side patches; nothing seen yet.
 SurfaceMeasurements light_up(const Block& block, int side, double eta) {
   SurfaceMeasurements m;
@@ -106,7 +100,7 @@ SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int
   const auto solver =
       forward::make_grid_solver(fine, "auto", forward::Precision::double_precision).solver;
   const inverse::CoefficientPair fields = on_grid(fine.shape, figure);
-  solver->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
+  solver->set_medium(inverse::exponential(fields.log_kappa), inverse::exponential(fields.log_mu));
   const std::vector<double> exitance = inverse::restrict_face(
       inverse::solve_exitance(
           *solver, block.seen,
@@ -127,8 +121,8 @@ SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, in
   const inverse::CoefficientPair fields = on_grid(block.grid, figure);
   forward::ForwardProblem problem;
   problem.setup = inverse::make_setup(m, forward::Convention::physical);
-  problem.medium = {Volume<double>(block.grid, exponential(fields.log_kappa)),
-                    Volume<double>(block.grid, exponential(fields.log_mu))};
+  problem.medium = {Volume<double>(block.grid, inverse::exponential(fields.log_kappa)),
+                    Volume<double>(block.grid, inverse::exponential(fields.log_mu))};
   problem.patterns = m.patterns;
   problem.irradiance.assign(m.irradiance.begin(), m.irradiance.end());
   forward::ForwardOptions how;

@@ -1,11 +1,12 @@
 #include "inverse/data_term.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <utility>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "core/parallel.h"
 
 namespace kappamu::inverse {
@@ -139,10 +140,7 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
   if (!robust) {
     term.chi2_per_datum = all.squares / static_cast<double>(all.used);
   } else {
-    std::vector<double>& magnitudes = all.magnitudes;
-    const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
-    std::nth_element(magnitudes.begin(), middle, magnitudes.end());
-    term.chi2_per_datum = std::pow(*middle / normal_median, 2);
+    term.chi2_per_datum = std::pow(upper_median(std::move(all.magnitudes)) / normal_median, 2);
   }
   return term;
 }

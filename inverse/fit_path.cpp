@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/median.h"
 #include "inverse/channel_run.h"
 #include "inverse/held_out.h"
 
@@ -35,9 +36,8 @@ Backend suited(Backend backend, const Problem& problem) {
     deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
   }
   if (deviations.empty()) return backend;
-  const auto middle = deviations.begin() + static_cast<std::ptrdiff_t>(deviations.size() / 2);
-  std::nth_element(deviations.begin(), middle, deviations.end());
-  const double allowed = std::min(loosest_solve, solver_share_of_noise * *middle);
+  const double allowed =
+      std::min(loosest_solve, solver_share_of_noise * upper_median(std::move(deviations)));
   backend.solve.tolerance = std::max(backend.solve.tolerance, allowed);
   return backend;
 }

@@ -108,10 +108,6 @@ double symmetry_error(const forward::GridSetup& setup, const Backend& backend,
                       const CoefficientPair& at, Normal& normal) {
   const forward::SolverChoice choice =
       forward::make_grid_solver(setup, backend.device, backend.precision);
-  const auto exponential = [](std::vector<double> values) {
-    for (double& x : values) x = std::exp(x);
-    return values;
-  };
   choice.solver->set_medium(exponential(at.log_kappa), exponential(at.log_mu));
   const auto positive = [&] {
     std::vector<double> values = normal(setup.shape.cells());

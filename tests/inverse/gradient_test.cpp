@@ -169,7 +169,7 @@ TEST_P(Gradient, SolverIsItsOwnAdjoint) {
   const Problem& problem = objective_->problem();
   const auto choice = forward::make_grid_solver(problem.setup, c.device, c.precision);
   const forward::GridSolver& solver = *choice.solver;
-  choice.solver->set_medium(cases::exponential(at_.log_kappa), cases::exponential(at_.log_mu));
+  choice.solver->set_medium(exponential(at_.log_kappa), exponential(at_.log_mu));
   cases::Noise noise(31);
   const auto random_field = [&] {
     std::vector<double> values(shape.cells());

@@ -84,8 +84,8 @@ TEST(HeldOut, ScoreOfTheTruthIsTheNoise) {
   for (const Quantity quantity : {Quantity::exitance, Quantity::radiance_normal}) {
     block.quantity = quantity;
     const SurfaceMeasurements m = cases::measure(block, truth);
-    const Medium medium{Volume<double>(block.grid, cases::exponential(fine.log_kappa)),
-                        Volume<double>(block.grid, cases::exponential(fine.log_mu))};
+    const Medium medium{Volume<double>(block.grid, exponential(fine.log_kappa)),
+                        Volume<double>(block.grid, exponential(fine.log_mu))};
     const HeldOutScore score = score_held_out(medium, m, 0, {}, {});
     EXPECT_EQ(score.data, m.value.size());
     // Sums of 2304 squares of normal numbers; E's are dominated by the bright few hundred.

@@ -55,12 +55,6 @@ inline CoefficientPair smooth_medium(const GridShape& shape) {
   return fields;
 }
 
-inline std::vector<double> exponential(const std::vector<double>& log) {
-  std::vector<double> value;
-  for (const double x : log) value.push_back(std::exp(x));
-  return value;
-}
-
 /// Noise-free exitance under `light`, [patterns][v][u].
 inline std::vector<double> simulate(const forward::GridSetup& setup, const CoefficientPair& fields,
                                     Face seen, const std::vector<double>& light, int patterns,
