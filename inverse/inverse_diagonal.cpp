@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace kappamu::inverse {
 
@@ -65,6 +66,27 @@ void add_squares(FieldCovariance& sums, const CoefficientPair& x, const FieldCov
   }
 }
 
+/// rest −= Q Qᵀ rest, the columns of `space` being Q's. Equal bits on any number of cores.
+void remove_projection(const Eigen::Ref<const Eigen::MatrixXf>& space, Eigen::VectorXd& rest) {
+  const auto size = static_cast<std::size_t>(rest.size());
+  const auto part = [](std::size_t begin, std::size_t end) {
+    return Eigen::seqN(static_cast<Eigen::Index>(begin), static_cast<Eigen::Index>(end - begin));
+  };
+  Eigen::MatrixXd sums(space.cols(), static_cast<Eigen::Index>(pieces(size)));
+  for_pieces(size, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    for (Eigen::Index k = 0; k < space.cols(); ++k) {
+      sums(k, static_cast<Eigen::Index>(piece)) =
+          space.col(k)(part(begin, end)).cast<double>().dot(rest(part(begin, end)));
+    }
+  });
+  const Eigen::VectorXd along = sums.rowwise().sum();
+  for_pieces(size, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (Eigen::Index k = 0; k < space.cols(); ++k) {
+      rest(part(begin, end)) -= along[k] * space.col(k)(part(begin, end)).cast<double>();
+    }
+  });
+}
+
 }  // namespace
 
 InverseDiagonal::InverseDiagonal(FieldOperator hessian, const GridShape& shape, int depth_axis,
@@ -99,12 +121,7 @@ CoefficientPair InverseDiagonal::sample(const Vector& u) {
     const double scale = rest.norm();
     ++size;
     // Against all earlier ones, twice: rounding would bring the first ones back.
-    for (int pass = 0; pass < 2; ++pass) {
-      for (Eigen::Index k = 0; k < size; ++k) {
-        const Eigen::VectorXd earlier = space.col(k).cast<double>();
-        rest -= earlier.dot(rest) * earlier;
-      }
-    }
+    for (int pass = 0; pass < 2; ++pass) remove_projection(space.leftCols(size), rest);
     beside[size - 1] = rest.norm();
     if (size == most || beside[size - 1] < exhausted * scale) break;
     next = rest / beside[size - 1];

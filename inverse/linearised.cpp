@@ -39,33 +39,23 @@ struct Linearisation {
   std::vector<double> observed(Face seen_face) const;
 };
 
-std::size_t stride(const GridShape& shape, int axis) {
-  return axis == 0   ? 1
-         : axis == 1 ? static_cast<std::size_t>(shape.nx)
-                     : static_cast<std::size_t>(shape.nx) * shape.ny;
-}
-
-/// Calls visit(i, j) for every face between voxels i and j = i's neighbour along `axis`.
-template <class Visit>
-void for_each_face(const GridShape& s, int axis, Visit visit) {
-  const std::size_t step = stride(s, axis);
-  for (int z = 0; z < s.nz - (axis == 2 ? 1 : 0); ++z) {
-    for (int y = 0; y < s.ny - (axis == 1 ? 1 : 0); ++y) {
-      for (int x = 0; x < s.nx - (axis == 0 ? 1 : 0); ++x) {
-        const std::size_t i = s.index(x, y, z);
-        visit(i, i + step);
-      }
-    }
-  }
-}
-
 /// G_ij = 2h κ_i κ_j/(κ_i + κ_j).
 std::vector<double> Linearisation::faces(int axis) const {
-  std::vector<double> change(setup.shape.cells(), 0.0);
-  for_each_face(setup.shape, axis, [&](std::size_t i, std::size_t j) {
-    const double sum = kappa[i] + kappa[j];
-    change[i] = 2.0 * setup.shape.voxel_mm * kappa[i] * kappa[j] / (sum * sum) *
-                (kappa[j] * direction.log_kappa[i] + kappa[i] * direction.log_kappa[j]);
+  const GridShape& s = setup.shape;
+  const std::size_t step = axis == 0   ? 1
+                           : axis == 1 ? static_cast<std::size_t>(s.nx)
+                                       : static_cast<std::size_t>(s.nx) * s.ny;
+  std::vector<double> change(s.cells(), 0.0);
+  for_rows(s.ny * s.nz, [&](int row) {
+    const int at = axis == 1 ? row % s.ny : row / s.ny;  // of the row along the axis
+    if (axis != 0 && at + 1 == s.extent(axis)) return;
+    const std::size_t first = static_cast<std::size_t>(row) * s.nx;
+    for (std::size_t i = first; i < first + s.nx - (axis == 0 ? 1 : 0); ++i) {
+      const std::size_t j = i + step;
+      const double sum = kappa[i] + kappa[j];
+      change[i] = 2.0 * s.voxel_mm * kappa[i] * kappa[j] / (sum * sum) *
+                  (kappa[j] * direction.log_kappa[i] + kappa[i] * direction.log_kappa[j]);
+    }
   });
   return change;
 }
@@ -73,7 +63,9 @@ std::vector<double> Linearisation::faces(int axis) const {
 std::vector<double> Linearisation::diagonal() const {
   const double volume = std::pow(setup.shape.voxel_mm, 3);
   std::vector<double> change(mu.size());
-  for (std::size_t i = 0; i < mu.size(); ++i) change[i] = volume * mu[i] * direction.log_mu[i];
+  for_pieces(mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) change[i] = volume * mu[i] * direction.log_mu[i];
+  });
   for (const Face face : all_faces) {
     if (!forward::is_open(setup, face)) continue;
     const FaceShape shape = face_shape(setup.shape, face);
@@ -107,27 +99,28 @@ std::vector<double> Linearisation::first_collisions() const {
   const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
   std::vector<double> change(mu.size());
   const FaceShape shape = face_shape(s, setup.lit_face);
-  for (int v = 0; v < shape.nv; ++v) {
+  for_rows(shape.nv, [&](int v) {
     for (int u = 0; u < shape.nu; ++u) {
-      double tau = 0.0;
+      double left = 1.0;  // e^(−τ)
       double tau_change = 0.0;
       for (int k = 0; k < s.extent(axis_of(setup.lit_face)); ++k) {
         const std::size_t i = face_cell(s, setup.lit_face, u, v, k);
         const double x = s.voxel_mm / (3.0 * kappa[i]);
         const double x_change = -x * direction.log_kappa[i];
-        const double collided = std::exp(-tau) * -std::expm1(-x);
-        const double collided_change = std::exp(-tau - x) * x_change - collided * tau_change;
+        const double share = -std::expm1(-x);
+        const double collided = left * share;
+        const double collided_change = left * (1.0 - share) * x_change - collided * tau_change;
         const double absorbed_share = 3.0 * kappa[i] * mu[i];
         const double albedo = std::max(0.0, 1.0 - absorbed_share);
         const double albedo_change =
             absorbed_share < 1.0 ? -absorbed_share * (direction.log_kappa[i] + direction.log_mu[i])
                                  : 0.0;
         change[i] = scale * (albedo_change * collided + albedo * collided_change);
-        tau += x;
+        left *= 1.0 - share;
         tau_change += x_change;
       }
     }
-  }
+  });
   return change;
 }
 
@@ -142,16 +135,6 @@ std::vector<double> Linearisation::observed(Face seen_face) const {
   return change;
 }
 
-/// out −= δG (φ_i − φ_j) for both cells of each face.
-void subtract_faces(const GridShape& shape, int axis, const std::vector<double>& change,
-                    std::span<const double> phi, std::span<double> out) {
-  for_each_face(shape, axis, [&](std::size_t i, std::size_t j) {
-    const double flux = change[i] * (phi[i] - phi[j]);
-    out[i] -= flux;
-    out[j] += flux;
-  });
-}
-
 }  // namespace
 
 Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants, Face seen_face,
@@ -162,44 +145,10 @@ Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants, Fa
             direction.log_mu.size() == cells,
         "coefficients or direction do not fit the grid");
   const Linearisation at{setup, constants, kappa, mu, direction};
-  return {
-      at.faces(0),
-      at.faces(1),
-      at.faces(2),
-      at.diagonal(),
-      setup.source == forward::SourceModel::boundary ? at.boundary_source() : at.first_collisions(),
-      at.observed(seen_face)};
-}
-
-std::vector<double> tangent_source(const GridSetup& setup, const Tangent& tangent,
-                                   std::span<const double> phi, std::span<const double> irradiance,
-                                   int patterns) {
-  const std::size_t cells = setup.shape.cells();
-  const FaceShape lit = face_shape(setup.shape, setup.lit_face);
-  const int depth = setup.shape.extent(axis_of(setup.lit_face));
-  check(phi.size() == cells * static_cast<std::size_t>(patterns) &&
-            irradiance.size() == lit.cells() * static_cast<std::size_t>(patterns),
-        "tangent_source: fields or light do not fit the grid");
-  std::vector<double> source(phi.size());
-  for_rows(patterns, [&](int pattern) {
-    const auto m = static_cast<std::size_t>(pattern);
-    const auto field = phi.subspan(m * cells, cells);
-    const auto light = irradiance.subspan(m * lit.cells(), lit.cells());
-    const auto out = std::span<double>(source).subspan(m * cells, cells);
-    for (int v = 0; v < lit.nv; ++v) {
-      for (int u = 0; u < lit.nu; ++u) {
-        const double e = light[static_cast<std::size_t>(v) * lit.nu + u];
-        for (int k = 0; k < depth; ++k) {
-          const std::size_t i = face_cell(setup.shape, setup.lit_face, u, v, k);
-          out[i] = tangent.source[i] * e - tangent.diagonal[i] * field[i];
-        }
-      }
-    }
-    subtract_faces(setup.shape, 0, tangent.face_x, field, out);
-    subtract_faces(setup.shape, 1, tangent.face_y, field, out);
-    subtract_faces(setup.shape, 2, tangent.face_z, field, out);
-  });
-  return source;
+  return {{at.faces(0), at.faces(1), at.faces(2), at.diagonal(),
+           setup.source == forward::SourceModel::boundary ? at.boundary_source()
+                                                          : at.first_collisions()},
+          at.observed(seen_face)};
 }
 
 }  // namespace kappamu::inverse

@@ -13,14 +13,9 @@
 
 namespace kappamu::inverse {
 
-/// Derivatives of the equations' coefficients along one direction; the same for every pattern.
-/// Volumes are [z][y][x].
+/// Derivatives along one direction; the same for every pattern.
 struct Tangent {
-  std::vector<double> face_x;    ///< δG_ij towards +x [mm]; 0 at the last x
-  std::vector<double> face_y;    ///< the same towards +y
-  std::vector<double> face_z;    ///< the same towards +z
-  std::vector<double> diagonal;  ///< δ(μ h³ + Σ_b G_b) [mm²]
-  std::vector<double> source;  ///< δb per irradiance of the voxel's column on the lit face [mm²]
+  forward::EquationsChange equations;
   std::vector<double> observed;  ///< δ log G_b of the seen face's voxels, [v][u] [dimensionless]
 };
 
@@ -28,11 +23,5 @@ struct Tangent {
 Tangent linearise(const forward::GridSetup& setup, const BoundaryConstants& constants,
                   Face seen_face, std::span<const double> kappa, std::span<const double> mu,
                   const CoefficientPair& direction);
-
-/// δb − δA φ of `patterns` patterns: `phi` and the result [pattern][z][y][x], `irradiance`
-/// [pattern][v][u] on the lit face.
-std::vector<double> tangent_source(const forward::GridSetup& setup, const Tangent& tangent,
-                                   std::span<const double> phi, std::span<const double> irradiance,
-                                   int patterns);
 
 }  // namespace kappamu::inverse

@@ -163,7 +163,6 @@ CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) 
 std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
   check(!fluence_.empty(), "a derivative needs the fluence of a successful value()");
   ++solves_.tangent;
-  const GridShape& shape = problem_.setup.shape;
   const std::size_t lit = problem_.lit_shape().cells();
   const std::size_t seen = problem_.seen_shape().cells();
   const Tangent tangent =
@@ -172,13 +171,10 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
     const int begin = static_cast<int>(part) * backend_.batch;
     const int end = std::min(begin + backend_.batch, problem_.patterns);
-    std::vector<double> phi(shape.cells() * static_cast<std::size_t>(end - begin));
-    solver_->read(*fluence_[part], phi);
     const auto b = solver_->make_field(end - begin);
     const auto field = solver_->make_field(end - begin);
-    solver_->fill(*b,
-                  tangent_source(problem_.setup, tangent, phi,
-                                 patterns_of(problem_.irradiance, begin, end, lit), end - begin));
+    solver_->change_source(tangent.equations, *fluence_[part],
+                           patterns_of(problem_.irradiance, begin, end, lit), *b);
     const SolveReport report = solver_->solve(*b, *field, backend_.solve);
     if (report.termination == Termination::failed) {
       throw InputError("the linearised diffusion solve failed: " + report.message);

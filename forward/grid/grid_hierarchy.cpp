@@ -15,8 +15,8 @@ constexpr double damping = 5.0 / 6.0;
 constexpr double strong = 0.5;
 
 /// One item per row (y, z).
-device::Range rows_of(const GridShape& s) {
-  return {1, static_cast<std::size_t>(s.ny) * static_cast<std::size_t>(s.nz)};
+device::Range row_items(const GridShape& s) {
+  return {1, rows_of(s)};
 }
 
 /// The array of faces across `axis`.
@@ -107,7 +107,7 @@ std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
   const GridShape& s = level.shape;
   const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
   const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
-  context_.launch(program_, "axis_shares", rows_of(s), s.nx, s.ny, s.nz, level.gx, level.gy,
+  context_.launch(program_, "axis_shares", row_items(s), s.nx, s.ny, s.nz, level.gx, level.gy,
                   level.gz, level.inverse, shares);
   std::array<double, 3> sum{};
   const auto add_up = [&](auto zero) {
@@ -138,7 +138,7 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
   const Level& level = levels_.front();
   const GridShape& s = level.shape;
   const auto assemble = [&](auto h, auto two_a) {
-    context_.launch(program_, "assemble", rows_of(s), s.nx, s.ny, s.nz, h, two_a,
+    context_.launch(program_, "assemble", row_items(s), s.nx, s.ny, s.nz, h, two_a,
                     int{is_open(setup_, Face::x_minus)}, int{is_open(setup_, Face::y_minus)},
                     int{is_open(setup_, Face::z_minus)}, kappa_, mu_, level.gx, level.gy, level.gz,
                     level.sink);
@@ -153,7 +153,7 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
     Level& at = levels_[l];
     // Until the level is coarsened its smoother's place holds what places the nodes.
     const device::Buffer& loose = at.smoother;
-    context_.launch(program_, "invert_diagonal", rows_of(at.shape), at.shape.nx, at.shape.ny,
+    context_.launch(program_, "invert_diagonal", row_items(at.shape), at.shape.nx, at.shape.ny,
                     at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse, loose);
     if (at.shape.cells() > 1) {
       const std::array<int, 3> before = at.halving;
@@ -174,7 +174,7 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
 void Hierarchy::make_smoother(const Level& level) const {
   const GridShape& s = level.shape;
   const auto launch = [&](auto omega) {
-    context_.launch(program_, "make_smoother", rows_of(s), s.nx, s.ny, s.nz, omega, level.gx,
+    context_.launch(program_, "make_smoother", row_items(s), s.nx, s.ny, s.nz, omega, level.gx,
                     level.gy, level.gz, level.sink, level.inverse, level.smoother);
   };
   if (format_.single) {
@@ -188,7 +188,7 @@ void Hierarchy::pack_stencils(const Level& level) const {
   const GridShape& s = level.shape;
   // A single cell has no weights.
   const bool single = s.cells() == 1;
-  context_.launch(program_, "pack_stencils", rows_of(s), s.nx, s.ny, s.nz, level.gx, level.gy,
+  context_.launch(program_, "pack_stencils", row_items(s), s.nx, s.ny, s.nz, level.gx, level.gy,
                   level.gz, level.sink, level.smoother, int{!single},
                   single ? level.sink : level.wx, single ? level.sink : level.wy,
                   single ? level.sink : level.wz, level.stencils, level.weights);
@@ -197,7 +197,7 @@ void Hierarchy::pack_stencils(const Level& level) const {
 void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,
                              const std::array<int, 3>& halving, const device::Buffer& values,
                              const device::Buffer& sums) const {
-  context_.launch(program_, "sum_children", rows_of(coarse), fine.nx, fine.ny, fine.nz, coarse.nx,
+  context_.launch(program_, "sum_children", row_items(coarse), fine.nx, fine.ny, fine.nz, coarse.nx,
                   coarse.ny, coarse.nz, halving[0], halving[1], halving[2], values, sums);
 }
 
@@ -214,9 +214,9 @@ void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
       context_.zero(*weights[a], f.cells() * format_.real_bytes());
       sum_children(with_faces(f, axis), faces, half, *fine_faces[a], *coarse_faces[a]);
     } else if (axis == 0) {
-      context_.launch(coarsening_, "weights_in_rows", rows_of(f), f.nx, f.ny, f.nz, fine.gx,
+      context_.launch(coarsening_, "weights_in_rows", row_items(f), f.nx, f.ny, f.nz, fine.gx,
                       fine.smoother, fine.wx);
-      context_.launch(coarsening_, "coarsen_faces_in_rows", rows_of(faces), f.nx, f.ny, f.nz,
+      context_.launch(coarsening_, "coarsen_faces_in_rows", row_items(faces), f.nx, f.ny, f.nz,
                       half[1], half[2], fine.gx, fine.gy, fine.gz, fine.smoother, fine.wx,
                       coarse.gx);
     } else {
@@ -224,9 +224,9 @@ void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
       std::array<int, 3> alone{};
       alone[a] = 1;
       const GridShape face_rows = with_faces(coarser_grid(f, alone), axis);
-      context_.launch(coarsening_, "weights_between_rows", rows_of(face_rows), axis, f.nx, f.ny,
+      context_.launch(coarsening_, "weights_between_rows", row_items(face_rows), axis, f.nx, f.ny,
                       f.nz, *fine_faces[a], fine.smoother, *weights[a]);
-      context_.launch(coarsening_, "coarsen_faces_between_rows", rows_of(faces), axis, f.nx, f.ny,
+      context_.launch(coarsening_, "coarsen_faces_between_rows", row_items(faces), axis, f.nx, f.ny,
                       f.nz, half[0], half[other], fine.gx, *fine_faces[a], *fine_faces[other],
                       fine.smoother, *weights[a], *coarse_faces[a]);
     }

@@ -77,6 +77,10 @@ GridShape coarser_grid(const GridShape& shape, const std::array<int, 3>& halving
 /// Cells of one parity of x, rows of odd length counted as if one longer: half of what `stencils`
 /// holds, all that `weights` does.
 std::size_t half_cells(const GridShape& shape);
+/// Rows along x.
+inline std::size_t rows_of(const GridShape& shape) {
+  return shape.cells() / static_cast<std::size_t>(shape.nx);
+}
 /// Reals of a cell in them.
 constexpr std::size_t stencil_reals = 8, weight_reals = 3;
 

@@ -78,6 +78,15 @@ struct PairProducts {
   std::vector<double> face_z;  ///< the same towards +z
 };
 
+/// δA and δb along a direction of (κ, μ), the same for every pattern. Volumes [z][y][x].
+struct EquationsChange {
+  std::vector<double> face_x;    ///< δG_ij towards +x [mm]; 0 at the last x
+  std::vector<double> face_y;    ///< the same towards +y
+  std::vector<double> face_z;    ///< the same towards +z
+  std::vector<double> diagonal;  ///< δ(μ h³ + Σ_b G_b) [mm²]
+  std::vector<double> source;  ///< δb per irradiance of the voxel's column on the lit face [mm²]
+};
+
 class GridSolver {
  public:
   virtual ~GridSolver() = default;
@@ -125,6 +134,14 @@ class GridSolver {
   /// ∂b/∂κ, ∂b/∂μ.
   virtual std::vector<double> column_products(const BatchField& lambda,
                                               std::span<const double> irradiance) const = 0;
+
+  /// Σ_i w_i φ_i of each pattern; `weight` is a volume [z][y][x].
+  virtual std::vector<double> weighted_sums(const BatchField& phi,
+                                            std::span<const double> weight) const = 0;
+
+  /// b = δb − δA φ, the right-hand side of A δφ; `irradiance` [pattern][v][u] on the lit face.
+  virtual void change_source(const EquationsChange& change, const BatchField& phi,
+                             std::span<const double> irradiance, BatchField& b) const = 0;
 };
 
 /// Serial, double, written for reading.

@@ -93,3 +93,43 @@ kernel void column_products(const int nx, const int ny, const int nz, const int 
     sum[i] += total;
   }
 }
+
+// partial[row] = Σ_x w φ. One item per row.
+kernel void weighted_rows(const int nx, const int rows, global const REAL* restrict weight,
+                          global const vec* restrict phi, global accu_vec* restrict partial) {
+  const int group = (int)get_global_id(0);
+  const int row = (int)get_global_id(1);
+  if (group >= GROUPS || row >= rows) return;
+  accu_vec sum = (accu_vec)(0);
+  for (size_t i = (size_t)row * nx; i < (size_t)(row + 1) * nx; ++i) {
+    sum += (ACCU)weight[i] * to_accu(phi[i * GROUPS + group]);
+  }
+  partial[row * GROUPS + group] = sum;
+}
+
+// b = δb − δA φ: `source` per irradiance of the column (arguments as in deposit()), the changes of
+// face conductances towards + and of the diagonal, all [z][y][x]. One item per row.
+kernel void change_source(const int nx, const int ny, const int nz, const int a_x, const int a_y,
+                          const int a_z, global const REAL* restrict source,
+                          global const REAL* restrict diagonal, global const REAL* restrict face_x,
+                          global const REAL* restrict face_y, global const REAL* restrict face_z,
+                          global const vec* restrict irradiance, global const vec* restrict phi,
+                          global vec* restrict b) {
+  const int group = (int)get_global_id(0);
+  const int row = (int)get_global_id(1);
+  if (group >= GROUPS || row >= ny * nz) return;
+  const int y = row % ny, z = row / ny, column = y * a_y + z * a_z;
+  const size_t plane = (size_t)nx * ny;
+  for (int x = 0; x < nx; ++x) {
+    const size_t i = (size_t)row * nx + x;
+    const vec here = phi[i * GROUPS + group];
+    vec sum = source[i] * irradiance[(column + x * a_x) * GROUPS + group] - diagonal[i] * here;
+    if (x > 0) sum -= face_x[i - 1] * (here - phi[(i - 1) * GROUPS + group]);
+    if (x + 1 < nx) sum -= face_x[i] * (here - phi[(i + 1) * GROUPS + group]);
+    if (y > 0) sum -= face_y[i - nx] * (here - phi[(i - nx) * GROUPS + group]);
+    if (y + 1 < ny) sum -= face_y[i] * (here - phi[(i + nx) * GROUPS + group]);
+    if (z > 0) sum -= face_z[i - plane] * (here - phi[(i - plane) * GROUPS + group]);
+    if (z + 1 < nz) sum -= face_z[i] * (here - phi[(i + plane) * GROUPS + group]);
+    b[i * GROUPS + group] = sum;
+  }
+}

@@ -3,21 +3,19 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
-#include <map>
 #include <optional>
-#include <sstream>
 #include <utility>
 
 #include "core/error.h"
 #include "forward/grid/batched_cg.h"
 #include "forward/grid/face_index.h"
+#include "forward/grid/field_sums.h"
 #include "forward/grid/grid_hierarchy.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/opencl_field.h"
+#include "forward/grid/solve_verdict.h"
 #include "forward/grid/solver_memory.h"
-#include "forward/grid/solver_self_test.h"
-#include "forward/rounding_floor.h"
+#include "forward/grid/trusted_kernels.h"
 
 namespace kappamu::forward {
 
@@ -43,7 +41,9 @@ class OpenclSolver final : public GridSolver {
         context_(context),
         options_(options),
         layout_(options.layout.value_or(layout_of(context.info()))),
-        format_(format_of(context.info(), options.precision)) {
+        format_(format_of(context.info(), options.precision)),
+        kernels_(context, format_, layout_, options),
+        sums_(context, format_, setup, kernels_) {
     validate(setup_);
     constants_ = constants_of(setup_);
     most_lanes_ = std::min(lanes_that_fit(setup_, context_.info(), format_, layout_),
@@ -109,10 +109,10 @@ class OpenclSolver final : public GridSolver {
         scaled(irradiance, constants_.normal_transmittance * voxel_area());
     const std::array<int, 3> a = column_strides(s, lit);
     for (const Block& block : cast(b).blocks) {
-      const LaneKernels& k = kernels(block.lanes);
+      const LaneKernels& k = kernels_(block.lanes);
       const Block light = face_block(lit, block, power);
-      context_.launch(k.surface(), "deposit", k.items(rows()), s.nx, s.ny, s.nz, a[0], a[1], a[2],
-                      deposit_, light.values, block.values);
+      context_.launch(k.surface(), "deposit", k.items(rows_of(s)), s.nx, s.ny, s.nz, a[0], a[1],
+                      a[2], deposit_, light.values, block.values);
     }
   }
 
@@ -126,7 +126,7 @@ class OpenclSolver final : public GridSolver {
     const OpenclField& out = cast(y);
     check(in.total == out.total, "apply: fields of different batches");
     for (std::size_t i = 0; i < in.blocks.size(); ++i) {
-      cg().apply(kernels(in.blocks[i].lanes), in.blocks[i].values, out.blocks[i].values);
+      cg().apply(kernels_(in.blocks[i].lanes), in.blocks[i].values, out.blocks[i].values);
     }
   }
 
@@ -147,7 +147,7 @@ class OpenclSolver final : public GridSolver {
     const double apart = entering ? exitance_per_irradiance(setup_, constants_) : 0.0;
     const std::vector<double> dark(entering ? 0 : out.size(), 0.0);
     for (const Block& block : field.blocks) {
-      const LaneKernels& k = kernels(block.lanes);
+      const LaneKernels& k = kernels_(block.lanes);
       const Block light =
           face_block(face, block, entering ? irradiance : std::span<const double>(dark));
       const Block result = face_block(face, block, {});
@@ -163,13 +163,22 @@ class OpenclSolver final : public GridSolver {
     }
   }
 
-  PairProducts pair_products(const BatchField& lambda, const BatchField& phi) const override;
+  PairProducts pair_products(const BatchField& lambda, const BatchField& phi) const override {
+    return sums_.pair_products(cast(lambda), cast(phi));
+  }
   std::vector<double> column_products(const BatchField& lambda,
-                                      std::span<const double> irradiance) const override;
+                                      std::span<const double> irradiance) const override {
+    return sums_.column_products(cast(lambda), irradiance);
+  }
+  std::vector<double> weighted_sums(const BatchField& phi,
+                                    std::span<const double> weight) const override {
+    return sums_.weighted_sums(cast(phi), weight);
+  }
+  void change_source(const EquationsChange& change, const BatchField& phi,
+                     std::span<const double> irradiance, BatchField& b) const override;
 
  private:
   std::size_t cells() const { return setup_.shape.cells(); }
-  std::size_t rows() const { return cells() / static_cast<std::size_t>(setup_.shape.nx); }
   double voxel_area() const { return setup_.shape.voxel_mm * setup_.shape.voxel_mm; }
   std::size_t field_bytes(const Block& block) const {
     return cells() * static_cast<std::size_t>(block.lanes) * format_.real_bytes();
@@ -183,17 +192,6 @@ class OpenclSolver final : public GridSolver {
     return result;
   }
 
-  const LaneKernels& kernels(int lanes) const {
-    if (options_.trust == Trust::verify && !kernels_.contains(lanes)) {
-      const Verdict& verdict = solver_verdict(context_, options_.precision, lanes);
-      if (!verdict.trusted) {
-        throw device::DeviceError("device '" + context_.info().name +
-                                  "' fails its known-answer test (" + verdict.message +
-                                  "); use --device reference");
-      }
-    }
-    return kernels_.try_emplace(lanes, context_, format_, layout_, lanes).first->second;
-  }
   BatchedCg& cg() const {
     if (!cg_) cg_.emplace(context_, format_, *hierarchy_, layout_, most_lanes_);
     return *cg_;
@@ -219,14 +217,8 @@ class OpenclSolver final : public GridSolver {
         s.voxel_mm);
   }
 
-  /// Samples of one face for the patterns of `block`: uploaded from `values`, or left empty.
   Block face_block(Face face, const Block& block, std::span<const double> values) const {
-    const std::size_t samples = face_shape(setup_.shape, face).cells();
-    Block result{block.first, block.count, block.lanes, {}};
-    result.values =
-        context_.allocate(samples * static_cast<std::size_t>(block.lanes) * format_.real_bytes());
-    if (!values.empty()) write_block(context_, format_, result, samples, values);
-    return result;
+    return block_like(context_, format_, block, face_shape(setup_.shape, face).cells(), values);
   }
 
   /// Calls f with the doubles as the kernels' reals.
@@ -256,7 +248,7 @@ class OpenclSolver final : public GridSolver {
     check(values.size() == samples * static_cast<std::size_t>(b.total),
           "wrong number of values on face " + to_string(face));
     for (const Block& block : b.blocks) {
-      const LaneKernels& k = kernels(block.lanes);
+      const LaneKernels& k = kernels_(block.lanes);
       context_.zero(block.values, field_bytes(block));
       const Block sample = face_block(face, block, values);
       on_face(face, [&](auto&&... place) {
@@ -270,13 +262,6 @@ class OpenclSolver final : public GridSolver {
     }
   }
 
-  std::vector<double> read_sums(const device::Buffer& buffer) const;
-  device::Buffer zero_sums() const {
-    device::Buffer buffer = context_.allocate(cells() * format_.accu_bytes());
-    context_.zero(buffer, cells() * format_.accu_bytes());
-    return buffer;
-  }
-
   GridSetup setup_;
   BoundaryConstants constants_;
   device::Context& context_;
@@ -287,7 +272,8 @@ class OpenclSolver final : public GridSolver {
   std::optional<Hierarchy> hierarchy_;
   device::Buffer deposit_;  ///< first-collision fraction of each voxel
   // Made on first use: which lanes are needed depends on the batches that come.
-  mutable std::map<int, LaneKernels> kernels_;
+  mutable TrustedKernels kernels_;
+  FieldSums sums_;
   mutable std::optional<BatchedCg> cg_;
 };
 
@@ -300,79 +286,45 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
   const OpenclField& x = cast(phi);
   check(rhs.total == x.total, "solve: fields of different batches");
   SolveReport report;
-  double worst = 0.0;
   bool stagnated = false;
   for (std::size_t i = 0; i < rhs.blocks.size(); ++i) {
     const Block& block = rhs.blocks[i];
     const BatchedCg::Result one =
-        cg().solve(kernels(block.lanes), block.values, x.blocks[i].values, from_zero, options);
+        cg().solve(kernels_(block.lanes), block.values, x.blocks[i].values, from_zero, options);
     report.iterations = std::max(report.iterations, one.iterations);
     stagnated = stagnated || one.stagnated;
-    for (int m = 0; m < block.count; ++m) {
-      const double residual = one.residual[static_cast<std::size_t>(m)];
-      report.residual.push_back(residual);
-      if (!(residual <= worst)) worst = residual;
-    }
+    report.residual.insert(report.residual.end(), one.residual.begin(),
+                           one.residual.begin() + block.count);
   }
   context_.finish();
-  std::ostringstream message;
-  message << "relative residual " << worst << " after " << report.iterations << " iterations";
-  if (!std::isfinite(worst)) {
-    report.termination = Termination::failed;
-    message << ", not a number: the right-hand side or the start is not finite";
-  } else if (worst <= options.tolerance) {
-    report.termination = Termination::converged;
-  } else {
-    report.termination = Termination::ran_out;
-    message << ", tolerance " << options.tolerance << " not met";
-    if (stagnated) message << ": " << rounding_floor_sentence(options_.precision);
-  }
-  report.message = message.str();
+  conclude(report, options.tolerance, stagnated, options_.precision);
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return report;
 }
 
-std::vector<double> OpenclSolver::read_sums(const device::Buffer& buffer) const {
-  std::vector<double> values(cells());
-  if (format_.accurate_sums) {
-    context_.read(buffer, values.data(), values.size() * sizeof(double));
-    return values;
-  }
-  std::vector<float> rounded(cells());
-  context_.read(buffer, rounded.data(), rounded.size() * sizeof(float));
-  std::copy(rounded.begin(), rounded.end(), values.begin());
-  return values;
-}
-
-PairProducts OpenclSolver::pair_products(const BatchField& lambda, const BatchField& phi) const {
-  const OpenclField& l = cast(lambda);
-  const OpenclField& p = cast(phi);
-  check(l.total == p.total, "pair_products: fields of different batches");
-  const GridShape& s = setup_.shape;
-  const std::array<device::Buffer, 4> sums{zero_sums(), zero_sums(), zero_sums(), zero_sums()};
-  for (std::size_t i = 0; i < l.blocks.size(); ++i) {
-    context_.launch(kernels(l.blocks[i].lanes).surface(), "pair_products", {1, rows()}, s.nx, s.ny,
-                    s.nz, l.blocks[i].values, p.blocks[i].values, sums[0], sums[1], sums[2],
-                    sums[3]);
-  }
-  return {read_sums(sums[0]), read_sums(sums[1]), read_sums(sums[2]), read_sums(sums[3])};
-}
-
-std::vector<double> OpenclSolver::column_products(const BatchField& lambda,
-                                                  std::span<const double> irradiance) const {
-  const OpenclField& field = cast(lambda);
+void OpenclSolver::change_source(const EquationsChange& change, const BatchField& phi,
+                                 std::span<const double> irradiance, BatchField& b) const {
+  const OpenclField& in = cast(phi);
+  const OpenclField& out = cast(b);
+  check(in.total == out.total, "change_source: fields of different batches");
   const Face lit = setup_.lit_face;
   const GridShape& s = setup_.shape;
-  check(irradiance.size() == face_shape(s, lit).cells() * static_cast<std::size_t>(field.total),
-        "column_products: wrong number of irradiances");
   const std::array<int, 3> a = column_strides(s, lit);
-  const device::Buffer sum = zero_sums();
-  for (const Block& block : field.blocks) {
-    const Block light = face_block(lit, block, irradiance);
-    context_.launch(kernels(block.lanes).surface(), "column_products", {1, rows()}, s.nx, s.ny,
-                    s.nz, a[0], a[1], a[2], block.values, light.values, sum);
+  const auto uploaded = [&](const std::vector<double>& values) {
+    device::Buffer buffer = context_.allocate(values.size() * format_.real_bytes());
+    upload(context_, format_, values, buffer);
+    return buffer;
+  };
+  const std::array<device::Buffer, 5> parts{uploaded(change.source), uploaded(change.diagonal),
+                                            uploaded(change.face_x), uploaded(change.face_y),
+                                            uploaded(change.face_z)};
+  for (std::size_t i = 0; i < in.blocks.size(); ++i) {
+    const LaneKernels& k = kernels_(in.blocks[i].lanes);
+    const Block light = face_block(lit, in.blocks[i], irradiance);
+    context_.launch(k.surface(), "change_source", k.items(rows_of(s)), s.nx, s.ny, s.nz, a[0], a[1],
+                    a[2], parts[0], parts[1], parts[2], parts[3], parts[4], light.values,
+                    in.blocks[i].values, out.blocks[i].values);
   }
-  return read_sums(sum);
 }
 
 }  // namespace

@@ -34,8 +34,7 @@ std::vector<PowerBalance> power_balance(const GridSolver& solver, const Medium& 
     }
   }
 
-  std::vector<double> fluence(shape.cells() * patterns);
-  solver.read(phi, fluence);
+  const std::vector<double> absorbed = solver.weighted_sums(phi, medium.mu.values());
   std::vector<PowerBalance> balances(patterns);
   for (std::size_t m = 0; m < patterns; ++m) {
     PowerBalance& balance = balances[m];
@@ -45,9 +44,7 @@ std::vector<PowerBalance> power_balance(const GridSolver& solver, const Medium& 
       balance.unscattered += power * beam_unscattered[k];
       balance.absorbed += power * beam_absorbed[k];
     }
-    for (std::size_t i = 0; i < shape.cells(); ++i) {
-      balance.absorbed += medium.mu[i] * fluence[m * shape.cells() + i] * h * h * h;
-    }
+    balance.absorbed += absorbed[m] * h * h * h;
     for (std::size_t f = 0; f < all_faces.size(); ++f) {
       const std::size_t samples = exitance[f].size() / patterns;
       for (std::size_t k = 0; k < samples; ++k) {

@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <optional>
-#include <sstream>
 
 #include "core/error.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/grid_solver.h"
 #include "forward/grid/reference_matrix.h"
-#include "forward/rounding_floor.h"
+#include "forward/grid/solve_verdict.h"
 
 namespace kappamu::forward {
 
@@ -135,26 +135,14 @@ class ReferenceSolver final : public GridSolver {
     ReferenceField& x = cast(phi);
     check(rhs.pattern.size() == x.pattern.size(), "solve: fields of different batches");
     SolveReport report;
-    double worst = 0.0;
     for (std::size_t m = 0; m < rhs.pattern.size(); ++m) {
       const CgResult one = conjugate_gradients(matrix(), rhs.pattern[m], x.pattern[m], options);
       report.iterations = std::max(report.iterations, one.iterations);
       report.residual.push_back(one.residual);
-      worst = std::isfinite(one.residual) ? std::max(worst, one.residual) : one.residual;
-      if (!std::isfinite(worst)) break;
+      if (!std::isfinite(one.residual)) break;
     }
-    std::ostringstream message;
-    message << "relative residual " << worst << " after " << report.iterations << " iterations";
-    report.termination = !std::isfinite(worst)        ? Termination::failed
-                         : worst <= options.tolerance ? Termination::converged
-                                                      : Termination::ran_out;
-    if (report.termination != Termination::converged) {
-      message << ", tolerance " << options.tolerance << " not met";
-      if (std::isfinite(worst) && report.iterations < options.max_iterations) {
-        message << ": " << rounding_floor_sentence(Precision::double_precision);
-      }
-    }
-    report.message = message.str();
+    conclude(report, options.tolerance, report.iterations < options.max_iterations,
+             Precision::double_precision);
     report.seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     return report;
@@ -193,17 +181,12 @@ class ReferenceSolver final : public GridSolver {
       const auto across = [&](std::size_t i, std::size_t j) {
         return (a[i] - a[j]) * (c[i] - c[j]);
       };
-      for (int z = 0; z < s.nz; ++z) {
-        for (int y = 0; y < s.ny; ++y) {
-          for (int x = 0; x < s.nx; ++x) {
-            const std::size_t i = s.index(x, y, z);
-            sums.cell[i] += a[i] * c[i];
-            if (x + 1 < s.nx) sums.face_x[i] += across(i, s.index(x + 1, y, z));
-            if (y + 1 < s.ny) sums.face_y[i] += across(i, s.index(x, y + 1, z));
-            if (z + 1 < s.nz) sums.face_z[i] += across(i, s.index(x, y, z + 1));
-          }
-        }
-      }
+      for_each_cell([&](std::size_t i, int x, int y, int z) {
+        sums.cell[i] += a[i] * c[i];
+        if (x + 1 < s.nx) sums.face_x[i] += across(i, s.index(x + 1, y, z));
+        if (y + 1 < s.ny) sums.face_y[i] += across(i, s.index(x, y + 1, z));
+        if (z + 1 < s.nz) sums.face_z[i] += across(i, s.index(x, y, z + 1));
+      });
     }
     return sums;
   }
@@ -224,7 +207,59 @@ class ReferenceSolver final : public GridSolver {
     return sums;
   }
 
+  std::vector<double> weighted_sums(const BatchField& phi,
+                                    std::span<const double> weight) const override {
+    check(weight.size() == setup_.shape.cells(), "weighted_sums: the weight does not fit the grid");
+    std::vector<double> sums;
+    for (const Vector& x : cast(phi).pattern) {
+      sums.push_back(std::inner_product(x.begin(), x.end(), weight.begin(), 0.0));
+    }
+    return sums;
+  }
+
+  void change_source(const EquationsChange& change, const BatchField& phi,
+                     std::span<const double> irradiance, BatchField& b) const override {
+    const ReferenceField& in = cast(phi);
+    ReferenceField& out = cast(b);
+    const GridShape& s = setup_.shape;
+    check(in.pattern.size() == out.pattern.size() &&
+              irradiance.size() == face_shape(s, setup_.lit_face).cells() * in.pattern.size(),
+          "change_source: fields or light do not fit each other");
+    for_each_sample(setup_.lit_face, out,
+                    [&](std::size_t sample, std::size_t, Vector& rhs, int u, int v) {
+                      for (int w = 0; w < s.extent(axis_of(setup_.lit_face)); ++w) {
+                        const std::size_t i = face_cell(s, setup_.lit_face, u, v, w);
+                        rhs[i] = change.source[i] * irradiance[sample];
+                      }
+                    });
+    for (std::size_t m = 0; m < in.pattern.size(); ++m) {
+      const Vector& x = in.pattern[m];
+      Vector& rhs = out.pattern[m];
+      const auto across = [&](double conductance, std::size_t i, std::size_t j) {
+        const double flux = conductance * (x[i] - x[j]);
+        rhs[i] -= flux;
+        rhs[j] += flux;
+      };
+      for_each_cell([&](std::size_t i, int cx, int cy, int cz) {
+        rhs[i] -= change.diagonal[i] * x[i];
+        if (cx + 1 < s.nx) across(change.face_x[i], i, s.index(cx + 1, cy, cz));
+        if (cy + 1 < s.ny) across(change.face_y[i], i, s.index(cx, cy + 1, cz));
+        if (cz + 1 < s.nz) across(change.face_z[i], i, s.index(cx, cy, cz + 1));
+      });
+    }
+  }
+
  private:
+  /// f(cell, x, y, z)
+  template <class F>
+  void for_each_cell(F f) const {
+    const GridShape& s = setup_.shape;
+    for (int z = 0; z < s.nz; ++z) {
+      for (int y = 0; y < s.ny; ++y) {
+        for (int x = 0; x < s.nx; ++x) f(s.index(x, y, z), x, y, z);
+      }
+    }
+  }
   /// f(sample in [pattern][v][u], sample in [v][u], the pattern's volume, u, v)
   template <class Field, class F>
   void for_each_sample(Face face, Field& field, F f) const {

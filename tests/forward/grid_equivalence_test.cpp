@@ -105,6 +105,10 @@ void GridEquivalence::compare(const Case& c, GridSolver& device) {
       found.emplace_back("y products", sums.face_y);
       found.emplace_back("z products", sums.face_z);
       found.emplace_back("column products", s.column_products(*lambda, light));
+      found.emplace_back("weighted sums", s.weighted_sums(*solution.phi, medium.mu));
+      s.change_source({sums.face_x, sums.face_y, sums.face_z, sums.cell, medium.mu}, *lambda, light,
+                      *image);
+      found.emplace_back("change", testing::read(s, *image));
       return found;
     };
     const auto got = answers(device, tolerance());
