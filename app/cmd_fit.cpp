@@ -11,6 +11,7 @@
 #include "app/fit_options.h"
 #include "app/model_json.h"
 #include "app/uncertainty_output.h"
+#include "core/process_memory.h"
 
 namespace kappamu::app {
 
@@ -51,11 +52,10 @@ Json to_json(const FitSummary& summary) {
       channels.back()["uncertainty"] = uncertainty_json(*summary.uncertainty[c]);
     }
   }
-  return {{"converged", summary.converged()},
-          {"volume", summary.volume.string()},
-          {"device", summary.device},
-          {"channels", channels},
-          {"seconds", summary.seconds}};
+  return {{"converged", summary.converged()},  {"volume", summary.volume.string()},
+          {"device", summary.device},          {"channels", channels},
+          {"seconds", summary.seconds},        {"memory_needed_bytes", summary.memory_needed},
+          {"memory_peak_bytes", peak_memory()}};
 }
 
 void print_table(const FitSummary& summary) {
@@ -74,7 +74,8 @@ void print_table(const FitSummary& summary) {
       std::printf("      %s\n", summary.uncertainty[c]->sentence.c_str());
     }
   }
-  std::printf("%s\n", summary.volume.c_str());
+  std::printf("%s  (memory: %s, %s expected)\n", summary.volume.c_str(),
+              gigabytes(peak_memory()).c_str(), gigabytes(summary.memory_needed).c_str());
 }
 
 void run_fit(const FitCommand& command, Globals& globals) {

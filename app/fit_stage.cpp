@@ -16,7 +16,9 @@
 #include "app/model_json.h"
 #include "app/uncertainty_output.h"
 #include "core/error.h"
+#include "core/process_memory.h"
 #include "core/surface_measurements.h"
+#include "inverse/fit_memory.h"
 #include "inverse/judged_fit.h"
 #include "inverse/model_uncertainty.h"
 #include "inverse/remarks.h"
@@ -288,6 +290,8 @@ void FitStage::write_json() const {
       {"eta", measurements_.eta},
       {"device", summary_.device},
       {"seconds", summary_.seconds},
+      {"memory_needed_bytes", summary_.memory_needed},
+      {"memory_peak_bytes", peak_memory()},
       {"input", input_.string()},
       {"options", Json::parse(options_json(options_))},
       {"held_out", {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}}},
@@ -299,6 +303,10 @@ void FitStage::write_json() const {
 FitSummary FitStage::run() {
   const auto start = std::chrono::steady_clock::now();
   fs::remove_all(output_ / judged_folder);
+  const inverse::FitMemory memory = inverse::memory_needed(judging_.fitted, options_.fit);
+  summary_.memory_needed = memory.total();
+  progress_.update("fit", 0.0, inverse::in_words(memory));
+  if (const auto warning = inverse::warning_of(memory, main_memory())) progress_.warn(*warning);
   for (const int channel : channel_indices(measurements_, options_.channels)) fit(channel);
   write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
   if (choice_.source == HeldOut::Source::validation) {

@@ -39,6 +39,7 @@ struct FitSummary {
   std::string device;
   std::filesystem::path volume;
   double seconds = 0.0;
+  double memory_needed = 0.0;  ///< at the peak, as told before the fit [bytes] (fit_memory.h)
 
   bool converged() const;  ///< every channel
 };

@@ -112,14 +112,6 @@ int solves_needed(const UncertaintyOptions& options) {
   return options.samples == 0 ? 0 : options.probes + 2 * options.steps * options.samples;
 }
 
-double memory_needed_mb(const UncertaintyOptions& options, const GridShape& shape, int batch) {
-  // Vectors of one sample in floats; sums, metric and work in doubles; φ and the right-hand side of
-  // a tangent solve in doubles.
-  constexpr double pairs_of_volumes = 12.0;
-  const double per_voxel = 2.0 * (4.0 * options.steps + 8.0 * pairs_of_volumes) + 2.0 * 8.0 * batch;
-  return options.samples == 0 ? 0.0 : per_voxel * static_cast<double>(shape.cells()) / 1048576.0;
-}
-
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
   const double scale = shape.voxel_mm / prior.thickness_mm;
   const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);

@@ -70,8 +70,6 @@ struct Uncertainty {
 
 /// Batched solves that `options` will cost.
 int solves_needed(const UncertaintyOptions& options);
-/// Main memory beyond the fit's own [MiB] on `shape`, for batches of `batch` patterns.
-double memory_needed_mb(const UncertaintyOptions& options, const GridShape& shape, int batch);
 
 /// Variances of (α R″)⁻¹ for H1, exact: R″ is diagonal in cosines. The prior's diffusivity is left
 /// out.

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <iomanip>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/process_memory.h"
 #include "forward/grid/grid_hierarchy.h"
 #include "forward/grid/opencl_field.h"
 #include "forward/grid/opencl_solver.h"
@@ -38,12 +38,6 @@ GridShape largest_below(const GridShape& shape) {
     if (below.cells() < shape.cells() && below.cells() > largest.cells()) largest = below;
   }
   return largest;
-}
-
-std::string gigabytes(double bytes) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << bytes / 1e9 << " GB";
-  return text.str();
 }
 
 }  // namespace
@@ -80,9 +74,10 @@ std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int 
          slack_bytes;
 }
 
-std::size_t solver_memory(const GridSetup& setup, int patterns, Precision precision) {
+std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int at_once,
+                          Precision precision) {
   const Format format{precision == Precision::single_precision, true};
-  return solver_memory(setup, patterns, 2, cut_into_blocks(patterns, full_lanes).front().lanes,
+  return solver_memory(setup, patterns, fields, cut_into_blocks(at_once, full_lanes).front().lanes,
                        format, Layout::cpu);
 }
 

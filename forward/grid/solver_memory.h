@@ -14,9 +14,9 @@ namespace kappamu::forward {
 std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int lanes,
                           const Format& format, Layout layout);
 
-/// The same for a solve of `patterns` on a device with room for `full_lanes` at once: b, φ and
-/// work.
-std::size_t solver_memory(const GridSetup& setup, int patterns, Precision precision);
+/// The same for a processor, with room for `at_once` patterns or for more: those that fit a vector.
+std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int at_once,
+                          Precision precision);
 
 /// The most patterns at once (16, 8, 4 or 1) with which b, φ, λ and the work space fit the device.
 /// Throws InputError stating need and memory where not even one does.

@@ -25,7 +25,7 @@ constexpr Format single{};
 
 TEST(SolverMemory, TheContractsGridFitsEightGigabytes) {
   const GridSetup setup{.shape = {512, 512, 64, 0.1}};
-  EXPECT_LT(solver_memory(setup, 16, Precision::single_precision), 8e9);
+  EXPECT_LT(solver_memory(setup, 16, 2, 16, Precision::single_precision), 8e9);
 }
 
 TEST(SolverMemory, SmallDevicesSolveFewerPatternsAtOnce) {
