@@ -214,7 +214,7 @@ void FitStage::fit(int channel) {
     result.report.warnings.push_back(*warning);
     progress_.warn("fit " + name + ": " + *warning);
   }
-  summary_.remarks.push_back(inverse::remarks_on(result, seen));
+  summary_.remarks.push_back(inverse::remarks_on(result, seen, fitted.score));
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {

@@ -25,6 +25,9 @@ constexpr double high_chi2 = 1.5;
 constexpr double far = 5.0;
 constexpr double few = 0.1;
 
+/// Held-out χ² above so many times the fitted is no chance of a few patterns.
+constexpr double surprising_chi2 = 4.0;
+
 std::optional<std::string> fine_voxels(const Medium& medium) {
   const double path =
       3.0 * upper_median<double>({medium.kappa.values().begin(), medium.kappa.values().end()});
@@ -40,6 +43,20 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
                 "structure finer than that, and voxels of %.2g mm tell as much from %.0f times "
                 "fewer.",
                 h, h / path, advised_voxel * path, std::pow(advised_voxel * path / h, 3));
+  return text.data();
+}
+
+/// What the variances leave out shows under light that was not fitted: the fit has taken up what it
+/// did to the fitted.
+std::optional<std::string> surprise(const ChannelFit& fit, const HeldOutScore& judged) {
+  const double chi2 = judged.chi2_per_datum;
+  if (chi2 < surprising_chi2 * std::max(1.0, fit.report.chi2_per_datum)) return std::nullopt;
+  std::array<char, 384> text{};
+  std::snprintf(text.data(), text.size(),
+                "Held-out light is off by %.2g of its stated standard deviations (chi2 %.3g), "
+                "fitted light by %.2g: the variances leave something out, and at the seen face "
+                "kappa and mu may be off by as many of theirs.",
+                std::sqrt(chi2), chi2, std::sqrt(fit.report.chi2_per_datum));
   return text.data();
 }
 
@@ -100,12 +117,16 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
   return text.data();
 }
 
-std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted) {
+std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                    const std::optional<HeldOutScore>& judged) {
   std::vector<std::string> remarks;
   const std::string checked = in_words(fit.report.consistency, fitted.eta);
   if (!checked.empty()) remarks.push_back(checked);
   if (fit.report.model.model == Model::volume) {
     if (const auto fine = fine_voxels(fit.medium)) remarks.push_back(*fine);
+  }
+  if (judged) {
+    if (const auto off = surprise(fit, *judged)) remarks.push_back(*off);
   }
   return remarks;
 }

@@ -7,6 +7,7 @@
 
 #include "core/surface_measurements.h"
 #include "inverse/fit.h"
+#include "inverse/held_out.h"
 
 namespace kappamu::inverse {
 
@@ -18,8 +19,10 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
 std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                         int channel);
 
-/// Nothing of this is wrong: what the check of scale and pose found and would have told, and voxels
-/// far below the mean free path.
-std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted);
+/// Nothing of this is wrong: what the check of scale and pose found and would have told, voxels
+/// far below the mean free path, and held-out light (`judged`, if any) that is further off than the
+/// fitted light and its variances explain.
+std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                    const std::optional<HeldOutScore>& judged = {});
 
 }  // namespace kappamu::inverse

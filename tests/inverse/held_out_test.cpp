@@ -9,12 +9,15 @@
 
 #include "bench/media.h"
 #include "core/error.h"
+#include "inverse/remarks.h"
 #include "tests/inverse/fit_cases.h"
 
 namespace kappamu::inverse {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 SurfaceMeasurements numbered(int side) {
   SurfaceMeasurements m;
@@ -93,6 +96,20 @@ TEST(HeldOut, ScoreOfTheTruthIsTheNoise) {
     EXPECT_NEAR(score.chi2_per_datum, 1.0, four_sigma * std::sqrt(2.0 / 2304.0));
     EXPECT_NEAR(score.error / score.noise, 1.0, four_sigma * std::sqrt(2.0 / 200.0));
   }
+}
+
+/// As the demo's: fitted light within its deviations, held-out light 5.6 of them off.
+TEST(HeldOut, SurprisesAreRemarkedUpon) {
+  ChannelFit fit;
+  fit.report.model.model = Model::homogeneous;
+  fit.report.chi2_per_datum = 0.9;
+  HeldOutScore score;
+  score.chi2_per_datum = 31.0;
+  EXPECT_THAT(remarks_on(fit, numbered(2), score),
+              ElementsAre(HasSubstr("Held-out light is off by 5.6 of its stated standard")));
+  score.chi2_per_datum = 3.9;
+  EXPECT_THAT(remarks_on(fit, numbered(2), score), IsEmpty());
+  EXPECT_THAT(remarks_on(fit, numbered(2)), IsEmpty());
 }
 
 }  // namespace
