@@ -14,7 +14,9 @@
 #include "app/fit_options.h"
 #include "app/hold_out.h"
 #include "app/model_json.h"
+#include "app/square_check.h"
 #include "app/uncertainty_output.h"
+#include "calib/calibration_file.h"
 #include "core/error.h"
 #include "core/surface_measurements.h"
 #include "inverse/judged_fit.h"
@@ -147,6 +149,10 @@ class FitStage {
         options_(options),
         progress_(progress) {
     if (choice_.warning) progress_.warn(*choice_.warning);
+    const fs::path calibration = input_ / "calibration";
+    if (fs::exists(calibration / "calibration.json")) {
+      calibration_ = calib::load_calibration(calibration);
+    }
     if (options.continue_from) {
       continued_.emplace(*options.continue_from);
       continued_->require_continuable(options, choice_.patterns);
@@ -170,6 +176,8 @@ class FitStage {
   const SurfaceMeasurements& measurements_;
   HeldOut choice_;
   inverse::JudgedInput judging_;
+  std::optional<calib::CalibrationResult>
+      calibration_;  ///< of the run that is fitted, if it is one
   std::optional<FinishedFit> continued_;
   fs::path output_;
   const FitStageOptions& options_;
@@ -206,13 +214,19 @@ void FitStage::fit(int channel) {
   if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
     result.uncertainty = inverse::estimate_model_uncertainty(result, seen, channel, options_.fit);
   }
+  std::optional<SquareSize> squares;
+  if (calibration_) {
+    squares = judge_square_size(result.report.consistency, *calibration_, measurements_);
+  }
   for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
-                              inverse::wild_warning(result, seen, channel)}) {
+                              inverse::wild_warning(result, seen, channel),
+                              squares ? warning_of(*squares) : std::nullopt}) {
     if (!warning) continue;
     result.report.warnings.push_back(*warning);
     progress_.warn("fit " + name + ": " + *warning);
   }
   summary_.remarks.push_back(inverse::remarks_on(result, seen));
+  if (squares && !squares->explains) summary_.remarks.back().push_back(in_words(*squares));
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
