@@ -15,11 +15,13 @@ namespace {
 struct Options {
   std::string out;
   bool quick = false;
+  double corner_noise_px = bench::ViewsOptions{}.corner_noise_px;
 };
 
 void run_calibration(const Options& options, Globals& globals) {
   bench::ViewsOptions settings = options.quick ? bench::quick_views() : bench::ViewsOptions{};
   settings.seed = globals.seed;
+  settings.corner_noise_px = options.corner_noise_px;
   const auto progress = make_progress();
   const auto cases = bench::measure_views(settings, *progress);
   const std::filesystem::path out(options.out);
@@ -53,6 +55,12 @@ void add_bench_calibration(CLI::App& bench, Globals& globals) {
   auto options = std::make_shared<Options>();
   command->add_option("-o,--out", options->out, "Folder to write into")->required();
   command->add_flag("--quick", options->quick, "Fewer counts and runs");
+  command
+      ->add_option("--corner-noise", options->corner_noise_px,
+                   "Standard deviation of a corner, per coordinate [px]: 0.1 is what real boards "
+                   "leave, 0.0013 what rendered ones do")
+      ->check(CLI::Range(1e-4, 10.0))
+      ->capture_default_str();
   command->callback([options, &globals] { run_calibration(*options, globals); });
 }
 

@@ -14,14 +14,16 @@ namespace {
 
 struct Options {
   std::string out;
+  bool frames = false;
   bench::HdrErrorOptions settings;
 };
 
 void run_hdr(Options options, Globals& globals) {
   options.settings.seed = globals.seed;
+  const std::filesystem::path out(options.out);
+  if (options.frames) options.settings.frames = out / "frames";
   const auto progress = make_progress();
   const auto rows = bench::compare_hdr_merges(options.settings, *progress);
-  const std::filesystem::path out(options.out);
   const auto record = bench::hdr_error_record(options.settings, rows);
   bench::write_record(record, out / "hdr.json");
   bench::draw_hdr_errors(rows, out / "hdr.png");
@@ -58,6 +60,9 @@ void add_bench_hdr(CLI::App& bench, Globals& globals) {
   command->add_option("--repetitions", options->settings.repetitions, "Merges timed")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
+  command->add_flag("--frames", options->frames,
+                    "Also write frames/ with what other programs need to merge the same "
+                    "(scripts/referees/hdr_peers.py)");
   command->callback([options, &globals] { run_hdr(*options, globals); });
 }
 

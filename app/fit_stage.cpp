@@ -10,11 +10,13 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/channel_json.h"
 #include "app/continuation.h"
 #include "app/fit_options.h"
 #include "app/hold_out.h"
-#include "app/model_json.h"
+#include "app/square_check.h"
 #include "app/uncertainty_output.h"
+#include "calib/calibration_file.h"
 #include "core/error.h"
 #include "core/process_memory.h"
 #include "core/surface_measurements.h"
@@ -100,40 +102,6 @@ void put_patterns(std::vector<float>& all, std::size_t cells, const std::vector<
   }
 }
 
-Json channel_json(const std::string& name, const FitReport& report) {
-  Json history = Json::array();
-  for (const inverse::StepRecord& r : report.history) {
-    history.push_back({{"grid", r.level},
-                       {"regularisation", r.weight},
-                       {"step", r.step},
-                       {"evaluations", r.solves.adjoint},
-                       {"forward_solves", r.solves.forward},
-                       {"refined_solves", r.solves.refined},
-                       {"objective", r.objective},
-                       {"chi2_per_value", r.chi2_per_datum},
-                       {"roughness", r.roughness},
-                       {"seconds", r.seconds}});
-  }
-  return {{"name", name},
-          {"converged", report.status != FitStatus::ran_out},
-          {"status", inverse::to_string(report.status)},
-          {"reason", report.message},
-          {"model", model_json(report.model)},
-          {"consistency", consistency_json(report.consistency)},
-          {"chi2_per_value", report.chi2_per_datum},
-          {"values_used", report.data},
-          {"regularisation", report.weight},
-          {"homogeneous",
-           {{"kappa_mm", report.homogeneous_kappa},
-            {"mu_per_mm", report.homogeneous_mu},
-            {"log_residual_rms", report.homogeneous_log_residual}}},
-          {"gains", report.gains},
-          {"seconds", report.seconds},
-          {"resumed", report.resumed},
-          {"warnings", report.warnings},
-          {"history", history}};
-}
-
 /// One channel after another: the whole of run_fit_stage but finding the folders.
 class FitStage {
  public:
@@ -149,6 +117,10 @@ class FitStage {
         options_(options),
         progress_(progress) {
     if (choice_.warning) progress_.warn(*choice_.warning);
+    const fs::path calibration = input_ / "calibration";
+    if (fs::exists(calibration / "calibration.json")) {
+      calibration_ = calib::load_calibration(calibration);
+    }
     if (options.continue_from) {
       continued_.emplace(*options.continue_from);
       continued_->require_continuable(options, choice_.patterns);
@@ -172,6 +144,8 @@ class FitStage {
   const SurfaceMeasurements& measurements_;
   HeldOut choice_;
   inverse::JudgedInput judging_;
+  std::optional<calib::CalibrationResult>
+      calibration_;  ///< of the run that is fitted, if it is one
   std::optional<FinishedFit> continued_;
   fs::path output_;
   const FitStageOptions& options_;
@@ -208,13 +182,19 @@ void FitStage::fit(int channel) {
   if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
     result.uncertainty = inverse::estimate_model_uncertainty(result, seen, channel, options_.fit);
   }
+  std::optional<SquareSize> squares;
+  if (calibration_) {
+    squares = judge_square_size(result.report.consistency, *calibration_, measurements_);
+  }
   for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
-                              inverse::wild_warning(result, seen, channel)}) {
+                              inverse::wild_warning(result, seen, channel),
+                              squares ? warning_of(*squares) : std::nullopt}) {
     if (!warning) continue;
     result.report.warnings.push_back(*warning);
     progress_.warn("fit " + name + ": " + *warning);
   }
   summary_.remarks.push_back(inverse::remarks_on(result, seen, fitted.score));
+  if (squares && !squares->explains) summary_.remarks.back().push_back(in_words(*squares));
   write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {

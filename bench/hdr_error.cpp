@@ -7,11 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/photo.hpp>
+#include <sstream>
 
 #include "bench/chart.h"
 #include "bench/record.h"
 #include "capture/merge.h"
 #include "data_synthetic/sensor.h"
+#include "io/atomic_file.h"
+#include "io/image_file.h"
 
 namespace kappamu::bench {
 namespace {
@@ -95,6 +98,27 @@ cv::Mat opencv_response(const capture::Radiometry& radiometry) {
   return response;
 }
 
+void write_frames(const Bracket& bracket, const std::filesystem::path& folder) {
+  for (std::size_t i = 0; i < bracket.frames.size(); ++i) {
+    const Image<std::uint16_t>& codes = bracket.frames[i].codes;
+    Image<std::uint8_t> image(codes.width(), codes.height(), codes.channels());
+    std::transform(codes.values().begin(), codes.values().end(), image.values().begin(),
+                   [](std::uint16_t code) { return static_cast<std::uint8_t>(code); });
+    io::write_image(
+        folder / (std::to_string(bracket.frames.size()) + "_" + std::to_string(i) + ".png"), image);
+  }
+}
+
+void write_response(const capture::Radiometry& radiometry, const std::filesystem::path& file) {
+  std::ostringstream text;
+  text.precision(9);
+  const auto& linear = radiometry.response.linear;
+  for (std::size_t code = 0; code < linear[0].size(); ++code) {
+    text << linear[0][code] << ' ' << linear[1][code] << ' ' << linear[2][code] << '\n';
+  }
+  io::write_text_atomically(file, text.str());
+}
+
 std::vector<float> values_of(const cv::Mat& merged) {
   const auto* first = merged.ptr<float>(0);
   return {first, first + merged.total() * 3};
@@ -129,6 +153,10 @@ std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Prog
   const capture::Radiometry radiometry = true_radiometry(sensor);
   const cv::Mat response = opencv_response(radiometry);
   const Image<float> scene = ramp(options);
+  if (options.frames) {
+    std::filesystem::create_directories(*options.frames);
+    write_response(radiometry, *options.frames / "response.txt");
+  }
   std::vector<HdrErrorRow> rows;
   for (int exposures = options.fewest; exposures <= options.most; ++exposures) {
     progress.update(
@@ -136,6 +164,7 @@ std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Prog
         static_cast<double>(exposures - options.fewest) / (options.most - options.fewest + 1),
         std::to_string(exposures) + " exposures");
     const Bracket bracket = shoot(sensor, scene, exposures);
+    if (options.frames) write_frames(bracket, *options.frames);
     const auto ours = [&](capture::MergeWeight weight) {
       return [&, weight] {
         capture::MergeOptions merge;

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,9 @@ struct HdrErrorOptions {
   int most = 9;
   int repetitions = 3;  ///< of each merge, for its time
   std::uint64_t seed = 1;
+  /// Folder for what other programs need to merge the same: <exposures>_<index>.png, and
+  /// response.txt with the linear value of each code, a column per channel.
+  std::optional<std::filesystem::path> frames;
 };
 
 struct HdrErrorRow {

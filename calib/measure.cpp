@@ -162,8 +162,8 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
     throw InputError((session.folder / "session.json").string() +
                      ": by this calibration the projector reaches only " +
                      std::to_string(static_cast<int>(100.0 * lit.reached())) +
-                     " % of the lit face; check projector size, projected_board and the sample "
-                     "view from station \"" +
+                     " % of the lit face; check calibration.board.square_mm, projector size, "
+                     "projected_board and the sample view from station \"" +
                      session.calibration_station + "\"");
   }
   const Footprints footprints =

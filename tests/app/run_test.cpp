@@ -61,6 +61,9 @@ TEST_F(RunTest, LeavesEverythingAndASecondRunDoesNothing) {
         "fit/kappa_R.npy", "fit/mu_B.npy", "fit/prediction.npy", "fit/volume.vdb",
         "export/volume.vti", "report.html"})
     EXPECT_TRUE(fs::exists(folder() / "run" / part)) << part;
+  const json fit = json::parse(io::read_text(folder() / "run" / "fit" / "fit.json"));
+  EXPECT_EQ(fit["warnings"].dump().find("square_mm"), std::string::npos)
+      << "the board's squares are right: " << fit["warnings"];
 
   const auto before = fs::last_write_time(folder() / "run" / "report.html");
   const auto start = std::chrono::steady_clock::now();

@@ -89,6 +89,15 @@ TEST_F(SimulatedSession, LensesAreExplainedWithinTheBars) {
               found.projector.rms_px, to_string(found.projector.model).c_str(),
               found.projector.lens.fx, truth.projector.lens.fx, found.projector.lens.cx,
               truth.projector.lens.cx, found.projector.lens.cy, truth.projector.lens.cy);
+  // Both in camera pixels: a projector pixel's size there is that at the lit face's middle.
+  const auto corners = face_corners(truth.grid, truth.lit_face);
+  const Eigen::Vector3d middle = 0.5 * (corners[0] + corners[2]);
+  const double camera_px_per_projector_px =
+      truth.camera_lens.fx / (found.calibration_pose.camera_from_sample * middle).z() *
+      (found.projector_from_sample * middle).z() / truth.projector.lens.fx;
+  std::printf("scatter per coordinate: printed corners %.4f px, projected ones %.4f px\n",
+              found.camera.rms_px / std::numbers::sqrt2,
+              found.projector.rms_px / std::numbers::sqrt2 * camera_px_per_projector_px);
   for (const auto& w : found.warnings) std::printf("warning: %s\n", w.c_str());
   for (const auto& [stage, seconds] : found.seconds)
     std::printf("%s %.2f s\n", stage.c_str(), seconds);
@@ -344,8 +353,9 @@ TEST_F(SimulatedSession, BadSessionsAreRefusedInOneSentence) {
                  {session.calibration.dark[0].file, "outline of the sample", "corners_px"});
 }
 
-// Nothing compares the printed squares with the block, so a wrong size is told only where it is
-// gross; what a smaller one does is printed.
+// No photograph compares the printed squares with the block, so that calibration tells a wrong size
+// only where it is gross; what a smaller one does is printed. The fit tells it from the patterns
+// (tests/app/square_check_test.cpp).
 TEST_F(SimulatedSession, WrongSquareSizeIsTold) {
   const synthetic::Truth& truth = *state_->truth;
   for (const double factor : {1.02, 1.1, 1.3}) {

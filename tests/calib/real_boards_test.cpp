@@ -1,7 +1,9 @@
 // Real photographs of a board, against OpenCV on the same corners (shared/data, SOURCE.md there).
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
@@ -9,6 +11,7 @@
 #include "calib/board_shape.h"
 #include "calib/camera.h"
 #include "calib/chessboard.h"
+#include "calib/projection_uncertainty.h"
 #include "io/image_file.h"
 
 namespace kappamu::calib {
@@ -119,6 +122,35 @@ void report(const char* name, const CameraCalibration& c) {
   }
 }
 
+/// All corners, x then y, view by view: what scripts/referees/mrcal_boards.py reads.
+std::string in_text(const std::vector<BoardView>& views) {
+  std::string text;
+  for (const BoardView& view : views) {
+    for (const Eigen::Vector2d& p : view.corners.pixels) {
+      std::array<char, 64> pair{};
+      std::snprintf(pair.data(), pair.size(), "%.6f %.6f ", p.x(), p.y());
+      text += pair.data();
+    }
+  }
+  return text;
+}
+
+/// Standard deviation in its worst direction [px].
+struct Spread {
+  double middle = 0.0;
+  double corner = 0.0;
+  double rms = 0.0;  ///< over the frame
+};
+
+Spread spread_at(const CameraCalibration& camera, double distance_mm) {
+  const ProjectionUncertainty found = projection_uncertainty(camera, distance_mm);
+  double sum = 0.0;
+  for (const double deviation : found.deviation_px) sum += deviation * deviation;
+  const auto cells = found.deviation_px.size();
+  return {found.deviation_px[cells / 2], found.deviation_px[0],
+          std::sqrt(sum / static_cast<double>(cells))};
+}
+
 class RealBoards : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -138,6 +170,8 @@ class RealBoards : public ::testing::Test {
       ours_.push_back({name, find_chessboard(grey, columns, rows, name)});
       theirs_.push_back({name, by_opencv(grey, ours_.back().corners)});
     }
+    RecordProperty("corners_ours", in_text(ours_));
+    RecordProperty("corners_opencv", in_text(theirs_));
   }
   std::vector<BoardView> theirs_;
   std::vector<BoardView> ours_;
@@ -179,6 +213,33 @@ TEST_F(RealBoards, NewViewsArePredictedBetterThanByOpenCv) {
               held_out_rms(ours_, full), held_out_rms(ours_, by_us));
   EXPECT_LT(ours_px, theirs_px);
   EXPECT_LT(ours_px, their_radial_px);
+}
+
+// mrcal 2.2 on the same corners with the same model (scripts/referees/mrcal_boards.py prints
+// these). It takes the corners' scatter from all residuals alike; ours are fewer by the numbers
+// fitted.
+TEST_F(RealBoards, ProjectionIsAsUncertainAsForMrcal) {
+  constexpr double near_mm = 400.0;
+  constexpr double far_mm = 1e9;  // as good as infinity
+  const double views = static_cast<double>(ours_.size());
+  const double residuals = 2.0 * columns * rows * views;
+  const double fitted = 8.0 + 2.0 + 6.0 * views;
+  const double freedom = std::sqrt(residuals / (residuals - fitted));
+  constexpr double rounding = 0.03;  // their figures have three digits, ours the priors on p1, p2
+  const auto compare = [&](const std::vector<BoardView>& corners, double distance_mm,
+                           const Spread& theirs) {
+    const Spread ours = spread_at(calibrate_camera(corners, square_mm, width, height), distance_mm);
+    std::printf("at %g m: middle %.3f corner %.3f frame %.3f px, mrcal %.3f %.3f %.3f\n",
+                distance_mm / 1000.0, ours.middle, ours.corner, ours.rms, theirs.middle,
+                theirs.corner, theirs.rms);
+    EXPECT_NEAR(ours.middle / theirs.middle, freedom, rounding);
+    EXPECT_NEAR(ours.corner / theirs.corner, freedom, rounding);
+    EXPECT_NEAR(ours.rms / theirs.rms, freedom, rounding);
+  };
+  compare(theirs_, near_mm, {0.026, 2.303, 0.359});
+  compare(theirs_, far_mm, {0.131, 2.328, 0.418});
+  compare(ours_, near_mm, {0.021, 1.730, 0.273});
+  compare(ours_, far_mm, {0.103, 1.752, 0.321});
 }
 
 }  // namespace
