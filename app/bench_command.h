@@ -12,6 +12,7 @@ void add_bench_forward(CLI::App& bench, Globals& globals);
 void add_bench_hdr(CLI::App& bench, Globals& globals);
 void add_bench_inverse(CLI::App& bench, Globals& globals);
 void add_bench_limits(CLI::App& bench, Globals& globals);
+void add_bench_rig(CLI::App& bench, Globals& globals);
 void add_bench_slabs(CLI::App& bench, Globals& globals);
 void add_bench_uncertainty(CLI::App& bench, Globals& globals);
 void add_bench_validity(CLI::App& bench, Globals& globals);

@@ -21,6 +21,7 @@ void add_bench(CLI::App& app, Globals& globals) {
   add_bench_hdr(*command, globals);
   add_bench_inverse(*command, globals);
   add_bench_limits(*command, globals);
+  add_bench_rig(*command, globals);
   add_bench_slabs(*command, globals);
   add_bench_uncertainty(*command, globals);
   add_bench_validity(*command, globals);

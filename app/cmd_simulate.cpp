@@ -167,6 +167,13 @@ void add_simulate(CLI::App& app, Globals& globals) {
   command->add_option("--board", a.board, "Kind of the printed board")
       ->check(CLI::IsMember({"chessboard", "charuco", "circles", "asymmetric-circles"}))
       ->capture_default_str();
+  command->add_option("--boards", a.options.board_views, "Views of the printed board, 3 to 60")
+      ->type_name("N")
+      ->capture_default_str();
+  command
+      ->add_option("--planes", a.options.projector_planes, "Poses of the projector plane, 3 to 40")
+      ->type_name("N")
+      ->capture_default_str();
   command
       ->add_option("--projector-gamma", a.options.projector_gamma,
                    "The projector's light goes as (value/255)^G")

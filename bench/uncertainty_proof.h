@@ -5,15 +5,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
+#include "bench/dense_fit.h"
 #include "bench/inverse_case.h"
 #include "core/grid.h"
-#include "inverse/inverse_diagonal.h"
-#include "inverse/objective.h"
-#include "inverse/roughness.h"
 #include "inverse/uncertainty.h"
 
 namespace kappamu::bench {
@@ -27,9 +24,6 @@ struct ProofOptions {
   std::string device = "auto";
 };
 
-/// Unknowns are log κ of every voxel, then log μ of every voxel; variances of each.
-using Variances = Eigen::VectorXd;
-
 /// A fitted block and its posterior by dense matrices.
 class Proof {
  public:
@@ -37,17 +31,16 @@ class Proof {
   /// correction are those of the minimum for data without noise, and stay.
   explicit Proof(const ProofOptions& options);
 
-  Eigen::Index unknowns() const { return hessian_.rows(); }
+  Eigen::Index unknowns() const { return fit_.unknowns(); }
   const Variances& posterior() const { return posterior_; }    ///< diag H⁻¹
   const Variances& prior() const { return prior_; }            ///< diag (α R″)⁻¹
   const Variances& noise_part() const { return noise_part_; }  ///< diag H⁻¹ JᵀWJ H⁻¹
-  inverse::Objective& objective() { return *objective_; }
-  const inverse::Prior& weights() const { return weights_; }
+  inverse::Objective& objective() { return fit_.objective(); }
 
   /// Variances over `count` fits of the full, not linearised, objective to data with fresh noise.
   Variances sampled_noise_part(int count);
   /// Largest ‖∇J‖ of those fits where they ended, against where they began.
-  double unconverged() const { return unconverged_; }
+  double unconverged() const { return fit_.unconverged(); }
 
   /// Mean squares of estimate − truth over `count` truths drawn from the prior and fitted to noisy
   /// data of the linearised problem.
@@ -59,28 +52,12 @@ class Proof {
   Variances estimated_posterior(const inverse::UncertaintyOptions& options, int& solves);
 
  private:
-  Eigen::VectorXd minimise(const std::vector<double>& data);
-  inverse::CoefficientPair fields_of(const Eigen::VectorXd& u) const;
-  double value(const std::vector<double>& data, const Eigen::VectorXd& u);
-  Eigen::VectorXd gradient(const std::vector<double>& data);
-  void build_matrices();
-
   ProofOptions options_;
-  inverse::Prior weights_;
-  std::unique_ptr<inverse::Objective> objective_;
-  std::vector<double> exact_;  ///< data without noise
-  inverse::Anchor anchor_;
-  inverse::CoefficientPair fields_;  ///< of the last value()
-  Eigen::VectorXd fitted_;
-  Eigen::MatrixXd jacobian_;   ///< W^½ J [data][unknowns]
-  Eigen::MatrixXd precision_;  ///< α R″
-  Eigen::MatrixXd hessian_;
-  Eigen::MatrixXd covariance_;
+  DenseFit fit_;
   Variances posterior_, prior_, noise_part_;
   Eigen::VectorXd eigenvalues_;  ///< of the prior-preconditioned Hessian, falling
   Eigen::MatrixXd directions_;   ///< their directions, of prior length 1
   Noise noise_;
-  double unconverged_ = 0.0;
 };
 
 /// Quantiles of √(found/expected) over the unknowns that `use` allows.

@@ -11,27 +11,13 @@
 #include "bench/record.h"
 #include "calib/projection_uncertainty.h"
 #include "core/error.h"
-#include "data_synthetic/rig.h"
+#include "data_synthetic/rig_corners.h"
 
 namespace kappamu::bench {
 
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-calib::BoardView seen(const calib::Lens& lens, const capture::Board& board, const Rigid& pose,
-                      double noise_px, std::mt19937_64& random) {
-  std::normal_distribution<double> noise(0.0, noise_px);
-  calib::BoardView view{"view", {board.columns, board.rows, {}}};
-  for (int j = 0; j < board.rows; ++j) {
-    for (int i = 0; i < board.columns; ++i) {
-      const Eigen::Vector3d corner(board.square_mm * i, board.square_mm * j, 0.0);
-      view.corners.pixels.push_back(lens.project(pose * corner) +
-                                    Eigen::Vector2d(noise(random), noise(random)));
-    }
-  }
-  return view;
-}
 
 /// Adds one run's squares to `sums`.
 void add_run(const synthetic::Rig& rig, const ViewsOptions& options, std::mt19937_64& random,
@@ -41,7 +27,8 @@ void add_run(const synthetic::Rig& rig, const ViewsOptions& options, std::mt1993
   poses.resize(static_cast<std::size_t>(sums.views));
   std::vector<calib::BoardView> views;
   for (const Rigid& pose : poses) {
-    views.push_back(seen(rig.camera_lens, rig.board, pose, options.corner_noise_px, random));
+    views.push_back(
+        synthetic::seen_board(rig.camera_lens, rig.board, pose, options.corner_noise_px, random));
   }
   const calib::Lens& truth = rig.camera_lens;
   calib::CameraCalibration found;

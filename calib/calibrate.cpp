@@ -330,14 +330,9 @@ void calibrate_light(const capture::Session& session, const capture::MergeOption
 
 }  // namespace
 
-CalibrationResult calibrate(const capture::Session& session, Progress& progress,
-                            const capture::HdrOptions& hdr) {
-  CalibrationResult result;
+void calibrate_sample(const capture::Session& session, CalibrationResult& result,
+                      Progress& progress, const capture::HdrOptions& hdr) {
   Stages stages(result, progress);
-  stages.run("response", 0.0, [&] {
-    result.radiometry = capture::find_radiometry(session, progress, hdr.response);
-  });
-  const JointCalibration joint = calibrate_lenses(session, stages, result);
   stages.run("pose", 0.7, [&] {
     const Face lit = session.sample.lit_face;
     const Face seen = session.sample.seen_face;
@@ -352,20 +347,32 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
                                                    session.calibration.board.square_mm)) {
       stages.warn(sentence);
     }
-    const auto corners = face_corners(session.sample.shape(), seen);
-    result.camera_uncertainty = projection_uncertainty(
-        result.camera,
-        (result.pattern_pose.camera_from_sample * (0.5 * (corners[0] + corners[2]))).z());
-    for (const Eigen::Vector3d& corner : face_corners(session.sample.shape(), lit)) {
-      const Eigen::Vector3d point = result.calibration_pose.camera_from_sample * corner;
-      const Eigen::Matrix2d covariance = projector_covariance(joint, point);
-      result.projector_deviation_px =
-          std::max(result.projector_deviation_px, std::sqrt(covariance.trace() / 2.0));
-    }
     result.projector_from_sample =
         result.projector.projector_from_station * result.calibration_pose.camera_from_sample;
   });
   stages.run("light", 0.8, [&] { calibrate_light(session, hdr.merge, stages, result); });
+}
+
+CalibrationResult calibrate(const capture::Session& session, Progress& progress,
+                            const capture::HdrOptions& hdr) {
+  CalibrationResult result;
+  Stages stages(result, progress);
+  stages.run("response", 0.0, [&] {
+    result.radiometry = capture::find_radiometry(session, progress, hdr.response);
+  });
+  const JointCalibration joint = calibrate_lenses(session, stages, result);
+  calibrate_sample(session, result, progress, hdr);
+  const GridShape grid = session.sample.shape();
+  const auto corners = face_corners(grid, session.sample.seen_face);
+  result.camera_uncertainty = projection_uncertainty(
+      result.camera,
+      (result.pattern_pose.camera_from_sample * (0.5 * (corners[0] + corners[2]))).z());
+  for (const Eigen::Vector3d& corner : face_corners(grid, session.sample.lit_face)) {
+    const Eigen::Vector3d point = result.calibration_pose.camera_from_sample * corner;
+    const Eigen::Matrix2d covariance = projector_covariance(joint, point);
+    result.projector_deviation_px =
+        std::max(result.projector_deviation_px, std::sqrt(covariance.trace() / 2.0));
+  }
   progress.update("calibrate", 1.0, "done");
   return result;
 }

@@ -67,4 +67,9 @@ struct CalibrationResult {
 CalibrationResult calibrate(const capture::Session& session, Progress& progress,
                             const capture::HdrOptions& hdr = {});
 
+/// What calibrate() does once camera response, camera and projector are known, which `result` has:
+/// finds the sample in its views and the scale of light. Throws as calibrate() does.
+void calibrate_sample(const capture::Session& session, CalibrationResult& result,
+                      Progress& progress, const capture::HdrOptions& hdr = {});
+
 }  // namespace kappamu::calib

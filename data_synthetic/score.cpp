@@ -127,14 +127,7 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
   std::vector<double> mu_errors;
   for (std::size_t c = 0; c < truth.channels.size(); ++c) {
     const std::string& name = truth.channels[c];
-    const auto true_volume = [&](const std::string& what) {
-      return average_volume(
-          read_volume(truth_folder / std::string(what).append("_").append(name).append(".npy"),
-                      truth.transport_grid),
-          truth.grid);
-    };
-    const Volume<double> kappa = true_volume("kappa");
-    const Volume<double> mu = true_volume("mu");
+    const auto [kappa, mu] = true_medium(truth, truth_folder, name);
     score.kappa_relative_error_by_depth[name] =
         errors_by_depth(media[c].kappa, kappa, truth.lit_face, kappa_errors);
     score.mu_relative_error_by_depth[name] =
@@ -152,6 +145,17 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
 }
 
 }  // namespace
+
+Medium true_medium(const Truth& truth, const std::filesystem::path& truth_folder,
+                   const std::string& channel) {
+  const auto volume = [&](const std::string& what) {
+    return average_volume(
+        read_volume(truth_folder / std::string(what).append("_").append(channel).append(".npy"),
+                    truth.transport_grid),
+        truth.grid);
+  };
+  return {volume("kappa"), volume("mu")};
+}
 
 double holdout_error(const std::vector<Medium>& media, const Truth& truth,
                      const std::filesystem::path& truth_folder, const std::string& device,

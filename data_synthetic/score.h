@@ -65,6 +65,10 @@ struct Score {
 Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
                 const std::string& device, Progress& progress);
 
+/// Of one channel, averaged over each fitted voxel.
+Medium true_medium(const Truth& truth, const std::filesystem::path& truth_folder,
+                   const std::string& channel);
+
 CalibrationErrors calibration_errors(const calib::CalibrationResult& found, const Truth& truth);
 
 /// E of media on the fitted grid under the held-out patches of `truth`, all channels pooled;

@@ -49,8 +49,8 @@ void validate(const SimulationOptions& options) {
   within("patches", options.patches, 1, 16);
   within("noise", options.noise_scale, 0, 10);
   within("bit depth", options.bit_depth, 8, 16);
-  within("board views", options.board_views, 12, 60);
-  within("projector planes", options.projector_planes, 8, 40);
+  within("boards", options.board_views, 3, 60);
+  within("planes", options.projector_planes, 3, 40);
   within("projector gamma", options.projector_gamma, 0.2, 5);
   within("projector levels", options.projector_levels, 0, 254);
   within("room light", options.room_light, 0, 1);

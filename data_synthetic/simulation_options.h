@@ -32,8 +32,8 @@ struct SimulationOptions {
   std::array<int, 2> projector_size{1024, 768};  ///< [px]
   /// Further pattern pictures (PNG or TIFF of the projector's size), with the role "validate".
   std::vector<std::filesystem::path> pattern_files;
-  int board_views = 15;                                       ///< printed-board pictures, 12 to 60
-  int projector_planes = 10;                                  ///< planes, 8 to 40
+  int board_views = 15;                                       ///< printed-board pictures, 3 to 60
+  int projector_planes = 10;                                  ///< planes, 3 to 40
   capture::BoardKind board = capture::BoardKind::chessboard;  ///< the printed one
   double projector_gamma = 1.0;  ///< its light goes as value^gamma; 0.2 to 5
   int projector_levels = 0;      ///< values between black and white shot on the white target

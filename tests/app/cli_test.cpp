@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "io/npy.h"
 #include "io/volume_file.h"
@@ -124,6 +126,23 @@ TEST_F(CliFailures, FullDisk) {
   expect_one_sentence(result, "cannot write");
   // Nothing half-written stays under a final name.
   EXPECT_FALSE(fs::exists(folder() / "out" / "exitance_z+.npy"));
+}
+
+// The fewest views that calibrate: as many are shot as asked for, and they do.
+TEST_F(CliFailures, SimulateShootsTheViewsAskedFor) {
+  const std::string simulate =
+      "simulate --sample tiny --patches 1 --no-validation --holdout 0 --device reference -o ";
+  expect_one_sentence(kappamu(simulate + at("none") + " --boards 2"),
+                      "boards is 2: choose a value from 3 to 60");
+  expect_one_sentence(kappamu(simulate + at("none") + " --planes 41"), "planes is 41");
+  const ProcessResult few = kappamu(simulate + at("few") + " --boards 3 --planes 4");
+  ASSERT_EQ(few.exit_code, 0) << few.standard_error;
+  std::ifstream file(folder() / "few/session/session.json");
+  const auto calibration = nlohmann::json::parse(file).at("calibration");
+  EXPECT_EQ(calibration.at("camera_boards").size(), 3U);
+  EXPECT_EQ(calibration.at("projector_planes").size(), 4U);
+  const ProcessResult calibrated = kappamu("calibrate " + at("few/session") + " -o " + at("run"));
+  EXPECT_EQ(calibrated.exit_code, 0) << calibrated.standard_error;
 }
 
 TEST_F(CliFailures, MissingInputsAreNamed) {
