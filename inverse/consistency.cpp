@@ -49,22 +49,15 @@ Grid suitable_grid(const Problem& problem, const ModelError& model_error) {
   return {problem, refine(problem)};
 }
 
-/// With the grid's own error corrected where the fit ends.
-ExposureFit fit_corrected(const Grid& grid, double eta, LayeredMedium start,
-                          const ModelError& model_error, const Backend& backend,
-                          SolveCount& solves) {
+ExposureFit fit_with_eta(const Grid& grid, double eta, const LayeredMedium& start,
+                         const ModelError& model_error, const Backend& backend,
+                         SolveCount& solves) {
   Problem problem = grid.problem;
   Refinement finer = grid.finer;
   problem.setup.eta = eta;
   finer.setup.eta = eta;
-  const int axis = axis_of(problem.setup.lit_face);
   Objective objective(std::move(problem), backend);
-  ExposureFit fit;
-  for (int k = 0; k < 2; ++k) {
-    objective.refresh_correction(finer, to_fields(start, objective.problem().setup.shape, axis));
-    fit = fit_exposure(objective, start, model_error);
-    start = fit.medium;
-  }
+  ExposureFit fit = fit_exposure(objective, finer, start, model_error);
   solves.add(objective.solves());
   return fit;
 }
@@ -127,7 +120,7 @@ Consistency judge(const Problem& problem, double kappa, double mu, const ModelEr
   const Grid grid = suitable_grid(problem, model_error);
   const LayeredMedium start{{0}, {std::log(kappa)}, {std::log(mu)}};
   const double eta = problem.setup.eta;
-  const ExposureFit fit = fit_corrected(grid, eta, start, model_error, backend, result.solves);
+  const ExposureFit fit = fit_with_eta(grid, eta, start, model_error, backend, result.solves);
   const double voxels = grid.problem.setup.shape.voxel_mm / problem.setup.shape.voxel_mm;
   result.judged = true;
   result.explained = fit.explains;
@@ -143,7 +136,7 @@ Consistency judge(const Problem& problem, double kappa, double mu, const ModelEr
   for (const double other : usual_etas) {
     if (std::abs(other - eta) < same_eta) continue;
     const ExposureFit tried =
-        fit_corrected(grid, other, fit.medium, model_error, backend, result.solves);
+        fit_with_eta(grid, other, fit.medium, model_error, backend, result.solves);
     const bool right = tried.explains && std::abs(tried.log_scale.value) <=
                                              quadrature(tried.log_scale.error, calibration_spread);
     if (!right || (result.other_eta && tried.chi2_per_datum >= best)) continue;

@@ -17,6 +17,10 @@ namespace {
 
 constexpr int max_steps = 20;
 constexpr double step_tolerance = 2e-3;
+/// A step that keeps less of its promise asks for fresh derivatives.
+constexpr double trusted = 0.25;
+/// χ² per datum from which a second correction of the grid changes nothing that matters.
+constexpr double far_from_data = 4.0;
 constexpr double tolerated_misfit = 0.05;
 /// Where it starts, and what no fit goes below.
 constexpr double usual_heterogeneity = 0.3;
@@ -56,45 +60,56 @@ class Exposure {
     anchor_ = absorption(p_);
   }
 
+  CoefficientPair fields() const { return fields(medium(p_)); }
+
+  /// From where the last call ended, whose derivatives another correction does not change.
   ExposureFit run(const ModelError& model_error) {
     ExposureFit fit;
-    Eigen::VectorXd residual;
-    if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at the start");
+    if (!evaluate(p_, here_)) throw InputError("the diffusion solver fails at the start");
     double damping = 1e-2;
+    bool fresh = false;
     for (int step = 0; step < max_steps && !fit.converged; ++step) {
-      weigh_anew(residual);
-      differentiate();
-      const Eigen::MatrixXd normal = hessian();
-      const Eigen::VectorXd slope = -gradient(residual);
-      const double cost = cost_of(p_, residual);
-      bool lower = false;
-      for (int attempt = 0; attempt < 8 && !lower; ++attempt) {
-        Eigen::MatrixXd damped = normal;
-        damped.diagonal() += damping * normal.diagonal();
-        Eigen::VectorXd move = damped.ldlt().solve(slope);
-        const double largest = move.cwiseAbs().maxCoeff();
-        if (largest > longest_step) move *= longest_step / largest;
-        fit.converged = largest < step_tolerance;
-        if (fit.converged) break;
-        Eigen::VectorXd next_residual;
-        const Eigen::VectorXd next = bounded(p_ + move);
-        lower = evaluate(next, next_residual) && cost_of(next, next_residual) < cost;
-        if (lower) {
-          p_ = next;
-          residual = std::move(next_residual);
-          damping = std::max(1e-6, 0.2 * damping);
-        } else {
-          damping *= 8.0;
-        }
+      weigh_anew(here_.residual);
+      if (slopes_.empty()) {
+        differentiate();
+        fresh = true;
       }
-      if (!lower) break;
+      linearise();
+      const Eigen::MatrixXd normal = hessian();
+      const Eigen::VectorXd slope = -gradient(here_.residual);
+      Eigen::MatrixXd damped = normal;
+      damped.diagonal() += damping * normal.diagonal();
+      Eigen::VectorXd move = damped.ldlt().solve(slope);
+      const double largest = move.cwiseAbs().maxCoeff();
+      if (largest > longest_step) move *= longest_step / largest;
+      fit.converged = largest < step_tolerance;
+      if (fit.converged) break;
+      Point next;
+      const Eigen::VectorXd to = bounded(p_ + move);
+      const double cost = cost_of(p_, here_.residual);
+      const double gain = evaluate(to, next) ? cost - cost_of(to, next.residual) : -cost;
+      const bool poor = gain < trusted * (2.0 * slope.dot(move) - move.dot(normal * move));
+      if (gain > 0.0) {
+        improve_slopes(to - p_, next);
+        p_ = to;
+        here_ = std::move(next);
+        damping = std::max(1e-6, 0.2 * damping);
+      } else {
+        damping *= 8.0;
+      }
+      if (poor && (gain > 0.0 || !fresh)) slopes_.clear();
+      fresh = fresh && gain <= 0.0;
     }
-    evaluate(p_, residual);
-    conclude(residual, model_error, fit);
+    conclude(model_error, fit);
     return fit;
   }
 
  private:
+  struct Point {
+    std::vector<double> log_map;  ///< log prediction [M][v][u]
+    Eigen::VectorXd residual;     ///< log prediction − log datum of the data used
+  };
+
   double absorption(const Eigen::VectorXd& p) const {
     return p.head(2 * layers_).sum() / static_cast<double>(layers_);
   }
@@ -140,20 +155,18 @@ class Exposure {
     return to_fields(of, setup.shape, axis_of(setup.lit_face));
   }
 
-  /// log prediction − log datum of the data used. Keeps the prediction's logarithm.
-  bool evaluate(const Eigen::VectorXd& p, Eigen::VectorXd& residual) {
+  bool evaluate(const Eigen::VectorXd& p, Point& at) {
     if (!std::isfinite(objective_.value(fields(medium(p))))) return false;
-    const std::vector<double> prediction = objective_.prediction();
+    at.log_map = objective_.prediction();
     const Problem& problem = objective_.problem();
-    log_map_.resize(prediction.size());
-    for (std::size_t i = 0; i < prediction.size(); ++i) {
+    for (std::size_t i = 0; i < at.log_map.size(); ++i) {
       const double floor = darkest_ratio * std::max(std::abs(problem.data[i]), 1e-30);
-      log_map_[i] = std::log(std::max(prediction[i], floor));
+      at.log_map[i] = std::log(std::max(at.log_map[i], floor));
     }
-    residual.resize(static_cast<Eigen::Index>(used_.size()));
+    at.residual.resize(static_cast<Eigen::Index>(used_.size()));
     for (std::size_t k = 0; k < used_.size(); ++k) {
-      residual[static_cast<Eigen::Index>(k)] =
-          shifted(log_map_, used_[k], p[2 * layers_ + 1], p[2 * layers_ + 2]) + p[2 * layers_] -
+      at.residual[static_cast<Eigen::Index>(k)] =
+          shifted(at.log_map, used_[k], p[2 * layers_ + 1], p[2 * layers_ + 2]) + p[2 * layers_] -
           log_data_[k];
     }
     return true;
@@ -178,31 +191,50 @@ class Exposure {
     }
   }
 
+  /// slopes_ at p_.
   void differentiate() {
-    // Back to p_, which is not always where evaluate() was last.
-    Eigen::VectorXd here;
-    evaluate(p_, here);
+    // Back to p_, which is not always where the objective was last.
+    objective_.value(fields());
     const Problem& problem = objective_.problem();
     const std::vector<double> prediction = objective_.prediction();
-    const double du = p_[2 * layers_ + 1];
-    const double dv = p_[2 * layers_ + 2];
-    jacobian_.resize(static_cast<Eigen::Index>(used_.size()), p_.size());
     for (Eigen::Index k = 0; k < 2 * layers_; ++k) {
-      Eigen::VectorXd unit = Eigen::VectorXd::Zero(p_.size());
-      unit[k] = 1.0;
-      std::vector<double> change = objective_.jacobian(fields(medium(unit)));
+      std::vector<double> change =
+          objective_.jacobian(fields(medium(Eigen::VectorXd::Unit(p_.size(), k))));
       for (std::size_t i = 0; i < change.size(); ++i) {
         const double scale = std::sqrt(problem.weight[i]) * prediction[i];
         change[i] = scale > 0.0 ? change[i] / scale : 0.0;
       }
-      for (std::size_t i = 0; i < used_.size(); ++i) {
-        jacobian_(static_cast<Eigen::Index>(i), k) = shifted(change, used_[i], du, dv);
+      slopes_.push_back(std::move(change));
+    }
+  }
+
+  /// Broyden's: what the step `move` to `next` left unforeseen.
+  void improve_slopes(const Eigen::VectorXd& move, const Point& next) {
+    const double square = move.head(2 * layers_).squaredNorm();
+    if (square == 0.0) return;
+    for (std::size_t i = 0; i < next.log_map.size(); ++i) {
+      double surprise = next.log_map[i] - here_.log_map[i];
+      for (std::size_t k = 0; k < slopes_.size(); ++k) {
+        surprise -= slopes_[k][i] * move[static_cast<Eigen::Index>(k)];
+      }
+      for (std::size_t k = 0; k < slopes_.size(); ++k) {
+        slopes_[k][i] += surprise / square * move[static_cast<Eigen::Index>(k)];
       }
     }
+  }
+
+  /// jacobian_ at p_ from slopes_; scale and shift cost no solves.
+  void linearise() {
+    const double du = p_[2 * layers_ + 1];
+    const double dv = p_[2 * layers_ + 2];
+    jacobian_.resize(static_cast<Eigen::Index>(used_.size()), p_.size());
     constexpr double half = 0.5;
     for (std::size_t i = 0; i < used_.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      const auto at = [&](double u, double v) { return shifted(log_map_, used_[i], u, v); };
+      for (std::size_t k = 0; k < slopes_.size(); ++k) {
+        jacobian_(row, static_cast<Eigen::Index>(k)) = shifted(slopes_[k], used_[i], du, dv);
+      }
+      const auto at = [&](double u, double v) { return shifted(here_.log_map, used_[i], u, v); };
       jacobian_(row, 2 * layers_) = 1.0;
       jacobian_(row, 2 * layers_ + 1) = at(du + half, dv) - at(du - half, dv);
       jacobian_(row, 2 * layers_ + 2) = at(du, dv + half) - at(du, dv - half);
@@ -258,9 +290,9 @@ class Exposure {
     return small_sample * moved * moved.transpose();
   }
 
-  void conclude(const Eigen::VectorXd& residual, const ModelError& model_error, ExposureFit& fit) {
+  void conclude(const ModelError& model_error, ExposureFit& fit) const {
     const Problem& problem = objective_.problem();
-    const Eigen::MatrixXd covariance = sandwich(residual);
+    const Eigen::MatrixXd covariance = sandwich(here_.residual);
     const auto estimate = [&](Eigen::Index k) {
       return Estimate{p_[k], std::sqrt(covariance(k, k))};
     };
@@ -271,8 +303,8 @@ class Exposure {
     fit.heterogeneity = heterogeneity_;
     std::vector<double> prediction(problem.data.size());
     for (std::size_t i = 0; i < prediction.size(); ++i) {
-      prediction[i] =
-          std::exp(p_[2 * layers_] + shifted(log_map_, i, fit.shift_u.value, fit.shift_v.value));
+      prediction[i] = std::exp(p_[2 * layers_] +
+                               shifted(here_.log_map, i, fit.shift_u.value, fit.shift_v.value));
     }
     const Evidence evidence = weigh(problem, prediction, model_error);
     fit.chi2_per_datum = evidence.chi2_per_datum;
@@ -288,8 +320,9 @@ class Exposure {
   double anchor_ = 0.0;
   std::vector<std::size_t> used_;
   std::vector<double> log_data_;
-  std::vector<double> noise_;  ///< variance of log data
-  std::vector<double> log_map_;
+  std::vector<double> noise_;                ///< variance of log data
+  Point here_;                               ///< at p_
+  std::vector<std::vector<double>> slopes_;  ///< of the log map by log κ and log μ, [2][M][v][u]
   double heterogeneity_ = usual_heterogeneity;
   Eigen::VectorXd weight_;
   Eigen::MatrixXd jacobian_;
@@ -297,10 +330,15 @@ class Exposure {
 
 }  // namespace
 
-ExposureFit fit_exposure(Objective& objective, const LayeredMedium& start,
+ExposureFit fit_exposure(Objective& objective, const Refinement& finer, const LayeredMedium& start,
                          const ModelError& model_error) {
   check(objective.problem().patterns >= 2, "errors between patterns need two of them");
-  return Exposure(objective, start).run(model_error);
+  Exposure exposure(objective, start);
+  objective.refresh_correction(finer, exposure.fields());
+  const ExposureFit fit = exposure.run(model_error);
+  if (fit.chi2_per_datum > far_from_data) return fit;
+  objective.refresh_correction(finer, exposure.fields());
+  return exposure.run(model_error);
 }
 
 }  // namespace kappamu::inverse

@@ -3,8 +3,6 @@
 // fitted here together with the scale and the shift that suit the data best.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "inverse/fit_model.h"
 #include "inverse/objective.h"
 
@@ -31,8 +29,9 @@ struct ExposureFit {
 /// Levenberg-Marquardt on the logarithms of the data that stand above their noise, each with the
 /// heterogeneity added to its spread, from `start`. Errors are those between patterns (Huber's
 /// sandwich): light through other parts of a structured block tells another scale. Needs two
-/// patterns. Uses the objective's correction.
-ExposureFit fit_exposure(Objective& objective, const LayeredMedium& start,
+/// patterns. The objective's correction is made by `finer` at `start`, and again where that led if
+/// it came near the data.
+ExposureFit fit_exposure(Objective& objective, const Refinement& finer, const LayeredMedium& start,
                          const ModelError& model_error);
 
 }  // namespace kappamu::inverse

@@ -95,7 +95,8 @@ bool ChannelRun::settle_for_simple_model() {
   options.coarse_model_error = options_.coarse_model_error;
   options.backend = options_.backend;
   ModelSearch search = search_simple_models(
-      ladder_, state_.report.homogeneous_kappa, state_.report.homogeneous_mu, options,
+      ladder_, state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
+      objective_->correction(), options,
       [&](const std::string& what) { progress_.update(stage_name_, 0.0, "trying " + what); });
   choice.trials = search.trials;
   choice.reason = reason_of(search, options_.model != Model::automatic);

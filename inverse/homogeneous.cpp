@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -174,28 +175,26 @@ Point descend(LogResidual& residual, const AbsorptionPrior& prior, Point point, 
   return point;
 }
 
-/// The best of a table that spans marble to milk to wax at any size of block, and `own`, where the
-/// solver gets along with it.
+/// The best of a table that spans marble to milk to wax at any size of block, first along κ, then
+/// along the attenuation; and `own`, where the solver gets along with it.
 std::vector<Point> best_guesses(LogResidual& residual, double thickness,
                                 const std::optional<HomogeneousGuess>& own) {
   const auto at = [&](double kappa, double mu) {
     const Eigen::Vector2d p(std::log(kappa), std::log(mu));
     return Point{p, residual(p), {}, false};
   };
+  // Attenuation is the thickness in diffusion lengths, √(μ/κ) ℓ.
+  const auto of_slab = [&](double kappa, double attenuation) {
+    return at(kappa * thickness, attenuation * attenuation * kappa / thickness);
+  };
+  const auto better = [](Point a, Point b) { return b.at.square < a.at.square ? b : a; };
+  std::array<Point, 2> usual{of_slab(0.02, 1.0), of_slab(0.1, 1.0)};
+  const double kappa = usual[1].at.square < usual[0].at.square ? 0.1 : 0.02;
   std::vector<Point> guesses;
   const auto offer = [&](Point guess) {
     if (std::isfinite(guess.at.square)) guesses.push_back(std::move(guess));
   };
-  for (const double kappa : {0.02, 0.1}) {
-    for (const double attenuation : {0.3, 1.0, 3.0}) {
-      // The second guess is the thickness in diffusion lengths, √(μ/κ) ℓ.
-      offer(at(kappa * thickness, attenuation * attenuation * kappa / thickness));
-    }
-  }
-  const auto best =
-      std::min_element(guesses.begin(), guesses.end(),
-                       [](const Point& a, const Point& b) { return a.at.square < b.at.square; });
-  if (best != guesses.end()) guesses = {Point(*best)};
+  offer(better(better(better(usual[0], usual[1]), of_slab(kappa, 0.3)), of_slab(kappa, 3.0)));
   if (own) offer(at(own->kappa, own->mu));
   if (guesses.empty()) {
     throw InputError("the diffusion solver converges for none of the homogeneous starting guesses");
@@ -214,6 +213,7 @@ HomogeneousFit settle(LogResidual& residual, Point best) {
   fit.mu = std::exp(end.p[1]);
   fit.log_residual = residual.root_mean_square(end.at.square);
   fit.converged = end.converged;
+  fit.jacobian = end.jacobian;
   return fit;
 }
 
@@ -236,7 +236,7 @@ HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<Homogen
 HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from) {
   LogResidual residual(objective);
   const Eigen::Vector2d p(std::log(from.kappa), std::log(from.mu));
-  return settle(residual, {p, residual(p), {}, false});
+  return settle(residual, {p, residual(p), from.jacobian, false});
 }
 
 }  // namespace kappamu::inverse

@@ -1,6 +1,7 @@
 // Where a fit starts: the homogeneous block that comes closest, two parameters for all voxels.
 #pragma once
 
+#include <Eigen/Core>
 #include <optional>
 
 #include "inverse/objective.h"
@@ -18,6 +19,9 @@ struct HomogeneousFit {
   double mu = 0.0;            ///< [1/mm]
   double log_residual = 0.0;  ///< root mean square of log M − log d over the data used
   bool converged = false;
+  /// Of the residuals by log κ and log μ, near the end: a correction of the grid does not change
+  /// it.
+  Eigen::MatrixXd jacobian;
 };
 
 /// Levenberg-Marquardt on log M − log d over the data above three standard deviations, from the

@@ -43,14 +43,20 @@ class Level {
   int most_layers() const { return std::min(depth(), options_.most_layers); }
   const SolveCount& solves() const { return objective_.solves(); }
 
+  /// r at `medium` is known.
+  void set_correction(const LayeredMedium& medium, const std::vector<double>& correction) {
+    objective_.set_correction(correction);
+    corrected_at_ = fields(medium);
+  }
+
   SimpleFit fit(const LayeredMedium& start) {
     refresh(start);
     LayerFitter fitter(objective_, start);
-    LayeredFit found = fitter.descend();
+    LayeredFit found = fitter.descend(useful());
     for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {
       const double chi2 = refresh(found.medium);
       if (std::abs(chi2 - found.chi2_per_datum) <= settled * found.chi2_per_datum) break;
-      found = fitter.descend();
+      found = fitter.descend(useful());
     }
     SimpleFit simple;
     simple.normal = fitter.normal();
@@ -78,9 +84,19 @@ class Level {
   }
   /// χ² per datum with the correction at `medium`.
   double refresh(const LayeredMedium& medium) {
-    if (!options_.correct_grid) return objective_.value(fields(medium));
-    return 2.0 * objective_.refresh_correction(refinement_, fields(medium)) /
-           static_cast<double>(objective_.problem().used());
+    CoefficientPair at = fields(medium);
+    if (!options_.correct_grid || at == corrected_at_) {
+      objective_.value(at);
+    } else {
+      objective_.refresh_correction(refinement_, at);
+      corrected_at_ = std::move(at);
+    }
+    return objective_.chi2_per_datum();
+  }
+  /// χ² per datum that a model of this grid may have: coarse grids only screen.
+  double useful() const {
+    const bool screens = level_ > 0 && options_.asked == Model::automatic;
+    return screens ? chi2_limit(used(), options_.tolerated) : 0.0;
   }
 
   const ModelSearchOptions& options_;
@@ -88,6 +104,7 @@ class Level {
   ModelError model_error_;
   Objective objective_;
   Refinement refinement_;
+  CoefficientPair corrected_at_;  ///< where r was made; empty before the first
 };
 
 std::string name_of(int layers) {
@@ -97,8 +114,10 @@ std::string name_of(int layers) {
 class Search {
  public:
   Search(const std::vector<Problem>& ladder, double kappa, double mu,
-         const ModelSearchOptions& options, const std::function<void(const std::string&)>& tell)
+         const std::vector<double>& correction, const ModelSearchOptions& options,
+         const std::function<void(const std::string&)>& tell)
       : ladder_(ladder),
+        correction_(correction),
         options_(options),
         tell_(tell),
         best_{{0}, {std::log(kappa)}, {std::log(mu)}} {}
@@ -107,6 +126,7 @@ class Search {
     const int coarsest = static_cast<int>(ladder_.size()) - 1;
     for (int level = coarsest; level >= 0; --level) {
       Level grid(ladder_, level, options_);
+      if (level == coarsest) grid.set_correction(best_, correction_);
       const bool plausible = level > 0 ? screen(grid) : decide(grid);
       search_.solves.add(grid.solves());
       if (!plausible) break;
@@ -168,6 +188,7 @@ class Search {
   }
 
   const std::vector<Problem>& ladder_;
+  const std::vector<double>& correction_;
   const ModelSearchOptions& options_;
   const std::function<void(const std::string&)>& tell_;
   LayeredMedium best_;  ///< of the last trial, in slices of the grid at hand
@@ -177,9 +198,10 @@ class Search {
 }  // namespace
 
 ModelSearch search_simple_models(const std::vector<Problem>& ladder, double kappa, double mu,
+                                 const std::vector<double>& correction,
                                  const ModelSearchOptions& options,
                                  const std::function<void(const std::string&)>& tell) {
-  return Search(ladder, kappa, mu, options, tell).run();
+  return Search(ladder, kappa, mu, correction, options, tell).run();
 }
 
 }  // namespace kappamu::inverse

@@ -42,10 +42,12 @@ struct ModelSearchOptions {
   Backend backend;
 };
 
-/// `ladder`: grids, finest first. `kappa` [mm] and `mu` [1/mm] are where to start. A model that the
-/// coarse grids reject is not tried on the finer ones unless it is asked for. `tell` is called
-/// before each trial with what is tried.
+/// `ladder`: grids, finest first. `kappa` [mm] and `mu` [1/mm] are where to start, `correction` is
+/// r there on the coarsest. A model that the coarse grids reject is not tried on the finer ones,
+/// nor fitted to the end on them, unless it is asked for. `tell` is called before each trial with
+/// what is tried.
 ModelSearch search_simple_models(const std::vector<Problem>& ladder, double kappa, double mu,
+                                 const std::vector<double>& correction,
                                  const ModelSearchOptions& options,
                                  const std::function<void(const std::string&)>& tell);
 

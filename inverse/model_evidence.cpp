@@ -65,9 +65,12 @@ double coherent_limit(const Evidence& evidence, double tolerated) {
          deviations * evidence.coherence_error * evidence.chi2_per_datum;
 }
 
+double chi2_limit(std::size_t data, double tolerated) {
+  return 1.0 + tolerated + deviations * std::sqrt(2.0 / static_cast<double>(data));
+}
+
 bool not_rejected(const Evidence& evidence, double tolerated) {
-  const double spread = std::sqrt(2.0 / static_cast<double>(evidence.data));
-  return evidence.chi2_per_datum <= 1.0 + tolerated + deviations * spread &&
+  return evidence.chi2_per_datum <= chi2_limit(evidence.data, tolerated) &&
          evidence.coherent() <= coherent_limit(evidence, tolerated);
 }
 

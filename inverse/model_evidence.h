@@ -31,6 +31,9 @@ Evidence weigh(const Problem& problem, const std::vector<double>& prediction,
 /// latter, and `tolerated`, a share of the stated variance.
 double coherent_limit(const Evidence& evidence, double tolerated);
 
+/// The same of χ² per datum.
+double chi2_limit(std::size_t data, double tolerated);
+
 /// Neither χ² nor its coherent part exceeds what noise, the model's own error and `tolerated`
 /// explain.
 bool not_rejected(const Evidence& evidence, double tolerated);

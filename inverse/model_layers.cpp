@@ -25,6 +25,8 @@ constexpr double most_bend = 0.75;
 constexpr double negligible = 0.1;
 /// Far above the noise, where the model will be rejected anyway, this share of χ² is as good.
 constexpr double negligible_share = 2e-3;
+/// No descent keeps so many times what its next step promises.
+constexpr double most_kept = 3.0;
 constexpr double layer_spread = 1.0;
 constexpr double absorption_spread = 2.0;
 
@@ -150,7 +152,7 @@ Eigen::MatrixXd LayerFitter::covariance() {
   return normal().ldlt().solve(Eigen::MatrixXd::Identity(p_.size(), p_.size()));
 }
 
-LayeredFit LayerFitter::descend() {
+LayeredFit LayerFitter::descend(double useful) {
   LayeredFit fit;
   Eigen::VectorXd residual;
   if (!evaluate(p_, residual)) {
@@ -181,9 +183,13 @@ LayeredFit LayerFitter::descend() {
     damped.diagonal() += damping * curvature.diagonal();
     const Eigen::LDLT<Eigen::MatrixXd> factored(damped);
     Eigen::VectorXd step = -factored.solve(slope);
+    const auto promise_of = [&](const Eigen::VectorXd& move) {
+      return -(2.0 * slope.dot(move) + move.dot(curvature * move));
+    };
+    if (useful > 0.0 && cost - most_kept * promise_of(step) > useful * noise) break;
     const double largest = step.cwiseAbs().maxCoeff();
     if (largest > longest_step) step *= longest_step / largest;
-    const double promised = -(2.0 * slope.dot(step) + step.dot(curvature * step));
+    const double promised = promise_of(step);
     const double enough = negligible + negligible_share * std::max(0.0, cost - 2.0 * noise);
     fit.converged = promised < enough;
     if (fit.converged) break;

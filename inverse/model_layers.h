@@ -35,8 +35,9 @@ class LayerFitter {
   /// by 1 (one standard deviation), log 3κμ is where it starts within 2.
   LayerFitter(Objective& objective, LayeredMedium start);
 
-  /// Minimises ½ χ² + prior from where the last call ended.
-  LayeredFit descend();
+  /// Minimises ½ χ² + prior from where the last call ended. Gives up, unconverged, where χ² per
+  /// datum would stay above `useful` even if a step kept several times its promise.
+  LayeredFit descend(double useful = 0.0);
 
   /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().
   Eigen::MatrixXd normal() const;
