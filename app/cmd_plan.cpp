@@ -120,7 +120,7 @@ void add_plan(CLI::App& app, Globals& globals) {
          "The same for patterns kept out of the fit")
       ->check(CLI::Range(0, 100));
   option("--boards", request.boards,
-         "Views of the printed board; 3 to 6 with 3 planes left kappa 4 % off, 10 with 4 and more "
+         "Views of the printed board; 3 to 6 with 3 planes left kappa 5 % off, 10 with 4 and more "
          "about 1 % (docs/calibration.md)")
       ->check(CLI::Range(1, 1000));
   option("--planes", request.planes, "Poses of the projector plane")->check(CLI::Range(1, 1000));
