@@ -66,9 +66,7 @@ DenseFit::DenseFit(const SurfaceMeasurements& measurements, int channel,
       inverse::make_problem(measurements, channel, options_.convention, options_.model_error);
   const inverse::Refinement finer = inverse::refine(problem);
   objective_ = std::make_unique<inverse::Objective>(std::move(problem), options_.backend);
-  CoefficientPair fields;
-  for (const double k : start.medium.kappa.values()) fields.log_kappa.push_back(std::log(k));
-  for (const double m : start.medium.mu.values()) fields.log_mu.push_back(std::log(m));
+  const CoefficientPair fields = inverse::to_fields(start.medium);
   objective_->refresh_correction(finer, fields);
   fitted_ = joined(fields);
   build_matrices();

@@ -119,8 +119,7 @@ class Rig {
     samples.add(&RigCase::holdout_E, held_out(none));
     const Medium expected =
         synthetic::true_medium(truth, usual_.truth_folder(), truth.channels[channel]);
-    const Eigen::VectorXd logs = joined({logarithm(expected.kappa), logarithm(expected.mu)});
-    samples.add(of_median_voxel(fit_.fitted() - logs));
+    samples.add(of_median_voxel(fit_.fitted() - joined(inverse::to_fields(expected))));
   }
 
   /// Throws InputError where the calibration does.
@@ -173,12 +172,6 @@ class Rig {
     fit.backend.precision = forward::Precision::double_precision;
     fit.backend.solve = {1e-7, 200};
     return fit;
-  }
-
-  static std::vector<double> logarithm(const Volume<double>& volume) {
-    std::vector<double> logs;
-    for (const double value : volume.values()) logs.push_back(std::log(value));
-    return logs;
   }
 
   /// E of the fitted volume moved by `change`.

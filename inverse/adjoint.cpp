@@ -25,6 +25,13 @@ Medium to_medium(const CoefficientPair& fields, const GridShape& shape) {
   return medium;
 }
 
+CoefficientPair to_fields(const Medium& medium) {
+  CoefficientPair fields;
+  for (const double k : medium.kappa.values()) fields.log_kappa.push_back(std::log(k));
+  for (const double m : medium.mu.values()) fields.log_mu.push_back(std::log(m));
+  return fields;
+}
+
 namespace {
 
 using forward::GridSetup;

@@ -23,6 +23,8 @@ struct CoefficientPair {
 std::vector<double> exponential(const std::vector<double>& log);
 
 Medium to_medium(const CoefficientPair& fields, const GridShape& shape);
+/// And back: the logarithms of every voxel.
+CoefficientPair to_fields(const Medium& medium);
 
 /// The sums over patterns that a gradient is made of, λ_m being the adjoint field of pattern m:
 /// A λ_m = (∂M/∂φ)ᵀ ψ_m, ψ_m = ∂J/∂M_m.

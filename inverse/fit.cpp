@@ -72,10 +72,7 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   state_.report.homogeneous_kappa = continued.homogeneous_kappa;
   state_.report.homogeneous_mu = continued.homogeneous_mu;
   state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
-  for (const double k : continued.medium.kappa.values()) {
-    state_.fields.log_kappa.push_back(std::log(k));
-  }
-  for (const double m : continued.medium.mu.values()) state_.fields.log_mu.push_back(std::log(m));
+  state_.fields = to_fields(continued.medium);
   refresh_correction();
   state_.last_stage = only_weight();
   state_.weight = options_.weight.value_or(

@@ -65,8 +65,7 @@ std::vector<double> FieldSums::weighted_sums(const OpenclField& phi,
                                              std::span<const double> weight) const {
   const GridShape& s = setup_.shape;
   check(weight.size() == s.cells(), "weighted_sums: the weight does not fit the grid");
-  const device::Buffer w = context_.allocate(s.cells() * format_.real_bytes());
-  upload(context_, format_, weight, w);
+  const device::Buffer w = uploaded(context_, format_, weight);
   std::vector<double> result;
   for (const Block& block : phi.blocks) {
     const LaneKernels& kernels = kernels_(block.lanes);

@@ -46,6 +46,13 @@ void upload(device::Context& context, const Format& format, std::span<const doub
   context.write(buffer, rounded.data(), rounded.size() * sizeof(float));
 }
 
+device::Buffer uploaded(device::Context& context, const Format& format,
+                        std::span<const double> values) {
+  device::Buffer buffer = context.allocate(values.size() * format.real_bytes());
+  upload(context, format, values, buffer);
+  return buffer;
+}
+
 std::size_t half_cells(const GridShape& shape) {
   const auto nx = static_cast<std::size_t>(shape.nx);
   return shape.cells() / nx * ((nx + 1) / 2);

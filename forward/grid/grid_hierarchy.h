@@ -77,12 +77,13 @@ GridShape coarser_grid(const GridShape& shape, const std::array<int, 3>& halving
 /// Cells of one parity of x, rows of odd length counted as if one longer: half of what `stencils`
 /// holds, all that `weights` does.
 std::size_t half_cells(const GridShape& shape);
+/// Reals of a cell in them.
+constexpr std::size_t stencil_reals = 8, weight_reals = 3;
+
 /// Rows along x.
 inline std::size_t rows_of(const GridShape& shape) {
   return shape.cells() / static_cast<std::size_t>(shape.nx);
 }
-/// Reals of a cell in them.
-constexpr std::size_t stencil_reals = 8, weight_reals = 3;
 
 /// Elements of the face array across `axis`: one more than cells along it.
 std::size_t face_count(const GridShape& shape, int axis);
@@ -90,5 +91,8 @@ std::size_t face_count(const GridShape& shape, int axis);
 /// Copies host doubles to a buffer of `format`'s reals.
 void upload(device::Context& context, const Format& format, std::span<const double> values,
             const device::Buffer& buffer);
+/// The same into a buffer of their size.
+device::Buffer uploaded(device::Context& context, const Format& format,
+                        std::span<const double> values);
 
 }  // namespace kappamu::forward

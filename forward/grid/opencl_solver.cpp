@@ -310,14 +310,12 @@ void OpenclSolver::change_source(const EquationsChange& change, const BatchField
   const Face lit = setup_.lit_face;
   const GridShape& s = setup_.shape;
   const std::array<int, 3> a = column_strides(s, lit);
-  const auto uploaded = [&](const std::vector<double>& values) {
-    device::Buffer buffer = context_.allocate(values.size() * format_.real_bytes());
-    upload(context_, format_, values, buffer);
-    return buffer;
+  const auto part = [&](const std::vector<double>& values) {
+    return uploaded(context_, format_, values);
   };
-  const std::array<device::Buffer, 5> parts{uploaded(change.source), uploaded(change.diagonal),
-                                            uploaded(change.face_x), uploaded(change.face_y),
-                                            uploaded(change.face_z)};
+  const std::array<device::Buffer, 5> parts{part(change.source), part(change.diagonal),
+                                            part(change.face_x), part(change.face_y),
+                                            part(change.face_z)};
   for (std::size_t i = 0; i < in.blocks.size(); ++i) {
     const LaneKernels& k = kernels_(in.blocks[i].lanes);
     const Block light = face_block(lit, in.blocks[i], irradiance);

@@ -27,9 +27,7 @@ Found coverage_of_tiny(std::uint64_t seed) {
   block.grid = sample.grid;
   const GridShape finer = sample.grid.refined(2);
   const Medium truth = sample_medium(sample, finer)[0];
-  inverse::CoefficientPair logs;
-  for (const double k : truth.kappa.values()) logs.log_kappa.push_back(std::log(k));
-  for (const double m : truth.mu.values()) logs.log_mu.push_back(std::log(m));
+  const inverse::CoefficientPair logs = inverse::to_fields(truth);
   inverse::FitOptions options;
   options.model = inverse::Model::volume;
   options.uncertainty.samples = 2;

@@ -51,12 +51,9 @@ class Figure13 : public ::testing::Test {
   CoefficientPair truth_on_grid() const { return cases::smooth_medium(block_.grid); }
 
   double rough(const Medium& medium) const {
-    CoefficientPair fields;
-    for (const double k : medium.kappa.values()) fields.log_kappa.push_back(std::log(k));
-    for (const double m : medium.mu.values()) fields.log_mu.push_back(std::log(m));
     Regulariser plain;
     plain.kind = RegulariserKind::wang2008;
-    return roughness(block_.grid, 1.0, fields, {}, plain).value;
+    return roughness(block_.grid, 1.0, to_fields(medium), {}, plain).value;
   }
 
   cases::Block block_;
