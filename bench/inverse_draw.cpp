@@ -81,16 +81,20 @@ Chart course_chart(const Fits& fits, double noise, bool against_time) {
   return chart;
 }
 
-/// The best E of `other`, its solves and work there over those of the default.
+/// The best E of `other`, its solves and work there over those of the default, and its solves at
+/// its end over those of the default at that E: a fixed weight may end above its best.
 std::string ratio_of(const FitScore& ours, const FitScore& other) {
   double best = HUGE_VAL;
   for (const CoursePoint& p : other.course) best = std::min(best, p.error);
   const CoursePoint* theirs = first_to_reach(other.course, best);
   const CoursePoint* mine = first_to_reach(ours.course, best);
-  if (theirs == nullptr || mine == nullptr) return scientific(best) + " | never there | ";
+  const CoursePoint* mine_at_end = first_to_reach(ours.course, other.patches_error);
+  const auto times = [](double a, double b) { return text("%.1f", a / b); };
   return scientific(best) + " | " +
-         text("%.1f", static_cast<double>(theirs->solves) / mine->solves) + " | " +
-         text("%.1f", theirs->work / mine->work);
+         (mine == nullptr
+              ? "never there | "
+              : times(theirs->solves, mine->solves) + " | " + times(theirs->work, mine->work)) +
+         " | " + (mine_at_end == nullptr ? "" : times(other.solves, mine_at_end->solves));
 }
 
 std::string draw_optimisers(const Fits& fits, const fs::path& png) {
@@ -98,8 +102,8 @@ std::string draw_optimisers(const Fits& fits, const fs::path& png) {
   std::ostringstream table;
   table << "| noise | way to fit | E, 8 × 8 patches | E, single voxels | χ² | solves | work | "
            "seconds | "
-           "its best E | solves there over ours there | work there over ours there "
-           "|\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+           "its best E | solves there over ours there | work there over ours there | solves at its "
+           "end over ours at that E |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const double noise : noises_of(fits)) {
     charts.push_back(course_chart(fits, noise, true));
     charts.push_back(course_chart(fits, noise, false));
@@ -111,7 +115,7 @@ std::string draw_optimisers(const Fits& fits, const fs::path& png) {
             << scientific(f.patches_error) << " | " << scientific(f.single_error) << " | "
             << text("%.2f", f.chi2) << " | " << f.solves << " | " << text("%.0f", f.work) << " | "
             << text("%.1f", f.seconds) << " | "
-            << (ours != nullptr && &f != ours ? ratio_of(*ours, f) : " | | ") << " |\n";
+            << (ours != nullptr && &f != ours ? ratio_of(*ours, f) : " | | | ") << " |\n";
     }
   }
   draw(charts, png, 2);

@@ -87,6 +87,12 @@ std::vector<Way> inverse_ways() {
   scheme.options.stage_tolerance = 1e-5;
   scheme.options.stage_steps = 200;
   scheme.weight_of_default = true;
+  // The same as [W] prints it: their regulariser at their λ, data unweighted, nothing corrected.
+  Way printed{"wang2008-printed", "[W]'s scheme as printed, λ = 1e-5", scheme.options};
+  printed.options.regulariser.kind = inverse::RegulariserKind::wang2008;
+  printed.options.weight = 1e-5;
+  printed.options.correct_grid = false;
+  ways.push_back(std::move(printed));
   return ways;
 }
 

@@ -81,32 +81,44 @@ void Basis::apply(Factor factor, Eigen::MatrixXd& coefficients) const {
       case Factor::multiply:
         part = (upper * part).eval();
         break;
+      case Factor::multiply_transposed:
+        part = (upper.transpose() * part).eval();
+        break;
     }
     coefficients(Eigen::all, members) = part;
   });
 }
 
-CoefficientPair Basis::to_fields(const Vector& z) const {
+CoefficientPair Basis::fields_of(const Vector& z, Factor factor) const {
   check(z.size() == 2 * shape_.cells(), "coordinates do not fit the basis");
   if (!modes_) return parted(z);
   Eigen::MatrixXd coefficients = Eigen::Map<const Eigen::MatrixXd>(
       z.data(), modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
-  apply(Factor::solve, coefficients);
+  apply(factor, coefficients);
   return modes_->synthesise(coefficients);
 }
 
-Vector Basis::from_fields(const CoefficientPair& fields) const {
+CoefficientPair Basis::to_fields(const Vector& z) const {
+  return fields_of(z, Factor::solve);
+}
+
+CoefficientPair Basis::gradient_by_field(const Vector& by_z) const {
+  return fields_of(by_z, Factor::multiply_transposed);
+}
+
+Vector Basis::coordinates_of(const CoefficientPair& fields, Factor factor) const {
   if (!modes_) return joined(fields);
   Eigen::MatrixXd coefficients = modes_->analyse(fields);
-  apply(Factor::multiply, coefficients);
+  apply(factor, coefficients);
   return flat(coefficients);
 }
 
+Vector Basis::from_fields(const CoefficientPair& fields) const {
+  return coordinates_of(fields, Factor::multiply);
+}
+
 Vector Basis::gradient(const CoefficientPair& by_field) const {
-  if (!modes_) return joined(by_field);
-  Eigen::MatrixXd coefficients = modes_->analyse(by_field);
-  apply(Factor::solve_transposed, coefficients);
-  return flat(coefficients);
+  return coordinates_of(by_field, Factor::solve_transposed);
 }
 
 FieldCovariance Basis::covariance() const {

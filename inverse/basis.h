@@ -52,6 +52,8 @@ class Basis {
   Vector from_fields(const CoefficientPair& fields) const;
   /// Bᵀ of a gradient with respect to the fields.
   Vector gradient(const CoefficientPair& by_field) const;
+  /// The gradient with respect to the fields that gradient() makes `by_z` of: B⁻ᵀ.
+  CoefficientPair gradient_by_field(const Vector& by_z) const;
   /// Of B Bᵀ, the guess of the Hessian's inverse.
   FieldCovariance covariance() const;
   /// tr(B Bᵀ JᵀWJ) over each coefficient's own unknowns, JᵀWJ as in `blocks`: how many of them the
@@ -63,9 +65,11 @@ class Basis {
   Determined determined(const LateralBlocks& blocks) const;
 
  private:
-  enum class Factor { solve, solve_transposed, multiply };
-  /// U⁻¹, U⁻ᵀ or U of every wave's bin, in place.
+  enum class Factor { solve, solve_transposed, multiply, multiply_transposed };
+  /// U⁻¹, U⁻ᵀ, U or Uᵀ of every wave's bin, in place.
   void apply(Factor factor, Eigen::MatrixXd& coefficients) const;
+  CoefficientPair fields_of(const Vector& z, Factor factor) const;
+  Vector coordinates_of(const CoefficientPair& fields, Factor factor) const;
 
   GridShape shape_;
   std::optional<LateralModes> modes_;     ///< empty: voxels

@@ -128,9 +128,14 @@ void ChannelRun::begin_stage() {
     state_.blocks = estimate_lateral_blocks(*objective_, axis_of(ladder_[0].setup.lit_face),
                                             options_.metric_probes, options_.seed);
   }
+  const std::unique_ptr<Basis> basis_before = std::move(basis_);
+  const std::unique_ptr<FitFunction> function_before = std::move(function_);
   set_basis();
   state_.optimiser.z = basis_->from_fields(state_.fields);
-  start(*function_, state_.optimiser);
+  // What the weight before learned of the Hessian holds here too (none on a new grid).
+  restart(*function_, state_.optimiser, [&](Vector& step, Vector& change) {
+    function_->adopt(*function_before, step, change);
+  });
   state_.roughness = function_->last_roughness();
   state_.chi2 = objective_->chi2_per_datum();
   if (!std::isfinite(state_.optimiser.value)) {

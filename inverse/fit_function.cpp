@@ -10,6 +10,19 @@
 
 namespace kappamu::inverse {
 
+namespace {
+
+void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term) {
+  for_pieces(to.log_mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      to.log_kappa[i] += factor * term.log_kappa[i];
+      to.log_mu[i] += factor * term.log_mu[i];
+    }
+  });
+}
+
+}  // namespace
+
 FitFunction::FitFunction(Objective& objective, const Basis& basis, double thickness_mm,
                          const Anchor& anchor, double weight, const Regulariser& regulariser,
                          CoefficientPair start)
@@ -43,18 +56,27 @@ double FitFunction::value(const Vector& z) {
 
 Vector FitFunction::gradient() {
   CoefficientPair sum = objective_.gradient();
-  for_pieces(sum.log_mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      sum.log_kappa[i] += weight_ * roughness_.gradient.log_kappa[i];
-      sum.log_mu[i] += weight_ * roughness_.gradient.log_mu[i];
-    }
-  });
+  add_scaled(sum, weight_, roughness_.gradient);
   return basis_.gradient(sum);
 }
 
 Vector FitFunction::curvature(const Vector& direction) {
   const Prior prior{weight_, weight_, thickness_mm_, anchor_.length_mm, roughness_.diffusivity};
   return basis_.gradient(hessian_product(objective_, prior, basis_.to_fields(direction)));
+}
+
+void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change) const {
+  const CoefficientPair moved = before.basis_.to_fields(step);
+  CoefficientPair by_field = before.basis_.gradient_by_field(change);
+  const double added = weight_ - before.weight_;
+  if (added != 0.0) {
+    const CoefficientPair smoothing =
+        smoothing_product(objective_.problem().setup.shape, thickness_mm_, anchor_.length_mm,
+                          roughness_.diffusivity, moved);
+    add_scaled(by_field, added, smoothing);
+  }
+  step = basis_.from_fields(moved);
+  change = basis_.gradient(by_field);
 }
 
 double FitFunction::amplitude(const Vector& z, const Vector& direction) {

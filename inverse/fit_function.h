@@ -24,6 +24,11 @@ class FitFunction final : public Function {
   Vector curvature(const Vector& direction) override;
   double amplitude(const Vector& z, const Vector& direction) override;
   double last_roughness() const { return roughness_.value; }
+  /// An L-BFGS pair of `before`, the same fields' function at another weight, in other coordinates
+  /// or with another correction r, made one of this: the change of the gradient that the step would
+  /// have brought here. Exact but for r and, for Huber-TV, its slopes, which are those of the last
+  /// value().
+  void adopt(const FitFunction& before, Vector& step, Vector& change) const;
 
  private:
   struct Point {

@@ -170,9 +170,14 @@ void ChannelRun::end_stage() {
   state_.in_stage = false;
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double chi2 = refresh_correction();
+  // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
+  const bool unsettled =
+      !options_.weight && chi2_minimised <= options_.target_chi2 && chi2 > options_.target_chi2;
   if (state_.last_stage) {
     state_.last_chi2 = chi2;
-    return conclude();
+    if (choosing() || state_.repeated || !unsettled) return conclude();
+    state_.repeated = true;
+    return;
   }
   if (choosing()) return keep_point(chi2);
   // Where only the correction moved, this weight is low enough: once more with the new one.
@@ -220,6 +225,7 @@ void ChannelRun::finish_level() {
 /// patience. Those before it only lead there.
 void ChannelRun::finish_path() {
   state_.last_stage = true;
+  state_.repeated = false;
   if (context_.interim || options_.final_tolerance >= options_.stage_tolerance) conclude();
 }
 

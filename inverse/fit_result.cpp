@@ -51,10 +51,12 @@ void ChannelRun::conclude() {
     report.status = FitStatus::converged;
     std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
   } else {
-    report.status = state_.stagnated ? FitStatus::above_noise : FitStatus::ran_out;
+    const bool lowest =
+        !state_.stagnated && state_.weight * options_.weight_factor < options_.last_weight;
+    report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
     std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
-                  state_.stagnated ? "Neither lower weights nor a new correction helped further"
-                                   : "The lowest weight was reached",
+                  lowest ? "The lowest weight was reached"
+                         : "Neither lower weights nor a new correction helped further",
                   chi2);
   }
   report.message = sentence;

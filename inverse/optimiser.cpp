@@ -167,6 +167,12 @@ void forget_pairs(OptimiserState& state) {
   state.products.clear();
 }
 
+void keep_pair(OptimiserState& state, std::vector<float> step, std::vector<float> change) {
+  state.products.push_back({dot(step, change), dot(step, step), dot(change, change)});
+  state.steps.push_back(std::move(step));
+  state.changes.push_back(std::move(change));
+}
+
 StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
   const Vector& g = state.gradient;
   Vector direction = lbfgs_direction(state);
@@ -181,13 +187,10 @@ StepOutcome lbfgs_step(Function& function, OptimiserState& state, const Optimise
                             ? options.first_step / function.amplitude(state.z, direction)
                             : bounded_length(function, state.z, direction, options);
   if (std::optional<Trial> trial = backtrack(function, state, direction, length, options)) {
-    state.steps.push_back(difference(trial->z, state.z));
+    std::vector<float> taken = difference(trial->z, state.z);
     const Vector before = std::move(state.gradient);
     accept(function, state, std::move(*trial));
-    state.changes.push_back(difference(state.gradient, before));
-    const auto& s = state.steps.back();
-    const auto& y = state.changes.back();
-    state.products.push_back({dot(s, y), dot(s, s), dot(y, y)});
+    keep_pair(state, std::move(taken), difference(state.gradient, before));
     if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
       state.steps.erase(state.steps.begin());
       state.changes.erase(state.changes.begin());
@@ -334,6 +337,20 @@ void start(Function& function, OptimiserState& state) {
   fresh.value = function.value(fresh.z);
   fresh.gradient = function.gradient();
   state = std::move(fresh);
+}
+
+void restart(Function& function, OptimiserState& state, const PairTranslation& translate) {
+  OptimiserState before = std::move(state);
+  state = {};
+  state.z = std::move(before.z);
+  start(function, state);
+  for (std::size_t k = 0; k < before.steps.size(); ++k) {
+    Vector step(before.steps[k].begin(), before.steps[k].end());
+    Vector change(before.changes[k].begin(), before.changes[k].end());
+    translate(step, change);
+    if (!(dot(step, change) > 0.0)) continue;
+    keep_pair(state, {step.begin(), step.end()}, {change.begin(), change.end()});
+  }
 }
 
 StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options) {

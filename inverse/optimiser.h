@@ -3,6 +3,7 @@
 // bits.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "inverse/basis.h"
@@ -68,6 +69,12 @@ enum class StepOutcome { progressed, stalled };
 
 /// Evaluates f at state.z and forgets all about earlier steps.
 void start(Function& function, OptimiserState& state);
+
+/// An L-BFGS pair of one function and its coordinates made one of another's.
+using PairTranslation = std::function<void(Vector& step, Vector& change)>;
+/// The same, but keeps the pairs, translated by `translate`; those whose curvature it leaves
+/// negative are dropped.
+void restart(Function& function, OptimiserState& state, const PairTranslation& translate);
 
 /// One step from state.z, where start() or the last step evaluated f.
 /// `stalled`: no lower value was found along the search direction; the state is

@@ -47,7 +47,13 @@ TEST_P(BasisLaws, InverseAndTranspose) {
     }
     // ⟨B z, w⟩ = ⟨z, Bᵀ w⟩
     const double left = dot(u.log_kappa, w.log_kappa) + dot(u.log_mu, w.log_mu);
-    EXPECT_NEAR(dot(z, basis.gradient(w)), left, rounding * shape.cells());
+    const Vector by_z = basis.gradient(w);
+    EXPECT_NEAR(dot(z, by_z), left, rounding * shape.cells());
+    const CoefficientPair by_field = basis.gradient_by_field(by_z);
+    for (std::size_t i = 0; i < shape.cells(); ++i) {
+      EXPECT_NEAR(by_field.log_kappa[i], w.log_kappa[i], rounding);
+      EXPECT_NEAR(by_field.log_mu[i], w.log_mu[i], rounding);
+    }
   }
 }
 INSTANTIATE_TEST_SUITE_P(EveryDepthAxis, BasisLaws, ::testing::Values(0, 1, 2));
