@@ -133,9 +133,8 @@ void ChannelRun::begin_stage() {
   set_basis();
   state_.optimiser.z = basis_->from_fields(state_.fields);
   // What the weight before learned of the Hessian holds here too (none on a new grid).
-  restart(*function_, state_.optimiser, [&](Vector& step, Vector& change) {
-    function_->adopt(*function_before, step, change);
-  });
+  restart(*function_, state_.optimiser,
+          [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
   state_.roughness = function_->last_roughness();
   state_.chi2 = objective_->chi2_per_datum();
   if (!std::isfinite(state_.optimiser.value)) {
