@@ -47,8 +47,9 @@ struct Bench {
     block.noise = noise;
     return block;
   }
-  inverse::CoefficientPair truth(const Block& block, int index) const {
+  inverse::CoefficientPair truth(const Block& block, int index, bool embedded = false) const {
     TruthSpec spec;
+    spec.embedded = embedded;
     spec.seed = options.seed + static_cast<std::uint64_t>(index);
     return make_truth(block.grid.refined(2), spec);
   }
@@ -98,11 +99,12 @@ Json measure_optimisers(const Bench& bench) {
   return fits;
 }
 
-Json measure_scores(const Bench& bench) {
+Json scores_of(const Bench& bench, bool embedded) {
   Json fits = Json::array();
   for (int k = 0; k < bench.plan.truths; ++k) {
     const Block block = bench.block(0.0);
-    const Judge judge = make_judge(block, bench.truth(block, k), bench.plan.single_sources);
+    const Judge judge =
+        make_judge(block, bench.truth(block, k, embedded), bench.plan.single_sources);
     const SurfaceMeasurements exposed = expose_patches(block, judge.fine_fields, 4);
     for (const double noise : noises) {
       if (noise == 0.0) continue;
@@ -115,6 +117,14 @@ Json measure_scores(const Bench& bench) {
     }
   }
   return fits;
+}
+
+Json measure_scores(const Bench& bench) {
+  return scores_of(bench, false);
+}
+
+Json measure_embedded(const Bench& bench) {
+  return scores_of(bench, true);
 }
 
 Json measure_patterns(const Bench& bench) {
@@ -193,7 +203,7 @@ Json measure_samples(const Bench& bench) {
 }  // namespace
 
 const std::vector<std::string>& inverse_sections() {
-  static const std::vector<std::string> sections{"optimisers", "scores",     "patterns",
+  static const std::vector<std::string> sections{"optimisers", "scores",     "embedded", "patterns",
                                                  "voxels",     "montecarlo", "samples"};
   return sections;
 }
@@ -203,9 +213,10 @@ void measure_inverse(const std::string& section, const InverseBenchOptions& opti
   const Bench bench{options, progress};
   using Measure = Json (*)(const Bench&);
   const std::vector<std::pair<std::string, Measure>> measures{
-      {"optimisers", measure_optimisers},  {"scores", measure_scores},
-      {"patterns", measure_patterns},      {"voxels", measure_voxels},
-      {"montecarlo", measure_monte_carlo}, {"samples", measure_samples}};
+      {"optimisers", measure_optimisers}, {"scores", measure_scores},
+      {"embedded", measure_embedded},     {"patterns", measure_patterns},
+      {"voxels", measure_voxels},         {"montecarlo", measure_monte_carlo},
+      {"samples", measure_samples}};
   const auto found = std::find_if(measures.begin(), measures.end(),
                                   [&](const auto& m) { return m.first == section; });
   if (found == measures.end()) {

@@ -35,6 +35,7 @@ struct InverseBenchOptions {
 /// In the order they are measured:
 ///   optimisers  E along the course of every way to fit, noise 0, 0.3, 1, 3 %
 ///   scores      the default over several truths and seeds, noise 0.3, 1, 3 %; error by depth
+///   embedded    the same of smaller boxes within the block (TruthSpec::embedded)
 ///   patterns    E against the number of patterns n × n, n = 1 to 8 ([W] figure 11)
 ///   voxels      time and solves against the number of voxels
 ///   montecarlo  data by Monte Carlo transport instead of diffusion

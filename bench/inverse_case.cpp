@@ -69,6 +69,21 @@ Box random_box(Noise& noise) {
   return box;
 }
 
+/// TruthSpec::embedded; `extent` of the block in mm.
+Box embedded_box(Noise& noise, const std::array<double, 3>& extent) {
+  constexpr std::array<double, 3> width{3.0, 3.0, 1.5};
+  constexpr double around = 1.0;
+  Box box;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const double wide = std::min(width[a], 0.5 * extent[a]);
+    const double margin = std::min(around, 0.5 * (extent[a] - wide));
+    const double low = margin + (extent[a] - 2.0 * margin - wide) * noise.uniform();
+    box.low[a] = low / extent[a];
+    box.high[a] = (low + wide) / extent[a];
+  }
+  return box;
+}
+
 bool lit(const SurfaceMeasurements& m, std::size_t sample) {
   return m.lit_face == m.seen_face && m.irradiance[sample] > 0.0F;
 }
@@ -87,16 +102,28 @@ double Noise::normal() {
 CoefficientPair make_truth(const GridShape& shape, const TruthSpec& spec) {
   Noise noise(spec.seed);
   const std::array<SmoothField, 2> fields{SmoothField(noise), SmoothField(noise)};
-  const std::array<Box, 2> boxes{random_box(noise), random_box(noise)};
+  const std::array<double, 3> extent{shape.nx * shape.voxel_mm, shape.ny * shape.voxel_mm,
+                                     shape.nz * shape.voxel_mm};
+  const auto box = [&] { return spec.embedded ? embedded_box(noise, extent) : random_box(noise); };
+  const std::array<Box, 2> boxes{box(), box()};
+  // Waves are relative to the block's edges, or to its longest one.
+  const double longest = *std::max_element(extent.begin(), extent.end());
+  std::array<double, 3> reach{1.0, 1.0, 1.0};
+  if (spec.embedded) {
+    for (std::size_t a = 0; a < 3; ++a) reach[a] = extent[a] / longest;
+  }
+  const auto field = [&](std::size_t f, double a, double b, double c) {
+    return fields[f].at(reach[0] * a, reach[1] * b, reach[2] * c);
+  };
   // Extremes of the figures, found on a grid of their own so that they do not hang on `shape`.
   constexpr int samples = 24;
   std::array<double, 2> low{}, high{};
   for (std::size_t f = 0; f < 2; ++f) {
-    low[f] = high[f] = fields[f].at(0.0, 0.0, 0.0);
+    low[f] = high[f] = field(f, 0.0, 0.0, 0.0);
     for (int i = 0; i < samples * samples * samples; ++i) {
       const double value =
-          fields[f].at((i % samples) / (samples - 1.0), (i / samples % samples) / (samples - 1.0),
-                       (i / samples / samples) / (samples - 1.0));
+          field(f, (i % samples) / (samples - 1.0), (i / samples % samples) / (samples - 1.0),
+                (i / samples / samples) / (samples - 1.0));
       low[f] = std::min(low[f], value);
       high[f] = std::max(high[f], value);
     }
@@ -108,13 +135,13 @@ CoefficientPair make_truth(const GridShape& shape, const TruthSpec& spec) {
       for (int x = 0; x < shape.nx; ++x) {
         const double a = (x + 0.5) / shape.nx, b = (y + 0.5) / shape.ny, c = (z + 0.5) / shape.nz;
         const auto smooth = [&](std::size_t f) {
-          return range * ((fields[f].at(a, b, c) - low[f]) / (high[f] - low[f]) - 0.5);
+          return range * ((field(f, a, b, c) - low[f]) / (high[f] - low[f]) - 0.5);
         };
         const std::size_t i = shape.index(x, y, z);
         truth.log_kappa[i] = std::log(spec.kappa) + smooth(0);
         truth.log_mu[i] = std::log(spec.mu) + smooth(1);
         if (!spec.inclusions) continue;
-        if (boxes[0].holds(a, b, c)) truth.log_kappa[i] -= range;
+        if (boxes[0].holds(a, b, c)) truth.log_kappa[i] -= spec.embedded ? std::log(3.0) : range;
         if (boxes[1].holds(a, b, c)) truth.log_mu[i] += range;
       }
     }
@@ -201,7 +228,7 @@ double appearance_error(const Medium& medium, const SurfaceMeasurements& exposed
   double misfit = 0.0;
   double squares = 0.0;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    if (lit(exposed, i)) continue;
+    if (lit(exposed, i) || (!exposed.mask.empty() && exposed.mask[i] == 0)) continue;
     misfit += std::pow(predicted[i] - exposed.value[i], 2);
     squares += std::pow(exposed.value[i], 2);
   }

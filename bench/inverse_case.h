@@ -37,12 +37,16 @@ struct Block {
 };
 
 /// Smooth random fields, and in them a box of low κ and a box of high μ, both `contrast` times
-/// beside their surroundings.
+/// beside their surroundings, about a quarter of the block wide and anywhere in it.
 struct TruthSpec {
   double kappa = 0.2;     ///< geometric mean of the smooth part [mm]
   double mu = 0.01;       ///< the same [1/mm]
   double contrast = 4.0;  ///< largest over smallest of the smooth part
   bool inclusions = true;
+  /// Boxes of 3 × 3 × 1.5 mm with a millimetre of the block around them, κ a third only, and fields
+  /// that vary per mm as much along the light as across it: like the block of another author that
+  /// tests/inverse/transport_reference_test.cpp fits.
+  bool embedded = false;
   std::uint64_t seed = 1;
 };
 /// On the cell centres of `shape`; equal specs give the same figure on every grid.
@@ -68,7 +72,8 @@ SurfaceMeasurements measure(const Block& block, const inverse::CoefficientPair& 
                             int side = 4, std::uint64_t seed = 7);
 
 /// E = Σ(L' − L)²/ΣL² ([W] 6.1) of `medium`, every voxel split in 2³ and nothing corrected, against
-/// what expose() gave; where one face is lit and seen, over the unlit pixels.
+/// what expose() gave; where one face is lit and seen, over the unlit pixels. Masked ones are left
+/// out.
 double appearance_error(const Medium& medium, const SurfaceMeasurements& exposed);
 
 }  // namespace kappamu::bench

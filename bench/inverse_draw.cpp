@@ -285,6 +285,7 @@ void draw_inverse(const fs::path& folder) {
       using Draw = std::string (*)(const Fits&, const fs::path&);
       static const std::map<std::string, Draw> drawings{{"optimisers", draw_optimisers},
                                                         {"scores", draw_scores},
+                                                        {"embedded", draw_scores},
                                                         {"patterns", draw_patterns},
                                                         {"voxels", draw_voxels}};
       table = drawings.at(section)(fits_of(record), png);

@@ -345,8 +345,11 @@ void restart(Function& function, OptimiserState& state, const PairTranslation& t
   state.z = std::move(before.z);
   start(function, state);
   for (std::size_t k = 0; k < before.steps.size(); ++k) {
-    Vector step(before.steps[k].begin(), before.steps[k].end());
-    Vector change(before.changes[k].begin(), before.changes[k].end());
+    // One pair at a time is held twice.
+    const std::vector<float> old_step = std::exchange(before.steps[k], {});
+    const std::vector<float> old_change = std::exchange(before.changes[k], {});
+    Vector step(old_step.begin(), old_step.end());
+    Vector change(old_change.begin(), old_change.end());
     translate(step, change);
     if (!(dot(step, change) > 0.0)) continue;
     keep_pair(state, {step.begin(), step.end()}, {change.begin(), change.end()});

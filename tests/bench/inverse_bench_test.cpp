@@ -55,6 +55,36 @@ TEST(InverseTruth, IsTheSameFigureOnAFinerGrid) {
   }
 }
 
+TEST(InverseTruth, EmbeddedBoxesKeepAMillimetreToEveryFace) {
+  const GridShape block{64, 64, 20, 0.25};
+  TruthSpec spec;
+  spec.embedded = true;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    spec.seed = seed;
+    spec.inclusions = true;
+    const auto boxes = make_truth(block, spec);
+    spec.inclusions = false;
+    const auto smooth = make_truth(block, spec);
+    double volume = 0.0;
+    for (int z = 0; z < block.nz; ++z) {
+      for (int y = 0; y < block.ny; ++y) {
+        for (int x = 0; x < block.nx; ++x) {
+          const std::size_t i = block.index(x, y, z);
+          const double step = smooth.log_kappa[i] - boxes.log_kappa[i];
+          if (step == 0.0) continue;
+          EXPECT_NEAR(step, std::log(3.0), 1e-12);
+          volume += std::pow(block.voxel_mm, 3);
+          for (const double to_face : {x + 0.5, block.nx - x - 0.5, y + 0.5, block.ny - y - 0.5,
+                                       z + 0.5, block.nz - z - 0.5}) {
+            EXPECT_GT(to_face * block.voxel_mm, 1.0);
+          }
+        }
+      }
+    }
+    EXPECT_NEAR(volume, 3.0 * 3.0 * 1.5, 3.0) << "seed " << seed;  // a voxel at each end
+  }
+}
+
 TEST(AppearanceError, OfTheTruthIsSmallAndOfAHomogeneousBlockIsNot) {
   Block block;
   block.grid = shape;
@@ -140,6 +170,10 @@ TEST_F(InverseBench, PaperSamplesKeepTheRowsOfOthers) {
   for (const char* row : {"| stone | 16 × 16 × 41 | 3 |", "| wax2 | 17 × 12 × 48 | 4 |"}) {
     EXPECT_NE(table.str().find(row), std::string::npos) << table.str();
   }
+  const auto record =
+      nlohmann::json::parse(std::ifstream(folder() / "inverse-samples.json")).at("fits");
+  EXPECT_FALSE(record.at(0).contains("holdout_E_unmasked")) << "stone is back-lit";
+  EXPECT_EQ(record.at(1).at("holdout_E_unmasked").size(), 3U);
 }
 
 }  // namespace

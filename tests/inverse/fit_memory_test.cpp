@@ -47,7 +47,10 @@ TEST(FitMemory, ThePredictionHoldsThePeak) {
   FitOptions options;
   options.model = Model::volume;
   options.stage_steps = 14;  // fills the optimiser's memory
-  options.weight = 1.0;
+  options.max_levels = 1;
+  // Few weights, far from one another: what one learned the next takes over.
+  options.first_weight = options.last_weight = 1.0;
+  options.weight_factor = 0.01;
   options.uncertainty.samples = 1;
   const double needed = memory_needed(measurements, options).total();
   cases::fit(measurements, options);
