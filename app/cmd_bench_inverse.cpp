@@ -48,7 +48,7 @@ constexpr const char* manual =
     "  kappamu bench inverse -o out/bench                      all sections, about half an hour\n"
     "  kappamu bench inverse -o out/bench --section scores     one\n"
     "  kappamu bench inverse -o out/bench --small              minutes, on smaller blocks\n"
-    "  kappamu bench inverse -o out/bench --quick              seconds, on toy blocks\n\n"
+    "  kappamu bench inverse -o out/bench --quick              toy blocks, 1 % noise alone\n\n"
     "SECTIONS. optimisers: E along the course of every way to fit, at noise 0, 0.3, 1 and 3 %.\n"
     "scores: the default over several truths and seeds, median and worst, and the error of kappa\n"
     "and mu by depth. embedded: the same with smaller boxes, none at a face. patterns: n x n\n"

@@ -17,21 +17,24 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const std::vector<double> noises{0.0, 0.003, 0.01, 0.03};
+
 struct Plan {
   GridShape grid;
   int truths;          ///< of section scores
   int course_points;   ///< scored per fit
   int single_sources;  ///< judged
+  std::vector<double> noises;
 };
 
 Plan plan_of(BenchSize size) {
   switch (size) {
     case BenchSize::quick:
-      return {{12, 12, 6, 0.5}, 1, 6, 4};
+      return {{12, 12, 6, 0.5}, 1, 6, 4, {0.01}};
     case BenchSize::small:
-      return {{24, 24, 8, 0.5}, 2, 20, 16};
+      return {{24, 24, 8, 0.5}, 2, 20, 16, noises};
     default:
-      return {{32, 32, 10, 0.5}, 4, 40, 64};
+      return {{32, 32, 10, 0.5}, 4, 40, 64, noises};
   }
 }
 
@@ -66,8 +69,6 @@ std::filesystem::path record_file(const InverseBenchOptions& options, const std:
   return options.folder / ("inverse-" + section + ".json");
 }
 
-const std::vector<double> noises{0.0, 0.003, 0.01, 0.03};
-
 /// Without noise there is still rounding of the float values, and something to weight them by.
 SurfaceMeasurements noisy(SurfaceMeasurements exposed, double noise, std::uint64_t seed) {
   constexpr double least = 1e-4;
@@ -80,7 +81,7 @@ Json measure_optimisers(const Bench& bench) {
   const Block block = bench.block(0.0);
   const Judge judge = make_judge(block, bench.truth(block, 0), bench.plan.single_sources);
   const SurfaceMeasurements exposed = expose_patches(block, judge.fine_fields, 4);
-  for (const double noise : noises) {
+  for (const double noise : bench.plan.noises) {
     const SurfaceMeasurements clean = exposed;
     SurfaceMeasurements m = noisy(clean, noise, bench.noise_seed(0));
     if (noise == 0.0) m.value = clean.value;
@@ -106,7 +107,7 @@ Json scores_of(const Bench& bench, bool embedded) {
     const Judge judge =
         make_judge(block, bench.truth(block, k, embedded), bench.plan.single_sources);
     const SurfaceMeasurements exposed = expose_patches(block, judge.fine_fields, 4);
-    for (const double noise : noises) {
+    for (const double noise : bench.plan.noises) {
       if (noise == 0.0) continue;
       FitScore score =
           measure_fit(noisy(exposed, noise, bench.noise_seed(k)), judge, bench.with_device({}),
