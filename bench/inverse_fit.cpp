@@ -44,12 +44,7 @@ Medium exported(const GridShape& grid, GridShape shape, CoefficientPair fields) 
     fields = {inverse::prolong(fields.log_kappa, ladder[k], ladder[k - 1]),
               inverse::prolong(fields.log_mu, ladder[k], ladder[k - 1])};
   }
-  Medium medium{Volume<double>(grid), Volume<double>(grid)};
-  for (std::size_t i = 0; i < grid.cells(); ++i) {
-    medium.kappa[i] = std::exp(fields.log_kappa[i]);
-    medium.mu[i] = std::exp(fields.log_mu[i]);
-  }
-  return medium;
+  return inverse::to_medium(fields, grid);
 }
 
 double work_of(const inverse::SolveCount& solves, const GridShape& grid) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -61,13 +60,6 @@ SurfaceMeasurements without_masked(SurfaceMeasurements judge, const SurfaceMeasu
   return judge;
 }
 
-inverse::CoefficientPair logarithms(const Medium& medium) {
-  inverse::CoefficientPair fields{medium.kappa.values(), medium.mu.values()};
-  for (double& x : fields.log_kappa) x = std::log(x);
-  for (double& x : fields.log_mu) x = std::log(x);
-  return fields;
-}
-
 }  // namespace
 
 const std::vector<std::string>& paper_samples() {
@@ -103,7 +95,7 @@ Json measure_sample(const std::string& name, const InverseBenchOptions& options,
   Json unmasked_errors = Json::array();
   Json misfits = Json::array();
   for (std::size_t channel = 0; channel < truth.size(); ++channel) {
-    const inverse::CoefficientPair fields = logarithms(truth[channel]);
+    const inverse::CoefficientPair fields = inverse::to_fields(truth[channel]);
     const SurfaceMeasurements measured = measure(block, fields, 4, options.seed + channel);
     inverse::FitOptions fit_options;
     fit_options.backend.device = options.device;
