@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "app/light_options.h"
 #include "capture/plan.h"
 
 namespace kappamu::app {
@@ -114,10 +115,9 @@ void add_plan(CLI::App& app, Globals& globals) {
   option("--exposures", request.exposures,
          "Per pattern; 3 leave kappa uncertain by 0.9 %, 5 by 0.5 % (docs/hdr.md)")
       ->check(CLI::Range(1, 20));
-  option("--patches", request.patches, "Light patterns: patches along an edge of the lit face")
-      ->check(CLI::Range(1, 100));
+  add_fit_light(*command, request.light);
   option("--validate-patches", request.validate_patches,
-         "The same for patterns kept out of the fit")
+         "Patterns kept out of the fit: n x n patches of the lit face")
       ->check(CLI::Range(0, 100));
   option("--boards", request.boards,
          "Views of the printed board; 3 to 6 with 3 planes left kappa 5 % off, 10 with 4 and more "

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "app/light_options.h"
 #include "core/error.h"
 #include "data_synthetic/simulate.h"
 
@@ -133,9 +134,7 @@ void add_simulate(CLI::App& app, Globals& globals) {
   command->add_option("-o,--out", a.out, "Folder to write session/ and truth/ into")
       ->required()
       ->type_name("OUT");
-  command->add_option("--patches", a.options.patches, "Fit patterns: n x n patches of light")
-      ->type_name("N")
-      ->capture_default_str();
+  add_fit_light(*command, a.options.light);
   command->add_flag("!--no-validation", a.options.validation,
                     "Leave out the patterns kept from the fit (4 small patches, cross, checker)");
   command

@@ -130,16 +130,29 @@ Json measure_embedded(const Bench& bench) {
 
 Json measure_patterns(const Bench& bench) {
   Json fits = Json::array();
-  const Block block = bench.block(0.01);
-  const Judge judge = make_judge(block, bench.truth(block, 0), bench.plan.single_sources);
-  for (int side = 1; side <= 8; ++side) {
-    if (bench.options.size == BenchSize::quick && side > 3) break;
-    FitScore score =
-        measure_fit(measure(block, judge.fine_fields, side, bench.noise_seed(0)), judge,
-                    bench.with_device({}), Judged::by_own_patterns, 0, bench.progress);
-    score.way = "default";
-    score.noise = block.noise;
-    fits.push_back(to_json(score));
+  const int most = bench.options.size == BenchSize::quick ? 3 : 8;
+  for (const bool front_lit : {false, true}) {
+    Block block = bench.block(0.01);
+    if (front_lit) block.seen = block.lit;
+    for (int k = 0; k < bench.plan.truths; ++k) {
+      const Judge judge = make_judge(block, bench.truth(block, k), bench.plan.single_sources);
+      const auto fit = [&](const std::string& shape, const std::vector<double>& light) {
+        FitScore score =
+            measure_fit(noisy(expose(block, judge.fine_fields, light), block.noise,
+                              bench.noise_seed(k)),
+                        judge, bench.with_device({}), Judged::by_own_patterns, 0, bench.progress);
+        score.way = shape + (front_lit ? ", front-lit" : ", back-lit");
+        score.noise = block.noise;
+        fits.push_back(to_json(score));
+      };
+      // A single patch, seen from where it falls, leaves nothing in the dark.
+      for (int n = front_lit ? 2 : 1; n <= most; ++n) {
+        fit("patches", patch_light(block.grid, block.lit, n * n));
+      }
+      for (const int n : {2, 4, 6, 8, 12, 16}) {
+        if (n <= 2 * most) fit("bars", bar_light(block.grid, block.lit, n));
+      }
+    }
   }
   return fits;
 }

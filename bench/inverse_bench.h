@@ -36,7 +36,8 @@ struct InverseBenchOptions {
 ///   optimisers  E along the course of every way to fit, noise 0, 0.3, 1, 3 %
 ///   scores      the default over several truths and seeds, noise 0.3, 1, 3 %; error by depth
 ///   embedded    the same of smaller boxes within the block (TruthSpec::embedded)
-///   patterns    E against the number of patterns n × n, n = 1 to 8 ([W] figure 11)
+///   patterns    E against the number of images: n × n patches, n = 1 to 8 ([W] figure 11), and
+///               bars, back-lit and front-lit
 ///   voxels      time and solves against the number of voxels
 ///   montecarlo  data by Monte Carlo transport instead of diffusion
 ///   samples     [W] Table II at full size: from measurements to volumes, R, G and B

@@ -185,28 +185,51 @@ std::string draw_scores(const Fits& fits, const fs::path& png) {
   return table.str();
 }
 
+/// Medians over the truths of a light and a number of images.
 std::string draw_patterns(const Fits& fits, const fs::path& png) {
   std::ostringstream table;
-  table << "| patterns | E, 8 × 8 patches | E, single voxels | χ² | solves "
-           "|\n|---|---|---|---|---|\n";
-  Chart chart;
-  chart.title = "more patterns, noise 1 %";
-  chart.x_label = "n, of n x n patterns";
-  chart.y_label = "E under held-out light";
-  chart.log_y = true;
-  Series patches = line("8 x 8 patches");
-  Series single = line("single voxels");
-  for (const FitScore& f : fits) {
-    const double n = std::round(std::sqrt(static_cast<double>(f.patterns)));
-    table << "| " << text("%.0f", n) << " × " << text("%.0f", n) << " | "
-          << scientific(f.patches_error) << " | " << scientific(f.single_error) << " | "
-          << text("%.2f", f.chi2) << " | " << f.solves << " |\n";
-    for (Series* s : {&patches, &single}) s->x.push_back(n);
-    patches.y.push_back(f.patches_error);
-    single.y.push_back(f.single_error);
+  table << "| light | images | E, 8 × 8 patches | E, single voxels | κ off by | μ off by | χ² | solves "
+           "|\n|---|---|---|---|---|---|---|---|\n";
+  std::vector<Chart> charts(2);
+  charts[0].title = "8 x 8 patches";
+  charts[1].title = "single voxels";
+  for (Chart& chart : charts) {
+    chart.title = "E under " + chart.title + ", noise 1 %";
+    chart.x_label = "images";
+    chart.y_label = "E, median";
+    chart.log_x = chart.log_y = true;
   }
-  chart.series = {patches, single};
-  draw(std::vector<Chart>{chart}, png);
+  std::vector<std::pair<std::string, int>> kinds;  // in the order measured
+  std::map<std::pair<std::string, int>, Fits> by_kind;
+  for (const FitScore& f : fits) {
+    Fits& same = by_kind[{f.way, f.patterns}];
+    if (same.empty()) kinds.emplace_back(f.way, f.patterns);
+    same.push_back(f);
+  }
+  const auto of = [](const Fits& same, const auto& value) {
+    std::vector<double> values;
+    for (const FitScore& f : same) values.push_back(value(f));
+    return median(std::move(values));
+  };
+  for (const auto& kind : kinds) {
+    const Fits& same = by_kind.at(kind);
+    const std::array<double, 2> error{of(same, [](const FitScore& f) { return f.patches_error; }),
+                                      of(same, [](const FitScore& f) { return f.single_error; })};
+    table << "| " << kind.first << " | " << kind.second << " | " << scientific(error[0]) << " | "
+          << scientific(error[1]) << " | "
+          << text("%.0f %%", 100.0 * of(same, [](const FitScore& f) { return median(f.depth.kappa); }))
+          << " | "
+          << text("%.0f %%", 100.0 * of(same, [](const FitScore& f) { return median(f.depth.mu); }))
+          << " | " << text("%.2f", of(same, [](const FitScore& f) { return f.chi2; })) << " | "
+          << text("%.0f", of(same, [](const FitScore& f) { return f.solves; })) << " |\n";
+    for (std::size_t c = 0; c < charts.size(); ++c) {
+      std::vector<Series>& series = charts[c].series;
+      if (series.empty() || series.back().label != kind.first) series.push_back(line(kind.first));
+      series.back().x.push_back(kind.second);
+      series.back().y.push_back(error[c]);
+    }
+  }
+  draw(charts, png, 2, 700, 480);
   return table.str();
 }
 

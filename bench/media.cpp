@@ -221,4 +221,19 @@ std::vector<double> patch_light(const GridShape& shape, Face lit_face, int patte
   return light;
 }
 
+std::vector<double> bar_light(const GridShape& shape, Face lit_face, int bars) {
+  check(bars >= 1, "bar_light: at least one bar");
+  const FaceShape face = face_shape(shape, lit_face);
+  const auto n = static_cast<std::size_t>(bars);
+  std::vector<double> light(face.cells() * 2 * n, 0.0);
+  std::size_t cell = 0;
+  for (int v = 0; v < face.nv; ++v) {
+    for (int u = 0; u < face.nu; ++u, ++cell) {
+      light[static_cast<std::size_t>(u * bars / face.nu) * face.cells() + cell] = 1.0;
+      light[(n + static_cast<std::size_t>(v * bars / face.nv)) * face.cells() + cell] = 1.0;
+    }
+  }
+  return light;
+}
+
 }  // namespace kappamu::bench

@@ -50,4 +50,8 @@ MediumSpec reference_inclusions();
 /// than patches, neighbouring patterns light the same voxel.
 std::vector<double> patch_light(const GridShape& shape, Face lit_face, int patterns);
 
+/// The same of `bars` bars across u and then as many across v (capture::LightShape::bars): [2 bars]
+/// patterns.
+std::vector<double> bar_light(const GridShape& shape, Face lit_face, int bars);
+
 }  // namespace kappamu::bench

@@ -19,8 +19,8 @@ struct PlanRequest {
   double period_s = 1.0 / 60.0;      ///< of the projector's refresh or colour wheel
   double longest_s = 4.0;            ///< longest exposure
   int exposures = 5;                 ///< per pattern
-  int patches = 4;                   ///< light patterns: patches along an edge of the lit face
-  int validate_patches = 2;          ///< the same for patterns kept out of the fit; 0 = none
+  FitLight light;                    ///< patterns for the fit
+  int validate_patches = 2;          ///< n × n patches kept out of the fit; 0 = none
   Board board{9, 6, 4.0};
   int boards = 15;
   int planes = 6;

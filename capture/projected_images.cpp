@@ -1,7 +1,8 @@
-// The images a plan shows: patches, chessboard, uniform grey. Declared in shoot.h.
+// The images a plan shows: bars, patches, chessboard, uniform grey. Declared in shoot.h.
 #include <Eigen/Core>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <string>
@@ -32,7 +33,7 @@ Eigen::Matrix3d quad_from_square(const ProjectorQuad& quad) {
   const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> solver(equations);
   if (!solver.isInvertible()) {
     throw InputError(
-        "the quad of the patch patterns has corners in one line or coinciding; give the four "
+        "the quad of the light patterns has corners in one line or coinciding; give the four "
         "corners of the lit face in projector pixels.");
   }
   const Eigen::Matrix<double, 8, 1> h = solver.solve(right);
@@ -61,6 +62,57 @@ double coverage(double at, double low, double high) {
 
 std::uint8_t grey(double share) {
   return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(share, 0.0, 1.0)));
+}
+
+void must_be_count(int n, const std::string& of) {
+  if (n >= 1 && n <= 1000) return;
+  throw InputError("the number of " + of + " is " + std::to_string(n) +
+                   "; it must lie between 1 and 1000.");
+}
+
+/// How the quad is divided and what becomes of its cells.
+struct Division {
+  int n;  ///< cells along an edge
+  double overhang;
+  int patterns;
+  PatternRole role;
+  std::string prefix;
+};
+
+/// Patterns of white cells on black: `patterns_of`(column, row) names those that light a cell.
+template <typename PatternsOf>
+std::vector<PlannedPattern> lit_cells(const Projector& projector, const ProjectorQuad& quad,
+                                      const Division& division, const PatternsOf& patterns_of) {
+  const double overhang = division.overhang;
+  if (!(overhang >= 0.0 && overhang <= 1.0)) {
+    throw InputError("the overhang of the outer patches must lie between 0 and 1 face widths.");
+  }
+  const auto cell_of = [n = division.n](double t) {
+    return std::clamp(static_cast<int>(std::floor(t * n)), 0, n - 1);
+  };
+  const auto inside = [overhang](double t) { return t >= -overhang && t < 1.0 + overhang; };
+  const Eigen::Matrix3d square_from_quad = quad_from_square(quad).inverse();
+  std::vector<PlannedPattern> patterns;
+  const std::size_t digits =
+      std::max<std::size_t>(2, std::to_string(division.patterns - 1).size());
+  for (int i = 0; i < division.patterns; ++i) {
+    std::string number = std::to_string(i);
+    number.insert(0, digits - number.size(), '0');
+    patterns.push_back(
+        {division.prefix + number, make_uniform_image(projector, 0), division.role});
+  }
+  for (int y = 0; y < projector.height; ++y) {
+    for (int x = 0; x < projector.width; ++x) {
+      const Eigen::Vector3d at = square_from_quad * Eigen::Vector3d(x, y, 1.0);
+      const double u = at[0] / at[2];
+      const double v = at[1] / at[2];
+      if (!inside(u) || !inside(v)) continue;
+      for (const int pattern : patterns_of(cell_of(u), cell_of(v))) {
+        patterns[static_cast<std::size_t>(pattern)].image(x, y) = 255;
+      }
+    }
+  }
+  return patterns;
 }
 
 }  // namespace
@@ -101,36 +153,21 @@ Image<std::uint8_t> make_chessboard_image(const Projector& projector, const Proj
 std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
                                                 const ProjectorQuad& quad, int n, double overhang,
                                                 PatternRole role, const std::string& prefix) {
-  if (n < 1 || n > 1000) {
-    throw InputError("the number of patches along an edge is " + std::to_string(n) +
-                     "; it must lie between 1 and 1000.");
+  must_be_count(n, "patches along an edge");
+  const auto patch_of = [n](int column, int row) { return std::array{row * n + column}; };
+  return lit_cells(projector, quad, {n, overhang, n * n, role, prefix}, patch_of);
+}
+
+std::vector<PlannedPattern> make_fit_patterns(const Projector& projector, const ProjectorQuad& quad,
+                                              const FitLight& light, double overhang) {
+  const std::string prefix = "fit_";
+  const int n = light.n;
+  if (light.shape == LightShape::patches) {
+    return make_patch_patterns(projector, quad, n, overhang, PatternRole::fit, prefix);
   }
-  if (!(overhang >= 0.0 && overhang <= 1.0)) {
-    throw InputError("the overhang of the outer patches must lie between 0 and 1 face widths.");
-  }
-  const auto cell_of = [n](double t) {
-    return std::clamp(static_cast<int>(std::floor(t * n)), 0, n - 1);
-  };
-  const auto inside = [overhang](double t) { return t >= -overhang && t < 1.0 + overhang; };
-  const Eigen::Matrix3d square_from_quad = quad_from_square(quad).inverse();
-  std::vector<PlannedPattern> patterns;
-  const std::size_t digits = std::max<std::size_t>(2, std::to_string(n * n - 1).size());
-  for (int i = 0; i < n * n; ++i) {
-    std::string number = std::to_string(i);
-    number.insert(0, digits - number.size(), '0');
-    patterns.push_back({prefix + number, make_uniform_image(projector, 0), role});
-  }
-  for (int y = 0; y < projector.height; ++y) {
-    for (int x = 0; x < projector.width; ++x) {
-      const Eigen::Vector3d at = square_from_quad * Eigen::Vector3d(x, y, 1.0);
-      const double u = at[0] / at[2];
-      const double v = at[1] / at[2];
-      if (!inside(u) || !inside(v)) continue;
-      const int cell = cell_of(v) * n + cell_of(u);
-      patterns[static_cast<std::size_t>(cell)].image(x, y) = 255;
-    }
-  }
-  return patterns;
+  must_be_count(n, "bars across an axis");
+  const auto bars_of = [n](int column, int row) { return std::array{column, n + row}; };
+  return lit_cells(projector, quad, {n, overhang, 2 * n, PatternRole::fit, prefix}, bars_of);
 }
 
 std::vector<Image<std::uint8_t>> make_gray_code_images(const Projector& projector) {

@@ -73,6 +73,21 @@ Session rehearse_session(const Camera& camera, const Projector& projector, const
 /// (u, v) = (0,0), (max,0), (max,max), (0,max).
 using ProjectorQuad = std::array<std::array<double, 2>, 4>;
 
+enum class LightShape { bars, patches };
+
+/// What the projector shows for the fit: n bars across either axis of the lit face, 2 n patterns, or
+/// n * n patches. Bars are the default: for as many pictures E, κ and μ come out better, most of all
+/// where the lit face is seen (docs/benchmarks.md, "Which light").
+struct FitLight {
+  LightShape shape = LightShape::bars;
+  int n = 8;
+};
+
+/// The patterns of `light` with the role fit: bars across u first, then across v; ids and overhang
+/// as those of make_patch_patterns().
+std::vector<PlannedPattern> make_fit_patterns(const Projector& projector, const ProjectorQuad& quad,
+                                              const FitLight& light, double overhang);
+
 /// n * n patterns, each lighting one cell of the n * n division of the quad (by its homography),
 /// cells in rows of u; ids are prefix + two or more digits from 00. The outer cells reach beyond
 /// the quad by `overhang` of its width: a quad aimed by eye leaves a strip of the face dark

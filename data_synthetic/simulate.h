@@ -34,7 +34,7 @@ struct SimulationReport {
 SimulationReport simulate(const SimulationOptions& options, const std::filesystem::path& out,
                           const std::string& device, Progress& progress);
 
-/// The patterns of a session: n × n patches with the role fit and those that validate.
+/// The patterns of a session: those to fit and those that validate.
 std::vector<capture::PlannedPattern> planned_patterns(const Rig& rig,
                                                       const SimulationOptions& options);
 

@@ -170,10 +170,6 @@ TEST_F(InverseBench, PaperSamplesKeepTheRowsOfOthers) {
   for (const char* row : {"| stone | 16 × 16 × 41 | 3 |", "| wax2 | 17 × 12 × 48 | 4 |"}) {
     EXPECT_NE(table.str().find(row), std::string::npos) << table.str();
   }
-  const auto record =
-      nlohmann::json::parse(std::ifstream(folder() / "inverse-samples.json")).at("fits");
-  EXPECT_FALSE(record.at(0).contains("holdout_E_unmasked")) << "stone is back-lit";
-  EXPECT_EQ(record.at(1).at("holdout_E_unmasked").size(), 3U);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ PlanRequest small_request() {
   request.projector = {200, 150};
   request.projector_px_per_mm = 8.0;
   request.longest_s = 1.0;
-  request.patches = 2;
+  request.light = {LightShape::patches, 2};
   request.validate_patches = 1;
   request.boards = 3;
   request.planes = 2;

@@ -204,6 +204,30 @@ TEST(PatchPatterns, OverhangGrowsTheOuterPatchesOutwards) {
   }
 }
 
+// Both sets of bars light every pixel of the quad once, and bars along u know nothing of v.
+TEST(FitPatterns, BarsCrossTheFaceAlongEitherAxis) {
+  const Projector projector{101, 83};
+  const ProjectorQuad quad{{{12.3, 7.7}, {88.1, 10.2}, {92.6, 71.4}, {8.9, 75.5}}};
+  const auto bars = make_fit_patterns(projector, quad, {LightShape::bars, 3}, 0.0);
+  const auto patches = make_fit_patterns(projector, quad, {LightShape::patches, 3}, 0.0);
+  ASSERT_EQ(bars.size(), 6U);
+  ASSERT_EQ(patches.size(), 9U);
+  EXPECT_EQ(bars[5].id, "fit_05");
+  EXPECT_EQ(bars[5].role, PatternRole::fit);
+  for (std::size_t i = 0; i < bars[0].image.size(); ++i) {
+    for (std::size_t column = 0; column < 3; ++column) {
+      for (std::size_t row = 0; row < 3; ++row) {
+        const bool both = bars[column].image.values()[i] == 255 &&
+                          bars[3 + row].image.values()[i] == 255;
+        ASSERT_EQ(both, patches[3 * row + column].image.values()[i] == 255)
+            << "pixel " << i << ", column " << column << ", row " << row;
+      }
+    }
+  }
+  EXPECT_THAT(sentence_of([&] { make_fit_patterns(projector, quad, {LightShape::bars, 0}, 0.0); }),
+              testing::HasSubstr("number of bars across an axis is 0"));
+}
+
 TEST(PatchPatterns, ADegenerateQuadIsRefused) {
   EXPECT_THAT(sentence_of([] {
                 make_patch_patterns({64, 48}, {{{1, 1}, {1, 1}, {1, 1}, {1, 1}}}, 2, 0.0,
