@@ -137,10 +137,9 @@ Json measure_patterns(const Bench& bench) {
     for (int k = 0; k < bench.plan.truths; ++k) {
       const Judge judge = make_judge(block, bench.truth(block, k), bench.plan.single_sources);
       const auto fit = [&](const std::string& shape, const std::vector<double>& light) {
-        FitScore score =
-            measure_fit(noisy(expose(block, judge.fine_fields, light), block.noise,
-                              bench.noise_seed(k)),
-                        judge, bench.with_device({}), Judged::by_own_patterns, 0, bench.progress);
+        FitScore score = measure_fit(
+            noisy(expose(block, judge.fine_fields, light), block.noise, bench.noise_seed(k)), judge,
+            bench.with_device({}), Judged::by_own_patterns, 0, bench.progress);
         score.way = shape + (front_lit ? ", front-lit" : ", back-lit");
         score.noise = block.noise;
         fits.push_back(to_json(score));

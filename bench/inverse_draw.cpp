@@ -188,7 +188,8 @@ std::string draw_scores(const Fits& fits, const fs::path& png) {
 /// Medians over the truths of a light and a number of images.
 std::string draw_patterns(const Fits& fits, const fs::path& png) {
   std::ostringstream table;
-  table << "| light | images | E, 8 × 8 patches | E, single voxels | κ off by | μ off by | χ² | solves "
+  table << "| light | images | E, 8 × 8 patches | E, single voxels | κ off by | μ off by | χ² | "
+           "solves "
            "|\n|---|---|---|---|---|---|---|---|\n";
   std::vector<Chart> charts(2);
   charts[0].title = "8 x 8 patches";
@@ -217,7 +218,8 @@ std::string draw_patterns(const Fits& fits, const fs::path& png) {
                                       of(same, [](const FitScore& f) { return f.single_error; })};
     table << "| " << kind.first << " | " << kind.second << " | " << scientific(error[0]) << " | "
           << scientific(error[1]) << " | "
-          << text("%.0f %%", 100.0 * of(same, [](const FitScore& f) { return median(f.depth.kappa); }))
+          << text("%.0f %%",
+                  100.0 * of(same, [](const FitScore& f) { return median(f.depth.kappa); }))
           << " | "
           << text("%.0f %%", 100.0 * of(same, [](const FitScore& f) { return median(f.depth.mu); }))
           << " | " << text("%.2f", of(same, [](const FitScore& f) { return f.chi2; })) << " | "

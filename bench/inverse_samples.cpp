@@ -118,8 +118,8 @@ std::string sample_table(const Json& rows) {
              text("%.0f", row.at("seconds").get<double>()) + " | " +
              text("%.0f", row.at("deviation_seconds").get<double>()) + " | " +
              std::to_string(row.at("batched_solves").get<int>()) + " | " +
-             listed(row.at("holdout_E"), [](double e) { return text("%.1e", e); }) + " | " + listed(row.at("data_misfit_chi2"), [](double c) { return text("%.2f", c); }) +
-             " |\n";
+             listed(row.at("holdout_E"), [](double e) { return text("%.1e", e); }) + " | " +
+             listed(row.at("data_misfit_chi2"), [](double c) { return text("%.2f", c); }) + " |\n";
   }
   return table;
 }

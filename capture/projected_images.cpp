@@ -93,13 +93,11 @@ std::vector<PlannedPattern> lit_cells(const Projector& projector, const Projecto
   const auto inside = [overhang](double t) { return t >= -overhang && t < 1.0 + overhang; };
   const Eigen::Matrix3d square_from_quad = quad_from_square(quad).inverse();
   std::vector<PlannedPattern> patterns;
-  const std::size_t digits =
-      std::max<std::size_t>(2, std::to_string(division.patterns - 1).size());
+  const std::size_t digits = std::max<std::size_t>(2, std::to_string(division.patterns - 1).size());
   for (int i = 0; i < division.patterns; ++i) {
     std::string number = std::to_string(i);
     number.insert(0, digits - number.size(), '0');
-    patterns.push_back(
-        {division.prefix + number, make_uniform_image(projector, 0), division.role});
+    patterns.push_back({division.prefix + number, make_uniform_image(projector, 0), division.role});
   }
   for (int y = 0; y < projector.height; ++y) {
     for (int x = 0; x < projector.width; ++x) {

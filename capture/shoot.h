@@ -75,9 +75,9 @@ using ProjectorQuad = std::array<std::array<double, 2>, 4>;
 
 enum class LightShape { bars, patches };
 
-/// What the projector shows for the fit: n bars across either axis of the lit face, 2 n patterns, or
-/// n * n patches. Bars are the default: for as many pictures E, κ and μ come out better, most of all
-/// where the lit face is seen (docs/benchmarks.md, "Which light").
+/// What the projector shows for the fit: n bars across either axis of the lit face, 2 n patterns,
+/// or n * n patches. Bars are the default: for as many pictures E, κ and μ come out better, most of
+/// all where the lit face is seen (docs/benchmarks.md, "Which light").
 struct FitLight {
   LightShape shape = LightShape::bars;
   int n = 8;

@@ -145,6 +145,15 @@ TEST_F(CliFailures, SimulateShootsTheViewsAskedFor) {
   EXPECT_EQ(calibrated.exit_code, 0) << calibrated.standard_error;
 }
 
+TEST_F(CliFailures, BarsAndPatchesAreOneChoice) {
+  const ProcessResult both =
+      kappamu("simulate --sample tiny --bars 2 --patches 2 -o " + at("both"));
+  EXPECT_EQ(both.exit_code, 2) << both.standard_error;
+  EXPECT_THAT(both.standard_error, testing::HasSubstr("--patches excludes --bars"));
+  expect_one_sentence(kappamu("simulate --sample tiny --bars 65 -o " + at("many")),
+                      "bars is 65: choose a value from 1 to 64");
+}
+
 TEST_F(CliFailures, MissingInputsAreNamed) {
   expect_one_sentence(kappamu("run " + at("nowhere") + " -o " + at("run")), "nowhere");
   expect_one_sentence(kappamu("calibrate " + at("nowhere") + " -o " + at("run")), "nowhere");

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "bench/inverse_fit.h"
+#include "bench/media.h"
 #include "core/error.h"
 #include "tests/bench/bench_tools.h"
 
@@ -121,6 +122,31 @@ TEST(DepthErrorOf, AVolumeTenPercentOffIsTenPercentInEveryLayer) {
     ASSERT_EQ(error.kappa.size(), static_cast<std::size_t>(shape.extent(axis_of(lit))));
     for (const double e : error.kappa) EXPECT_NEAR(e, 0.1, 1e-9);
     for (const double e : error.mu) EXPECT_NEAR(e, 0.1, 1e-9);
+  }
+}
+
+TEST(BarLight, LightsEveryVoxelByOneBarEitherWay) {
+  const FaceShape face = face_shape(shape, Face::z_minus);
+  const auto [nu, nv] =
+      std::pair(static_cast<std::size_t>(face.nu), static_cast<std::size_t>(face.nv));
+  const std::size_t bars = 5;
+  const std::vector<double> light = bar_light(shape, Face::z_minus, static_cast<int>(bars));
+  ASSERT_EQ(light.size(), 2 * bars * face.cells());
+  const auto value = [&](std::size_t pattern, std::size_t u, std::size_t v) {
+    return light[pattern * face.cells() + v * nu + u];
+  };
+  for (std::size_t v = 0; v < nv; ++v) {
+    for (std::size_t u = 0; u < nu; ++u) {
+      double across_u = 0.0, across_v = 0.0;
+      for (std::size_t bar = 0; bar < bars; ++bar) {
+        across_u += value(bar, u, v);
+        across_v += value(bars + bar, u, v);
+        EXPECT_EQ(value(bar, u, v), value(bar, u, 0));
+        EXPECT_EQ(value(bars + bar, u, v), value(bars + bar, 0, v));
+      }
+      EXPECT_EQ(across_u, 1.0);
+      EXPECT_EQ(across_v, 1.0);
+    }
   }
 }
 

@@ -59,6 +59,18 @@ TEST(ExposureTimes, AreRisingMultiplesOfThePeriodFromAThirtiethUp) {
               HasSubstr("longest exposure of 0.02 s is below 0.0333333 s"));
 }
 
+TEST(PlannedLight, IsEightBarsEitherWayUnlessToldOtherwise) {
+  const auto fitted = [](const PlanRequest& request) {
+    const Plan plan = make_plan(request, "nowhere");
+    return std::count_if(plan.capture.patterns.begin(), plan.capture.patterns.end(),
+                         [](const PlannedPattern& p) { return p.role == PatternRole::fit; });
+  };
+  PlanRequest request = small_request();
+  EXPECT_EQ(fitted(request), 4);
+  request.light = PlanRequest{}.light;
+  EXPECT_EQ(fitted(request), 16);
+}
+
 class PlanUnder : public testing::TestWithParam<PlaneLight> {
  protected:
   Plan written() {

@@ -217,14 +217,16 @@ TEST(FitPatterns, BarsCrossTheFaceAlongEitherAxis) {
   for (std::size_t i = 0; i < bars[0].image.size(); ++i) {
     for (std::size_t column = 0; column < 3; ++column) {
       for (std::size_t row = 0; row < 3; ++row) {
-        const bool both = bars[column].image.values()[i] == 255 &&
-                          bars[3 + row].image.values()[i] == 255;
+        const bool both =
+            bars[column].image.values()[i] == 255 && bars[3 + row].image.values()[i] == 255;
         ASSERT_EQ(both, patches[3 * row + column].image.values()[i] == 255)
             << "pixel " << i << ", column " << column << ", row " << row;
       }
     }
   }
-  EXPECT_THAT(sentence_of([&] { make_fit_patterns(projector, quad, {LightShape::bars, 0}, 0.0); }),
+  EXPECT_THAT(sentence_of([&] {
+                make_fit_patterns(projector, quad, {LightShape::bars, 0}, 0.0);
+              }),
               testing::HasSubstr("number of bars across an axis is 0"));
 }
 

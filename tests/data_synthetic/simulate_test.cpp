@@ -242,7 +242,9 @@ TEST(SimulationOptions, NameOptionValueAndBound) {
     return std::string();
   };
   EXPECT_EQ(sentence([](SimulationOptions&) {}), "");
-  EXPECT_EQ(sentence([](SimulationOptions& o) { o.light = {capture::LightShape::patches, 0}; }),
+  EXPECT_EQ(sentence([](SimulationOptions& o) {
+              o.light = {capture::LightShape::patches, 0};
+            }),
             "patches is 0: choose a value from 1 to 16");
   EXPECT_EQ(sentence([](SimulationOptions& o) { o.bit_depth = 7; }),
             "bit depth is 7: choose a value from 8 to 16");
