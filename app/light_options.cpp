@@ -4,29 +4,21 @@
 
 namespace kappamu::app {
 
-void add_fit_light(CLI::App& command, capture::FitLight& light) {
+void add_fit_light(CLI::App& command, std::optional<capture::FitLight>& light) {
+  using capture::FitLight;
   using capture::LightShape;
   constexpr int most = 100;  // of a projector's pixels hardly more are told apart
-  auto* const bars = command
-                         .add_option_function<int>(
-                             "--bars",
-                             [&light](int n) {
-                               light = {LightShape::bars, n};
-                             },
-                             "Fit patterns: N bars across either axis of the lit face, "
-                             "2 N in all [8]")
-                         ->type_name("N")
-                         ->check(CLI::Range(1, most));
-  command
-      .add_option_function<int>(
-          "--patches",
-          [&light](int n) {
-            light = {LightShape::patches, n};
-          },
-          "Fit patterns: N x N patches instead; for as many pictures E is "
-          "several times larger (docs/benchmarks.md)")
-      ->type_name("N")
-      ->check(CLI::Range(1, most))
+  const auto choice = [&](const char* name, LightShape shape, const char* text) {
+    const auto choose = [&light, shape](int n) { light = FitLight{shape, n}; };
+    return command.add_option_function<int>(name, choose, text)
+        ->type_name("N")
+        ->check(CLI::Range(1, most));
+  };
+  auto* const bars = choice("--bars", LightShape::bars,
+                            "Fit patterns: N bars across either axis of the lit face, 2 N in all "
+                            "[front-lit: 8; docs/benchmarks.md, \"Which light\"]");
+  choice("--patches", LightShape::patches,
+         "Fit patterns: N x N patches of the lit face [back-lit: 4]")
       ->excludes(bars);
 }
 

@@ -63,6 +63,10 @@ Json measure_sample(const std::string& name, const InverseBenchOptions& options,
   block.seen = sample.seen_face();
   block.noise = noise;
   block.precision = forward::Precision::single_precision;
+  // As capture::usual_light().
+  const std::vector<double> light = sample.setup == capture::Setup::front_lit
+                                        ? bar_light(block.grid, block.lit, 8)
+                                        : patch_light(block.grid, block.lit, 16);
   const std::array<Medium, 3> truth = synthetic::sample_medium(sample, block.grid.refined(2));
   Json record{{"sample", name},
               {"grid", {block.grid.nx, block.grid.ny, block.grid.nz}},
@@ -76,7 +80,7 @@ Json measure_sample(const std::string& name, const InverseBenchOptions& options,
   Json misfits = Json::array();
   for (std::size_t channel = 0; channel < truth.size(); ++channel) {
     const inverse::CoefficientPair fields = inverse::to_fields(truth[channel]);
-    SurfaceMeasurements measured = expose(block, fields, bar_light(block.grid, block.lit, 8));
+    SurfaceMeasurements measured = expose(block, fields, light);
     add_noise(measured, noise, options.seed + channel);
     inverse::FitOptions fit_options;
     fit_options.backend.device = options.device;

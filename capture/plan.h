@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ struct PlanRequest {
   double period_s = 1.0 / 60.0;      ///< of the projector's refresh or colour wheel
   double longest_s = 4.0;            ///< longest exposure
   int exposures = 5;                 ///< per pattern
-  FitLight light;                    ///< patterns for the fit
+  std::optional<FitLight> light;     ///< patterns for the fit; usual_light() unless given
   int validate_patches = 2;          ///< n × n patches kept out of the fit; 0 = none
   Board board{9, 6, 4.0};
   int boards = 15;

@@ -76,12 +76,18 @@ using ProjectorQuad = std::array<std::array<double, 2>, 4>;
 enum class LightShape { bars, patches };
 
 /// What the projector shows for the fit: n bars across either axis of the lit face, 2 n patterns,
-/// or n * n patches. Bars are the default: for as many pictures E, κ and μ come out better, most of
-/// all where the lit face is seen (docs/benchmarks.md, "Which light").
+/// or n * n patches.
 struct FitLight {
-  LightShape shape = LightShape::bars;
-  int n = 8;
+  LightShape shape = LightShape::patches;
+  int n = 4;
 };
+
+/// Sixteen patterns: eight bars either way where the lit face is seen, else 4 × 4 patches
+/// (docs/benchmarks.md, "Which light").
+inline FitLight usual_light(Setup setup) {
+  return setup == Setup::front_lit ? FitLight{LightShape::bars, 8}
+                                   : FitLight{LightShape::patches, 4};
+}
 
 /// The patterns of `light` with the role fit: bars across u first, then across v; ids and overhang
 /// as those of make_patch_patterns().

@@ -87,7 +87,7 @@ class LitRoom : public ::testing::Test {
         std::filesystem::temp_directory_path() / ("kappamu_lit_room_" + std::to_string(::getpid()));
     std::filesystem::create_directories(folder);
     options = synthetic::tiny_options();
-    options.light = {capture::LightShape::patches, 1};
+    options.light = capture::FitLight{capture::LightShape::patches, 1};
     options.validation = false;
     options.holdout = 0;
     options.encoding = capture::Encoding::linear;

@@ -29,7 +29,7 @@ PlanRequest small_request() {
   request.projector = {200, 150};
   request.projector_px_per_mm = 8.0;
   request.longest_s = 1.0;
-  request.light = {LightShape::patches, 2};
+  request.light = FitLight{LightShape::patches, 2};
   request.validate_patches = 1;
   request.boards = 3;
   request.planes = 2;
@@ -59,16 +59,21 @@ TEST(ExposureTimes, AreRisingMultiplesOfThePeriodFromAThirtiethUp) {
               HasSubstr("longest exposure of 0.02 s is below 0.0333333 s"));
 }
 
-TEST(PlannedLight, IsEightBarsEitherWayUnlessToldOtherwise) {
-  const auto fitted = [](const PlanRequest& request) {
+TEST(PlannedLight, IsSixteenPatchesBackLitAndEightBarsEitherWayFrontLit) {
+  const auto lit_share = [](const PlanRequest& request) {
     const Plan plan = make_plan(request, "nowhere");
-    return std::count_if(plan.capture.patterns.begin(), plan.capture.patterns.end(),
-                         [](const PlannedPattern& p) { return p.role == PatternRole::fit; });
+    EXPECT_EQ(std::count_if(plan.capture.patterns.begin(), plan.capture.patterns.end(),
+                            [](const PlannedPattern& p) { return p.role == PatternRole::fit; }),
+              16);
+    const auto& image = plan.capture.patterns.front().image.values();
+    return static_cast<double>(std::count(image.begin(), image.end(), 255)) /
+           static_cast<double>(image.size());
   };
   PlanRequest request = small_request();
-  EXPECT_EQ(fitted(request), 4);
-  request.light = PlanRequest{}.light;
-  EXPECT_EQ(fitted(request), 16);
+  request.light.reset();
+  const double patch = lit_share(request);
+  request.setup = Setup::front_lit;
+  EXPECT_GT(lit_share(request), 1.2 * patch);  // an outer bar of eight crosses the whole face
 }
 
 class PlanUnder : public testing::TestWithParam<PlaneLight> {

@@ -243,7 +243,7 @@ TEST(SimulationOptions, NameOptionValueAndBound) {
   };
   EXPECT_EQ(sentence([](SimulationOptions&) {}), "");
   EXPECT_EQ(sentence([](SimulationOptions& o) {
-              o.light = {capture::LightShape::patches, 0};
+              o.light = capture::FitLight{capture::LightShape::patches, 0};
             }),
             "patches is 0: choose a value from 1 to 16");
   EXPECT_EQ(sentence([](SimulationOptions& o) { o.bit_depth = 7; }),
