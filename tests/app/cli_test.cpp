@@ -149,7 +149,7 @@ TEST_F(CliFailures, BarsAndPatchesAreOneChoice) {
   const ProcessResult both =
       kappamu("simulate --sample tiny --bars 2 --patches 2 -o " + at("both"));
   EXPECT_EQ(both.exit_code, 2) << both.standard_error;
-  EXPECT_THAT(both.standard_error, testing::HasSubstr("--patches excludes --bars"));
+  EXPECT_THAT(both.standard_error, testing::HasSubstr("--bars excludes --patches"));
   expect_one_sentence(kappamu("simulate --sample tiny --bars 65 -o " + at("many")),
                       "bars is 65: choose a value from 1 to 64");
 }

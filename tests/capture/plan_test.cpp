@@ -73,6 +73,7 @@ TEST(PlannedLight, IsSixteenPatchesBackLitAndEightBarsEitherWayFrontLit) {
   request.light.reset();
   const double patch = lit_share(request);
   request.setup = Setup::front_lit;
+  request.sample.seen_face = request.sample.lit_face;
   EXPECT_GT(lit_share(request), 1.2 * patch);  // an outer bar of eight crosses the whole face
 }
 
