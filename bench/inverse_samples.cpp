@@ -8,6 +8,7 @@
 #include "bench/inverse_case.h"
 #include "bench/media.h"
 #include "bench/text.h"
+#include "capture/shoot.h"
 #include "data_synthetic/materials.h"
 #include "inverse/fit.h"
 
@@ -63,10 +64,10 @@ Json measure_sample(const std::string& name, const InverseBenchOptions& options,
   block.seen = sample.seen_face();
   block.noise = noise;
   block.precision = forward::Precision::single_precision;
-  // As capture::usual_light().
-  const std::vector<double> light = sample.setup == capture::Setup::front_lit
-                                        ? bar_light(block.grid, block.lit, 8)
-                                        : patch_light(block.grid, block.lit, 16);
+  const capture::FitLight usual = capture::usual_light(sample.setup);
+  const std::vector<double> light = usual.shape == capture::LightShape::bars
+                                        ? bar_light(block.grid, block.lit, usual.n)
+                                        : patch_light(block.grid, block.lit, usual.n * usual.n);
   const std::array<Medium, 3> truth = synthetic::sample_medium(sample, block.grid.refined(2));
   Json record{{"sample", name},
               {"grid", {block.grid.nx, block.grid.ny, block.grid.nz}},
