@@ -20,7 +20,7 @@ TEST_F(FrontLitTest, LitVoxelsAreMaskedAndTheOthersGiveTheVolumes) {
   const std::string capture = (folder() / "capture").string();
   const std::string run = (folder() / "run").string();
   const ProcessResult simulated = kappamu(
-      "simulate --sample wax2 --grid 24x16x10 --camera 480x360 --no-validation --holdout 6 -o " +
+      "simulate --sample wax2 --grid 32x24x10 --camera 480x360 --no-validation --holdout 6 -o " +
       capture);
   ASSERT_EQ(simulated.exit_code, 0) << simulated.standard_error;
   const ProcessResult fitted = kappamu("run " + capture + "/session -o " + run);
@@ -39,13 +39,13 @@ TEST_F(FrontLitTest, LitVoxelsAreMaskedAndTheOthersGiveTheVolumes) {
     }
     used += is_used ? 1 : 0;
   }
-  // A bar two or three voxels wide and its neighbours cover about a quarter of the face.
-  EXPECT_GT(used, mask.values.size() * 7 / 10);
+  // A bar and its neighbours cover less than a quarter of the face.
+  EXPECT_GT(used, mask.values.size() * 3 / 4);
 
   const ProcessResult scored = kappamu("score " + run + " --truth " + capture + "/truth --json");
   ASSERT_EQ(scored.exit_code, 0) << scored.standard_error;
   const json score = json::parse(last_line(scored.standard_output));
-  // Measured 3.5e-5 on the unlit voxels; every sample's aim is 1e-3.
+  // Measured 5.1e-5 on the unlit voxels; every sample's aim is 1e-3.
   constexpr double bound = 4e-4;
   EXPECT_LT(score.at("holdout_E").get<double>(), bound);
 }
