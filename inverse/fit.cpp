@@ -137,6 +137,7 @@ void ChannelRun::begin_stage() {
           [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
   state_.roughness = function_->last_roughness();
   state_.chi2 = objective_->chi2_per_datum();
+  state_.begun_chi2 = state_.chi2;
   if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
   }

@@ -166,6 +166,7 @@ double ChannelRun::first_weight(double chi2) const {
 
 void ChannelRun::end_stage() {
   const double chi2_minimised = state_.chi2;
+  const CoefficientPair begun = std::move(state_.fields);
   state_.fields = basis_->to_fields(state_.optimiser.z);
   state_.in_stage = false;
   // What counts is the χ² of a model corrected here, not where this weight was begun.
@@ -180,6 +181,13 @@ void ChannelRun::end_stage() {
     return;
   }
   if (choosing()) return keep_point(chi2);
+  // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
+  // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
+  if (state_.level > 0 && !options_.weight && chi2 >= state_.begun_chi2) {
+    state_.fields = begun;
+    state_.weight /= options_.weight_factor;
+    return finish_level();
+  }
   // Where only the correction moved, this weight is low enough: once more with the new one.
   const bool repeat =
       !options_.weight && !state_.repeated && chi2_minimised <= options_.target_chi2;

@@ -8,7 +8,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d37ULL;  // "km-fit-7"
+constexpr std::uint64_t magic = 0x6b6d2d6669742d38ULL;  // "km-fit-8"
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
@@ -169,7 +169,7 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
   for (const bool b : {in_stage, finished, ran_out, repeated, stagnated, last_stage}) out.put(b);
-  for (const double x : {last_chi2, seconds, weight, roughness, chi2}) out.put(x);
+  for (const double x : {begun_chi2, last_chi2, seconds, weight, roughness, chi2}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
   out.put<std::uint64_t>(blocks.size());
@@ -205,9 +205,10 @@ bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerpri
                     &state.stagnated, &state.last_stage}) {
       in.get(*b);
     }
-    for (double* x :
-         {&state.last_chi2, &state.seconds, &state.weight, &state.roughness, &state.chi2})
+    for (double* x : {&state.begun_chi2, &state.last_chi2, &state.seconds, &state.weight,
+                      &state.roughness, &state.chi2}) {
       in.get(*x);
+    }
     in.get(state.fields.log_kappa);
     in.get(state.fields.log_mu);
     std::uint64_t count = 0;

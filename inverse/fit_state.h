@@ -22,6 +22,7 @@ struct FitState {
   bool last_stage = false;  ///< this weight ends the fit: to final_tolerance
   int stage_steps = 0;      ///< taken at this weight
   int small_decreases = 0;  ///< in a row
+  double begun_chi2 = 0.0;  ///< per datum where the weight was begun
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
   double seconds = 0.0;     ///< spent by earlier runs
   double weight = 0.0;      ///< α
