@@ -4,7 +4,7 @@
 
 namespace kappamu::app {
 
-void add_fit_light(CLI::App& command, std::optional<capture::FitLight>& light) {
+void add_fit_light(CLI::App& command, capture::FitLight& light) {
   using capture::FitLight;
   using capture::LightShape;
   constexpr int most = 100;  // of a projector's pixels hardly more are told apart
@@ -16,9 +16,9 @@ void add_fit_light(CLI::App& command, std::optional<capture::FitLight>& light) {
   };
   auto* const bars = choice("--bars", LightShape::bars,
                             "Fit patterns: N bars across either axis of the lit face, 2 N in all "
-                            "[front-lit: 8; docs/benchmarks.md, \"Which light\"]");
+                            "[8; docs/benchmarks.md, \"Which light\"]");
   choice("--patches", LightShape::patches,
-         "Fit patterns: N x N patches of the lit face [back-lit: 4]")
+         "Fit patterns: N x N patches of the lit face instead")
       ->excludes(bars);
 }
 

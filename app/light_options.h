@@ -2,13 +2,12 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <optional>
 
 #include "capture/shoot.h"
 
 namespace kappamu::app {
 
 /// --bars N or --patches N, into `light`, which must outlive the parse.
-void add_fit_light(CLI::App& command, std::optional<capture::FitLight>& light);
+void add_fit_light(CLI::App& command, capture::FitLight& light);
 
 }  // namespace kappamu::app

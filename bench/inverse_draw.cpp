@@ -139,9 +139,9 @@ double worst(const std::vector<double>& values) {
 
 std::string draw_scores(const Fits& fits, const fs::path& png) {
   std::ostringstream table;
-  table << "| noise | truths | E, 8 × 8 patches: median, worst | E, single voxels: median, worst | "
-           "χ², "
-           "worst | solves, median | work, median |\n|---|---|---|---|---|---|---|\n";
+  table << "| light | noise | truths | E, 8 × 8 patches: median, worst | "
+           "E, single voxels: median, worst | χ², worst | solves, median | work, median |\n"
+           "|---|---|---|---|---|---|---|---|\n";
   std::vector<Chart> charts(2);
   for (std::size_t c = 0; c < 2; ++c) {
     charts[c].title = c == 0 ? "error of κ by depth" : "error of μ by depth";
@@ -149,11 +149,16 @@ std::string draw_scores(const Fits& fits, const fs::path& png) {
     charts[c].y_label = "median |found/true - 1|, median over truths";
     charts[c].log_y = true;
   }
-  for (const double noise : noises_of(fits)) {
+  std::vector<std::pair<std::string, double>> kinds;  // in the order measured
+  for (const FitScore& f : fits) {
+    const std::pair kind(f.way, f.noise);
+    if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) kinds.push_back(kind);
+  }
+  for (const auto& [light, noise] : kinds) {
     std::vector<double> patches, single, chi2, solves, work;
     std::array<std::vector<std::vector<double>>, 2> by_depth;
     for (const FitScore& f : fits) {
-      if (f.noise != noise) continue;
+      if (f.way != light || f.noise != noise) continue;
       patches.push_back(f.patches_error);
       single.push_back(f.single_error);
       chi2.push_back(f.chi2);
@@ -166,14 +171,14 @@ std::string draw_scores(const Fits& fits, const fs::path& png) {
         by_depth[1][d].push_back(f.depth.mu[d]);
       }
     }
-    table << "| " << text("%g %%", 100.0 * noise) << " | " << patches.size() << " | "
-          << scientific(median(patches)) << ", " << scientific(worst(patches)) << " | "
+    table << "| " << light << " | " << text("%g %%", 100.0 * noise) << " | " << patches.size()
+          << " | " << scientific(median(patches)) << ", " << scientific(worst(patches)) << " | "
           << scientific(median(single)) << ", " << scientific(worst(single)) << " | "
           << text("%.2f", worst(chi2)) << " | " << text("%.0f", median(solves)) << " | "
           << text("%.0f", median(work)) << " |\n";
     for (std::size_t c = 0; c < 2; ++c) {
       Series series;
-      series.label = "noise " + text("%g %%", 100.0 * noise);
+      series.label = light + ", noise " + text("%g %%", 100.0 * noise);
       for (std::size_t d = 0; d < by_depth[c].size(); ++d) {
         series.x.push_back(static_cast<double>(d) + 1.0);
         series.y.push_back(median(by_depth[c][d]));

@@ -64,10 +64,7 @@ Json measure_sample(const std::string& name, const InverseBenchOptions& options,
   block.seen = sample.seen_face();
   block.noise = noise;
   block.precision = forward::Precision::single_precision;
-  const capture::FitLight usual = capture::usual_light(sample.setup);
-  const std::vector<double> light = usual.shape == capture::LightShape::bars
-                                        ? bar_light(block.grid, block.lit, usual.n)
-                                        : patch_light(block.grid, block.lit, usual.n * usual.n);
+  const std::vector<double> light = bar_light(block.grid, block.lit, capture::FitLight{}.n);
   const std::array<Medium, 3> truth = synthetic::sample_medium(sample, block.grid.refined(2));
   Json record{{"sample", name},
               {"grid", {block.grid.nx, block.grid.ny, block.grid.nz}},

@@ -13,16 +13,15 @@ namespace kappamu::bench {
 
 namespace {
 
-/// Under side × side patches; nothing seen yet.
-SurfaceMeasurements light_up(const Block& block, int side, double eta) {
+/// Nothing seen yet.
+SurfaceMeasurements light_up(const Block& block, const std::vector<double>& light, double eta) {
   SurfaceMeasurements m;
   m.grid = block.grid;
   m.eta = eta;
   m.lit_face = block.lit;
   m.seen_face = block.seen;
   m.channels = {"grey"};
-  m.patterns = side * side;
-  const std::vector<double> light = patch_light(block.grid, block.lit, m.patterns);
+  m.patterns = static_cast<int>(light.size() / face_shape(block.grid, block.lit).cells());
   m.irradiance.assign(light.begin(), light.end());
   return m;
 }
@@ -91,10 +90,9 @@ Figure3 inclusions(double kappa, double mu, double contrast) {
   };
 }
 
-SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int side, int factor,
-                                  double eta) {
-  SurfaceMeasurements m = light_up(block, side, eta);
-  const std::vector<double> light(m.irradiance.begin(), m.irradiance.end());
+SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure,
+                                  const std::vector<double>& light, int factor, double eta) {
+  SurfaceMeasurements m = light_up(block, light, eta);
   forward::GridSetup fine = inverse::make_setup(m, forward::Convention::physical);
   fine.shape = block.grid.refined(factor);
   const auto solver =
@@ -113,11 +111,16 @@ SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int
   return m;
 }
 
+SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int side, int factor,
+                                  double eta) {
+  return expose_figure(block, figure, patch_light(block.grid, block.lit, side * side), factor, eta);
+}
+
 SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, int side,
                                    std::uint64_t seed) {
   constexpr std::uint64_t photons = 400'000;  // a pattern
   constexpr double unknown_noise = 0.25;      // standard error over value; 16 photons
-  SurfaceMeasurements m = light_up(block, side, 1.3);
+  SurfaceMeasurements m = light_up(block, patch_light(block.grid, block.lit, side * side), 1.3);
   const inverse::CoefficientPair fields = on_grid(block.grid, figure);
   forward::ForwardProblem problem;
   problem.setup = inverse::make_setup(m, forward::Convention::physical);

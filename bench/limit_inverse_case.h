@@ -38,7 +38,11 @@ struct Mistake {
   double wild = 0.0;        ///< share of values that are anything up to the largest
 };
 
-/// Noise-free values under side × side patches, solved on voxels split in `factor`³.
+/// Noise-free values under `light`, [pattern][v][u] on the lit face, solved on voxels split in
+/// `factor`³.
+SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure,
+                                  const std::vector<double>& light, int factor, double eta);
+/// The same under side × side patches.
 SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int side, int factor,
                                   double eta = 1.3);
 

@@ -9,6 +9,7 @@
 
 #include "bench/limit_inverse_case.h"
 #include "bench/limits.h"
+#include "bench/media.h"
 #include "inverse/consistency.h"
 #include "inverse/fit.h"
 #include "inverse/homogeneous.h"
@@ -64,6 +65,7 @@ LimitTable limit_consistency(const LimitsOptions& options, Progress& progress) {
                                   {"3 voxels off", {.shift = 3}},
                                   {"eta 1.3 for 1.5", {.stated_eta = 1.3}, 1.5}};
   const Block block{.grid = {12, 12, 6, 0.5}};
+  const std::vector<double> light = bar_light(block.grid, block.lit, 8);
   inverse::Backend backend;
   backend.device = options.device;
   const inverse::ModelError model_error = inverse::FitOptions{}.model_error;
@@ -76,8 +78,8 @@ LimitTable limit_consistency(const LimitsOptions& options, Progress& progress) {
       for (int s = 0; s < seeds; ++s) {
         const auto seed = static_cast<std::size_t>(s);
         SurfaceMeasurements m = expose_figure(
-            block, kind.figure(kappas[seed % kappas.size()], mus[seed % mus.size()], seed), 4, fine,
-            wrong.eta);
+            block, kind.figure(kappas[seed % kappas.size()], mus[seed % mus.size()], seed), light,
+            fine, wrong.eta);
         spoil(m, noise, wrong.mistake, seed + 1);
         const inverse::Problem problem =
             inverse::make_problem(m, 0, forward::Convention::physical, model_error);

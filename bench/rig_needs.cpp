@@ -28,7 +28,7 @@ synthetic::SimulationOptions tiny(std::uint64_t seed) {
   synthetic::SimulationOptions options;
   options.sample = "tiny";
   options.seed = seed;
-  options.light = capture::FitLight{capture::LightShape::patches, 3};
+  options.light = {capture::LightShape::patches, 3};
   options.validation = false;
   options.holdout = 4;
   options.board_views = 9;

@@ -245,8 +245,7 @@ Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder) 
   capture.pattern_station = request.setup == Setup::back_lit ? "back" : "front";
   capture.exposures_s = exposure_times(request.period_s, request.longest_s, request.exposures);
   const ProjectorQuad quad = centred_quad(request);
-  capture.patterns = make_fit_patterns(
-      request.projector, quad, request.light.value_or(usual_light(request.setup)), patch_overhang);
+  capture.patterns = make_fit_patterns(request.projector, quad, request.light, patch_overhang);
   if (request.validate_patches > 0) {
     const auto held_out = make_patch_patterns(request.projector, quad, request.validate_patches,
                                               patch_overhang, PatternRole::validate, "validate_");

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +19,7 @@ struct PlanRequest {
   double period_s = 1.0 / 60.0;      ///< of the projector's refresh or colour wheel
   double longest_s = 4.0;            ///< longest exposure
   int exposures = 5;                 ///< per pattern
-  std::optional<FitLight> light;     ///< patterns for the fit; usual_light() unless given
+  FitLight light;                    ///< patterns for the fit
   int validate_patches = 2;          ///< n × n patches kept out of the fit; 0 = none
   Board board{9, 6, 4.0};
   int boards = 15;

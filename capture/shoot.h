@@ -76,18 +76,11 @@ using ProjectorQuad = std::array<std::array<double, 2>, 4>;
 enum class LightShape { bars, patches };
 
 /// What the projector shows for the fit: n bars across either axis of the lit face, 2 n patterns,
-/// or n * n patches.
+/// or n * n patches. Sixteen patterns unless chosen (docs/benchmarks.md, "Which light").
 struct FitLight {
-  LightShape shape = LightShape::patches;
-  int n = 4;
+  LightShape shape = LightShape::bars;
+  int n = 8;
 };
-
-/// Sixteen patterns: eight bars either way where the lit face is seen, else 4 × 4 patches
-/// (docs/benchmarks.md, "Which light").
-inline FitLight usual_light(Setup setup) {
-  return setup == Setup::front_lit ? FitLight{LightShape::bars, 8}
-                                   : FitLight{LightShape::patches, 4};
-}
 
 /// The patterns of `light` with the role fit: bars across u first, then across v; ids and overhang
 /// as those of make_patch_patterns().

@@ -169,9 +169,8 @@ int count_frames(const capture::Session& session) {
 
 std::vector<PlannedPattern> planned_patterns(const Rig& rig, const SimulationOptions& options) {
   const capture::ProjectorQuad quad = aimed_quad(rig);
-  std::vector<PlannedPattern> patterns = capture::make_fit_patterns(
-      rig.projector_size, quad, options.light.value_or(capture::usual_light(rig.sample.setup)),
-      patch_overhang);
+  std::vector<PlannedPattern> patterns =
+      capture::make_fit_patterns(rig.projector_size, quad, options.light, patch_overhang);
   if (options.validation) {
     constexpr int n = 8;
     const std::vector<PlannedPattern> fine = capture::make_patch_patterns(

@@ -18,7 +18,7 @@ std::vector<double> SimulationOptions::geometric_exposures(double first, double 
 SimulationOptions tiny_options() {
   SimulationOptions options;
   options.sample = "tiny";
-  options.light = capture::FitLight{capture::LightShape::patches, 2};
+  options.light = {capture::LightShape::patches, 2};
   options.exposures_s = SimulationOptions::geometric_exposures(1.0 / 30.0, 8.0, 5);
   options.projector_size = {640, 480};
   options.board_views = 12;
@@ -46,10 +46,8 @@ void within(const std::string& option, double value, double low, double high) {
 }  // namespace
 
 void validate(const SimulationOptions& options) {
-  if (options.light) {
-    const bool bars = options.light->shape == capture::LightShape::bars;
-    within(bars ? "bars" : "patches", options.light->n, 1, bars ? 64 : 16);
-  }
+  const bool bars = options.light.shape == capture::LightShape::bars;
+  within(bars ? "bars" : "patches", options.light.n, 1, bars ? 64 : 16);
   within("noise", options.noise_scale, 0, 10);
   within("bit depth", options.bit_depth, 8, 16);
   within("boards", options.board_views, 3, 60);

@@ -17,8 +17,7 @@ struct SimulationOptions {
   std::string sample = "demo";  ///< see sample_names()
   /// Voxels along x, y, z instead of the sample's own, for quick variants.
   std::optional<std::array<int, 3>> grid;
-  /// Patterns to fit, bars 1 to 64, patches 1 to 16; usual_light() of the sample unless given.
-  std::optional<capture::FitLight> light;
+  capture::FitLight light;   ///< patterns to fit, bars 1 to 64, patches 1 to 16
   bool validation = true;    ///< add validation patterns: 4 of 8 × 8 patches, a cross, a checker
   double noise_scale = 1.0;  ///< factor on shot and read noise, 0 (none) to 10
   std::uint64_t seed = 1;    ///< of the sample's structure, the rig's imperfections and the noise

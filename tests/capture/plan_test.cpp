@@ -29,7 +29,7 @@ PlanRequest small_request() {
   request.projector = {200, 150};
   request.projector_px_per_mm = 8.0;
   request.longest_s = 1.0;
-  request.light = FitLight{LightShape::patches, 2};
+  request.light = {LightShape::patches, 2};
   request.validate_patches = 1;
   request.boards = 3;
   request.planes = 2;
@@ -59,8 +59,10 @@ TEST(ExposureTimes, AreRisingMultiplesOfThePeriodFromAThirtiethUp) {
               HasSubstr("longest exposure of 0.02 s is below 0.0333333 s"));
 }
 
-TEST(PlannedLight, IsSixteenPatchesBackLitAndEightBarsEitherWayFrontLit) {
-  const auto lit_share = [](const PlanRequest& request) {
+TEST(PlannedLight, IsEightBarsEitherWayUnlessPatchesAreChosen) {
+  const auto lit_share = [](const FitLight& light) {
+    PlanRequest request = small_request();
+    request.light = light;
     const Plan plan = make_plan(request, "nowhere");
     EXPECT_EQ(std::count_if(plan.capture.patterns.begin(), plan.capture.patterns.end(),
                             [](const PlannedPattern& p) { return p.role == PatternRole::fit; }),
@@ -69,12 +71,8 @@ TEST(PlannedLight, IsSixteenPatchesBackLitAndEightBarsEitherWayFrontLit) {
     return static_cast<double>(std::count(image.begin(), image.end(), 255)) /
            static_cast<double>(image.size());
   };
-  PlanRequest request = small_request();
-  request.light.reset();
-  const double patch = lit_share(request);
-  request.setup = Setup::front_lit;
-  request.sample.seen_face = request.sample.lit_face;
-  EXPECT_GT(lit_share(request), 1.2 * patch);  // an outer bar of eight crosses the whole face
+  // An outer bar of eight crosses the whole face.
+  EXPECT_GT(lit_share(PlanRequest{}.light), 1.2 * lit_share({LightShape::patches, 4}));
 }
 
 class PlanUnder : public testing::TestWithParam<PlaneLight> {
