@@ -17,8 +17,7 @@ void add_fit_light(CLI::App& command, capture::FitLight& light) {
   auto* const bars = choice("--bars", LightShape::bars,
                             "Fit patterns: N bars across either axis of the lit face, 2 N in all "
                             "[8; docs/benchmarks.md, \"Which light\"]");
-  choice("--patches", LightShape::patches,
-         "Fit patterns: N x N patches of the lit face instead")
+  choice("--patches", LightShape::patches, "Fit patterns: N x N patches of the lit face instead")
       ->excludes(bars);
 }
 
