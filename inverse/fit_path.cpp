@@ -21,6 +21,9 @@ constexpr int fewest_voxels = 4;
 /// path are made for.
 constexpr double usual_homogeneous_chi2 = 100.0;
 constexpr double usual_structured_chi2 = 1000.0;
+/// A weight on a coarser grid is worth having where χ², r renewed, falls to this share of what it
+/// was (docs/theory.md, section 4).
+constexpr double most_coarse_share = 0.5;
 
 /// Solves err by this share of a datum's usual deviation, but by no more than the second: fits end
 /// at the same E as with exact ones (docs/theory.md, section 4).
@@ -173,34 +176,31 @@ void ChannelRun::end_stage() {
   const double chi2 = refresh_correction();
   // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
   const bool unsettled =
-      !options_.weight && chi2_minimised <= options_.target_chi2 && chi2 > options_.target_chi2;
+      !state_.repeated && chi2_minimised <= options_.target_chi2 && chi2 > options_.target_chi2;
   if (state_.last_stage) {
     state_.last_chi2 = chi2;
-    if (choosing() || state_.repeated || !unsettled) return conclude();
+    if (choosing() || !unsettled) return conclude();
     state_.repeated = true;
     return;
   }
   if (choosing()) return keep_point(chi2);
   // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
-  if (state_.level > 0 && !options_.weight && chi2 >= state_.begun_chi2) {
+  if (state_.level > 0 && !options_.weight && chi2 > most_coarse_share * state_.begun_chi2) {
     state_.fields = begun;
     state_.weight /= options_.weight_factor;
     return finish_level();
   }
-  // Where only the correction moved, this weight is low enough: once more with the new one.
-  const bool repeat =
-      !options_.weight && !state_.repeated && chi2_minimised <= options_.target_chi2;
   const bool stagnated =
-      !repeat && state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
-  const double next = state_.weight * (repeat ? 1.0 : options_.weight_factor);
-  state_.repeated = repeat;
+      !unsettled && state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
+  const double next = state_.weight * (unsettled ? 1.0 : options_.weight_factor);
+  state_.repeated = unsettled;
   if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
     state_.last_chi2 = chi2;
     state_.stagnated = stagnated;
     finish_level();
   } else {
-    if (!repeat) state_.last_chi2 = chi2;
+    if (!unsettled) state_.last_chi2 = chi2;
     state_.weight = next;
   }
 }

@@ -1,6 +1,6 @@
 // Thick folded wax under bars: on coarse grids its corrected predictions gain nothing by lower
 // weights, and volumes made by them are wrong. Without turning back there the fit entered the
-// finest grid at χ² = 1162 and ended at E = 1.3e-3.
+// finest grid at χ² = 1162 and ended at E = 1.3e-3 after 1320 solves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -34,11 +34,11 @@ TEST(CoarseGrids, HandNoStrayVolumeToTheFinest) {
   const auto finest = std::find_if(history.begin(), history.end(),
                                    [](const inverse::StepRecord& r) { return r.level == 0; });
   ASSERT_NE(finest, history.end());
-  EXPECT_LT(finest->chi2_per_datum, 30.0);  // 7.2
+  EXPECT_LT(finest->chi2_per_datum, 50.0);  // 14.5
   EXPECT_EQ(fit.report.status, inverse::FitStatus::converged);
   EXPECT_LT(fit.report.chi2_per_datum, 1.05);
   const auto judge = bench::expose(block, truth, bench::patch_light(block.grid, block.lit, 64));
-  EXPECT_LT(bench::appearance_error(fit.medium, judge), 2e-4);  // 1.0e-4
+  EXPECT_LT(bench::appearance_error(fit.medium, judge), 2.5e-4);  // 1.4e-4
 }
 
 }  // namespace
