@@ -21,8 +21,8 @@ constexpr int fewest_voxels = 4;
 /// path are made for.
 constexpr double usual_homogeneous_chi2 = 100.0;
 constexpr double usual_structured_chi2 = 1000.0;
-/// A weight on a coarser grid is worth having where χ², r renewed, falls to this share of what it
-/// was (docs/theory.md, section 4).
+/// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
+/// to this share of what it was (docs/theory.md, section 4).
 constexpr double most_coarse_share = 0.5;
 
 /// Solves err by this share of a datum's usual deviation, but by no more than the second: fits end
@@ -186,7 +186,8 @@ void ChannelRun::end_stage() {
   if (choosing()) return keep_point(chi2);
   // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
-  if (state_.level > 0 && !options_.weight && chi2 > most_coarse_share * state_.begun_chi2) {
+  const bool gained = chi2 <= std::max(options_.target_chi2, most_coarse_share * state_.begun_chi2);
+  if (state_.level > 0 && !options_.weight && !gained) {
     state_.fields = begun;
     state_.weight /= options_.weight_factor;
     return finish_level();
