@@ -175,8 +175,9 @@ void ChannelRun::end_stage() {
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double chi2 = refresh_correction();
   // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
-  const bool unsettled =
-      !state_.repeated && chi2_minimised <= options_.target_chi2 && chi2 > options_.target_chi2;
+  // Not so where the user fixed it from the start, as [W] does.
+  const bool unsettled = (!options_.weight || context_.continued) && !state_.repeated &&
+                         chi2_minimised <= options_.target_chi2 && chi2 > options_.target_chi2;
   if (state_.last_stage) {
     state_.last_chi2 = chi2;
     if (choosing() || !unsettled) return conclude();
