@@ -17,7 +17,7 @@ const std::vector<std::string>& paper_samples();
 /// Hours [W] took on its GPU, Table II.
 double paper_hours(const std::string& sample);
 
-/// Data under the usual light (capture/shoot.h) are solved on a grid twice as fine and get 1 %
+/// Data under the default light (capture::FitLight) are solved on a grid twice as fine and get 1 %
 /// noise; each channel is fitted with the default options and judged by eight of the 8 × 8 patches.
 /// One object per sample: sample, grid, channels, patterns, noise, seconds (of all channels,
 /// deviations left out), deviation_seconds, batched_solves, holdout_E and data_misfit_chi2 by

@@ -169,7 +169,7 @@ double ChannelRun::first_weight(double chi2) const {
 
 void ChannelRun::end_stage() {
   const double chi2_minimised = state_.chi2;
-  const CoefficientPair begun = std::move(state_.fields);
+  CoefficientPair begun = std::move(state_.fields);
   state_.fields = basis_->to_fields(state_.optimiser.z);
   state_.in_stage = false;
   // What counts is the χ² of a model corrected here, not where this weight was begun.
@@ -189,7 +189,7 @@ void ChannelRun::end_stage() {
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
   const bool gained = chi2 <= std::max(options_.target_chi2, most_coarse_share * state_.begun_chi2);
   if (state_.level > 0 && !options_.weight && !gained) {
-    state_.fields = begun;
+    state_.fields = std::move(begun);
     state_.weight /= options_.weight_factor;
     return finish_level();
   }
