@@ -1,0 +1,84 @@
+// One question about objects, many answers: (shape, medium, light) → exitance on the surface, with
+// an error estimate, its cost and its warnings. What grids answer for blocks (forward_model.h),
+// these models answer for closed triangle meshes.
+//
+// All irradiances and powers are relative to one unit of irradiance; lengths in mm.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/object_medium.h"
+#include "core/progress.h"
+#include "core/ray_caster.h"
+#include "core/triangle_mesh.h"
+
+namespace kappamu::forward {
+
+/// A thin collimated beam that arrives at a point of the surface from outside.
+struct Beam {
+  int triangle = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();    ///< on the triangle [mm]
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< of travel, outside, of unit length
+  double power = 0.0;                                    ///< before Fresnel reflection [mm²]
+};
+
+/// Light of one source, or of all together.
+struct ObjectLight {
+  std::vector<Beam> beams;      ///< refracted in; deposit their first collisions inside
+  std::vector<double> diffuse;  ///< irradiance before Fresnel, per surface sample; empty: none
+};
+
+struct ObjectProblem {
+  const TriangleMesh& mesh;
+  const Surface& surface;      ///< surface_of(mesh)
+  const RayCaster& rays;       ///< of the mesh
+  const ObjectMedium& medium;  ///< one colour channel
+  double eta = 1.3;            ///< relative refractive index
+  const std::vector<ObjectLight>& lights;
+};
+
+struct ObjectOptions {
+  double tolerance = 0.02;  ///< relative error of the exitance in the surface's 2-norm, asked for
+  std::string device = "auto";
+  std::uint64_t seed = 1;
+  std::uint64_t photons = 1'000'000;          ///< per light, Monte Carlo
+  bool follow_reentry = false;                ///< light that leaves and meets the object again
+  std::optional<std::uint64_t> max_elements;  ///< refuse beyond; none: what memory holds
+};
+
+/// Where a light's power goes; all but `reentering` sum to `entering`, which is after Fresnel
+/// [mm²].
+struct ObjectBalance {
+  double entering = 0.0;
+  double unscattered = 0.0;  ///< left again without a collision
+  double exiting = 0.0;      ///< left scattered: ∫ exitance dA
+  double absorbed = 0.0;
+  double reentering = 0.0;  ///< of what left, the share that meets the object again
+};
+
+struct ObjectResult {
+  std::vector<double> exitance;        ///< [light][sample], scattered light
+  std::vector<double> standard_error;  ///< of `exitance`; empty: the model draws no random numbers
+  std::vector<double> error_estimate;  ///< relative 2-norm error of each light's exitance
+  std::vector<ObjectBalance> balance;  ///< one per light
+  std::size_t elements = 0;            ///< cells, triangles or photons
+  int iterations = 0;
+  double setup_seconds = 0.0, seconds = 0.0;
+  bool converged = false;  ///< the tolerance is met by the model's own estimate
+  std::string message;     ///< one sentence: why it stopped
+  std::vector<std::string> warnings;
+};
+
+class ObjectModel {
+ public:
+  virtual ~ObjectModel() = default;
+  /// Throws InputError where the problem is outside what the model can answer.
+  virtual ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                             Progress& progress) = 0;
+};
+
+}  // namespace kappamu::forward
