@@ -8,7 +8,7 @@
 
 #include "core/error.h"
 #include "io/npy.h"
-#include "io/volume_file.h"
+#include "io/volume/volume_file.h"
 
 namespace kappamu::app {
 

@@ -3,7 +3,7 @@
 
 #include <CLI/App.hpp>
 
-#include "capture/shoot.h"
+#include "capture/rig/shoot.h"
 
 namespace kappamu::app {
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/command.h"
-#include "capture/merge.h"
+#include "capture/radiance/merge.h"
 
 namespace kappamu::app {
 

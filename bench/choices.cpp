@@ -14,8 +14,8 @@
 #include "bench/inverse_fit.h"
 #include "bench/record.h"
 #include "core/error.h"
-#include "inverse/fit.h"
-#include "inverse/held_out.h"
+#include "inverse/fit/fit.h"
+#include "inverse/problem/held_out.h"
 
 namespace kappamu::bench {
 

@@ -1,6 +1,6 @@
 // `kappamu bench choices`: what the fit's choices cost or gain in E under light it never saw:
 // patterns held out, the rule that picks the weight, the regulariser, the loss where pixels are
-// wild, gains where the projector drifts. The medians behind the defaults of inverse/fit.h
+// wild, gains where the projector drifts. The medians behind the defaults of inverse/fit/fit.h
 // (docs/theory.md, section 4).
 #pragma once
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/progress.h"
-#include "inverse/problem.h"
+#include "inverse/problem/problem.h"
 
 namespace kappamu::bench {
 

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "core/surface_measurements.h"
-#include "inverse/fit.h"
-#include "inverse/objective.h"
-#include "inverse/roughness.h"
-#include "inverse/uncertainty.h"
+#include "inverse/fit/fit.h"
+#include "inverse/problem/objective.h"
+#include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::bench {
 

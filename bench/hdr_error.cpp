@@ -11,10 +11,10 @@
 
 #include "bench/chart.h"
 #include "bench/record.h"
-#include "capture/merge.h"
-#include "data_synthetic/sensor.h"
+#include "capture/radiance/merge.h"
+#include "data_synthetic/rig/sensor.h"
 #include "io/atomic_file.h"
-#include "io/image_file.h"
+#include "io/image/image_file.h"
 
 namespace kappamu::bench {
 namespace {

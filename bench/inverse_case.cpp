@@ -8,9 +8,9 @@
 
 #include "bench/media.h"
 #include "core/error.h"
-#include "inverse/objective.h"
-#include "inverse/predict.h"
-#include "inverse/problem.h"
+#include "inverse/problem/objective.h"
+#include "inverse/problem/predict.h"
+#include "inverse/problem/problem.h"
 
 namespace kappamu::bench {
 

@@ -9,7 +9,7 @@
 
 #include "core/grid.h"
 #include "core/surface_measurements.h"
-#include "inverse/adjoint.h"
+#include "inverse/problem/adjoint.h"
 
 namespace kappamu::bench {
 
@@ -45,7 +45,7 @@ struct TruthSpec {
   bool inclusions = true;
   /// Boxes of 3 × 3 × 1.5 mm with a millimetre of the block around them, κ a third only, and fields
   /// that vary per mm as much along the light as across it: like the block of another author that
-  /// tests/inverse/transport_reference_test.cpp fits.
+  /// tests/inverse/fit/transport_reference_test.cpp fits.
   bool embedded = false;
   std::uint64_t seed = 1;
 };

@@ -7,8 +7,8 @@
 
 #include "bench/record.h"
 #include "core/error.h"
-#include "inverse/judged_fit.h"
-#include "inverse/problem.h"
+#include "inverse/fit/validated_fit.h"
+#include "inverse/problem/problem.h"
 
 namespace kappamu::bench {
 

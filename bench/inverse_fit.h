@@ -8,7 +8,7 @@
 
 #include "bench/inverse_case.h"
 #include "core/progress.h"
-#include "inverse/fit.h"
+#include "inverse/fit/fit.h"
 
 namespace kappamu::bench {
 
@@ -73,7 +73,7 @@ struct FitScore {
 };
 
 /// Whether the fit is judged by some of its patterns first, as `kappamu fit` does unless told
-/// otherwise (inverse/judged_fit.h): a cost that a comparison of optimisers leaves out.
+/// otherwise (inverse/fit/validated_fit.h): a cost that a comparison of optimisers leaves out.
 enum class Judged { no, by_own_patterns };
 
 /// Fits channel 0. `course_points`: at most about so many points of the course are scored, evenly

@@ -8,9 +8,9 @@
 #include "bench/inverse_case.h"
 #include "bench/media.h"
 #include "bench/text.h"
-#include "capture/shoot.h"
-#include "data_synthetic/materials.h"
-#include "inverse/fit.h"
+#include "capture/rig/shoot.h"
+#include "data_synthetic/scene/materials.h"
+#include "inverse/fit/fit.h"
 
 namespace kappamu::bench {
 

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "device/bandwidth.h"
 #include "device/context.h"
-#include "forward/grid/grid_hierarchy.h"
+#include "forward/grid/opencl/multigrid/grid_hierarchy.h"
 
 namespace kappamu::bench {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "bench/limit_inverse_case.h"
-#include "inverse/fit.h"
+#include "inverse/fit/fit.h"
 
 namespace kappamu::bench {
 

@@ -6,8 +6,8 @@
 
 #include "bench/media.h"
 #include "forward/montecarlo/monte_carlo_model.h"
-#include "inverse/objective.h"
-#include "inverse/problem.h"
+#include "inverse/problem/objective.h"
+#include "inverse/problem/problem.h"
 
 namespace kappamu::bench {
 

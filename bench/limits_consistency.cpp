@@ -10,9 +10,9 @@
 #include "bench/limit_inverse_case.h"
 #include "bench/limits.h"
 #include "bench/media.h"
-#include "inverse/consistency.h"
-#include "inverse/fit.h"
-#include "inverse/homogeneous.h"
+#include "inverse/block_model/homogeneous.h"
+#include "inverse/data_checks/consistency.h"
+#include "inverse/fit/fit.h"
 
 namespace kappamu::bench {
 

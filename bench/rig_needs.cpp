@@ -11,7 +11,7 @@
 #include "bench/rig_trial.h"
 #include "core/error.h"
 #include "core/median.h"
-#include "data_synthetic/rig.h"
+#include "data_synthetic/rig/rig.h"
 #include "data_synthetic/score.h"
 
 namespace kappamu::bench {

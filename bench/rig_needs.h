@@ -4,7 +4,8 @@
 //
 //   views      camera, projector and their places by so many boards and planes, corners found
 //              within `corner_noise_px`; predicted: lenses drawn from the joint covariance
-//              (calib/joint.h). Each time sample and light are found again in the same pictures.
+//              (calib/projector/bundle_adjustment.h). Each time sample and light are found again in
+//              the same pictures.
 //   exposures  the patterns' stacks, response and radiance scale with them; predicted: the merge's
 //              variance alone.
 //

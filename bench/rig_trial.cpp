@@ -3,13 +3,13 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "calib/lens_model.h"
-#include "calib/pose_numbers.h"
-#include "capture/merge.h"
+#include "calib/lens/lens_model.h"
+#include "calib/lens/pose_numbers.h"
+#include "capture/radiance/merge.h"
 #include "core/error.h"
-#include "data_synthetic/rig_corners.h"
+#include "data_synthetic/rig/rig_corners.h"
 #include "data_synthetic/simulate.h"
-#include "io/image_file.h"
+#include "io/image/image_file.h"
 
 namespace kappamu::bench {
 

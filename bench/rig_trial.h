@@ -9,9 +9,9 @@
 #include <string>
 
 #include "calib/calibrate.h"
-#include "calib/joint.h"
 #include "calib/measure.h"
-#include "capture/session.h"
+#include "calib/projector/bundle_adjustment.h"
+#include "capture/session/session.h"
 #include "core/progress.h"
 #include "core/surface_measurements.h"
 #include "data_synthetic/simulation_options.h"

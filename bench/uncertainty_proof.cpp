@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "inverse/problem.h"
+#include "inverse/problem/problem.h"
 
 namespace kappamu::bench {
 

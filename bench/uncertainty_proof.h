@@ -11,7 +11,7 @@
 #include "bench/dense_fit.h"
 #include "bench/inverse_case.h"
 #include "core/grid.h"
-#include "inverse/uncertainty.h"
+#include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::bench {
 

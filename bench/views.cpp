@@ -9,9 +9,9 @@
 
 #include "bench/chart.h"
 #include "bench/record.h"
-#include "calib/projection_uncertainty.h"
+#include "calib/lens/projection_uncertainty.h"
 #include "core/error.h"
-#include "data_synthetic/rig_corners.h"
+#include "data_synthetic/rig/rig_corners.h"
 
 namespace kappamu::bench {
 

@@ -1,9 +1,9 @@
 // What a camera calibration is worth against the number of board views it is made from.
 //
-// The simulated rig's own board poses (data_synthetic/rig.h), drawn at random from sixty; corners
-// by geometry with noise, lens model chosen as in a real calibration.
-// The error is where the calibrated camera sees points at the sample's distance, over the whole
-// frame, against where the true one does (calib/projection_uncertainty.h).
+// The simulated rig's own board poses (data_synthetic/rig/rig.h), drawn at random from sixty;
+// corners by geometry with noise, lens model chosen as in a real calibration. The error is where
+// the calibrated camera sees points at the sample's distance, over the whole frame, against where
+// the true one does (calib/lens/projection_uncertainty.h).
 #pragma once
 
 #include <cstdint>

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <cstdio>
 
-#include "calib/chessboard.h"
-#include "calib/face.h"
-#include "calib/find_board.h"
-#include "calib/gray_code.h"
-#include "calib/joint.h"
-#include "calib/view_checks.h"
-#include "capture/ambient.h"
-#include "capture/frames.h"
-#include "capture/merge.h"
+#include "calib/projector/bundle_adjustment.h"
+#include "calib/projector/gray_code.h"
+#include "calib/projector/view_checks.h"
+#include "calib/sample/face.h"
+#include "calib/targets/chessboard.h"
+#include "calib/targets/find_board.h"
+#include "capture/radiance/ambient.h"
+#include "capture/radiance/merge.h"
+#include "capture/session/frames.h"
 #include "core/error.h"
 
 namespace kappamu::calib {

@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "calib/lens_model.h"
+#include "calib/lens/lens_model.h"
 #include "calib/residual_json.h"
 #include "calib/yaml_reader.h"
 #include "calib/yaml_writer.h"

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "calib/footprint.h"
-#include "calib/irradiance.h"
+#include "calib/light/irradiance.h"
+#include "calib/sample/footprint.h"
 #include "core/error.h"
 #include "core/optics.h"
-#include "io/image_file.h"
+#include "io/image/image_file.h"
 
 namespace kappamu::calib {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "calib/calibrate.h"
-#include "capture/hdr.h"
-#include "capture/session.h"
+#include "capture/radiance/hdr.h"
+#include "capture/session/session.h"
 #include "core/progress.h"
 #include "core/surface_measurements.h"
 

@@ -4,7 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "calib/lens_model.h"
+#include "calib/lens/lens_model.h"
 #include "core/error.h"
 
 namespace kappamu::calib {

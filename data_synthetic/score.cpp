@@ -8,8 +8,8 @@
 #include "core/error.h"
 #include "core/median.h"
 #include "data_synthetic/transport.h"
-#include "io/exr.h"
-#include "io/image_file.h"
+#include "io/image/exr.h"
+#include "io/image/image_file.h"
 #include "io/npy.h"
 
 namespace kappamu::synthetic {

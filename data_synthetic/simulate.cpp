@@ -6,9 +6,9 @@
 #include <functional>
 
 #include "core/error.h"
-#include "data_synthetic/targets.h"
+#include "data_synthetic/rig/targets.h"
 #include "data_synthetic/truth.h"
-#include "io/image_file.h"
+#include "io/image/image_file.h"
 #include "io/npy.h"
 
 namespace kappamu::synthetic {

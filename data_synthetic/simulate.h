@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "capture/shoot.h"
+#include "capture/rig/shoot.h"
 #include "core/grid.h"
 #include "core/progress.h"
-#include "data_synthetic/simulated_rig.h"
+#include "data_synthetic/rig/simulated_rig.h"
 #include "data_synthetic/simulation_options.h"
 
 namespace kappamu::synthetic {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/shoot.h"
+#include "capture/rig/shoot.h"
 #include "data_synthetic/transport.h"
 
 namespace kappamu::synthetic {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "data_synthetic/random.h"
+#include "data_synthetic/scene/random.h"
 #include "forward/forward_model.h"
 
 namespace kappamu::synthetic {

@@ -13,10 +13,10 @@
 #include <string>
 #include <vector>
 
-#include "calib/lens.h"
-#include "capture/session.h"
+#include "calib/lens/lens.h"
+#include "capture/session/session.h"
 #include "core/rigid.h"
-#include "data_synthetic/rig.h"
+#include "data_synthetic/rig/rig.h"
 
 namespace kappamu::synthetic {
 

@@ -6,7 +6,7 @@
 // stands for all frequencies 2jN ± m, each weighted by the pixel's sinc at both ends, once because
 // the light is a pixel wide and once because the exitance is a pixel's mean. All frequencies up to
 // `alias_rings` pixel frequencies are summed; the rest changes the lit face by about 1e-6
-// relatively and the far one by 1e-7 (measured, tests/forward/analytic_block_test.cpp). No grid
+// relatively and the far one by 1e-7 (measured, tests/forward/analytic/block_test.cpp). No grid
 // enters along the light.
 #pragma once
 

@@ -21,7 +21,7 @@ using baseline::Batch;
 using Clock = std::chrono::steady_clock;
 
 /// [W] lets the user choose how deep each level computes. Eight cells keep [W]'s error measure
-/// Σ(L−L₀)²/ΣL₀² below its 0.5 % on every block tried (tests/forward/baseline_model_test.cpp).
+/// Σ(L−L₀)²/ΣL₀² below its 0.5 % on every block tried (tests/forward/baseline/model_test.cpp).
 constexpr int adaptive_depth = 8;
 
 double seconds_since(Clock::time_point start) {

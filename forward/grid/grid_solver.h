@@ -69,7 +69,7 @@ class BatchField {
 };
 
 /// Sums over patterns of products of two fields; what a gradient is assembled from
-/// (inverse/adjoint.h). Each is a volume [z][y][x].
+/// (inverse/problem/adjoint.h). Each is a volume [z][y][x].
 struct PairProducts {
   std::vector<double> cell;  ///< Σ_m λ_i φ_i
   std::vector<double>

@@ -3,7 +3,7 @@
 
 #include "device/device_info.h"
 #include "forward/grid/grid_solver.h"
-#include "forward/grid/opencl_solver.h"
+#include "forward/grid/opencl/opencl_solver.h"
 #include "forward/grid/solver_self_test.h"
 
 namespace kappamu::forward {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "device/self_test.h"
-#include "forward/grid/opencl_solver.h"
+#include "forward/grid/opencl/opencl_solver.h"
 
 namespace kappamu::forward {
 

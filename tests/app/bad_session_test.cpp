@@ -5,12 +5,12 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "io/atomic_file.h"
-#include "io/image_file.h"
+#include "io/image/image_file.h"
 #include "io/read_file.h"
-#include "process.h"
-#include "tiny_session.h"
+#include "tests/app/process.h"
+#include "tests/app/tiny_session.h"
 
 namespace kappamu::app {
 namespace {

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "io/npy.h"
-#include "io/volume_file.h"
-#include "process.h"
+#include "io/volume/volume_file.h"
+#include "tests/app/process.h"
 
 namespace kappamu::app {
 namespace {

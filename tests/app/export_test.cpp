@@ -9,8 +9,8 @@
 #include "io/atomic_file.h"
 #include "io/npy.h"
 #include "io/read_file.h"
-#include "io/volume_file.h"
-#include "process.h"
+#include "io/volume/volume_file.h"
+#include "tests/app/process.h"
 
 namespace kappamu::app {
 namespace {

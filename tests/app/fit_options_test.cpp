@@ -7,7 +7,7 @@
 #include <functional>
 #include <vector>
 
-#include "app/versions.h"
+#include "pipeline/records/versions.h"
 
 namespace kappamu::app {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "core/grid.h"
 #include "io/npy.h"
-#include "process.h"
+#include "tests/app/process.h"
 
 namespace kappamu::app {
 namespace {

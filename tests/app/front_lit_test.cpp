@@ -7,7 +7,7 @@
 #include <string>
 
 #include "io/npy.h"
-#include "process.h"
+#include "tests/app/process.h"
 
 namespace kappamu::app {
 namespace {

@@ -11,7 +11,7 @@
 #include "data_synthetic/score.h"
 #include "data_synthetic/simulate.h"
 #include "io/read_file.h"
-#include "process.h"
+#include "tests/app/process.h"
 
 namespace kappamu::app {
 namespace {

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "io/npy.h"
-#include "process.h"
+#include "tests/app/process.h"
 
 namespace kappamu::app {
 namespace {

@@ -1,4 +1,4 @@
-#include "process.h"
+#include "tests/app/process.h"
 
 #include <fcntl.h>
 #include <signal.h>
@@ -11,7 +11,7 @@
 #include <sstream>
 #include <thread>
 
-namespace kappamu::app {
+namespace kappamu {
 
 namespace {
 
@@ -105,4 +105,4 @@ void TemporaryFolderTest::TearDown() {
   fs::remove_all(folder_, ignored);
 }
 
-}  // namespace kappamu::app
+}  // namespace kappamu

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <string>
 
-namespace kappamu::app {
+namespace kappamu {
 
 struct ProcessResult {
   int exit_code = 0;  ///< 128 + signal when killed, as in a shell
@@ -41,4 +41,4 @@ class TemporaryFolderTest : public testing::Test {
   std::filesystem::path folder_;
 };
 
-}  // namespace kappamu::app
+}  // namespace kappamu

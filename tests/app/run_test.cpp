@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "io/read_file.h"
-#include "process.h"
-#include "tiny_session.h"
+#include "tests/app/process.h"
+#include "tests/app/tiny_session.h"
 
 namespace kappamu::app {
 namespace {

@@ -1,4 +1,4 @@
-#include "tiny_session.h"
+#include "tests/app/tiny_session.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -6,9 +6,9 @@
 
 #include <stdexcept>
 
-#include "process.h"
+#include "tests/app/process.h"
 
-namespace kappamu::app {
+namespace kappamu {
 
 namespace {
 
@@ -53,4 +53,4 @@ fs::path linked_session(const fs::path& folder) {
   return folder;
 }
 
-}  // namespace kappamu::app
+}  // namespace kappamu

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-namespace kappamu::app {
+namespace kappamu {
 
 /// Folder with session.json and its frames; simulated on the first call of any process, read-only.
 const std::filesystem::path& tiny_session();
@@ -11,4 +11,4 @@ const std::filesystem::path& tiny_session();
 /// A copy in `folder` whose files are hard links: replace files there, never write into them.
 std::filesystem::path linked_session(const std::filesystem::path& folder);
 
-}  // namespace kappamu::app
+}  // namespace kappamu

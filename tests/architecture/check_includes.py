@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""Fails when an #include goes against the arrows of the house, or a heavy header leaks into one of ours.
+"""Fails when an #include goes against the arrows of the house, when the rooms of a folder include each other
+in a circle, when a folder is crowded, or when a heavy header leaks into one of ours.
 
-    inverse -> forward -> device -> core     calib -> capture -> io -> core
-    data_synthetic -> forward, capture, calib        bench -> all but app        app, tests -> all
+    inverse -> forward -> device -> core     calib -> capture -> io -> core     render -> forward, io
+    data_synthetic -> forward, capture, calib        pipeline -> all of these but data_synthetic and render
+    report -> pipeline's records        bench -> all but app        app, tests -> all
 """
 import pathlib
 import re
@@ -18,8 +20,14 @@ BELOW = {
     "capture": {"core", "io"},
     "calib": {"core", "io", "capture"},
     "data_synthetic": {"core", "device", "io", "forward", "capture", "calib"},
-    "bench": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic"},
+    "pipeline": {"core", "device", "io", "forward", "inverse", "capture", "calib"},
+    "report": {"core", "io", "forward", "inverse", "capture", "calib", "pipeline"},
+    "render": {"core", "device", "io", "forward"},
+    "bench": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic", "render", "pipeline"},
 }
+# Of pipeline, the report reads the records that a run leaves, not the stages that make them.
+RECORDS = "pipeline/records"
+MOST_FILES = 25  # of its own in one folder; beyond, rooms by subject
 TOP = {"app", "tests"}
 # Libraries that must stay behind .cpp files: only a header that none but .cpp files of its own folder
 # include may name them. A header of forward declarations costs its readers nothing.
@@ -37,7 +45,7 @@ def includes_of(root):
     found = {}
     for folder in sorted(set(BELOW) | TOP):
         for path in sorted((root / folder).rglob("*")):
-            if path.suffix in {".h", ".cpp"}:
+            if path.suffix in {".h", ".cpp", ".cl"}:
                 found[path.relative_to(root)] = INCLUDE.findall(path.read_text())
     return found
 
@@ -70,19 +78,71 @@ def violations(root):
             if kind == '"' and folder in BELOW:
                 if first not in BELOW[folder] | {folder}:
                     found.append(f"{name} includes {target}: {folder} may not use {first}")
+                if folder == "report" and first == "pipeline" and not target.startswith(RECORDS):
+                    found.append(f"{name} includes {target}: report may use {RECORDS} alone")
             if HEAVY.match(target) and target not in FORWARD_DECLARATIONS and name.suffix == ".h":
                 for reader in outsiders(name, readers):
                     found.append(f"{name} includes {target} and {reader} includes {name}: "
                                  f"keep {target} behind the .cpp files of {folder}")
             if kind == "<" and folder in LIGHT_FOLDERS and not LIGHT.match(target):
                 found.append(f"{name} includes <{target}>: {folder} builds with Eigen and OpenCL alone")
-    return found
+    return found + circles(includes) + crowded(includes)
+
+
+def circles(includes):
+    """Rooms of one folder that include each other in a circle. A room and the folder it lies in count as one:
+    an interface stands above its implementations and the function that chooses one of them beside it."""
+    arrows = {}
+    for name, targets in includes.items():
+        here = name.parent
+        for _, target in targets:
+            there = pathlib.PurePosixPath(target).parent
+            if (here.parts[0] in BELOW and there.parts[:1] == here.parts[:1] and here not in there.parents
+                    and there not in here.parents and here != there):
+                arrows.setdefault(here, set()).add(there)
+
+    def path(room, goal, seen):
+        for other in sorted(arrows.get(room, ())):
+            if other == goal:
+                return [other]
+            if other not in seen:
+                rest = path(other, goal, seen | {other})
+                if rest:
+                    return [other, *rest]
+        return []
+
+    found = {}
+    for room in sorted(arrows):
+        circle = path(room, room, {room})
+        if circle:
+            found.setdefault(frozenset(circle), "rooms in a circle: " + " -> ".join(map(str, [room, *circle])))
+    return list(found.values())
+
+
+def crowded(includes):
+    """Folders with more source files of their own than fit in a head."""
+    count = {}
+    for name in includes:
+        count[name.parent] = count.get(name.parent, 0) + 1
+    return [f"{folder}: {n} source files, at most {MOST_FILES}: rooms by subject"
+            for folder, n in sorted(count.items()) if n > MOST_FILES]
 
 
 # A small tree per case: the files, and what the sentences about them hold (none: it is right).
 CASES = {
+    "rooms in a circle": (
+        {"inverse/a/x.h": '#include "inverse/b/y.h"\n', "inverse/b/y.h": '#include "inverse/c/z.h"\n',
+         "inverse/c/z.cpp": '#include "inverse/a/x.h"\n'},
+        ["rooms in a circle: inverse/a -> inverse/b -> inverse/c -> inverse/a"]),
+    "an interface above its rooms": (
+        {"forward/grid/solver.h": "", "forward/grid/choice.cpp": '#include "forward/grid/opencl/solver.h"\n',
+         "forward/grid/opencl/solver.h": '#include "forward/grid/solver.h"\n'}, []),
+    "a crowded folder": ({f"core/f{i}.h": "" for i in range(26)}, ["core: 26 source files"]),
+    "a report that runs a stage": (
+        {"report/page.cpp": '#include "pipeline/records/run.h"\n#include "pipeline/stages/fit.h"\n'},
+        ["report/page.cpp includes pipeline/stages/fit.h"]),
     "an arrow upwards": (
-        {"core/up.cpp": '#include <vector>\n#include "inverse/fit.h"\n'},
+        {"core/up.cpp": '#include <vector>\n#include "inverse/fit/fit.h"\n'},
         ["core may not use inverse"]),
     "arrows downwards": (
         {"inverse/good.cpp": '#include <Eigen/Core>\n#include "forward/grid/grid_solver.h"\n'}, []),
@@ -114,7 +174,7 @@ def self_test():
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             for name, text in files.items():
-                (root / name).parent.mkdir(exist_ok=True)
+                (root / name).parent.mkdir(exist_ok=True, parents=True)
                 (root / name).write_text(text)
             found = violations(root)
         assert len(found) == len(sentences), (case, found)

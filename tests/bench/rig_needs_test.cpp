@@ -10,8 +10,8 @@
 #include <random>
 
 #include "bench/rig_trial.h"
-#include "bench_tools.h"
-#include "data_synthetic/rig.h"
+#include "data_synthetic/rig/rig.h"
+#include "tests/bench/bench_tools.h"
 
 namespace kappamu::bench {
 namespace {

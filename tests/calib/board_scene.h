@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "calib/board_shape.h"
-#include "calib/camera.h"
+#include "calib/lens/camera.h"
+#include "calib/targets/board_shape.h"
 #include "core/image.h"
 
 namespace kappamu::calib::testing {

@@ -13,13 +13,13 @@
 #include <numbers>
 
 #include "calib/calibration_file.h"
-#include "calib/face.h"
 #include "calib/measure.h"
-#include "capture/merge.h"
+#include "calib/sample/face.h"
+#include "capture/radiance/merge.h"
 #include "core/error.h"
 #include "data_synthetic/simulate.h"
 #include "data_synthetic/truth.h"
-#include "io/image_file.h"
+#include "io/image/image_file.h"
 #include "tests/sentence.h"
 
 namespace kappamu::calib {
@@ -355,7 +355,7 @@ TEST_F(SimulatedSession, BadSessionsAreRefusedInOneSentence) {
 
 // No photograph compares the printed squares with the block, so that calibration tells a wrong size
 // only where it is gross; what a smaller one does is printed. The fit tells it from the patterns
-// (tests/app/square_check_test.cpp).
+// (tests/pipeline/square_check_test.cpp).
 TEST_F(SimulatedSession, WrongSquareSizeIsTold) {
   const synthetic::Truth& truth = *state_->truth;
   for (const double factor : {1.02, 1.1, 1.3}) {

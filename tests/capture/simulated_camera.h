@@ -6,7 +6,7 @@
 #include <functional>
 #include <vector>
 
-#include "capture/response.h"
+#include "capture/response/response.h"
 #include "core/image.h"
 
 namespace kappamu::capture {

@@ -9,8 +9,8 @@
 #include "bench/inverse_case.h"
 #include "bench/media.h"
 #include "core/progress.h"
-#include "data_synthetic/materials.h"
-#include "inverse/fit.h"
+#include "data_synthetic/scene/materials.h"
+#include "inverse/fit/fit.h"
 
 namespace kappamu::synthetic {
 namespace {

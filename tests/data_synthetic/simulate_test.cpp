@@ -14,8 +14,8 @@
 #include "core/error.h"
 #include "data_synthetic/score.h"
 #include "data_synthetic/truth.h"
-#include "io/exr.h"
-#include "io/image_file.h"
+#include "io/image/exr.h"
+#include "io/image/image_file.h"
 #include "io/npy.h"
 #include "tests/sentence.h"
 

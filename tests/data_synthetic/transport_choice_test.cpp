@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "data_synthetic/materials.h"
+#include "data_synthetic/scene/materials.h"
 #include "data_synthetic/transport.h"
 #include "device/device_info.h"
 #include "tests/sentence.h"

@@ -1,8 +1,8 @@
 // libFuzzer: any bytes as a photograph are read or refused (scripts/fuzz.sh). The first byte
 // chooses the reader, since each takes its files by their own beginning.
-#include "io/image_file.h"
-#include "io/photo_settings.h"
-#include "io/raw_file.h"
+#include "io/image/image_file.h"
+#include "io/image/photo_settings.h"
+#include "io/image/raw_file.h"
 #include "tests/fuzz/fuzz_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "io/image_file.h"
-#include "io/raw_file.h"
+#include "io/image/image_file.h"
+#include "io/image/raw_file.h"
 #include "io/read_file.h"
 
 namespace {

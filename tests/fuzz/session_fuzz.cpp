@@ -1,5 +1,5 @@
 // libFuzzer: any bytes as session.json are read or refused (scripts/fuzz.sh).
-#include "capture/session.h"
+#include "capture/session/session.h"
 #include "tests/fuzz/fuzz_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

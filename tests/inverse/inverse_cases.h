@@ -11,9 +11,9 @@
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 #include "forward/grid/grid_solver.h"
-#include "inverse/adjoint.h"
-#include "inverse/objective.h"
-#include "inverse/problem.h"
+#include "inverse/problem/adjoint.h"
+#include "inverse/problem/objective.h"
+#include "inverse/problem/problem.h"
 
 namespace kappamu::inverse::cases {
 

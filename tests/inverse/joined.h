@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "inverse/objective.h"
+#include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
 

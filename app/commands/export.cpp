@@ -1,0 +1,71 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "pipeline/stages/export_stage.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct ExportOptions {
+  std::string volume;
+  std::string out;
+  std::vector<std::string> formats{"all"};
+};
+
+void run_export(const ExportOptions& options, const Globals& globals) {
+  const auto progress = make_progress();
+  const io::ExportResult result =
+      pipeline::export_volumes(options.volume, options.out, options.formats, *progress);
+  if (globals.json) {
+    nlohmann::ordered_json json{{"volume", find_volume(options.volume).string()},
+                                {"files", nlohmann::json::array()},
+                                {"warnings", result.warnings}};
+    for (const auto& file : result.files) json["files"].push_back(file.string());
+    std::printf("%s\n", json.dump().c_str());
+    return;
+  }
+  for (const auto& file : result.files) std::printf("%s\n", file.c_str());
+}
+
+}  // namespace
+
+void add_export(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "export",
+      "Write κ and μ volumes in the formats of other programs.\n\n"
+      "VOLUME is a .vdb file, a run folder of `kappamu run` or `kappamu fit`, or a folder with\n"
+      "volume.json and kappa_R.npy, mu_R.npy, ... Into OUT go, by --format:\n\n"
+      "  vti  volume.vti   ParaView, VTK: cell data kappa [mm], mu [1/mm], sigma_t, albedo\n"
+      "  vol  mitsuba/     Mitsuba 3: sigma_t.vol, albedo.vol, one pair per channel, scene.xml\n"
+      "  npy  npy/         NumPy: float32 [z][y][x] per coefficient and channel, volume.json\n"
+      "  vdb  volume.vdb   OpenVDB: fog grids kappa_R, mu_R, sigma_t_R, albedo_R, ..., density\n"
+      "  exr  exr/         one image per z layer with channels kappa.R, mu.R, ...\n\n"
+      "Lengths are mm, coefficients mm and 1/mm, in every format. Values belong to voxel centres:\n"
+      "voxel (i, j, k) of edge h is centred at ((i+1/2) h, (j+1/2) h, (k+1/2) h), x fastest.\n"
+      "Renderers get sigma_t = 1/(3 kappa) and albedo = 1 - 3 kappa mu, for isotropic scattering;\n"
+      "where 3 kappa mu >= 1 the albedo is set to 0 and a warning counts the voxels. If there are\n"
+      "many, diffusion does not describe the sample, and neither will the render.\n"
+      "A volume with a NaN or with kappa <= 0 is refused (exit code 1).");
+  auto options = std::make_shared<ExportOptions>();
+  command->add_option("volume", options->volume, "What to export")->required()->type_name("VOLUME");
+  command->add_option("-o,--out", options->out, "Folder for the files; made if missing")
+      ->required()
+      ->type_name("OUT");
+  std::vector<std::string> names = export_formats();
+  names.emplace_back("all");
+  command
+      ->add_option("--format", options->formats,
+                   "vti, vol, npy, vdb, exr or all (default); several with commas or repeated")
+      ->delimiter(',')
+      ->check(CLI::IsMember(names))
+      ->type_name("FORMAT");
+  command->footer(
+      "Prints the files' names; with --json one object with volume, files and warnings.\n"
+      "Example: kappamu export demo/run -o demo/export --format vti,vol");
+  command->callback([options, &globals] { run_export(*options, globals); });
+}
+
+}  // namespace kappamu::app

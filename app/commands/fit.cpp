@@ -1,0 +1,174 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "app/command.h"
+#include "app/fit_options.h"
+#include "core/process_memory.h"
+#include "pipeline/records/model_json.h"
+#include "pipeline/stages/continuation.h"
+#include "pipeline/stages/uncertainty_output.h"
+
+namespace kappamu::app {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+struct FitCommand {
+  std::string input;
+  std::string out;
+  std::string validate;
+  std::optional<std::string> continued;
+  pipeline::FitArguments fit;
+};
+
+int evaluations(const inverse::FitReport& report) {
+  return report.history.empty() ? 0 : report.history.back().solves.adjoint;
+}
+
+Json to_json(const pipeline::FitSummary& summary) {
+  Json channels = Json::array();
+  for (std::size_t c = 0; c < summary.channels.size(); ++c) {
+    const inverse::FitReport& r = summary.reports[c];
+    channels.push_back({{"name", summary.channels[c]},
+                        {"status", inverse::to_string(r.status)},
+                        {"model", pipeline::model_json(r.model)},
+                        {"chi2_per_value", r.chi2_per_datum},
+                        {"warnings", r.warnings},
+                        {"remarks", summary.remarks[c]},
+                        {"evaluations", evaluations(r)},
+                        {"seconds", r.seconds}});
+    if (!summary.held_out.empty()) {
+      channels.back()["holdout_E"] = summary.held_out[c].error;
+      channels.back()["holdout_noise"] = summary.held_out[c].noise;
+      channels.back()["holdout_chi2_per_value"] = summary.held_out[c].chi2_per_datum;
+    }
+    if (summary.uncertainty[c]) {
+      channels.back()["uncertainty"] = pipeline::uncertainty_json(*summary.uncertainty[c]);
+    }
+  }
+  return {{"converged", summary.converged()},  {"volume", summary.volume.string()},
+          {"device", summary.device},          {"channels", channels},
+          {"seconds", summary.seconds},        {"memory_needed_bytes", summary.memory_needed},
+          {"memory_peak_bytes", peak_memory()}};
+}
+
+void print_table(const pipeline::FitSummary& summary) {
+  for (std::size_t c = 0; c < summary.channels.size(); ++c) {
+    const inverse::FitReport& r = summary.reports[c];
+    std::printf("%-5s chi2 per value %-8.3g %4d gradients  %6.1f s", summary.channels[c].c_str(),
+                r.chi2_per_datum, evaluations(r), r.seconds);
+    if (!summary.held_out.empty()) {
+      const inverse::HeldOutScore& h = summary.held_out[c];
+      std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
+    }
+    std::printf("  %s\n      model %s: %s\n", r.message.c_str(), short_name(r.model).c_str(),
+                r.model.reason.c_str());
+    for (const std::string& remark : summary.remarks[c]) std::printf("      %s\n", remark.c_str());
+    if (summary.uncertainty[c]) {
+      std::printf("      %s\n", summary.uncertainty[c]->sentence.c_str());
+    }
+  }
+  std::printf("%s  (memory: %s, %s expected)\n", summary.volume.c_str(),
+              gigabytes(peak_memory()).c_str(), gigabytes(summary.memory_needed).c_str());
+}
+
+void run_fit(const FitCommand& command, Globals& globals) {
+  const auto progress = make_progress();
+  pipeline::FitStageOptions options = pipeline::resolve(command.fit, globals);
+  if (!command.validate.empty()) options.validate = command.validate;
+  std::filesystem::path input = command.input;
+  std::filesystem::path out = command.out;
+  if (command.continued) {
+    const pipeline::FinishedFit finished(*command.continued);
+    options.continue_from = finished.folder();
+    if (input.empty()) input = finished.input();
+    if (out.empty()) out = finished.folder() / "continued";
+  }
+  if (input.empty()) throw CLI::RequiredError("INPUT");
+  if (out.empty()) throw CLI::RequiredError("--out");
+  const pipeline::FitSummary summary = pipeline::run_fit_stage(input, out, options, *progress);
+  if (globals.json) {
+    std::printf("%s\n", to_json(summary).dump().c_str());
+  } else {
+    print_table(summary);
+  }
+  if (!summary.converged()) globals.exit_code = 3;
+}
+
+}  // namespace
+
+void add_fit(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "fit",
+      "Find the volumes of κ and μ that explain surface measurements.\n\n"
+      "INPUT is a folder with measurements.json (docs/formats.md) from any rig or program, or a "
+      "run\n"
+      "that `kappamu merge` filled. Each channel is fitted on its own: the best homogeneous block\n"
+      "first, then even layers, and where the data reject both a volume, coarse grid to fine, the\n"
+      "smoothing lowered until the residuals are as large as the measurements' own noise.\n\n"
+      "Writes OUT/kappa_<channel>.npy [mm] and mu_<channel>.npy [1/mm], float32 [z][y][x],\n"
+      "std_kappa_<channel>.npy, std_mu_<channel>.npy, resolution_kappa_<channel>.npy,\n"
+      "resolution_mu_<channel>.npy, correlation_<channel>.npy, sensitivity_<channel>.npy, "
+      "prediction.npy, prediction_validate.npy, volume.vdb and "
+      "fit.json.\n"
+      "Where no patterns were captured for validation, one of every 16 is kept out of the fit\n"
+      "(--hold-out); fit.json and the report judge the volumes by them. Then these patterns join\n"
+      "and the last weight is minimised once more: E is of the volumes before that, in "
+      "OUT/judged.\n"
+      "Killed at any moment and started again with the same command it goes on where it was and\n"
+      "ends in the same volumes.\n\n"
+      "Reading the result: chi2 per value near 1 means that the volumes explain the data to their\n"
+      "stated noise; well above 1, variances, calibration or the diffusion model do not hold. "
+      "What\n"
+      "counts is held-out E = Σ(L' − L)²/ΣL², the error under light the fit never saw, beside the\n"
+      "part of it that the held-out measurements' own noise explains. Light at steady state does\n"
+      "not determine deep voxels: the standard deviations std_kappa and std_mu, and the sentence "
+      "that\n"
+      "goes with them, say how far κ and μ can be trusted; where resolution is near 0 they are "
+      "the\n"
+      "smoothing's choice.");
+  auto options = std::make_shared<FitCommand>();
+  // First of all: options given beside it are set after it and so prevail.
+  command
+      ->add_option_function<std::string>(
+          "--continue",
+          [options](const std::string& run) {
+            options->continued = run;
+            pipeline::FinishedFit(run).set_options(options->fit);
+          },
+          "Go on from the volumes of a finished fit, with its options and INPUT where none are "
+          "given here; OUT is then RUN/continued unless given")
+      ->type_name("RUN");
+  command
+      ->add_option("input", options->input,
+                   "Folder of measurements, or run folder; required without --continue")
+      ->type_name("INPUT");
+  command
+      ->add_option("-o,--out", options->out,
+                   "Folder for the results; made if missing; required without --continue")
+      ->type_name("OUT");
+  command
+      ->add_option("--channel", options->fit.stage.channels,
+                   "Fit this channel only; may be given several times")
+      ->type_name("NAME");
+  command
+      ->add_option("--validate", options->validate,
+                   "Measurements of held-out patterns to predict and score (default: "
+                   "INPUT/measurements_validate)")
+      ->type_name("FOLDER");
+  command->add_flag("--restart", options->fit.stage.restart, "Ignore the checkpoints in OUT");
+  add_fit_options(*command, options->fit, "For comparisons and difficult data");
+  command->footer(
+      "Exit code 3: some channel ran out of steps; its volumes are kept and marked in fit.json.\n"
+      "Examples: kappamu fit demo/run -o demo/run/fit\n"
+      "          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30");
+  command->callback([options, &globals] { run_fit(*options, globals); });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,81 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "capture/import/import.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct Arguments {
+  std::string photographs, plan, out, table;
+};
+
+void run_import(const Arguments& arguments, const Globals& globals) {
+  const auto progress = make_progress();
+  capture::ImportOptions options{arguments.photographs, arguments.plan, arguments.out, {}};
+  if (!arguments.table.empty()) options.table = arguments.table;
+  const capture::Session session = capture::import_session(options, *progress);
+  const std::string file = (session.folder / "session.json").string();
+  std::size_t frames = 0;
+  for (const capture::Pattern& pattern : session.patterns) frames += pattern.frames.size();
+  const capture::Camera& camera = session.camera;
+  if (globals.json) {
+    std::printf("%s\n", nlohmann::json{{"session", file},
+                                       {"patterns", session.patterns.size()},
+                                       {"frames", frames},
+                                       {"boards", session.calibration.camera_boards.size()},
+                                       {"planes", session.calibration.projector_planes.size()},
+                                       {"width", camera.width},
+                                       {"height", camera.height},
+                                       {"bit_depth", camera.bit_depth}}
+                            .dump()
+                            .c_str());
+    return;
+  }
+  std::printf("%zu patterns in %zu frames, %zu boards, %zu planes, %d x %d pixels of %d bits\n",
+              session.patterns.size(), frames, session.calibration.camera_boards.size(),
+              session.calibration.projector_planes.size(), camera.width, camera.height,
+              camera.bit_depth);
+  std::printf("%s\n", file.c_str());
+}
+
+}  // namespace
+
+void add_import(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "import",
+      "Build a capture session from a folder of photographs.\n\n"
+      "Exposure times, aperture, sensitivity and camera are read from EXIF; size, depth and\n"
+      "encoding from the files (RAW: linear; JPEG: 8 bits behind a curve to be recovered).\n"
+      "File names tell the shot: <pattern>_<n>, board_<n>, plane_<n>_board, plane_<n>_projected,\n"
+      "plane_<n>_gray_<k>, sample_<station>, dark_<n>, white_<n>, black_<n>, level_<value>_<n>,\n"
+      "off_<n>, ambient_<m>_<n>, chart_<n>, with any image ending, in any subfolder. Or a CSV\n"
+      "does (--table): columns file, shot (the same, without the last _<n> of stacks and boards)\n"
+      "and, where EXIF does not tell it, exposure_s.\n\n"
+      "What photographs cannot tell (sample, projector, boards, stations, patterns) comes from\n"
+      "PLAN/session.json, as `kappamu plan` writes it or written by hand (docs/formats.md); its\n"
+      "frames and the camera's size are replaced.\n\n"
+      "Refused, one sentence each: another aperture, sensitivity, focal length or camera than the\n"
+      "rest; a photograph of no shot, or a shot without photographs; no exposure time; a frame\n"
+      "whose brightness does not fit its exposure time.");
+  auto arguments = std::make_shared<Arguments>();
+  command->add_option("photographs", arguments->photographs, "Folder of the photographs")
+      ->required()
+      ->type_name("FOLDER");
+  command->add_option("--plan", arguments->plan, "Folder with the session.json to fill")
+      ->required()
+      ->type_name("PLAN");
+  command
+      ->add_option("-o,--out", arguments->out,
+                   "Session folder; photographs are copied into it unless they lie there already")
+      ->required()
+      ->type_name("SESSION");
+  command->add_option("--table", arguments->table, "CSV: file, shot, exposure_s")->type_name("CSV");
+  command->footer("Example: kappamu import photographs --plan plan -o session");
+  command->callback([arguments, &globals] { run_import(*arguments, globals); });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,34 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "report/report.h"
+
+namespace kappamu::app {
+
+void add_report(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "report",
+      "Write RUN/report.html: one self-contained page that shows whether to trust a fit.\n\n"
+      "On top a verdict with one line each for calibration, exposure, coverage, fit, prediction "
+      "of\n"
+      "light held out of the fit, and warnings. Below it measured and re-rendered pictures with\n"
+      "residual maps, slices of κ [mm] and μ [1/mm], convergence, what was captured, calibration\n"
+      "residuals, response, dynamic range, times, device and versions. Parts the run does not\n"
+      "have are left out with a sentence.");
+  auto run = std::make_shared<std::string>();
+  command->add_option("run", *run, "Run folder, as written by `kappamu run`")
+      ->required()
+      ->type_name("RUN");
+  command->footer("Example: kappamu report demo/run && xdg-open demo/run/report.html");
+  command->callback([run, &globals] {
+    const auto path = report::write_report(*run);
+    if (globals.json)
+      std::printf("%s\n", nlohmann::json{{"report", path.string()}}.dump().c_str());
+    else
+      std::printf("%s\n", path.c_str());
+  });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,172 @@
+#include "calib/lens/camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "calib/lens/camera_choice.h"
+#include "calib/lens/camera_fit.h"
+#include "calib/lens/lens_model.h"
+#include "calib/lens/opencv_convert.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+/// Distances of all corners from where `fit` puts them, those left out included.
+std::vector<std::vector<double>> distances(const CameraSetting& setting, const CameraFit& fit) {
+  std::vector<std::vector<double>> result(setting.views.size());
+  for (std::size_t v = 0; v < setting.views.size(); ++v) {
+    for (std::size_t k = 0; k < setting.views[v].corners.pixels.size(); ++k) {
+      result[v].push_back(corner_residual(setting, fit, v, k).norm());
+    }
+  }
+  return result;
+}
+
+/// Corners within six standard deviations of one coordinate; that is taken from the median, which
+/// of a distance in the plane is 1.1774 deviations. Gaussian noise passes once in 65 million.
+CornerMask within_six_deviations(const std::vector<std::vector<double>>& distances) {
+  std::vector<double> all;
+  for (const auto& view : distances) all.insert(all.end(), view.begin(), view.end());
+  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
+  std::nth_element(all.begin(), middle, all.end());
+  constexpr double smallest_px = 0.05;  // no corner is wrong by less
+  const double bound = std::max(6.0 * *middle / 1.1774, smallest_px);
+  CornerMask mask;
+  for (const auto& view : distances) {
+    mask.emplace_back();
+    for (const double distance : view) mask.back().push_back(distance <= bound ? 1 : 0);
+  }
+  return mask;
+}
+
+/// Sets the mask and returns the fit that found it. Where plain least squares shows corners too far
+/// off, Cauchy's loss finds where the others want the lens, and the mask is drawn about that.
+CameraFit leave_out_outliers(CameraSetting& setting, const CameraFit& start, LensModel model) {
+  CameraProblem plain(setting, start, model, false);
+  plain.solve();
+  CameraFit fit = plain.fit();
+  const CornerMask all = setting.mask;
+  CornerMask mask = within_six_deviations(distances(setting, fit));
+  if (mask == all) return fit;
+  constexpr double cauchy_px = 0.5;  // a few times the scatter of a clean corner
+  CameraProblem robust(setting, fit, model, false, cauchy_px);
+  robust.solve();
+  setting.mask = within_six_deviations(distances(setting, robust.fit()));
+  constexpr int passes = 3;
+  fit = robust.fit();
+  for (int pass = 0; pass < passes; ++pass) {
+    for (auto& view : setting.mask) {
+      // A view left with nothing has no pose; it keeps all and shows in its residual.
+      if (std::count(view.begin(), view.end(), 1) < 6) std::fill(view.begin(), view.end(), 1);
+    }
+    CameraProblem problem(setting, fit, model, false);
+    problem.solve();
+    fit = problem.fit();
+    mask = within_six_deviations(distances(setting, fit));
+    if (mask == setting.mask) break;
+    setting.mask = mask;
+  }
+  return fit;
+}
+
+ViewResidual residual_of(const CameraSetting& setting, const CameraFit& fit, std::size_t v) {
+  const BoardView& view = setting.views[v];
+  ViewResidual result;
+  result.name = view.name;
+  result.pixels = view.corners.pixels;
+  double sum = 0.0;
+  int used = 0;
+  for (std::size_t k = 0; k < view.corners.pixels.size(); ++k) {
+    result.residuals.push_back(corner_residual(setting, fit, v, k));
+    if (setting.mask[v][k] == 0) {
+      result.left_out.push_back(static_cast<int>(k));
+    } else {
+      sum += result.residuals.back().squaredNorm();
+      ++used;
+    }
+  }
+  result.rms_px = std::sqrt(sum / used);
+  return result;
+}
+
+CornerMask everything(const std::vector<BoardView>& views) {
+  CornerMask mask;
+  for (const BoardView& view : views) mask.emplace_back(view.corners.pixels.size(), 1);
+  return mask;
+}
+
+}  // namespace
+
+double CameraCalibration::standard_deviation(int parameter) const {
+  return std::sqrt(covariance(parameter, parameter));
+}
+
+CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double square_mm, int width,
+                                   int height, std::optional<LensModel> model) {
+  if (views.size() < 3) {
+    throw InputError("camera calibration: " + std::to_string(views.size()) +
+                     " board photographs given and at least 3 are needed (10 or more are good); "
+                     "add entries to calibration.camera_boards in session.json");
+  }
+  CameraSetting setting{views, square_mm, everything(views)};
+  CameraFit start = start_camera(setting, width, height);
+  // Outliers are told under a lens that leaves no error of its own.
+  start = leave_out_outliers(setting, start, model.value_or(LensModel::radial2_tangential));
+  CameraCalibration result;
+  if (!model) {
+    const double freedom =
+        static_cast<double>(start.residuals) - parameter_count(start.model) - 6.0 * views.size();
+    setting.noise_px = std::sqrt(start.residual_sum_of_squares / std::max(freedom, 1.0));
+    CameraChoice choice = choose_camera(setting, start);
+    start = std::move(choice.fit);
+    result.scores = std::move(choice.scores);
+  }
+  CameraProblem problem(setting, start, model.value_or(start.model), start.bent);
+  problem.solve();
+  const CameraFit& fit = problem.fit();
+  result.joint_covariance = problem.covariance();
+  result.model = fit.model;
+  result.lens = lens_of(fit.numbers, has_square_pixels(fit.model), width, height);
+  result.covariance = result.joint_covariance.topLeftCorner<lens_numbers, lens_numbers>();
+  result.bend_mm = fit.bend_mm;
+  result.converged = fit.converged;
+  result.rms_px = std::sqrt(2.0 * fit.residual_sum_of_squares / static_cast<double>(fit.residuals));
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    result.camera_from_board.push_back(rigid_of(fit.poses[v]));
+    result.views.push_back(residual_of(setting, fit, v));
+  }
+  return result;
+}
+
+Rigid board_pose(const Lens& lens, const BoardCorners& corners, double square_mm,
+                 const std::string& name, const std::array<double, 2>& bend_mm) {
+  cv::Mat rotation;
+  cv::Mat translation;
+  bool found = false;
+  std::vector<cv::Point3f> points = board_points(corners, square_mm);
+  try {
+    found =
+        cv::solvePnP(points, image_points(corners.pixels), camera_matrix(lens),
+                     distortion_vector(lens), rotation, translation, false, cv::SOLVEPNP_ITERATIVE);
+    if (found && bend_mm != std::array<double, 2>{}) {
+      // OpenCV starts from a homography only where the board is flat.
+      const BoardShape board{corners.columns, corners.rows, square_mm, corners.staggered};
+      for (std::size_t k = 0; k < points.size(); ++k) {
+        const auto [i, j] = corners.place(k);
+        points[k].z = static_cast<float>(bent_corner<double>(board, bend_mm.data(), i, j).z());
+      }
+      found = cv::solvePnP(points, image_points(corners.pixels), camera_matrix(lens),
+                           distortion_vector(lens), rotation, translation, true,
+                           cv::SOLVEPNP_ITERATIVE);
+    }
+  } catch (const cv::Exception&) {
+    found = false;
+  }
+  if (!found || translation.at<double>(2) <= 0.0) {
+    throw InputError(name + ": no pose of the board explains its corners; take the picture again");
+  }
+  return rigid_of(six_of(rotation, translation));
+}
+
+}  // namespace kappamu::calib

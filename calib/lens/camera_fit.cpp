@@ -1,0 +1,319 @@
+#include "calib/lens/camera_fit.h"
+
+#include <ceres/ceres.h>
+
+#include <ceres/jet.h>
+#include <ceres/rotation.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "calib/lens/lens_model.h"
+#include "calib/lens/normal_equations.h"
+#include "calib/lens/opencv_convert.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+const char* const undetermined =
+    "camera calibration: the board photographs do not determine the lens; add views with the board "
+    "tilted by 20 to 40 degrees in different directions and filling the frame";
+
+/// Projected minus observed corner; parameters: LensNumbers, bend, camera_from_board as rotation
+/// vector and translation. Derivatives by hand: five times quicker than automatic ones with twenty
+/// partials (tests/calib/lens/camera_fit_test.cpp holds them against differences).
+class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
+ public:
+  CornerCost(const BoardShape& board, int i, int j, const Eigen::Vector2d& observed,
+             bool square_pixels)
+      : observed_(observed), square_pixels_(square_pixels) {
+    constexpr std::array<double, 2> flat{};
+    flat_ = bent_corner<double>(board, flat.data(), i, j);
+    for (int k = 0; k < 2; ++k) {
+      std::array<double, 2> unit{};
+      unit[k] = 1.0;
+      rise_[k] = bent_corner<double>(board, unit.data(), i, j).z();
+    }
+  }
+
+  bool Evaluate(const double* const* parameters, double* residual,
+                double** jacobians) const override {
+    const double* n = parameters[0];
+    const double* bend = parameters[1];
+    const double* pose = parameters[2];
+    using Jet = ceres::Jet<double, 3>;
+    const std::array<Jet, 3> turn{Jet(pose[0], 0), Jet(pose[1], 1), Jet(pose[2], 2)};
+    const Eigen::Vector3d corner =
+        flat_ + Eigen::Vector3d(0.0, 0.0, rise_[0] * bend[0] + rise_[1] * bend[1]);
+    const std::array<Jet, 3> fixed{Jet(corner.x()), Jet(corner.y()), Jet(corner.z())};
+    std::array<Jet, 3> turned;
+    ceres::AngleAxisRotatePoint(turn.data(), fixed.data(), turned.data());
+    const Eigen::Vector3d point(turned[0].a + pose[3], turned[1].a + pose[4],
+                                turned[2].a + pose[5]);
+    const double fx = n[0];
+    const double fy = square_pixels_ ? n[0] : n[1];
+    const Eigen::Vector2d normalised(point.x() / point.z(), point.y() / point.z());
+    const Eigen::Vector2d bent = distort<double>(n + 4, normalised);
+    residual[0] = fx * bent.x() + n[2] - observed_.x();
+    residual[1] = fy * bent.y() + n[3] - observed_.y();
+    if (jacobians == nullptr) return true;
+    if (jacobians[0] != nullptr) by_lens(n, fx, fy, normalised, bent, jacobians[0]);
+    if (jacobians[1] == nullptr && jacobians[2] == nullptr) return true;
+    Eigen::Matrix<double, 2, 3> perspective;
+    perspective << 1.0, 0.0, -normalised.x(), 0.0, 1.0, -normalised.y();
+    const Eigen::Matrix<double, 2, 3> by_point = Eigen::Vector2d(fx, fy).asDiagonal() *
+                                                 distortion_jacobian(n + 4, normalised) *
+                                                 perspective / point.z();
+    if (jacobians[1] != nullptr) {
+      const std::array<double, 3> up{0.0, 0.0, 1.0};
+      Eigen::Vector3d axis;
+      ceres::AngleAxisRotatePoint(pose, up.data(), axis.data());
+      const Eigen::Vector2d by_rise = by_point * axis;
+      Eigen::Map<Eigen::Matrix<double, 2, 2, Eigen::RowMajor>> out(jacobians[1]);
+      out << by_rise * rise_[0], by_rise * rise_[1];
+    }
+    if (jacobians[2] != nullptr) {
+      Eigen::Matrix3d by_turn;
+      for (int k = 0; k < 3; ++k) by_turn.row(k) = turned[k].v.transpose();
+      Eigen::Map<Eigen::Matrix<double, 2, 6, Eigen::RowMajor>> out(jacobians[2]);
+      out << by_point * by_turn, by_point;
+    }
+    return true;
+  }
+
+ private:
+  void by_lens(const double* n, double fx, double fy, const Eigen::Vector2d& normalised,
+               const Eigen::Vector2d& bent, double* jacobian) const {
+    const double x = normalised.x();
+    const double y = normalised.y();
+    const double r2 = normalised.squaredNorm();
+    const double below = 1.0 + r2 * (n[9] + r2 * (n[10] + r2 * n[11]));
+    const double radial = (1.0 + r2 * (n[4] + r2 * (n[5] + r2 * n[8]))) / below;
+    Eigen::Map<Eigen::Matrix<double, 2, lens_numbers, Eigen::RowMajor>> out(jacobian);
+    out.setZero();
+    out(0, 0) = bent.x();
+    out(1, square_pixels_ ? 0 : 1) = bent.y();
+    out(0, 2) = 1.0;
+    out(1, 3) = 1.0;
+    const Eigen::Vector2d radially = Eigen::Vector2d(fx * x, fy * y) * r2 / below;
+    out.col(4) = radially;
+    out.col(5) = radially * r2;
+    out.col(6) << fx * 2.0 * x * y, fy * (r2 + 2.0 * y * y);
+    out.col(7) << fx * (r2 + 2.0 * x * x), fy * 2.0 * x * y;
+    out.col(8) = radially * r2 * r2;
+    out.col(9) = -radially * radial;
+    out.col(10) = -radially * radial * r2;
+    out.col(11) = -radially * radial * r2 * r2;
+  }
+
+  Eigen::Vector2d observed_;
+  bool square_pixels_;
+  Eigen::Vector3d flat_;
+  std::array<double, 2> rise_{};  ///< of the corner for 1 mm of bend
+};
+
+constexpr int first_tangential = 6;  // p1 and p2 among the lens' numbers
+
+/// p1 and p2 as observations of 0.
+class TangentialPrior : public ceres::SizedCostFunction<2, lens_numbers> {
+ public:
+  explicit TangentialPrior(double weight) : weight_(weight) {}
+  bool Evaluate(const double* const* parameters, double* residual,
+                double** jacobians) const override {
+    for (int k = 0; k < 2; ++k) residual[k] = weight_ * parameters[0][first_tangential + k];
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    Eigen::Map<Eigen::Matrix<double, 2, lens_numbers, Eigen::RowMajor>> out(jacobians[0]);
+    out.setZero();
+    for (int k = 0; k < 2; ++k) out(k, first_tangential + k) = weight_;
+    return true;
+  }
+
+ private:
+  double weight_;
+};
+
+}  // namespace
+
+CameraFit start_camera(const CameraSetting& setting, int width, int height) {
+  std::vector<std::vector<cv::Point3f>> objects;
+  std::vector<std::vector<cv::Point2f>> images;
+  for (const BoardView& view : setting.views) {
+    objects.push_back(board_points(view.corners, setting.square_mm));
+    images.push_back(image_points(view.corners.pixels));
+  }
+  cv::Mat matrix;
+  cv::Mat distortion;
+  std::vector<cv::Mat> rotations;
+  std::vector<cv::Mat> translations;
+  try {
+    cv::calibrateCamera(objects, images, cv::Size(width, height), matrix, distortion, rotations,
+                        translations,
+                        cv::CALIB_FIX_K2 | cv::CALIB_FIX_K3 | cv::CALIB_ZERO_TANGENT_DIST,
+                        cv::TermCriteria(cv::TermCriteria::COUNT, 10, 0.0));  // a start is enough
+  } catch (const cv::Exception&) {
+    throw InputError(undetermined);
+  }
+  CameraFit fit;
+  fit.numbers = {matrix.at<double>(0, 0), matrix.at<double>(1, 1), matrix.at<double>(0, 2),
+                 matrix.at<double>(1, 2), distortion.at<double>(0)};
+  if (!std::all_of(fit.numbers.begin(), fit.numbers.end(),
+                   [](double n) { return std::isfinite(n); })) {
+    throw InputError(undetermined);
+  }
+  for (std::size_t v = 0; v < setting.views.size(); ++v) {
+    fit.poses.push_back(six_of(rotations[v], translations[v]));
+  }
+  return fit;
+}
+
+Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& fit,
+                                std::size_t view, std::size_t corner) {
+  Eigen::Vector2d residual;
+  const BoardCorners& corners = setting.views[view].corners;
+  const auto [i, j] = corners.place(corner);
+  const CornerCost cost(setting.board(view), i, j, corners.pixels[corner],
+                        has_square_pixels(fit.model));
+  const std::array<const double*, 3> parameters{fit.numbers.data(), fit.bend_mm.data(),
+                                                fit.poses[view].data()};
+  cost.Evaluate(parameters.data(), residual.data(), nullptr);
+  return residual;
+}
+
+CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& start, LensModel model,
+                             bool bent, double cauchy_px)
+    : setting_(setting),
+      fit_(start),
+      problem_(std::make_unique<ceres::Problem>()),
+      blocks_(setting.views.size()) {
+  fit_.model = model;
+  fit_.bent = bent;
+  for (std::size_t v = 0; v < setting.views.size(); ++v) {
+    const BoardCorners& corners = setting.views[v].corners;
+    for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
+      if (setting.mask[v][k] == 0) continue;
+      const auto [i, j] = corners.place(k);
+      auto* cost =
+          new CornerCost(setting.board(v), i, j, corners.pixels[k], has_square_pixels(model));
+      blocks_[v].push_back(problem_->AddResidualBlock(
+          cost, cauchy_px > 0.0 ? new ceres::CauchyLoss(cauchy_px) : nullptr, fit_.numbers.data(),
+          fit_.bend_mm.data(), fit_.poses[v].data()));
+    }
+  }
+  if (!bent) problem_->SetParameterBlockConstant(fit_.bend_mm.data());
+  if (has_prior()) {
+    problem_->AddResidualBlock(new TangentialPrior(setting.noise_px / tangential_spread), nullptr,
+                               fit_.numbers.data());
+  }
+}
+
+CameraProblem::~CameraProblem() = default;
+
+bool CameraProblem::has_prior() const {
+  return setting_.noise_px > 0.0 &&
+         parameter_count(fit_.model) >= parameter_count(LensModel::radial2_tangential);
+}
+
+void CameraProblem::solve(double tolerance, int max_iterations) {
+  if (!calib::solve(*problem_, fit_, tolerance, max_iterations)) throw InputError(undetermined);
+}
+
+Eigen::MatrixXd CameraProblem::jacobian(std::size_t view, std::vector<double>* residuals) {
+  ceres::Problem::EvaluateOptions options;
+  options.residual_blocks = blocks_[view];
+  options.parameter_blocks = {fit_.numbers.data()};
+  if (fit_.bent) options.parameter_blocks.push_back(fit_.bend_mm.data());
+  options.parameter_blocks.push_back(fit_.poses[view].data());
+  ceres::CRSMatrix sparse;
+  problem_->Evaluate(options, nullptr, residuals, nullptr, &sparse);
+  return dense(sparse);
+}
+
+std::vector<CameraProblem::Normal> CameraProblem::normals() {
+  std::vector<Normal> result;
+  for (std::size_t v = 0; v < blocks_.size(); ++v) {
+    std::vector<double> residuals;
+    const Eigen::MatrixXd by_all = jacobian(v, &residuals);
+    const Eigen::Map<const Eigen::VectorXd> r(residuals.data(),
+                                              static_cast<Eigen::Index>(residuals.size()));
+    const auto shared = by_all.leftCols(by_all.cols() - 6);
+    const auto pose = by_all.rightCols<6>();
+    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> own(pose.transpose() * pose);
+    Normal normal;
+    normal.pose_inverse = own.solve(Eigen::Matrix<double, 6, 6>::Identity());
+    normal.follow = -own.solve(pose.transpose() * shared);
+    const Eigen::MatrixXd left = shared + pose * normal.follow;
+    const Eigen::VectorXd rest = r - pose * own.solve(pose.transpose() * r);
+    normal.matrix = left.transpose() * left;
+    normal.gradient = left.transpose() * rest;
+    normal.square = rest.squaredNorm();
+    result.push_back(std::move(normal));
+  }
+  return result;
+}
+
+std::pair<Eigen::MatrixXd, Eigen::VectorXd> CameraProblem::total(
+    const std::vector<Normal>& views) const {
+  Eigen::MatrixXd matrix = views[0].matrix;
+  Eigen::VectorXd gradient = views[0].gradient;
+  for (std::size_t v = 1; v < views.size(); ++v) {
+    matrix += views[v].matrix;
+    gradient += views[v].gradient;
+  }
+  if (!has_prior()) return {matrix, gradient};
+  const double weight = std::pow(setting_.noise_px / tangential_spread, 2);
+  for (int k = first_tangential; k < first_tangential + 2; ++k) {
+    matrix(k, k) += weight;
+    gradient[k] += weight * fit_.numbers[static_cast<std::size_t>(k)];
+  }
+  return {matrix, gradient};
+}
+
+std::vector<HeldOutView> CameraProblem::leave_one_out() {
+  const std::vector<Normal> views = normals();
+  const auto [matrix, gradient] = total(views);
+  std::vector<HeldOutView> held_out;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Normal& own = views[v];
+    const Eigen::VectorXd step =
+        -(inverse_of(matrix - own.matrix).matrix * (gradient - own.gradient));
+    held_out.push_back({own.square + 2.0 * own.gradient.dot(step) + step.dot(own.matrix * step),
+                        static_cast<int>(blocks_[v].size())});
+  }
+  return held_out;
+}
+
+Eigen::MatrixXd CameraProblem::covariance() {
+  const std::vector<Normal> views = normals();
+  const Inverse inverse = inverse_of(total(views).first);
+  if (!inverse.regular) throw InputError(undetermined);
+
+  // Where each free number goes among lens (12) and bend (2).
+  std::vector<Eigen::Index> place;
+  const std::vector<int> fixed = fixed_numbers(fit_.model);
+  for (int k = 0; k < lens_numbers + (fit_.bent ? 2 : 0); ++k) {
+    if (std::find(fixed.begin(), fixed.end(), k) == fixed.end()) place.push_back(k);
+  }
+  Eigen::MatrixXd spread =
+      Eigen::MatrixXd::Zero(lens_numbers + 2, static_cast<Eigen::Index>(place.size()));
+  for (std::size_t k = 0; k < place.size(); ++k) spread(place[k], static_cast<Eigen::Index>(k)) = 1;
+
+  constexpr Eigen::Index shared = lens_numbers + 2;
+  const Eigen::Index size = shared + 6 * static_cast<Eigen::Index>(views.size());
+  Eigen::MatrixXd follow(size, spread.cols());
+  follow.topRows<shared>() = spread;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    follow.middleRows<6>(shared + 6 * static_cast<Eigen::Index>(v)) = views[v].follow;
+  }
+  Eigen::MatrixXd joint = follow * inverse.matrix * follow.transpose();
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const Eigen::Index at = shared + 6 * static_cast<Eigen::Index>(v);
+    joint.block<6, 6>(at, at) += views[v].pose_inverse;
+  }
+  const double freedom = static_cast<double>(fit_.residuals) - static_cast<double>(place.size()) -
+                         6.0 * static_cast<double>(views.size());
+  return joint * (fit_.residual_sum_of_squares / std::max(freedom, 1.0));
+}
+
+}  // namespace kappamu::calib

@@ -1,0 +1,36 @@
+#include "calib/lens/normal_equations.h"
+
+#include <ceres/crs_matrix.h>
+
+#include <Eigen/Eigenvalues>
+
+namespace kappamu::calib {
+
+Eigen::MatrixXd dense(const ceres::CRSMatrix& sparse) {
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(sparse.num_rows, sparse.num_cols);
+  for (int row = 0; row < sparse.num_rows; ++row) {
+    for (int at = sparse.rows[row]; at < sparse.rows[row + 1]; ++at) {
+      matrix(row, sparse.cols[at]) = sparse.values[at];
+    }
+  }
+  return matrix;
+}
+
+Inverse inverse_of(const Eigen::MatrixXd& matrix) {
+  const Eigen::VectorXd scale = matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
+                                                              scale.asDiagonal());
+  constexpr double rounding = 1e-13;
+  Inverse inverse{Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols()), true};
+  for (Eigen::Index k = 0; k < matrix.rows(); ++k) {
+    if (solver.eigenvalues()[k] < rounding * solver.eigenvalues().maxCoeff()) {
+      inverse.regular = false;
+      continue;
+    }
+    const Eigen::VectorXd direction = scale.cwiseProduct(solver.eigenvectors().col(k));
+    inverse.matrix += direction * direction.transpose() / solver.eigenvalues()[k];
+  }
+  return inverse;
+}
+
+}  // namespace kappamu::calib

@@ -1,0 +1,36 @@
+#include "calib/lens/opencv_convert.h"
+
+#include "calib/targets/board_shape.h"
+
+namespace kappamu::calib {
+
+std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& translation) {
+  std::array<double, 6> six{};
+  for (int i = 0; i < 3; ++i) {
+    six[i] = rotation_vector.at<double>(i);
+    six[3 + i] = translation.at<double>(i);
+  }
+  return six;
+}
+
+std::vector<cv::Point3f> board_points(const BoardCorners& corners, double square) {
+  const BoardShape board{corners.columns, corners.rows, square, corners.staggered};
+  std::vector<cv::Point3f> points;
+  for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
+    const auto [i, j] = corners.place(k);
+    const Eigen::Vector3d point = board.flat_point(i, j);
+    points.emplace_back(static_cast<float>(point.x()), static_cast<float>(point.y()), 0.0F);
+  }
+  return points;
+}
+
+std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels) {
+  std::vector<cv::Point2f> points;
+  points.reserve(pixels.size());
+  for (const Eigen::Vector2d& pixel : pixels) {
+    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+  }
+  return points;
+}
+
+}  // namespace kappamu::calib

@@ -1,0 +1,381 @@
+#include "calib/sample/pose.h"
+
+#include <ceres/ceres.h>
+#include <ceres/rotation.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "calib/lens/lens_model.h"
+#include "calib/lens/opencv_convert.h"
+#include "calib/sample/face.h"
+#include "calib/sample/outline.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+using Six = std::array<double, 6>;
+using Corners = std::array<Eigen::Vector2d, 4>;
+
+template <class T>
+Eigen::Matrix<T, 3, 1> moved(const T* six, const Eigen::Vector3d& point) {
+  const std::array<T, 3> in{T(point.x()), T(point.y()), T(point.z())};
+  Eigen::Matrix<T, 3, 1> out;
+  ceres::AngleAxisRotatePoint(six, in.data(), out.data());
+  for (int k = 0; k < 3; ++k) out[k] += six[3 + k];
+  return out;
+}
+
+/// Distance in pixels of an edge point's ray from the plane through the eye and an edge, measured
+/// in the undistorted image.
+struct EdgeResidual {
+  Eigen::Vector3d ray;  ///< z = 1
+  Eigen::Vector3d start;
+  Eigen::Vector3d end;
+  double focal_px;
+
+  template <class T>
+  bool operator()(const T* pose, T* residual) const {
+    const Eigen::Matrix<T, 3, 1> line = moved(pose, start).cross(moved(pose, end));
+    const Eigen::Matrix<T, 3, 1> direction = ray.cast<T>();
+    residual[0] = focal_px * line.dot(direction) / line.template head<2>().norm();
+    return true;
+  }
+};
+
+struct CornerResidual {
+  Eigen::Vector3d ray;  ///< z = 1
+  Eigen::Vector3d corner;
+  double focal_px;
+
+  template <class T>
+  bool operator()(const T* pose, T* residual) const {
+    const Eigen::Matrix<T, 3, 1> point = moved(pose, corner);
+    residual[0] = focal_px * (point.x() / point.z() - ray.x());
+    residual[1] = focal_px * (point.y() / point.z() - ray.y());
+    return true;
+  }
+};
+
+struct Refined {
+  Six pose{};
+  double cost = std::numeric_limits<double>::infinity();
+  double rms_px = 0.0;
+  PoseCovariance covariance = PoseCovariance::Zero();
+};
+
+double focal(const Lens& lens) {
+  return 0.5 * (lens.fx + lens.fy);
+}
+
+/// How many residuals in a row count as one: 1 + 2 Σ ρ_k over the first lags, with ρ_k the
+/// correlation along an edge. Edge points lie a pixel apart and each is a centroid over seven.
+double correlation_length(const std::vector<double>& residuals) {
+  constexpr std::size_t lags = 8;
+  const std::size_t n = residuals.size();
+  double variance = 0.0;
+  for (const double r : residuals) variance += r * r;
+  if (variance <= 0.0 || n <= lags) return 1.0;
+  double length = 1.0;
+  for (std::size_t lag = 1; lag <= lags; ++lag) {
+    double product = 0.0;
+    for (std::size_t k = 0; k + lag < n; ++k) product += residuals[k] * residuals[k + lag];
+    // Newey & West 1987: weights that keep the sum positive.
+    length += 2.0 * (1.0 - static_cast<double>(lag) / (lags + 1.0)) * product / variance;
+  }
+  return std::max(1.0, length);
+}
+
+/// The rotation vector of half a turn at most, which camera_from_sample has.
+Six within_half_turn(const Six& pose) {
+  return six_of(rigid_of(pose));
+}
+
+/// Solves and adds RMS (of residual blocks) and covariance.
+Refined solve(ceres::Problem& problem, Six& pose) {
+  ceres::Solver::Options options;
+  options.linear_solver_type = ceres::DENSE_QR;
+  options.max_num_iterations = 100;
+  options.function_tolerance = 1e-12;
+  options.parameter_tolerance = 1e-12;
+  options.logging_type = ceres::SILENT;
+  ceres::Solver::Summary summary;
+  ceres::Solve(options, &problem, &summary);
+  Refined result;
+  result.pose = pose;
+  if (!summary.IsSolutionUsable() || pose[5] <= 0.0) return result;
+  result.cost = summary.final_cost;
+  std::vector<double> residuals;
+  ceres::Problem::EvaluateOptions plain;
+  plain.apply_loss_function = false;
+  problem.Evaluate(plain, nullptr, &residuals, nullptr, nullptr);
+  double sum = 0.0;
+  for (const double r : residuals) sum += r * r;
+  result.rms_px = std::sqrt(sum / problem.NumResidualBlocks());
+  ceres::Covariance covariance({});
+  const std::vector<std::pair<const double*, const double*>> wanted{{pose.data(), pose.data()}};
+  if (covariance.Compute(wanted, &problem)) {
+    Eigen::Matrix<double, 6, 6, Eigen::RowMajor> block;
+    covariance.GetCovarianceBlock(pose.data(), pose.data(), block.data());
+    const double freedom = std::max(1.0, static_cast<double>(residuals.size()) - 6.0);
+    result.covariance =
+        block * (2.0 * summary.final_cost / freedom * correlation_length(residuals));
+  }
+  return result;
+}
+
+/// Both solutions of the planar problem, ordered by OpenCV, in normalised coordinates.
+std::vector<Six> planar_poses(const Corners& corners_px, const Lens& lens,
+                              const std::array<Eigen::Vector3d, 4>& corners) {
+  std::vector<cv::Point3d> objects;
+  std::vector<cv::Point2d> images;
+  for (std::size_t k = 0; k < 4; ++k) {
+    objects.emplace_back(corners[k].x(), corners[k].y(), corners[k].z());
+    const Eigen::Vector3d ray = lens.unproject(corners_px[k]);
+    images.emplace_back(ray.x(), ray.y());
+  }
+  std::vector<cv::Mat> rotations;
+  std::vector<cv::Mat> translations;
+  std::vector<Six> poses;
+  try {
+    cv::solvePnPGeneric(objects, images, cv::Mat::eye(3, 3, CV_64F), cv::noArray(), rotations,
+                        translations, false, cv::SOLVEPNP_IPPE);
+  } catch (const cv::Exception&) {
+    return poses;
+  }
+  for (std::size_t k = 0; k < rotations.size(); ++k) {
+    poses.push_back(six_of(rotations[k], translations[k]));
+  }
+  return poses;
+}
+
+Refined refine_on_corners(const Corners& corners_px, const Lens& lens,
+                          const std::array<Eigen::Vector3d, 4>& corners, Six pose) {
+  ceres::Problem problem;
+  for (std::size_t k = 0; k < 4; ++k) {
+    problem.AddResidualBlock(
+        new ceres::AutoDiffCostFunction<CornerResidual, 2, 6>(
+            new CornerResidual{lens.unproject(corners_px[k]), corners[k], focal(lens)}),
+        nullptr, pose.data());
+  }
+  return solve(problem, pose);
+}
+
+/// The better of the refined solutions of the planar problem.
+template <class Refine>
+Refined best_pose(const Corners& corners_px, const Lens& lens,
+                  const std::array<Eigen::Vector3d, 4>& corners, const Refine& refine) {
+  Refined best;
+  for (const Six& start : planar_poses(corners_px, lens, corners)) {
+    const Refined refined = refine(start);
+    if (refined.cost < best.cost) best = refined;
+  }
+  return best;
+}
+
+/// Edge k joins corners k and k + 1 in the order of face_corners.
+Refined refine_on_edges(const std::vector<std::vector<Eigen::Vector2d>>& edges, const Lens& lens,
+                        const std::array<Eigen::Vector3d, 4>& corners, Six pose) {
+  constexpr double cauchy_px = 0.3;  // a few times the scatter of a clean edge
+  ceres::Problem problem;
+  for (std::size_t k = 0; k < 4; ++k) {
+    for (const Eigen::Vector2d& pixel : edges[k]) {
+      problem.AddResidualBlock(
+          new ceres::AutoDiffCostFunction<EdgeResidual, 1, 6>(new EdgeResidual{
+              lens.unproject(pixel), corners[k], corners[(k + 1) % 4], focal(lens)}),
+          new ceres::CauchyLoss(cauchy_px), pose.data());
+    }
+  }
+  return solve(problem, pose);
+}
+
+/// The sides of a quadrilateral, each turned so that the bright side lies to its right.
+std::vector<std::vector<Eigen::Vector2d>> straight_edges(const Corners& corners, bool mirrored) {
+  std::vector<std::vector<Eigen::Vector2d>> edges;
+  for (std::size_t k = 0; k < 4; ++k) {
+    edges.push_back({corners[k], corners[(k + 1) % 4]});
+    if (mirrored) std::swap(edges.back()[0], edges.back()[1]);
+  }
+  return edges;
+}
+
+/// The projected edges as polylines, each turned so that the bright side lies to its right.
+std::vector<std::vector<Eigen::Vector2d>> projected_edges(
+    const Lens& lens, const Rigid& pose, const std::array<Eigen::Vector3d, 4>& corners,
+    bool mirrored) {
+  constexpr int pieces = 16;
+  std::vector<std::vector<Eigen::Vector2d>> edges;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Eigen::Vector3d& start = corners[k];
+    const Eigen::Vector3d& end = corners[(k + 1) % 4];
+    std::vector<Eigen::Vector2d> line;
+    for (int i = 0; i <= pieces; ++i) {
+      const double t = static_cast<double>(i) / pieces;
+      line.push_back(lens.project(pose * (start + (mirrored ? 1.0 - t : t) * (end - start))));
+    }
+    edges.push_back(std::move(line));
+  }
+  return edges;
+}
+
+/// What the lens' uncertainty does to a pose: each independent direction of its covariance, a part
+/// of a standard deviation to either side, with the pose refined from where it is: found anew, its
+/// rotation vector may come out as the one of the same rotation, a whole turn away (a camera behind
+/// the sample is turned by about 180°), and whole deviations of a badly known lens may take it to
+/// the planar problem's other solution.
+template <class Refine>
+PoseCovariance lens_share(const Lens& lens, const LensCovariance& covariance,
+                          const Refine& refine) {
+  constexpr double part = 0.05;
+  PoseCovariance share = PoseCovariance::Zero();
+  const LensCovariance root = [&covariance] {
+    // Scaled, so that focal lengths in pixels do not drown the distortion.
+    const Eigen::Matrix<double, lens_numbers, 1> scale =
+        covariance.diagonal().cwiseSqrt().cwiseMax(1e-300);
+    const Eigen::SelfAdjointEigenSolver<LensCovariance> solver(
+        scale.cwiseInverse().asDiagonal() * covariance * scale.cwiseInverse().asDiagonal());
+    return LensCovariance(scale.asDiagonal() * solver.eigenvectors() *
+                          solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal());
+  }();
+  for (int k = 0; k < lens_numbers; ++k) {
+    if (root.col(k).norm() == 0.0) continue;
+    std::array<Eigen::Matrix<double, 6, 1>, 2> poses;
+    for (int side = 0; side < 2; ++side) {
+      LensNumbers numbers = numbers_of(lens);
+      for (int n = 0; n < lens_numbers; ++n) numbers[n] += (side == 0 ? part : -part) * root(n, k);
+      const Six six = refine(lens_of(numbers, false, lens.width, lens.height)).pose;
+      poses[side] = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(six.data());
+    }
+    const Eigen::Matrix<double, 6, 1> change = (poses[0] - poses[1]) / (2.0 * part);
+    share += change * change.transpose();
+  }
+  return share;
+}
+
+SamplePose result_of(const Refined& refined, const Lens& lens, const GridShape& grid, Face face) {
+  SamplePose result;
+  result.face = face;
+  result.camera_from_sample = rigid_of(refined.pose);
+  result.covariance = refined.covariance;
+  result.rms_px = refined.rms_px;
+  const auto corners = face_corners(grid, face);
+  for (std::size_t k = 0; k < 4; ++k) {
+    result.corners_px[k] = lens.project(result.camera_from_sample * corners[k]);
+  }
+  return result;
+}
+
+InputError does_not_fit(const std::string& name, const GridShape& grid, Face face) {
+  const FaceShape shape = face_shape(grid, face);
+  const auto rounded = [](double value) {
+    std::string text = std::to_string(value);
+    return text.substr(0, text.find('.') + 3);
+  };
+  return InputError(
+      name + ": the outline does not fit a face of " + rounded(shape.nu * grid.voxel_mm) + " x " +
+      rounded(shape.nv * grid.voxel_mm) +
+      " mm; check sample.grid and sample.voxel_mm in session.json, or give corners_px "
+      "of this sample view in the documented order");
+}
+
+}  // namespace
+
+PoseUncertainty pose_uncertainty(const SamplePose& pose, const Eigen::Vector3d& point_in_sample) {
+  // A small turn a about the camera's axes moves the point by a x (R p); the rotation vector's own
+  // change is that turn through its left Jacobian.
+  const std::array<double, 6> six = six_of(pose.camera_from_sample);
+  Eigen::Matrix<double, 3, 6> move;
+  constexpr double step = 1e-6;
+  for (int k = 0; k < 6; ++k) {
+    std::array<double, 6> up = six;
+    std::array<double, 6> down = six;
+    up[k] += step;
+    down[k] -= step;
+    move.col(k) =
+        (rigid_of(up) * point_in_sample - rigid_of(down) * point_in_sample) / (2.0 * step);
+  }
+  Eigen::Matrix3d turn;
+  for (int k = 0; k < 3; ++k) {
+    std::array<double, 6> up = six;
+    up[k] += step;
+    const Eigen::AngleAxisd angle(rigid_of(up).rotation *
+                                  pose.camera_from_sample.rotation.transpose());
+    turn.col(k) = angle.angle() * angle.axis() / step;
+  }
+  const PoseCovariance covariance = pose.total_covariance();
+  const Eigen::Matrix3d turn_covariance =
+      turn * covariance.topLeftCorner<3, 3>() * turn.transpose();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turn_covariance,
+                                                              Eigen::EigenvaluesOnly);
+  return {(move * covariance * move.transpose()).diagonal().cwiseSqrt(),
+          std::sqrt(std::max(0.0, solver.eigenvalues()[2])) * 180.0 / std::numbers::pi};
+}
+
+SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const GridShape& grid,
+                            Face face, const std::string& name,
+                            const LensCovariance& lens_covariance) {
+  const Quad quad = find_bright_quad(grey, name);
+  const auto corners = face_corners(grid, face);
+  // The coarse outline may be some pixels off: search wide around it first. Those points decide
+  // between the planar problem's two solutions; then search narrow around the fitted outline.
+  constexpr double wide_px = 8.0;
+  constexpr double narrow_px = 5.0;
+  const bool mirrored = seen_mirrored(face);
+  std::vector<std::vector<Eigen::Vector2d>> edges =
+      edge_points(grey, straight_edges(from_clockwise(face, quad), mirrored), wide_px);
+  Refined best = best_pose(from_clockwise(face, quad), lens, corners, [&](const Six& start) {
+    return refine_on_edges(edges, lens, corners, start);
+  });
+  for (int pass = 0; pass < 2 && std::isfinite(best.cost); ++pass) {
+    const auto lines = projected_edges(lens, rigid_of(best.pose), corners, mirrored);
+    edges = edge_points(grey, lines, narrow_px);
+    for (std::size_t k = 0; k < 4; ++k) {
+      constexpr double smallest_part_found = 0.4;  // of an edge, at one point per pixel
+      const double length = (lines[k].back() - lines[k].front()).norm();
+      if (static_cast<double>(edges[k].size()) < smallest_part_found * length) {
+        throw does_not_fit(name, grid, face);
+      }
+    }
+    best = refine_on_edges(edges, lens, corners, within_half_turn(best.pose));
+  }
+  constexpr double largest_rms_px = 2.0;  // beyond this it is another shape
+  if (!std::isfinite(best.cost) || best.rms_px > largest_rms_px) {
+    throw does_not_fit(name, grid, face);
+  }
+  SamplePose result = result_of(best, lens, grid, face);
+  result.lens_covariance = lens_share(lens, lens_covariance, [&](const Lens& other) {
+    return refine_on_edges(edges, other, corners, best.pose);
+  });
+  for (const auto& edge : edges) {
+    result.edge_px.insert(result.edge_px.end(), edge.begin(), edge.end());
+  }
+  return result;
+}
+
+SamplePose pose_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px, const Lens& lens,
+                             const GridShape& grid, Face face, const std::string& name,
+                             const LensCovariance& lens_covariance) {
+  const auto corners = face_corners(grid, face);
+  const Refined best = best_pose(corners_px, lens, corners, [&](const Six& start) {
+    return refine_on_corners(corners_px, lens, corners, start);
+  });
+  const Refined refined = refine_on_corners(corners_px, lens, corners, within_half_turn(best.pose));
+  SamplePose result = result_of(refined, lens, grid, face);
+  result.lens_covariance = lens_share(lens, lens_covariance, [&](const Lens& other) {
+    return refine_on_corners(corners_px, other, corners, refined.pose);
+  });
+  const Eigen::Vector3d eye = result.camera_from_sample.inverse().translation;
+  const Eigen::Vector3d on_face = face_point(grid, face, 0.0, 0.0);
+  constexpr double largest_rms_px = 10.0;  // clicked by hand
+  if (!std::isfinite(refined.cost) || refined.rms_px > largest_rms_px ||
+      (eye - on_face).dot(face_normal(face)) <= 0.0) {
+    throw does_not_fit(name, grid, face);
+  }
+  return result;
+}
+
+}  // namespace kappamu::calib

@@ -1,0 +1,78 @@
+#include "calib/targets/board_picture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace kappamu::calib {
+
+/// Eight bits between the darkest and brightest per mille, which is what the detectors want.
+cv::Mat stretch_to_bytes(const Image<float>& grey) {
+  std::vector<float> sorted = grey.values();
+  const std::size_t cut = sorted.size() / 1000;
+  const auto low = sorted.begin() + static_cast<std::ptrdiff_t>(cut);
+  const auto high = sorted.end() - 1 - static_cast<std::ptrdiff_t>(cut);
+  std::nth_element(sorted.begin(), low, sorted.end());
+  const float black = *low;
+  std::nth_element(sorted.begin(), high, sorted.end());
+  const float white = std::max(*high, black + 1e-6F);
+  cv::Mat bytes(grey.height(), grey.width(), CV_8U);
+  for (int y = 0; y < grey.height(); ++y) {
+    for (int x = 0; x < grey.width(); ++x) {
+      const float scaled = 255.0F * (grey(x, y) - black) / (white - black);
+      bytes.at<std::uint8_t>(y, x) = cv::saturate_cast<std::uint8_t>(scaled);
+    }
+  }
+  return bytes;
+}
+
+double bilinear(const Image<float>& image, const Eigen::Vector2d& at) {
+  const int x = std::clamp(static_cast<int>(std::floor(at.x())), 0, image.width() - 2);
+  const int y = std::clamp(static_cast<int>(std::floor(at.y())), 0, image.height() - 2);
+  const double fx = at.x() - x;
+  const double fy = at.y() - y;
+  return (1.0 - fy) * ((1.0 - fx) * image(x, y) + fx * image(x + 1, y)) +
+         fy * ((1.0 - fx) * image(x, y + 1) + fx * image(x + 1, y + 1));
+}
+
+double profile_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const double length = (b - a).norm();
+  constexpr double step = 0.25;  // pixels
+  std::vector<double> profile;
+  for (double s = 0.0; s <= length; s += step) {
+    profile.push_back(bilinear(grey, a + (b - a) * (s / length)));
+  }
+  constexpr std::size_t span = 2;
+  double steepest = 0.0;
+  for (std::size_t k = span; k + span < profile.size(); ++k) {
+    steepest = std::max(steepest, std::abs(profile[k + span] - profile[k - span]));
+  }
+  const auto [low, high] = std::minmax_element(profile.begin(), profile.end());
+  if (steepest <= 0.0) return 0.0;
+  constexpr double root_two_pi = 2.5066;
+  return (*high - *low) * 2.0 * span * step / steepest / root_two_pi;
+}
+
+double median(std::vector<double>& values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double smallest_spacing(const BoardCorners& corners) {
+  const std::vector<double> nearest = nearest_distances(corners.pixels);
+  return *std::min_element(nearest.begin(), nearest.end());
+}
+
+std::vector<double> nearest_distances(const std::vector<Eigen::Vector2d>& pixels) {
+  std::vector<double> distances(pixels.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t a = 0; a < pixels.size(); ++a) {
+    for (std::size_t b = 0; b < pixels.size(); ++b) {
+      if (a != b) distances[a] = std::min(distances[a], (pixels[a] - pixels[b]).norm());
+    }
+  }
+  return distances;
+}
+
+}  // namespace kappamu::calib

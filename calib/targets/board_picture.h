@@ -1,0 +1,32 @@
+// What the detectors of boards share: pictures for OpenCV, measure of blur.
+// Included by .cpp files only.
+#pragma once
+
+#include <Eigen/Core>
+#include <opencv2/core.hpp>
+#include <vector>
+
+#include "calib/targets/board_corners.h"
+#include "core/image.h"
+
+namespace kappamu::calib {
+
+/// Eight bits between the darkest and brightest per mille, which is what the detectors want.
+cv::Mat stretch_to_bytes(const Image<float>& grey);
+
+double bilinear(const Image<float>& image, const Eigen::Vector2d& at);
+
+/// Blur of the one edge that the line from a to b crosses: its contrast over its steepest slope is
+/// √(2π) standard deviations of a Gaussian.
+double profile_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
+
+/// Reorders; 0 for none.
+double median(std::vector<double>& values);
+
+/// Between neighbouring corners [px].
+double smallest_spacing(const BoardCorners& corners);
+
+/// Distance of each pixel to its nearest fellow.
+std::vector<double> nearest_distances(const std::vector<Eigen::Vector2d>& pixels);
+
+}  // namespace kappamu::calib

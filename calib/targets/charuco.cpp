@@ -1,0 +1,187 @@
+#include "calib/targets/charuco.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/aruco/charuco.hpp>
+#include <opencv2/calib3d.hpp>
+#include <set>
+
+#include "calib/targets/board_picture.h"
+#include "calib/targets/corner_fit.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+constexpr std::size_t least_corners = 8;
+constexpr std::size_t chance_markers = 3;  // seen where there are none, or of another dictionary
+
+cv::Ptr<cv::aruco::Dictionary> dictionary_named(const std::string& name) {
+  for (std::size_t k = 0; k < capture::marker_dictionaries.size(); ++k) {
+    if (capture::marker_dictionaries[k].name == name) {
+      return cv::aruco::getPredefinedDictionary(static_cast<int>(k));
+    }
+  }
+  throw InputError("session.json: calibration.board.dictionary is '" + name +
+                   "'; write one of OpenCV's, as DICT_4X4_50");
+}
+
+struct Markers {
+  std::vector<std::vector<cv::Point2f>> corners;
+  std::vector<int> ids;
+};
+
+Markers detect(const cv::Mat& bytes, const cv::Ptr<cv::aruco::Dictionary>& dictionary) {
+  Markers markers;
+  cv::aruco::detectMarkers(bytes, dictionary, markers.corners, markers.ids);
+  return markers;
+}
+
+cv::Ptr<cv::aruco::CharucoBoard> layout(const capture::Board& board, int columns, int rows) {
+  return cv::aruco::CharucoBoard::create(columns + 1, rows + 1, static_cast<float>(board.square_mm),
+                                         static_cast<float>(board.marker_mm),
+                                         dictionary_named(board.dictionary));
+}
+
+/// Of the markers seen, how many lie where a board of so many columns and rows has them: within
+/// half a marker of one plane's perspective view (lens distortion stays far below that).
+std::size_t fitting(const Markers& markers, const capture::Board& board, int columns, int rows) {
+  const auto charuco = layout(board, columns, rows);
+  std::vector<cv::Point2f> on_board;
+  std::vector<cv::Point2f> seen;
+  double side_px = 0.0;
+  for (std::size_t k = 0; k < markers.ids.size(); ++k) {
+    const auto id = static_cast<std::size_t>(markers.ids[k]);
+    if (id >= charuco->objPoints.size()) continue;
+    side_px += cv::norm(markers.corners[k][0] - markers.corners[k][1]);
+    for (std::size_t c = 0; c < 4; ++c) {
+      on_board.emplace_back(charuco->objPoints[id][c].x, charuco->objPoints[id][c].y);
+      seen.push_back(markers.corners[k][c]);
+    }
+  }
+  if (seen.empty()) return 0;
+  const double tolerance = 0.5 * side_px / (static_cast<double>(seen.size()) / 4.0);
+  std::vector<std::uint8_t> inliers;
+  const cv::Mat found = cv::findHomography(on_board, seen, cv::RANSAC, tolerance, inliers);
+  if (found.empty()) return 0;
+  std::size_t count = 0;
+  for (std::size_t k = 0; k + 4 <= inliers.size(); k += 4) {
+    count += inliers[k] + inliers[k + 1] + inliers[k + 2] + inliers[k + 3] == 4 ? 1 : 0;
+  }
+  return count;
+}
+
+[[noreturn]] void explain_no_markers(const cv::Mat& bytes, const capture::Board& board,
+                                     const std::string& name) {
+  // Dictionaries of a thousand see markers in anything.
+  const auto on_board = static_cast<std::size_t>((board.columns + 1) * (board.rows + 1) / 2);
+  std::size_t most = std::max(chance_markers, on_board / 4);
+  std::string other;
+  for (const capture::MarkerDictionary& candidate : capture::marker_dictionaries) {
+    const std::string dictionary(candidate.name);
+    if (dictionary == board.dictionary) continue;
+    // Of dictionaries that contain each other the smallest comes first and wins.
+    const std::size_t count = detect(bytes, dictionary_named(dictionary)).ids.size();
+    if (count > most) {
+      most = count;
+      other = dictionary;
+    }
+  }
+  if (!other.empty()) {
+    throw InputError(name + ": no marker of " + board.dictionary + " but " + std::to_string(most) +
+                     " of " + other + ": correct calibration.board.dictionary in session.json");
+  }
+  throw InputError(name +
+                   ": no ArUco marker found; take the picture again with most of the ChArUco "
+                   "board in view, sharp, evenly lit and not mirrored, or correct "
+                   "calibration.board in session.json");
+}
+
+/// Markers in the wrong places: says which number of columns puts them right.
+void check_layout(const Markers& markers, const capture::Board& board, const std::string& name) {
+  constexpr double most = 0.8;
+  const auto needed = static_cast<std::size_t>(std::ceil(most * markers.ids.size()));
+  if (fitting(markers, board, board.columns, board.rows) >= needed) return;
+  constexpr int widest = 30;
+  for (int columns = 2; columns <= widest; ++columns) {
+    // Rows enough for every number seen; markers per two rows of squares: columns + 1.
+    const int last = *std::max_element(markers.ids.begin(), markers.ids.end());
+    const int rows = std::max(2, 2 * (last / (columns + 1) + 1));
+    if (fitting(markers, board, columns, rows) >= std::max<std::size_t>(needed, 3)) {
+      throw InputError(name + ": its markers lie as on a board of " + std::to_string(columns) +
+                       " inner corners per row" +
+                       (columns == board.columns
+                            ? " and more than " + std::to_string(board.rows) + " rows"
+                            : ", not " + std::to_string(board.columns)) +
+                       ": correct calibration.board in session.json");
+    }
+  }
+  throw InputError(name + ": its " + std::to_string(markers.ids.size()) +
+                   " markers do not lie as on a ChArUco board of " + std::to_string(board.columns) +
+                   " x " + std::to_string(board.rows) +
+                   " inner corners; correct calibration.board in session.json");
+}
+
+}  // namespace
+
+BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
+                          const std::string& name) {
+  check(grey.channels() == 1, "find_charuco wants a grey image");
+  const cv::Mat bytes = stretch_to_bytes(grey);
+  const auto charuco = layout(board, board.columns, board.rows);
+  Markers markers = detect(bytes, charuco->dictionary);
+  if (markers.ids.size() <= chance_markers) explain_no_markers(bytes, board, name);
+  check_layout(markers, board, name);
+  cv::Mat points;
+  cv::Mat ids;
+  cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, bytes, charuco, points, ids);
+  BoardCorners corners{board.columns, board.rows, {}};
+  std::set<int> columns;
+  std::set<int> rows;
+  for (int k = 0; k < points.rows; ++k) {
+    const auto& point = points.at<cv::Point2f>(k);
+    corners.pixels.emplace_back(point.x, point.y);
+    corners.lattice.push_back(ids.at<int>(k));
+    columns.insert(ids.at<int>(k) % board.columns);
+    rows.insert(ids.at<int>(k) / board.columns);
+  }
+  if (corners.pixels.size() < least_corners || columns.size() < 2 || rows.size() < 2) {
+    throw InputError(name + ": " + std::to_string(corners.pixels.size()) +
+                     " corners of the ChArUco board are seen between its markers and at least " +
+                     std::to_string(least_corners) +
+                     " in two rows and columns are needed; take the picture again with more of the "
+                     "board in view");
+  }
+  const double spacing = smallest_spacing(corners);
+  // Up to the markers, whose edges would pull.
+  const double margin = 0.5 * (1.0 - board.marker_mm / board.square_mm) * spacing;
+  constexpr double blur_px = 1.0;
+  refine_corners(grey, corners, (margin - blur_px) / spacing);
+  std::vector<double> blurs;
+  for (std::size_t k = 1; k < corners.pixels.size(); ++k) {
+    const auto [i, j] = corners.place(k);
+    if (corners.place(k - 1) != std::array<int, 2>{i - 1, j}) continue;
+    const Eigen::Vector2d along = corners.pixels[k] - corners.pixels[k - 1];
+    const Eigen::Vector2d middle = corners.pixels[k] - 0.5 * along;
+    const Eigen::Vector2d across = margin * Eigen::Vector2d(along.y(), -along.x()).normalized();
+    blurs.push_back(profile_blur(grey, middle - across, middle + across));
+  }
+  corners.blur_px = median(blurs);
+  return corners;
+}
+
+MarkerCells marker_cells(const std::string& dictionary, int id) {
+  const auto markers = dictionary_named(dictionary);
+  MarkerCells cells;
+  cells.side = markers->markerSize + 2;
+  cv::Mat drawn;
+  markers->drawMarker(id, cells.side, drawn, 1);
+  for (int row = 0; row < cells.side; ++row) {
+    for (int column = 0; column < cells.side; ++column) {
+      cells.light.push_back(drawn.at<std::uint8_t>(row, column) > 127 ? 1 : 0);
+    }
+  }
+  return cells;
+}
+
+}  // namespace kappamu::calib

@@ -1,0 +1,176 @@
+#include "calib/targets/chessboard.h"
+
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "calib/targets/board_picture.h"
+#include "calib/targets/corner_fit.h"
+#include "core/error.h"
+
+namespace kappamu::calib {
+namespace {
+
+/// Mean step along a row and along a column, in pixels.
+Eigen::Vector2d mean_step(const BoardCorners& corners, bool along_row) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  if (along_row) {
+    for (int j = 0; j < corners.rows; ++j) {
+      sum += corners.at(corners.columns - 1, j) - corners.at(0, j);
+    }
+    return sum / (corners.rows * (corners.columns - 1));
+  }
+  for (int i = 0; i < corners.columns; ++i) {
+    sum += corners.at(i, corners.rows - 1) - corners.at(i, 0);
+  }
+  return sum / (corners.columns * (corners.rows - 1));
+}
+
+void mirror_rows(BoardCorners& corners) {
+  for (int j = 0; j < corners.rows; ++j) {
+    const auto row = corners.pixels.begin() + static_cast<std::ptrdiff_t>(j) * corners.columns;
+    std::reverse(row, row + corners.columns);
+  }
+}
+
+/// The same square board with its order turned by 90°.
+void turn_quarter(BoardCorners& corners) {
+  const BoardCorners old = corners;
+  for (int j = 0; j < old.rows; ++j) {
+    for (int i = 0; i < old.columns; ++i) {
+      corners.pixels[static_cast<std::size_t>(j) * old.columns + i] = old.at(j, old.rows - 1 - i);
+    }
+  }
+}
+
+/// Blur of the edge between two neighbouring corners, across its middle.
+double edge_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  const Eigen::Vector2d middle = 0.5 * (a + b);
+  const Eigen::Vector2d across = 0.45 * Eigen::Vector2d(b.y() - a.y(), a.x() - b.x());
+  return profile_blur(grey, middle - across, middle + across);
+}
+
+double median_blur(const Image<float>& grey, const BoardCorners& corners) {
+  std::vector<double> blurs;
+  for (int j = 0; j < corners.rows; ++j) {
+    for (int i = 0; i + 1 < corners.columns; ++i) {
+      blurs.push_back(edge_blur(grey, corners.at(i, j), corners.at(i + 1, j)));
+    }
+  }
+  return median(blurs);
+}
+
+std::optional<bool> first_square_dark(const Image<float>& grey, const BoardCorners& corners) {
+  if ((corners.columns + corners.rows) % 2 == 0) return std::nullopt;
+  double difference = 0.0;  // of light squares over dark ones if the first is dark
+  for (int j = 0; j + 1 < corners.rows; ++j) {
+    for (int i = 0; i + 1 < corners.columns; ++i) {
+      const Eigen::Vector2d middle = 0.25 * (corners.at(i, j) + corners.at(i + 1, j) +
+                                             corners.at(i, j + 1) + corners.at(i + 1, j + 1));
+      difference += ((i + j) % 2 == 0 ? -1.0 : 1.0) * bilinear(grey, middle);
+    }
+  }
+  return difference > 0.0;
+}
+
+/// Coarse corners, by OpenCV's detectors in the order of their cost: the adaptive one, the
+/// sector-based one, the adaptive one at twice the size for boards of small squares, and at last
+/// with equalised histogram, which helps under uneven light and takes seconds on a noisy dark
+/// ground.
+bool detect(const cv::Mat& bytes, const cv::Size& size, std::vector<cv::Point2f>& points) {
+  constexpr int adaptive = cv::CALIB_CB_ADAPTIVE_THRESH;
+  if (cv::findChessboardCorners(bytes, size, points, adaptive)) return true;
+  if (cv::findChessboardCornersSB(bytes, size, points)) return true;
+  constexpr double factor = 2.0;
+  cv::Mat large;
+  cv::resize(bytes, large, cv::Size(), factor, factor, cv::INTER_CUBIC);
+  if (!cv::findChessboardCorners(large, size, points, adaptive)) {
+    cv::Mat smooth;
+    cv::GaussianBlur(bytes, smooth, cv::Size(), 1.0);
+    return cv::findChessboardCorners(smooth, size, points, adaptive | cv::CALIB_CB_NORMALIZE_IMAGE);
+  }
+  for (cv::Point2f& point : points) {
+    // Pixel centres are at integers in both pictures.
+    point.x = static_cast<float>((point.x + 0.5) / factor - 0.5);
+    point.y = static_cast<float>((point.y + 0.5) / factor - 0.5);
+  }
+  return true;
+}
+
+}  // namespace
+
+void make_upright(BoardCorners& corners) {
+  const Eigen::Vector2d along_row = mean_step(corners, true);
+  const Eigen::Vector2d along_column = mean_step(corners, false);
+  // With y down, turning right to down is a positive cross product.
+  if (along_row.x() * along_column.y() - along_row.y() * along_column.x() < 0.0) {
+    mirror_rows(corners);
+  }
+  if (corners.columns == corners.rows) {
+    // Steps turn by 90° each time: one of the four has its direction within 45° of right.
+    for (int turn = 0; turn < 3; ++turn) {
+      const Eigen::Vector2d step = mean_step(corners, true);
+      if (step.x() >= std::abs(step.y())) break;
+      turn_quarter(corners);
+    }
+  } else if (mean_step(corners, true).x() < 0.0) {
+    std::reverse(corners.pixels.begin(), corners.pixels.end());
+  }
+}
+
+Image<float> to_grey(const Image<float>& image) {
+  if (image.channels() != 3) return image;
+  Image<float> grey(image.width(), image.height(), 1);
+  for (std::size_t i = 0; i < grey.size(); ++i) {
+    const float* rgb = &image.values()[3 * i];
+    grey.values()[i] = 0.299F * rgb[0] + 0.587F * rgb[1] + 0.114F * rgb[2];
+  }
+  return grey;
+}
+
+BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
+                             const std::string& name) {
+  check(grey.channels() == 1, "find_chessboard wants a grey image");
+  std::vector<cv::Point2f> points;
+  const bool found = detect(stretch_to_bytes(grey), cv::Size(columns, rows), points);
+  if (!found) {
+    throw InputError(
+        name + ": no chessboard of " + std::to_string(columns) + " x " + std::to_string(rows) +
+        " inner corners found; take the picture again with the whole board in view, "
+        "sharp and evenly lit, or correct the board's columns and rows in session.json");
+  }
+  BoardCorners corners{columns, rows, {}};
+  for (const cv::Point2f& point : points) corners.pixels.emplace_back(point.x, point.y);
+  refine_corners(grey, corners);
+  make_upright(corners);
+  corners.blur_px = median_blur(grey, corners);
+  corners.first_square_dark = first_square_dark(grey, corners);
+  return corners;
+}
+
+BoardCorners find_projected_chessboard(const Image<float>& grey, int columns, int rows,
+                                       const BoardCorners& printed, const std::string& name) {
+  const BoardCorners found = find_chessboard(grey, columns, rows, name);
+  std::vector<cv::Point2f> points;
+  for (const Eigen::Vector2d& pixel : printed.pixels) {
+    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+  }
+  std::vector<cv::Point2f> outline;
+  cv::convexHull(points, outline);
+  // Half a spacing more: the corners themselves lie on the outline.
+  const double reach = 0.5 * smallest_spacing(found);
+  const bool is_printed = std::all_of(found.pixels.begin(), found.pixels.end(), [&](const auto& p) {
+    const cv::Point2f point(static_cast<float>(p.x()), static_cast<float>(p.y()));
+    return cv::pointPolygonTest(outline, point, true) > -reach;
+  });
+  if (!is_printed) return found;
+  Image<float> without = grey;
+  cv::Mat picture(without.height(), without.width(), CV_32F, without.values().data());
+  // At a corner the grey is between black and white.
+  const double between = bilinear(grey, found.pixels.front());
+  cv::fillConvexPoly(picture, std::vector<cv::Point>(outline.begin(), outline.end()), between);
+  return find_chessboard(without, columns, rows, name);
+}
+
+}  // namespace kappamu::calib

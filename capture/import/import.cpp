@@ -1,0 +1,301 @@
+#include "capture/import/import.h"
+
+#include <algorithm>
+#include <map>
+#include <regex>
+
+#include "capture/import/import_photographs.h"
+#include "capture/radiance/merge.h"
+#include "capture/response/radiometry.h"
+#include "capture/session/frames.h"
+#include "core/error.h"
+#include "io/image/image_file.h"
+#include "io/image/raw_file.h"
+
+namespace kappamu::capture {
+namespace {
+
+namespace fs = std::filesystem;
+
+// One name for plane_07_gray_3, plane_7_gray_03 and plane_7_gray_3.
+std::string without_leading_zeros(const std::string& shot) {
+  static const std::regex numbered("(plane|level|ambient)_[0-9]+.*");
+  static const std::regex zeros("_0+([0-9])");
+  return std::regex_match(shot, numbered) ? std::regex_replace(shot, zeros, "_$1") : shot;
+}
+
+// Photographs by shot, taken out as their place in the session is found.
+class Shots {
+ public:
+  Shots(std::vector<Photograph> photographs, const ImportOptions& options)
+      : options_(options), session_folder_(fs::weakly_canonical(options.out)) {
+    for (Photograph& photograph : photographs) {
+      by_shot_[without_leading_zeros(photograph.shot)].push_back(std::move(photograph));
+    }
+  }
+
+  /// Frames of a shot by rising exposure time; empty if there are none.
+  std::vector<Frame> take(const std::string& shot) {
+    std::vector<Frame> frames;
+    const auto found = by_shot_.find(without_leading_zeros(shot));
+    if (found == by_shot_.end()) return frames;
+    for (const Photograph& photograph : found->second) {
+      frames.push_back({place(photograph), photograph.exposure_s});
+    }
+    by_shot_.erase(found);
+    return frames;
+  }
+  std::vector<Frame> need(const std::string& shot, const std::string& what) {
+    std::vector<Frame> frames = take(shot);
+    if (frames.empty()) fail_without(shot, what, shot + "_0");
+    return frames;
+  }
+  /// The one photograph of a shot that is no stack.
+  Frame need_one(const std::string& shot, const std::string& what) {
+    const std::vector<Frame> frames = take(shot);
+    if (frames.empty()) fail_without(shot, what, shot);
+    if (frames.size() > 1) {
+      throw InputError((options_.out / frames[1].file).string() + ": a second photograph of " +
+                       what + "; keep one.");
+    }
+    return frames.front();
+  }
+  bool has(const std::string& shot) const {
+    return by_shot_.count(without_leading_zeros(shot)) > 0;
+  }
+
+  void check_all_taken() const {
+    if (by_shot_.empty()) return;
+    const Photograph& odd = by_shot_.begin()->second.front();
+    throw InputError(odd.path.string() + ": '" + odd.shot +
+                     "' is no shot of the plan (a pattern's id, board, plane_<n>_board, "
+                     "plane_<n>_projected, plane_<n>_gray_<k>, sample_<station>, dark, white, "
+                     "black, level_<value>, off, ambient_<n>, chart); rename the photograph, take "
+                     "it out, or list the right ones in a table.");
+  }
+
+  /// Copies what does not lie in the session's folder yet.
+  void copy() const {
+    for (const auto& [to, from] : copies_) {
+      const fs::path target = session_folder_ / to;
+      std::error_code error;
+      fs::create_directories(target.parent_path(), error);
+      fs::copy_file(from, target, fs::copy_options::overwrite_existing, error);
+      if (error) {
+        throw InputError("cannot copy " + from.string() + " to " + target.string() + ": " +
+                         error.message() + "; free space or choose another folder (-o)");
+      }
+    }
+  }
+
+ private:
+  [[noreturn]] void fail_without(const std::string& shot, const std::string& what,
+                                 const std::string& file) const {
+    throw InputError(options_.photographs.string() + ": there is no photograph of " + what +
+                     "; name it " + file + " (any image ending), or list it as shot '" + shot +
+                     "' in a table.");
+  }
+  // The name in the session: where it is already, or photographs/ and its place in the folder.
+  std::string place(const Photograph& photograph) {
+    const fs::path path = fs::weakly_canonical(photograph.path);
+    const fs::path inside = path.lexically_relative(session_folder_);
+    if (!inside.empty() && *inside.begin() != "..") return inside.generic_string();
+    std::string name =
+        "photographs/" + photograph.path.lexically_relative(options_.photographs).generic_string();
+    copies_.emplace_back(name, path);
+    return name;
+  }
+
+  const ImportOptions& options_;
+  fs::path session_folder_;
+  std::map<std::string, std::vector<Photograph>> by_shot_;
+  std::vector<std::pair<std::string, fs::path>> copies_;
+};
+
+// Size, depth and encoding as the photographs have them; what they cannot tell stays the plan's.
+void read_camera(const Photograph& first, Camera& camera) {
+  if (io::is_raw_file(first.path)) {
+    const io::RawImage raw = io::read_raw(first.path);
+    camera.width = raw.mosaic.width();
+    camera.height = raw.mosaic.height();
+    camera.encoding = Encoding::linear;
+    camera.white_level = raw.white;
+    camera.bit_depth = 8;
+    while (raw.white >> camera.bit_depth != 0) ++camera.bit_depth;
+    return;
+  }
+  camera.white_level.reset();
+  if (is_float_frame({first.path.string(), 0.0})) {
+    const Image<float> image = io::read_float_image(first.path);
+    camera.width = image.width();
+    camera.height = image.height();
+    camera.encoding = Encoding::linear;
+    return;
+  }
+  const Image<std::uint16_t> image = io::read_code_image(first.path);
+  camera.width = image.width();
+  camera.height = image.height();
+  const std::string ending = first.path.extension().string();
+  if (ending.size() > 1 && (ending[1] == 'j' || ending[1] == 'J')) {
+    camera.bit_depth = 8;  // JPEG: eight bits behind a tone curve
+    camera.encoding = Encoding::response;
+  }
+}
+
+// The frames of a plane's Gray code, which the numbers in their names put in order; none where the
+// plane has no such photograph.
+std::vector<Frame> find_gray_code(const std::string& plane, const Projector& projector,
+                                  Shots& shots) {
+  const int needed = gray_code_frames(projector);
+  std::vector<std::string> names;
+  for (int k = 0; k < needed; ++k) names.push_back(plane + "_gray_" + std::to_string(k));
+  std::vector<Frame> code;
+  if (std::none_of(names.begin(), names.end(), [&](const auto& name) { return shots.has(name); })) {
+    return code;
+  }
+  for (const std::string& name : names) {
+    code.push_back(shots.need_one(name, "frame " + name +
+                                            " of the Gray code (the projector's has " +
+                                            std::to_string(needed) + ", from 0)"));
+  }
+  return code;
+}
+
+void find_planes(const Session& plan, Shots& shots, Session& session) {
+  Calibration& calibration = session.calibration;
+  std::vector<ProjectorPlane>& planes = calibration.projector_planes;
+  planes.clear();
+  // As many as there are, planned or not, numbered with gaps or without.
+  const int last =
+      std::max<int>(100, 2 * static_cast<int>(plan.calibration.projector_planes.size()));
+  for (int i = 0; i < last; ++i) {
+    const std::string name = "plane_" + std::to_string(i);
+    ProjectorPlane plane;
+    plane.gray_code = find_gray_code(name, session.projector, shots);
+    if (plane.gray_code.empty() && !shots.has(name + "_board") && !shots.has(name + "_projected")) {
+      continue;
+    }
+    plane.board = shots.need_one(name + "_board", "the printed board of " + name);
+    if (plane.gray_code.empty() || shots.has(name + "_projected")) {
+      plane.projected = shots.need_one(name + "_projected", "the projected board of " + name);
+    }
+    planes.push_back(std::move(plane));
+  }
+  if (planes.empty()) {
+    shots.need_one("plane_0_board", "the printed board on a projector plane");
+  }
+  const bool boards = std::any_of(planes.begin(), planes.end(), [](const ProjectorPlane& plane) {
+    return plane.projected.has_value();
+  });
+  if (!boards) calibration.projected_board.reset();
+}
+
+void find_targets(Shots& shots, Session& session, Progress& progress) {
+  Calibration& calibration = session.calibration;
+  if (calibration.white_target) {
+    calibration.white_target->frames = shots.take("white");
+    if (calibration.white_target->frames.empty()) {
+      calibration.white_target.reset();
+      calibration.white_target_black.clear();
+      progress.warn("there are no photographs of the white target (white_0 ...).");
+    } else {
+      calibration.white_target_black = shots.take("black");
+      calibration.white_target->off_frames = shots.take("off");
+      calibration.white_target->levels.clear();
+      for (int value = 1; value < 255; ++value) {
+        Stack frames = shots.take("level_" + std::to_string(value));
+        if (!frames.empty()) calibration.white_target->levels.push_back({value, std::move(frames)});
+      }
+    }
+  }
+  calibration.ambient.clear();
+  for (int time = 0; time < 100; ++time) {
+    Stack frames = shots.take("ambient_" + std::to_string(time));
+    if (!frames.empty()) calibration.ambient.push_back(std::move(frames));
+  }
+  if (calibration.colour_chart) {
+    calibration.colour_chart->frames = shots.take("chart");
+    calibration.colour_chart->corners_px.reset();
+    if (calibration.colour_chart->frames.empty()) {
+      calibration.colour_chart.reset();
+      progress.warn("there are no photographs of the colour chart (chart_0 ...).");
+    }
+  }
+}
+
+// A longer exposure of a stack shows less or more than its time says: mislabelled, or the shutter
+// did not do what it was asked.
+void check_brightness(const Session& session, Progress& progress) {
+  const Radiometry radiometry = find_radiometry(session, progress);
+  const auto check = [&](const Stack& stack, const std::string& label) {
+    for (const Fault& fault : find_stack_faults(session, stack, radiometry)) {
+      if (fault.kind != Fault::Kind::mislabelled) continue;
+      throw InputError((session.folder / stack[fault.frame].file).string() + ": " + fault.sentence +
+                       " (" + label +
+                       "); correct its exposure time with a table (--table), or "
+                       "photograph the stack again.");
+    }
+  };
+  const Calibration& calibration = session.calibration;
+  if (calibration.white_target) {
+    check(calibration.white_target->frames, "white target");
+    for (const ProjectorLevel& level : calibration.white_target->levels) {
+      check(level.frames, "white target under " + std::to_string(level.value));
+    }
+  }
+  if (calibration.colour_chart) check(calibration.colour_chart->frames, "colour chart");
+  for (std::size_t i = 0; i < session.patterns.size(); ++i) {
+    const Pattern& pattern = session.patterns[i];
+    progress.update("import", 0.4 + 0.6 * static_cast<double>(i) / session.patterns.size(),
+                    pattern.id);
+    check(pattern.frames, "pattern " + pattern.id);
+  }
+}
+
+}  // namespace
+
+Session import_session(const ImportOptions& options, Progress& progress) {
+  const Session plan = read_session(options.plan);
+  std::vector<Photograph> photographs = find_photographs(options, progress);
+  check_settings(photographs);
+  Session session = plan;
+  session.folder = options.out;
+  read_camera(photographs.front(), session.camera);
+
+  Shots shots(std::move(photographs), options);
+  for (Pattern& pattern : session.patterns) {
+    pattern.frames = shots.need(pattern.id, "pattern " + pattern.id);
+  }
+  Calibration& calibration = session.calibration;
+  calibration.camera_boards = shots.need("board", "the printed board");
+  find_planes(plan, shots, session);
+  for (SampleView& view : calibration.sample_views) {
+    view.frame =
+        shots.need_one("sample_" + view.station, "the sample from station " + view.station);
+    view.corners_px.reset();  // of other pictures
+  }
+  calibration.dark = shots.need("dark", "the covered lens");
+  find_targets(shots, session, progress);
+  shots.check_all_taken();
+  validate(session);
+
+  shots.copy();
+  std::error_code error;
+  for (const Pattern& pattern : session.patterns) {
+    const fs::path target = options.out / pattern.image;
+    const fs::path source = options.plan / pattern.image;
+    if (fs::exists(target, error) && fs::equivalent(source, target, error)) continue;
+    fs::create_directories(target.parent_path(), error);
+    fs::copy_file(source, target, fs::copy_options::overwrite_existing, error);
+    if (error) {
+      throw InputError(source.string() + ": the image of pattern " + pattern.id +
+                       " cannot be copied to " + target.string() + " (" + error.message() + ").");
+    }
+  }
+  check_brightness(session, progress);
+  write_session(session);
+  progress.update("import", 1.0, "done");
+  return session;
+}
+
+}  // namespace kappamu::capture

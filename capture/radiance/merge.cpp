@@ -1,0 +1,232 @@
+#include "capture/radiance/merge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "capture/response/frame_reader.h"
+#include "capture/response/noise_model.h"
+#include "capture/response/response_baselines.h"
+#include "core/error.h"
+
+namespace kappamu::capture {
+namespace {
+
+// A frame is left out where the merged estimate puts it within this many standard deviations of
+// saturation: a pixel kept only when its noise happens to be low would be biased.
+constexpr float saturation_margin_sigmas = 4.0F;
+
+struct Sum {
+  float radiance = 0.0F;
+  float variance = 0.0F;
+  std::uint8_t flags = pixel_ok;
+};
+
+// Merges one pixel's values; `value(j)` is that of frame j, frames by rising exposure time.
+template <class Reader>
+class PixelMerger {
+ public:
+  PixelMerger(Reader reader, const NoiseModel& noise, const std::vector<float>& exposures,
+              MergeWeight weight)
+      : reader_(std::move(reader)), noise_(noise), exposures_(exposures), weight_(weight) {
+    limit_ = reader_.saturation() -
+             saturation_margin_sigmas * std::sqrt(noise_.variance(reader_.saturation()));
+    dark_deviation_ = std::sqrt(noise_.variance(0.0F));
+  }
+
+  template <class Value>
+  Sum merge(const Value& value) const {
+    // First every frame weighted by its time, which leans least on the longest one and so decides
+    // fairly which frames are near saturation.
+    float signal = 0.0F;
+    float time = 0.0F;
+    std::size_t usable = 0;
+    for (; usable < exposures_.size() && !reader_.saturated(value(usable)); ++usable) {
+      signal += reader_.linear(value(usable));
+      time += exposures_[usable];
+    }  // longer ones than the first saturated are saturated too, or moved
+    if (usable == 0) {
+      const float bound = reader_.saturation() / exposures_.front();
+      return {bound, bound * bound, pixel_saturated};
+    }
+    while (usable > 1 && signal / time * exposures_[usable - 1] > limit_) --usable;
+    // Then by time squared, best under read noise, where the weights need a good estimate most.
+    float moment = 0.0F;
+    float squares = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      moment += exposures_[j] * reader_.linear(value(j));
+      squares += exposures_[j] * exposures_[j];
+    }
+    const float first = moment / squares;
+    const float longest = exposures_[usable - 1];
+    Sum sum = weighted(value, usable, first);
+    if (sum.radiance * longest < dark_deviation_) sum.flags = pixel_dark;
+    return sum;
+  }
+
+ private:
+  template <class Value>
+  Sum weighted(const Value& value, std::size_t usable, float first) const {
+    switch (weight_) {
+      case MergeWeight::debevec_hat:
+        return by_hat(value, usable, first);
+      case MergeWeight::robertson:
+        return by_bell(value, usable, first);
+      default:
+        return by_variance(value, usable, first);
+    }
+  }
+
+  template <class Value>
+  Sum by_variance(const Value& value, std::size_t usable, float first) const {
+    float weighted = 0.0F;
+    float weights = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      const float t = exposures_[j];
+      // Radiance is linear(value)/t, of variance noise/t².
+      const float weight = t / noise_.variance(first * t);
+      weighted += weight * reader_.linear(value(j));
+      weights += weight * t;
+    }
+    return {weighted / weights, 1.0F / weights};
+  }
+
+  // Debevec & Malik 1997, eq. (4) and (6): hat of the code, mean of logarithms.
+  template <class Value>
+  Sum by_hat(const Value& value, std::size_t usable, float first) const {
+    float logarithms = 0.0F;
+    float weights = 0.0F;
+    float squares = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      const float signal = reader_.linear(value(j));
+      const float share = reader_.share(value(j));
+      const float weight = std::min(share, 1.0F - share);
+      if (!(signal > 0.0F) || !(weight > 0.0F)) continue;
+      logarithms += weight * (std::log(signal) - std::log(exposures_[j]));
+      weights += weight;
+      squares += weight * weight * noise_.variance(signal) / (signal * signal);
+    }
+    if (weights == 0.0F) return by_variance(value, usable, first);
+    const float radiance = std::exp(logarithms / weights);
+    return {radiance, radiance * radiance * squares / (weights * weights)};
+  }
+
+  // Robertson, Borman & Stevenson 2003: bell of the code times t².
+  template <class Value>
+  Sum by_bell(const Value& value, std::size_t usable, float first) const {
+    float weighted = 0.0F;
+    float weights = 0.0F;
+    float squares = 0.0F;
+    for (std::size_t j = 0; j < usable; ++j) {
+      const float t = exposures_[j];
+      const float bell = robertson_bell(reader_.share(value(j)));
+      if (!(bell > 0.0F)) continue;
+      weighted += bell * t * reader_.linear(value(j));
+      weights += bell * t * t;
+      squares += bell * bell * t * t * noise_.variance(reader_.linear(value(j)));
+    }
+    if (weights == 0.0F) return by_variance(value, usable, first);
+    return {weighted / weights, squares / (weights * weights)};
+  }
+
+  Reader reader_;
+  const NoiseModel& noise_;
+  const std::vector<float>& exposures_;
+  MergeWeight weight_;
+  float limit_ = 0.0F;
+  float dark_deviation_ = 0.0F;
+};
+
+std::string seconds(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g s", value);
+  return text;
+}
+
+void check_light(const HdrImage& image, const std::vector<float>& exposures,
+                 const std::string& name, bool require_light) {
+  const auto all = [&](std::uint8_t flag) {
+    return std::all_of(image.flags.values().begin(), image.flags.values().end(),
+                       [flag](std::uint8_t value) { return (value & flag) != 0; });
+  };
+  const std::string frames = "in all " + std::to_string(exposures.size()) + " frames";
+  if (all(pixel_saturated)) {
+    throw InputError(name + ": every pixel is saturated " + frames +
+                     "; add exposures shorter than " + seconds(exposures.front()) + ".");
+  }
+  if (require_light && all(pixel_dark)) {
+    throw InputError(name + ": every pixel is darker than the noise " + frames +
+                     "; add exposures longer than " + seconds(exposures.back()) +
+                     " or check that the projector was on.");
+  }
+}
+
+// `pixels[j]` are the values of frame j, by rising exposure time.
+template <class Reader, class T>
+HdrImage merge_sorted(const std::vector<const Image<T>*>& images,
+                      const std::vector<float>& exposures, const Radiometry& radiometry,
+                      const std::string& name, const MergeOptions& options) {
+  const Image<T>& shape = *images.front();
+  const int channels = shape.channels();
+  for (const Image<T>* image : images) {
+    check(image->same_shape(shape), "merge: frames of one stack differ in shape");
+  }
+  check(radiometry.response.linear.size() == static_cast<std::size_t>(channels) &&
+            radiometry.noise.size() == static_cast<std::size_t>(channels),
+        "merge: radiometry and frames differ in channels");
+  HdrImage out{Image<float>(shape.width(), shape.height(), channels),
+               Image<float>(shape.width(), shape.height(), channels),
+               Image<std::uint8_t>(shape.width(), shape.height(), channels)};
+  std::vector<const T*> pixels;
+  pixels.reserve(images.size());
+  for (const Image<T>* image : images) pixels.push_back(image->values().data());
+  for (int c = 0; c < channels; ++c) {
+    const auto channel = static_cast<std::size_t>(c);
+    const NoiseModel noise(radiometry.response.linear[channel], radiometry.noise[channel],
+                           Reader::rounds);
+    const PixelMerger<Reader> merger(Reader(radiometry, c), noise, exposures, options.weight);
+    for (std::size_t i = channel; i < shape.size(); i += static_cast<std::size_t>(channels)) {
+      const Sum sum = merger.merge([&](std::size_t j) { return pixels[j][i]; });
+      out.radiance.values()[i] = sum.radiance;
+      out.variance.values()[i] = sum.variance;
+      out.flags.values()[i] = sum.flags;
+    }
+  }
+  check_light(out, exposures, name, options.require_light);
+  return out;
+}
+
+template <class Reader, class Exposed, class Access>
+HdrImage merge(std::span<const Exposed> frames, const Access& image_of,
+               const Radiometry& radiometry, const std::string& name, const MergeOptions& options) {
+  if (frames.empty()) throw InputError(name + ": there are no frames to merge; add at least one.");
+  std::vector<const Exposed*> sorted;
+  for (const Exposed& frame : frames) sorted.push_back(&frame);
+  std::sort(sorted.begin(), sorted.end(),
+            [](const Exposed* a, const Exposed* b) { return a->exposure_s < b->exposure_s; });
+  std::vector<decltype(image_of(*sorted.front()))> images;
+  std::vector<float> exposures;
+  for (const Exposed* frame : sorted) {
+    images.push_back(image_of(*frame));
+    exposures.push_back(static_cast<float>(frame->exposure_s));
+  }
+  return merge_sorted<Reader>(images, exposures, radiometry, name, options);
+}
+
+}  // namespace
+
+HdrImage merge_frames(std::span<const ExposedFrame> frames, const Radiometry& radiometry,
+                      const std::string& name, const MergeOptions& options) {
+  return merge<CodeReader>(
+      frames, [](const ExposedFrame& frame) { return &frame.codes; }, radiometry, name, options);
+}
+
+HdrImage merge_float_frames(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
+                            const std::string& name, const MergeOptions& options) {
+  return merge<FloatReader>(
+      frames, [](const ExposedFloatFrame& frame) { return &frame.linear; }, radiometry, name,
+      options);
+}
+
+}  // namespace kappamu::capture

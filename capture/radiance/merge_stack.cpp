@@ -1,0 +1,175 @@
+// One stack of a session: load, look for frames that do not fit, merge. Declared in merge.h.
+#include <algorithm>
+#include <set>
+
+#include "capture/radiance/demosaic.h"
+#include "capture/radiance/merge.h"
+#include "capture/radiance/steadiness.h"
+#include "capture/session/bayer.h"
+#include "capture/session/frames.h"
+#include "core/error.h"
+
+namespace kappamu::capture {
+namespace {
+
+bool is_motion(const Fault& fault) {
+  return fault.kind == Fault::Kind::moved || fault.kind == Fault::Kind::changed;
+}
+
+std::string advice(const Fault& fault) {
+  if (is_motion(fault)) {
+    return "photograph the stack again, or leave the frame out with --on-motion correct";
+  }
+  if (fault.kind == Fault::Kind::mislabelled) {
+    return "correct exposure_s in session.json, or let it be estimated with --on-flicker correct";
+  }
+  return "let lamp and projector warm up and expose multiples of the projector's period, or "
+         "estimate the exposures from the frames with --on-flicker correct";
+}
+
+// Frames, exposure times and file names of a stack, whatever a frame holds.
+template <class Exposed>
+class StackMerger {
+ public:
+  StackMerger(const Session& session, const Stack& stack, const std::string& label,
+              std::vector<Exposed> frames)
+      : session_(session), label_(label), frames_(std::move(frames)) {
+    for (const Frame& frame : stack) files_.push_back(frame.file);
+  }
+
+  // `pitch` is the distance of neighbouring pixels of the frames in pixels of the picture.
+  std::vector<Fault> faults(const Radiometry& radiometry, double pitch) {
+    steadiness_ = compare_frames(std::span<const Exposed>(frames_), radiometry);
+    for (std::optional<FrameState>& state : steadiness_) {
+      if (!state) continue;
+      for (double& shift : state->shift_px) shift *= pitch;
+      state->shift_sigma_px *= pitch;
+    }
+    return find_faults(steadiness_, exposures(), files_, tolerance_for(radiometry));
+  }
+
+  void settle_faults(const Radiometry& radiometry, const MergeOptions& options, double pitch,
+                     std::vector<std::string>* notes) {
+    if (options.on_flicker == OnFault::ignore && options.on_motion == OnFault::ignore) return;
+    bool flickers = false;
+    std::set<std::size_t> left_out;
+    for (const Fault& fault : faults(radiometry, pitch)) {
+      const OnFault action = is_motion(fault) ? options.on_motion : options.on_flicker;
+      const std::string what = path(fault.frame) + ": " + fault.sentence + " (" + label_ + ")";
+      if (action == OnFault::ignore) continue;
+      if (action == OnFault::refuse) throw InputError(what + "; " + advice(fault) + ".");
+      if (is_motion(fault)) {
+        left_out.insert(fault.frame);
+      } else {
+        flickers = true;
+      }
+      if (notes != nullptr) {
+        notes->push_back(what + (is_motion(fault) ? "; the frame is left out."
+                                                  : "; its exposure is taken from the frames."));
+      }
+    }
+    // With two frames nobody can say which of them is wrong.
+    if (2 * left_out.size() >= frames_.size() && !left_out.empty()) {
+      throw InputError((session_.folder / "session.json").string() + ": " + label_ + ": " +
+                       std::to_string(left_out.size()) + " of its " +
+                       std::to_string(frames_.size()) +
+                       " frames show a scene that moved, too many to leave out; photograph the "
+                       "stack again.");
+    }
+    if (flickers) {
+      const std::vector<double> steady = steady_exposures(steadiness_, exposures());
+      for (std::size_t i = 0; i < frames_.size(); ++i) frames_[i].exposure_s = steady[i];
+    }
+    for (auto i = left_out.rbegin(); i != left_out.rend(); ++i) {
+      frames_.erase(frames_.begin() + static_cast<std::ptrdiff_t>(*i));
+    }
+  }
+
+  const std::vector<Exposed>& frames() const { return frames_; }
+  std::string name() const { return (session_.folder / "session.json").string() + ": " + label_; }
+
+ private:
+  std::vector<double> exposures() const {
+    std::vector<double> times;
+    for (const Exposed& frame : frames_) times.push_back(frame.exposure_s);
+    return times;
+  }
+  std::string path(std::size_t frame) const { return (session_.folder / files_[frame]).string(); }
+
+  const Session& session_;
+  const std::string& label_;
+  std::vector<Exposed> frames_;
+  std::vector<std::string> files_;
+  Steadiness steadiness_;
+};
+
+// Calls act(frames, radiometry of their channels, distance of their neighbouring pixels in pixels
+// of the picture, what makes the picture of their merge).
+template <class Act>
+auto with_frames(const Session& session, const Stack& stack, const Radiometry& radiometry,
+                 const Act& act) {
+  const auto unchanged = [](HdrImage image) { return image; };
+  if (!stack.empty() && std::all_of(stack.begin(), stack.end(), is_float_frame)) {
+    std::vector<ExposedFloatFrame> frames;
+    for (const Frame& frame : stack) {
+      frames.push_back({load_float_frame(session, frame), frame.exposure_s});
+    }
+    return act(std::move(frames), radiometry, 1.0, unchanged);
+  }
+  std::vector<ExposedFrame> frames;
+  if (stack.empty() || !std::all_of(stack.begin(), stack.end(), is_raw_frame)) {
+    for (const Frame& frame : stack) {
+      frames.push_back({load_frame(session, frame), frame.exposure_s});
+    }
+    return act(std::move(frames), radiometry, 1.0, unchanged);
+  }
+  // In the Bayer domain: each site's own codes are merged, their radiance is demosaiced.
+  io::BayerLayout layout{};
+  for (const Frame& frame : stack) {
+    const io::RawImage raw = load_raw_frame(session, frame);
+    if (!frames.empty() && raw.layout != layout) {
+      throw InputError((session.folder / frame.file).string() +
+                       ": its Bayer pattern begins with another colour than that of " +
+                       stack.front().file + "; use frames of one camera in one mode.");
+    }
+    layout = raw.layout;
+    frames.push_back({pack_sites(raw.mosaic), frame.exposure_s});
+  }
+  return act(std::move(frames), site_radiometry(radiometry, layout), 2.0,
+             [layout](const HdrImage& packed) { return demosaic(packed, layout); });
+}
+
+HdrImage merge_any(std::span<const ExposedFrame> frames, const Radiometry& radiometry,
+                   const std::string& name, const MergeOptions& options) {
+  return merge_frames(frames, radiometry, name, options);
+}
+HdrImage merge_any(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
+                   const std::string& name, const MergeOptions& options) {
+  return merge_float_frames(frames, radiometry, name, options);
+}
+
+}  // namespace
+
+std::vector<Fault> find_stack_faults(const Session& session, const Stack& stack,
+                                     const Radiometry& radiometry) {
+  const std::string label;
+  return with_frames(
+      session, stack, radiometry,
+      [&](auto frames, const Radiometry& of_frames, double pitch, const auto&) {
+        return StackMerger(session, stack, label, std::move(frames)).faults(of_frames, pitch);
+      });
+}
+
+HdrImage merge_stack(const Session& session, const Stack& stack, const std::string& label,
+                     const Radiometry& radiometry, const MergeOptions& options,
+                     std::vector<std::string>* notes) {
+  return with_frames(
+      session, stack, radiometry,
+      [&](auto frames, const Radiometry& of_frames, double pitch, const auto& picture) {
+        StackMerger merger(session, stack, label, std::move(frames));
+        merger.settle_faults(of_frames, options, pitch, notes);
+        return picture(merge_any(merger.frames(), of_frames, merger.name(), options));
+      });
+}
+
+}  // namespace kappamu::capture

@@ -1,0 +1,161 @@
+#include "capture/response/radiometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "capture/response/dark_frames.h"
+#include "capture/response/photon_transfer.h"
+#include "capture/response/response_baselines.h"
+#include "capture/session/frames.h"
+#include "core/error.h"
+
+namespace kappamu::capture {
+namespace {
+
+// Stacks the response is recovered from, beside white target and chart; more change the curve by
+// less than its residual.
+constexpr std::size_t response_pattern_stacks = 3;
+// Where neither the session nor its frames tell: a small industrial sensor's full well.
+constexpr double default_electrons_full_scale = 10000.0;
+
+std::vector<ExposedFrame> load_stack(const Session& session, const Stack& stack) {
+  std::vector<ExposedFrame> frames;
+  for (const Frame& frame : stack) {
+    frames.push_back({load_sites(session, frame), frame.exposure_s});
+  }
+  return frames;
+}
+
+std::vector<const Stack*> informative_stacks(const Session& session) {
+  std::vector<const Stack*> stacks;
+  const Calibration& calibration = session.calibration;
+  if (calibration.white_target) stacks.push_back(&calibration.white_target->frames);
+  if (calibration.colour_chart) stacks.push_back(&calibration.colour_chart->frames);
+  const std::size_t count = session.patterns.size();
+  const std::size_t wanted = std::min(count, response_pattern_stacks);
+  for (std::size_t i = 0; i < wanted; ++i) {
+    stacks.push_back(&session.patterns[i * count / wanted].frames);
+  }
+  return stacks;
+}
+
+// Pixels of a stack that the baselines are given: more do not change their curves.
+constexpr std::size_t baseline_pixels = 4000;
+constexpr double debevec_smoothness = 10.0;  // OpenCV's default too
+constexpr int robertson_rounds = 30;
+
+void recover_responses(const Session& session, Progress& progress, ResponseMethod method,
+                       Radiometry& radiometry) {
+  const std::size_t channels = session.channels.size();
+  const ResponseOptions options;
+  std::vector<std::vector<ResponseSample>> samples(channels);
+  std::vector<std::vector<PixelSamples>> pixels(channels);
+  const std::vector<const Stack*> stacks = informative_stacks(session);
+  for (std::size_t i = 0; i < stacks.size(); ++i) {
+    progress.update("response", static_cast<double>(i) / static_cast<double>(stacks.size()),
+                    "stack " + std::to_string(i + 1) + " of " + std::to_string(stacks.size()));
+    const std::vector<ExposedFrame> frames = load_stack(session, *stacks[i]);
+    for (std::size_t c = 0; c < channels; ++c) {
+      if (method == ResponseMethod::smooth) {
+        collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, options,
+                                 samples[c]);
+      } else {
+        pixels[c].push_back(sample_pixels(frames, static_cast<int>(c), baseline_pixels));
+      }
+    }
+  }
+  for (std::size_t c = 0; c < channels; ++c) {
+    const std::string name =
+        (session.folder / "session.json").string() + ": channel " + session.channels[c];
+    const int bits = radiometry.bit_depth;
+    if (method != ResponseMethod::smooth) {
+      radiometry.response.linear.push_back(
+          normalised_response(method == ResponseMethod::debevec_malik
+                                  ? recover_debevec_malik(pixels[c], bits, debevec_smoothness, name)
+                                  : recover_robertson(pixels[c], bits, robertson_rounds, name),
+                              radiometry.black_level[c]));
+      continue;
+    }
+    RecoveredResponse recovered =
+        recover_response(samples[c], bits, radiometry.black_level[c], options, name);
+    radiometry.response.linear.push_back(std::move(recovered.linear));
+    radiometry.reports.push_back(recovered.report);
+  }
+  progress.update("response", 1.0, "");
+}
+
+double slope_at(const std::vector<double>& response, double code) {
+  const auto low = static_cast<std::size_t>(
+      std::clamp(std::floor(code), 0.0, static_cast<double>(response.size()) - 2.0));
+  return response[low + 1] - response[low];
+}
+
+void find_noise(const Session& session, const std::vector<DarkLevel>& dark, Radiometry& radiometry,
+                Progress& progress) {
+  const Camera& camera = session.camera;
+  const Stack& stack = session.patterns[session.patterns.size() / 2].frames;
+  const bool floats = std::any_of(stack.begin(), stack.end(), is_float_frame);
+  std::vector<ExposedFrame> frames;
+  if (!camera.electrons_full_scale && !floats) frames = load_stack(session, stack);
+  for (std::size_t c = 0; c < session.channels.size(); ++c) {
+    const std::vector<double>& response = radiometry.response.linear[c];
+    constexpr double rounding = 1.0 / 12.0;
+    const double codes = std::sqrt(std::max(dark[c].deviation * dark[c].deviation - rounding, 0.0));
+    const double read = codes * slope_at(response, dark[c].code);
+    Noise noise;
+    noise.estimated = !camera.electrons_full_scale || !camera.read_noise_electrons;
+    std::optional<double> electrons = camera.electrons_full_scale;
+    if (!electrons) {
+      electrons = electrons_at_full_scale(frames, static_cast<int>(c), response, read);
+    }
+    if (!electrons) {
+      progress.warn("The frames do not tell the shot noise of channel " + session.channels[c] +
+                    "; 10000 electrons at full scale are assumed (camera.electrons_full_scale).");
+    }
+    noise.electrons_full_scale = electrons.value_or(default_electrons_full_scale);
+    noise.read_noise_electrons =
+        camera.read_noise_electrons.value_or(read * noise.electrons_full_scale);
+    radiometry.noise.push_back(noise);
+  }
+}
+
+}  // namespace
+
+std::vector<double> linear_response(int bit_depth, double black_level,
+                                    std::optional<int> white_level) {
+  const int top = (1 << bit_depth) - 1;
+  const int white = white_level.value_or(top);
+  std::vector<double> linear(static_cast<std::size_t>(top) + 1, 1.0);
+  for (int code = 0; code < white; ++code) {
+    linear[static_cast<std::size_t>(code)] = (code - black_level) / (white - black_level);
+  }
+  return linear;
+}
+
+Radiometry find_radiometry(const Session& session, Progress& progress, ResponseMethod method) {
+  Radiometry radiometry;
+  radiometry.bit_depth = session.camera.bit_depth;
+  const std::vector<DarkLevel> dark = dark_levels(session);
+  for (std::size_t c = 0; c < dark.size(); ++c) {
+    const double level = dark[c].code;
+    if (level > 0.5 * session.camera.white_level.value_or(largest_code(session.camera))) {
+      throw InputError((session.folder / "session.json").string() +
+                       ": calibration.dark shows light (channel " + session.channels[c] +
+                       " is above half of full scale); cover the lens and shoot it again.");
+    }
+    radiometry.black_level.push_back(level);
+  }
+  if (session.camera.encoding == Encoding::linear) {
+    for (const double level : radiometry.black_level) {
+      radiometry.response.linear.push_back(
+          linear_response(radiometry.bit_depth, level, session.camera.white_level));
+    }
+  } else {
+    recover_responses(session, progress, method, radiometry);
+  }
+  find_noise(session, dark, radiometry, progress);
+  return radiometry;
+}
+
+}  // namespace kappamu::capture

@@ -1,0 +1,305 @@
+#include "capture/rig/plan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/image/image_file.h"
+
+namespace kappamu::capture {
+namespace {
+
+constexpr double shortest_exposure_s = 1.0 / 30.0;
+constexpr double seconds_per_frame = 2.0;         // storing, the projector's latency
+constexpr double seconds_per_arrangement = 30.0;  // a person moves something
+constexpr double patch_overhang = 0.5;
+
+std::string number(double value, const char* format = "%.6g") {
+  char text[32];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+// Extents [mm] of the lit face along its two axes.
+std::array<double, 2> lit_face_mm(const Sample& sample) {
+  const int normal = static_cast<int>(sample.lit_face) / 2;
+  std::array<double, 2> extents{};
+  std::size_t at = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis != normal)
+      extents[at++] = sample.grid[static_cast<std::size_t>(axis)] * sample.voxel_mm;
+  }
+  return extents;
+}
+
+ProjectorQuad centred_quad(const PlanRequest& request) {
+  const std::array<double, 2> mm = lit_face_mm(request.sample);
+  const double half_x = 0.5 * mm[0] * request.projector_px_per_mm;
+  const double half_y = 0.5 * mm[1] * request.projector_px_per_mm;
+  const double x = 0.5 * (request.projector.width - 1);
+  const double y = 0.5 * (request.projector.height - 1);
+  if (half_x > x || half_y > y) {
+    throw InputError("capture plan: the lit face of " + number(mm[0]) + " x " + number(mm[1]) +
+                     " mm is " + number(2 * half_x, "%.0f") + " x " + number(2 * half_y, "%.0f") +
+                     " projector pixels, more than the projector's " +
+                     std::to_string(request.projector.width) + " x " +
+                     std::to_string(request.projector.height) +
+                     "; move the projector away or take a smaller block.");
+  }
+  return {{{x - half_x, y - half_y},
+           {x + half_x, y - half_y},
+           {x + half_x, y + half_y},
+           {x - half_x, y + half_y}}};
+}
+
+// As large as fits beside a printed board: 40 % of the picture's height.
+ProjectedBoard projected_board(const Projector& projector) {
+  ProjectedBoard board{7, 5, 0.0, {}};
+  board.square_px = std::floor(0.4 * projector.height / (board.rows + 3));
+  board.origin_px = {std::floor(0.5 * projector.width) + 2.0 * board.square_px,
+                     std::floor(0.5 * (projector.height - board.square_px * (board.rows - 1)))};
+  return board;
+}
+
+std::string level_image(int value) {
+  return "calibration/level_" + std::to_string(value) + ".png";
+}
+
+std::string gray_code_image(std::size_t number) {
+  char name[48];
+  std::snprintf(name, sizeof name, "calibration/gray_code_%02zu.png", number);
+  return name;
+}
+
+class ShotList {
+ public:
+  explicit ShotList(const Session& session) : session_(session) {}
+
+  std::vector<Shot> list() {
+    const Calibration& shots = session_.calibration;
+    const std::string& front = session_.calibration_station;
+    add(shots.dark, "lens covered", front, "black");
+    for (std::size_t i = 0; i < shots.camera_boards.size(); ++i) {
+      metered(shots.camera_boards[i],
+              "printed board, pose " + of(i, shots.camera_boards.size()) +
+                  ": over the whole frame, some tilted, room light on",
+              front, "off");
+    }
+    for (std::size_t i = 0; i < shots.projector_planes.size(); ++i) {
+      const std::string pose = ", pose " + of(i, shots.projector_planes.size());
+      metered(shots.projector_planes[i].board,
+              "plane with printed board and blank part" + pose + ", room light on", front, "black");
+      const std::string unmoved = "the same plane, unmoved, room light off";
+      if (const auto& projected = shots.projector_planes[i].projected) {
+        metered(*projected, unmoved, front, "calibration/projected_board.png");
+      }
+      gray_code(shots.projector_planes[i].gray_code, unmoved, front);
+    }
+    if (shots.white_target) {
+      add(shots.white_target->frames, "white target in the plane of the lit face, room light off",
+          front, "white");
+      add(shots.white_target_black, "white target, unmoved", front, "black");
+      for (const ProjectorLevel& level : shots.white_target->levels) {
+        add(level.frames, "white target, unmoved", front, level_image(level.value));
+      }
+      add(shots.white_target->off_frames, "white target, unmoved, projector's lens capped", front,
+          "anything");
+    }
+    if (shots.colour_chart) {
+      add(shots.colour_chart->frames, "colour chart in the plane of the lit face", front, "white");
+    }
+    for (const SampleView& view : shots.sample_views) {
+      metered(view.frame, "sample before a dark background, room light on", view.station, "black");
+    }
+    const auto ambient = [&](std::size_t time) {
+      add(shots.ambient[time], "sample, projector's lens capped, room light as under the patterns",
+          session_.pattern_station, "anything");
+    };
+    if (!shots.ambient.empty()) ambient(0);
+    for (const Pattern& pattern : session_.patterns) {
+      add(pattern.frames, "sample, room light off", session_.pattern_station, pattern.image);
+    }
+    for (std::size_t i = 1; i < shots.ambient.size(); ++i) ambient(i);
+    return std::move(shots_);
+  }
+
+ private:
+  static std::string of(std::size_t i, std::size_t count) {
+    return std::to_string(i + 1) + " of " + std::to_string(count);
+  }
+  void add(const std::vector<Frame>& frames, const std::string& subject, const std::string& station,
+           const std::string& show) {
+    for (const Frame& frame : frames) {
+      shots_.push_back({frame.file, subject, station, show, frame.exposure_s, false});
+    }
+  }
+  // White first: the time metered for it is the others'.
+  void gray_code(const std::vector<Frame>& code, const std::string& subject,
+                 const std::string& station) {
+    if (code.empty()) return;
+    const std::size_t white = code.size() - 2;
+    metered(code[white], subject, station, gray_code_image(white));
+    for (std::size_t k = 0; k < code.size(); ++k) {
+      if (k == white) continue;
+      add({code[k]}, subject, station, gray_code_image(k));
+    }
+  }
+  void metered(const Frame& frame, const std::string& subject, const std::string& station,
+               const std::string& show) {
+    shots_.push_back({frame.file, subject, station, show, frame.exposure_s, true});
+  }
+
+  const Session& session_;
+  std::vector<Shot> shots_;
+};
+
+std::string csv(const std::vector<Shot>& shots) {
+  std::string text = "file,exposure_s,metered,station,show,subject\n";
+  for (const Shot& shot : shots) {
+    text += shot.file + "," + number(shot.exposure_s, "%.9g") + "," +
+            (shot.metered ? "yes" : "no") + "," + shot.station + "," + shot.show + ",\"" +
+            shot.subject + "\"\n";
+  }
+  return text;
+}
+
+nlohmann::ordered_json json(const Plan& plan) {
+  nlohmann::ordered_json out{{"format", "kappamu-shots"},     {"version", 1},
+                             {"units", {{"time", "s"}}},      {"disk_bytes", plan.disk_bytes},
+                             {"exposing_s", plan.exposing_s}, {"working_s", plan.working_s}};
+  for (const Shot& shot : plan.shots) {
+    out["shots"].push_back({{"file", shot.file},
+                            {"exposure_s", shot.exposure_s},
+                            {"metered", shot.metered},
+                            {"station", shot.station},
+                            {"show", shot.show},
+                            {"subject", shot.subject}});
+  }
+  return out;
+}
+
+std::string text(const Plan& plan) {
+  std::string out =
+      "Lens, focus, aperture and sensitivity stay the same throughout; the sample does not move "
+      "between its views and the patterns.\nMetered shots: the longest time of the plan that does "
+      "not saturate; the others as told, a Gray code's at the time of its white.\n" +
+      std::to_string(plan.shots.size()) + " photographs, " + number(plan.disk_bytes / 1e9, "%.2g") +
+      " GB at most, about " + number(plan.working_s / 60.0, "%.0f") + " minutes.\n";
+  std::string scene;
+  for (const Shot& shot : plan.shots) {
+    const std::string now =
+        shot.subject + "; camera at " + shot.station + "; projector shows " + shot.show;
+    if (now != scene) out += "\n" + now + "\n";
+    scene = now;
+    out += "  [ ] " + number(shot.exposure_s, "%.4g") + " s" + (shot.metered ? " (meter)" : "") +
+           "  " + shot.file + "\n";
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<double> exposure_times(double period_s, double longest_s, int count) {
+  if (!(period_s > 0.0) || count < 1) {
+    throw InputError(
+        "capture plan: the projector's period must be a positive time and at least one exposure "
+        "is needed.");
+  }
+  // A little tolerance, so that 1/60 s twice is 1/30 s.
+  const double first = std::ceil(shortest_exposure_s / period_s - 1e-6);
+  const double last = std::floor(longest_s / period_s + 1e-6);
+  if (last < first) {
+    throw InputError("capture plan: the longest exposure of " + number(longest_s) + " s is below " +
+                     number(first * period_s) +
+                     " s, the shortest multiple of the projector's period of at least 1/30 s; "
+                     "allow longer ones.");
+  }
+  std::vector<double> times;
+  for (int i = 0; i < count; ++i) {
+    const double share = count > 1 ? static_cast<double>(i) / (count - 1) : 0.0;
+    const double periods = std::round(first * std::pow(last / first, share));
+    if (times.empty() || periods * period_s > times.back() * (1.0 + 1e-9)) {
+      times.push_back(periods * period_s);
+    }
+  }
+  return times;
+}
+
+Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder) {
+  const std::array<double, 2> mm = lit_face_mm(request.sample);
+  if (!(request.projector_px_per_mm * request.sample.voxel_mm >= 1.0)) {
+    throw InputError("capture plan: a voxel of " + number(request.sample.voxel_mm) +
+                     " mm is smaller than a projector pixel of " +
+                     number(1.0 / request.projector_px_per_mm) +
+                     " mm; take a coarser grid or move the projector nearer.");
+  }
+  Plan plan;
+  CapturePlan& capture = plan.capture;
+  capture.description =
+      "planned by kappamu plan, lit face " + number(mm[0]) + " x " + number(mm[1]) + " mm";
+  capture.setup = request.setup;
+  capture.sample = request.sample;
+  capture.pattern_station = request.setup == Setup::back_lit ? "back" : "front";
+  capture.exposures_s = exposure_times(request.period_s, request.longest_s, request.exposures);
+  const ProjectorQuad quad = centred_quad(request);
+  capture.patterns = make_fit_patterns(request.projector, quad, request.light, patch_overhang);
+  if (request.validate_patches > 0) {
+    const auto held_out = make_patch_patterns(request.projector, quad, request.validate_patches,
+                                              patch_overhang, PatternRole::validate, "validate_");
+    capture.patterns.insert(capture.patterns.end(), held_out.begin(), held_out.end());
+  }
+  capture.board = request.board;
+  capture.camera_board_views = request.boards;
+  capture.projector_plane_poses = request.planes;
+  capture.projected_board = projected_board(request.projector);
+  capture.plane_light = request.plane_light;
+  capture.projector_levels = projector_levels(request.projector_levels);
+  capture.ambient = request.ambient;
+  capture.white_reflectance = request.white_reflectance;
+  capture.colour_chart = request.colour_chart;
+
+  plan.session = rehearse_session(request.camera, request.projector, capture, folder);
+  plan.shots = ShotList(plan.session).list();
+  std::string scene;
+  for (const Shot& shot : plan.shots) {
+    plan.exposing_s += shot.exposure_s;
+    plan.working_s += shot.exposure_s + seconds_per_frame;
+    if (shot.subject + shot.station != scene) plan.working_s += seconds_per_arrangement;
+    scene = shot.subject + shot.station;
+  }
+  const double frame_bytes = 2.0 * 3.0 * request.camera.width * request.camera.height;
+  plan.disk_bytes = frame_bytes * static_cast<double>(plan.shots.size());
+  return plan;
+}
+
+void write_plan(const Plan& plan) {
+  const std::filesystem::path& folder = plan.session.folder;
+  std::filesystem::create_directories(folder / "patterns");
+  std::filesystem::create_directories(folder / "calibration");
+  std::filesystem::create_directories(folder / "frames");
+  for (std::size_t i = 0; i < plan.capture.patterns.size(); ++i) {
+    io::write_image(folder / plan.session.patterns[i].image, plan.capture.patterns[i].image);
+  }
+  if (plan.session.calibration.projected_board) {
+    io::write_image(folder / "calibration" / "projected_board.png",
+                    make_chessboard_image(plan.session.projector, plan.capture.projected_board));
+  }
+  for (const std::uint8_t value : plan.capture.projector_levels) {
+    io::write_image(folder / level_image(value), make_uniform_image(plan.session.projector, value));
+  }
+  if (plan.capture.plane_light != PlaneLight::chessboard) {
+    const auto code = make_gray_code_images(plan.session.projector);
+    for (std::size_t k = 0; k < code.size(); ++k) {
+      io::write_image(folder / gray_code_image(k), code[k]);
+    }
+  }
+  io::write_text_atomically(folder / "shots.csv", csv(plan.shots));
+  io::write_text_atomically(folder / "shots.json", json(plan).dump(2) + "\n");
+  io::write_text_atomically(folder / "shots.txt", text(plan));
+  write_session(plan.session);
+}
+
+}  // namespace kappamu::capture

@@ -1,0 +1,193 @@
+// The images a plan shows: bars, patches, chessboard, uniform grey. Declared in shoot.h.
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <string>
+
+#include "capture/rig/shoot.h"
+#include "core/error.h"
+
+namespace kappamu::capture {
+namespace {
+
+// Homography that maps the unit square's corners (0,0), (1,0), (1,1), (0,1) to the quad's.
+Eigen::Matrix3d quad_from_square(const ProjectorQuad& quad) {
+  constexpr double square[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  Eigen::Matrix<double, 8, 8> equations = Eigen::Matrix<double, 8, 8>::Zero();
+  Eigen::Matrix<double, 8, 1> right;
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const double u = square[i][0];
+    const double v = square[i][1];
+    for (Eigen::Index axis = 0; axis < 2; ++axis) {
+      const Eigen::Index row = 2 * i + axis;
+      const double target = quad[static_cast<std::size_t>(i)][static_cast<std::size_t>(axis)];
+      equations.block<1, 3>(row, 3 * axis) << u, v, 1.0;
+      equations(row, 6) = -u * target;
+      equations(row, 7) = -v * target;
+      right[row] = target;
+    }
+  }
+  const Eigen::FullPivLU<Eigen::Matrix<double, 8, 8>> solver(equations);
+  if (!solver.isInvertible()) {
+    throw InputError(
+        "the quad of the light patterns has corners in one line or coinciding; give the four "
+        "corners of the lit face in projector pixels.");
+  }
+  const Eigen::Matrix<double, 8, 1> h = solver.solve(right);
+  Eigen::Matrix3d homography;
+  homography << h[0], h[1], h[2], h[3], h[4], h[5], h[6], h[7], 1.0;
+  return homography;
+}
+
+// Mean over [at - 1/2, at + 1/2] of the square wave that is +1 on [0, 1), -1 on [1, 2), ... in
+// units of the square; `at` and the returned mean in pixels of `square_px`.
+double mean_wave(double at, double origin, double square_px) {
+  // The wave's integral is a triangle wave.
+  const auto integral = [](double x) {
+    const double phase = x - 2.0 * std::floor(0.5 * x);
+    return phase < 1.0 ? phase : 2.0 - phase;
+  };
+  const double low = (at - 0.5 - origin) / square_px;
+  const double high = (at + 0.5 - origin) / square_px;
+  return (integral(high) - integral(low)) * square_px;
+}
+
+// Share of the pixel at `at` that lies in [low, high].
+double coverage(double at, double low, double high) {
+  return std::clamp(std::min(at + 0.5, high) - std::max(at - 0.5, low), 0.0, 1.0);
+}
+
+std::uint8_t grey(double share) {
+  return static_cast<std::uint8_t>(std::lround(255.0 * std::clamp(share, 0.0, 1.0)));
+}
+
+void must_be_count(int n, const std::string& of) {
+  if (n >= 1 && n <= 1000) return;
+  throw InputError("the number of " + of + " is " + std::to_string(n) +
+                   "; it must lie between 1 and 1000.");
+}
+
+/// How the quad is divided and what becomes of its cells.
+struct Division {
+  int n;  ///< cells along an edge
+  double overhang;
+  int patterns;
+  PatternRole role;
+  std::string prefix;
+};
+
+/// Patterns of white cells on black: `patterns_of`(column, row) names those that light a cell.
+template <typename PatternsOf>
+std::vector<PlannedPattern> lit_cells(const Projector& projector, const ProjectorQuad& quad,
+                                      const Division& division, const PatternsOf& patterns_of) {
+  const double overhang = division.overhang;
+  if (!(overhang >= 0.0 && overhang <= 1.0)) {
+    throw InputError("the overhang of the outer patches must lie between 0 and 1 face widths.");
+  }
+  const auto cell_of = [n = division.n](double t) {
+    return std::clamp(static_cast<int>(std::floor(t * n)), 0, n - 1);
+  };
+  const auto inside = [overhang](double t) { return t >= -overhang && t < 1.0 + overhang; };
+  const Eigen::Matrix3d square_from_quad = quad_from_square(quad).inverse();
+  std::vector<PlannedPattern> patterns;
+  const std::size_t digits = std::max<std::size_t>(2, std::to_string(division.patterns - 1).size());
+  for (int i = 0; i < division.patterns; ++i) {
+    std::string number = std::to_string(i);
+    number.insert(0, digits - number.size(), '0');
+    patterns.push_back({division.prefix + number, make_uniform_image(projector, 0), division.role});
+  }
+  for (int y = 0; y < projector.height; ++y) {
+    for (int x = 0; x < projector.width; ++x) {
+      const Eigen::Vector3d at = square_from_quad * Eigen::Vector3d(x, y, 1.0);
+      const double u = at[0] / at[2];
+      const double v = at[1] / at[2];
+      if (!inside(u) || !inside(v)) continue;
+      for (const int pattern : patterns_of(cell_of(u), cell_of(v))) {
+        patterns[static_cast<std::size_t>(pattern)].image(x, y) = 255;
+      }
+    }
+  }
+  return patterns;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> projector_levels(int count) {
+  std::vector<std::uint8_t> values;
+  for (int i = 1; i <= count; ++i) values.push_back(grey(static_cast<double>(i) / (count + 1)));
+  return values;
+}
+
+Image<std::uint8_t> make_uniform_image(const Projector& projector, std::uint8_t value) {
+  return {projector.width, projector.height, 1, value};
+}
+
+Image<std::uint8_t> make_chessboard_image(const Projector& projector, const ProjectedBoard& board) {
+  Image<std::uint8_t> image = make_uniform_image(projector, 0);
+  const double square = board.square_px;
+  // Inner corners lie between squares, so the squares begin one before the first corner.
+  const double left = board.origin_px[0] - square;
+  const double top = board.origin_px[1] - square;
+  const double right = board.origin_px[0] + square * board.columns;
+  const double bottom = board.origin_px[1] + square * board.rows;
+  for (int y = 0; y < projector.height; ++y) {
+    const double wave_y = mean_wave(y, top, square);
+    const double inside_y = coverage(y, top, bottom);
+    const double border_y = coverage(y, top - square, bottom + square);
+    for (int x = 0; x < projector.width; ++x) {
+      const double inside = inside_y * coverage(x, left, right);
+      const double border = border_y * coverage(x, left - square, right + square) - inside;
+      // The product of two waves of ±1 is a chessboard, +1 in the top left square: black.
+      const double white = 0.5 * (1.0 - wave_y * mean_wave(x, left, square));
+      image(x, y) = grey(border + inside * white);
+    }
+  }
+  return image;
+}
+
+std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
+                                                const ProjectorQuad& quad, int n, double overhang,
+                                                PatternRole role, const std::string& prefix) {
+  must_be_count(n, "patches along an edge");
+  const auto patch_of = [n](int column, int row) { return std::array{row * n + column}; };
+  return lit_cells(projector, quad, {n, overhang, n * n, role, prefix}, patch_of);
+}
+
+std::vector<PlannedPattern> make_fit_patterns(const Projector& projector, const ProjectorQuad& quad,
+                                              const FitLight& light, double overhang) {
+  const std::string prefix = "fit_";
+  const int n = light.n;
+  if (light.shape == LightShape::patches) {
+    return make_patch_patterns(projector, quad, n, overhang, PatternRole::fit, prefix);
+  }
+  must_be_count(n, "bars across an axis");
+  const auto bars_of = [n](int column, int row) { return std::array{column, n + row}; };
+  return lit_cells(projector, quad, {n, overhang, 2 * n, PatternRole::fit, prefix}, bars_of);
+}
+
+std::vector<Image<std::uint8_t>> make_gray_code_images(const Projector& projector) {
+  std::vector<Image<std::uint8_t>> images;
+  const auto add = [&](const auto& lit) {
+    images.emplace_back(projector.width, projector.height, 1);
+    for (int y = 0; y < projector.height; ++y) {
+      for (int x = 0; x < projector.width; ++x) images.back()(x, y) = lit(x, y) ? 255 : 0;
+    }
+  };
+  const auto gray = [](int code) { return code ^ (code >> 1); };
+  for (const bool columns : {true, false}) {
+    const int extent = columns ? projector.width : projector.height;
+    for (int bit = std::bit_width(static_cast<unsigned>(extent - 1)) - 1; bit >= 0; --bit) {
+      const auto lit = [&](int x, int y) { return (gray(columns ? x : y) >> bit & 1) != 0; };
+      add(lit);
+      add([&](int x, int y) { return !lit(x, y); });
+    }
+  }
+  images.push_back(make_uniform_image(projector, 255));
+  images.push_back(make_uniform_image(projector, 0));
+  return images;
+}
+
+}  // namespace kappamu::capture

@@ -1,0 +1,137 @@
+#include "capture/session/frames.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <string>
+
+#include "capture/session/bayer.h"
+#include "core/error.h"
+#include "io/image/image_file.h"
+
+namespace kappamu::capture {
+namespace {
+
+std::string size_text(int width, int height) {
+  return std::to_string(width) + " x " + std::to_string(height);
+}
+
+std::filesystem::path existing_path(const Session& session, const Frame& frame) {
+  std::filesystem::path path = session.folder / frame.file;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) {
+    throw InputError(path.string() + ": no such frame; session.json lists it, so put it back or " +
+                     "take it out of session.json.");
+  }
+  return path;
+}
+
+void check_extent(const Session& session, const std::filesystem::path& path, const auto& image) {
+  const Camera& camera = session.camera;
+  if (image.width() != camera.width || image.height() != camera.height) {
+    throw InputError(path.string() + ": the frame is " + size_text(image.width(), image.height()) +
+                     " pixels, session.json says camera.width x camera.height = " +
+                     size_text(camera.width, camera.height) +
+                     "; all frames must be of the camera's full size.");
+  }
+}
+
+void check_shape(const Session& session, const std::filesystem::path& path, const auto& image) {
+  check_extent(session, path, image);
+  if (image.channels() != static_cast<int>(session.channels.size())) {
+    throw InputError(path.string() + ": the frame has " + std::to_string(image.channels()) +
+                     " channels, session.json lists " + std::to_string(session.channels.size()) +
+                     " in channels; make the two agree.");
+  }
+}
+
+void check_codes(const Session& session, const std::filesystem::path& path,
+                 const Image<std::uint16_t>& image) {
+  const int top = largest_code(session.camera);
+  const std::uint16_t largest = *std::max_element(image.values().begin(), image.values().end());
+  if (largest > top) {
+    throw InputError(path.string() + ": the frame holds code " + std::to_string(largest) +
+                     ", session.json says camera.bit_depth = " +
+                     std::to_string(session.camera.bit_depth) + ", that is at most " +
+                     std::to_string(top) + "; correct bit_depth or store the codes unshifted.");
+  }
+}
+
+}  // namespace
+
+bool is_float_frame(const Frame& frame) {
+  std::string extension = std::filesystem::path(frame.file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension == ".exr";
+}
+
+bool is_raw_frame(const Frame& frame) {
+  return io::is_raw_file(frame.file);
+}
+
+io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
+  const std::filesystem::path path = existing_path(session, frame);
+  const Camera& camera = session.camera;
+  if (session.channels.size() != 3 || camera.encoding != Encoding::linear) {
+    throw InputError(path.string() +
+                     ": a RAW frame is linear and has channels R, G, B; write camera.encoding = "
+                     "'linear' and channels = [\"R\", \"G\", \"B\"] in session.json.");
+  }
+  io::RawImage image = io::read_raw(path);
+  check_extent(session, path, image.mosaic);
+  if (camera.white_level != image.white) {
+    throw InputError(path.string() + ": the sensor saturates at code " +
+                     std::to_string(image.white) + ", session.json says camera.white_level = " +
+                     (camera.white_level ? std::to_string(*camera.white_level) : "nothing") +
+                     "; write " + std::to_string(image.white) + " there.");
+  }
+  check_codes(session, path, image.mosaic);
+  return image;
+}
+
+Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
+  if (!is_raw_frame(frame)) return load_frame(session, frame);
+  const io::RawImage raw = load_raw_frame(session, frame);
+  return pack_colours(raw.mosaic, raw.layout);
+}
+
+Image<float> load_float_frame(const Session& session, const Frame& frame) {
+  const std::filesystem::path path = existing_path(session, frame);
+  Image<float> image = io::read_float_image(path);
+  check_shape(session, path, image);
+  const auto bad = std::find_if(image.values().begin(), image.values().end(),
+                                [](float value) { return !std::isfinite(value); });
+  if (bad != image.values().end()) {
+    const auto pixel = static_cast<long>(bad - image.values().begin()) / image.channels();
+    throw InputError(
+        path.string() + ": the value at pixel (" + std::to_string(pixel % image.width()) + ", " +
+        std::to_string(pixel / image.width()) + ") is not finite; write the frame again.");
+  }
+  return image;
+}
+
+Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
+  const int top = largest_code(session.camera);
+  if (is_float_frame(frame)) {
+    const Image<float> linear = load_float_frame(session, frame);
+    Image<std::uint16_t> codes(linear.width(), linear.height(), linear.channels());
+    std::transform(
+        linear.values().begin(), linear.values().end(), codes.values().begin(), [top](float value) {
+          const float code = std::round(value * static_cast<float>(top));
+          return static_cast<std::uint16_t>(std::clamp(code, 0.0F, static_cast<float>(top)));
+        });
+    return codes;
+  }
+  if (is_raw_frame(frame)) {
+    const io::RawImage raw = load_raw_frame(session, frame);
+    return demosaic(raw.mosaic, raw.layout);
+  }
+  const std::filesystem::path path = existing_path(session, frame);
+  Image<std::uint16_t> image = io::read_code_image(path);
+  check_shape(session, path, image);
+  check_codes(session, path, image);
+  return image;
+}
+
+}  // namespace kappamu::capture

@@ -1,0 +1,42 @@
+// Opening the photographs of a session: every mistake is told with the file's name.
+#pragma once
+
+#include <cstdint>
+
+#include "capture/session/session.h"
+#include "core/image.h"
+#include "io/image/raw_file.h"
+
+namespace kappamu::capture {
+
+/// The largest code value, 2^bit_depth - 1.
+inline int largest_code(const Camera& camera) {
+  return (1 << camera.bit_depth) - 1;
+}
+
+/// Whether the frame is a linear float image (.exr) rather than code values.
+bool is_float_frame(const Frame& frame);
+
+/// Code values 0 ... largest_code, [y][x][channel], the session's channels. EXR frames hold linear
+/// light as fractions of full scale; here they are rounded to codes (no black level) and cut to the
+/// range. RAW frames are demosaiced bilinearly, linear, black not subtracted. Throws InputError
+/// naming the file if it is missing, truncated, of another size or number of channels than the
+/// session tells, or holds codes beyond the bit depth.
+Image<std::uint16_t> load_frame(const Session& session, const Frame& frame);
+
+/// Codes that no interpolation has touched, for statistics of black and noise: of a RAW frame the
+/// sites of each 2 x 2 cell as R, one G and B, half the extent; otherwise as load_frame().
+Image<std::uint16_t> load_sites(const Session& session, const Frame& frame);
+
+/// Whether the frame is a camera RAW file.
+bool is_raw_frame(const Frame& frame);
+
+/// A RAW frame's mosaic. Throws as load_frame() does, and where the session's camera is not linear
+/// or tells another white level than the file.
+io::RawImage load_raw_frame(const Session& session, const Frame& frame);
+
+/// An EXR frame as it is: linear light as fractions of full scale, 1 and above saturated. Throws
+/// as load_frame() does, and for values that are not finite.
+Image<float> load_float_frame(const Session& session, const Frame& frame);
+
+}  // namespace kappamu::capture

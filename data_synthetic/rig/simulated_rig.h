@@ -1,0 +1,77 @@
+// The simulated rig behind the interface that real rigs implement.
+#pragma once
+
+#include <array>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/rig/device.h"
+#include "core/progress.h"
+#include "data_synthetic/rig/render.h"
+#include "data_synthetic/rig/rig.h"
+#include "data_synthetic/transport.h"
+
+namespace kappamu::synthetic {
+
+class SimulatedRig final : public capture::RigDevice {
+ public:
+  /// `device` selects where light transport is computed (forward/grid/grid_solver.h).
+  SimulatedRig(const SimulationOptions& options, const std::string& device);
+
+  /// Solves light transport for the images a session will show, together, and sets the camera's
+  /// gain by their radiance, as one sets an aperture: the brightest scattered light fills two
+  /// thirds of full scale in the shortest exposure, where light falls on the seen face itself
+  /// leaving that out. Room light is set so that white paper reaches 0.7 full scales in the second
+  /// exposure. Images shown later without having been prepared are solved on their own.
+  void prepare(const std::vector<Image<std::uint8_t>>& images, Progress& progress);
+
+  capture::Camera camera() const override;
+  capture::Projector projector() const override;
+  void place(const capture::Scene& scene) override;
+  void show(const Image<std::uint8_t>& image) override;
+  Image<std::uint16_t> expose(double exposure_s) override;
+
+  const Rig& rig() const { return rig_; }
+  const Transport& transport() const { return *transport_; }
+  Transport& transport() { return *transport_; }
+  const std::array<Medium, 3>& media() const { return media_; }  ///< on the transport grid
+
+  /// Irradiance [v][u] on the lit face's cells of the transport grid.
+  std::vector<double> lit_face_irradiance(const Image<std::uint8_t>& image) const;
+  /// Noise-free picture [y][x][RGB] of the sample under an image, from the pattern station, in full
+  /// scales per second.
+  Image<float> sample_radiance(const Image<std::uint8_t>& image);
+  /// Exposure time [s] in which the brightest channel of the white target, under full white,
+  /// reaches `signal` full scales.
+  double white_exposure_s(double signal) const;
+
+  /// Exitance [channel][v][u] on the seen face's cells of the transport grid.
+  using ExitanceMaps = std::vector<std::vector<double>>;
+  const ExitanceMaps& exitance(const Image<std::uint8_t>& image) const;
+
+ private:
+  const RayTable& rays();
+  Image<float> picture();
+  double room_light() const;  ///< of the present scene, in the dark
+  Image<float> to_full_scales(Image<float> radiance) const;
+  void solve(const std::vector<Image<std::uint8_t>>& images, Progress& progress);
+
+  Rig rig_;
+  SimulationOptions options_;
+  double ambient_ = 0.0;
+  std::unique_ptr<Transport> transport_;
+  std::array<Medium, 3> media_;
+  std::map<std::string, ExitanceMaps> solved_;  ///< by the image's pixels
+  std::unique_ptr<RayTable> rays_;
+  std::unique_ptr<FaceView> face_view_;
+  capture::Scene scene_;
+  Image<std::uint8_t> shown_;
+  std::optional<Image<float>> picture_;  ///< of the present scene and image
+  std::uint64_t frames_ = 0;
+  int patterns_shown_ = 0;  ///< on the sample so far
+};
+
+}  // namespace kappamu::synthetic

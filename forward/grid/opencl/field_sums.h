@@ -1,0 +1,34 @@
+// Sums over the patterns or the voxels of fields on the device: what gradients and power balances
+// are made of. GridSolver's functions of the same names (grid_solver.h).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "device/context.h"
+#include "forward/grid/opencl/opencl_field.h"
+#include "forward/grid/opencl/trusted_kernels.h"
+
+namespace kappamu::forward {
+
+class FieldSums {
+ public:
+  FieldSums(device::Context& context, const Format& format, const GridSetup& setup,
+            TrustedKernels& kernels);
+
+  PairProducts pair_products(const OpenclField& lambda, const OpenclField& phi) const;
+  std::vector<double> column_products(const OpenclField& lambda,
+                                      std::span<const double> irradiance) const;
+  std::vector<double> weighted_sums(const OpenclField& phi, std::span<const double> weight) const;
+
+ private:
+  device::Buffer zeros() const;
+  std::vector<double> read(const device::Buffer& sums) const;
+
+  device::Context& context_;
+  Format format_;
+  GridSetup setup_;
+  TrustedKernels& kernels_;
+};
+
+}  // namespace kappamu::forward

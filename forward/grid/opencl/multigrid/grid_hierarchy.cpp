@@ -1,0 +1,244 @@
+#include "forward/grid/opencl/multigrid/grid_hierarchy.h"
+
+#include <algorithm>
+#include <array>
+
+#include "forward/grid/grid_physics.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+/// ω of make_smoother.
+constexpr double damping = 5.0 / 6.0;
+/// An axis is halved where its mean share of conductance is at least this part of the largest.
+constexpr double strong = 0.5;
+
+/// One item per row (y, z).
+device::Range row_items(const GridShape& s) {
+  return {1, rows_of(s)};
+}
+
+/// The array of faces across `axis`.
+GridShape with_faces(GridShape s, int axis) {
+  (axis == 0 ? s.nx : axis == 1 ? s.ny : s.nz) += 1;
+  return s;
+}
+
+}  // namespace
+
+GridShape coarser_grid(const GridShape& s, const std::array<int, 3>& halving) {
+  return {(s.nx + halving[0]) >> halving[0], (s.ny + halving[1]) >> halving[1],
+          (s.nz + halving[2]) >> halving[2], s.voxel_mm};
+}
+
+std::size_t face_count(const GridShape& shape, int axis) {
+  return with_faces(shape, axis).cells();
+}
+
+void upload(device::Context& context, const Format& format, std::span<const double> values,
+            const device::Buffer& buffer) {
+  if (!format.single) {
+    context.write(buffer, values.data(), values.size_bytes());
+    return;
+  }
+  const std::vector<float> rounded(values.begin(), values.end());
+  context.write(buffer, rounded.data(), rounded.size() * sizeof(float));
+}
+
+device::Buffer uploaded(device::Context& context, const Format& format,
+                        std::span<const double> values) {
+  device::Buffer buffer = context.allocate(values.size() * format.real_bytes());
+  upload(context, format, values, buffer);
+  return buffer;
+}
+
+std::size_t half_cells(const GridShape& shape) {
+  const auto nx = static_cast<std::size_t>(shape.nx);
+  return shape.cells() / nx * ((nx + 1) / 2);
+}
+
+Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layout,
+                     const GridSetup& setup, double robin_A)
+    : context_(context),
+      format_(format),
+      layout_(layout),
+      setup_(setup),
+      robin_A_(robin_A),
+      program_(assembly_program(context, format)),
+      coarsening_(coarsening_program(context, format)) {
+  const std::size_t unit = format.real_bytes();
+  kappa_ = context.allocate(setup.shape.cells() * unit);
+  mu_ = context.allocate(setup.shape.cells() * unit);
+  levels_.push_back(allocate_level(setup.shape));
+}
+
+Level Hierarchy::allocate_level(const GridShape& shape) const {
+  const std::size_t unit = format_.real_bytes();
+  Level level;
+  level.shape = shape;
+  level.gx = context_.allocate(face_count(shape, 0) * unit);
+  level.gy = context_.allocate(face_count(shape, 1) * unit);
+  level.gz = context_.allocate(face_count(shape, 2) * unit);
+  std::vector<device::Buffer*> fields{&level.sink, &level.inverse};
+  if (layout_ == Layout::cpu && !levels_.empty()) {
+    const Level& lender = levels_.front();
+    level.smoother = lender.smoother;
+    level.wx = lender.wx;
+    level.wy = lender.wy;
+    level.wz = lender.wz;
+  } else {
+    fields.push_back(&level.smoother);
+    if (shape.cells() > 1) fields.insert(fields.end(), {&level.wx, &level.wy, &level.wz});
+  }
+  for (device::Buffer* field : fields) *field = context_.allocate(shape.cells() * unit);
+  if (layout_ == Layout::cpu) {
+    level.stencils = context_.allocate(2 * half_cells(shape) * stencil_reals * unit);
+    level.weights = context_.allocate(half_cells(shape) * weight_reals * unit);
+  }
+  return level;
+}
+
+bool Hierarchy::ensure_level(std::size_t l) {
+  const GridShape shape = coarser_grid(levels_[l - 1].shape, levels_[l - 1].halving);
+  if (l < levels_.size()) {
+    const GridShape& old = levels_[l].shape;
+    if (old.nx == shape.nx && old.ny == shape.ny && old.nz == shape.nz) return false;
+    levels_.resize(l);
+  }
+  levels_.push_back(allocate_level(shape));
+  return true;
+}
+
+std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
+  const GridShape& s = level.shape;
+  const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
+  const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
+  context_.launch(program_, "axis_shares", row_items(s), s.nx, s.ny, s.nz, level.gx, level.gy,
+                  level.gz, level.inverse, shares);
+  std::array<double, 3> sum{};
+  const auto add_up = [&](auto zero) {
+    std::vector<decltype(zero)> values(3 * rows);
+    context_.read(shares, values.data(), values.size() * sizeof(zero));
+    for (std::size_t i = 0; i < values.size(); ++i) sum[i % 3] += static_cast<double>(values[i]);
+  };
+  if (format_.accurate_sums) {
+    add_up(0.0);
+  } else {
+    add_up(0.0F);
+  }
+  double largest = 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (s.extent(axis) > 1) largest = std::max(largest, sum[static_cast<std::size_t>(axis)]);
+  }
+  std::array<int, 3> halving{};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    halving[a] = s.extent(axis) == 1 || sum[a] >= strong * largest ? 1 : 0;
+  }
+  return halving;
+}
+
+bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double> mu) {
+  upload(context_, format_, kappa, kappa_);
+  upload(context_, format_, mu, mu_);
+  const Level& level = levels_.front();
+  const GridShape& s = level.shape;
+  const auto assemble = [&](auto h, auto two_a) {
+    context_.launch(program_, "assemble", row_items(s), s.nx, s.ny, s.nz, h, two_a,
+                    int{is_open(setup_, Face::x_minus)}, int{is_open(setup_, Face::y_minus)},
+                    int{is_open(setup_, Face::z_minus)}, kappa_, mu_, level.gx, level.gy, level.gz,
+                    level.sink);
+  };
+  if (format_.single) {
+    assemble(static_cast<float>(s.voxel_mm), static_cast<float>(2.0 * robin_A_));
+  } else {
+    assemble(s.voxel_mm, 2.0 * robin_A_);
+  }
+  bool changed = false;
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    Level& at = levels_[l];
+    // Until the level is coarsened its smoother's place holds what places the nodes.
+    const device::Buffer& loose = at.smoother;
+    context_.launch(program_, "invert_diagonal", row_items(at.shape), at.shape.nx, at.shape.ny,
+                    at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse, loose);
+    if (at.shape.cells() > 1) {
+      const std::array<int, 3> before = at.halving;
+      at.halving = strong_axes(at);
+      changed = ensure_level(l + 1) || before != at.halving || changed;
+      coarsen(levels_[l], levels_[l + 1]);
+    } else {
+      changed = changed || l + 1 < levels_.size();
+      levels_.resize(l + 1);
+    }
+    make_smoother(levels_[l]);
+    if (layout_ == Layout::cpu) pack_stencils(levels_[l]);
+  }
+  has_medium_ = true;
+  return changed;
+}
+
+void Hierarchy::make_smoother(const Level& level) const {
+  const GridShape& s = level.shape;
+  const auto launch = [&](auto omega) {
+    context_.launch(program_, "make_smoother", row_items(s), s.nx, s.ny, s.nz, omega, level.gx,
+                    level.gy, level.gz, level.sink, level.inverse, level.smoother);
+  };
+  if (format_.single) {
+    launch(static_cast<float>(damping));
+  } else {
+    launch(damping);
+  }
+}
+
+void Hierarchy::pack_stencils(const Level& level) const {
+  const GridShape& s = level.shape;
+  // A single cell has no weights.
+  const bool single = s.cells() == 1;
+  context_.launch(program_, "pack_stencils", row_items(s), s.nx, s.ny, s.nz, level.gx, level.gy,
+                  level.gz, level.sink, level.smoother, int{!single},
+                  single ? level.sink : level.wx, single ? level.sink : level.wy,
+                  single ? level.sink : level.wz, level.stencils, level.weights);
+}
+
+void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,
+                             const std::array<int, 3>& halving, const device::Buffer& values,
+                             const device::Buffer& sums) const {
+  context_.launch(program_, "sum_children", row_items(coarse), fine.nx, fine.ny, fine.nz, coarse.nx,
+                  coarse.ny, coarse.nz, halving[0], halving[1], halving[2], values, sums);
+}
+
+void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
+  const GridShape& f = fine.shape;
+  const std::array<int, 3>& half = fine.halving;
+  const std::array<const device::Buffer*, 3> fine_faces{&fine.gx, &fine.gy, &fine.gz};
+  const std::array<const device::Buffer*, 3> coarse_faces{&coarse.gx, &coarse.gy, &coarse.gz};
+  const std::array<const device::Buffer*, 3> weights{&fine.wx, &fine.wy, &fine.wz};
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    const GridShape faces = with_faces(coarse.shape, axis);
+    if (half[a] == 0) {
+      context_.zero(*weights[a], f.cells() * format_.real_bytes());
+      sum_children(with_faces(f, axis), faces, half, *fine_faces[a], *coarse_faces[a]);
+    } else if (axis == 0) {
+      context_.launch(coarsening_, "weights_in_rows", row_items(f), f.nx, f.ny, f.nz, fine.gx,
+                      fine.smoother, fine.wx);
+      context_.launch(coarsening_, "coarsen_faces_in_rows", row_items(faces), f.nx, f.ny, f.nz,
+                      half[1], half[2], fine.gx, fine.gy, fine.gz, fine.smoother, fine.wx,
+                      coarse.gx);
+    } else {
+      const std::size_t other = 3 - a;
+      std::array<int, 3> alone{};
+      alone[a] = 1;
+      const GridShape face_rows = with_faces(coarser_grid(f, alone), axis);
+      context_.launch(coarsening_, "weights_between_rows", row_items(face_rows), axis, f.nx, f.ny,
+                      f.nz, *fine_faces[a], fine.smoother, *weights[a]);
+      context_.launch(coarsening_, "coarsen_faces_between_rows", row_items(faces), axis, f.nx, f.ny,
+                      f.nz, half[0], half[other], fine.gx, *fine_faces[a], *fine_faces[other],
+                      fine.smoother, *weights[a], *coarse_faces[a]);
+    }
+  }
+  sum_children(f, coarse.shape, half, fine.sink, coarse.sink);
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,98 @@
+// The levels of the multigrid preconditioner: conductances from κ and μ, coarsened twofold level by
+// level down to a single cell, each time along the axes of strong coupling: those whose mean share
+// of a cell's conductance, (G₋ + G₊)/D, is at least half the largest. In an even medium these are
+// all; where layers conduct far better along themselves than across, they are merged along
+// themselves only, since no coarse value could stand for two of them. A coarse face conductance is
+// the energy PᵀAP gives a step across it, P being the interpolation
+// (grid_coarsen.cl), a coarse cell's node lying nearer to its better conducting child, so that
+// barriers and channels of κ survive coarsening; absorption adds up.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "device/context.h"
+#include "forward/grid/grid_solver.h"
+#include "forward/grid/opencl/kernels/grid_kernels.h"
+
+namespace kappamu::forward {
+
+struct Level {
+  GridShape shape;
+  std::array<int, 3> halving{1, 1,
+                             1};  ///< axes coarsened twofold towards the next level (1) or not (0)
+  device::Buffer gx, gy, gz, sink;  ///< layouts: grid_operator.cl
+  device::Buffer inverse;           ///< 1 / (Σ G + S) of each cell
+  device::Buffer smoother;          ///< make_smoother in grid_assemble.cl
+  device::Buffer wx, wy, wz;        ///< interpolation weights from the next level; none on the last
+  /// For sweeps (Layout::cpu), all that they read (pack_stencils in grid_assemble.cl). The level's
+  /// smoother and weights are then in there only: the four arrays above serve all levels in turn.
+  device::Buffer stencils, weights;
+};
+
+class Hierarchy {
+ public:
+  Hierarchy(device::Context& context, const Format& format, Layout layout, const GridSetup& setup,
+            double robin_A);
+
+  /// Returns whether the levels' shapes have changed: work space made for them is then void.
+  bool set_medium(std::span<const double> kappa, std::span<const double> mu);
+  bool has_medium() const { return has_medium_; }
+  /// κ and μ as set, [z][y][x]
+  const device::Buffer& kappa() const { return kappa_; }
+  const device::Buffer& mu() const { return mu_; }
+  const std::vector<Level>& levels() const { return levels_; }
+  const Level& finest() const { return levels_.front(); }
+
+ private:
+  std::array<int, 3> strong_axes(const Level& level) const;
+  /// The level under `l`, allocated anew if another shape was there.
+  bool ensure_level(std::size_t l);
+  /// Fills `coarse` and fine's weights; fine.smoother must hold `loose` of invert_diagonal.
+  void coarsen(const Level& fine, const Level& coarse);
+  /// `sums` of coarse cells or faces from the `values` of the fine ones in them.
+  void sum_children(const GridShape& fine, const GridShape& coarse,
+                    const std::array<int, 3>& halving, const device::Buffer& values,
+                    const device::Buffer& sums) const;
+  void make_smoother(const Level& level) const;
+  void pack_stencils(const Level& level) const;
+  Level allocate_level(const GridShape& shape) const;
+
+  device::Context& context_;
+  Format format_;
+  Layout layout_;
+  GridSetup setup_;
+  double robin_A_;
+  device::Program& program_;
+  device::Program& coarsening_;
+  device::Buffer kappa_, mu_;
+  std::vector<Level> levels_;
+  bool has_medium_ = false;
+};
+
+/// The level below `shape` that is halved along the axes with 1.
+GridShape coarser_grid(const GridShape& shape, const std::array<int, 3>& halving = {1, 1, 1});
+
+/// Cells of one parity of x, rows of odd length counted as if one longer: half of what `stencils`
+/// holds, all that `weights` does.
+std::size_t half_cells(const GridShape& shape);
+/// Reals of a cell in them.
+constexpr std::size_t stencil_reals = 8, weight_reals = 3;
+
+/// Rows along x.
+inline std::size_t rows_of(const GridShape& shape) {
+  return shape.cells() / static_cast<std::size_t>(shape.nx);
+}
+
+/// Elements of the face array across `axis`: one more than cells along it.
+std::size_t face_count(const GridShape& shape, int axis);
+
+/// Copies host doubles to a buffer of `format`'s reals.
+void upload(device::Context& context, const Format& format, std::span<const double> values,
+            const device::Buffer& buffer);
+/// The same into a buffer of their size.
+device::Buffer uploaded(device::Context& context, const Format& format,
+                        std::span<const double> values);
+
+}  // namespace kappamu::forward

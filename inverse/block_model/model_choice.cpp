@@ -1,0 +1,207 @@
+#include "inverse/block_model/model_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "inverse/block_model/model_evidence.h"
+#include "inverse/block_model/model_merge.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// A refreshed correction that moves χ² by less than this share needs no further descent.
+constexpr double settled = 0.003;
+constexpr int most_corrections = 4;
+
+/// The same layers in slices of half the depth.
+LayeredMedium halved_slices(LayeredMedium medium) {
+  for (int& first : medium.first) first *= 2;
+  return medium;
+}
+
+/// All trials on one grid.
+class Level {
+ public:
+  Level(const std::vector<Problem>& ladder, int level, const ModelSearchOptions& options)
+      : options_(options),
+        level_(level),
+        model_error_(level == 0 ? options.model_error : options.coarse_model_error),
+        objective_(ladder[static_cast<std::size_t>(level)], options.backend) {
+    if (!options.correct_grid) return;
+    const Problem* finer = level > 0 ? &ladder[static_cast<std::size_t>(level) - 1] : nullptr;
+    refinement_ = finer ? Refinement{finer->setup, finer->irradiance} : refine(ladder[0]);
+  }
+
+  int depth() const {
+    const forward::GridSetup& setup = objective_.problem().setup;
+    return setup.shape.extent(axis_of(setup.lit_face));
+  }
+  std::size_t used() const { return objective_.problem().used(); }
+  int most_layers() const { return std::min(depth(), options_.most_layers); }
+  const SolveCount& solves() const { return objective_.solves(); }
+
+  /// r at `medium` is known.
+  void set_correction(const LayeredMedium& medium, const std::vector<double>& correction) {
+    objective_.set_correction(correction);
+    corrected_at_ = fields(medium);
+  }
+
+  SimpleFit fit(const LayeredMedium& start) {
+    refresh(start);
+    LayerFitter fitter(objective_, start);
+    LayeredFit found = fitter.descend(useful());
+    for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {
+      const double chi2 = refresh(found.medium);
+      if (std::abs(chi2 - found.chi2_per_datum) <= settled * found.chi2_per_datum) break;
+      found = fitter.descend(useful());
+    }
+    SimpleFit simple;
+    simple.normal = fitter.normal();
+    simple.fields = fields(found.medium);
+    objective_.value(simple.fields);
+    simple.correction = objective_.correction();
+    simple.prediction = objective_.prediction();
+    const Evidence evidence = weigh(objective_.problem(), simple.prediction, model_error_);
+    ModelTrial& trial = simple.trial;
+    trial.layers = found.medium.layers();
+    trial.model = trial.layers == 1 ? Model::homogeneous : Model::layered;
+    trial.level = level_;
+    trial.chi2_per_datum = evidence.chi2_per_datum;
+    trial.coherent = evidence.coherent();
+    trial.coherent_limit = coherent_limit(evidence, options_.tolerated);
+    trial.rejected = !not_rejected(evidence, options_.tolerated);
+    simple.medium = std::move(found.medium);
+    return simple;
+  }
+
+ private:
+  CoefficientPair fields(const LayeredMedium& medium) const {
+    const forward::GridSetup& setup = objective_.problem().setup;
+    return to_fields(medium, setup.shape, axis_of(setup.lit_face));
+  }
+  /// χ² per datum with the correction at `medium`.
+  double refresh(const LayeredMedium& medium) {
+    CoefficientPair at = fields(medium);
+    if (!options_.correct_grid || at == corrected_at_) {
+      objective_.value(at);
+    } else {
+      objective_.refresh_correction(refinement_, at);
+      corrected_at_ = std::move(at);
+    }
+    return objective_.chi2_per_datum();
+  }
+  /// χ² per datum that a model of this grid may have: coarse grids only screen.
+  double useful() const {
+    const bool screens = level_ > 0 && options_.asked == Model::automatic;
+    return screens ? chi2_limit(used(), options_.tolerated) : 0.0;
+  }
+
+  const ModelSearchOptions& options_;
+  int level_;
+  ModelError model_error_;
+  Objective objective_;
+  Refinement refinement_;
+  CoefficientPair corrected_at_;  ///< where r was made; empty before the first
+};
+
+std::string name_of(int layers) {
+  return layers == 1 ? "a homogeneous block" : std::to_string(layers) + " layers";
+}
+
+class Search {
+ public:
+  Search(const std::vector<Problem>& ladder, double kappa, double mu,
+         const std::vector<double>& correction, const ModelSearchOptions& options,
+         const std::function<void(const std::string&)>& tell)
+      : ladder_(ladder),
+        correction_(correction),
+        options_(options),
+        tell_(tell),
+        best_{{0}, {std::log(kappa)}, {std::log(mu)}} {}
+
+  ModelSearch run() {
+    const int coarsest = static_cast<int>(ladder_.size()) - 1;
+    for (int level = coarsest; level >= 0; --level) {
+      Level grid(ladder_, level, options_);
+      if (level == coarsest) grid.set_correction(best_, correction_);
+      const bool plausible = level > 0 ? screen(grid) : decide(grid);
+      search_.solves.add(grid.solves());
+      if (!plausible) break;
+      best_ = halved_slices(std::move(best_));
+    }
+    return std::move(search_);
+  }
+
+ private:
+  /// Whether the finer grid should be asked.
+  bool screen(Level& grid) {
+    if (options_.asked == Model::homogeneous) return best_of(grid, 1), true;
+    if (!best_of(grid, 1).trial.rejected) return true;
+    if (grid.most_layers() == 1) return true;
+    return !best_of(grid, grid.most_layers()).trial.rejected || options_.asked == Model::layered;
+  }
+
+  /// On the finest grid.
+  bool decide(Level& grid) {
+    if (offer(grid, 1) || options_.asked == Model::homogeneous) return accept_last();
+    const int most = grid.most_layers();
+    if (most == 1 || !offer(grid, most)) return options_.asked == Model::layered && accept_last();
+    SimpleFit all = std::move(search_.rejected.back());
+    search_.rejected.pop_back();
+    const double allowance = options_.tolerated_rise * static_cast<double>(grid.used());
+    const LayeredMedium fewer = merge_layers(all.medium, all.normal, allowance);
+    if (fewer.layers() < all.medium.layers()) {
+      SimpleFit merged = tried(grid, fewer);
+      // Twice the allowance: the expectation is one to second order.
+      const double rise = merged.trial.chi2_per_datum - all.trial.chi2_per_datum;
+      merged.trial.rejected = merged.trial.rejected || rise > 2.0 * options_.tolerated_rise;
+      search_.trials.back() = merged.trial;
+      if (!merged.trial.rejected) all = std::move(merged);
+    }
+    search_.accepted = std::move(all);
+    return true;
+  }
+
+  /// True where the data do not reject it.
+  bool offer(Level& grid, int layers) {
+    search_.rejected.push_back(best_of(grid, layers));
+    return !search_.rejected.back().trial.rejected;
+  }
+  bool accept_last() {
+    search_.accepted = std::move(search_.rejected.back());
+    search_.rejected.pop_back();
+    return true;
+  }
+
+  SimpleFit best_of(Level& grid, int layers) {
+    return tried(grid, with_layers(best_, layers, grid.depth()));
+  }
+  SimpleFit tried(Level& grid, const LayeredMedium& start) {
+    tell_(name_of(start.layers()));
+    SimpleFit fit = grid.fit(start);
+    search_.trials.push_back(fit.trial);
+    best_ = fit.medium;
+    return fit;
+  }
+
+  const std::vector<Problem>& ladder_;
+  const std::vector<double>& correction_;
+  const ModelSearchOptions& options_;
+  const std::function<void(const std::string&)>& tell_;
+  LayeredMedium best_;  ///< of the last trial, in slices of the grid at hand
+  ModelSearch search_;
+};
+
+}  // namespace
+
+ModelSearch search_simple_models(const std::vector<Problem>& ladder, double kappa, double mu,
+                                 const std::vector<double>& correction,
+                                 const ModelSearchOptions& options,
+                                 const std::function<void(const std::string&)>& tell) {
+  return Search(ladder, kappa, mu, correction, options, tell).run();
+}
+
+}  // namespace kappamu::inverse

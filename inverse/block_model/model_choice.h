@@ -1,0 +1,54 @@
+// The simplest block that the data do not reject: homogeneous, else layered, else a volume
+// (docs/theory.md, section 5). Where fewer unknowns explain the data, every further one only fits
+// their noise.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "inverse/block_model/block_model.h"
+#include "inverse/block_model/model_layers.h"
+#include "inverse/problem/objective.h"
+
+namespace kappamu::inverse {
+
+struct SimpleFit {
+  LayeredMedium medium;
+  Eigen::MatrixXd normal;          ///< LayerFitter::normal()
+  CoefficientPair fields;          ///< of the finest grid
+  std::vector<double> correction;  ///< r at them
+  std::vector<double> prediction;  ///< r M [M][v][u]
+  ModelTrial trial;
+};
+
+struct ModelSearch {
+  std::optional<SimpleFit> accepted;  ///< what the data did not reject, or what was asked for
+  std::vector<SimpleFit> rejected;    ///< on the finest grid
+  std::vector<ModelTrial> trials;     ///< all, in the order they were made
+  SolveCount solves;                  ///< of all grids
+};
+
+struct ModelSearchOptions {
+  Model asked = Model::automatic;
+  bool correct_grid = true;
+  double tolerated = 0.05;  ///< share of the stated variance that a misfit may have
+  /// Rise of χ² per datum that fewer layers may cost.
+  double tolerated_rise = 0.01;
+  int most_layers = 16;
+  ModelError model_error;         ///< of the finest grid
+  ModelError coarse_model_error;  ///< of the others
+  Backend backend;
+};
+
+/// `ladder`: grids, finest first. `kappa` [mm] and `mu` [1/mm] are where to start, `correction` is
+/// r there on the coarsest. A model that the coarse grids reject is not tried on the finer ones,
+/// nor fitted to the end on them, unless it is asked for. `tell` is called before each trial with
+/// what is tried.
+ModelSearch search_simple_models(const std::vector<Problem>& ladder, double kappa, double mu,
+                                 const std::vector<double>& correction,
+                                 const ModelSearchOptions& options,
+                                 const std::function<void(const std::string&)>& tell);
+
+}  // namespace kappamu::inverse

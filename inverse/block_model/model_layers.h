@@ -1,0 +1,64 @@
+// Models of few unknowns: a block of even layers across the light, one (κ, μ) each. One layer is
+// the homogeneous block. Fitted by Gauss-Newton to the weighted data themselves, not to their
+// logarithms as the start of a fit is (homogeneous.h): at the noise level this is maximum
+// likelihood.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "inverse/block_model/block_model.h"
+#include "inverse/problem/objective.h"
+
+namespace kappamu::inverse {
+
+/// Values of every voxel; `axis` is that of the light.
+CoefficientPair to_fields(const LayeredMedium& medium, const GridShape& shape, int axis);
+
+/// `layers` of equal depth up to rounding, in `depth` slices, with the values that `coarse` has at
+/// their middle. Twice the layers of a medium made this way lie within its own.
+LayeredMedium with_layers(const LayeredMedium& coarse, int layers, int depth);
+
+struct LayeredFit {
+  LayeredMedium medium;
+  double chi2_per_datum = 0.0;
+  int steps = 0;
+  bool converged = false;
+};
+
+/// Keeps its Jacobian, so that descending again from where it is, with another correction of the
+/// objective or after a step, costs few solves: 2 per layer for a Jacobian, one per step, which
+/// Broyden's update makes good for the next.
+class LayerFitter {
+ public:
+  /// A weak prior decides what the data leave open: log κ and log μ of neighbouring layers differ
+  /// by 1 (one standard deviation), log 3κμ is where it starts within 2.
+  LayerFitter(Objective& objective, LayeredMedium start);
+
+  /// Minimises ½ χ² + prior from where the last call ended. Gives up, unconverged, where χ² per
+  /// datum would stay above `useful` even if a step kept several times its promise.
+  LayeredFit descend(double useful = 0.0);
+
+  /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().
+  Eigen::MatrixXd normal() const;
+
+  /// Inverse of normal() where it is now, its Jacobian fresh: two solves per layer.
+  Eigen::MatrixXd covariance();
+
+ private:
+  bool evaluate(const Eigen::VectorXd& p, Eigen::VectorXd& residual);
+  void differentiate();
+  LayeredMedium medium(const Eigen::VectorXd& p) const;
+  /// Rows of the prior, linear in p: prior_ p − prior_value_.
+  void make_prior();
+
+  Objective& objective_;
+  std::vector<int> first_;
+  std::vector<std::size_t> used_;  ///< data with weight
+  Eigen::VectorXd p_;              ///< log κ of the layers, then log μ
+  Eigen::MatrixXd jacobian_;       ///< [used][p] of the residuals; empty before it is known
+  Eigen::MatrixXd prior_;
+  Eigen::VectorXd prior_value_;
+};
+
+}  // namespace kappamu::inverse

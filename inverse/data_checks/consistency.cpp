@@ -1,0 +1,208 @@
+#include "inverse/data_checks/consistency.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+#include "core/error.h"
+#include "inverse/block_model/model_layers.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Errors between patterns need some.
+constexpr int fewest_patterns = 4;
+constexpr double deviations = 3.0;
+/// What depth and structure common to all patterns do to the scale of the best homogeneous block
+/// [log], one standard deviation over layered and inhomogeneous blocks; and what calibration leaves
+/// where such a block explains everything.
+constexpr double structure_spread = 0.12;
+constexpr double calibration_spread = 0.01;
+constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
+/// Coarser voxels tell the same for an eighth of the solves, if there are enough.
+constexpr int enough_voxels = 8;
+/// Below, the block is even enough across the light to ask for its refractive index.
+constexpr double nearly_even = 0.1;
+constexpr std::array<double, 5> usual_etas{1.3, 1.33, 1.4, 1.5, 1.6};
+constexpr double same_eta = 0.015;
+
+double quadrature(double a, double b) {
+  return deviations * std::hypot(a, b);
+}
+
+struct Grid {
+  Problem problem;
+  Refinement finer;
+};
+
+Grid suitable_grid(const Problem& problem, const ModelError& model_error) {
+  const GridShape& s = problem.setup.shape;
+  if (std::min({s.nx, s.ny, s.nz}) >= enough_voxels) {
+    Problem coarse = coarsen(problem, model_error);
+    if (coarse.used() >= problem.used() / 8) {
+      return {std::move(coarse), {problem.setup, problem.irradiance}};
+    }
+  }
+  return {problem, refine(problem)};
+}
+
+ExposureFit fit_with_eta(const Grid& grid, double eta, const LayeredMedium& start,
+                         const ModelError& model_error, const Backend& backend,
+                         SolveCount& solves) {
+  Problem problem = grid.problem;
+  Refinement finer = grid.finer;
+  problem.setup.eta = eta;
+  finer.setup.eta = eta;
+  Objective objective(std::move(problem), backend);
+  ExposureFit fit = fit_exposure(objective, finer, start, model_error);
+  solves.add(objective.solves());
+  return fit;
+}
+
+/// The axes of a face's arrays [v][u] (docs/conventions.md).
+const char* axis_name(Face face, bool along_u) {
+  const int axis = axis_of(face);
+  if (along_u) return axis == 0 ? "y" : "x";
+  return axis == 2 ? "y" : "z";
+}
+
+std::string scale_sentence(const Consistency& c) {
+  const double low = std::exp(c.log_scale.value - 2.0 * c.log_scale.error);
+  const double high = std::exp(c.log_scale.value + 2.0 * c.log_scale.error);
+  std::array<char, 512> text{};
+  std::snprintf(
+      text.data(), text.size(),
+      "All values are about %.2f times (%.2f to %.2f) what a homogeneous block would show%s: kappa "
+      "and mu absorb such a factor and are then wrong. Check the white reference, the exposure "
+      "times and eta, and whether diffusion holds in so thick or thin a block.",
+      std::exp(c.log_scale.value), low, high,
+      c.explained ? ", and with that factor it explains the data to their noise"
+                  : ", more than the structure of usual blocks does to this figure");
+  return text.data();
+}
+
+std::string shift_sentence(const Consistency& c, const Problem& problem) {
+  std::string towards;
+  const auto part = [&](double shift, bool along_u) {
+    if (std::abs(shift) < 0.5 * c.shift_limit) return;
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "%s%.1f voxels (%.2f mm) towards %c%s",
+                  towards.empty() ? "" : " and ", std::abs(shift),
+                  std::abs(shift) * problem.setup.shape.voxel_mm, shift > 0.0 ? '+' : '-',
+                  axis_name(problem.seen_face, along_u));
+    towards += text.data();
+  };
+  part(c.shift_u.value, true);
+  part(c.shift_v.value, false);
+  return "The images sit " + towards +
+         " of where the light would put them: check the sample pose, the projector's calibration "
+         "and that irradiance and values are of the same patterns, in the same order.";
+}
+
+}  // namespace
+
+bool Consistency::scale_is_wrong() const {
+  return judged && std::abs(log_scale.value) > log_scale_limit;
+}
+
+bool Consistency::is_shifted() const {
+  return judged && std::hypot(shift_u.value, shift_v.value) > shift_limit;
+}
+
+namespace {
+
+Consistency judge(const Problem& problem, double kappa, double mu, const ModelError& model_error,
+                  const Backend& backend) {
+  Consistency result;
+  const Grid grid = suitable_grid(problem, model_error);
+  const LayeredMedium start{{0}, {std::log(kappa)}, {std::log(mu)}};
+  const double eta = problem.setup.eta;
+  const ExposureFit fit = fit_with_eta(grid, eta, start, model_error, backend, result.solves);
+  const double voxels = grid.problem.setup.shape.voxel_mm / problem.setup.shape.voxel_mm;
+  result.judged = true;
+  result.explained = fit.explains;
+  result.log_scale = fit.log_scale;
+  result.shift_u = {voxels * fit.shift_u.value, voxels * fit.shift_u.error};
+  result.shift_v = {voxels * fit.shift_v.value, voxels * fit.shift_v.error};
+  result.log_scale_limit =
+      quadrature(fit.log_scale.error, fit.explains ? calibration_spread : structure_spread);
+  result.shift_limit =
+      quadrature(std::hypot(result.shift_u.error, result.shift_v.error), shift_spread);
+  if (fit.explains || fit.heterogeneity > nearly_even) return result;
+  double best = 0.0;
+  for (const double other : usual_etas) {
+    if (std::abs(other - eta) < same_eta) continue;
+    const ExposureFit tried =
+        fit_with_eta(grid, other, fit.medium, model_error, backend, result.solves);
+    const bool right = tried.explains && std::abs(tried.log_scale.value) <=
+                                             quadrature(tried.log_scale.error, calibration_spread);
+    if (!right || (result.other_eta && tried.chi2_per_datum >= best)) continue;
+    result.other_eta = other;
+    best = tried.chi2_per_datum;
+  }
+  return result;
+}
+
+}  // namespace
+
+Consistency check_consistency(const Problem& problem, double kappa, double mu,
+                              const ModelError& model_error, const Backend& backend) {
+  if (problem.patterns < fewest_patterns) return {};
+  try {
+    return judge(problem, kappa, mu, model_error, backend);
+  } catch (const InputError&) {
+    return {};  // a fit must not end because its check cannot be made; warnings_of() says so
+  }
+}
+
+std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem) {
+  std::vector<std::string> warnings;
+  if (!consistency.judged && problem.patterns >= fewest_patterns) {
+    warnings.emplace_back(
+        "Whether scale and pose of the data are right could not be checked: no homogeneous block "
+        "comes near them; look at exposure, variances and masks.");
+  } else if (!consistency.judged) {
+    warnings.emplace_back(
+        "With fewer than four patterns neither a wrong absolute scale nor a shift of the images "
+        "can be told from structure of the block: measure more.");
+  }
+  if (consistency.other_eta) {
+    std::array<char, 256> text{};
+    std::snprintf(text.data(), text.size(),
+                  "A homogeneous block explains the data to their noise with eta %.2f, not with "
+                  "the stated %.2f: check eta of the sample.",
+                  *consistency.other_eta, problem.setup.eta);
+    warnings.emplace_back(text.data());
+  } else if (consistency.scale_is_wrong()) {
+    warnings.push_back(scale_sentence(consistency));
+  }
+  if (consistency.is_shifted()) warnings.push_back(shift_sentence(consistency, problem));
+  return warnings;
+}
+
+std::string in_words(const Consistency& consistency, double eta) {
+  if (!consistency.judged) return {};
+  const double factor = std::exp(consistency.log_scale_limit);
+  std::array<char, 512> text{};
+  std::snprintf(text.data(), text.size(),
+                "The homogeneous block that suits the data best makes them %.2f times what they "
+                "should be and %.2f voxels off; told as wrong is what exceeds a factor of %.2f or "
+                "%.2f voxels.",
+                std::exp(consistency.log_scale.value),
+                std::hypot(consistency.shift_u.value, consistency.shift_v.value), factor,
+                consistency.shift_limit);
+  std::string words = text.data();
+  if (!consistency.explained && !consistency.other_eta) {
+    std::snprintf(text.data(), text.size(),
+                  " Only a block that is homogeneous to the noise tells its eta: kappa and mu hold "
+                  "for the stated %.2f.",
+                  eta);
+    words += text.data();
+  }
+  return words;
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,44 @@
+// Whether the data can be what they claim to be. A volume absorbs a wrong absolute scale, a wrong
+// refractive index and much of a shift between light and images into κ and μ, and its residuals
+// never tell. A homogeneous block cannot: what scale and shift suit it best, and how far patterns
+// agree on them, is asked of every fit (exposure_fit.h).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "inverse/data_checks/scale_and_shift.h"
+#include "inverse/problem/problem.h"
+
+namespace kappamu::inverse {
+
+struct Consistency {
+  bool judged = false;           ///< false: too few patterns
+  bool explained = false;        ///< a homogeneous block with scale and shift explains the data
+  Estimate log_scale;            ///< natural logarithm of the data over what they should be
+  double log_scale_limit = 0.0;  ///< beyond which it is told
+  Estimate shift_u, shift_v;     ///< of the images, along the seen face's axes [voxels]
+  double shift_limit = 0.0;      ///< of its length [voxels]
+  /// Refractive index with which a homogeneous block explains the data, where it does not with the
+  /// one stated.
+  std::optional<double> other_eta;
+  SolveCount solves;
+
+  bool scale_is_wrong() const;
+  bool is_shifted() const;
+};
+
+/// Of `problem`, the finest grid's; `kappa` [mm] and `mu` [1/mm] are where to start. `model_error`
+/// is what it was made with.
+Consistency check_consistency(const Problem& problem, double kappa, double mu,
+                              const ModelError& model_error, const Backend& backend);
+
+/// A sentence for each finding: what, by how much, what to check.
+std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);
+
+/// What was found, what would have been told, and what the data cannot tell; empty where nothing
+/// was judged.
+std::string in_words(const Consistency& consistency, double eta);
+
+}  // namespace kappamu::inverse

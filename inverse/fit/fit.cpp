@@ -1,0 +1,220 @@
+// The course of a fit: a start, then weight by weight the optimiser's steps.
+#include "inverse/fit/fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <utility>
+
+#include "core/error.h"
+#include "inverse/block_model/homogeneous.h"
+#include "inverse/fit/channel_run.h"
+#include "inverse/optimise/lateral_hessian.h"
+
+namespace kappamu::inverse {
+
+void ChannelRun::warn(const std::string& sentence) {
+  auto& warnings = state_.report.warnings;
+  if (std::find(warnings.begin(), warnings.end(), sentence) != warnings.end()) return;
+  warnings.push_back(sentence);
+  progress_.warn(stage_name_ + ": " + sentence);
+}
+
+void ChannelRun::save() {
+  last_save_ = Clock::now();
+  if (!checkpoint_.save) return;
+  FitState saved = state_;
+  saved.seconds = seconds();
+  saved.solves = objective_->solves();
+  checkpoint_.save(saved.bytes(fingerprint_));
+}
+
+void ChannelRun::record() {
+  state_.report.history.push_back({state_.level, state_.weight, state_.stage_steps,
+                                   objective_->solves(), state_.optimiser.value, state_.chi2,
+                                   state_.roughness, seconds()});
+  if (observer_) {
+    observer_(state_.report.history.back(), objective_->problem().setup.shape,
+              basis_->to_fields(state_.optimiser.z));
+  }
+  // Each grid costs eight times the next coarser one: progress counts grids, then weights.
+  const double levels = static_cast<double>(ladder_.size());
+  const double done = levels - 1.0 - state_.level;
+  char detail[128];
+  std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d",
+                static_cast<int>(done) + 1, static_cast<int>(levels), state_.weight, state_.chi2,
+                state_.stage_steps);
+  const double reach = 1.0 / std::max(1.0, std::sqrt(state_.chi2 / options_.target_chi2));
+  progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
+}
+
+/// The coordinates of this weight; needs state_.blocks.
+void ChannelRun::set_basis() {
+  const Problem& problem = objective_->problem();
+  const double depth = thickness();
+  const Regulariser regulariser = this->regulariser();
+  const double metric = metric_weight(regulariser, state_.weight, problem.setup.shape, depth,
+                                      state_.report.homogeneous_kappa);
+  basis_ =
+      std::make_unique<Basis>(problem.setup.shape,
+                              BasisOptions{options_.coordinates, axis_of(problem.setup.lit_face),
+                                           depth, options_.smooth_length * depth, metric},
+                              state_.blocks);
+  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor(), state_.weight,
+                                            regulariser, state_.fields);
+}
+
+/// On the finest grid, from another fit's volume, one step of the path above where it ended.
+void ChannelRun::begin_continued(const Continuation& continued) {
+  state_.level = 0;
+  open_level();
+  state_.report.homogeneous_kappa = continued.homogeneous_kappa;
+  state_.report.homogeneous_mu = continued.homogeneous_mu;
+  state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
+  state_.fields = to_fields(continued.medium);
+  refresh_correction();
+  state_.last_stage = only_weight();
+  state_.weight = options_.weight.value_or(
+      std::max(options_.last_weight, continued.weight / options_.weight_factor));
+}
+
+void ChannelRun::begin() {
+  if (context_.continued) return begin_continued(*context_.continued);
+  state_.level = static_cast<int>(ladder_.size()) - 1;
+  open_level();
+  HomogeneousFit start;
+  try {
+    start = fit_homogeneous(*objective_, options_.start);
+  } catch (const InputError& error) {
+    throw InputError(stage_name_ + ": " + error.what());
+  }
+  const std::size_t cells = objective_->problem().setup.shape.cells();
+  const auto fields = [&] {
+    return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
+  };
+  if (options_.correct_grid) {
+    objective_->refresh_correction(refinement(), fields());
+    start = refit_homogeneous(*objective_, start);
+    objective_->refresh_correction(refinement(), fields());
+  }
+  state_.correction = objective_->correction();
+  state_.report.homogeneous_kappa = start.kappa;
+  state_.report.homogeneous_mu = start.mu;
+  state_.report.homogeneous_log_residual = start.log_residual;
+  if (!start.converged) {
+    warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
+  }
+  state_.report.consistency =
+      check_consistency(ladder_[0], start.kappa, start.mu, options_.model_error, options_.backend);
+  for (const std::string& sentence : warnings_of(state_.report.consistency, ladder_[0])) {
+    warn(sentence);
+  }
+  SolveCount solves = objective_->solves();
+  solves.add(state_.report.consistency.solves);
+  objective_->restore(objective_->correction(), solves);
+  if (settle_for_simple_model()) return;
+  state_.fields = fields();
+  objective_->value(state_.fields);
+  state_.last_stage = state_.level == 0 && only_weight();
+  state_.weight = first_weight(objective_->chi2_per_datum());
+}
+
+void ChannelRun::begin_stage() {
+  if (options_.coordinates == Coordinates::informed) {
+    // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
+    // block, and a poor metric costs more steps than these solves.
+    objective_->value(state_.fields);
+    state_.blocks = estimate_lateral_blocks(*objective_, axis_of(ladder_[0].setup.lit_face),
+                                            options_.metric_probes, options_.seed);
+  }
+  const std::unique_ptr<Basis> basis_before = std::move(basis_);
+  const std::unique_ptr<FitFunction> function_before = std::move(function_);
+  set_basis();
+  state_.optimiser.z = basis_->from_fields(state_.fields);
+  // What the weight before learned of the Hessian holds here too (none on a new grid).
+  restart(*function_, state_.optimiser,
+          [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
+  state_.roughness = function_->last_roughness();
+  state_.chi2 = objective_->chi2_per_datum();
+  state_.begun_chi2 = state_.chi2;
+  if (!std::isfinite(state_.optimiser.value)) {
+    throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
+  }
+  state_.stage_steps = 0;
+  state_.small_decreases = 0;
+  state_.in_stage = true;
+  record();
+  save();
+}
+
+void ChannelRun::iterate_stage() {
+  state_.ran_out = false;
+  // Two in a row: a single short step is often followed by a long one.
+  while (state_.small_decreases < 2) {
+    if (state_.stage_steps >= options_.stage_steps) {
+      state_.ran_out = true;
+      break;
+    }
+    const double before = state_.optimiser.value;
+    const StepOutcome outcome = step(*function_, state_.optimiser, options_.optimiser);
+    if (outcome == StepOutcome::stalled) break;
+    ++state_.stage_steps;
+    state_.roughness = function_->last_roughness();
+    state_.chi2 = objective_->chi2_per_datum();
+    const double after = state_.optimiser.value;
+    const bool small = before - after < stage_tolerance() * after;
+    state_.small_decreases = small ? state_.small_decreases + 1 : 0;
+    record();
+    if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=
+        checkpoint_.interval_seconds) {
+      save();
+    }
+  }
+}
+
+ChannelFit ChannelRun::run() {
+  bool resumed = false;
+  if (!checkpoint_.initial.empty()) {
+    resumed = state_.restore(checkpoint_.initial, fingerprint_);
+    if (!resumed) {
+      warn("The checkpoint belongs to other measurements or options; the fit starts anew.");
+    }
+  }
+  if (resumed) {
+    open_level();
+    objective_->restore(state_.correction, state_.solves);
+    if (state_.in_stage) set_basis();
+  } else {
+    begin();
+  }
+  while (!state_.finished) {
+    if (!state_.in_stage) begin_stage();
+    iterate_stage();
+    end_stage();
+  }
+  ChannelFit fit = result();
+  fit.report.resumed = resumed;
+  return fit;
+}
+
+ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
+                       const Observer& observer, const FitContext& context) {
+  validate(options);
+  validate(measurements, "measurements");
+  if (channel < 0 || channel >= static_cast<int>(measurements.channels.size())) {
+    throw InputError("measurements: there is no channel " + std::to_string(channel));
+  }
+  if (context.held_out) validate(*context.held_out, "held-out measurements");
+  if (options.weight_rule == WeightRule::held_out && !context.held_out) {
+    throw InputError(
+        "fit options: to choose the weight by held-out light some patterns must be kept out");
+  }
+  if (context.continued && !(context.continued->medium.kappa.shape() == measurements.grid)) {
+    throw InputError("a fit goes on from volumes on the grid of the measurements only");
+  }
+  return ChannelRun(measurements, channel, options, checkpoint, progress, observer, context).run();
+}
+
+}  // namespace kappamu::inverse

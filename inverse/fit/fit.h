@@ -1,0 +1,180 @@
+// Surface measurements of one channel in, volumes of κ and μ out.
+//
+// Minimises ½ Σ w (r M(κ, μ) − d)² + α R over (log κ, log μ): from the best homogeneous block,
+// coarse grid to fine, the weight α lowered from strong to the noise level and the minimum found at
+// each weight; r corrects for the grid's own error and is refreshed at every weight (objective.h,
+// basis.h, docs/theory.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "core/progress.h"
+#include "core/surface_measurements.h"
+#include "inverse/block_model/block_model.h"
+#include "inverse/block_model/homogeneous.h"
+#include "inverse/data_checks/consistency.h"
+#include "inverse/fit/weight_choice.h"
+#include "inverse/optimise/optimiser.h"
+#include "inverse/problem/objective.h"
+#include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/uncertainty.h"
+
+namespace kappamu::inverse {
+
+struct FitOptions {
+  Model model = Model::automatic;
+  /// Where the homogeneous start begins its own descent, instead of at a table of guesses.
+  std::optional<HomogeneousGuess> start;
+  OptimiserOptions optimiser;
+  Coordinates coordinates = Coordinates::informed;
+  DataTermOptions data_term;
+  Regulariser regulariser;
+  forward::Convention convention = forward::Convention::physical;
+
+  /// Fixed weight instead of the path [dimensionless]: α, or [W]'s λ with [W]'s regulariser.
+  std::optional<double> weight;
+  /// Which weight of the path on the finest grid is taken; coarser ones go to the noise level.
+  WeightRule weight_rule = WeightRule::discrepancy;
+  double first_weight = 3000.0;  ///< α where the path starts, on the coarsest grid
+  double last_weight = 1e-3;     ///< α below which the path does not go
+  double weight_factor = 0.3;    ///< from one α to the next, in (0, 1)
+  /// A finer grid starts at the α the coarser one ended with, divided by this power of
+  /// weight_factor. One step more costs a weight on every grid and gains nothing (docs/theory.md).
+  double restart_steps = 0.0;
+  double target_chi2 = 1.0;  ///< χ² per datum that ends the path: the noise level
+  /// Less relief of χ² than this share by a lower weight ends the path too: what is left is not the
+  /// regulariser's doing.
+  double stagnation = 0.03;
+
+  /// WeightRule::held_out ends the path where a lower weight relieves χ² there by less than this.
+  double held_out_relief = 0.01;
+
+  double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
+  /// The same where the fit ends; at least stage_tolerance ends it with the path.
+  double final_tolerance = 3e-4;
+  int stage_steps = 400;     ///< most steps at one weight
+  int max_levels = 4;        ///< grids, the finest included; 1 = the finest alone
+  bool correct_grid = true;  ///< the correction r
+
+  ModelError model_error{0.001, 5e-5};  ///< on the finest grid
+  ModelError coarse_model_error{0.03, 3e-3};
+
+  double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
+  /// Length beyond which R draws the fields to the homogeneous start, over the thickness
+  /// (roughness.h).
+  double anchor_length = 10.0;
+  int metric_probes = 2;           ///< adjoint solves per grid for the data's share of the metric
+  int sensitivity_probes = 0;      ///< adjoint solves spent on where the data constrain the volume
+  UncertaintyOptions uncertainty;  ///< of the finished volumes; no part of the fit itself
+  std::uint64_t seed = 1;          ///< of those probes
+  Backend backend;
+};
+
+/// Throws InputError naming option, value and bound.
+void validate(const FitOptions& options);
+
+enum class FitStatus {
+  converged,    ///< the last weight was minimised to stage_tolerance, at the noise level
+  above_noise,  ///< the same, but lower weights stopped helping above the noise level
+  ran_out       ///< stage_steps at the last weight, or last_weight, ended it
+};
+std::string to_string(FitStatus status);
+
+/// One step of the optimiser; step 0 opens a weight.
+struct StepRecord {
+  int level = 0;        ///< grid, 0 = finest
+  double weight = 0.0;  ///< α
+  int step = 0;         ///< at this weight on this grid
+  SolveCount solves;    ///< so far, on all grids
+  double objective = 0.0;
+  double chi2_per_datum = 0.0;
+  double roughness = 0.0;  ///< R
+  double seconds = 0.0;    ///< since the channel's start, earlier runs of a resumed fit included
+};
+
+struct FitReport {
+  FitStatus status = FitStatus::ran_out;
+  std::string message;  ///< one sentence: why it stopped
+  std::string backend;
+  std::vector<StepRecord> history;
+  std::vector<std::string> warnings;
+  ModelChoice model;
+  Consistency consistency;
+  double homogeneous_kappa = 0.0;         ///< [mm]
+  double homogeneous_mu = 0.0;            ///< [1/mm]
+  double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
+  double chi2_per_datum = 0.0;
+  std::vector<double> gains;  ///< of each pattern, relative (data_term.h)
+  double weight = 0.0;        ///< α at the end
+  std::size_t data = 0;       ///< used
+  SolveCount solves;          ///< of all grids, the start included
+  double seconds = 0.0;
+  bool resumed = false;
+};
+
+struct ChannelFit {
+  Medium medium;
+  /// [M][v][u], unit of SurfaceMeasurements::value, r and gains included.
+  std::vector<float> prediction;
+  /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
+  /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
+  Volume<float> sensitivity_kappa;
+  Volume<float> sensitivity_mu;
+  std::optional<Uncertainty> uncertainty;  ///< of a volume, where asked for
+  /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
+  /// (model_held_out.h) asks the held-out ones.
+  std::vector<LayeredMedium> simpler;
+  FitReport report;
+};
+
+/// How a fit survives being killed. `save` receives everything the next step needs; give the last
+/// bytes back as `initial` with the same measurements and options, and the fit ends in the same
+/// bits. `initial` of other inputs is ignored, with a warning.
+struct Checkpoint {
+  std::function<void(std::span<const std::byte>)> save;
+  std::vector<std::byte> initial;
+  double interval_seconds = 30.0;  ///< between saves within a weight; a new weight always saves
+};
+
+/// Told of every record of the history as it is made: the fields on the grid they are fitted on.
+using Observer = std::function<void(const StepRecord& record, const GridShape& shape,
+                                    const CoefficientPair& fields)>;
+
+/// A finished fit to go on from, on the same grid.
+struct Continuation {
+  Medium medium;
+  double homogeneous_kappa = 0.0;  ///< [mm]; what the fields are drawn to
+  double homogeneous_mu = 0.0;     ///< [1/mm]
+  double homogeneous_log_residual = 0.0;
+  double weight = 0.0;  ///< α it ended with
+};
+
+/// What a fit may be given beside measurements and options.
+struct FitContext {
+  /// Patterns the fit does not see; WeightRule::held_out chooses by them.
+  std::optional<SurfaceMeasurements> held_out;
+  /// Start from this volume, on the finest grid, instead of the homogeneous block.
+  std::optional<Continuation> continued;
+  /// Another fit goes on from this one (judged_fit.h): the path alone, and no words on its volumes.
+  bool interim = false;
+};
+
+/// What a reader of the volumes should know: χ² far above the noise, coefficients that diffusion or
+/// the grid describe poorly.
+std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_datum,
+                                         const SurfaceMeasurements& measurements,
+                                         const FitOptions& options);
+
+/// Throws InputError for measurements no fit can start from.
+ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
+                       const Observer& observer = {}, const FitContext& context = {});
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,97 @@
+#include "inverse/fit/fit_function.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "core/parallel.h"
+#include "inverse/uncertainty/uncertainty.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term) {
+  for_pieces(to.log_mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      to.log_kappa[i] += factor * term.log_kappa[i];
+      to.log_mu[i] += factor * term.log_mu[i];
+    }
+  });
+}
+
+}  // namespace
+
+FitFunction::FitFunction(Objective& objective, const Basis& basis, double thickness_mm,
+                         const Anchor& anchor, double weight, const Regulariser& regulariser,
+                         CoefficientPair start)
+    : objective_(objective),
+      basis_(basis),
+      thickness_mm_(thickness_mm),
+      anchor_(anchor),
+      weight_(weight),
+      regulariser_(regulariser),
+      start_{basis.from_fields(start), std::move(start)} {}
+
+CoefficientPair FitFunction::fields_at(const Vector& z) const {
+  return z == start_.z ? start_.fields : basis_.to_fields(z);
+}
+
+void FitFunction::go_to(const Vector& z) {
+  if (z == here_.z) return;
+  if (z == ahead_.z) {
+    std::swap(here_, ahead_);
+  } else {
+    here_ = {z, fields_at(z)};
+  }
+}
+
+double FitFunction::value(const Vector& z) {
+  go_to(z);
+  roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, here_.fields, anchor_,
+                         regulariser_);
+  return objective_.value(here_.fields) + weight_ * roughness_.value;
+}
+
+Vector FitFunction::gradient() {
+  CoefficientPair sum = objective_.gradient();
+  add_scaled(sum, weight_, roughness_.gradient);
+  return basis_.gradient(sum);
+}
+
+Vector FitFunction::curvature(const Vector& direction) {
+  const Prior prior{weight_, weight_, thickness_mm_, anchor_.length_mm, roughness_.diffusivity};
+  return basis_.gradient(hessian_product(objective_, prior, basis_.to_fields(direction)));
+}
+
+void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change) const {
+  const CoefficientPair moved = before.basis_.to_fields(step);
+  CoefficientPair by_field = before.basis_.gradient_by_field(change);
+  const double added = weight_ - before.weight_;
+  if (added != 0.0) {
+    const CoefficientPair smoothing =
+        smoothing_product(objective_.problem().setup.shape, thickness_mm_, anchor_.length_mm,
+                          roughness_.diffusivity, moved);
+    add_scaled(by_field, added, smoothing);
+  }
+  step = basis_.from_fields(moved);
+  change = basis_.gradient(by_field);
+}
+
+double FitFunction::amplitude(const Vector& z, const Vector& direction) {
+  go_to(z);
+  ahead_.z = z;
+  for_pieces(z.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) ahead_.z[i] += direction[i];
+  });
+  ahead_.fields = fields_at(ahead_.z);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < here_.fields.log_mu.size(); ++i) {
+    largest = std::max({largest, std::abs(ahead_.fields.log_kappa[i] - here_.fields.log_kappa[i]),
+                        std::abs(ahead_.fields.log_mu[i] - here_.fields.log_mu[i])});
+  }
+  return largest;
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,54 @@
+// What a fit minimises at one weight, as a function of the coordinates the
+// optimiser moves in.
+#pragma once
+
+#include "inverse/optimise/basis.h"
+#include "inverse/optimise/optimiser.h"
+#include "inverse/problem/objective.h"
+#include "inverse/regulariser/roughness.h"
+
+namespace kappamu::inverse {
+
+/// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
+class FitFunction final : public Function {
+ public:
+  /// `start`: the fields the optimiser begins from, at z = basis.from_fields(start). There value()
+  /// takes these themselves, not what rounding makes of them on the way to z and back: what the
+  /// objective has just solved it need not solve again.
+  FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
+              double weight, const Regulariser& regulariser, CoefficientPair start);
+
+  double value(const Vector& z) override;
+  Vector gradient() override;
+  /// BᵀJᵀWJB + α BᵀR''B, for H1 and Huber-TV (its diffusivity lagged) and Gaussian data.
+  Vector curvature(const Vector& direction) override;
+  double amplitude(const Vector& z, const Vector& direction) override;
+  double last_roughness() const { return roughness_.value; }
+  /// An L-BFGS pair of `before`, the same fields' function at another weight, in other coordinates
+  /// or with another correction r, made one of this: the change of the gradient that the step would
+  /// have brought here. Exact but for r and, for Huber-TV, its slopes, which are those of the last
+  /// value().
+  void adopt(const FitFunction& before, Vector& step, Vector& change) const;
+
+ private:
+  struct Point {
+    Vector z;
+    CoefficientPair fields;
+  };
+  CoefficientPair fields_at(const Vector& z) const;
+  /// Sets here_ to z, whose fields are computed where they are not at hand.
+  void go_to(const Vector& z);
+
+  Objective& objective_;
+  const Basis& basis_;
+  double thickness_mm_;
+  Anchor anchor_;
+  double weight_;
+  Regulariser regulariser_;
+  Point start_;
+  Point here_;   ///< of the last value()
+  Point ahead_;  ///< z + direction of the last amplitude(): mostly the next to be asked for
+  Roughness roughness_;
+};
+
+}  // namespace kappamu::inverse

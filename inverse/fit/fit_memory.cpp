@@ -1,0 +1,60 @@
+#include "inverse/fit/fit_memory.h"
+
+#include <algorithm>
+
+#include "core/process_memory.h"
+#include "forward/grid/opencl/solver_memory.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Doubles per voxel beside the optimiser's pairs: coefficients, coordinates, gradients, trial
+/// points, the products a gradient is made of, the regulariser's work.
+constexpr double working_doubles = 60.0;
+/// Doubles per fine voxel of a refined solve: split coefficients, their logarithms' exponentials.
+constexpr double refined_doubles = 4.0;
+
+}  // namespace
+
+FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOptions& options) {
+  const Backend& backend = options.backend;
+  const forward::GridSetup setup{.shape = measurements.grid, .lit_face = measurements.lit_face};
+  const auto cells = static_cast<double>(measurements.grid.cells());
+  const int patterns = measurements.patterns;
+  const int batch = std::min(patterns, backend.batch);
+  const auto solver = [&](const forward::GridSetup& at, int fields, int in_fields, int at_once) {
+    return static_cast<double>(
+        forward::solver_memory(at, in_fields, fields, at_once, backend.precision));
+  };
+  // φ of all patterns stays while an adjoint batch, or a refined one, is solved beside it.
+  const double fluence = solver(setup, 1, patterns, batch);
+  const double real = backend.precision == forward::Precision::single_precision ? 4.0 : 8.0;
+  const double adjoint = 2.0 * real * cells * batch;
+  double refined = 0.0;
+  double refined_host = 0.0;
+  if (options.correct_grid) {
+    forward::GridSetup finer = setup;
+    finer.shape = setup.shape.refined(2);
+    const int at_once =
+        bounded_batch(finer.shape, backend.batch, backend.refined_memory_mb, backend.precision);
+    refined = solver(finer, 2, std::min(patterns, at_once), std::min(patterns, at_once));
+    refined_host = 8.0 * 8.0 * refined_doubles * cells;
+  }
+  // Pairs of steps and changes of the gradient, two coefficients each.
+  const double pairs = 2.0 * 2.0 * options.optimiser.memory;
+  return {fluence + std::max(adjoint, refined),
+          8.0 * cells * (working_doubles + pairs) + refined_host};
+}
+
+std::string in_words(const FitMemory& memory) {
+  return "about " + gigabytes(memory.total()) + " of memory at the peak";
+}
+
+std::optional<std::string> warning_of(const FitMemory& memory, double available) {
+  if (memory.total() <= available) return std::nullopt;
+  return "the fit needs about " + gigabytes(memory.total()) + " of memory, this machine has " +
+         gigabytes(available) + "; fit a coarser grid or fewer patterns";
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,28 @@
+// The memory that a fit takes at its peak, known before it starts.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "core/surface_measurements.h"
+#include "inverse/fit/fit.h"
+
+namespace kappamu::inverse {
+
+/// Of a volume on `measurements.grid`, channels being fitted one after another [bytes]; simpler
+/// models take less.
+struct FitMemory {
+  double device = 0.0;  ///< main memory too where the device is a processor
+  double host = 0.0;
+  double total() const { return device + host; }
+};
+
+/// Held to the measured peak by a test.
+FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOptions& options);
+
+/// "about 5.4 GB of memory at the peak".
+std::string in_words(const FitMemory& memory);
+/// Where a machine of `available` bytes is too small.
+std::optional<std::string> warning_of(const FitMemory& memory, double available);
+
+}  // namespace kappamu::inverse

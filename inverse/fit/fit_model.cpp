@@ -1,0 +1,118 @@
+// Whether a model of few unknowns ends the fit before any voxel has one of its own.
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "inverse/block_model/model_choice.h"
+#include "inverse/fit/channel_run.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+std::string described(const ModelTrial& trial) {
+  std::array<char, 96> text{};
+  const std::string what =
+      trial.layers == 1 ? "a homogeneous block" : std::to_string(trial.layers) + " even layers";
+  std::snprintf(text.data(), text.size(), "%s (chi2 per value %.3g%s)", what.c_str(),
+                trial.chi2_per_datum, trial.level > 0 ? " on a coarser grid" : "");
+  return text.data();
+}
+
+std::string capitalised(std::string sentence) {
+  if (sentence.front() >= 'a' && sentence.front() <= 'z') sentence.front() += 'A' - 'a';
+  return sentence;
+}
+
+/// Why the model of `accepted` was taken, or none.
+std::string reason_of(const ModelSearch& search, bool asked) {
+  if (search.accepted && search.accepted->trial.rejected) {
+    return capitalised(described(search.accepted->trial)) +
+           " was asked for, but does not explain the data to their noise: expect structure that "
+           "this volume does not have.";
+  }
+  if (asked) return "Asked for; it explains the data to their noise.";
+  if (search.accepted && search.accepted->medium.layers() == 1) {
+    return capitalised(described(search.accepted->trial)) +
+           " explains the data to their noise; more unknowns would only fit that.";
+  }
+  // The last of each kind was tried on the finest grid that got that far.
+  std::string homogeneous, layered;
+  for (const ModelTrial& trial : search.trials) {
+    if (!trial.rejected) continue;
+    (trial.layers == 1 ? homogeneous : layered) = described(trial);
+  }
+  if (search.accepted) {
+    return capitalised(described(search.accepted->trial)) + " explain the data to their noise, " +
+           homogeneous + " does not.";
+  }
+  return capitalised(layered.empty() ? homogeneous + " does not"
+                                     : "neither " + homogeneous + " nor " + layered) +
+         (layered.empty() ? " explain" : " explains") + " the data to their noise.";
+}
+
+}  // namespace
+
+/// Tries the models of few unknowns from the homogeneous start; true where one of them, asked for
+/// or not rejected by the data, is the result.
+bool ChannelRun::settle_for_simple_model() {
+  ModelChoice& choice = state_.report.model;
+  if (options_.model == Model::volume) {
+    choice.reason = "Asked for.";
+    return false;
+  }
+  if (options_.regulariser.kind == RegulariserKind::wang2008) {
+    choice.reason = "The paper's fit knows no other.";
+    return false;
+  }
+  ModelSearchOptions options;
+  options.asked = options_.model;
+  options.correct_grid = options_.correct_grid;
+  options.model_error = options_.model_error;
+  options.coarse_model_error = options_.coarse_model_error;
+  options.backend = options_.backend;
+  ModelSearch search = search_simple_models(
+      ladder_, state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
+      objective_->correction(), options,
+      [&](const std::string& what) { progress_.update(stage_name_, 0.0, "trying " + what); });
+  choice.trials = search.trials;
+  choice.reason = reason_of(search, options_.model != Model::automatic);
+  SolveCount solves = objective_->solves();
+  solves.add(search.solves);
+  if (!search.accepted) {
+    for (SimpleFit& fit : search.rejected) state_.simpler.push_back(std::move(fit.medium));
+    objective_->restore(objective_->correction(), solves);
+    return false;
+  }
+  SimpleFit& accepted = *search.accepted;
+  choice.model = accepted.trial.model;
+  choice.layers = accepted.trial.layers;
+  state_.level = 0;
+  open_level();
+  objective_->restore(accepted.correction, solves);
+  state_.correction = accepted.correction;
+  state_.fields = std::move(accepted.fields);
+  state_.weight = 0.0;
+  state_.last_chi2 = accepted.trial.chi2_per_datum;
+  state_.report.history.push_back({0, 0.0, 0, solves,
+                                   0.5 * state_.last_chi2 * static_cast<double>(ladder_[0].used()),
+                                   state_.last_chi2, 0.0, seconds()});
+  if (observer_) {
+    observer_(state_.report.history.back(), ladder_[0].setup.shape, state_.fields);
+  }
+  conclude_simple(accepted.trial);
+  return true;
+}
+
+void ChannelRun::conclude_simple(const ModelTrial& trial) {
+  FitReport& report = state_.report;
+  report.status = trial.rejected ? FitStatus::above_noise : FitStatus::converged;
+  std::array<char, 96> sentence{};
+  std::snprintf(sentence.data(), sentence.size(), "%s at chi2 per datum %.3g.",
+                trial.layers == 1 ? "A homogeneous block" : "Even layers", trial.chi2_per_datum);
+  report.message = sentence.data();
+  if (trial.rejected) warn(report.model.reason);
+  finish(trial.chi2_per_datum);
+}
+
+}  // namespace kappamu::inverse

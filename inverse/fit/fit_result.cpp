@@ -1,0 +1,132 @@
+// What comes of a fit: how it ended, in a sentence, and its volumes.
+#include <cmath>
+#include <cstdio>
+
+#include "forward/diffusion_warnings.h"
+#include "inverse/fit/channel_run.h"
+#include "inverse/uncertainty/sensitivity.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// χ² per datum above which stopping there is worth a warning.
+constexpr double suspicious_chi2 = 1.5;
+
+}  // namespace
+
+std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_datum,
+                                         const SurfaceMeasurements& measurements,
+                                         const FitOptions& options) {
+  std::vector<std::string> warnings = forward::diffusion_warnings(
+      make_setup(measurements, options.convention), medium, options.backend.precision);
+  if (chi2_per_datum > suspicious_chi2) {
+    char sentence[200];
+    std::snprintf(sentence, sizeof sentence,
+                  "The volumes explain the data only to %.2g times their stated noise (chi2 per "
+                  "datum %.3g): variances, calibration or the diffusion model do not hold.",
+                  std::sqrt(chi2_per_datum), chi2_per_datum);
+    warnings.insert(warnings.begin(), sentence);
+  }
+  return warnings;
+}
+
+/// How and why the fit ended, once the finest grid is done.
+void ChannelRun::conclude() {
+  const double chi2 = state_.last_chi2;
+  FitReport& report = state_.report;
+  char sentence[200];
+  if (state_.ran_out) {
+    report.status = FitStatus::ran_out;
+    std::snprintf(sentence, sizeof sentence,
+                  "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
+                  options_.stage_steps, chi2);
+  } else if (!state_.path.empty()) {
+    report.status = FitStatus::converged;
+    std::snprintf(sentence, sizeof sentence,
+                  "Weight %.3g chosen by the %s among %zu, at chi2 per datum %.3g.", state_.weight,
+                  options_.weight_rule == WeightRule::l_curve ? "L-curve" : "held-out light",
+                  state_.path.size(), chi2);
+  } else if (chi2 <= options_.target_chi2 || options_.weight) {
+    report.status = FitStatus::converged;
+    std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
+  } else {
+    const bool lowest =
+        !state_.stagnated && state_.weight * options_.weight_factor < options_.last_weight;
+    report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
+    std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
+                  lowest ? "The lowest weight was reached"
+                         : "Neither lower weights nor a new correction helped further",
+                  chi2);
+  }
+  report.message = sentence;
+  finish(chi2);
+}
+
+void ChannelRun::finish(double chi2) {
+  FitReport& report = state_.report;
+  report.chi2_per_datum = chi2;
+  report.weight = state_.weight;
+  state_.finished = true;
+  state_.optimiser = OptimiserState{};
+  state_.blocks.clear();
+  for (PathPoint& point : state_.path) point.fields = {};
+  save();
+}
+
+ChannelFit ChannelRun::result() {
+  const CoefficientPair& fields = state_.fields;
+  const GridShape& shape = ladder_[0].setup.shape;
+  objective_->value(fields);
+  ChannelFit fit;
+  fit.medium = to_medium(fields, shape);
+  if (!context_.interim) {
+    for (const std::string& sentence :
+         volume_warnings(fit.medium, state_.report.chi2_per_datum, measurements_, options_)) {
+      warn(sentence);
+    }
+  }
+  const std::vector<double> prediction = objective_->prediction();
+  const std::size_t cells = ladder_[0].seen_shape().cells();
+  for (std::size_t i = 0; i < prediction.size(); ++i) {
+    fit.prediction.push_back(
+        static_cast<float>(objective_->gains()[i / cells] * prediction[i] / per_value_));
+  }
+  if (options_.sensitivity_probes > 0) {
+    CoefficientPair root =
+        estimate_sensitivity(*objective_, options_.sensitivity_probes, options_.seed);
+    fit.sensitivity_kappa =
+        Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));
+    fit.sensitivity_mu =
+        Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
+  }
+  // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). [W]'s
+  // regulariser leaves μ without a prior.
+  if (options_.uncertainty.samples > 0 && state_.weight > 0.0 &&
+      options_.regulariser.kind != RegulariserKind::wang2008) {
+    progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
+    if (spread_over_edge(options_.regulariser, state_.weight, shape, thickness()) > 1.0) {
+      warn(
+          "Standard deviations under huber-tv are too small here, by up to half: without edges "
+          "neighbouring voxels would differ by more than --edge-slope allows; fit with a larger "
+          "one or with h1 to know them.");
+    }
+    const Anchor anchor = this->anchor();
+    const Prior prior{
+        state_.weight, state_.weight, thickness(), anchor.length_mm,
+        roughness(shape, thickness(), fields, anchor, options_.regulariser).diffusivity};
+    fit.uncertainty =
+        estimate_uncertainty(*objective_, prior, fitted_roughness(shape, prior, fields, anchor),
+                             options_.uncertainty, options_.seed);
+  }
+  fit.simpler = state_.simpler;
+  fit.report = state_.report;
+  if (options_.data_term.gain_spread) fit.report.gains = objective_->gains();
+  fit.report.backend = objective_->backend_name();
+  fit.report.data = ladder_[0].used();
+  fit.report.solves = objective_->solves();
+  fit.report.seconds = seconds();
+  return fit;
+}
+
+}  // namespace kappamu::inverse

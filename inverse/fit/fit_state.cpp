@@ -1,0 +1,312 @@
+#include "inverse/fit/fit_state.h"
+
+#include <utility>
+
+#include "inverse/optimise/state_bytes.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+constexpr std::uint64_t magic = 0x6b6d2d6669742d38ULL;  // "km-fit-8"
+
+void write(ByteWriter& out, const SolveCount& solves) {
+  for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
+  out.put(solves.voxel_iterations);
+}
+
+void read(ByteReader& in, SolveCount& solves) {
+  for (int* n : {&solves.forward, &solves.adjoint, &solves.refined, &solves.tangent}) in.get(*n);
+  in.get(solves.voxel_iterations);
+}
+
+void write(ByteWriter& out, const ModelChoice& choice) {
+  out.put(choice.model);
+  out.put(choice.layers);
+  out.put(choice.reason);
+  out.put<std::uint64_t>(choice.trials.size());
+  for (const ModelTrial& t : choice.trials) {
+    out.put(t.model);
+    for (const int n : {t.level, t.layers}) out.put(n);
+    for (const double x : {t.chi2_per_datum, t.coherent, t.coherent_limit}) out.put(x);
+    out.put(t.rejected);
+  }
+}
+
+void read(ByteReader& in, ModelChoice& choice) {
+  in.get(choice.model);
+  in.get(choice.layers);
+  in.get(choice.reason);
+  std::uint64_t count = 0;
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) {
+    ModelTrial& t = choice.trials.emplace_back();
+    in.get(t.model);
+    for (int* n : {&t.level, &t.layers}) in.get(*n);
+    for (double* x : {&t.chi2_per_datum, &t.coherent, &t.coherent_limit}) in.get(*x);
+    in.get(t.rejected);
+  }
+}
+
+void write(ByteWriter& out, const Consistency& c) {
+  for (const bool b : {c.judged, c.explained, c.other_eta.has_value()}) out.put(b);
+  for (const Estimate& e : {c.log_scale, c.shift_u, c.shift_v}) {
+    out.put(e.value);
+    out.put(e.error);
+  }
+  for (const double x : {c.log_scale_limit, c.shift_limit, c.other_eta.value_or(0.0)}) out.put(x);
+  write(out, c.solves);
+}
+
+void read(ByteReader& in, Consistency& c) {
+  bool has_eta = false;
+  double eta = 0.0;
+  for (bool* b : {&c.judged, &c.explained, &has_eta}) in.get(*b);
+  for (Estimate* e : {&c.log_scale, &c.shift_u, &c.shift_v}) {
+    in.get(e->value);
+    in.get(e->error);
+  }
+  for (double* x : {&c.log_scale_limit, &c.shift_limit, &eta}) in.get(*x);
+  if (has_eta) c.other_eta = eta;
+  read(in, c.solves);
+}
+
+void write(ByteWriter& out, const FitReport& report) {
+  out.put<std::uint64_t>(report.history.size());
+  for (const StepRecord& r : report.history) {
+    for (const int n : {r.level, r.step}) out.put(n);
+    write(out, r.solves);
+    for (const double x : {r.weight, r.objective, r.chi2_per_datum, r.roughness, r.seconds}) {
+      out.put(x);
+    }
+  }
+  out.put<std::uint64_t>(report.warnings.size());
+  for (const std::string& w : report.warnings) out.put(w);
+  out.put(report.status);
+  out.put(report.message);
+  out.put(report.gains);
+  for (const double x : {report.homogeneous_kappa, report.homogeneous_mu,
+                         report.homogeneous_log_residual, report.chi2_per_datum, report.weight}) {
+    out.put(x);
+  }
+  write(out, report.model);
+  write(out, report.consistency);
+}
+
+void read(ByteReader& in, FitReport& report) {
+  std::uint64_t count = 0;
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) {
+    StepRecord& r = report.history.emplace_back();
+    for (int* n : {&r.level, &r.step}) in.get(*n);
+    read(in, r.solves);
+    for (double* x : {&r.weight, &r.objective, &r.chi2_per_datum, &r.roughness, &r.seconds}) {
+      in.get(*x);
+    }
+  }
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) in.get(report.warnings.emplace_back());
+  in.get(report.status);
+  in.get(report.message);
+  in.get(report.gains);
+  for (double* x : {&report.homogeneous_kappa, &report.homogeneous_mu,
+                    &report.homogeneous_log_residual, &report.chi2_per_datum, &report.weight}) {
+    in.get(*x);
+  }
+  read(in, report.model);
+  read(in, report.consistency);
+}
+
+void write(ByteWriter& out, const std::vector<PathPoint>& path) {
+  out.put<std::uint64_t>(path.size());
+  for (const PathPoint& p : path) {
+    for (const double x : {p.weight, p.chi2, p.roughness, p.held_out_chi2.value_or(0.0)}) {
+      out.put(x);
+    }
+    out.put(p.held_out_chi2.has_value());
+    out.put(p.fields.log_kappa);
+    out.put(p.fields.log_mu);
+  }
+}
+
+void read(ByteReader& in, std::vector<PathPoint>& path) {
+  std::uint64_t count = 0;
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) {
+    PathPoint& p = path.emplace_back();
+    double held_out_chi2 = 0.0;
+    bool held_out = false;
+    for (double* x : {&p.weight, &p.chi2, &p.roughness, &held_out_chi2}) in.get(*x);
+    in.get(held_out);
+    if (held_out) p.held_out_chi2 = held_out_chi2;
+    in.get(p.fields.log_kappa);
+    in.get(p.fields.log_mu);
+  }
+}
+
+/// Channel `channel` of `m` with the light it was seen under.
+void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
+  for (const int n : {m.grid.nx, m.grid.ny, m.grid.nz, m.patterns}) print.add(n);
+  for (const double x : {m.grid.voxel_mm, m.eta}) print.add(x);
+  print.add(m.lit_face);
+  print.add(m.seen_face);
+  print.add(m.quantity);
+  print.add(m.light);
+  print.add(m.sides);
+  print.add(std::span<const float>(m.irradiance));
+  const std::size_t count = m.seen_shape().cells() * static_cast<std::size_t>(m.patterns);
+  const std::size_t first = count * static_cast<std::size_t>(channel);
+  print.add(std::span<const float>(m.value).subspan(first, count));
+  print.add(std::span<const float>(m.variance).subspan(first, count));
+  if (!m.mask.empty()) print.add(std::span<const std::uint8_t>(m.mask).subspan(first, count));
+}
+
+}  // namespace
+
+std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
+  ByteWriter out;
+  out.put(magic);
+  out.put(fingerprint);
+  for (const int n : {level, stage_steps, small_decreases}) out.put(n);
+  for (const bool b : {in_stage, finished, ran_out, repeated, stagnated, last_stage}) out.put(b);
+  for (const double x : {begun_chi2, last_chi2, seconds, weight, roughness, chi2}) out.put(x);
+  out.put(fields.log_kappa);
+  out.put(fields.log_mu);
+  out.put<std::uint64_t>(blocks.size());
+  for (const Eigen::MatrixXd& block : blocks) {
+    out.put<std::uint64_t>(static_cast<std::uint64_t>(block.rows()));
+    out.put(std::vector<double>(block.data(), block.data() + block.size()));
+  }
+  optimiser.write(out);
+  out.put(correction);
+  write(out, solves);
+  write(out, report);
+  out.put<std::uint64_t>(simpler.size());
+  for (const LayeredMedium& medium : simpler) {
+    out.put(medium.first);
+    out.put(medium.log_kappa);
+    out.put(medium.log_mu);
+  }
+  write(out, path);
+  return out.bytes();
+}
+
+bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
+  try {
+    ByteReader in(bytes);
+    std::uint64_t found_magic = 0;
+    std::uint64_t found_fingerprint = 0;
+    in.get(found_magic);
+    in.get(found_fingerprint);
+    if (found_magic != magic || found_fingerprint != fingerprint) return false;
+    FitState state;
+    for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
+    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
+                    &state.stagnated, &state.last_stage}) {
+      in.get(*b);
+    }
+    for (double* x : {&state.begun_chi2, &state.last_chi2, &state.seconds, &state.weight,
+                      &state.roughness, &state.chi2}) {
+      in.get(*x);
+    }
+    in.get(state.fields.log_kappa);
+    in.get(state.fields.log_mu);
+    std::uint64_t count = 0;
+    in.get(count);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      std::uint64_t rows = 0;
+      std::vector<double> values;
+      in.get(rows);
+      in.get(values);
+      if (values.size() != rows * rows) return false;
+      const auto size = static_cast<Eigen::Index>(rows);
+      state.blocks.emplace_back(Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size));
+    }
+    state.optimiser.read(in);
+    in.get(state.correction);
+    read(in, state.solves);
+    read(in, state.report);
+    in.get(count);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      LayeredMedium& medium = state.simpler.emplace_back();
+      in.get(medium.first);
+      in.get(medium.log_kappa);
+      in.get(medium.log_mu);
+    }
+    read(in, state.path);
+    if (!in.at_end()) return false;
+    *this = std::move(state);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOptions& o,
+                          const FitContext& context) {
+  Fingerprint print;
+  print.add(channel);
+  add(print, m, channel);
+  print.add(context.held_out.has_value());
+  if (context.held_out) add(print, *context.held_out, channel);
+  print.add(context.interim);
+  print.add(context.continued.has_value());
+  if (context.continued) {
+    const Continuation& c = *context.continued;
+    print.add(std::span<const double>(c.medium.kappa.values()));
+    print.add(std::span<const double>(c.medium.mu.values()));
+    for (const double x : {c.homogeneous_kappa, c.homogeneous_mu, c.weight}) print.add(x);
+  }
+
+  print.add(o.model);
+  print.add(o.start ? o.start->kappa : 0.0);
+  print.add(o.start ? o.start->mu : 0.0);
+  print.add(o.optimiser.method);
+  for (const int n : {o.optimiser.memory, o.optimiser.max_backtracks, o.optimiser.newton_iterations,
+                      o.stage_steps, o.max_levels, o.metric_probes, o.backend.batch,
+                      o.backend.solve.max_iterations}) {
+    print.add(n);
+  }
+  print.add(o.coordinates);
+  print.add(o.data_term.loss);
+  print.add(o.regulariser.kind);
+  print.add(o.weight_rule);
+  for (const double x :
+       {o.data_term.huber_threshold, o.data_term.student_freedom,
+        o.data_term.gain_spread.value_or(0.0), o.regulariser.edge_slope, o.held_out_relief}) {
+    print.add(x);
+  }
+  print.add(o.convention);
+  print.add(o.weight.has_value());
+  for (const double x : {o.weight.value_or(0.0),
+                         o.first_weight,
+                         o.last_weight,
+                         o.weight_factor,
+                         o.restart_steps,
+                         o.target_chi2,
+                         o.stagnation,
+                         o.stage_tolerance,
+                         o.final_tolerance,
+                         o.model_error.relative,
+                         o.model_error.of_maximum,
+                         o.coarse_model_error.relative,
+                         o.coarse_model_error.of_maximum,
+                         o.smooth_length,
+                         o.anchor_length,
+                         o.optimiser.first_step,
+                         o.optimiser.longest_step,
+                         o.optimiser.golden_tolerance,
+                         o.optimiser.newton_forcing,
+                         o.backend.solve.tolerance,
+                         o.backend.refined_memory_mb,
+                         o.backend.refined_tolerance}) {
+    print.add(x);
+  }
+  print.add(o.correct_grid);
+  print.add(o.seed);
+  print.add(o.backend.precision);
+  print.add(o.backend.device);
+  return print.value();
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,50 @@
+// Everything a fit is between two steps: what a checkpoint holds.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "inverse/fit/fit.h"
+#include "inverse/optimise/basis.h"
+#include "inverse/optimise/optimiser.h"
+
+namespace kappamu::inverse {
+
+struct FitState {
+  int level = 0;          ///< of the ladder of grids; 0 = finest
+  bool in_stage = false;  ///< the weight has been set up and evaluated
+  bool finished = false;
+  bool ran_out = false;     ///< the last weight ended on stage_steps
+  bool repeated = false;    ///< this weight has been minimised before, with another correction
+  bool stagnated = false;   ///< lower weights stopped helping before the noise level
+  bool last_stage = false;  ///< this weight ends the fit: to final_tolerance
+  int stage_steps = 0;      ///< taken at this weight
+  int small_decreases = 0;  ///< in a row
+  double begun_chi2 = 0.0;  ///< per datum where the weight was begun
+  double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
+  double seconds = 0.0;     ///< spent by earlier runs
+  double weight = 0.0;      ///< α
+  double roughness = 0.0;   ///< R now
+  double chi2 = 0.0;        ///< per datum now
+  CoefficientPair fields;   ///< where the weight was begun
+  LateralBlocks blocks;     ///< the data's Hessian on this grid, for the metric
+  OptimiserState optimiser;
+  Vector correction;
+  SolveCount solves;                   ///< on this grid
+  std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
+  FitReport report;                    ///< so far
+  /// Weights minimised on the finest grid, where another rule than discrepancy chooses.
+  std::vector<PathPoint> path;
+
+  std::vector<std::byte> bytes(std::uint64_t fingerprint) const;
+  /// False, leaving the state as it was, unless `bytes` carry this fingerprint and are whole.
+  bool restore(std::span<const std::byte> bytes, std::uint64_t fingerprint);
+};
+
+/// Of everything that determines the result: channel, data, options and context.
+std::uint64_t fingerprint(const SurfaceMeasurements& measurements, int channel,
+                          const FitOptions& options, const FitContext& context);
+
+}  // namespace kappamu::inverse

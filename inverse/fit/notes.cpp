@@ -1,0 +1,134 @@
+#include "inverse/fit/notes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdio>
+
+#include "core/median.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// A rim that masks leave out is known from beside it.
+constexpr double much_unseen = 0.2;  // of the seen face
+/// Voxels so small tell no more than larger ones (docs/limits.md, "The fit").
+constexpr double fine_voxel = 0.2;     // of a mean free path
+constexpr double advised_voxel = 0.5;  // the same
+constexpr int fewest_voxels = 4;       // that the advice leaves across the block
+
+/// Where χ² is above this, and values beyond so many of the others' standard deviations make most
+/// of it, though fewer than this share.
+constexpr double high_chi2 = 1.5;
+constexpr double far = 5.0;
+constexpr double few = 0.1;
+
+/// Held-out χ² above so many times the fitted is no chance of a few patterns.
+constexpr double surprising_chi2 = 4.0;
+
+std::optional<std::string> fine_voxels(const Medium& medium) {
+  const double path =
+      3.0 * upper_median<double>({medium.kappa.values().begin(), medium.kappa.values().end()});
+  const double h = medium.kappa.shape().voxel_mm;
+  const GridShape& shape = medium.kappa.shape();
+  const double thinnest = h * std::min({shape.nx, shape.ny, shape.nz});
+  if (h >= fine_voxel * path || advised_voxel * path * fewest_voxels > thinnest) {
+    return std::nullopt;
+  }
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "The voxels of %.3g mm are %.2g of a mean free path (3 kappa): light carries no "
+                "structure finer than that, and voxels of %.2g mm tell as much from %.0f times "
+                "fewer.",
+                h, h / path, advised_voxel * path, std::pow(advised_voxel * path / h, 3));
+  return text.data();
+}
+
+/// What the variances leave out shows under light that was not fitted: the fit has taken up what it
+/// did to the fitted.
+std::optional<std::string> surprise(const ChannelFit& fit, const HeldOutScore& judged) {
+  const double chi2 = judged.chi2_per_datum;
+  if (chi2 < surprising_chi2 * std::max(1.0, fit.report.chi2_per_datum)) return std::nullopt;
+  std::array<char, 384> text{};
+  std::snprintf(text.data(), text.size(),
+                "Held-out light is off by %.2g of its stated standard deviations (chi2 %.3g), "
+                "fitted light by %.2g: the variances leave something out, and at the seen face "
+                "kappa and mu may be off by as many of theirs.",
+                std::sqrt(chi2), chi2, std::sqrt(fit.report.chi2_per_datum));
+  return text.data();
+}
+
+}  // namespace
+
+std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                          int channel) {
+  if (fit.report.model.model != Model::volume || fitted.mask.empty()) return std::nullopt;
+  const std::size_t cells = fitted.seen_shape().cells();
+  const auto patterns = static_cast<std::size_t>(fitted.patterns);
+  const std::size_t first = static_cast<std::size_t>(channel) * patterns * cells;
+  std::size_t unseen = 0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    bool seen = false;
+    for (std::size_t m = 0; m < patterns && !seen; ++m) {
+      seen = fitted.mask[first + m * cells + i] != 0;
+    }
+    unseen += seen ? 0 : 1;
+  }
+  const double share = static_cast<double>(unseen) / static_cast<double>(cells);
+  if (share < much_unseen) return std::nullopt;
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "%.0f %% of the seen face is measured under no pattern (masks): beneath it kappa "
+                "and mu are what neighbours and smoothing make of them. Photograph it, or trust "
+                "them as far as std_kappa and std_mu say.",
+                100.0 * share);
+  return text.data();
+}
+
+std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                        int channel) {
+  if (fit.report.chi2_per_datum < high_chi2) return std::nullopt;
+  const std::size_t first = static_cast<std::size_t>(channel) * fit.prediction.size();
+  std::vector<double> deviation;  // in stated standard deviations
+  for (std::size_t i = 0; i < fit.prediction.size(); ++i) {
+    if (!fitted.mask.empty() && fitted.mask[first + i] == 0) continue;
+    const double misfit = fitted.value[first + i] - fit.prediction[i];
+    deviation.push_back(std::abs(misfit) / std::sqrt(fitted.variance[first + i]));
+  }
+  constexpr double median_of_normal = 0.6745;
+  const double bound = far * upper_median(deviation) / median_of_normal;
+  double all = 0.0, wild = 0.0;
+  std::size_t count = 0;
+  for (const double e : deviation) {
+    all += e * e;
+    if (e <= bound) continue;
+    wild += e * e;
+    ++count;
+  }
+  const double share = static_cast<double>(count) / static_cast<double>(deviation.size());
+  if (wild < 0.5 * all || share > few) return std::nullopt;
+  std::array<char, 256> text{};
+  std::snprintf(text.data(), text.size(),
+                "%.2g %% of the values lie so far from the fit that they make %.0f %% of its chi2 "
+                "and bend it: mask them, or fit with --loss student, which bears them.",
+                100.0 * share, 100.0 * wild / all);
+  return text.data();
+}
+
+std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                    const std::optional<HeldOutScore>& judged) {
+  std::vector<std::string> remarks;
+  const std::string checked = in_words(fit.report.consistency, fitted.eta);
+  if (!checked.empty()) remarks.push_back(checked);
+  if (fit.report.model.model == Model::volume) {
+    if (const auto fine = fine_voxels(fit.medium)) remarks.push_back(*fine);
+  }
+  if (judged) {
+    if (const auto off = surprise(fit, *judged)) remarks.push_back(*off);
+  }
+  return remarks;
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,28 @@
+// What a reader of a finished fit should know and its χ² does not show.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/surface_measurements.h"
+#include "inverse/fit/fit.h"
+#include "inverse/problem/held_out.h"
+
+namespace kappamu::inverse {
+
+/// Where much of the seen face is measured under no pattern; `fitted` is what `fit` was made of.
+std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                          int channel);
+
+/// Where a few values far from the fit make most of its χ².
+std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                        int channel);
+
+/// Nothing of this is wrong: what the check of scale and pose found and would have told, voxels
+/// far below the mean free path, and held-out light (`judged`, if any) that is further off than the
+/// fitted light and its variances explain.
+std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                    const std::optional<HeldOutScore>& judged = {});
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,103 @@
+#include "inverse/fit/validated_fit.h"
+
+#include <string>
+#include <utility>
+
+#include "inverse/fit/model_held_out.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+HeldOutScore score_of(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
+                      const FitOptions& options) {
+  PredictOptions predicting;
+  predicting.backend = options.backend;
+  predicting.convention = options.convention;
+  return score_held_out(medium, held_out, channel, predicting, options.model_error,
+                        options.data_term);
+}
+
+StepRecord later(StepRecord record, const FitReport& before) {
+  record.solves.add(before.solves);
+  record.seconds += before.seconds;
+  return record;
+}
+
+/// The report of both fits: the second's end, the first's course before it.
+FitReport joined(FitReport first, FitReport second) {
+  for (const StepRecord& record : second.history) first.history.push_back(later(record, first));
+  if (second.status == FitStatus::ran_out || first.status == FitStatus::converged) {
+    first.status = second.status;
+    first.message = std::move(second.message);
+  }
+  for (std::string& sentence : second.warnings) first.warnings.push_back(std::move(sentence));
+  first.chi2_per_datum = second.chi2_per_datum;
+  first.gains = std::move(second.gains);
+  first.data = second.data;
+  first.solves.add(second.solves);
+  first.seconds += second.seconds;
+  first.resumed = first.resumed || second.resumed;
+  return first;
+}
+
+}  // namespace
+
+JudgedInput keep_out(const SurfaceMeasurements& all, std::span<const int> patterns,
+                     std::optional<SurfaceMeasurements> apart) {
+  JudgedInput input{all, without_patterns(all, patterns), std::move(apart), !patterns.empty()};
+  if (input.rejoin) input.held_out = select_patterns(all, patterns);
+  return input;
+}
+
+JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& options,
+                     const Checkpoint& first, const Checkpoint& second, Progress& progress,
+                     const Observer& observer, const std::optional<Continuation>& continued) {
+  FitContext context;
+  context.held_out = input.held_out;
+  context.continued = continued;
+  context.interim = input.rejoin;
+  FitOptions judged_options = options;
+  if (input.rejoin) judged_options.uncertainty.samples = 0;
+  JudgedFit result;
+  result.fit =
+      fit_channel(input.fitted, channel, judged_options, first, progress, observer, context);
+  if (!input.held_out) return result;
+  if (!continued) prefer_simpler(result.fit, input.fitted, *input.held_out, channel, options);
+  result.score = score_of(result.fit.medium, *input.held_out, channel, options);
+  if (!input.rejoin) return result;
+
+  FitReport& report = result.fit.report;
+  if (report.model.model != Model::volume) {
+    // A handful of unknowns gains nothing by one pattern more.
+    for (const std::string& sentence :
+         volume_warnings(result.fit.medium, report.chi2_per_datum, input.fitted, options)) {
+      report.warnings.push_back(sentence);
+      progress.warn("fit " + input.all.channels[static_cast<std::size_t>(channel)] + ": " +
+                    sentence);
+    }
+    return result;
+  }
+  FitOptions all_options = options;
+  all_options.weight = report.weight;
+  all_options.weight_rule = WeightRule::discrepancy;
+  FitContext all_context;
+  all_context.continued =
+      Continuation{result.fit.medium, report.homogeneous_kappa, report.homogeneous_mu,
+                   report.homogeneous_log_residual, report.weight};
+  Observer all_observer;
+  if (observer) {
+    all_observer = [&](const StepRecord& record, const GridShape& shape,
+                       const CoefficientPair& fields) {
+      observer(later(record, report), shape, fields);
+    };
+  }
+  ChannelFit all =
+      fit_channel(input.all, channel, all_options, second, progress, all_observer, all_context);
+  all.report = joined(std::move(report), std::move(all.report));
+  result.judged = std::move(result.fit.medium);
+  result.fit = std::move(all);
+  return result;
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,158 @@
+#include "inverse/optimise/basis.h"
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+Vector joined(const CoefficientPair& fields) {
+  Vector z = fields.log_kappa;
+  z.insert(z.end(), fields.log_mu.begin(), fields.log_mu.end());
+  return z;
+}
+
+CoefficientPair parted(const Vector& z) {
+  const auto half = static_cast<std::ptrdiff_t>(z.size() / 2);
+  return {Vector(z.begin(), z.begin() + half), Vector(z.begin() + half, z.end())};
+}
+
+Vector flat(const Eigen::MatrixXd& m) {
+  return {m.data(), m.data() + m.size()};
+}
+
+/// The 3-point Neumann Laplacian along the depth, for κ and for μ.
+Eigen::MatrixXd depth_laplacian(Eigen::Index depth) {
+  Eigen::MatrixXd laplacian = Eigen::MatrixXd::Zero(2 * depth, 2 * depth);
+  for (Eigen::Index d = 0; d + 1 < depth; ++d) {
+    for (const Eigen::Index i : {d, depth + d}) {
+      laplacian(i, i) += 1.0;
+      laplacian(i + 1, i + 1) += 1.0;
+      laplacian(i, i + 1) -= 1.0;
+      laplacian(i + 1, i) -= 1.0;
+    }
+  }
+  return laplacian;
+}
+
+}  // namespace
+
+Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralBlocks& blocks)
+    : shape_(shape) {
+  if (options.coordinates == Coordinates::voxels) return;
+  modes_.emplace(shape, options.depth_axis);
+  const bool informed = options.coordinates == Coordinates::informed;
+  check(!informed || static_cast<int>(blocks.size()) == modes_->bins(),
+        "the data's Hessian does not fit the grid");
+  const Eigen::MatrixXd along_depth = depth_laplacian(modes_->depth());
+  const double mass = std::pow(shape.voxel_mm / options.length_mm, 2);
+  const double smooth = options.weight * shape.voxel_mm / options.thickness_mm;
+  for (int bin = 0; bin < modes_->bins(); ++bin) {
+    double eigenvalue = 0.0;
+    for (const int wave : modes_->members(bin)) {
+      eigenvalue += modes_->laplacian()[static_cast<std::size_t>(wave)] /
+                    static_cast<double>(modes_->members(bin).size());
+    }
+    Eigen::MatrixXd metric = smooth * along_depth;
+    metric.diagonal().array() += smooth * (eigenvalue + mass);
+    if (informed) metric += blocks[static_cast<std::size_t>(bin)];
+    const Eigen::LLT<Eigen::MatrixXd> factored(metric);
+    check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");
+    factors_.emplace_back(factored.matrixU());
+  }
+}
+
+void Basis::apply(Factor factor, Eigen::MatrixXd& coefficients) const {
+  for_rows(modes_->bins(), [&](int bin) {
+    const std::vector<int>& members = modes_->members(bin);
+    const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
+    Eigen::MatrixXd part = coefficients(Eigen::all, members);
+    switch (factor) {
+      case Factor::solve:
+        upper.solveInPlace(part);
+        break;
+      case Factor::solve_transposed:
+        upper.transpose().solveInPlace(part);
+        break;
+      case Factor::multiply:
+        part = (upper * part).eval();
+        break;
+      case Factor::multiply_transposed:
+        part = (upper.transpose() * part).eval();
+        break;
+    }
+    coefficients(Eigen::all, members) = part;
+  });
+}
+
+CoefficientPair Basis::fields_of(const Vector& z, Factor factor) const {
+  check(z.size() == 2 * shape_.cells(), "coordinates do not fit the basis");
+  if (!modes_) return parted(z);
+  Eigen::MatrixXd coefficients = Eigen::Map<const Eigen::MatrixXd>(
+      z.data(), modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
+  apply(factor, coefficients);
+  return modes_->synthesise(coefficients);
+}
+
+CoefficientPair Basis::to_fields(const Vector& z) const {
+  return fields_of(z, Factor::solve);
+}
+
+CoefficientPair Basis::gradient_by_field(const Vector& by_z) const {
+  return fields_of(by_z, Factor::multiply_transposed);
+}
+
+Vector Basis::coordinates_of(const CoefficientPair& fields, Factor factor) const {
+  if (!modes_) return joined(fields);
+  Eigen::MatrixXd coefficients = modes_->analyse(fields);
+  apply(factor, coefficients);
+  return flat(coefficients);
+}
+
+Vector Basis::from_fields(const CoefficientPair& fields) const {
+  return coordinates_of(fields, Factor::multiply);
+}
+
+Vector Basis::gradient(const CoefficientPair& by_field) const {
+  return coordinates_of(by_field, Factor::solve_transposed);
+}
+
+FieldCovariance Basis::covariance() const {
+  const std::size_t cells = shape_.cells();
+  if (!modes_) return {{Vector(cells, 1.0), Vector(cells, 1.0)}, Vector(cells, 0.0)};
+  const Eigen::Index depth = modes_->depth();
+  Eigen::MatrixXd diagonal(modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
+  Eigen::MatrixXd between = Eigen::MatrixXd::Zero(diagonal.rows(), diagonal.cols());
+  for (int bin = 0; bin < modes_->bins(); ++bin) {
+    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(modes_->rows(), modes_->rows());
+    factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>().solveInPlace(inverse);
+    inverse *= inverse.transpose().eval();
+    for (const int wave : modes_->members(bin)) {
+      diagonal.col(wave) = inverse.diagonal();
+      between.col(wave).head(depth) = inverse.topRightCorner(depth, depth).diagonal();
+    }
+  }
+  return {modes_->spread(diagonal), modes_->spread(between).log_kappa};
+}
+
+Basis::Determined Basis::determined(const LateralBlocks& blocks) const {
+  check(modes_.has_value(), "voxels have no metric");
+  const Eigen::Index depth = modes_->depth();
+  Determined count;
+  for (int bin = 0; bin < modes_->bins(); ++bin) {
+    const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
+    Eigen::MatrixXd share = blocks[static_cast<std::size_t>(bin)];
+    upper.transpose().solveInPlace(share);
+    upper.solveInPlace(share);
+    const auto waves = static_cast<double>(modes_->members(bin).size());
+    count.kappa += waves * share.diagonal().head(depth).sum();
+    count.mu += waves * share.diagonal().tail(depth).sum();
+  }
+  return count;
+}
+
+}  // namespace kappamu::inverse

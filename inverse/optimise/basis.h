@@ -1,0 +1,79 @@
+// Coordinates in which the fit moves. The unknowns are (log κ, log μ) of each voxel; descent in
+// those directly is slow, because the data see the surface a thousand times better than the depth
+// and smooth fields better than rough ones. So the fit moves in z, u = B z, with B Bᵀ the inverse
+// of a guess of the whole Hessian: regulariser (roughness.h) plus, per lateral frequency, the
+// data's (lateral_modes.h, lateral_hessian.h). A better guess costs fewer steps; the minimum is the
+// same.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include "core/grid.h"
+#include "inverse/optimise/lateral_modes.h"
+#include "inverse/problem/adjoint.h"
+
+namespace kappamu::inverse {
+
+using Vector = std::vector<double>;
+
+enum class Coordinates {
+  voxels,   ///< z = (log κ, log μ) of each voxel
+  smooth,   ///< the regulariser's metric
+  informed  ///< regulariser's and data's
+};
+
+/// The data's Hessian JᵀWJ between depths and coefficients, one symmetric matrix [rows][rows] per
+/// bin of lateral frequency.
+using LateralBlocks = std::vector<Eigen::MatrixXd>;
+
+/// What is kept of a covariance of (log κ, log μ): variances, and the covariance of the two
+/// coefficients of one voxel.
+struct FieldCovariance {
+  CoefficientPair variance;
+  Vector between;
+};
+
+struct BasisOptions {
+  Coordinates coordinates = Coordinates::informed;
+  int depth_axis = 2;
+  double thickness_mm = 1.0;  ///< ℓ
+  double length_mm = 1.0;     ///< beyond which the metric no longer favours smoother fields
+  double weight = 1.0;        ///< α that the metric is made for
+};
+
+class Basis {
+ public:
+  /// `blocks`: used by `informed`; one per bin of LateralModes.
+  Basis(const GridShape& shape, const BasisOptions& options, const LateralBlocks& blocks);
+
+  CoefficientPair to_fields(const Vector& z) const;
+  Vector from_fields(const CoefficientPair& fields) const;
+  /// Bᵀ of a gradient with respect to the fields.
+  Vector gradient(const CoefficientPair& by_field) const;
+  /// The gradient with respect to the fields that gradient() makes `by_z` of: B⁻ᵀ.
+  CoefficientPair gradient_by_field(const Vector& by_z) const;
+  /// Of B Bᵀ, the guess of the Hessian's inverse.
+  FieldCovariance covariance() const;
+  /// tr(B Bᵀ JᵀWJ) over each coefficient's own unknowns, JᵀWJ as in `blocks`: how many of them the
+  /// data determine against the regulariser. Not of `voxels`.
+  struct Determined {
+    double kappa = 0.0;
+    double mu = 0.0;
+  };
+  Determined determined(const LateralBlocks& blocks) const;
+
+ private:
+  enum class Factor { solve, solve_transposed, multiply, multiply_transposed };
+  /// U⁻¹, U⁻ᵀ, U or Uᵀ of every wave's bin, in place.
+  void apply(Factor factor, Eigen::MatrixXd& coefficients) const;
+  CoefficientPair fields_of(const Vector& z, Factor factor) const;
+  Vector coordinates_of(const CoefficientPair& fields, Factor factor) const;
+
+  GridShape shape_;
+  std::optional<LateralModes> modes_;     ///< empty: voxels
+  std::vector<Eigen::MatrixXd> factors_;  ///< U of each bin, Uᵀ U = the guess of the Hessian
+};
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,54 @@
+#include "inverse/optimise/lateral_hessian.h"
+
+#include <random>
+#include <vector>
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Neighbouring bands on both sides until there are as many samples as rows.
+LateralBlocks pooled(const LateralBlocks& sums, const std::vector<int>& samples, int rows,
+                     double ridge) {
+  const int bins = static_cast<int>(sums.size());
+  LateralBlocks blocks;
+  for (int bin = 0; bin < bins; ++bin) {
+    Eigen::MatrixXd block = sums[static_cast<std::size_t>(bin)];
+    int count = samples[static_cast<std::size_t>(bin)];
+    for (int reach = 1; count < rows && reach < bins; ++reach) {
+      for (const int other : {bin - reach, bin + reach}) {
+        if (other < 0 || other >= bins) continue;
+        block += sums[static_cast<std::size_t>(other)];
+        count += samples[static_cast<std::size_t>(other)];
+      }
+    }
+    block /= std::max(1, count);
+    block.diagonal().array() += ridge * block.trace() / rows;
+    blocks.push_back(std::move(block));
+  }
+  return blocks;
+}
+
+}  // namespace
+
+LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
+                                      std::uint64_t seed, double ridge) {
+  const LateralModes modes(objective.problem().setup.shape, depth_axis);
+  LateralBlocks sums(static_cast<std::size_t>(modes.bins()),
+                     Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
+  std::vector<int> samples(sums.size(), 0);
+  std::mt19937_64 engine(seed);
+  std::vector<double> signs(objective.problem().data.size());
+  for (int k = 0; k < probes; ++k) {
+    for (double& s : signs) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
+    const Eigen::MatrixXd waves = modes.analyse(objective.jacobian_transpose(signs));
+    for (int bin = 0; bin < modes.bins(); ++bin) {
+      const Eigen::MatrixXd part = waves(Eigen::all, modes.members(bin));
+      sums[static_cast<std::size_t>(bin)] += part * part.transpose();
+      samples[static_cast<std::size_t>(bin)] += static_cast<int>(part.cols());
+    }
+  }
+  return pooled(sums, samples, modes.rows(), ridge);
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,20 @@
+// The data's Hessian as the metric of the fit needs it: per lateral frequency, from a few random
+// adjoint solves.
+#pragma once
+
+#include <cstdint>
+
+#include "inverse/optimise/basis.h"
+#include "inverse/problem/objective.h"
+
+namespace kappamu::inverse {
+
+/// For random signs s on the data, g = JᵀW^½ s has the expectation E[g gᵀ] = JᵀWJ. The lateral
+/// waves of g of one frequency band are as many samples of that band's matrix; bands with fewer
+/// samples than rows borrow from their neighbours. `ridge` times a block's mean diagonal is added
+/// to it: few samples do not tell its smallest eigenvalues from zero. At the fields of the
+/// objective's last value(); costs `probes` adjoint solves.
+LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
+                                      std::uint64_t seed, double ridge = 1e-3);
+
+}  // namespace kappamu::inverse

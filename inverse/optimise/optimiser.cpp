@@ -1,0 +1,370 @@
+#include "inverse/optimise/optimiser.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/parallel.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Share of the promised decrease a step must keep (Armijo).
+constexpr double sufficient_decrease = 1e-4;
+
+/// Σ term(i) over [begin, end), in sums of their own for vector registers.
+template <class Term>
+double sum_of(std::size_t begin, std::size_t end, const Term& term) {
+  constexpr std::size_t lanes = 8;
+  std::array<double, lanes> lane{};
+  std::size_t i = begin;
+  for (; i + lanes <= end; i += lanes) {
+    for (std::size_t k = 0; k < lanes; ++k) lane[k] += term(i + k);
+  }
+  for (; i < end; ++i) lane[0] += term(i);
+  return std::accumulate(lane.begin(), lane.end(), 0.0);
+}
+
+template <class A, class B>
+double dot(const std::vector<A>& a, const std::vector<B>& b) {
+  std::vector<double> sums(pieces(a.size()));
+  for_pieces(a.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    sums[piece] = sum_of(begin, end, [&](std::size_t i) {
+      return static_cast<double>(a[i]) * static_cast<double>(b[i]);
+    });
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+template <class T>
+void add_scaled(Vector& to, double factor, const std::vector<T>& term) {
+  for_pieces(to.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) to[i] += factor * static_cast<double>(term[i]);
+  });
+}
+
+Vector scaled(Vector v, double factor) {
+  for_pieces(v.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) v[i] *= factor;
+  });
+  return v;
+}
+
+Vector negative(Vector v) {
+  return scaled(std::move(v), -1.0);
+}
+
+std::vector<float> difference(const Vector& a, const Vector& b) {
+  std::vector<float> result(a.size());
+  for_pieces(a.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) result[i] = static_cast<float>(a[i] - b[i]);
+  });
+  return result;
+}
+
+/// A point on the search line, not yet accepted.
+struct Trial {
+  Vector z;
+  double value = 0.0;
+};
+
+Trial evaluate(Function& function, const OptimiserState& state, const Vector& direction,
+               double length) {
+  Trial trial{state.z, 0.0};
+  add_scaled(trial.z, length, direction);
+  trial.value = function.value(trial.z);
+  return trial;
+}
+
+/// The trial must be the last point evaluated.
+void accept(Function& function, OptimiserState& state, Trial trial) {
+  state.z = std::move(trial.z);
+  state.value = trial.value;
+  state.gradient = function.gradient();
+}
+
+/// to += factor · term; then its product with `next`, while it is at hand.
+double add_scaled_and_dot(Vector& to, double factor, const std::vector<float>& term,
+                          const std::vector<float>& next) {
+  std::vector<double> sums(pieces(to.size()));
+  for_pieces(to.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    sums[piece] = sum_of(begin, end, [&](std::size_t i) {
+      to[i] += factor * static_cast<double>(term[i]);
+      return to[i] * static_cast<double>(next[i]);
+    });
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+/// −H g by the two-loop recursion (Nocedal & Wright, algorithm 7.4).
+Vector lbfgs_direction(const OptimiserState& state) {
+  std::vector<std::size_t> usable;
+  for (std::size_t k = 0; k < state.steps.size(); ++k) {
+    const LbfgsProducts& p = state.products[k];
+    if (p.curvature > 1e-10 * std::sqrt(p.step_square * p.change_square)) usable.push_back(k);
+  }
+  if (usable.empty()) return negative(state.gradient);
+  const auto curvature = [&](std::size_t k) { return state.products[usable[k]].curvature; };
+  const auto s = [&](std::size_t k) -> const auto& {
+    return state.steps[usable[k]];
+  };
+  const auto y = [&](std::size_t k) -> const auto& {
+    return state.changes[usable[k]];
+  };
+  Vector d = state.gradient;
+  std::vector<double> alpha(usable.size());
+  const std::size_t last = usable.size() - 1;
+  double along = dot(s(last), d);
+  for (std::size_t k = last + 1; k-- > 0;) {
+    alpha[k] = along / curvature(k);
+    along = add_scaled_and_dot(d, -alpha[k], y(k), k > 0 ? s(k - 1) : y(0));
+  }
+  const double scale = curvature(last) / state.products[usable[last]].change_square;
+  d = scaled(std::move(d), scale);
+  along *= scale;
+  for (std::size_t k = 0; k <= last; ++k) {
+    along = add_scaled_and_dot(d, alpha[k] - along / curvature(k), s(k), y(std::min(k + 1, last)));
+  }
+  return negative(std::move(d));
+}
+
+/// Length of the first trial: the whole direction, but nothing beyond
+/// longest_step.
+double bounded_length(Function& function, const Vector& z, const Vector& direction,
+                      const OptimiserOptions& options) {
+  return std::min(1.0, options.longest_step / function.amplitude(z, direction));
+}
+
+/// Backtracks from `length` until the decrease is sufficient (Armijo); none
+/// after max_backtracks.
+std::optional<Trial> backtrack(Function& function, const OptimiserState& state,
+                               const Vector& direction, double length,
+                               const OptimiserOptions& options) {
+  const double slope = dot(direction, state.gradient);
+  for (int attempt = 0; attempt <= options.max_backtracks; ++attempt) {
+    Trial trial = evaluate(function, state, direction, length);
+    if (trial.value <= state.value + sufficient_decrease * length * slope) return trial;
+    // The parabola through value, slope and the trial, kept within [0.1, 0.5]
+    // of the length.
+    const double curvature = trial.value - state.value - slope * length;
+    const double best = std::isfinite(curvature) && curvature > 0.0
+                            ? -0.5 * slope * length * length / curvature
+                            : 0.0;
+    length = std::clamp(best, 0.1 * length, 0.5 * length);
+  }
+  return std::nullopt;
+}
+
+void forget_pairs(OptimiserState& state) {
+  state.steps.clear();
+  state.changes.clear();
+  state.products.clear();
+}
+
+void keep_pair(OptimiserState& state, std::vector<float> step, std::vector<float> change) {
+  state.products.push_back({dot(step, change), dot(step, step), dot(change, change)});
+  state.steps.push_back(std::move(step));
+  state.changes.push_back(std::move(change));
+}
+
+StepOutcome lbfgs_step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
+  const Vector& g = state.gradient;
+  Vector direction = lbfgs_direction(state);
+  double slope = dot(direction, g);
+  if (!(slope < 0.0)) {
+    forget_pairs(state);
+    direction = negative(g);
+    slope = dot(direction, g);
+    if (!(slope < 0.0)) return StepOutcome::stalled;
+  }
+  const double length = state.steps.empty()
+                            ? options.first_step / function.amplitude(state.z, direction)
+                            : bounded_length(function, state.z, direction, options);
+  if (std::optional<Trial> trial = backtrack(function, state, direction, length, options)) {
+    std::vector<float> taken = difference(trial->z, state.z);
+    const Vector before = std::move(state.gradient);
+    accept(function, state, std::move(*trial));
+    keep_pair(state, std::move(taken), difference(state.gradient, before));
+    if (state.steps.size() > static_cast<std::size_t>(options.memory)) {
+      state.steps.erase(state.steps.begin());
+      state.changes.erase(state.changes.begin());
+      state.products.erase(state.products.begin());
+    }
+    return StepOutcome::progressed;
+  }
+  if (state.steps.empty()) return StepOutcome::stalled;
+  // A worn history can spoil the direction: once more along the gradient.
+  forget_pairs(state);
+  return lbfgs_step(function, state, options);
+}
+
+/// H p = −g by conjugate gradients from zero, until the forcing term is met
+/// (Nocedal & Wright, algorithm 7.1). In informed coordinates H is near the
+/// identity: no preconditioner.
+Vector newton_direction(Function& function, const Vector& g, const OptimiserOptions& options) {
+  Vector p(g.size(), 0.0);
+  Vector r = negative(g);
+  Vector d = r;
+  double square = dot(r, r);
+  const double enough = std::pow(options.newton_forcing, 2) * square;
+  for (int k = 0; k < options.newton_iterations && square > enough; ++k) {
+    const Vector image = function.curvature(d);
+    const double curvature = dot(d, image);
+    if (!(curvature > 0.0)) break;  // rounding: H is positive semidefinite
+    add_scaled(p, square / curvature, d);
+    add_scaled(r, -square / curvature, image);
+    const double before = std::exchange(square, dot(r, r));
+    for (std::size_t i = 0; i < d.size(); ++i) d[i] = r[i] + square / before * d[i];
+  }
+  return p;
+}
+
+StepOutcome gauss_newton_step(Function& function, OptimiserState& state,
+                              const OptimiserOptions& options) {
+  // After a resume nothing has been evaluated here yet.
+  function.value(state.z);
+  const Vector direction = newton_direction(function, state.gradient, options);
+  if (!(dot(direction, state.gradient) < 0.0)) return StepOutcome::stalled;
+  std::optional<Trial> trial = backtrack(
+      function, state, direction, bounded_length(function, state.z, direction, options), options);
+  if (!trial) return StepOutcome::stalled;
+  accept(function, state, std::move(*trial));
+  return StepOutcome::progressed;
+}
+
+StepOutcome wang2008_step(Function& function, OptimiserState& state,
+                          const OptimiserOptions& options) {
+  Vector p = negative(state.gradient);
+  Vector direction = p;
+  if (!state.direction.empty()) {
+    const double denominator = dot(state.previous_gradient, state.previous_gradient);
+    const double beta = std::max(0.0, (dot(p, p) - dot(p, state.previous_gradient)) / denominator);
+    add_scaled(direction, beta, state.direction);
+    if (!(dot(direction, p) > 0.0)) direction = p;
+  }
+  // Bracket a minimum from the last step's length, then shrink it by the golden
+  // section.
+  const double golden = 0.5 * (std::sqrt(5.0) - 1.0);
+  const double unit = state.previous_step > 0.0
+                          ? state.previous_step
+                          : options.first_step / function.amplitude(state.z, direction);
+  Trial best = evaluate(function, state, direction, unit);
+  double left = 0.0;
+  double middle = unit;
+  double right = unit;
+  for (int k = 0; best.value >= state.value; ++k) {
+    if (k == options.max_backtracks) return StepOutcome::stalled;
+    right = middle;
+    middle *= 1.0 - golden;
+    best = evaluate(function, state, direction, middle);
+  }
+  if (right == middle) {
+    for (int k = 0; k < options.max_backtracks; ++k) {
+      right = middle + (middle - left) / golden;
+      Trial further = evaluate(function, state, direction, right);
+      if (further.value >= best.value) break;
+      left = middle;
+      middle = right;
+      best = std::move(further);
+    }
+  }
+  while (right - left > options.golden_tolerance * middle) {
+    const bool into_right = right - middle > middle - left;
+    const double probe = into_right ? middle + (1.0 - golden) * (right - middle)
+                                    : middle - (1.0 - golden) * (middle - left);
+    Trial trial = evaluate(function, state, direction, probe);
+    if (trial.value < best.value) {
+      (into_right ? left : right) = middle;
+      middle = probe;
+      best = std::move(trial);
+    } else {
+      (into_right ? right : left) = probe;
+    }
+  }
+  // gradient() belongs to the last point evaluated.
+  best = evaluate(function, state, direction, middle);
+  state.previous_step = middle;
+  state.direction = std::move(direction);
+  state.previous_gradient = std::move(p);
+  accept(function, state, std::move(best));
+  return StepOutcome::progressed;
+}
+
+void put_all(ByteWriter& out, const std::vector<std::vector<float>>& list) {
+  out.put<std::uint64_t>(list.size());
+  for (const auto& item : list) out.put(item);
+}
+
+void get_all(ByteReader& in, std::vector<std::vector<float>>& list) {
+  std::uint64_t count = 0;
+  in.get(count);
+  list.clear();
+  for (std::uint64_t k = 0; k < count; ++k) in.get(list.emplace_back());
+}
+
+}  // namespace
+
+void OptimiserState::write(ByteWriter& out) const {
+  for (const Vector* v : {&z, &gradient, &direction, &previous_gradient}) out.put(*v);
+  for (const double x : {value, previous_step}) out.put(x);
+  put_all(out, steps);
+  put_all(out, changes);
+  for (const LbfgsProducts& p : products) {
+    for (const double x : {p.curvature, p.step_square, p.change_square}) out.put(x);
+  }
+}
+
+void OptimiserState::read(ByteReader& in) {
+  for (Vector* v : {&z, &gradient, &direction, &previous_gradient}) in.get(*v);
+  for (double* x : {&value, &previous_step}) in.get(*x);
+  get_all(in, steps);
+  get_all(in, changes);
+  products.resize(steps.size());
+  for (LbfgsProducts& p : products) {
+    for (double* x : {&p.curvature, &p.step_square, &p.change_square}) in.get(*x);
+  }
+}
+
+void start(Function& function, OptimiserState& state) {
+  OptimiserState fresh;
+  fresh.z = std::move(state.z);
+  fresh.value = function.value(fresh.z);
+  fresh.gradient = function.gradient();
+  state = std::move(fresh);
+}
+
+void restart(Function& function, OptimiserState& state, const PairTranslation& translate) {
+  OptimiserState before = std::move(state);
+  state = {};
+  state.z = std::move(before.z);
+  start(function, state);
+  for (std::size_t k = 0; k < before.steps.size(); ++k) {
+    // One pair at a time is held twice.
+    const std::vector<float> old_step = std::exchange(before.steps[k], {});
+    const std::vector<float> old_change = std::exchange(before.changes[k], {});
+    Vector step(old_step.begin(), old_step.end());
+    Vector change(old_change.begin(), old_change.end());
+    translate(step, change);
+    if (!(dot(step, change) > 0.0)) continue;
+    keep_pair(state, {step.begin(), step.end()}, {change.begin(), change.end()});
+  }
+}
+
+StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
+  switch (options.method) {
+    case Method::gauss_newton:
+      return gauss_newton_step(function, state, options);
+    case Method::wang2008:
+      return wang2008_step(function, state, options);
+    default:
+      return lbfgs_step(function, state, options);
+  }
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,84 @@
+// One step of minimisation at a time, with all that the next step needs in a
+// plain state, so that a fit can be stopped anywhere and resumed to the same
+// bits.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "inverse/optimise/basis.h"
+#include "inverse/optimise/state_bytes.h"
+
+namespace kappamu::inverse {
+
+/// What is minimised, f(z).
+class Function {
+ public:
+  virtual ~Function() = default;
+  virtual double value(const Vector& z) = 0;
+  virtual Vector gradient() = 0;  ///< at the z of the last value()
+  /// H `direction`, H the Gauss-Newton Hessian at the z of the last value().
+  virtual Vector curvature(const Vector& direction) = 0;
+  /// Largest change of log κ or log μ from z to z + `direction` [log units].
+  virtual double amplitude(const Vector& z, const Vector& direction) = 0;
+};
+
+enum class Method {
+  lbfgs,         ///< limited-memory BFGS with Armijo backtracking
+  gauss_newton,  ///< H p = −g by truncated conjugate gradients, matrix-free;
+                 ///< Armijo backtracking
+  wang2008       ///< [W] Table I: Polak-Ribière conjugate gradients, golden-section
+                 ///< search
+};
+
+struct OptimiserOptions {
+  Method method = Method::lbfgs;
+  int memory = 12;                ///< L-BFGS pairs kept
+  double first_step = 0.5;        ///< change of log κ or log μ in the first step
+  double longest_step = 2.0;      ///< and in any step
+  int max_backtracks = 12;        ///< halvings of a step before the search gives up
+  double golden_tolerance = 0.1;  ///< final width of the bracket over the step found
+  int newton_iterations = 12;     ///< most of conjugate gradients in a Gauss-Newton step
+  double newton_forcing = 0.3;    ///< ‖H p + g‖/‖g‖ that is good enough for one
+};
+
+/// Of one L-BFGS pair: step · change, and both squares.
+struct LbfgsProducts {
+  double curvature = 0.0;
+  double step_square = 0.0;
+  double change_square = 0.0;
+};
+
+struct OptimiserState {
+  Vector z;
+  double value = 0.0;  ///< f(z)
+  Vector gradient;     ///< at z
+  /// L-BFGS pairs, oldest first: steps and changes of the gradient.
+  std::vector<std::vector<float>> steps;
+  std::vector<std::vector<float>> changes;
+  std::vector<LbfgsProducts> products;
+  Vector direction;          ///< conjugate gradients: the last direction
+  Vector previous_gradient;  ///< conjugate gradients: the gradient it was made of
+  double previous_step = 0.0;
+
+  void write(ByteWriter& out) const;
+  void read(ByteReader& in);
+};
+
+enum class StepOutcome { progressed, stalled };
+
+/// Evaluates f at state.z and forgets all about earlier steps.
+void start(Function& function, OptimiserState& state);
+
+/// An L-BFGS pair of one function and its coordinates made one of another's.
+using PairTranslation = std::function<void(Vector& step, Vector& change)>;
+/// The same, but keeps the pairs, translated by `translate`; those whose curvature it leaves
+/// negative are dropped.
+void restart(Function& function, OptimiserState& state, const PairTranslation& translate);
+
+/// One step from state.z, where start() or the last step evaluated f.
+/// `stalled`: no lower value was found along the search direction; the state is
+/// as before.
+StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options);
+
+}  // namespace kappamu::inverse

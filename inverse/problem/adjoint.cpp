@@ -1,0 +1,220 @@
+#include "inverse/problem/adjoint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "forward/grid/grid_physics.h"
+
+namespace kappamu::inverse {
+
+std::vector<double> exponential(const std::vector<double>& log) {
+  std::vector<double> value(log.size());
+  for_pieces(log.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) value[i] = std::exp(log[i]);
+  });
+  return value;
+}
+
+Medium to_medium(const CoefficientPair& fields, const GridShape& shape) {
+  Medium medium{Volume<double>(shape), Volume<double>(shape)};
+  medium.kappa.values() = exponential(fields.log_kappa);
+  medium.mu.values() = exponential(fields.log_mu);
+  return medium;
+}
+
+CoefficientPair to_fields(const Medium& medium) {
+  CoefficientPair fields;
+  for (const double k : medium.kappa.values()) fields.log_kappa.push_back(std::log(k));
+  for (const double m : medium.mu.values()) fields.log_mu.push_back(std::log(m));
+  return fields;
+}
+
+namespace {
+
+using forward::GridSetup;
+using forward::SourceModel;
+
+void add_to(std::vector<double>& sum, const std::vector<double>& term) {
+  if (sum.empty()) {
+    sum = term;
+    return;
+  }
+  check(sum.size() == term.size(), "adjoint sums of different grids cannot be added");
+  for_pieces(sum.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) sum[i] += term[i];
+  });
+}
+
+/// One coefficient grid seen by the terms of the gradient below.
+struct Assembly {
+  const GridSetup& setup;
+  const BoundaryConstants& constants;
+  std::span<const double> kappa;
+  std::span<const double> mu;
+  const AdjointSums& sums;
+  CoefficientPair gradient;
+
+  double conductance(std::size_t cell) const {
+    const double h = setup.shape.voxel_mm;
+    return h * h / (h / (2.0 * kappa[cell]) + 2.0 * constants.A);
+  }
+  /// ∂ log G_b/∂ log κ = G_b/(2 h κ).
+  double conductance_log_slope(std::size_t cell) const {
+    return conductance(cell) / (2.0 * setup.shape.voxel_mm * kappa[cell]);
+  }
+
+  void add_faces(const std::vector<double>& face, int axis);
+  void add_cells();
+  void add_boundary(Face face);
+  void add_observation(Face seen_face);
+  void add_boundary_source();
+  void add_first_collisions();
+};
+
+/// −∂G_ij (λ_i − λ_j)(φ_i − φ_j), G_ij = 2h κ_i κ_j/(κ_i + κ_j). Every voxel gathers from its two
+/// faces across the axis: no two rows write to one voxel.
+void Assembly::add_faces(const std::vector<double>& face, int axis) {
+  const GridShape& s = setup.shape;
+  const std::ptrdiff_t step = axis == 0   ? 1
+                              : axis == 1 ? s.nx
+                                          : static_cast<std::ptrdiff_t>(s.nx) * s.ny;
+  for_rows(s.ny * s.nz, [&](int row) {
+    const std::size_t first = static_cast<std::size_t>(row) * s.nx;
+    const double* const k = kappa.data() + first;
+    double* const out = gradient.log_kappa.data() + first;
+    const auto gather = [&](int begin, int end, std::ptrdiff_t neighbour, const double* product) {
+      for (int x = begin; x < end; ++x) {
+        const double share = k[x + neighbour] / (k[x] + k[x + neighbour]);
+        out[x] -= product[x] * 2.0 * s.voxel_mm * k[x] * share * share;
+      }
+    };
+    const int at = axis == 1 ? row % s.ny : row / s.ny;  // of the row along the axis
+    const double* const above = face.data() + first;
+    if (axis == 0 || at > 0) gather(axis == 0 ? 1 : 0, s.nx, -step, above - step);
+    if (axis == 0 || at + 1 < s.extent(axis)) gather(0, axis == 0 ? s.nx - 1 : s.nx, step, above);
+  });
+}
+
+/// −∂(μ h³) λ φ.
+void Assembly::add_cells() {
+  const double volume = std::pow(setup.shape.voxel_mm, 3);
+  for_pieces(mu.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      gradient.log_mu[i] -= volume * mu[i] * sums.products.cell[i];
+    }
+  });
+}
+
+/// −∂G_b λ φ.
+void Assembly::add_boundary(Face face) {
+  if (!forward::is_open(setup, face)) return;
+  const FaceShape shape = face_shape(setup.shape, face);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t i = face_cell(setup.shape, face, u, v);
+      gradient.log_kappa[i] -= conductance(i) * conductance_log_slope(i) * sums.products.cell[i];
+    }
+  }
+}
+
+/// ψ ∂M/∂κ at fixed φ: M − M_entered is proportional to G_b.
+void Assembly::add_observation(Face seen_face) {
+  const FaceShape shape = face_shape(setup.shape, seen_face);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t i = face_cell(setup.shape, seen_face, u, v);
+      const std::size_t s = static_cast<std::size_t>(v) * shape.nu + u;
+      gradient.log_kappa[i] += conductance_log_slope(i) * sums.observed[s];
+    }
+  }
+}
+
+/// λ ∂(G_b q).
+void Assembly::add_boundary_source() {
+  const double q = forward::boundary_q_per_irradiance(setup, constants);
+  const FaceShape shape = face_shape(setup.shape, setup.lit_face);
+  for (int v = 0; v < shape.nv; ++v) {
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t i = face_cell(setup.shape, setup.lit_face, u, v);
+      gradient.log_kappa[i] += conductance(i) * conductance_log_slope(i) * q * sums.columns[i];
+    }
+  }
+}
+
+/// λ ∂b, b_i = h² E_t a_i e^(−τ_i) (1 − e^(−x_i)) with x = h σt' = h/(3κ), τ_i = Σ_{above} x and
+/// a = σs'/σt' = 1 − 3κμ. A voxel's κ also shades every voxel below it: walk each column upwards
+/// and carry what lies deeper.
+void Assembly::add_first_collisions() {
+  const GridShape& s = setup.shape;
+  const FaceShape shape = face_shape(s, setup.lit_face);
+  const int depth = s.extent(axis_of(setup.lit_face));
+  const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
+  const auto inwards = static_cast<std::ptrdiff_t>(face_cell(s, setup.lit_face, 0, 0, 1)) -
+                       static_cast<std::ptrdiff_t>(face_cell(s, setup.lit_face, 0, 0, 0));
+  for_rows(shape.nv, [&](int v) {
+    // By depth: x, e^(−τ) (1 − e^(−x)), and e^(−τ) from the top of the block to its bottom.
+    std::vector<double> extinction(static_cast<std::size_t>(depth));
+    std::vector<double> collisions(static_cast<std::size_t>(depth));
+    std::vector<double> left(static_cast<std::size_t>(depth) + 1, 1.0);
+    for (int u = 0; u < shape.nu; ++u) {
+      const std::size_t top = face_cell(s, setup.lit_face, u, v);
+      for (int k = 0; k < depth; ++k) {
+        extinction[k] = s.voxel_mm / (3.0 * kappa[top + k * inwards]);
+        const double share = -std::expm1(-extinction[k]);
+        collisions[k] = left[k] * share;
+        left[k + 1] = left[k] * (1.0 - share);
+      }
+      double deeper = 0.0;
+      for (int k = depth - 1; k >= 0; --k) {
+        const std::size_t i = top + k * inwards;
+        const double collided = collisions[k];
+        const double absorbed_share = 3.0 * kappa[i] * mu[i];
+        const double albedo = std::max(0.0, 1.0 - absorbed_share);
+        const double weight = scale * sums.columns[i];
+        const double by_albedo = absorbed_share < 1.0 ? -absorbed_share * weight * collided : 0.0;
+        gradient.log_mu[i] += by_albedo;
+        gradient.log_kappa[i] +=
+            by_albedo - extinction[k] * (weight * albedo * left[k + 1] - deeper);
+        deeper += weight * albedo * collided;
+      }
+    }
+  });
+}
+
+}  // namespace
+
+void AdjointSums::add(const AdjointSums& other) {
+  add_to(products.cell, other.products.cell);
+  add_to(products.face_x, other.products.face_x);
+  add_to(products.face_y, other.products.face_y);
+  add_to(products.face_z, other.products.face_z);
+  add_to(columns, other.columns);
+  add_to(observed, other.observed);
+}
+
+CoefficientPair assemble_gradient(const GridSetup& setup, const BoundaryConstants& constants,
+                                  Face seen_face, std::span<const double> kappa,
+                                  std::span<const double> mu, const AdjointSums& sums) {
+  const std::size_t cells = setup.shape.cells();
+  check(kappa.size() == cells && mu.size() == cells, "coefficients do not fit the grid");
+  Assembly assembly{setup, constants,
+                    kappa, mu,
+                    sums,  {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)}};
+  assembly.add_faces(sums.products.face_x, 0);
+  assembly.add_faces(sums.products.face_y, 1);
+  assembly.add_faces(sums.products.face_z, 2);
+  assembly.add_cells();
+  for (const Face face : all_faces) assembly.add_boundary(face);
+  assembly.add_observation(seen_face);
+  if (setup.source == SourceModel::boundary) {
+    assembly.add_boundary_source();
+  } else {
+    assembly.add_first_collisions();
+  }
+  return std::move(assembly.gradient);
+}
+
+}  // namespace kappamu::inverse

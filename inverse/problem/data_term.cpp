@@ -1,0 +1,148 @@
+#include "inverse/problem/data_term.h"
+
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+#include "core/error.h"
+#include "core/median.h"
+#include "core/parallel.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Median of |e| of a standard normal number.
+constexpr double normal_median = 0.6744897501960817;
+/// Reweighted least squares for one gain ends here; a loss of long tails takes some tens.
+constexpr int most_iterations = 200;
+constexpr double gain_tolerance = 1e-14;
+
+double rho(double e, const DataTermOptions& o) {
+  const double a = std::abs(e);
+  switch (o.loss) {
+    case Loss::huber:
+      return a <= o.huber_threshold ? 0.5 * e * e
+                                    : o.huber_threshold * (a - 0.5 * o.huber_threshold);
+    case Loss::student:
+      return 0.5 * (o.student_freedom + 1.0) * std::log1p(e * e / o.student_freedom);
+    default:
+      return 0.5 * e * e;
+  }
+}
+
+/// ψ(e)/e.
+double reweight(double e, const DataTermOptions& o) {
+  switch (o.loss) {
+    case Loss::huber:
+      return std::abs(e) <= o.huber_threshold ? 1.0 : o.huber_threshold / std::abs(e);
+    case Loss::student:
+      return (o.student_freedom + 1.0) / (o.student_freedom + e * e);
+    default:
+      return 1.0;
+  }
+}
+
+/// argmin of Σ ρ(√w (g p − d)) + ½ ((g − 1)/s)² over data [begin, end): weighted least squares, in
+/// closed form for the Gaussian loss, reweighted until it stands for the others.
+double profiled_gain(const Problem& problem, const std::vector<double>& prediction,
+                     std::size_t begin, std::size_t end, const DataTermOptions& o) {
+  const double prior = 1.0 / (*o.gain_spread * *o.gain_spread);
+  double gain = 1.0;
+  for (int k = 0; k < most_iterations; ++k) {
+    double along = prior;
+    double square = prior;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (problem.weight[i] == 0.0) continue;
+      const double e = std::sqrt(problem.weight[i]) * (gain * prediction[i] - problem.data[i]);
+      const double w = problem.weight[i] * reweight(e, o);
+      along += w * prediction[i] * problem.data[i];
+      square += w * prediction[i] * prediction[i];
+    }
+    const double next = along / square;
+    const bool stands = std::abs(next - gain) <= gain_tolerance * std::abs(next);
+    gain = next;
+    if (stands || o.loss == Loss::gaussian) break;
+  }
+  return gain;
+}
+
+}  // namespace
+
+std::string to_string(Loss loss) {
+  switch (loss) {
+    case Loss::huber:
+      return "huber";
+    case Loss::student:
+      return "student";
+    default:
+      return "gaussian";
+  }
+}
+
+void validate(const DataTermOptions& o) {
+  const auto require = [](bool holds, const char* sentence) {
+    if (!holds) throw InputError(std::string("fit options: ") + sentence);
+  };
+  require(o.huber_threshold > 0.0, "huber_threshold must be positive");
+  require(o.student_freedom > 0.0, "student_freedom must be positive");
+  require(!o.gain_spread || (*o.gain_spread > 0.0 && *o.gain_spread <= 1.0),
+          "the spread of the gains must lie in (0, 1]");
+}
+
+DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
+                  const DataTermOptions& options) {
+  check(prediction.size() == problem.data.size(), "the prediction does not fit the data");
+  const std::size_t cells = problem.seen_shape().cells();
+  DataTerm term;
+  term.gains.assign(static_cast<std::size_t>(problem.patterns), 1.0);
+  term.by_prediction.assign(prediction.size(), 0.0);
+  term.root_weight.assign(prediction.size(), 0.0);
+  const bool robust = options.loss != Loss::gaussian;
+  struct Sums {
+    double cost = 0.0;
+    double squares = 0.0;  ///< Σ e²
+    std::size_t used = 0;
+    std::vector<double> magnitudes;  ///< |e|, under a robust loss
+  };
+  std::vector<Sums> patterns(term.gains.size());
+  for_rows(problem.patterns, [&](int pattern) {
+    const auto m = static_cast<std::size_t>(pattern);
+    Sums& sums = patterns[m];
+    double& gain = term.gains[m];
+    if (options.gain_spread) {
+      gain = profiled_gain(problem, prediction, m * cells, (m + 1) * cells, options);
+      sums.cost += 0.5 * std::pow((gain - 1.0) / *options.gain_spread, 2);
+    }
+    for (std::size_t i = m * cells; i < (m + 1) * cells; ++i) {
+      if (problem.weight[i] == 0.0) continue;
+      const double residual = gain * prediction[i] - problem.data[i];
+      const double e = std::sqrt(problem.weight[i]) * residual;
+      const double weight = problem.weight[i] * reweight(e, options);
+      sums.cost += rho(e, options);
+      sums.squares += e * e;
+      ++sums.used;
+      if (robust) sums.magnitudes.push_back(std::abs(e));
+      term.by_prediction[i] = gain * weight * residual;
+      term.root_weight[i] = std::abs(gain) * std::sqrt(weight);
+    }
+  });
+  Sums all;
+  for (const Sums& sums : patterns) {
+    all.cost += sums.cost;
+    all.squares += sums.squares;
+    all.used += sums.used;
+    all.magnitudes.insert(all.magnitudes.end(), sums.magnitudes.begin(), sums.magnitudes.end());
+  }
+  term.value = std::isfinite(all.cost) ? all.cost : std::numeric_limits<double>::infinity();
+  if (all.used == 0) return term;
+  if (!robust) {
+    term.chi2_per_datum = all.squares / static_cast<double>(all.used);
+  } else {
+    term.chi2_per_datum = std::pow(upper_median(std::move(all.magnitudes)) / normal_median, 2);
+  }
+  return term;
+}
+
+}  // namespace kappamu::inverse

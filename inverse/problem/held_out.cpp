@@ -1,0 +1,172 @@
+#include "inverse/problem/held_out.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+
+#include "core/error.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+using Point = std::array<double, 2>;
+
+double distance(const Point& a, const Point& b) {
+  return std::hypot(a[0] - b[0], a[1] - b[1]);
+}
+
+/// Centroid of each pattern's light, as fractions of the lit face; the middle for none.
+std::vector<Point> centroids(const SurfaceMeasurements& measurements) {
+  const FaceShape lit = measurements.lit_shape();
+  std::vector<Point> points;
+  for (int m = 0; m < measurements.patterns; ++m) {
+    Point sum{0.0, 0.0};
+    double total = 0.0;
+    for (int v = 0; v < lit.nv; ++v) {
+      for (int u = 0; u < lit.nu; ++u) {
+        const double light =
+            measurements.irradiance[(static_cast<std::size_t>(m) * lit.nv + v) * lit.nu + u];
+        sum[0] += light * (u + 0.5) / lit.nu;
+        sum[1] += light * (v + 0.5) / lit.nv;
+        total += light;
+      }
+    }
+    points.push_back(total > 0.0 ? Point{sum[0] / total, sum[1] / total} : Point{0.5, 0.5});
+  }
+  return points;
+}
+
+template <class T>
+std::vector<T> slices(const std::vector<T>& values, std::size_t outer, std::size_t patterns,
+                      std::size_t cells, std::span<const int> chosen) {
+  std::vector<T> kept;
+  if (values.empty()) return kept;
+  for (std::size_t c = 0; c < outer; ++c) {
+    for (const int m : chosen) {
+      const auto first = values.begin() + static_cast<std::ptrdiff_t>(
+                                              (c * patterns + static_cast<std::size_t>(m)) * cells);
+      kept.insert(kept.end(), first, first + static_cast<std::ptrdiff_t>(cells));
+    }
+  }
+  return kept;
+}
+
+}  // namespace
+
+int usual_held_out(int patterns) {
+  constexpr int fewest = 4;
+  constexpr int share = 16;
+  return patterns < fewest ? 0 : std::max(1, patterns / share);
+}
+
+std::vector<int> choose_held_out(const SurfaceMeasurements& measurements, int count) {
+  if (count < 0 || count >= measurements.patterns) {
+    throw InputError("cannot keep " + std::to_string(count) + " of " +
+                     std::to_string(measurements.patterns) +
+                     " patterns out of the fit; give fewer than were measured");
+  }
+  const std::vector<Point> points = centroids(measurements);
+  const Point middle{0.5, 0.5};
+  std::vector<int> inner(points.size());
+  std::iota(inner.begin(), inner.end(), 0);
+  // Equal distances up to rounding of the centroids keep the order of the patterns.
+  const auto rank = [&](int m) {
+    return std::lround(1e6 * distance(points[static_cast<std::size_t>(m)], middle));
+  };
+  std::stable_sort(inner.begin(), inner.end(), [&](int a, int b) { return rank(a) < rank(b); });
+  const int quarter = std::max(count, measurements.patterns / 4);
+  inner.resize(static_cast<std::size_t>(quarter));
+
+  std::vector<int> chosen;
+  while (static_cast<int>(chosen.size()) < count) {
+    int best = inner.front();
+    double farthest = -1.0;
+    for (const int m : inner) {
+      if (std::find(chosen.begin(), chosen.end(), m) != chosen.end()) continue;
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const int other : chosen) {
+        nearest = std::min(nearest, distance(points[static_cast<std::size_t>(m)],
+                                             points[static_cast<std::size_t>(other)]));
+      }
+      if (nearest <= farthest) continue;
+      farthest = nearest;
+      best = m;
+    }
+    chosen.push_back(best);
+  }
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
+SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
+                                    std::span<const int> patterns) {
+  for (const int m : patterns) {
+    if (m < 0 || m >= measurements.patterns) {
+      throw InputError("there is no pattern " + std::to_string(m) + "; " +
+                       std::to_string(measurements.patterns) + " were measured, numbered from 0");
+    }
+  }
+  const std::size_t channels = measurements.channels.size();
+  const auto count = static_cast<std::size_t>(measurements.patterns);
+  const std::size_t lit = measurements.lit_shape().cells();
+  const std::size_t seen = measurements.seen_shape().cells();
+  SurfaceMeasurements selected;
+  selected.grid = measurements.grid;
+  selected.eta = measurements.eta;
+  selected.lit_face = measurements.lit_face;
+  selected.seen_face = measurements.seen_face;
+  selected.quantity = measurements.quantity;
+  selected.light = measurements.light;
+  selected.sides = measurements.sides;
+  selected.channels = measurements.channels;
+  selected.patterns = static_cast<int>(patterns.size());
+  selected.irradiance = slices(measurements.irradiance, 1, count, lit, patterns);
+  selected.value = slices(measurements.value, channels, count, seen, patterns);
+  selected.variance = slices(measurements.variance, channels, count, seen, patterns);
+  selected.mask = slices(measurements.mask, channels, count, seen, patterns);
+  return selected;
+}
+
+SurfaceMeasurements without_patterns(const SurfaceMeasurements& measurements,
+                                     std::span<const int> patterns) {
+  std::vector<int> others;
+  for (int m = 0; m < measurements.patterns; ++m) {
+    if (std::find(patterns.begin(), patterns.end(), m) == patterns.end()) others.push_back(m);
+  }
+  return select_patterns(measurements, others);
+}
+
+HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
+                            const PredictOptions& options, const ModelError& model_error,
+                            const DataTermOptions& data_term) {
+  const Problem problem = make_problem(held_out, channel, options.convention, model_error);
+  const double per_value = exitance_per_value(held_out, problem.setup);
+  HeldOutScore score;
+  score.prediction = predict(medium, held_out, options);
+  std::vector<double> exitance;
+  for (const float value : score.prediction) exitance.push_back(per_value * value);
+  const DataTerm term = evaluate(problem, exitance, data_term);
+  const std::size_t cells = problem.seen_shape().cells();
+  score.chi2_per_datum = term.chi2_per_datum;
+  const std::size_t first = score.prediction.size() * static_cast<std::size_t>(channel);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < score.prediction.size(); ++i) {
+    score.prediction[i] *= static_cast<float>(term.gains[i / cells]);
+    if (problem.weight[i] == 0.0) continue;
+    ++score.data;
+    const double residual = per_value * score.prediction[i] - problem.data[i];
+    squares += problem.data[i] * problem.data[i];
+    score.error += residual * residual;
+    score.noise += per_value * per_value * held_out.variance[first + i];
+  }
+  if (score.data == 0 || squares == 0.0) return score;
+  score.error /= squares;
+  score.noise /= squares;
+  return score;
+}
+
+}  // namespace kappamu::inverse

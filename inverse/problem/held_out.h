@@ -1,0 +1,47 @@
+// Patterns kept out of the fit judge it: what a volume predicts under light that no voxel was
+// fitted to, against what was measured there.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/grid.h"
+#include "core/surface_measurements.h"
+#include "inverse/problem/data_term.h"
+#include "inverse/problem/predict.h"
+#include "inverse/problem/problem.h"
+
+namespace kappamu::inverse {
+
+/// Of `patterns` measured, how many a fit keeps out unless told otherwise: one of every sixteen, at
+/// least one; none of fewer than four, which a volume can do without even less (docs/theory.md, 4).
+int usual_held_out(int patterns);
+
+/// `count` of the measured patterns, in rising order: those whose light falls nearest the middle of
+/// the lit face, far from each other. Light at the rim reaches voxels no other pattern does.
+/// Throws InputError unless 0 <= count < measurements.patterns.
+std::vector<int> choose_held_out(const SurfaceMeasurements& measurements, int count);
+
+/// Those patterns alone, in the order given.
+SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
+                                    std::span<const int> patterns);
+/// All others, in their order.
+SurfaceMeasurements without_patterns(const SurfaceMeasurements& measurements,
+                                     std::span<const int> patterns);
+
+struct HeldOutScore {
+  double error = 0.0;             ///< E = Σ(L' − L)²/ΣL² over what the mask allows ([W] 6.1)
+  double noise = 0.0;             ///< Σσ²/ΣL²: the part of E that the stated variances explain
+  double chi2_per_datum = 0.0;    ///< with the fit's variances, model error included
+  std::size_t data = 0;           ///< used
+  std::vector<float> prediction;  ///< [M][v][u], the measured quantity
+};
+
+/// How `medium` predicts channel `channel` of `held_out`, which must have passed validate(). With
+/// gains each pattern is scored, and predicted, at its own.
+HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
+                            const PredictOptions& options, const ModelError& model_error,
+                            const DataTermOptions& data_term = {});
+
+}  // namespace kappamu::inverse

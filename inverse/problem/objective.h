@@ -1,0 +1,128 @@
+// The data term of one channel on one grid, ½ χ²(log κ, log μ) = ½ Σ w (r M − d)² or its robust
+// counterpart (data_term.h), and its gradient by the adjoint method: one batched solve for the
+// value, one more for the gradient.
+//
+// r corrects for the grid's own error: predictions on a finer grid over predictions on this one, at
+// some medium nearby; constant within value() and gradient(), refreshed when asked.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "forward/grid/grid_solver.h"
+#include "inverse/problem/adjoint.h"
+#include "inverse/problem/data_term.h"
+#include "inverse/problem/problem.h"
+
+namespace kappamu::inverse {
+
+/// A finer grid for r; its light must be that of the problem.
+struct Refinement {
+  forward::GridSetup setup;
+  std::vector<double> irradiance;  ///< [M][v][u]
+};
+
+/// The problem's own grid with every voxel split in 2×2×2.
+Refinement refine(const Problem& problem);
+
+struct Backend {
+  std::string device = "auto";
+  forward::Precision precision = forward::Precision::single_precision;
+  forward::SolveOptions solve{1e-4, 200};
+  int batch = 16;                   ///< patterns solved at once
+  double refined_tolerance = 1e-4;  ///< of a refined solve's residual
+  double refined_memory_mb = 6144;  ///< bound on the fields of a refined solve [MiB]
+};
+
+/// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.
+struct SolveCount {
+  int forward = 0;
+  int adjoint = 0;
+  int refined = 0;  ///< forward solves on a finer grid: eight times the voxels
+  int tangent = 0;  ///< forward solves for a derivative along a direction
+  /// Σ voxels × iterations of conjugate gradients over all of these: cost whatever the machine.
+  double voxel_iterations = 0.0;
+
+  int total() const { return forward + adjoint + refined + tangent; }
+  void add(const SolveCount& other) {
+    forward += other.forward;
+    adjoint += other.adjoint;
+    refined += other.refined;
+    tangent += other.tangent;
+    voxel_iterations += other.voxel_iterations;
+  }
+};
+
+/// Exitance of `face` under `irradiance` [M][v][u], solved in batches of at most `batch` patterns.
+/// Throws InputError when the solver fails. `voxel_iterations`, if given, grows by what it cost.
+std::vector<double> solve_exitance(forward::GridSolver& solver, Face face,
+                                   const std::vector<double>& irradiance, int patterns, int batch,
+                                   const forward::SolveOptions& options,
+                                   double* voxel_iterations = nullptr);
+
+/// Patterns per batch such that the solver's fields stay below `memory_mb`.
+int bounded_batch(const GridShape& shape, int batch, double memory_mb,
+                  forward::Precision precision);
+
+class Objective {
+ public:
+  /// The solver may have fallen back to the serial reference: warning() says so.
+  Objective(Problem problem, Backend backend, DataTermOptions data_term = {});
+
+  const Problem& problem() const { return problem_; }
+  const std::string& warning() const { return warning_; }
+  std::string backend_name() const { return solver_->backend(); }
+  const SolveCount& solves() const { return solves_; }
+
+  /// ½ χ² at the fields, or what the data term's options make of it; infinite where the solver does
+  /// not converge or coefficients leave the range of floating point. Keeps what gradient() needs.
+  double value(const CoefficientPair& fields);
+
+  /// At the fields of the last value().
+  CoefficientPair gradient();
+
+  /// Σ_m,s probe √w r ∂M/∂(log κ, log μ): one row of the weighted Jacobian's transpose, at the
+  /// fields of the last value().
+  CoefficientPair jacobian_transpose(const std::vector<double>& probe);
+
+  /// √w r ∂M along `direction`, [M][v][u], at the fields of the last value(): the transpose of
+  /// jacobian_transpose(), by one forward solve.
+  std::vector<double> jacobian(const CoefficientPair& direction);
+
+  /// r M of the last value(), [M][v][u], without gains.
+  std::vector<double> prediction() const;
+  /// χ² per datum used and the gains [M] of the last value() (data_term.h).
+  double chi2_per_datum() const { return data_term_.chi2_per_datum; }
+  const std::vector<double>& gains() const { return data_term_.gains; }
+
+  /// Sets r from one solve on the finer grid at `fields`, every voxel split; returns what value()
+  /// then is and leaves gradient() ready.
+  double refresh_correction(const Refinement& refinement, const CoefficientPair& fields);
+  const std::vector<double>& correction() const { return correction_; }
+  void set_correction(std::vector<double> correction);
+  /// Where a checkpoint left off.
+  void restore(std::vector<double> correction, const SolveCount& solves);
+
+ private:
+  CoefficientPair adjoint(const std::vector<double>& by_exitance);
+  bool solve_forward(const CoefficientPair& fields);
+  double misfit();
+  double exitance_apart() const;
+
+  Problem problem_;
+  Backend backend_;
+  DataTermOptions data_options_;
+  std::unique_ptr<forward::GridSolver> solver_;
+  std::string warning_;
+  SolveCount solves_;
+  std::vector<double> correction_;
+  CoefficientPair fields_;  ///< of the last value()
+  std::vector<double> kappa_;
+  std::vector<double> mu_;
+  std::vector<double> exitance_;                               ///< M of the last value()
+  DataTerm data_term_;                                         ///< there
+  std::vector<std::unique_ptr<forward::BatchField>> fluence_;  ///< φ of the last value(), by batch
+};
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,187 @@
+#include "inverse/regulariser/roughness.h"
+
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "core/parallel.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Calls pair(i, j) for every two voxels that share a face.
+template <class Pair>
+void for_each_face(const GridShape& shape, Pair pair) {
+  for (int z = 0; z < shape.nz; ++z) {
+    for (int y = 0; y < shape.ny; ++y) {
+      for (int x = 0; x < shape.nx; ++x) {
+        const std::size_t i = shape.index(x, y, z);
+        if (x + 1 < shape.nx) pair(i, shape.index(x + 1, y, z));
+        if (y + 1 < shape.ny) pair(i, shape.index(x, y + 1, z));
+        if (z + 1 < shape.nz) pair(i, shape.index(x, y, z + 1));
+      }
+    }
+  }
+}
+
+/// Σ_faces ½ d (u_i − u_j)², d the mean of both voxels' diffusivity (empty: 1); adds `scale` times
+/// its gradient at constant d. Rows along x are spread over the cores, every voxel gathering from
+/// its neighbours.
+double differences(const GridShape& shape, double scale, const std::vector<double>& u,
+                   const std::vector<double>& diffusivity, std::vector<double>& gradient) {
+  std::vector<double> sums(static_cast<std::size_t>(shape.ny) * shape.nz);
+  for_rows(shape.ny * shape.nz, [&](int row) {
+    const std::size_t first = static_cast<std::size_t>(row) * shape.nx;
+    const double* const here = u.data() + first;
+    std::vector<double> slope(static_cast<std::size_t>(shape.nx), 0.0);
+    const auto from = [&](int begin, int end, std::ptrdiff_t neighbour) {
+      if (diffusivity.empty()) {
+        for (int x = begin; x < end; ++x) slope[x] += here[x] - here[x + neighbour];
+      } else {
+        const double* const d = diffusivity.data() + first;
+        for (int x = begin; x < end; ++x) {
+          slope[x] += 0.5 * (d[x] + d[x + neighbour]) * (here[x] - here[x + neighbour]);
+        }
+      }
+    };
+    const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(shape.nx) * shape.ny;
+    from(1, shape.nx, -1);
+    from(0, shape.nx - 1, 1);
+    if (row % shape.ny > 0) from(0, shape.nx, -shape.nx);
+    if (row % shape.ny + 1 < shape.ny) from(0, shape.nx, shape.nx);
+    if (row / shape.ny > 0) from(0, shape.nx, -plane);
+    if (row / shape.ny + 1 < shape.nz) from(0, shape.nx, plane);
+    // A quadratic form is half its argument times its gradient; no constant changes it.
+    double sum = 0.0;
+    for (int x = 0; x < shape.nx; ++x) {
+      gradient[first + x] += scale * slope[x];
+      sum += 0.5 * (here[x] - u[0]) * slope[x];
+    }
+    sums[row] = sum;
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
+/// Σ_voxels ψ(|∇u|) h² with |∇u| and `slope` = δ per voxel edge; sets each voxel's ψ'(s)/s.
+double huber_sum(const GridShape& shape, double slope, const std::vector<double>& u,
+                 std::vector<double>& diffusivity) {
+  std::vector<double> square(u.size(), 0.0);  // |∇u|² h²
+  for_each_face(shape, [&](std::size_t i, std::size_t j) {
+    const double half = 0.5 * (u[i] - u[j]) * (u[i] - u[j]);
+    square[i] += half;
+    square[j] += half;
+  });
+  double sum = 0.0;
+  diffusivity.resize(u.size());
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    const double steep = std::sqrt(square[i]);
+    const bool edge = steep > slope;
+    sum += edge ? slope * (steep - 0.5 * slope) : 0.5 * square[i];
+    diffusivity[i] = edge ? slope / steep : 1.0;
+  }
+  return sum;
+}
+
+CoefficientPair zeros(std::size_t cells) {
+  return {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
+}
+
+/// What multiplies ½ (u − u*)² of a voxel.
+double anchor_scale(const GridShape& shape, double scale, const Anchor& anchor) {
+  return scale * std::pow(shape.voxel_mm / anchor.length_mm, 2);
+}
+
+/// Σ_voxels ½ pull (u − to)²; adds its gradient.
+double pull_to(double to, double pull, const std::vector<double>& u,
+               std::vector<double>& gradient) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < u.size(); ++i) {
+    sum += 0.5 * pull * (u[i] - to) * (u[i] - to);
+    gradient[i] += pull * (u[i] - to);
+  }
+  return sum;
+}
+
+/// ½ scale Σ_voxels |∇κ|² as a function of log κ.
+Roughness wang2008_roughness(const GridShape& shape, const CoefficientPair& fields, double scale) {
+  const std::size_t cells = shape.cells();
+  Roughness result{0.0, zeros(cells), {}};
+  std::vector<double> kappa(cells);
+  for (std::size_t i = 0; i < cells; ++i) kappa[i] = std::exp(fields.log_kappa[i]);
+  const double per_square = scale / (shape.voxel_mm * shape.voxel_mm);
+  result.value = per_square * differences(shape, per_square, kappa, {}, result.gradient.log_kappa);
+  for (std::size_t i = 0; i < cells; ++i) result.gradient.log_kappa[i] *= kappa[i];
+  return result;
+}
+
+}  // namespace
+
+std::string to_string(RegulariserKind kind) {
+  switch (kind) {
+    case RegulariserKind::huber_tv:
+      return "huber-tv";
+    case RegulariserKind::wang2008:
+      return "wang2008";
+    default:
+      return "h1";
+  }
+}
+
+Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
+                    const std::optional<Anchor>& anchor, const Regulariser& regulariser) {
+  if (regulariser.kind == RegulariserKind::wang2008) {
+    return wang2008_roughness(shape, fields, regulariser.scale);
+  }
+  const double scale = shape.voxel_mm / thickness_mm;
+  const double slope = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
+  Roughness result{0.0, zeros(shape.cells()), {}};
+  const auto add = [&](const std::vector<double>& u, std::vector<double>& diffusivity,
+                       std::vector<double>& gradient, double to) {
+    const bool huber = regulariser.kind == RegulariserKind::huber_tv;
+    const double steep = huber ? huber_sum(shape, slope, u, diffusivity) : 0.0;
+    // The gradient of Huber-TV is that of the quadratic form which touches it here.
+    const double even = differences(shape, scale, u, diffusivity, gradient);
+    result.value += scale * (huber ? steep : even);
+    if (anchor) result.value += pull_to(to, anchor_scale(shape, scale, *anchor), u, gradient);
+  };
+  const Anchor to = anchor.value_or(Anchor{});
+  add(fields.log_kappa, result.diffusivity.log_kappa, result.gradient.log_kappa, to.log_kappa);
+  add(fields.log_mu, result.diffusivity.log_mu, result.gradient.log_mu, to.log_mu);
+  return result;
+}
+
+CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
+                                  double anchor_length_mm, const CoefficientPair& diffusivity,
+                                  const CoefficientPair& change) {
+  const double scale = shape.voxel_mm / thickness_mm;
+  const double pull = anchor_scale(shape, scale, {0.0, 0.0, anchor_length_mm});
+  CoefficientPair product = zeros(shape.cells());
+  const auto add = [&](const std::vector<double>& v, const std::vector<double>& weights,
+                       std::vector<double>& result) {
+    differences(shape, scale, v, weights, result);
+    pull_to(0.0, pull, v, result);
+  };
+  add(change.log_kappa, diffusivity.log_kappa, product.log_kappa);
+  add(change.log_mu, diffusivity.log_mu, product.log_mu);
+  return product;
+}
+
+double spread_over_edge(const Regulariser& regulariser, double weight, const GridShape& shape,
+                        double thickness_mm) {
+  if (regulariser.kind != RegulariserKind::huber_tv) return 0.0;
+  const double edge = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
+  return std::sqrt(thickness_mm / (weight * shape.voxel_mm)) / edge;
+}
+
+double metric_weight(const Regulariser& regulariser, double weight, const GridShape& shape,
+                     double thickness_mm, double kappa) {
+  if (regulariser.kind != RegulariserKind::wang2008) return weight;
+  // (κ_i − κ_j)²/h² = (κ/h)² (log κ_i − log κ_j)² where κ varies little; H1 has h/ℓ instead.
+  const double per_face = regulariser.scale * kappa * kappa / (shape.voxel_mm * shape.voxel_mm);
+  return weight * per_face * thickness_mm / shape.voxel_mm;
+}
+
+}  // namespace kappamu::inverse

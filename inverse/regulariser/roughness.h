@@ -1,0 +1,81 @@
+// The regulariser R of u = log κ and log μ, dimensionless, independent of the grid and of the unit
+// of length; ℓ is the thickness of the block along the light. [W] smooths κ alone, on which μ runs
+// away.
+//
+//   H1        R = Σ_{κ,μ} (1/ℓ) ∫ ½ |∇u|² dV
+//   Huber-TV  R = Σ_{κ,μ} (1/ℓ) ∫ ψ(|∇u|) dV,  ψ(s) = ½ s² up to δ = t/ℓ, then δ s − ½ δ²
+//
+// Huber-TV smooths slopes below t per thickness as H1 does and charges steeper ones by their height
+// alone, so that edges may be sharp (total variation, rounded off); its Hessian is nowhere larger
+// than H1's, whose metric therefore serves both. |∇u|² of a voxel is the mean of its two faces'
+// squared differences along each axis, 0 beyond the block: for t → ∞ the sum is
+// ½ (h/ℓ) Σ_faces (u_i − u_j)².
+//
+// Differences do not see a constant, and where hardly anything is absorbed the data do not see log
+// μ either: an anchor adds ½ (h/ℓ) Σ_voxels (h/L)² (u_i − u*)², a pull towards the homogeneous
+// start that matters only where data and neighbours say nothing (fields that vary over less than L
+// feel the differences more).
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "inverse/problem/adjoint.h"
+
+namespace kappamu::inverse {
+
+enum class RegulariserKind {
+  h1,
+  huber_tv,
+  /// R = ½ scale Σ_voxels |∇κ|², κ itself and alone, no anchor ([W] (6)): depends on the grid.
+  wang2008
+};
+std::string to_string(RegulariserKind kind);
+
+struct Regulariser {
+  RegulariserKind kind = RegulariserKind::h1;
+  double edge_slope = 2.0;  ///< t of Huber-TV [log units per thickness]
+  double scale = 1.0;       ///< multiplies [W]'s R
+};
+
+/// Where the fields are drawn to, and how far features reach before they feel it.
+struct Anchor {
+  double log_kappa = 0.0;  ///< κ in mm
+  double log_mu = 0.0;     ///< μ in 1/mm
+  double length_mm = 1.0;  ///< L
+};
+
+/// R and its gradient with respect to the fields.
+struct Roughness {
+  double value = 0.0;
+  CoefficientPair gradient;
+  /// ψ'(|∇u|)/|∇u| of every voxel, in (0, 1]; empty where it is 1 everywhere: H1.
+  CoefficientPair diffusivity;
+};
+Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
+                    const std::optional<Anchor>& anchor = std::nullopt,
+                    const Regulariser& regulariser = {});
+
+/// `change` times the Hessian of the Gaussian that stands for R at some fields: H1's, with the
+/// differences across a face weighed by the mean of its two voxels' `diffusivity` there (lagged
+/// diffusivity, Vogel & Oman 1996). Its quadratic form touches Huber-TV at those fields, with the
+/// same gradient, and lies nowhere below it. An empty diffusivity is H1's own. `anchor_length_mm`
+/// is Anchor::length_mm.
+CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
+                                  double anchor_length_mm, const CoefficientPair& diffusivity,
+                                  const CoefficientPair& change);
+
+/// How far neighbouring voxels differ under exp(−α R) without edges, √(ℓ/(α h)), over the step δ h
+/// that Huber-TV takes for an edge: above 1 the Gaussian at a volume is narrower than R, whose far
+/// slopes cost less than it thinks (docs/theory.md, section 5). 0 for other regularisers.
+double spread_over_edge(const Regulariser& regulariser, double weight, const GridShape& shape,
+                        double thickness_mm);
+
+/// The weight at which H1's Hessian bounds that of α R: what the fit's metric is made with
+/// (basis.h). For [W]'s R that is at `kappa` [mm] and for log κ.
+double metric_weight(const Regulariser& regulariser, double weight, const GridShape& shape,
+                     double thickness_mm, double kappa);
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,247 @@
+#include "inverse/uncertainty/uncertainty.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <numeric>
+#include <random>
+#include <utility>
+
+#include "core/error.h"
+#include "core/median.h"
+#include "inverse/optimise/lateral_hessian.h"
+#include "inverse/regulariser/roughness.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Squares of the orthonormal cosines (DCT-II), [frequency][voxel].
+Eigen::MatrixXd squared_cosines(int n) {
+  Eigen::MatrixXd squares(n, n);
+  for (int k = 0; k < n; ++k) {
+    for (int i = 0; i < n; ++i) {
+      const double cosine = std::cos(std::numbers::pi * k * (i + 0.5) / n);
+      squares(k, i) = (k == 0 ? 1.0 : 2.0) / n * cosine * cosine;
+    }
+  }
+  return squares;
+}
+
+double laplacian_eigenvalue(int k, int n) {
+  return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
+}
+
+Vector signs(std::mt19937_64& engine, std::size_t count) {
+  Vector values(count);
+  for (double& s : values) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
+  return values;
+}
+
+/// Variances at weight one, at the prior's own.
+CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
+  for (double& v : variance.log_kappa) v /= prior.kappa_weight;
+  for (double& v : variance.log_mu) v /= prior.mu_weight;
+  return variance;
+}
+
+/// The prior keeps the metric definite.
+constexpr double no_ridge = 0.0;
+/// Deviation of log μ over that of log κ between neighbours, where the data do not say: pigments
+/// and veins absorb differently where scattering is nearly the same. 2.1 to 2.5 in the simulated
+/// samples, and smooth fields add an error of the same size (docs/theory.md, 5).
+constexpr double absorbers_vary = 3.0;
+
+Basis metric(const Prior& prior, double weight, const GridShape& shape, int axis,
+             const LateralBlocks& blocks) {
+  return {shape,
+          {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, weight},
+          blocks};
+}
+
+/// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
+/// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made the
+/// fields rougher than it expects, the α that expects it takes its place. Never a larger one, and
+/// at least one direction is told: fewer tell nothing of roughness. Of log μ the data often tell a
+/// handful, all of them smooth: it may vary `absorbers_vary` times as much as log κ whatever they
+/// show.
+Prior borne_out(Prior prior, const FittedRoughness& fitted, const GridShape& shape, int axis,
+                const LateralBlocks& blocks) {
+  const Basis::Determined told =
+      metric(prior, prior.kappa_weight, shape, axis, blocks).determined(blocks);
+  prior.kappa_weight = std::min(prior.kappa_weight, std::max(1.0, told.kappa) / fitted.kappa);
+  prior.mu_weight = std::min({prior.mu_weight, std::max(1.0, told.mu) / fitted.mu,
+                              prior.kappa_weight / (absorbers_vary * absorbers_vary)});
+  return prior;
+}
+
+}  // namespace
+
+std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face) {
+  const GridShape& shape = found.log_mu_std.shape();
+  const FaceShape face = face_shape(shape, seen_face);
+  std::vector<LayerUncertainty> layers;
+  for (int k = 0; k < shape.extent(axis_of(seen_face)); ++k) {
+    const auto middle = [&](const Volume<float>& volume) {
+      std::vector<float> layer;
+      for (int v = 0; v < face.nv; ++v) {
+        for (int u = 0; u < face.nu; ++u) {
+          layer.push_back(volume[face_cell(shape, seen_face, u, v, k)]);
+        }
+      }
+      return upper_median(std::move(layer));
+    };
+    layers.push_back({(k + 0.5) * shape.voxel_mm, middle(found.log_kappa_std),
+                      middle(found.log_mu_std), middle(found.kappa_resolution),
+                      middle(found.mu_resolution), middle(found.correlation)});
+  }
+  return layers;
+}
+
+void validate(const UncertaintyOptions& options) {
+  const auto fail = [](const std::string& what) { throw InputError("uncertainty: " + what); };
+  if (options.samples < 0) fail("samples is negative; 0 asks for none");
+  if (options.steps < 1) fail("steps must be at least 1");
+  if (options.probes < 1) fail("probes must be at least 1");
+  if (!(options.pooling >= 0.0)) fail("pooling must not be negative");
+}
+
+int solves_needed(const UncertaintyOptions& options) {
+  return options.samples == 0 ? 0 : options.probes + 2 * options.steps * options.samples;
+}
+
+CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
+  const double scale = shape.voxel_mm / prior.thickness_mm;
+  const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
+  const Eigen::MatrixXd along_x = squared_cosines(shape.nx);
+  const Eigen::MatrixXd along_y = squared_cosines(shape.ny);
+  const Eigen::MatrixXd along_z = squared_cosines(shape.nz);
+  Vector variance(shape.cells(), 0.0);
+  for (int c = 0; c < shape.nz; ++c) {
+    Eigen::MatrixXd spectrum(shape.nx, shape.ny);
+    for (int b = 0; b < shape.ny; ++b) {
+      for (int a = 0; a < shape.nx; ++a) {
+        spectrum(a, b) =
+            1.0 / (scale * (laplacian_eigenvalue(a, shape.nx) + laplacian_eigenvalue(b, shape.ny) +
+                            laplacian_eigenvalue(c, shape.nz) + pull));
+      }
+    }
+    const Eigen::MatrixXd plane = along_x.transpose() * spectrum * along_y;
+    for (int z = 0; z < shape.nz; ++z) {
+      for (int y = 0; y < shape.ny; ++y) {
+        for (int x = 0; x < shape.nx; ++x) {
+          variance[shape.index(x, y, z)] += along_z(c, z) * plane(x, y);
+        }
+      }
+    }
+  }
+  return weighed({variance, variance}, prior);
+}
+
+CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
+                               const UncertaintyOptions& options, std::uint64_t seed) {
+  if (prior.diffusivity.log_kappa.empty()) return prior_variance(shape, prior);
+  const Basis basis(
+      shape, {Coordinates::smooth, depth_axis, prior.thickness_mm, prior.anchor_length_mm, 1.0},
+      {});
+  const auto precision = [&](const CoefficientPair& v) {
+    return smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity,
+                             v);
+  };
+  InverseDiagonal diagonal(precision, shape, depth_axis, basis, options.steps);
+  std::mt19937_64 engine(seed);
+  for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
+  return weighed(diagonal.result(options.pooling).variance, prior);
+}
+
+CoefficientPair hessian_product(Objective& objective, const Prior& prior,
+                                const CoefficientPair& v) {
+  CoefficientPair product = objective.jacobian_transpose(objective.jacobian(v));
+  const CoefficientPair smoothness =
+      smoothing_product(objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm,
+                        prior.diffusivity, v);
+  for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
+    product.log_kappa[i] += prior.kappa_weight * smoothness.log_kappa[i];
+    product.log_mu[i] += prior.mu_weight * smoothness.log_mu[i];
+  }
+  return product;
+}
+
+FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
+                                 const Anchor& anchor) {
+  for (double& u : fields.log_kappa) u -= anchor.log_kappa;
+  for (double& u : fields.log_mu) u -= anchor.log_mu;
+  const CoefficientPair product = smoothing_product(
+      shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity, fields);
+  const auto dot = [](const Vector& a, const Vector& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  };
+  return {dot(fields.log_kappa, product.log_kappa), dot(fields.log_mu, product.log_mu)};
+}
+
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
+                                 const std::optional<FittedRoughness>& fitted,
+                                 const UncertaintyOptions& options, std::uint64_t seed) {
+  validate(options);
+  const Problem& problem = objective.problem();
+  const GridShape& shape = problem.setup.shape;
+  const int axis = axis_of(problem.setup.lit_face);
+  const auto solves = [&] { return objective.solves().adjoint + objective.solves().tangent; };
+  const int before = solves();
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  LateralBlocks blocks = estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
+  if (fitted) prior = borne_out(prior, *fitted, shape, axis, blocks);
+  // In units that make the prior of both coefficients the same, the fit's own kind of metric, with
+  // the prior's own length.
+  const double unit = std::sqrt(prior.kappa_weight / prior.mu_weight);
+  for (Eigen::MatrixXd& block : blocks) {
+    block.bottomRows(block.rows() / 2) *= unit;
+    block.rightCols(block.rows() / 2) *= unit;
+  }
+  const Basis basis = metric(prior, prior.kappa_weight, shape, axis, blocks);
+  const auto in_units = [unit](CoefficientPair v) {
+    for (double& x : v.log_mu) x *= unit;
+    return v;
+  };
+  InverseDiagonal diagonal(
+      [&](const CoefficientPair& v) {
+        return in_units(hessian_product(objective, prior, in_units(v)));
+      },
+      shape, axis, basis, options.steps);
+  std::mt19937_64 engine(seed + 1);
+  for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
+  FieldCovariance posterior = diagonal.result(options.pooling);
+  for (double& v : posterior.variance.log_mu) v *= unit * unit;
+  for (double& v : posterior.between) v *= unit;
+  const CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
+
+  Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
+                    Volume<float>(shape), Volume<float>(shape), {}};
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    // Data only ever add to what is known: an estimate above the prior is the estimate's error.
+    const auto add = [&](double variance, double prior_value, Volume<float>& deviation,
+                         Volume<float>& resolution) {
+      const double share = std::clamp(1.0 - variance / prior_value, 0.0, 1.0);
+      deviation[i] = static_cast<float>(std::sqrt(std::min(variance, prior_value)));
+      resolution[i] = static_cast<float>(share);
+    };
+    const double kappa = posterior.variance.log_kappa[i];
+    const double mu = posterior.variance.log_mu[i];
+    add(kappa, beforehand.log_kappa[i], found.log_kappa_std, found.kappa_resolution);
+    add(mu, beforehand.log_mu[i], found.log_mu_std, found.mu_resolution);
+    found.correlation[i] = static_cast<float>(posterior.between[i] / std::sqrt(kappa * mu));
+  }
+  UncertaintyReport& report = found.report;
+  report.layers = layers_below(found, problem.seen_face);
+  report.sentence = in_words(report.layers);
+  report.solves = solves() - before;
+  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  report.unfinished = diagonal.unfinished();
+  report.prior = prior;
+  return found;
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,109 @@
+// How far the fitted volumes can be trusted: the covariance of (log κ, log μ) at the minimum of
+// ½ χ² + α R, linearised there,
+//     C = (JᵀWJ + α R″)⁻¹,
+// the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹ and an α of its
+// own for either coefficient. What that means, and what the data do not say, is in docs/theory.md,
+// section 5.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "inverse/problem/objective.h"
+#include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/inverse_diagonal.h"
+
+namespace kappamu::inverse {
+
+struct UncertaintyOptions {
+  int samples = 0;       ///< 0 = no uncertainty; each costs 2 `steps` batched solves
+  int steps = 12;        ///< products with the Hessian per sample
+  int probes = 8;        ///< adjoint solves for the metric the samples start from
+  double pooling = 1.5;  ///< Gaussian mean of the estimates across the light, deviation [voxels]
+};
+
+/// Throws InputError naming option, value and bound.
+void validate(const UncertaintyOptions& options);
+
+/// The regulariser as a prior, with a weight of its own for each coefficient.
+struct Prior {
+  double kappa_weight = 1.0;      ///< α of log κ
+  double mu_weight = 1.0;         ///< α of log μ
+  double thickness_mm = 1.0;      ///< ℓ (roughness.h)
+  double anchor_length_mm = 1.0;  ///< L
+  /// Of Huber-TV at the volume (Roughness::diffusivity); empty for H1.
+  CoefficientPair diffusivity{};
+};
+
+/// One layer of voxels parallel to the seen face; medians over the layer.
+struct LayerUncertainty {
+  double depth_mm = 0.0;       ///< of the layer's middle below the seen face
+  double log_kappa_std = 0.0;  ///< [dimensionless]
+  double log_mu_std = 0.0;     ///< [dimensionless]
+  double kappa_resolution = 0.0;
+  double mu_resolution = 0.0;
+  double correlation = 0.0;
+};
+
+struct UncertaintyReport {
+  std::vector<LayerUncertainty> layers;  ///< from the seen face down
+  std::string sentence;                  ///< the layers in words: where the data say what
+  std::optional<Prior> prior;            ///< taken for granted; of a volume alone
+  int solves = 0;                        ///< batched ones that this cost
+  double seconds = 0.0;
+  double unfinished = 0.0;  ///< InverseDiagonal::unfinished
+};
+
+struct Uncertainty {
+  Volume<float> log_kappa_std;  ///< standard deviation of log κ [dimensionless]
+  Volume<float> log_mu_std;     ///< of log μ
+  /// Share of the prior's variance that the data removed, 1 − C_ii/((α R″)⁻¹)_ii: 1 = the data
+  /// decide, 0 = the smoothing does.
+  Volume<float> kappa_resolution;
+  Volume<float> mu_resolution;
+  Volume<float> correlation;  ///< of log κ and log μ of one voxel, −1 to 1
+  UncertaintyReport report;
+};
+
+/// Batched solves that `options` will cost.
+int solves_needed(const UncertaintyOptions& options);
+
+/// Variances of (α R″)⁻¹ for H1, exact: R″ is diagonal in cosines. The prior's diffusivity is left
+/// out.
+CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
+
+/// With its diffusivity, by samples that need no solves (inverse_diagonal.h); that of H1 where
+/// there is none.
+CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
+                               const UncertaintyOptions& options, std::uint64_t seed);
+
+/// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint
+/// solve.
+CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
+
+/// 2 R of the fitted log κ and log μ, each alone: of Huber-TV that of its Gaussian.
+struct FittedRoughness {
+  double kappa = 0.0;
+  double mu = 0.0;
+};
+FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
+                                 const Anchor& anchor);
+
+/// At the fields of the objective's last value(); equal seeds give equal bits on one device. With
+/// `fitted`, `prior` is the fit's regulariser, and each weight is lowered to the one that expects
+/// the roughness that the data brought about (docs/theory.md, 5); without, it is taken as it is.
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
+                                 const std::optional<FittedRoughness>& fitted,
+                                 const UncertaintyOptions& options, std::uint64_t seed);
+
+/// Medians of the voxels of each layer, from the seen face down.
+std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);
+
+/// What the layers say, for a person: best and worst layer of each coefficient, where the data do
+/// not determine it to a factor of two, where the smoothing decides, and where κ trades against μ.
+std::string in_words(const std::vector<LayerUncertainty>& layers);
+
+}  // namespace kappamu::inverse

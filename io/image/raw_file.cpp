@@ -1,0 +1,122 @@
+#include "io/image/raw_file.h"
+
+#include <libraw/libraw.h>
+
+#include <algorithm>
+#include <cctype>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "io/read_file.h"
+
+namespace kappamu::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+[[noreturn]] void fail(const fs::path& file, const std::string& why) {
+  throw InputError(file.string() + ": " + why);
+}
+
+void note_damage(void* damaged, const char* /*file*/, const int /*offset*/) {
+  *static_cast<bool*>(damaged) = true;
+}
+
+/// R, G, B of LibRaw's colour index, whose fourth is a second green.
+int colour_of(LibRaw& raw, int row, int column, const fs::path& file) {
+  const int index = raw.COLOR(row, column);
+  const char letter = index < 4 ? raw.imgdata.idata.cdesc[index] : '?';
+  switch (letter) {
+    case 'R':
+      return 0;
+    case 'G':
+      return 1;
+    case 'B':
+      return 2;
+    default:
+      fail(file, "the sensor's colours are not red, green and blue; only Bayer sensors are read");
+  }
+}
+
+BayerLayout layout_of(LibRaw& raw, const fs::path& file) {
+  // Below 1000 LibRaw codes other things than a 2 x 2 pattern (0: none, 9: X-Trans).
+  constexpr unsigned least_pattern = 1000;
+  if (raw.imgdata.idata.filters < least_pattern) {
+    fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
+  }
+  BayerLayout layout{};
+  std::array<int, 3> sites{};
+  for (int y = 0; y < 2; ++y) {
+    for (int x = 0; x < 2; ++x) {
+      const int colour = colour_of(raw, y, x, file);
+      layout[static_cast<std::size_t>(2 * y + x)] = colour;
+      ++sites[static_cast<std::size_t>(colour)];
+    }
+  }
+  if (sites != std::array<int, 3>{1, 2, 1}) {
+    fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
+  }
+  return layout;
+}
+
+}  // namespace
+
+bool is_raw_file(const fs::path& file) {
+  static const std::vector<std::string> endings{
+      ".dng", ".cr2", ".cr3", ".crw", ".nef", ".nrw", ".arw", ".sr2", ".srf", ".orf",
+      ".rw2", ".pef", ".srw", ".raf", ".3fr", ".iiq", ".erf", ".mef", ".mos", ".raw"};
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(endings.begin(), endings.end(), ending) != endings.end();
+}
+
+RawImage read_raw(const fs::path& file) {
+  std::vector<std::byte> bytes = read_bytes(file);
+  if (bytes.empty()) fail(file, "the file is empty");
+  const auto reader = std::make_unique<LibRaw>();  // some 200 KB: not for the stack
+  LibRaw& raw = *reader;
+  bool damaged = false;
+  raw.set_dataerror_handler(note_damage, &damaged);
+  int status = raw.open_buffer(bytes.data(), bytes.size());
+  if (status != LIBRAW_SUCCESS) {
+    fail(file,
+         std::string("not a camera RAW file that LibRaw reads (") + libraw_strerror(status) + ")");
+  }
+  status = raw.unpack();
+  if (status != LIBRAW_SUCCESS || damaged) {
+    fail(file, "truncated or damaged RAW file; copy or photograph it again");
+  }
+  const ushort* codes = raw.imgdata.rawdata.raw_image;
+  if (codes == nullptr) fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
+  RawImage image;
+  image.layout = layout_of(raw, file);
+  const libraw_image_sizes_t& sizes = raw.imgdata.sizes;
+  const int width = sizes.width / 2 * 2;
+  const int height = sizes.height / 2 * 2;
+  const std::size_t pitch = sizes.raw_pitch / sizeof(ushort);
+  if (width == 0 || height == 0 || sizes.left_margin + width > sizes.raw_width ||
+      sizes.top_margin + height > sizes.raw_height || pitch < sizes.raw_width) {
+    fail(file, "truncated or damaged RAW file; copy or photograph it again");
+  }
+  image.mosaic = Image<std::uint16_t>(width, height, 1);
+  for (int y = 0; y < height; ++y) {
+    const ushort* row = codes + (sizes.top_margin + y) * pitch + sizes.left_margin;
+    std::copy_n(row, width, &image.mosaic(0, y));
+  }
+  const libraw_colordata_t& colour = raw.imgdata.color;
+  for (std::size_t site = 0; site < 4; ++site) {
+    const auto index =
+        static_cast<std::size_t>(raw.COLOR(static_cast<int>(site) / 2, static_cast<int>(site) % 2));
+    const auto channel = static_cast<std::size_t>(image.layout[site]);
+    const double share = channel == 1 ? 0.5 : 1.0;  // two green sites
+    image.black[channel] += share * (colour.black + colour.cblack[index]);
+  }
+  image.white = static_cast<int>(colour.maximum);
+  return image;
+}
+
+}  // namespace kappamu::io

@@ -1,0 +1,333 @@
+// The only file that includes OpenVDB.
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/Stream.h>
+#include <openvdb/openvdb.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <set>
+#include <sstream>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/volume/volume_file.h"
+
+namespace kappamu::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr const char* eta_name = "eta";
+constexpr const char* provenance_prefix = "provenance_";
+
+/// OpenVDB's file writer, over a stream of ours: its own opens the file itself and does not notice
+/// a full disk. Seekable, so that readers find single grids fast.
+class StreamArchive : public openvdb::io::Archive {
+ public:
+  void write_to(std::ostream& out, const openvdb::GridCPtrVec& grids,
+                const openvdb::MetaMap& metadata, const std::string& identity) const {
+    Archive::write(out, grids, /*seekable=*/true, metadata);
+    // OpenVDB puts a random UUID after magic number, file version, library version and offset flag
+    // (8 + 4 + 8 + 1 bytes). Ours follows from the content: same volume, same bytes.
+    constexpr std::streamoff uuid_offset = 21;
+    out.seekp(uuid_offset);
+    out << identity;
+  }
+};
+
+/// The size that a file must at least have by its own table of grids. Read before the grids are,
+/// since OpenVDB leaks what it has when a stream ends inside a grid.
+class SizeReader : public openvdb::io::Archive {
+ public:
+  std::streamoff least_size(std::istream& in) {
+    readHeader(in);
+    if (!inputHasGridOffsets()) return 0;
+    setFormatVersion(in);
+    setLibraryVersion(in);
+    openvdb::MetaMap().readMeta(in);
+    std::streamoff size = 0;
+    const std::int32_t grids = readGridCount(in);
+    for (std::int32_t i = 0; i < grids; ++i) {
+      openvdb::io::GridDescriptor descriptor;
+      descriptor.read(in);
+      size = std::max<std::streamoff>(size, descriptor.getEndPos());
+      descriptor.seekToEnd(in);
+    }
+    return size;
+  }
+};
+
+/// A UUID (version 8 of RFC 9562, which leaves its bits free) from all numbers and texts of a set,
+/// by the 64-bit hash FNV-1a.
+std::string identity_of(const VolumeSet& set) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&](const void* data, std::size_t size) {
+    const auto* bytes = static_cast<const unsigned char*>(data);
+    for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 0x100000001b3;
+  };
+  for (const NamedVolume& named : named_volumes(set)) {
+    add(named.name.data(), named.name.size());
+    add(named.volume->values().data(), named.volume->size() * sizeof(double));
+  }
+  for (const auto& [name, text] : set.metadata) {
+    add(name.data(), name.size());
+    add(text.data(), text.size());
+  }
+  const std::uint64_t high = hash;
+  add(&high, sizeof high);
+  std::array<char, 40> text{};
+  std::snprintf(text.data(), text.size(), "%08x-%04x-8%03x-8%03x-%012llx",
+                static_cast<unsigned>(high >> 32), static_cast<unsigned>(high >> 16 & 0xFFFF),
+                static_cast<unsigned>(high & 0xFFF), static_cast<unsigned>(hash >> 52),
+                static_cast<unsigned long long>(hash & 0xFFFFFFFFFFFF));
+  return text.data();
+}
+
+/// Sample frame [mm] from voxel index: scale by h, centres at half voxels.
+openvdb::math::Transform::Ptr sample_from_index(double voxel_mm) {
+  auto transform = openvdb::math::Transform::createLinearTransform(voxel_mm);
+  transform->postTranslate(openvdb::Vec3d(0.5 * voxel_mm));
+  return transform;
+}
+
+openvdb::CoordBBox box_of(const GridShape& shape) {
+  return {openvdb::Coord(0), openvdb::Coord(shape.nx - 1, shape.ny - 1, shape.nz - 1)};
+}
+
+openvdb::FloatGrid::Ptr make_grid(const std::string& name, const std::string& unit,
+                                  const Volume<double>& volume) {
+  const GridShape& shape = volume.shape();
+  auto grid = openvdb::FloatGrid::create(0.0F);
+  grid->setName(name);
+  grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  grid->setTransform(sample_from_index(shape.voxel_mm));
+  grid->insertMeta("units", openvdb::StringMetadata(unit));
+  // Active everywhere, also where the value equals the background (μ = 0 is a measurement).
+  grid->denseFill(box_of(shape), 0.0F, true);
+  auto accessor = grid->getAccessor();
+  for (int z = 0; z < shape.nz; ++z) {
+    for (int y = 0; y < shape.ny; ++y) {
+      for (int x = 0; x < shape.nx; ++x) {
+        accessor.setValueOnly(openvdb::Coord(x, y, z), static_cast<float>(volume(x, y, z)));
+      }
+    }
+  }
+  return grid;
+}
+
+openvdb::MetaMap file_metadata(const VolumeSet& set) {
+  openvdb::MetaMap map;
+  const GridShape& shape = set.shape();
+  std::string channels;
+  for (const std::string& name : set.channels) {
+    channels.append(channels.empty() ? "" : " ").append(name);
+  }
+  map.insertMeta("creator", openvdb::StringMetadata("kappamu"));
+  map.insertMeta("channels", openvdb::StringMetadata(channels));
+  map.insertMeta("grid", openvdb::Vec3IMetadata({shape.nx, shape.ny, shape.nz}));
+  map.insertMeta("voxel_mm", openvdb::DoubleMetadata(shape.voxel_mm));
+  map.insertMeta("world_units", openvdb::StringMetadata("mm"));
+  if (set.eta) map.insertMeta(eta_name, openvdb::DoubleMetadata(*set.eta));
+  for (const auto& [name, text] : set.metadata) {
+    map.insertMeta(provenance_prefix + name, openvdb::StringMetadata(text));
+  }
+  return map;
+}
+
+openvdb::GridCPtrVec make_grids(const VolumeSet& set) {
+  openvdb::GridCPtrVec grids;
+  for (const NamedVolume& named : named_volumes(set)) {
+    grids.push_back(make_grid(named.name, named.unit, *named.volume));
+  }
+  Volume<double> density(set.shape());
+  for (std::size_t c = 0; c < set.channels.size(); ++c) {
+    const ScatteringVolumes scattering = scattering_volumes(set.media[c]);
+    grids.push_back(make_grid("sigma_t_" + set.channels[c], "1/mm", scattering.sigma_t));
+    grids.push_back(make_grid("albedo_" + set.channels[c], "1", scattering.albedo));
+    for (std::size_t i = 0; i < density.size(); ++i) {
+      density[i] += scattering.sigma_t[i] / static_cast<double>(set.channels.size());
+    }
+  }
+  grids.push_back(make_grid("density", "1/mm", density));
+  return grids;
+}
+
+/// The grids of one file by name, and reading them as volumes.
+class VdbReader {
+ public:
+  explicit VdbReader(const fs::path& file) : file_(file) {
+    std::ifstream in(file, std::ios::binary);
+    try {
+      // OpenVDB does not look at the stream's state; a truncated file must not pass for zeros.
+      in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
+      const bool complete =
+          SizeReader().least_size(in) <= static_cast<std::streamoff>(fs::file_size(file));
+      if (!complete) throw std::runtime_error("truncated");
+      in.seekg(0);
+      openvdb::io::Stream stream(in, /*delayLoad=*/false);
+      metadata_ = stream.getMetadata();
+      for (const auto& grid : *stream.getGrids()) {
+        if (auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) {
+          grids_[grid->getName()] = floats;
+        }
+      }
+    } catch (const std::exception&) {
+      fail("not a complete OpenVDB file; write or copy it again");
+    }
+  }
+
+  VolumeSet read() {
+    VolumeSet set;
+    find_channels(set);
+    find_shape(kappa_name(set.channels.front()));
+    for (const std::string& channel : set.channels) {
+      set.media.push_back({volume(kappa_name(channel)), volume(mu_name(channel))});
+    }
+    read_extra(set, "std_kappa_", set.kappa_std);
+    read_extra(set, "std_mu_", set.mu_std);
+    read_extra(set, "resolution_kappa_", set.kappa_resolution);
+    read_extra(set, "resolution_mu_", set.mu_resolution);
+    read_extra(set, "sensitivity_", set.sensitivity);
+    if (auto eta = metadata_->getMetadata<openvdb::DoubleMetadata>(eta_name)) {
+      set.eta = eta->value();
+    }
+    const std::string prefix = provenance_prefix;
+    for (auto it = metadata_->beginMeta(); it != metadata_->endMeta(); ++it) {
+      if (it->first.starts_with(prefix)) {
+        set.metadata[it->first.substr(prefix.size())] = it->second->str();
+      }
+    }
+    validate(set, file_.string());
+    return set;
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& why) const {
+    throw InputError(file_.string() + ": " + why);
+  }
+  std::string kappa_name(const std::string& channel) const {
+    return plain_names_ ? "kappa" : "kappa_" + channel;
+  }
+  std::string mu_name(const std::string& channel) const {
+    return plain_names_ ? "mu" : "mu_" + channel;
+  }
+
+  /// In the order the file's metadata give, if it gives one; else R, G, B first, then by name.
+  void find_channels(VolumeSet& set) {
+    std::set<std::string> found;
+    for (const auto& [name, grid] : grids_) {
+      if (name.starts_with("kappa_")) found.insert(name.substr(6));
+    }
+    plain_names_ = found.empty() && grids_.contains("kappa");
+    if (plain_names_) found.insert("grey");
+    if (found.empty()) fail("has no float grid named kappa or kappa_<channel>");
+    std::vector<std::string> order{"R", "G", "B"};
+    if (auto text = metadata_->getMetadata<openvdb::StringMetadata>("channels")) {
+      std::istringstream words(text->value());
+      order.assign(std::istream_iterator<std::string>(words), {});
+    }
+    for (const std::string& name : order) {
+      if (found.erase(name) != 0) set.channels.push_back(name);
+    }
+    set.channels.insert(set.channels.end(), found.begin(), found.end());
+    for (const std::string& channel : set.channels) {
+      if (!grids_.contains(mu_name(channel))) {
+        fail("has grid " + kappa_name(channel) + " but no float grid " + mu_name(channel));
+      }
+    }
+  }
+
+  void find_shape(const std::string& name) {
+    first_ = grids_.at(name);
+    const openvdb::FloatGrid& grid = *first_;
+    const openvdb::math::Transform& transform = grid.transform();
+    const openvdb::Vec3d voxel = transform.voxelSize();
+    constexpr double tolerance = 1e-6;  // of a voxel: transforms may come from 32-bit floats
+    const openvdb::Vec3d step =
+        transform.indexToWorld(openvdb::Vec3d(1.0)) - transform.indexToWorld(openvdb::Vec3d(0.0));
+    if (!transform.isLinear() || !(voxel[0] > 0.0) ||
+        (step - openvdb::Vec3d(voxel[0])).length() > tolerance * voxel[0]) {
+      fail("grid " + name + " must have cubic voxels along the world axes");
+    }
+    box_ = grid.evalActiveVoxelBoundingBox();
+    if (box_.empty()) fail("grid " + name + " has no active voxels");
+    shape_ = {box_.dim().x(), box_.dim().y(), box_.dim().z(), voxel[0]};
+    if (auto exact = metadata_->getMetadata<openvdb::DoubleMetadata>("voxel_mm")) {
+      if (std::abs(exact->value() - voxel[0]) <= tolerance * voxel[0]) {
+        shape_.voxel_mm = exact->value();
+      }
+    }
+    // A stray active voxel far away must not turn into a request for terabytes.
+    if (grid.activeVoxelCount() != shape_.cells()) {
+      fail("grid " + name + " does not fill its box: " + std::to_string(grid.activeVoxelCount()) +
+           " of " + std::to_string(shape_.cells()) + " voxels are active; give each voxel a value");
+    }
+  }
+
+  Volume<double> volume(const std::string& name) const {
+    const openvdb::FloatGrid& grid = *grids_.at(name);
+    if (grid.transform() != first_->transform()) {
+      fail("grid " + name + " has another transform than " + first_->getName());
+    }
+    const openvdb::CoordBBox active = grid.evalActiveVoxelBoundingBox();
+    if (!active.empty() && !box_.isInside(active)) {
+      fail("grid " + name + " reaches beyond " + first_->getName());
+    }
+    Volume<double> result(shape_);
+    const auto accessor = grid.getConstAccessor();
+    for (int z = 0; z < shape_.nz; ++z) {
+      for (int y = 0; y < shape_.ny; ++y) {
+        for (int x = 0; x < shape_.nx; ++x) {
+          result(x, y, z) = accessor.getValue(box_.min().offsetBy(x, y, z));
+        }
+      }
+    }
+    return result;
+  }
+
+  void read_extra(const VolumeSet& set, const std::string& prefix,
+                  std::vector<Volume<double>>& volumes) const {
+    for (const std::string& channel : set.channels) {
+      if (grids_.contains(prefix + channel)) volumes.push_back(volume(prefix + channel));
+    }
+  }
+
+  fs::path file_;
+  openvdb::MetaMap::Ptr metadata_;
+  std::map<std::string, openvdb::FloatGrid::Ptr> grids_;
+  bool plain_names_ = false;
+  openvdb::FloatGrid::Ptr first_;  ///< its box and transform are the set's
+  openvdb::CoordBBox box_;
+  GridShape shape_;
+};
+
+}  // namespace
+
+void write_vdb(const fs::path& file, const VolumeSet& set) {
+  validate(set, file.string());
+  openvdb::initialize();
+  const openvdb::GridCPtrVec grids = make_grids(set);
+  const std::string identity = identity_of(set);
+  write_stream_atomically(file, [&](std::ostream& out) {
+    StreamArchive().write_to(out, grids, file_metadata(set), identity);
+  });
+}
+
+VolumeSet read_vdb(const fs::path& file) {
+  openvdb::initialize();
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) {
+    throw InputError("cannot read " + file.string() + ": there is no such file");
+  }
+  return VdbReader(file).read();
+}
+
+}  // namespace kappamu::io

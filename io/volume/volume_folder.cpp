@@ -1,0 +1,107 @@
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+#include "io/npy.h"
+#include "io/strict_json.h"
+#include "io/volume/volume_file.h"
+
+namespace kappamu::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::string_view format_name = "kappamu-volume";
+const std::vector<std::string_view> field_names{"format", "version",   "grid",  "voxel_mm",
+                                                "eta",    "channels",  "units", "order",
+                                                "frame",  "provenance"};
+
+std::vector<std::size_t> array_shape(const GridShape& shape) {
+  return {static_cast<std::size_t>(shape.nz), static_cast<std::size_t>(shape.ny),
+          static_cast<std::size_t>(shape.nx)};
+}
+
+Volume<double> read_array(const fs::path& file, const GridShape& shape) {
+  const NpyArray array = read_npy(file, array_shape(shape));
+  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
+}
+
+}  // namespace
+
+std::string volume_json(const VolumeSet& set) {
+  const GridShape& shape = set.shape();
+  nlohmann::ordered_json json{{"format", format_name},
+                              {"version", 1},
+                              {"grid", {shape.nx, shape.ny, shape.nz}},
+                              {"voxel_mm", shape.voxel_mm}};
+  if (set.eta) json["eta"] = *set.eta;
+  json["channels"] = set.channels;
+  for (const NamedVolume& named : named_volumes(set)) json["units"][named.name] = named.unit;
+  json["order"] = "[z][y][x], C order, x fastest";
+  json["frame"] =
+      "mm, origin at the block's corner; voxel (i, j, k) is cell-centred at ((i+1/2) h, (j+1/2) h, "
+      "(k+1/2) h)";
+  json["provenance"] = set.metadata;
+  return json.dump(2) + "\n";
+}
+
+void write_volume_folder(const fs::path& folder, const VolumeSet& set) {
+  validate(set, folder.string());
+  std::error_code ignored;
+  fs::remove(folder / "volume.json", ignored);
+  for (const NamedVolume& named : named_volumes(set)) {
+    const auto& values = named.volume->values();
+    const std::vector<float> floats(values.begin(), values.end());
+    write_npy(folder / (named.name + ".npy"), array_shape(set.shape()),
+              std::span<const float>(floats));
+  }
+  write_text_atomically(folder / "volume.json", volume_json(set));
+}
+
+VolumeSet read_volume_folder(const fs::path& folder) {
+  const StrictJson header(folder / "volume.json", format_name, field_names);
+  const auto [nx, ny, nz] = header.grid("grid");
+  const GridShape shape{nx, ny, nz, header.number("voxel_mm")};
+  if (!(shape.voxel_mm > 0.0)) header.fail("voxel_mm", "must be positive");
+  VolumeSet set;
+  set.channels = header.names("channels");
+  if (header.has("eta")) set.eta = header.number("eta");
+  if (header.has("provenance")) {
+    for (const auto& [name, value] : header.object("provenance").items()) {
+      if (!value.is_string()) header.fail("provenance", "must hold strings");
+      set.metadata[name] = value.get<std::string>();
+    }
+  }
+  for (const std::string& channel : set.channels) {
+    set.media.push_back({read_array(folder / ("kappa_" + channel + ".npy"), shape),
+                         read_array(folder / ("mu_" + channel + ".npy"), shape)});
+    // volume.json lists what belongs to it; other arrays may be left over from an older volume.
+    const auto read_extra = [&](const std::string& prefix, std::vector<Volume<double>>& volumes) {
+      const std::string name = prefix + channel;
+      if (header.object("units").contains(name)) {
+        volumes.push_back(read_array(folder / (name + ".npy"), shape));
+      }
+    };
+    read_extra("std_kappa_", set.kappa_std);
+    read_extra("std_mu_", set.mu_std);
+    read_extra("resolution_kappa_", set.kappa_resolution);
+    read_extra("resolution_mu_", set.mu_resolution);
+    read_extra("sensitivity_", set.sensitivity);
+  }
+  validate(set, folder.string());
+  return set;
+}
+
+VolumeSet read_volume(const fs::path& path) {
+  if (fs::is_directory(path)) return read_volume_folder(path);
+  if (!fs::exists(path)) {
+    throw InputError("cannot read " + path.string() + ": there is no such file or folder");
+  }
+  if (path.extension() != ".vdb") {
+    throw InputError(path.string() + ": must be a .vdb file or a folder with volume.json");
+  }
+  return read_vdb(path);
+}
+
+}  // namespace kappamu::io

@@ -1,0 +1,153 @@
+#include "pipeline/pipeline.h"
+
+#include <map>
+#include <utility>
+
+#include "core/error.h"
+#include "pipeline/records/fingerprint.h"
+#include "pipeline/records/fit_options.h"
+#include "pipeline/records/hdr_options.h"
+#include "pipeline/stages/calibrate_stage.h"
+#include "pipeline/stages/export_stage.h"
+#include "pipeline/stages/merge_stage.h"
+
+namespace kappamu::pipeline {
+
+namespace fs = std::filesystem;
+
+struct Pipeline::Input {
+  RunRecord::InputKind kind = RunRecord::InputKind::session;
+  fs::path folder;
+  std::string description;  ///< fingerprint of session.json or measurements.json alone
+  std::string fingerprint;  ///< with all files
+  std::optional<capture::Session> session;
+};
+
+namespace {
+
+/// Equal programs give equal bits from equal inputs; another build may not.
+std::string with_program(const std::string& fingerprint) {
+  static const std::string program = content_fingerprint("/proc/self/exe");
+  return Fingerprint().add(program).add(fingerprint).text();
+}
+
+}  // namespace
+
+Pipeline::Input Pipeline::open_input(const fs::path& folder) {
+  Input input;
+  input.folder = folder;
+  if (fs::exists(folder / "session.json")) {
+    input.session = capture::read_session(folder);
+    input.description = content_fingerprint(folder / "session.json");
+    input.fingerprint = with_program(session_fingerprint(*input.session));
+    return input;
+  }
+  if (fs::exists(folder / "measurements.json")) {
+    input.kind = RunRecord::InputKind::measurements;
+    input.description = content_fingerprint(folder / "measurements.json");
+    input.fingerprint = with_program(measurements_fingerprint(folder));
+    return input;
+  }
+  throw InputError(folder.string() +
+                   (fs::is_directory(folder) ? ": has neither session.json nor measurements.json"
+                                             : ": no such folder") +
+                   "; give a capture session or a folder of surface measurements "
+                   "(docs/formats.md)");
+}
+
+Pipeline::Pipeline(const fs::path& input, const fs::path& run, bool force)
+    : Pipeline(open_input(input), run, force) {}
+
+Pipeline::Pipeline(Input input, const fs::path& run, bool force)
+    : session_(std::move(input.session)),
+      fingerprint_(input.fingerprint),
+      folder_(run, input.kind, input.folder, input.description, force) {}
+
+const capture::Session& Pipeline::require_session() const {
+  if (session_) return *session_;
+  throw InputError((folder_.record().input / "session.json").string() +
+                   ": no such file; calibrate and merge need a capture session, surface "
+                   "measurements go to `kappamu run` or `kappamu fit`");
+}
+
+void Pipeline::set_hdr_options(const capture::HdrOptions& options) {
+  hdr_ = options;
+  std::map<std::string, std::string> recorded = folder_.record().options;
+  for (const auto& [name, value] : options_by_name(options)) recorded[name] = value;
+  folder_.set_options(std::move(recorded));
+}
+
+RunFolder::Stage Pipeline::calibrate_stage() const {
+  return {"calibrate",
+          Fingerprint().add("calibrate").add(fingerprint_).add(options_text(hdr_)).text(),
+          {"calibration"}};
+}
+
+RunFolder::Stage Pipeline::merge_stage() const {
+  const bool calibrated = folder_.is_done(calibrate_stage());
+  std::vector<std::string> outputs{"hdr"};
+  if (calibrated) outputs.emplace_back("measurements");
+  return {"merge",
+          Fingerprint()
+              .add("merge")
+              .add(fingerprint_)
+              .add(options_text(hdr_))
+              .add(calibrated ? "measured" : "hdr")
+              .text(),
+          outputs};
+}
+
+bool Pipeline::calibrate(Progress& progress) {
+  const capture::Session& session = require_session();
+  return folder_.run(calibrate_stage(), progress, [&](Progress& listener) {
+    run_calibrate_stage(session, hdr_, folder_.path(), listener);
+  });
+}
+
+bool Pipeline::merge(Progress& progress) {
+  const capture::Session& session = require_session();
+  return folder_.run(merge_stage(), progress, [&](Progress& listener) {
+    run_merge_stage(session, hdr_, folder_.path(), listener);
+  });
+}
+
+RunFolder::Stage Pipeline::stage_after(const RunFolder::Stage& earlier, const std::string& name,
+                                       const std::string& options,
+                                       std::vector<std::string> outputs) {
+  return {name, Fingerprint().add(name).add(earlier.key).add(options).text(), std::move(outputs)};
+}
+
+bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
+  const RunFolder::Stage input = session_ ? merge_stage() : RunFolder::Stage{"", fingerprint_, {}};
+  fit_stage_ = stage_after(input, "fit", options_json(options), {"fit"});
+  const fs::path measurements = session_ ? folder_.path() : folder_.record().input;
+  return folder_.run(fit_stage_, progress, [&](Progress& listener) {
+    const FitSummary summary =
+        run_fit_stage(measurements, folder_.path() / "fit", options, listener);
+    std::map<std::string, double> errors;
+    for (std::size_t c = 0; c < summary.held_out.size(); ++c) {
+      errors[summary.channels[c]] = summary.held_out[c].error;
+    }
+    folder_.set_device(summary.device);
+    folder_.set_holdout_error(std::move(errors));
+  });
+}
+
+bool Pipeline::export_all(Progress& progress) {
+  return folder_.run(stage_after(fit_stage_, "export", "all", {"export"}), progress,
+                     [&](Progress& listener) {
+                       export_volumes(folder_.path() / "fit" / "volume.vdb",
+                                      folder_.path() / "export", {"all"}, listener);
+                     });
+}
+
+bool Pipeline::report(const std::function<void(const fs::path& run)>& write, Progress& progress) {
+  return folder_.run(stage_after(fit_stage_, "report", "", {"report.html"}), progress,
+                     [&](Progress& listener) {
+                       listener.update("report", 0.0, "");
+                       write(folder_.path());
+                       listener.update("report", 1.0, "");
+                     });
+}
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,61 @@
+// The order of stages from a session, or from someone's measurements, to a report; which inputs
+// each depends on; and which are done already.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "capture/radiance/merge.h"
+#include "capture/session/session.h"
+#include "core/progress.h"
+#include "pipeline/run_folder.h"
+#include "pipeline/stages/fit_stage.h"
+
+namespace kappamu::pipeline {
+
+class Pipeline {
+ public:
+  /// `input` is a folder with session.json or with measurements.json. Throws InputError when it is
+  /// neither or damaged, or when `run` holds results of another input and `force` is not set.
+  Pipeline(const std::filesystem::path& input, const std::filesystem::path& run, bool force);
+
+  /// How frames become radiance; before the first stage. Recorded in run.json.
+  void set_hdr_options(const capture::HdrOptions& options);
+
+  RunFolder& folder() { return folder_; }
+  const std::optional<capture::Session>& session() const { return session_; }
+
+  // Each does its stage unless it is done with the same inputs; returns whether it had to.
+
+  /// Needs a session.
+  bool calibrate(Progress& progress);
+  /// Needs a session; measures surfaces where the run is calibrated.
+  bool merge(Progress& progress);
+  /// Fits the run's own measurements, or the input's where that is what the run was given.
+  bool fit(const FitStageOptions& options, Progress& progress);
+  bool export_all(Progress& progress);
+  /// `write` makes report.html of the run folder it is given (report/report.h).
+  bool report(const std::function<void(const std::filesystem::path& run)>& write,
+              Progress& progress);
+
+ private:
+  struct Input;
+  static Input open_input(const std::filesystem::path& folder);
+  Pipeline(Input input, const std::filesystem::path& run, bool force);
+  const capture::Session& require_session() const;
+  RunFolder::Stage calibrate_stage() const;
+  RunFolder::Stage merge_stage() const;
+  /// A stage that depends on `earlier` and on nothing else but `options`.
+  static RunFolder::Stage stage_after(const RunFolder::Stage& earlier, const std::string& name,
+                                      const std::string& options, std::vector<std::string> outputs);
+
+  std::optional<capture::Session> session_;
+  capture::HdrOptions hdr_;
+  std::string fingerprint_;  ///< of the input with all its files, and of this program
+  RunFolder folder_;
+  RunFolder::Stage fit_stage_;  ///< set by fit(), for the stages after it
+};
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,36 @@
+// Fingerprints that tell whether a stage's inputs are still the same.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "capture/session/session.h"
+
+namespace kappamu::pipeline {
+
+/// FNV-1a, 64 bit (Fowler, Noll, Vo): tells edits apart, does not guard against intent.
+class Fingerprint {
+ public:
+  /// Adds a piece of text; ("ab", "c") and ("a", "bc") differ.
+  Fingerprint& add(std::string_view piece);
+  /// Adds name, size and time of last change of a file, or that it is missing.
+  Fingerprint& add_file(const std::filesystem::path& file);
+  /// 16 hexadecimal digits.
+  std::string text() const;
+
+ private:
+  std::uint64_t state_ = 14695981039346656037ULL;
+};
+
+/// Fingerprint of a small file's contents. Throws InputError when it cannot be read.
+std::string content_fingerprint(const std::filesystem::path& file);
+
+/// session.json's contents, and size and time of every file that it names.
+std::string session_fingerprint(const capture::Session& session);
+
+/// measurements.json's contents, and size and time of the arrays beside it.
+std::string measurements_fingerprint(const std::filesystem::path& folder);
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,84 @@
+#include "pipeline/records/run_record.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "io/atomic_file.h"
+
+namespace kappamu::pipeline {
+
+namespace {
+
+using nlohmann::json;
+
+json to_json(const StageRecord& stage) {
+  return {{"status", stage.status == StageStatus::done ? "done" : "started"},
+          {"key", stage.key},
+          {"seconds", stage.seconds},
+          {"warnings", stage.warnings}};
+}
+
+StageRecord stage_from_json(const json& object) {
+  StageRecord stage;
+  stage.status =
+      object.at("status").get<std::string>() == "done" ? StageStatus::done : StageStatus::started;
+  stage.key = object.at("key").get<std::string>();
+  stage.seconds = object.at("seconds").get<double>();
+  stage.warnings = object.at("warnings").get<std::vector<std::string>>();
+  return stage;
+}
+
+RunRecord from_json(const json& object) {
+  RunRecord record;
+  record.input_kind = object.at("input_kind").get<std::string>() == "measurements"
+                          ? RunRecord::InputKind::measurements
+                          : RunRecord::InputKind::session;
+  record.input = object.at("input").get<std::string>();
+  record.input_fingerprint = object.at("input_fingerprint").get<std::string>();
+  record.options = object.at("options").get<std::map<std::string, std::string>>();
+  record.versions = object.at("versions").get<std::map<std::string, std::string>>();
+  record.device = object.at("device").get<std::string>();
+  record.holdout_error = object.value("holdout_E", std::map<std::string, double>{});
+  for (const auto& [name, stage] : object.at("stages").items())
+    record.stages[name] = stage_from_json(stage);
+  return record;
+}
+
+}  // namespace
+
+std::optional<RunRecord> read_run_record(const std::filesystem::path& run) {
+  const std::filesystem::path path = run / "run.json";
+  std::ifstream file(path);
+  if (!file) return std::nullopt;
+  try {
+    const json object = json::parse(file);
+    if (object.at("format") != "kappamu-run" || object.at("version") != 1)
+      throw InputError(path.string() + ": not a kappamu-run file of version 1; choose another -o");
+    return from_json(object);
+  } catch (const json::exception&) {
+    throw InputError(path.string() +
+                     ": damaged or not a run record; remove it or choose another output folder");
+  }
+}
+
+void write_run_record(const RunRecord& record, const std::filesystem::path& run) {
+  json stages = json::object();
+  for (const auto& [name, stage] : record.stages) stages[name] = to_json(stage);
+  const json object = {
+      {"format", "kappamu-run"},
+      {"version", 1},
+      {"input_kind",
+       record.input_kind == RunRecord::InputKind::session ? "session" : "measurements"},
+      {"input", record.input.string()},
+      {"input_fingerprint", record.input_fingerprint},
+      {"options", record.options},
+      {"versions", record.versions},
+      {"device", record.device},
+      {"holdout_E", record.holdout_error},
+      {"stages", stages}};
+  std::filesystem::create_directories(run);
+  io::write_text_atomically(run / "run.json", object.dump(2) + "\n");
+}
+
+}  // namespace kappamu::pipeline

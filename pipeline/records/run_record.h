@@ -1,0 +1,47 @@
+// run.json: what a run folder was made from, and which of its stages are complete. It is what lets
+// `kappamu run` resume, and what the report prints about a run's origin (docs/formats.md).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kappamu::pipeline {
+
+enum class StageStatus {
+  started,  ///< begun and not committed: partial outputs of the same key may be continued
+  done      ///< outputs complete
+};
+
+struct StageRecord {
+  StageStatus status = StageStatus::started;
+  std::string key;       ///< fingerprint of everything the outputs depend on
+  double seconds = 0.0;  ///< wall time of the attempt that completed it
+  std::vector<std::string> warnings;
+};
+
+struct RunRecord {
+  enum class InputKind { session, measurements };
+
+  InputKind input_kind = InputKind::session;
+  std::filesystem::path input;    ///< absolute folder of the session or the measurements
+  std::string input_fingerprint;  ///< of session.json or measurements.json alone
+  std::map<std::string, std::string> options;   ///< in effect, by name
+  std::map<std::string, std::string> versions;  ///< library_versions()
+  std::string device;                           ///< what the fit ran on; empty before it
+  std::map<std::string, double> holdout_error;  ///< E under light kept out of the fit, by channel
+  std::map<std::string, StageRecord> stages;    ///< by name
+};
+
+/// The stages in their order.
+inline constexpr const char* stage_names[] = {"calibrate", "merge", "fit", "export", "report"};
+
+/// Reads run/run.json; nothing when there is none. Throws InputError when it cannot be read.
+std::optional<RunRecord> read_run_record(const std::filesystem::path& run);
+
+/// Writes run/run.json by rename.
+void write_run_record(const RunRecord& record, const std::filesystem::path& run);
+
+}  // namespace kappamu::pipeline

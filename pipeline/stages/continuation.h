@@ -1,0 +1,49 @@
+// `kappamu fit --continue RUN`: a finished fit goes on from its volumes with other options.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/surface_measurements.h"
+#include "inverse/fit/fit.h"
+#include "pipeline/records/fit_options.h"
+
+namespace kappamu::pipeline {
+
+class FinishedFit {
+ public:
+  /// `folder` has fit.json, or fit/fit.json. Throws InputError naming what is missing.
+  explicit FinishedFit(const std::filesystem::path& folder);
+
+  const std::filesystem::path& folder() const { return folder_; }  ///< of fit.json
+  const std::filesystem::path& input() const { return input_; }    ///< what it was fitted to
+
+  /// Sets every option of the command line to what the fit was made with.
+  void set_options(FitArguments& arguments) const;
+
+  /// Throws InputError in one sentence where `options` ask for what a continuation cannot change:
+  /// the convention of κ and μ, the grids before the last, patterns held out that the fit saw.
+  void require_continuable(const FitStageOptions& options, const std::vector<int>& held_out) const;
+
+  /// Where the fit of `channel` stands. Throws InputError when it has no such channel or another
+  /// grid.
+  inverse::Continuation channel(const std::string& channel,
+                                const SurfaceMeasurements& measurements) const;
+
+ private:
+  struct Channel {
+    std::string name;
+    double homogeneous_kappa = 0.0;  ///< [mm]
+    double homogeneous_mu = 0.0;     ///< [1/mm]
+    double homogeneous_log_residual = 0.0;
+    double weight = 0.0;
+  };
+  std::filesystem::path folder_;
+  std::filesystem::path input_;
+  std::string options_;  ///< JSON, as options_json() writes it
+  std::vector<int> held_out_;
+  std::vector<Channel> channels_;
+};
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,67 @@
+#include "pipeline/stages/export_stage.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "io/volume/volume_file.h"
+
+namespace kappamu::pipeline {
+
+namespace fs = std::filesystem;
+
+const std::vector<std::string>& export_formats() {
+  static const std::vector<std::string> formats{"vti", "vol", "npy", "vdb", "exr"};
+  return formats;
+}
+
+fs::path find_volume(const fs::path& path) {
+  if (!fs::is_directory(path)) return path;
+  for (const fs::path& candidate : {path / "volume.vdb", path / "fit" / "volume.vdb"}) {
+    if (fs::exists(candidate)) return candidate;
+  }
+  if (fs::exists(path / "volume.json")) return path;
+  throw InputError(path.string() +
+                   ": has no volume.vdb, fit/volume.vdb or volume.json; give a .vdb file, a "
+                   "finished run, or a folder of arrays with volume.json");
+}
+
+io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
+                                const std::vector<std::string>& formats, Progress& progress) {
+  std::vector<std::string> wanted;
+  for (const std::string& format : formats) {
+    const auto& known = export_formats();
+    if (format == "all") {
+      wanted = known;
+      break;
+    }
+    if (std::find(known.begin(), known.end(), format) == known.end()) {
+      throw InputError("export format '" + format + "' is not one of vti, vol, npy, vdb, exr, all");
+    }
+    if (std::find(wanted.begin(), wanted.end(), format) == wanted.end()) wanted.push_back(format);
+  }
+  const io::VolumeSet set = io::read_volume(find_volume(volume));
+  io::ExportResult all;
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const std::string& format = wanted[i];
+    progress.update("export", static_cast<double>(i) / static_cast<double>(wanted.size()), format);
+    io::ExportResult one;
+    if (format == "vti") one = io::export_vti(folder / "volume.vti", set);
+    if (format == "vol") one = io::export_mitsuba(folder / "mitsuba", set);
+    if (format == "npy") one = io::export_npy(folder / "npy", set);
+    if (format == "vdb") one = io::export_vdb(folder / "volume.vdb", set);
+    if (format == "exr") one = io::export_slices(folder / "exr", set);
+    all.files.insert(all.files.end(), one.files.begin(), one.files.end());
+    for (const std::string& warning : one.warnings) {
+      // Formats share their conversion: each warning once.
+      if (std::find(all.warnings.begin(), all.warnings.end(), warning) != all.warnings.end()) {
+        continue;
+      }
+      all.warnings.push_back(warning);
+      progress.warn(warning);
+    }
+  }
+  progress.update("export", 1.0, std::to_string(all.files.size()) + " files");
+  return all;
+}
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,29 @@
+// Volumes into the formats of other programs: what `kappamu export` and the export stage of
+// `kappamu run` share.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+#include "io/volume/volume_export.h"
+
+namespace kappamu::pipeline {
+
+/// "vti", "vol", "npy", "vdb", "exr".
+const std::vector<std::string>& export_formats();
+
+/// The volume that `path` means: a .vdb file, a folder with volume.json, or a run or fit folder
+/// that has volume.vdb or fit/volume.vdb. Throws InputError when there is none.
+std::filesystem::path find_volume(const std::filesystem::path& path);
+
+/// Writes `volume` (see find_volume) into `folder` as each of `formats` ("all" for every one):
+/// volume.vti, volume.vdb, and the folders mitsuba, npy and exr. Warnings go to `progress` and into
+/// the result. Throws InputError when the volume has a NaN or a non-positive κ, and when a format
+/// is unknown.
+io::ExportResult export_volumes(const std::filesystem::path& volume,
+                                const std::filesystem::path& folder,
+                                const std::vector<std::string>& formats, Progress& progress);
+
+}  // namespace kappamu::pipeline

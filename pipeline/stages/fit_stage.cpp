@@ -1,0 +1,365 @@
+#include "pipeline/stages/fit_stage.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "calib/calibration_file.h"
+#include "core/error.h"
+#include "core/process_memory.h"
+#include "core/surface_measurements.h"
+#include "inverse/fit/fit_memory.h"
+#include "inverse/fit/model_uncertainty.h"
+#include "inverse/fit/notes.h"
+#include "inverse/fit/validated_fit.h"
+#include "io/atomic_file.h"
+#include "io/measurements_file.h"
+#include "io/npy.h"
+#include "io/volume/volume_file.h"
+#include "pipeline/records/channel_json.h"
+#include "pipeline/records/fit_options.h"
+#include "pipeline/stages/continuation.h"
+#include "pipeline/stages/hold_out.h"
+#include "pipeline/stages/square_check.h"
+#include "pipeline/stages/uncertainty_output.h"
+
+namespace kappamu::pipeline {
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using inverse::ChannelFit;
+using inverse::FitReport;
+using inverse::FitStatus;
+
+std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
+                                 const std::vector<std::string>& names) {
+  std::vector<int> indices;
+  const auto& known = measurements.channels;
+  for (const std::string& name : names.empty() ? known : names) {
+    const auto at = std::find(known.begin(), known.end(), name);
+    if (at == known.end()) {
+      std::string sentence = "channel '";
+      sentence.append(name).append("' is not among those measured (");
+      for (const std::string& k : known)
+        sentence.append(&k == &known.front() ? "" : ", ").append(k);
+      throw InputError(sentence.append(")"));
+    }
+    indices.push_back(static_cast<int>(at - known.begin()));
+  }
+  return indices;
+}
+
+std::vector<std::byte> read_bytes(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::vector<std::byte> bytes;
+  std::transform(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>(),
+                 std::back_inserter(bytes), [](char c) { return static_cast<std::byte>(c); });
+  return bytes;
+}
+
+void write_volume(const fs::path& file, const Volume<double>& volume) {
+  const GridShape& s = volume.shape();
+  const std::vector<float> values(volume.values().begin(), volume.values().end());
+  io::write_npy(file,
+                {static_cast<std::size_t>(s.nz), static_cast<std::size_t>(s.ny),
+                 static_cast<std::size_t>(s.nx)},
+                std::span<const float>(values));
+}
+
+void write_maps(const fs::path& file, const SurfaceMeasurements& measurements, std::size_t channels,
+                const std::vector<float>& values) {
+  const FaceShape face = measurements.seen_shape();
+  io::write_npy(file,
+                {channels, static_cast<std::size_t>(measurements.patterns),
+                 static_cast<std::size_t>(face.nv), static_cast<std::size_t>(face.nu)},
+                std::span<const float>(values));
+}
+
+/// √(sκ² + sμ²): how strongly the data hold a voxel, by either coefficient.
+Volume<double> joint_sensitivity(const ChannelFit& fit) {
+  Volume<double> joint(fit.medium.kappa.shape());
+  for (std::size_t i = 0; i < joint.size(); ++i) {
+    joint[i] = std::hypot(fit.sensitivity_kappa[i], fit.sensitivity_mu[i]);
+  }
+  return joint;
+}
+
+/// `all` with the maps of `patterns` replaced by `part`, one channel's [M][v][u] each.
+void put_patterns(std::vector<float>& all, std::size_t cells, const std::vector<int>& patterns,
+                  const std::vector<float>& part) {
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    std::copy_n(
+        part.begin() + static_cast<std::ptrdiff_t>(k * cells), cells,
+        all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(patterns[k]) * cells));
+  }
+}
+
+/// One channel after another: the whole of run_fit_stage but finding the folders.
+class FitStage {
+ public:
+  /// `validation`: measurements of their own that judge the fit.
+  FitStage(fs::path input, const SurfaceMeasurements& measurements,
+           std::optional<SurfaceMeasurements> validation, fs::path output,
+           const FitStageOptions& options, Progress& progress)
+      : input_(std::move(input)),
+        measurements_(measurements),
+        choice_(choose_held_out(options.hold_out, measurements, validation.has_value())),
+        judging_(inverse::keep_out(measurements, choice_.patterns, std::move(validation))),
+        output_(std::move(output)),
+        options_(options),
+        progress_(progress) {
+    if (choice_.warning) progress_.warn(*choice_.warning);
+    const fs::path calibration = input_ / "calibration";
+    if (fs::exists(calibration / "calibration.json")) {
+      calibration_ = calib::load_calibration(calibration);
+    }
+    if (options.continue_from) {
+      continued_.emplace(*options.continue_from);
+      continued_->require_continuable(options, choice_.patterns);
+    }
+  }
+
+  FitSummary run();
+
+ private:
+  /// Of the fit that is judged, and of what follows with all patterns.
+  std::array<fs::path, 2> checkpoint_files(const std::string& name) const {
+    return {output_ / ("checkpoint_" + name + ".bin"),
+            output_ / ("checkpoint_all_" + name + ".bin")};
+  }
+  inverse::Checkpoint checkpoint(const fs::path& file) const;
+  void fit(int channel);
+  void keep_prediction(const ChannelFit& fit, bool of_all);
+  void write_json() const;
+
+  fs::path input_;
+  const SurfaceMeasurements& measurements_;
+  HeldOut choice_;
+  inverse::JudgedInput judging_;
+  std::optional<calib::CalibrationResult>
+      calibration_;  ///< of the run that is fitted, if it is one
+  std::optional<FinishedFit> continued_;
+  fs::path output_;
+  const FitStageOptions& options_;
+  Progress& progress_;
+  FitSummary summary_;
+  io::VolumeSet volumes_;
+  std::vector<float> prediction_;
+  std::vector<float> validation_prediction_;
+};
+
+inverse::Checkpoint FitStage::checkpoint(const fs::path& file) const {
+  inverse::Checkpoint checkpoint;
+  if (!options_.restart) checkpoint.initial = read_bytes(file);
+  checkpoint.save = [file](std::span<const std::byte> bytes) {
+    io::write_bytes_atomically(file, bytes);
+  };
+  return checkpoint;
+}
+
+void FitStage::fit(int channel) {
+  const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
+  const auto [first, second] = checkpoint_files(name);
+  std::optional<inverse::Continuation> start;
+  if (continued_) start = continued_->channel(name, measurements_);
+  inverse::JudgedFit fitted = inverse::fit_judged(
+      judging_, channel, options_.fit, checkpoint(first), checkpoint(second), progress_, {}, start);
+  ChannelFit& result = fitted.fit;
+  if (fitted.judged) {
+    fs::create_directories(output_ / judged_folder);
+    write_volume(output_ / judged_folder / ("kappa_" + name + ".npy"), fitted.judged->kappa);
+    write_volume(output_ / judged_folder / ("mu_" + name + ".npy"), fitted.judged->mu);
+  }
+  const SurfaceMeasurements& seen = fitted.judged ? measurements_ : judging_.fitted;
+  if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
+    result.uncertainty = inverse::estimate_model_uncertainty(result, seen, channel, options_.fit);
+  }
+  std::optional<SquareSize> squares;
+  if (calibration_) {
+    squares = judge_square_size(result.report.consistency, *calibration_, measurements_);
+  }
+  for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
+                              inverse::wild_warning(result, seen, channel),
+                              squares ? warning_of(*squares) : std::nullopt}) {
+    if (!warning) continue;
+    result.report.warnings.push_back(*warning);
+    progress_.warn("fit " + name + ": " + *warning);
+  }
+  summary_.remarks.push_back(inverse::remarks_on(result, seen, fitted.score));
+  if (squares && !squares->explains) summary_.remarks.back().push_back(in_words(*squares));
+  write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
+  write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
+  if (result.sensitivity_mu.size() > 0) {
+    volumes_.sensitivity.push_back(joint_sensitivity(result));
+    write_volume(output_ / ("sensitivity_" + name + ".npy"), volumes_.sensitivity.back());
+  }
+  if (result.uncertainty) {
+    write_uncertainty(output_, name, *result.uncertainty, result.medium, volumes_);
+  }
+  summary_.uncertainty.push_back(
+      result.uncertainty ? std::optional(std::move(result.uncertainty->report)) : std::nullopt);
+  if (fitted.score) summary_.held_out.push_back(std::move(*fitted.score));
+  keep_prediction(result, fitted.judged.has_value());
+  volumes_.channels.push_back(name);
+  volumes_.media.push_back(std::move(result.medium));
+  summary_.channels.push_back(name);
+  summary_.device = result.report.backend;
+  summary_.reports.push_back(std::move(result.report));
+}
+
+/// prediction.npy has every pattern of the input, held-out ones as the volumes predict them that
+/// did not see them; prediction_validate.npy has those measured apart. `of_all`: fit.prediction has
+/// every pattern.
+void FitStage::keep_prediction(const ChannelFit& fit, bool of_all) {
+  const std::size_t cells = measurements_.seen_shape().cells();
+  std::vector<int> fitted;
+  for (int m = 0; m < measurements_.patterns; ++m) {
+    const auto& out = choice_.patterns;
+    if (of_all || std::find(out.begin(), out.end(), m) == out.end()) fitted.push_back(m);
+  }
+  std::vector<float> all(cells * static_cast<std::size_t>(measurements_.patterns));
+  put_patterns(all, cells, fitted, fit.prediction);
+  if (judging_.held_out) {
+    const std::vector<float>& predicted = summary_.held_out.back().prediction;
+    if (choice_.source == HeldOut::Source::fitted_input) {
+      put_patterns(all, cells, choice_.patterns, predicted);
+    } else {
+      validation_prediction_.insert(validation_prediction_.end(), predicted.begin(),
+                                    predicted.end());
+    }
+  }
+  prediction_.insert(prediction_.end(), all.begin(), all.end());
+}
+
+void FitStage::write_json() const {
+  Json channels = Json::array();
+  std::vector<std::string> warnings;
+  if (choice_.warning) warnings.push_back(*choice_.warning);
+  for (std::size_t c = 0; c < summary_.channels.size(); ++c) {
+    Json channel = channel_json(summary_.channels[c], summary_.reports[c]);
+    channel["remarks"] = summary_.remarks[c];
+    if (judging_.held_out) {
+      channel["holdout_E"] = summary_.held_out[c].error;
+      channel["holdout_noise"] = summary_.held_out[c].noise;
+      channel["holdout_chi2_per_value"] = summary_.held_out[c].chi2_per_datum;
+      channel["holdout_values_used"] = summary_.held_out[c].data;
+    }
+    if (summary_.uncertainty[c]) {
+      channel["uncertainty"] = uncertainty_json(*summary_.uncertainty[c]);
+    }
+    channels.push_back(std::move(channel));
+    for (const std::string& w : summary_.reports[c].warnings) {
+      warnings.push_back(summary_.channels[c] + ": " + w);
+    }
+  }
+  const GridShape& s = measurements_.grid;
+  const Json fit{
+      {"format", "kappamu-fit"},
+      {"version", 1},
+      {"status", summary_.converged() ? "converged" : "not converged"},
+      {"grid", {s.nx, s.ny, s.nz}},
+      {"voxel_mm", s.voxel_mm},
+      {"eta", measurements_.eta},
+      {"device", summary_.device},
+      {"seconds", summary_.seconds},
+      {"memory_needed_bytes", summary_.memory_needed},
+      {"memory_peak_bytes", peak_memory()},
+      {"input", input_.string()},
+      {"options", Json::parse(options_json(options_))},
+      {"held_out", {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}}},
+      {"channels", channels},
+      {"warnings", warnings}};
+  io::write_text_atomically(output_ / "fit.json", fit.dump(1) + "\n");
+}
+
+FitSummary FitStage::run() {
+  const auto start = std::chrono::steady_clock::now();
+  fs::remove_all(output_ / judged_folder);
+  const inverse::FitMemory memory = inverse::memory_needed(judging_.fitted, options_.fit);
+  summary_.memory_needed = memory.total();
+  progress_.update("fit", 0.0, inverse::in_words(memory));
+  if (const auto warning = inverse::warning_of(memory, main_memory())) progress_.warn(*warning);
+  for (const int channel : channel_indices(measurements_, options_.channels)) fit(channel);
+  write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
+  if (choice_.source == HeldOut::Source::validation) {
+    write_maps(output_ / "prediction_validate.npy", *judging_.held_out, summary_.channels.size(),
+               validation_prediction_);
+  }
+  // A volume file has them for every channel or for none.
+  if (volumes_.kappa_std.size() < volumes_.channels.size()) {
+    for (auto* kept : {&volumes_.kappa_std, &volumes_.mu_std, &volumes_.kappa_resolution,
+                       &volumes_.mu_resolution}) {
+      kept->clear();
+    }
+  }
+  volumes_.eta = measurements_.eta;
+  volumes_.metadata = {{"program", "kappamu fit"}, {"device", summary_.device}};
+  summary_.volume = output_ / "volume.vdb";
+  io::write_vdb(summary_.volume, volumes_);
+  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+  summary_.seconds = passed.count();
+  write_json();
+  for (const std::string& name : summary_.channels) {
+    for (const fs::path& file : checkpoint_files(name)) fs::remove(file);
+  }
+  return std::move(summary_);
+}
+
+/// Throws unless both describe the same sample, so that one volume answers for both.
+void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& held_out,
+                         const fs::path& folder) {
+  const auto fail = [&](const std::string& field) {
+    throw InputError((folder / "measurements.json").string() + ": " + field +
+                     " differs from that of the measurements to fit; held-out patterns must be of "
+                     "the same sample");
+  };
+  if (!(fitted.grid == held_out.grid)) fail("grid or voxel_mm");
+  if (fitted.eta != held_out.eta) fail("eta");
+  if (fitted.channels != held_out.channels) fail("channels");
+}
+
+}  // namespace
+
+bool FitSummary::converged() const {
+  return std::all_of(reports.begin(), reports.end(),
+                     [](const FitReport& r) { return r.status != FitStatus::ran_out; });
+}
+
+fs::path find_measurements(const fs::path& input) {
+  for (const fs::path& folder : {input, input / "measurements"}) {
+    if (fs::exists(folder / "measurements.json")) return folder;
+  }
+  throw InputError(input.string() +
+                   (fs::is_directory(input) ? ": has no measurements.json, nor measurements/"
+                                            : ": no such folder") +
+                   "; give a folder of surface measurements or a run that `kappamu merge` filled");
+}
+
+FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
+                         const FitStageOptions& options, Progress& progress) {
+  const fs::path folder = find_measurements(input);
+  const SurfaceMeasurements measurements = io::read_measurements(folder);
+  std::optional<SurfaceMeasurements> validation;
+  const fs::path beside = input / "measurements_validate";
+  const std::optional<fs::path> validate =
+      options.validate
+          ? options.validate
+          : (fs::exists(beside / "measurements.json") ? std::optional(beside) : std::nullopt);
+  if (validate) {
+    validation = io::read_measurements(*validate);
+    require_same_sample(measurements, *validation, *validate);
+  }
+  return FitStage(fs::absolute(input).lexically_normal(), measurements, std::move(validation),
+                  output, options, progress)
+      .run();
+}
+
+}  // namespace kappamu::pipeline

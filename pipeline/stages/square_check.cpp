@@ -1,0 +1,83 @@
+#include "pipeline/stages/square_check.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "calib/sample/face.h"
+
+namespace kappamu::pipeline {
+
+namespace {
+
+constexpr double limit_deviations = 3.0;  // a shift's limit is as many of its deviations
+
+std::string percent(double share) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%.1f", 100.0 * share);
+  return text.data();
+}
+
+}  // namespace
+
+// The told pixel of a point X lies along P = R X + t0 from the projector, R and t0 being
+// projector_from_sample. Squares s times as large put the projector's origin at s t instead of t in
+// the camera's frame, so that this beam meets the face's plane (normal n) at X' = X + dX with
+// R dX + ds t = dl P and n dX = 0.
+Eigen::Vector3d light_shift_per_log_square(const calib::CalibrationResult& calibration,
+                                           const GridShape& grid, Face lit_face) {
+  const auto corners = calib::face_corners(grid, lit_face);
+  const Rigid& projector = calibration.projector_from_sample;
+  const Eigen::Matrix3d sample_from_projector = projector.rotation.transpose();
+  const Eigen::Vector3d beam =
+      sample_from_projector * (projector * (0.5 * (corners[0] + corners[2])));
+  const Eigen::Vector3d base =
+      sample_from_projector * calibration.projector.projector_from_station.translation;
+  const Eigen::Vector3d normal = calib::face_normal(lit_face);
+  return beam * (normal.dot(base) / normal.dot(beam)) - base;
+}
+
+std::optional<SquareSize> judge_square_size(const inverse::Consistency& consistency,
+                                            const calib::CalibrationResult& calibration,
+                                            const SurfaceMeasurements& measurements) {
+  if (!consistency.judged) return std::nullopt;
+  const GridShape& grid = measurements.grid;
+  const Eigen::Vector3d moved =
+      light_shift_per_log_square(calibration, grid, measurements.lit_face) / grid.voxel_mm;
+  // The seen face's axes, per voxel.
+  const auto axis = [&](double u, double v) -> Eigen::Vector3d {
+    return (calib::face_point(grid, measurements.seen_face, u, v) -
+            calib::face_point(grid, measurements.seen_face, 0.0, 0.0)) /
+           grid.voxel_mm;
+  };
+  const Eigen::Vector2d line(moved.dot(axis(1.0, 0.0)), moved.dot(axis(0.0, 1.0)));
+  const Eigen::Vector2d shift(consistency.shift_u.value, consistency.shift_v.value);
+  SquareSize size;
+  size.log_factor.value = shift.dot(line) / line.squaredNorm();
+  size.limit = consistency.shift_limit / line.norm();
+  size.log_factor.error = size.limit / limit_deviations;
+  const double across = (shift - size.log_factor.value * line).norm();
+  size.explains = consistency.is_shifted() && across < consistency.shift_limit;
+  return size;
+}
+
+std::optional<std::string> warning_of(const SquareSize& size) {
+  if (!size.explains) return std::nullopt;
+  const double factor = std::exp(size.log_factor.value);
+  return "Such a shift comes about where the printed squares are about " +
+         percent(std::abs(factor - 1.0)) + " % (standard deviation " +
+         percent(size.log_factor.error) + " %) " + (factor > 1.0 ? "larger" : "smaller") +
+         " than calibration.board.square_mm in session.json says, or the block as much " +
+         (factor > 1.0 ? "smaller" : "larger") +
+         " than sample.grid and sample.voxel_mm say: measure the board over many squares, and the "
+         "block, correct session.json and calibrate again.";
+}
+
+std::string in_words(const SquareSize& size) {
+  return "Light and images put the printed squares at " + percent(std::exp(size.log_factor.value)) +
+         " % of calibration.board.square_mm; told as "
+         "wrong is what is more than " +
+         percent(size.limit) + " % off.";
+}
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,39 @@
+// Whether the printed board's squares have the size told. They set the rig's scale and with it the
+// projector's place; the block's own size sets the sample's, and no photograph of either compares
+// the two. The patterns do: with squares of another size the light falls elsewhere on the lit face
+// than calibration puts it, along the line between camera and projector.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "calib/calibrate.h"
+#include "core/surface_measurements.h"
+#include "inverse/data_checks/consistency.h"
+
+namespace kappamu::pipeline {
+
+/// How far [mm, sample frame] the light at the middle of `lit_face` truly lies from where
+/// `calibration` puts it, per unit of ln(true square size / told size).
+Eigen::Vector3d light_shift_per_log_square(const calib::CalibrationResult& calibration,
+                                           const GridShape& grid, Face lit_face);
+
+struct SquareSize {
+  inverse::Estimate log_factor;  ///< ln(true size / told size) that the shift along the line tells
+  double limit = 0.0;            ///< of its size, beyond which a shift is told (consistency.h)
+  bool explains = false;  ///< there is a shift, and nothing of it across the line that is told
+};
+
+/// Absent where `consistency` was not judged.
+std::optional<SquareSize> judge_square_size(const inverse::Consistency& consistency,
+                                            const calib::CalibrationResult& calibration,
+                                            const SurfaceMeasurements& measurements);
+
+/// A warning where another size of the squares explains a shift.
+std::optional<std::string> warning_of(const SquareSize& size);
+
+/// What the shift tells of the size otherwise.
+std::string in_words(const SquareSize& size);
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,70 @@
+#include "pipeline/stages/uncertainty_output.h"
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "io/npy.h"
+
+namespace kappamu::pipeline {
+
+namespace {
+
+Volume<double> scaled(const Volume<float>& deviation, const Volume<double>& value) {
+  Volume<double> result(value.shape());
+  for (std::size_t i = 0; i < result.size(); ++i) result[i] = value[i] * deviation[i];
+  return result;
+}
+
+Volume<double> as_double(const Volume<float>& volume) {
+  return {volume.shape(), {volume.values().begin(), volume.values().end()}};
+}
+
+}  // namespace
+
+void write_uncertainty(const std::filesystem::path& folder, const std::string& channel,
+                       const inverse::Uncertainty& uncertainty, const Medium& medium,
+                       io::VolumeSet& volumes) {
+  const auto write = [&](const std::string& name, const Volume<double>& volume) {
+    const GridShape& s = volume.shape();
+    const std::vector<float> values(volume.values().begin(), volume.values().end());
+    io::write_npy(folder / (name + "_" + channel + ".npy"),
+                  {static_cast<std::size_t>(s.nz), static_cast<std::size_t>(s.ny),
+                   static_cast<std::size_t>(s.nx)},
+                  std::span<const float>(values));
+  };
+  const auto keep = [&](const std::string& name, Volume<double> volume,
+                        std::vector<Volume<double>>& kept) {
+    write(name, volume);
+    kept.push_back(std::move(volume));
+  };
+  keep("std_kappa", scaled(uncertainty.log_kappa_std, medium.kappa), volumes.kappa_std);
+  keep("std_mu", scaled(uncertainty.log_mu_std, medium.mu), volumes.mu_std);
+  keep("resolution_kappa", as_double(uncertainty.kappa_resolution), volumes.kappa_resolution);
+  keep("resolution_mu", as_double(uncertainty.mu_resolution), volumes.mu_resolution);
+  write("correlation", as_double(uncertainty.correlation));
+}
+
+nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report) {
+  nlohmann::ordered_json layers = nlohmann::ordered_json::array();
+  for (const inverse::LayerUncertainty& layer : report.layers) {
+    layers.push_back({{"depth_mm", layer.depth_mm},
+                      {"log_kappa_std", layer.log_kappa_std},
+                      {"log_mu_std", layer.log_mu_std},
+                      {"kappa_resolution", layer.kappa_resolution},
+                      {"mu_resolution", layer.mu_resolution},
+                      {"correlation", layer.correlation}});
+  }
+  nlohmann::ordered_json json{{"sentence", report.sentence},
+                              {"batched_solves", report.solves},
+                              {"seconds", report.seconds},
+                              {"unfinished", report.unfinished},
+                              {"layers", layers}};
+  if (report.prior) {
+    json["prior_weight"] = {{"kappa", report.prior->kappa_weight}, {"mu", report.prior->mu_weight}};
+  }
+  return json;
+}
+
+}  // namespace kappamu::pipeline

@@ -1,0 +1,124 @@
+// What a fit says about itself: fit/fit.json and the volumes beside it.
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "core/error.h"
+#include "io/npy.h"
+#include "io/read_file.h"
+#include "report/read/run_data.h"
+
+namespace kappamu::report {
+
+namespace {
+
+using nlohmann::json;
+
+/// Runs `interpret` on the parsed file; what is missing or of the wrong kind becomes one sentence.
+template <class Result>
+Result interpret_json(const std::filesystem::path& file, Result (*interpret)(const json&)) {
+  try {
+    return interpret(json::parse(io::read_text(file)));
+  } catch (const json::exception& error) {
+    throw InputError(file.string() + ": not as kappamu writes it (" + error.what() +
+                     "); repeat that stage with --force");
+  }
+}
+
+std::vector<std::string> warnings_of(const json& object) {
+  return object.value("warnings", std::vector<std::string>{});
+}
+
+Convergence convergence_from_json(const json& object) {
+  Convergence convergence;
+  convergence.channel = object.at("name").get<std::string>();
+  convergence.converged = object.at("converged").get<bool>();
+  convergence.reason = object.value("reason", std::string());
+  if (object.contains("model")) {
+    const json& model = object["model"];
+    convergence.model = model.at("name").get<std::string>();
+    convergence.model_reason = model.at("reason").get<std::string>();
+  }
+  convergence.remarks = object.value("remarks", std::vector<std::string>{});
+  convergence.chi2_per_value = object.at("chi2_per_value").get<double>();
+  if (object.contains("seconds")) convergence.seconds = object["seconds"].get<double>();
+  for (const json& step : object.value("history", json::array())) {
+    convergence.evaluations.push_back(step.at("evaluations").get<double>());
+    convergence.objective.push_back(step.at("objective").get<double>());
+    convergence.chi2.push_back(step.at("chi2_per_value").get<double>());
+  }
+  return convergence;
+}
+
+/// The sentence of each channel that has one.
+std::vector<std::optional<std::string>> sentences_from_json(const json& object) {
+  std::vector<std::optional<std::string>> sentences;
+  for (const json& channel : object.at("channels")) {
+    sentences.emplace_back();
+    if (!channel.contains("uncertainty")) continue;
+    sentences.back() = channel["uncertainty"].at("sentence").get<std::string>();
+  }
+  return sentences;
+}
+
+FitData fit_from_json(const json& object) {
+  FitData data;
+  for (const json& channel : object.at("channels")) {
+    data.convergence.push_back(convergence_from_json(channel));
+    data.channels.push_back(data.convergence.back().channel);
+  }
+  data.warnings = warnings_of(object);
+  const json held_out = object.value("held_out", json::object());
+  data.held_out = held_out.value("patterns", std::vector<int>{});
+  return data;
+}
+
+double voxel_from_json(const json& object) {
+  return object.at("voxel_mm").get<double>();
+}
+
+Volume<double> read_volume(const std::filesystem::path& file, double voxel_mm) {
+  const io::NpyArray array = io::read_npy(file);
+  if (array.shape.size() != 3)
+    throw InputError(file.string() + ": has shape " + io::shape_to_string(array.shape) +
+                     " where [z][y][x] is needed; repeat the fit");
+  const GridShape shape{static_cast<int>(array.shape[2]), static_cast<int>(array.shape[1]),
+                        static_cast<int>(array.shape[0]), voxel_mm};
+  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
+}
+
+/// Files hold deviations of κ and μ: those of their logarithms are relative to them.
+Volume<double> relative(Volume<double> deviation, const Volume<double>& value) {
+  for (std::size_t i = 0; i < deviation.size(); ++i) {
+    deviation[i] = value[i] > 0.0 ? deviation[i] / value[i] : 0.0;
+  }
+  return deviation;
+}
+
+}  // namespace
+
+std::optional<FitData> read_fit(const std::filesystem::path& run) {
+  const std::filesystem::path folder = run / "fit";
+  const std::filesystem::path file = folder / "fit.json";
+  if (!std::filesystem::exists(file)) return std::nullopt;
+  FitData data = interpret_json(file, fit_from_json);
+  const double voxel_mm = interpret_json(file, voxel_from_json);
+  for (const std::string& channel : data.channels)
+    data.media.push_back({read_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
+                          read_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
+  const auto sentences = interpret_json(file, sentences_from_json);
+  for (std::size_t c = 0; c < sentences.size(); ++c) {
+    const auto volume = [&](const std::string& name) {
+      return read_volume(folder / (name + "_" + data.channels[c] + ".npy"), voxel_mm);
+    };
+    data.uncertainty.emplace_back();
+    if (!sentences[c]) continue;
+    const Medium& medium = data.media[c];
+    data.uncertainty.back() = {
+        *sentences[c],
+        {relative(volume("std_kappa"), medium.kappa), relative(volume("std_mu"), medium.mu)},
+        {volume("resolution_kappa"), volume("resolution_mu")}};
+  }
+  return data;
+}
+
+}  // namespace kappamu::report

@@ -1,0 +1,155 @@
+// Everything the report says, read from a run folder. Parts a run does not have are empty: a fit of
+// someone's measurements has no calibration and no HDR images.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calib/calibrate.h"
+#include "capture/session/session.h"
+#include "core/grid.h"
+#include "core/image.h"
+#include "core/surface_measurements.h"
+#include "pipeline/records/run_record.h"
+
+namespace kappamu::report {
+
+/// One lens calibration, camera or projector.
+struct LensCalibration {
+  double rms_px = 0.0;              ///< reprojection RMS over all corners
+  std::vector<std::string> views;   ///< file names
+  std::vector<double> view_rms_px;  ///< per view
+  int width = 0;                    ///< [px]
+  int height = 0;                   ///< [px]
+  std::vector<double> x, y;         ///< found corners [px], of all views
+  std::vector<double> dx, dy;       ///< residuals, projected - found [px], as long as x
+};
+
+/// The sample as a station photographed it, with the voxels' edges drawn where calibration puts
+/// them.
+struct SamplePicture {
+  std::string station;
+  std::string face;
+  Image<std::uint8_t> image;
+};
+
+struct CalibrationData {
+  LensCalibration camera;
+  LensCalibration projector;
+  std::string camera_model, projector_model;
+  std::vector<calib::ModelScore> models_tried;  ///< of the camera; empty in old runs
+  std::array<double, 2> bend_mm{};              ///< of the printed board
+  calib::ProjectionUncertainty uncertainty;     ///< across the camera's frame
+  double projector_deviation_px = 0.0;          ///< at the lit face
+  std::vector<calib::GrayCodeView> gray_code;   ///< by plane, where the session has them
+  std::optional<double> gray_code_check_px;
+  std::vector<calib::SamplePose> poses;  ///< calibration station, pattern station
+  calib::Lens camera_lens;
+  /// [channel][code] linear signal as a fraction of full scale.
+  std::vector<std::vector<double>> response;
+  std::vector<double> scale;    ///< [channel] full scales per second for unit radiance
+  calib::WhiteReference white;  ///< scale empty where there was no white target
+  std::optional<calib::ProjectorCurve> projector_curve;
+  std::optional<calib::ChartReference> chart;
+  std::vector<std::string> warnings;
+};
+
+/// What one pattern's HDR image is worth.
+struct HdrSummary {
+  std::string pattern;
+  Image<float> thumbnail;  ///< radiance [full scales/s], reduced
+  double bright = 0.0;     ///< 99.9 % quantile of valid radiance [full scales/s]
+  double noise = 0.0;      ///< smallest 1 % quantile of the standard deviation [full scales/s]
+  double saturated = 0.0;  ///< fraction of pixel values saturated in every frame
+  double dark = 0.0;       ///< fraction below the noise in every frame
+  double missing = 0.0;    ///< fraction without a frame
+  /// log10 of the largest channel's standard deviation over value; not a number where some pixel is
+  /// dark, saturated or missing. Reduced like the thumbnail.
+  Image<float> relative_noise;
+  Image<float> saturation;  ///< share of values saturated in every frame, reduced
+};
+
+/// How the optimiser got there, one colour channel.
+struct Convergence {
+  std::string channel;
+  bool converged = false;
+  std::string reason;                ///< why it stopped
+  std::string model;                 ///< homogeneous, layered or volume; empty if not told
+  std::string model_reason;          ///< why that one
+  std::vector<std::string> remarks;  ///< what the reader should know though nothing is wrong
+  std::vector<double> evaluations;   ///< gradient evaluations so far
+  std::vector<double> objective;     ///< dimensionless
+  std::vector<double> chi2;          ///< χ² per value at the same evaluations
+  double chi2_per_value = 0.0;       ///< Σ (residual²/variance) / values used
+  std::optional<double> seconds;
+};
+
+/// How far one channel's volumes can be trusted (inverse/uncertainty/uncertainty.h).
+struct FitUncertainty {
+  std::string sentence;
+  Medium deviation;   ///< of log κ and log μ [dimensionless]
+  Medium resolution;  ///< share of the variance that the data removed, of κ and of μ
+};
+
+struct FitData {
+  std::vector<Medium> media;  ///< per channel, in the order of `channels`
+  std::vector<std::optional<FitUncertainty>> uncertainty;  ///< the same; where the fit tells one
+  std::vector<std::string> channels;
+  std::vector<Convergence> convergence;
+  std::vector<std::string> warnings;
+  std::vector<int> held_out;  ///< patterns of the measurements that the fit did not see
+};
+
+/// Measured surfaces and what the fitted volume predicts for them.
+struct Comparison {
+  SurfaceMeasurements measured;
+  std::vector<float> predicted;       ///< [C][M][v][u] like measured.value; empty without a fit
+  std::vector<std::string> patterns;  ///< M names
+};
+
+struct RunData {
+  std::filesystem::path folder;
+  std::optional<RunRecord> record;
+  std::optional<capture::Session> session;  ///< absent when the session folder is gone
+  std::optional<CalibrationData> calibration;
+  std::vector<SamplePicture> sample_pictures;
+  std::vector<HdrSummary> hdr;
+  std::optional<Comparison> fit_patterns;
+  std::optional<Comparison> validate_patterns;  ///< those kept out of the fit
+  std::optional<FitData> fit;
+};
+
+/// Reads what there is. Throws InputError when `run` holds neither measurements nor a fit, or when
+/// a file that is there is damaged.
+RunData read_run(const std::filesystem::path& run);
+
+std::optional<CalibrationData> read_calibration(const std::filesystem::path& run);
+/// The session's sample views that still have their photograph.
+std::vector<SamplePicture> sample_pictures(const capture::Session& session,
+                                           const CalibrationData& calibration);
+/// Sets `data`'s patterns, of the fit and kept out of it, from its folder, record, session and fit.
+void read_comparisons(RunData& data);
+std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run);
+std::optional<FitData> read_fit(const std::filesystem::path& run);
+
+/// E = Σ(L' − L)²/ΣL² over the used values of one pattern and channel, or of all where left out,
+/// and the part of it that the measurement's own noise explains, Σσ²/ΣL².
+struct AppearanceError {
+  double error = 0.0;
+  double noise = 0.0;
+  double used = 0.0;  ///< fraction of values used
+  double chi2_per_value = 0.0;
+};
+AppearanceError appearance_error(const Comparison& comparison,
+                                 std::optional<std::size_t> channel = std::nullopt,
+                                 std::optional<std::size_t> pattern = std::nullopt);
+
+/// One pattern of `values` [C][M][v][u] as an image, channels last; three channels at most.
+Image<float> pattern_image(const SurfaceMeasurements& measured, const std::vector<float>& values,
+                           std::size_t pattern);
+
+}  // namespace kappamu::report

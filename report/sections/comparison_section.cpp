@@ -1,0 +1,146 @@
+// Measured against re-rendered surfaces, pattern by pattern.
+#include <algorithm>
+#include <cmath>
+
+#include "report/drawing/picture.h"
+#include "report/sections.h"
+
+namespace kappamu::report {
+
+namespace {
+
+constexpr int stored_pixels = 112;  // longest side of a stored map: keeps 20 patterns below 10 MB
+constexpr int shown_width = 128;    // CSS px
+
+Image<float> irradiance_image(const SurfaceMeasurements& measured, std::size_t pattern) {
+  const FaceShape shape = measured.lit_shape();
+  Image<float> image(shape.nu, shape.nv, 1);
+  std::copy_n(measured.irradiance.begin() + static_cast<std::ptrdiff_t>(pattern * shape.cells()),
+              shape.cells(), image.values().begin());
+  return image;
+}
+
+/// (predicted − measured) of one channel, not a number where the mask leaves the value out.
+Image<float> residual_image(const Comparison& comparison, std::size_t channel,
+                            std::size_t pattern) {
+  const SurfaceMeasurements& measured = comparison.measured;
+  const FaceShape shape = measured.seen_shape();
+  Image<float> image(shape.nu, shape.nv, 1);
+  const std::size_t first =
+      (channel * static_cast<std::size_t>(measured.patterns) + pattern) * shape.cells();
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    const bool used = measured.mask.empty() || measured.mask[first + i] != 0;
+    image.values()[i] =
+        used ? comparison.predicted[first + i] - measured.value[first + i] : std::nanf("");
+  }
+  return image;
+}
+
+double brightest(const SurfaceMeasurements& measured, std::size_t pattern) {
+  const Image<float> image = pattern_image(measured, measured.value, pattern);
+  return quantile(image.values(), 0.999);
+}
+
+/// One scale for every residual map of a group: the 99 % quantile of |residual| / brightest, at
+/// least 1 %, rounded up to a round number.
+double residual_scale(const Comparison& comparison) {
+  std::vector<float> relative;
+  for (std::size_t pattern = 0; pattern < comparison.patterns.size(); ++pattern) {
+    const double white = std::max(brightest(comparison.measured, pattern), 1e-30);
+    for (std::size_t c = 0; c < comparison.measured.channels.size(); ++c) {
+      const Image<float> residual = residual_image(comparison, c, pattern);
+      for (const float value : residual.values())
+        relative.push_back(static_cast<float>(std::abs(value) / white));
+    }
+  }
+  const double wanted = std::max(quantile(std::move(relative), 0.99), 0.01);
+  for (const double round : {0.01, 0.02, 0.05, 0.1, 0.2, 0.5})
+    if (wanted <= round) return round;
+  return 1.0;
+}
+
+Html pattern_row(const Comparison& comparison, std::size_t pattern, double scale) {
+  const SurfaceMeasurements& measured = comparison.measured;
+  const double white = brightest(measured, pattern);
+  const std::string& name = comparison.patterns[pattern];
+  const auto shown = [&](const std::vector<float>& values, const std::string& what) {
+    return picture(
+        tone_mapped(reduced(pattern_image(measured, values, pattern), stored_pixels), white),
+        shown_width, what + " of " + name);
+  };
+  const Image<float> light = reduced(irradiance_image(measured, pattern), stored_pixels);
+  Html cells =
+      element("th", text(name)) +
+      element("td", picture(tone_mapped(light, std::max(1e-30, quantile(light.values(), 1.0))),
+                            shown_width, "light of " + name)) +
+      element("td", shown(measured.value, "measured"));
+  if (comparison.predicted.empty()) return element("tr", cells);
+  cells += element("td", shown(comparison.predicted, "re-rendered"));
+  for (std::size_t c = 0; c < std::min<std::size_t>(measured.channels.size(), 3); ++c)
+    cells += element(
+        "td", picture(coloured(reduced(residual_image(comparison, c, pattern), stored_pixels),
+                               ColourMap::diverging, -scale * white, scale * white),
+                      shown_width, "residual " + measured.channels[c] + " of " + name));
+  const AppearanceError error = appearance_error(comparison, std::nullopt, pattern);
+  cells += element("td", {{"class", "figures"}},
+                   text("E " + number(error.error)) + empty_element("br", {}) +
+                       text("noise " + number(error.noise)) + empty_element("br", {}) +
+                       text("χ² " + number(error.chi2_per_value)) + empty_element("br", {}) +
+                       text(percent(error.used) + " used"));
+  return element("tr", cells);
+}
+
+Html group(const std::string& title, const Comparison& comparison) {
+  const bool has_prediction = !comparison.predicted.empty();
+  Html head;
+  for (const std::string& name :
+       {std::string("Pattern"), std::string("light"), std::string("measured")})
+    head += element("th", text(name));
+  double scale = 0.0;
+  if (has_prediction) {
+    scale = residual_scale(comparison);
+    head += element("th", text("re-rendered"));
+    for (std::size_t c = 0; c < std::min<std::size_t>(comparison.measured.channels.size(), 3); ++c)
+      head += element("th", text("residual " + comparison.measured.channels[c]));
+    head += element("th", text(""));
+  }
+  Html rows;
+  for (std::size_t pattern = 0; pattern < comparison.patterns.size(); ++pattern)
+    rows += pattern_row(comparison, pattern, scale);
+  Html content = element("table", {{"class", "pictures"}},
+                         element("thead", element("tr", head)) + element("tbody", rows));
+  if (has_prediction) {
+    const AppearanceError error = appearance_error(comparison);
+    content =
+        paragraph(
+            "E = " + number(error.error) +
+            " over all of them together, of which the brightest weigh most; the measurements' "
+            "noise alone makes " +
+            number(error.noise) + "; χ² per value " + number(error.chi2_per_value) + ".") +
+        legend(ColourMap::diverging, -100.0 * scale, 100.0 * scale,
+               "residual, re-rendered − measured [% of the pattern's brightest value]") +
+        content;
+  } else {
+    content += note("No fit has predicted these patterns yet.");
+  }
+  return subsection(title, content);
+}
+
+}  // namespace
+
+Html comparison_section(const RunData& run) {
+  Html content;
+  if (run.validate_patterns)
+    content += group("Light held out of the fit", *run.validate_patterns);
+  else
+    content += note("No patterns were kept out of the fit.");
+  if (run.fit_patterns) content += group("Light used by the fit", *run.fit_patterns);
+  content += note(
+      "Measured and re-rendered pictures share one exposure per pattern (white at the 99.9 % "
+      "quantile of the measured one) and are shown with the sRGB curve. Grey in a residual map: "
+      "left out of the comparison (lit, saturated or unseen). A good fit leaves noise without "
+      "structure. E = Σ(L′ − L)²/ΣL².");
+  return section("Measured against re-rendered", content);
+}
+
+}  // namespace kappamu::report

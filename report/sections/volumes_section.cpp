@@ -1,0 +1,25 @@
+#include "report/drawing/slices.h"
+#include "report/sections.h"
+
+namespace kappamu::report {
+
+Html volumes_section(const RunData& run) {
+  if (!run.fit || run.fit->media.empty())
+    return section("Volumes", note("This run has no fitted volumes yet."));
+  Html content;
+  for (std::size_t c = 0; c < run.fit->media.size(); ++c) {
+    const Medium& medium = run.fit->media[c];
+    content += subsection("κ, diffusion coefficient, channel " + run.fit->channels[c],
+                          slices(medium.kappa, "κ", "mm"));
+    content += subsection("μ, absorption coefficient, channel " + run.fit->channels[c],
+                          slices(medium.mu, "μ", "1/mm"));
+  }
+  content += note(
+      "Slices across z, x to the right and y down, light entering at z = 0. Each block has its own "
+      "scale, from the 0.5 % to the 99.5 % quantile. Continuous light does not determine κ and μ "
+      "uniquely, least of all far from the surfaces: appearance under held-out light is what is "
+      "judged.");
+  return section("Volumes", content);
+}
+
+}  // namespace kappamu::report

@@ -1,0 +1,247 @@
+// A folder of photographs becomes a session: what fits is taken, what does not is refused by name.
+#include "capture/import/import.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <exiv2/exiv2.hpp>
+
+#include "capture/rig/shoot.h"
+#include "io/image/image_file.h"
+#include "tests/capture/session_files.h"
+#include "tests/capture/simulated_camera.h"
+#include "tests/sentence.h"
+
+namespace kappamu::capture {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+constexpr int width = 64;
+constexpr int height = 48;
+
+struct Exif {
+  const char* exposure;  // rational, "1/30"
+  const char* aperture = "56/10";
+  int iso = 100;
+};
+
+void write_exif(const fs::path& file, const Exif& exif) {
+  const auto image = Exiv2::ImageFactory::open(file.string());
+  image->readMetadata();
+  image->exifData()["Exif.Photo.ExposureTime"] = Exiv2::Rational(1, 1);
+  image->exifData()["Exif.Photo.ExposureTime"].setValue(exif.exposure);
+  image->exifData()["Exif.Photo.FNumber"] = Exiv2::Rational(1, 1);
+  image->exifData()["Exif.Photo.FNumber"].setValue(exif.aperture);
+  image->exifData()["Exif.Photo.ISOSpeedRatings"] = static_cast<uint16_t>(exif.iso);
+  image->exifData()["Exif.Image.Model"] = "Test camera";
+  image->writeMetadata();
+}
+
+class Import : public testing::Test {
+ protected:
+  // A plan of two patterns, and photographs of all its shots: 12-bit linear PNG with EXIF.
+  Import() {
+    photographs = folder.path() / "photographs";
+    plan = folder.path() / "plan";
+    out = folder.path() / "session";
+    fs::create_directories(photographs / "day_1");
+    fs::create_directories(plan / "patterns");
+    session.folder = plan;
+    session.sample.name = "block";
+    session.sample.grid = {10, 8, 4};
+    session.sample.voxel_mm = 1.0;
+    session.camera = {1000, 800, 12, Encoding::linear, {}, {}, {}};
+    session.projector = {64, 48};
+    session.calibration_station = "front";
+    session.pattern_station = "back";
+    for (const char* id : {"fit_00", "fit_01"}) {
+      const std::string image = std::string("patterns/") + id + ".png";
+      io::write_image(plan / image, Image<std::uint8_t>(64, 48, 1, 255));
+      session.patterns.push_back({id, image, PatternRole::fit, {{"frames/planned.png", 1.0}}});
+    }
+    Calibration& shots = session.calibration;
+    shots.board = {9, 6, 4.0};
+    shots.camera_boards = {{"b.png", 1.0}};
+    shots.projected_board = {5, 4, 8.0, {8.0, 8.0}};
+    shots.projector_planes = {{{"p.png", 1.0}, Frame{"q.png", 1.0}, {}}};
+    shots.sample_views = {{"front", Face::z_minus, {"s.png", 1.0}, {}},
+                          {"back", Face::z_plus, {"t.png", 1.0}, {}}};
+    shots.dark = {{"d.png", 1.0}};
+    shots.white_target = WhiteTarget{0.99, {{"w.png", 1.0}}};
+    shots.colour_chart = ColourChart{{{"c.png", 1.0}}, {}};
+    write_session(session);
+
+    const Image<float> light = smooth_scene(width, height, 3, 0.05, 2.0);
+    const Image<float> none(width, height, 3, 0.0F);
+    for (const char* stem : {"fit_00", "fit_01", "white"}) {
+      take(std::string(stem) + "_0.png", light, {"1/30"});
+      take(std::string(stem) + "_1.png", light, {"1/5"});
+      take(std::string(stem) + "_2.png", light, {"1/2"});
+    }
+    for (const char* name : {"board_00.png", "board_01.png", "plane_00_board.png",
+                             "plane_00_projected.png", "sample_front.png", "sample_back.png"}) {
+      take(name, light, {"1/5"});
+    }
+    take("dark_0.png", none, {"1/30"});
+  }
+
+  void take(const std::string& name, const Image<float>& light, const Exif& exif) {
+    const fs::path file = photographs / "day_1" / name;
+    double seconds = 1.0;
+    double divisor = 1.0;
+    std::sscanf(exif.exposure, "%lf/%lf", &seconds, &divisor);
+    const auto frames = shoot_stack(camera, light, {seconds / divisor}, ++seed);
+    io::write_code_image(file, frames[0].codes, 12);
+    write_exif(file, exif);
+  }
+  Session import() {
+    Progress silent;
+    return import_session({photographs, plan, out, table}, silent);
+  }
+  std::string refusal() {
+    return sentence_of([&] { import(); });
+  }
+  std::string path(const std::string& name) const {
+    return (photographs / "day_1" / name).string();
+  }
+
+  const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, straight_curve};
+  unsigned seed = 0;
+  TemporaryFolder folder;
+  fs::path photographs, plan, out;
+  std::optional<fs::path> table;
+  Session session;
+};
+
+TEST_F(Import, TakesExposuresSizeAndShotsFromThePhotographs) {
+  const Session made = import();
+  const Session read = read_session(out);
+  EXPECT_EQ(read.camera.width, width);
+  EXPECT_EQ(read.camera.height, height);
+  EXPECT_EQ(read.camera.bit_depth, 12);
+  ASSERT_EQ(read.patterns.size(), 2U);
+  ASSERT_EQ(read.patterns[1].frames.size(), 3U);
+  EXPECT_NEAR(read.patterns[1].frames[0].exposure_s, 1.0 / 30.0, 1e-9);
+  EXPECT_NEAR(read.patterns[1].frames[2].exposure_s, 0.5, 1e-9);
+  EXPECT_EQ(read.patterns[1].frames[2].file, "photographs/day_1/fit_01_2.png");
+  EXPECT_TRUE(fs::exists(out / read.patterns[1].frames[2].file));
+  EXPECT_TRUE(fs::exists(out / read.patterns[1].image));
+  EXPECT_EQ(read.calibration.camera_boards.size(), 2U);
+  EXPECT_EQ(read.calibration.projector_planes.size(), 1U);
+  EXPECT_EQ(read.calibration.white_target->frames.size(), 3U);
+  EXPECT_FALSE(read.calibration.colour_chart) << "planned, not photographed, optional";
+}
+
+// The numbers in the names, not their order as text, are the order of the code.
+TEST_F(Import, GrayCodesAreSortedByTheirNumbers) {
+  const Image<float> light = smooth_scene(width, height, 3, 0.05, 2.0);
+  const int frames = gray_code_frames(session.projector);
+  fs::remove(path("plane_00_projected.png"));
+  for (int k = 0; k < frames; ++k) {
+    take("plane_0_gray_" + std::to_string(k) + ".png", light, {"1/5"});
+  }
+  fs::rename(path("plane_00_board.png"), path("plane_0_board.png"));
+  import();
+  const Session read = read_session(out);
+  ASSERT_EQ(read.calibration.projector_planes.size(), 1U);
+  EXPECT_FALSE(read.calibration.projector_planes[0].projected);
+  EXPECT_FALSE(read.calibration.projected_board);
+  const auto& code = read.calibration.projector_planes[0].gray_code;
+  ASSERT_EQ(code.size(), static_cast<std::size_t>(frames));
+  for (int k = 0; k < frames; ++k) {
+    EXPECT_EQ(code[static_cast<std::size_t>(k)].file,
+              "photographs/day_1/plane_0_gray_" + std::to_string(k) + ".png");
+  }
+
+  fs::remove(path("plane_0_gray_7.png"));
+  EXPECT_THAT(refusal(), HasSubstr("no photograph of frame plane_0_gray_7 of the Gray code (the "
+                                   "projector's has 26, from 0); name it plane_0_gray_7 (any"));
+}
+
+TEST_F(Import, ProjectorLevelsAndRoomLightAreSortedByTheirNumbers) {
+  const Image<float> light = smooth_scene(width, height, 3, 0.05, 2.0);
+  for (const char* shot : {"level_128", "level_032", "off", "ambient_1", "ambient_00"}) {
+    take(std::string(shot) + "_0.png", light, {"1/30"});
+    take(std::string(shot) + "_1.png", light, {"1/5"});
+  }
+  import();
+  const Calibration read = read_session(out).calibration;
+  ASSERT_EQ(read.white_target->levels.size(), 2U);
+  EXPECT_EQ(read.white_target->levels[0].value, 32);
+  EXPECT_EQ(read.white_target->levels[1].frames[1].file, "photographs/day_1/level_128_1.png");
+  EXPECT_EQ(read.white_target->off_frames.size(), 2U);
+  ASSERT_EQ(read.ambient.size(), 2U);
+  EXPECT_EQ(read.ambient[0][0].file, "photographs/day_1/ambient_00_0.png");
+}
+
+TEST_F(Import, CopiesNothingWhereThePhotographsLieInTheSession) {
+  out = photographs;
+  import();
+  EXPECT_EQ(read_session(out).patterns[0].frames[0].file, "day_1/fit_00_0.png");
+  EXPECT_FALSE(fs::exists(out / "photographs"));
+}
+
+TEST_F(Import, RefusesAnotherAperture) {
+  take("fit_01_1.png", smooth_scene(width, height, 3, 0.05, 2.0), {"1/5", "8/1"});
+  EXPECT_THAT(refusal(), AllOf(StartsWith(path("fit_01_1.png") + ": aperture f/8, but "),
+                               HasSubstr("and others have 5.6")));
+}
+
+TEST_F(Import, RefusesAnotherSensitivity) {
+  take("board_01.png", smooth_scene(width, height, 3, 0.05, 2.0), {"1/5", "56/10", 400});
+  EXPECT_THAT(refusal(), AllOf(StartsWith(path("board_01.png") + ": sensitivity ISO 400, but "),
+                               HasSubstr("others have 100")));
+}
+
+TEST_F(Import, RefusesAnExposureThatDoesNotMatchItsBrightness) {
+  write_exif(photographs / "day_1" / "fit_01_1.png", {"1/10"});  // in truth 1/5
+  EXPECT_THAT(refusal(), AllOf(StartsWith((out / "photographs/day_1/fit_01_1.png").string()),
+                               HasSubstr("fits an exposure time of 0.2"),
+                               HasSubstr("not the 0.1 s told"), HasSubstr("pattern fit_01")));
+  EXPECT_FALSE(fs::exists(out / "session.json"));
+}
+
+TEST_F(Import, RefusesAPhotographOfNoShot) {
+  take("holiday_0.png", smooth_scene(width, height, 3, 0.05, 2.0), {"1/5"});
+  EXPECT_THAT(refusal(), AllOf(StartsWith(path("holiday_0.png") + ": 'holiday' is no shot")));
+}
+
+TEST_F(Import, RefusesAShotWithoutPhotographs) {
+  fs::remove(path("dark_0.png"));
+  EXPECT_THAT(refusal(), AllOf(StartsWith(photographs.string() + ": there is no photograph of the "
+                                                                 "covered lens; name it dark_0")));
+}
+
+TEST_F(Import, RefusesAPhotographWithoutExposureTimeUnlessATableTellsIt) {
+  // Written anew, without EXIF.
+  const auto frames = shoot_stack(camera, smooth_scene(width, height, 3, 0.05, 2.0), {0.2}, 99);
+  io::write_code_image(path("fit_00_1.png"), frames[0].codes, 12);
+  EXPECT_THAT(refusal(), AllOf(StartsWith(path("fit_00_1.png") + ": neither EXIF nor a table"),
+                               HasSubstr("--table")));
+  std::string text = "file,shot,exposure_s\n";
+  for (const auto& entry : fs::directory_iterator(photographs / "day_1")) {
+    const std::string name = entry.path().filename().string();
+    const bool stack = name.find("fit") == 0 || name.find("white") == 0 ||
+                       name.find("board") == 0 || name.find("dark") == 0;
+    const std::string stem = entry.path().stem().string();
+    text += "day_1/" + name + "," + (stack ? stem.substr(0, stem.rfind('_')) : stem) + "," +
+            (name == "fit_00_1.png" ? "1/5" : "") + "\n";
+  }
+  table = folder.path() / "shots.csv";
+  write_text(*table, text);
+  EXPECT_NEAR(import().patterns[0].frames[1].exposure_s, 0.2, 1e-9);
+}
+
+TEST_F(Import, ATableThatContradictsExifIsRefused) {
+  table = folder.path() / "shots.csv";
+  write_text(*table, "file,shot,exposure_s\nday_1/fit_00_1.png,fit_00,0.5\n");
+  EXPECT_THAT(refusal(), HasSubstr("the table says 0.5 s, EXIF says 0.2 s"));
+}
+
+}  // namespace
+}  // namespace kappamu::capture

@@ -1,0 +1,172 @@
+// Opening frames: bad files are told by name. Damage inside the file formats is io's test.
+#include "capture/session/frames.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "capture/radiance/merge.h"
+#include "capture/response/dark_frames.h"
+#include "capture/response/photon_transfer.h"
+#include "io/image/image_file.h"
+#include "tests/capture/session_files.h"
+#include "tests/capture/simulated_camera.h"
+#include "tests/sentence.h"
+
+namespace kappamu::capture {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class Frames : public testing::Test {
+ protected:
+  Frames() {
+    session.folder = folder.path();
+    session.camera.width = 40;
+    session.camera.height = 30;
+    session.camera.bit_depth = 12;
+  }
+  std::string error_of(const std::string& file) {
+    return sentence_of([&] { load_frame(session, {file, 0.1}); });
+  }
+  std::string path(const std::string& file) const { return (folder.path() / file).string(); }
+
+  TemporaryFolder folder;
+  Session session;
+};
+
+TEST_F(Frames, AGoodFrameComesBackCodeForCode) {
+  Image<std::uint16_t> codes(40, 30, 3);
+  for (std::size_t i = 0; i < codes.size(); ++i) {
+    codes.values()[i] = static_cast<std::uint16_t>(i * 37 % 4096);
+  }
+  for (const char* name : {"a.png", "a.tif"}) {
+    io::write_image(path(name), codes);
+    EXPECT_EQ(load_frame(session, {name, 0.1}).values(), codes.values()) << name;
+  }
+}
+
+TEST_F(Frames, AMissingFrameIsNamed) {
+  EXPECT_THAT(error_of("frames/none.png"),
+              AllOf(StartsWith(path("frames/none.png") + ": no such frame"),
+                    HasSubstr("put it back"), testing::EndsWith(".")));
+}
+
+TEST_F(Frames, ATruncatedFrameIsNamed) {
+  io::write_image(path("whole.png"), Image<std::uint16_t>(40, 30, 3, 1234));
+  io::write_image(path("whole.tif"), Image<std::uint16_t>(40, 30, 3, 1234));
+  io::write_float_image(path("whole.exr"), Image<float>(40, 30, 3, 0.3F));
+  for (const char* extension : {".png", ".tif", ".exr"}) {
+    const std::string bytes = read_text(path(std::string("whole") + extension));
+    for (const double share : {0.0, 0.3, 0.9}) {
+      const std::string name = std::string("cut") + extension;
+      write_text(
+          path(name),
+          bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size()))));
+      EXPECT_THAT(error_of(name), StartsWith(path(name))) << extension << " " << share;
+    }
+  }
+}
+
+TEST_F(Frames, AWrongSizedFrameIsNamedWithBothSizes) {
+  io::write_image(path("small.png"), Image<std::uint16_t>(39, 30, 3, 9));
+  EXPECT_THAT(error_of("small.png"),
+              AllOf(StartsWith(path("small.png") + ": the frame is 39 x 30 pixels"),
+                    HasSubstr("camera.width x camera.height = 40 x 30")));
+}
+
+TEST_F(Frames, AWrongNumberOfChannelsIsNamed) {
+  io::write_image(path("grey.png"), Image<std::uint16_t>(40, 30, 1, 9));
+  EXPECT_THAT(error_of("grey.png"), HasSubstr("the frame has 1 channels, session.json lists 3"));
+}
+
+TEST_F(Frames, CodesBeyondTheBitDepthAreToldWithTheFix) {
+  io::write_image(path("shifted.png"), Image<std::uint16_t>(40, 30, 3, 4096));
+  EXPECT_THAT(error_of("shifted.png"),
+              AllOf(HasSubstr("holds code 4096"), HasSubstr("camera.bit_depth = 12"),
+                    HasSubstr("store the codes unshifted")));
+}
+
+TEST_F(Frames, ExrFramesAreLinearFractionsOfFullScale) {
+  Image<float> linear(40, 30, 3, 0.5F);
+  linear(1, 0, 0) = -0.1F;
+  linear(2, 0, 0) = 7.0F;
+  io::write_float_image(path("a.exr"), linear);
+  const Image<std::uint16_t> codes = load_frame(session, {"a.exr", 0.1});
+  EXPECT_EQ(codes(0, 0, 0), 2048);
+  EXPECT_EQ(codes(1, 0, 0), 0);
+  EXPECT_EQ(codes(2, 0, 0), 4095);
+  EXPECT_EQ(load_float_frame(session, {"a.exr", 0.1})(2, 0, 0), 7.0F);
+  linear(3, 2, 1) = std::nanf("");
+  io::write_float_image(path("nan.exr"), linear);
+  EXPECT_THAT(error_of("nan.exr"), HasSubstr("pixel (3, 2) is not finite"));
+}
+
+TEST_F(Frames, AStackSaturatedThroughoutNamesFilePatternAndFix) {
+  io::write_image(path("a.png"), Image<std::uint16_t>(40, 30, 3, 4095));
+  io::write_image(path("b.png"), Image<std::uint16_t>(40, 30, 3, 4095));
+  Radiometry radiometry;
+  radiometry.bit_depth = 12;
+  radiometry.black_level.assign(3, 0.0);
+  radiometry.response.linear.assign(3, linear_response(12, 0.0));
+  radiometry.noise.assign(3, {20000.0, 5.0, false});
+  EXPECT_EQ(sentence_of([&] {
+              merge_stack(session, {{"a.png", 0.5}, {"b.png", 2.0}}, "pattern fit_03", radiometry);
+            }),
+            path("session.json") + ": pattern fit_03: every pixel is saturated in all 2 frames; " +
+                "add exposures shorter than 0.5 s.");
+}
+
+std::vector<long> dark_histogram(double level, double deviation, bool clipped) {
+  const SimulatedCamera camera{12, level, 1000.0, deviation / 4095.0 * 1000.0, straight_curve};
+  const Image<float> nothing(200, 200, 1, 0.0F);
+  std::vector<long> histogram(4096, 0);
+  const auto stack = shoot_stack(camera, nothing, {0.1}, 77);
+  for (const std::uint16_t code : stack[0].codes.values()) ++histogram[code];
+  if (!clipped) {
+    histogram[4000] += 5;  // hot pixels
+  }
+  return histogram;
+}
+
+TEST(DarkLevel, IsTheMeanOfTheBulkWithItsDeviation) {
+  const DarkLevel level = dark_level(dark_histogram(40.3, 4.0, false));
+  // 40000 pixels: the mean is known to 0.02 codes, the deviation to 0.014; five of those each.
+  EXPECT_NEAR(level.code, 40.3, 0.1);
+  EXPECT_NEAR(level.deviation, std::sqrt(16.0 + 1.0 / 12.0), 0.08);
+}
+
+TEST(DarkLevel, OfACameraThatCutsAtZeroIsNotPulledUpByTheHalfThatIsLeft) {
+  const DarkLevel level = dark_level(dark_histogram(0.0, 6.0, true));
+  EXPECT_EQ(level.code, 0.0);
+  EXPECT_NEAR(level.deviation, 6.0, 1.0);
+}
+
+TEST(PhotonTransfer, FindsTheElectronsWhateverTheTexture) {
+  for (const double electrons : {3000.0, 20000.0}) {
+    const SimulatedCamera camera{12, 40.0, electrons, 5.0, straight_curve};
+    Image<float> scene = smooth_scene(300, 200, 1, 0.05, 20.0);
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      scene.values()[i] *= 1.0F + 0.5F * static_cast<float>(i * 7919 % 101) / 101.0F;
+    }
+    const auto stack = shoot_stack(camera, scene, seven_exposures(), 4);
+    const std::optional<double> found =
+        electrons_at_full_scale(stack, 0, linear_response(12, 40.0), 5.0 / electrons);
+    ASSERT_TRUE(found.has_value());
+    std::printf("electrons at full scale: %.0f of %.0f\n", *found, electrons);
+    EXPECT_NEAR(*found / electrons, 1.0, 0.05);
+  }
+}
+
+TEST(PhotonTransfer, TellsNothingWhereReadNoiseRules) {
+  const SimulatedCamera camera{12, 40.0, 20000.0, 50.0, straight_curve};
+  const auto stack = shoot_stack(camera, Image<float>(100, 100, 1, 0.0005F), {0.1, 0.2}, 4);
+  EXPECT_FALSE(
+      electrons_at_full_scale(stack, 0, linear_response(12, 40.0), 50.0 / 20000.0).has_value());
+}
+
+}  // namespace
+}  // namespace kappamu::capture

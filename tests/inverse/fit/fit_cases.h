@@ -1,0 +1,31 @@
+// Short names for the tests of the fit: measurements of a made-up block and the score of a volume
+// (bench/inverse_case.h).
+#pragma once
+
+#include "bench/inverse_case.h"
+#include "inverse/fit/fit.h"
+#include "tests/inverse/inverse_cases.h"
+
+namespace kappamu::inverse::cases {
+
+using bench::Block;
+
+/// bench::measure() of `side`² patches.
+inline SurfaceMeasurements measure(const Block& block, const CoefficientPair& fine_fields,
+                                   int side = 4) {
+  return bench::measure(block, fine_fields, side);
+}
+
+/// E under 8 × 8 patches.
+inline double held_out_error(const Block& block, const CoefficientPair& fine_fields,
+                             const Medium& medium) {
+  return bench::appearance_error(medium, bench::expose_patches(block, fine_fields, 8));
+}
+
+inline ChannelFit fit(const SurfaceMeasurements& measurements, const FitOptions& options,
+                      const Checkpoint& checkpoint = {}) {
+  Progress silent;
+  return fit_channel(measurements, 0, options, checkpoint, silent);
+}
+
+}  // namespace kappamu::inverse::cases

@@ -1,0 +1,92 @@
+// What L-BFGS learned at one weight, in one set of coordinates, must hold at the next.
+#include "inverse/fit/fit_function.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "inverse/optimise/lateral_hessian.h"
+#include "inverse/problem/problem.h"
+#include "tests/inverse/fit/fit_cases.h"
+
+namespace kappamu::inverse {
+namespace {
+
+struct Kind {
+  const char* name;
+  RegulariserKind regulariser;
+};
+
+class CarriedPair : public ::testing::TestWithParam<Kind> {};
+
+/// A step and the change of the gradient it brings, of a function with another weight and another
+/// metric, against the same step measured here. H1's Hessian is constant, so that nothing but the
+/// solver's tolerance remains; Huber-TV's is that of the Gaussian which stands for it.
+TEST_P(CarriedPair, IsThePairOfTheNewFunction) {
+  bench::Block block;
+  block.grid = {8, 7, 5, 0.5};
+  const SurfaceMeasurements m =
+      cases::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
+  Backend exact;
+  exact.precision = forward::Precision::double_precision;
+  exact.solve.tolerance = 1e-11;
+  Objective objective(make_problem(m, 0, forward::Convention::physical, {0.001, 5e-5}), exact);
+  const CoefficientPair here = cases::rough_medium(block.grid, 0.1, 3);
+  objective.value(here);
+  const LateralBlocks blocks = estimate_lateral_blocks(objective, 2, 2, 1);
+  const Basis first({8, 7, 5, 0.5}, {Coordinates::informed, 2, 2.5, 2.5, 300.0}, blocks);
+  const Basis second({8, 7, 5, 0.5}, {Coordinates::smooth, 2, 2.5, 2.5, 50.0}, {});
+  const Regulariser regulariser{GetParam().regulariser, 100.0, 1.0};
+  const Anchor anchor{std::log(0.15), std::log(0.05), 25.0};
+  FitFunction before(objective, first, 2.5, anchor, 300.0, regulariser, here);
+  FitFunction after(objective, second, 2.5, anchor, 50.0, regulariser, here);
+
+  const auto gradient_at = [](FitFunction& function, const Vector& z) {
+    function.value(z);
+    return function.gradient();
+  };
+  CoefficientPair there = here;
+  const CoefficientPair way = cases::random_direction(block.grid, 5);
+  constexpr double length = 1e-2;
+  for (std::size_t i = 0; i < block.grid.cells(); ++i) {
+    there.log_kappa[i] += length * way.log_kappa[i];
+    there.log_mu[i] += length * way.log_mu[i];
+  }
+  const auto pair_of = [&](FitFunction& function, const Basis& basis) {
+    Vector step = basis.from_fields(there);
+    Vector change = gradient_at(function, step);
+    const Vector z = basis.from_fields(here);
+    const Vector g = gradient_at(function, z);
+    for (std::size_t i = 0; i < z.size(); ++i) {
+      step[i] -= z[i];
+      change[i] -= g[i];
+    }
+    return std::pair{step, change};
+  };
+  auto [step, change] = pair_of(before, first);
+  const auto [expected_step, expected_change] = pair_of(after, second);
+  const Vector untouched = change;
+  after.adopt(before, step, change);
+
+  const auto distance = [](const Vector& a, const Vector& b) {
+    double off = 0.0;
+    double all = 0.0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      off += std::pow(a[i] - b[i], 2);
+      all += std::pow(b[i], 2);
+    }
+    return std::sqrt(off / all);
+  };
+  EXPECT_LT(distance(step, expected_step), 1e-9);
+  EXPECT_LT(distance(change, expected_change), 1e-6);
+  EXPECT_GT(distance(untouched, expected_change), 0.1) << "nothing was asked of adopt()";
+}
+INSTANTIATE_TEST_SUITE_P(Of, CarriedPair,
+                         ::testing::Values(Kind{"H1", RegulariserKind::h1},
+                                           Kind{"HuberTvBelowItsEdge", RegulariserKind::huber_tv}),
+                         [](const auto& kind) { return std::string(kind.param.name); });
+
+}  // namespace
+}  // namespace kappamu::inverse

@@ -1,0 +1,92 @@
+// How near the metric of the fit comes to the Hessian that it guesses.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <vector>
+
+#include "inverse/optimise/lateral_hessian.h"
+#include "inverse/problem/problem.h"
+#include "inverse/uncertainty/uncertainty.h"
+#include "tests/inverse/fit/fit_cases.h"
+
+namespace kappamu::inverse {
+namespace {
+
+double dot(const Vector& a, const Vector& b) {
+  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+}
+
+struct Spectrum {
+  Eigen::VectorXd values;  ///< Ritz values, ascending
+  Eigen::VectorXd shares;  ///< of all directions, that each stands for
+};
+
+/// By Lanczos from a random direction: its squared parts along the eigenvectors are, on average,
+/// equal (stochastic quadrature, Golub & Meurant).
+template <class Product>
+Spectrum spectrum(const Product& product, std::size_t n, int steps) {
+  cases::Noise noise(3);
+  Vector v(n);
+  for (double& x : v) x = noise.normal();
+  const double length = std::sqrt(dot(v, v));
+  for (double& x : v) x /= length;
+  std::vector<Vector> basis;
+  Eigen::MatrixXd t = Eigen::MatrixXd::Zero(steps, steps);
+  for (int k = 0; k < steps; ++k) {
+    basis.push_back(v);
+    Vector w = product(v);
+    t(k, k) = dot(w, v);
+    for (int repeat = 0; repeat < 2; ++repeat) {
+      for (const Vector& b : basis) {
+        const double along = dot(b, w);
+        for (std::size_t i = 0; i < n; ++i) w[i] -= along * b[i];
+      }
+    }
+    const double next = std::sqrt(dot(w, w));
+    if (k + 1 < steps) t(k, k + 1) = t(k + 1, k) = next;
+    for (std::size_t i = 0; i < n; ++i) v[i] = w[i] / next;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solved(t);
+  return {solved.eigenvalues(), solved.eigenvectors().row(0).cwiseAbs2().transpose()};
+}
+
+/// docs/theory.md, section 4: what holds a descent up.
+TEST(Metric, IsTheHessiansInverseForAllButFewDirections) {
+  bench::Block block;
+  block.grid = {32, 32, 10, 0.5};
+  const CoefficientPair fine = bench::make_truth(block.grid.refined(2), {});
+  const CoefficientPair truth = bench::make_truth(block.grid, {});
+  const SurfaceMeasurements m = bench::measure(block, fine);
+  Objective objective(make_problem(m, 0, forward::Convention::physical, {0.001, 5e-5}), {});
+  objective.refresh_correction(refine(objective.problem()), truth);
+  constexpr double alpha = 270.0;  // where its fit ends
+  const double thickness = 5.0;
+  const LateralBlocks blocks = estimate_lateral_blocks(objective, 2, 2, 1);
+  const Basis basis(block.grid, {Coordinates::informed, 2, thickness, thickness, alpha}, blocks);
+  const Prior prior{alpha, alpha, thickness, 10.0 * thickness, {}};
+  const Spectrum found = spectrum(
+      [&](const Vector& z) {
+        return basis.gradient(hessian_product(objective, prior, basis.to_fields(z)));
+      },
+      2 * block.grid.cells(), 60);
+  const auto within = [&](double low, double high) {
+    double share = 0.0;
+    for (Eigen::Index k = 0; k < found.values.size(); ++k) {
+      if (found.values[k] > low && found.values[k] < high) share += found.shares[k];
+    }
+    return share;
+  };
+  std::printf(
+      "eigenvalues of BᵀHB: %.2g to %.2g, %.1f %% within 0.7 to 1.4, %.1f %% within 0.5 to 2\n",
+      found.values[0], found.values[found.values.size() - 1], 100.0 * within(0.7, 1.4),
+      100.0 * within(0.5, 2.0));
+  EXPECT_GT(within(0.7, 1.4), 0.9);
+  EXPECT_GT(within(0.5, 2.0), 0.95);
+  EXPECT_GT(found.values[0], 0.0);
+}
+
+}  // namespace
+}  // namespace kappamu::inverse

@@ -1,0 +1,116 @@
+// Patterns kept out of the fit: which, how the others stay as they are, and what the score means.
+#include "inverse/problem/held_out.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "bench/media.h"
+#include "core/error.h"
+#include "inverse/fit/notes.h"
+#include "tests/inverse/fit/fit_cases.h"
+
+namespace kappamu::inverse {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+SurfaceMeasurements numbered(int side) {
+  SurfaceMeasurements m;
+  m.grid = {8, 8, 4, 0.5};
+  m.channels = {"R", "G"};
+  m.patterns = side * side;
+  const std::vector<double> light = bench::patch_light(m.grid, m.lit_face, m.patterns);
+  m.irradiance.assign(light.begin(), light.end());
+  const std::size_t cells = m.seen_shape().cells();
+  for (std::size_t c = 0; c < 2; ++c) {
+    for (int p = 0; p < m.patterns; ++p) {
+      m.value.insert(m.value.end(), cells, static_cast<float>(100 * (c + 1) + p));
+    }
+  }
+  m.variance.assign(m.value.size(), 1.0F);
+  return m;
+}
+
+TEST(HeldOut, OneOfSixteenAndNoneOfThree) {
+  EXPECT_EQ(usual_held_out(1), 0);
+  EXPECT_EQ(usual_held_out(3), 0);
+  EXPECT_EQ(usual_held_out(4), 1);
+  EXPECT_EQ(usual_held_out(16), 1);
+  EXPECT_EQ(usual_held_out(64), 4);
+}
+
+TEST(HeldOut, ChosenPatternsHaveNeighboursAllAround) {
+  const SurfaceMeasurements m = numbered(4);
+  // The middle four of 4 × 4 patches are 5, 6, 9 and 10.
+  EXPECT_THAT(choose_held_out(m, 0), ElementsAre());
+  EXPECT_THAT(choose_held_out(m, 1), ElementsAre(5));
+  EXPECT_THAT(choose_held_out(m, 2), ElementsAre(5, 10));
+  EXPECT_THAT(choose_held_out(m, 4), ElementsAre(5, 6, 9, 10));
+  EXPECT_EQ(choose_held_out(m, 15).size(), 15U);
+  EXPECT_THROW(choose_held_out(m, 16), InputError);
+}
+
+TEST(HeldOut, PartsTogetherAreTheWhole) {
+  SurfaceMeasurements m = numbered(2);
+  m.mask.assign(m.value.size(), 1);
+  m.mask[m.seen_shape().cells() * 2] = 0;  // of channel R, pattern 2
+  const std::vector<int> out{2};
+  const SurfaceMeasurements held_out = select_patterns(m, out);
+  const SurfaceMeasurements fitted = without_patterns(m, out);
+  validate(held_out, "held out");
+  validate(fitted, "fitted");
+  const std::size_t cells = m.seen_shape().cells();
+  EXPECT_EQ(held_out.patterns, 1);
+  EXPECT_EQ(held_out.value.front(), 102.0F);
+  EXPECT_EQ(held_out.value[cells], 202.0F);
+  EXPECT_EQ(held_out.mask.front(), 0);
+  EXPECT_EQ(fitted.patterns, 3);
+  EXPECT_EQ(fitted.value[2 * cells], 103.0F);
+  EXPECT_EQ(fitted.value[3 * cells], 200.0F);
+  EXPECT_EQ(fitted.irradiance.size() + held_out.irradiance.size(), m.irradiance.size());
+  EXPECT_THROW(select_patterns(m, std::vector<int>{4}), InputError);
+}
+
+TEST(HeldOut, ScoreOfTheTruthIsTheNoise) {
+  cases::Block block;
+  block.grid = {12, 12, 4, 0.5};
+  const CoefficientPair fine = cases::rough_medium(block.grid, 0.2, 3);
+  // The truth on the fitted grid, so that nothing but noise is left.
+  const GridShape split = block.grid.refined(2);
+  const CoefficientPair truth{split_voxels(fine.log_kappa, block.grid, split, 2),
+                              split_voxels(fine.log_mu, block.grid, split, 2)};
+  for (const Quantity quantity : {Quantity::exitance, Quantity::radiance_normal}) {
+    block.quantity = quantity;
+    const SurfaceMeasurements m = cases::measure(block, truth);
+    const Medium medium{Volume<double>(block.grid, exponential(fine.log_kappa)),
+                        Volume<double>(block.grid, exponential(fine.log_mu))};
+    const HeldOutScore score = score_held_out(medium, m, 0, {}, {});
+    EXPECT_EQ(score.data, m.value.size());
+    // Sums of 2304 squares of normal numbers; E's are dominated by the bright few hundred.
+    constexpr double four_sigma = 4.0;
+    EXPECT_NEAR(score.chi2_per_datum, 1.0, four_sigma * std::sqrt(2.0 / 2304.0));
+    EXPECT_NEAR(score.error / score.noise, 1.0, four_sigma * std::sqrt(2.0 / 200.0));
+  }
+}
+
+/// As the demo's: fitted light within its deviations, held-out light 5.6 of them off.
+TEST(HeldOut, SurprisesAreRemarkedUpon) {
+  ChannelFit fit;
+  fit.report.model.model = Model::homogeneous;
+  fit.report.chi2_per_datum = 0.9;
+  HeldOutScore score;
+  score.chi2_per_datum = 31.0;
+  EXPECT_THAT(remarks_on(fit, numbered(2), score),
+              ElementsAre(HasSubstr("Held-out light is off by 5.6 of its stated standard")));
+  score.chi2_per_datum = 3.9;
+  EXPECT_THAT(remarks_on(fit, numbered(2), score), IsEmpty());
+  EXPECT_THAT(remarks_on(fit, numbered(2)), IsEmpty());
+}
+
+}  // namespace
+}  // namespace kappamu::inverse

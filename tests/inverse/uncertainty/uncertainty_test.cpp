@@ -1,0 +1,262 @@
+// The posterior's variances against dense matrices: exact where every direction is sampled, better
+// with every step and every sample, never above the prior.
+#include "inverse/uncertainty/uncertainty.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/error.h"
+#include "inverse/optimise/lateral_hessian.h"
+#include "inverse/regulariser/roughness.h"
+#include "tests/inverse/inverse_cases.h"
+#include "tests/inverse/joined.h"
+#include "tests/sentence.h"
+
+namespace kappamu::inverse {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// A fitted block of 4 × 4 × 3 voxels under three random patterns, solved to rounding.
+class TinyPosterior : public ::testing::Test {
+ protected:
+  static constexpr GridShape shape{4, 4, 3, 0.5};
+  static constexpr int axis = 2;
+  const Prior prior{20.0, 20.0, 1.5, 15.0};
+
+  void SetUp() override {
+    Problem problem;
+    problem.setup = {shape,
+                     1.3,
+                     Face::z_minus,
+                     Sides::open,
+                     forward::SourceModel::first_collision,
+                     forward::Convention::physical};
+    problem.seen_face = Face::z_plus;
+    problem.patterns = 3;
+    cases::Noise noise(11);
+    problem.irradiance.resize(3 * problem.lit_shape().cells());
+    for (double& e : problem.irradiance) e = noise.uniform();
+    const CoefficientPair at = cases::rough_medium(shape, 0.2, 5);
+    problem.data =
+        cases::simulate(problem.setup, at, problem.seen_face, problem.irradiance, 3, "reference");
+    for (const double d : problem.data) problem.weight.push_back(std::pow(0.01 * d, -2));
+    objective_ = std::make_unique<Objective>(
+        problem,
+        Backend{"reference", forward::Precision::double_precision, {1e-12, 2000}, 16, 64.0});
+    objective_->value(at);
+    const auto n = static_cast<Index>(2 * shape.cells());
+    hessian_.resize(n, n);
+    for (Index k = 0; k < n; ++k) {
+      hessian_.col(k) = joined(hessian_product(*objective_, prior, parted(VectorXd::Unit(n, k))));
+    }
+    covariance_ = hessian_.llt().solve(MatrixXd::Identity(n, n));
+    basis_ = std::make_unique<Basis>(shape,
+                                     BasisOptions{Coordinates::informed, axis, prior.thickness_mm,
+                                                  prior.anchor_length_mm, prior.kappa_weight},
+                                     estimate_lateral_blocks(*objective_, axis, 4, 1));
+  }
+
+  InverseDiagonal sampler(int steps) const {
+    return {[this](const CoefficientPair& v) { return parted(hessian_ * joined(v)); }, shape, axis,
+            *basis_, steps};
+  }
+  /// One sample along every coordinate: all directions, none by chance.
+  FieldCovariance complete(int steps) const {
+    InverseDiagonal diagonal = sampler(steps);
+    const auto n = static_cast<std::size_t>(hessian_.rows());
+    for (std::size_t k = 0; k < n; ++k) {
+      Vector u(n, 0.0);
+      u[k] = std::sqrt(static_cast<double>(n));
+      diagonal.add(u);
+    }
+    return diagonal.result(0.0);
+  }
+  /// Root mean square of the error of log standard deviations.
+  double error(const FieldCovariance& found) const {
+    const VectorXd ratio = joined(found.variance).cwiseQuotient(covariance_.diagonal());
+    return 0.5 * std::sqrt(ratio.array().log().square().mean());
+  }
+
+  std::unique_ptr<Objective> objective_;
+  std::unique_ptr<Basis> basis_;
+  MatrixXd hessian_;
+  MatrixXd covariance_;
+};
+
+TEST_F(TinyPosterior, HessianIsSymmetricAndAboveThePrior) {
+  constexpr double solver_error = 1e-9;
+  EXPECT_LT((hessian_ - hessian_.transpose()).norm(), solver_error * hessian_.norm());
+  const VectorXd beforehand = joined(prior_variance(shape, prior));
+  EXPECT_TRUE((covariance_.diagonal().array() <= beforehand.array() * (1.0 + solver_error)).all());
+}
+
+TEST_F(TinyPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
+  const Index n = hessian_.rows();
+  MatrixXd precision(n, n);
+  for (Index k = 0; k < n; ++k) {
+    precision.col(k) = prior.kappa_weight *
+                       joined(roughness(shape, prior.thickness_mm, parted(VectorXd::Unit(n, k)),
+                                        Anchor{0.0, 0.0, prior.anchor_length_mm})
+                                  .gradient);
+  }
+  const VectorXd exact = precision.llt().solve(MatrixXd::Identity(n, n)).diagonal();
+  const VectorXd found = joined(prior_variance(shape, prior));
+  constexpr double rounding = 1e-9;  // the anchor is weak: a condition of 1e4
+  EXPECT_LT((found - exact).norm(), rounding * exact.norm());
+}
+
+TEST_F(TinyPosterior, MetricKnowsItsOwnCovariance) {
+  const Index n = hessian_.rows();
+  MatrixXd b(n, n);
+  for (Index k = 0; k < n; ++k) {
+    const VectorXd unit = VectorXd::Unit(n, k);
+    b.col(k) = joined(basis_->to_fields({unit.begin(), unit.end()}));
+  }
+  const MatrixXd exact = b * b.transpose();
+  const FieldCovariance found = basis_->covariance();
+  constexpr double rounding = 1e-11;
+  EXPECT_LT((joined(found.variance) - exact.diagonal()).norm(), rounding * exact.norm());
+  for (Index i = 0; i < n / 2; ++i) {
+    EXPECT_NEAR(found.between[static_cast<std::size_t>(i)], exact(i, n / 2 + i),
+                rounding * exact.norm());
+  }
+}
+
+TEST_F(TinyPosterior, AllDirectionsGiveTheDenseInverse) {
+  const FieldCovariance found = complete(static_cast<int>(hessian_.rows()));
+  constexpr double float_vectors = 1e-4;  // Lanczos' vectors are kept in single precision
+  EXPECT_LT(error(found), float_vectors);
+  const Index cells = hessian_.rows() / 2;
+  for (Index i = 0; i < cells; ++i) {
+    const double scale = std::sqrt(covariance_(i, i) * covariance_(cells + i, cells + i));
+    EXPECT_NEAR(found.between[static_cast<std::size_t>(i)], covariance_(i, cells + i),
+                float_vectors * scale);
+  }
+}
+
+TEST_F(TinyPosterior, EveryStepBringsItCloser) {
+  double before = error(basis_->covariance());
+  for (const int steps : {2, 4, 8, 16}) {
+    const double now = error(complete(steps));
+    EXPECT_LT(now, before) << steps << " steps";
+    before = now;
+  }
+  EXPECT_LT(before, 0.1);  // 16 of 96 dimensions, from the metric of 4 probes
+}
+
+TEST_F(TinyPosterior, ErrorFallsWithTheRootOfTheSamples) {
+  InverseDiagonal diagonal = sampler(static_cast<int>(hessian_.rows()));
+  cases::Noise noise(3);
+  std::vector<double> errors;
+  for (int k = 1; k <= 1024; ++k) {
+    Vector u(static_cast<std::size_t>(hessian_.rows()));
+    for (double& x : u) x = noise.normal();
+    diagonal.add(u);
+    if (k == 16 || k == 1024) errors.push_back(error(diagonal.result(0.0)));
+  }
+  const double order = std::log(errors[0] / errors[1]) / std::log(64.0);
+  EXPECT_NEAR(order, 0.5, 0.15);
+}
+
+TEST_F(TinyPosterior, IsRepeatableBoundedByThePriorAndCostsWhatItSays) {
+  UncertaintyOptions options;
+  options.samples = 2;
+  options.steps = 3;
+  options.probes = 2;
+  const Uncertainty first = estimate_uncertainty(*objective_, prior, {}, options, 5);
+  const Uncertainty again = estimate_uncertainty(*objective_, prior, {}, options, 5);
+  EXPECT_EQ(first.log_kappa_std.values(), again.log_kappa_std.values());
+  EXPECT_EQ(first.log_mu_std.values(), again.log_mu_std.values());
+  EXPECT_EQ(first.correlation.values(), again.correlation.values());
+  EXPECT_EQ(first.report.solves, solves_needed(options));
+  EXPECT_EQ(solves_needed({}), 0);
+  ASSERT_EQ(first.report.layers.size(), 3U);
+  EXPECT_DOUBLE_EQ(first.report.layers[0].depth_mm, 0.25);
+  const CoefficientPair beforehand = prior_variance(shape, prior);
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    EXPECT_LE(first.log_mu_std[i], std::sqrt(beforehand.log_mu[i]) * (1.0 + 1e-6));
+    EXPECT_GE(first.mu_resolution[i], 0.0F);
+    EXPECT_LE(first.mu_resolution[i], 1.0F);
+    EXPECT_LE(std::abs(first.correlation[i]), 1.0F + 1e-6F);
+  }
+}
+
+TEST_F(TinyPosterior, EachCoefficientHasAPriorOfItsOwn) {
+  const Prior looser{20.0, 0.5, 1.5, 15.0};
+  const Index n = hessian_.rows();
+  MatrixXd hessian(n, n);
+  for (Index k = 0; k < n; ++k) {
+    hessian.col(k) = joined(hessian_product(*objective_, looser, parted(VectorXd::Unit(n, k))));
+  }
+  const VectorXd exact = hessian.llt().solve(MatrixXd::Identity(n, n)).diagonal();
+  UncertaintyOptions options;
+  options.samples = 48;
+  options.steps = static_cast<int>(n);
+  options.pooling = 0.0;
+  const Uncertainty found = estimate_uncertainty(*objective_, looser, {}, options, 5);
+  constexpr double chance = 0.35;  // of 48 samples in the worst voxel
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    const auto at = static_cast<Index>(i);
+    EXPECT_NEAR(found.log_kappa_std[i] / std::sqrt(exact[at]), 1.0, chance);
+    EXPECT_NEAR(found.log_mu_std[i] / std::sqrt(exact[n / 2 + at]), 1.0, chance);
+  }
+}
+
+TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
+  UncertaintyOptions options;
+  options.samples = 1;
+  options.steps = 1;
+  const auto weights = [&](const FittedRoughness& fitted) {
+    return *estimate_uncertainty(*objective_, prior, fitted, options, 5).report.prior;
+  };
+  const Prior smooth = weights({0.0, 0.0});
+  EXPECT_EQ(smooth.kappa_weight, prior.kappa_weight);
+  EXPECT_EQ(smooth.mu_weight, prior.kappa_weight / 9.0);  // absorbers vary more than scatterers
+  const Prior rough = weights({100.0, 0.0});
+  const Prior rougher = weights({200.0, 1e4});
+  EXPECT_LT(rough.kappa_weight, prior.kappa_weight);
+  EXPECT_NEAR(rough.kappa_weight, 2.0 * rougher.kappa_weight, 1e-9);
+  EXPECT_LT(rougher.mu_weight, rougher.kappa_weight / 9.0);
+}
+
+TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
+  const std::vector<LayerUncertainty> layers{{0.5, 0.02, 0.1, 0.99, 0.95, 0.1},
+                                             {1.5, 0.1, 0.5, 0.9, 0.6, -0.2},
+                                             {2.5, 0.2, 0.75, 0.8, 0.2, -0.8},
+                                             {3.5, 0.3, 0.9, 0.7, 0.05, -0.6}};
+  const std::string text = in_words(layers);
+  EXPECT_THAT(text, HasSubstr("κ is determined within a factor of 1.02 at best (0.5 mm below the "
+                              "seen face) and 1.35 at worst (3.5 mm)."));
+  EXPECT_THAT(text, HasSubstr("The data determine μ to no better than a factor of 2 beyond 2 mm "
+                              "below the seen face."));
+  EXPECT_THAT(text, HasSubstr("The smoothing, not the data, decides most of μ beyond 2 mm"));
+  EXPECT_THAT(text, Not(HasSubstr("decides most of κ")));
+  EXPECT_THAT(text, HasSubstr("κ and μ trade against each other beyond 2 mm below the seen face "
+                              "(correlation up to -0.8)"));
+}
+
+TEST(UncertaintyOptions, AreRefusedByName) {
+  const auto refused = [](auto change) {
+    UncertaintyOptions options;
+    change(options);
+    return sentence_of([&] { validate(options); });
+  };
+  EXPECT_THAT(refused([](auto& o) { o.samples = -1; }), HasSubstr("samples is negative"));
+  EXPECT_THAT(refused([](auto& o) { o.steps = 0; }), HasSubstr("steps must be at least 1"));
+  EXPECT_THAT(refused([](auto& o) { o.probes = 0; }), HasSubstr("probes must be at least 1"));
+  EXPECT_THAT(refused([](auto& o) { o.pooling = -1.0; }), HasSubstr("pooling"));
+}
+
+}  // namespace
+}  // namespace kappamu::inverse

@@ -1,0 +1,72 @@
+// --hold-out: what it understands, and what it refuses in one sentence.
+#include "pipeline/stages/hold_out.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+
+namespace kappamu::pipeline {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using Source = HeldOut::Source;
+
+SurfaceMeasurements measured(int patterns) {
+  SurfaceMeasurements m;
+  m.grid = {16, 1, 1, 1.0};
+  m.patterns = patterns;
+  m.irradiance.assign(static_cast<std::size_t>(16 * patterns), 0.0F);
+  for (int p = 0; p < patterns; ++p) m.irradiance[static_cast<std::size_t>(16 * p + p)] = 1.0F;
+  return m;
+}
+
+TEST(HoldOut, AutoPrefersValidationPatterns) {
+  const HeldOut beside = choose_held_out("auto", measured(16), true);
+  EXPECT_EQ(beside.source, Source::validation);
+  EXPECT_THAT(beside.patterns, IsEmpty());
+  const HeldOut own = choose_held_out("auto", measured(16), false);
+  EXPECT_EQ(own.source, Source::fitted_input);
+  EXPECT_THAT(own.patterns, ElementsAre(7));
+}
+
+TEST(HoldOut, TooFewPatternsAreAllFittedAloud) {
+  for (const int patterns : {1, 2, 3}) {
+    const HeldOut held_out = choose_held_out("auto", measured(patterns), false);
+    EXPECT_EQ(held_out.source, Source::none);
+    EXPECT_THAT(held_out.patterns, IsEmpty());
+    ASSERT_TRUE(held_out.warning.has_value());
+    EXPECT_THAT(*held_out.warning, HasSubstr("nothing independent judges"));
+  }
+  EXPECT_FALSE(choose_held_out("none", measured(1), false).warning.has_value());
+}
+
+TEST(HoldOut, CountsAndListsAreTaken) {
+  EXPECT_THAT(choose_held_out("2", measured(16), false).patterns, ElementsAre(7, 9));
+  EXPECT_THAT(choose_held_out("9,3,9", measured(16), false).patterns, ElementsAre(3, 9));
+  EXPECT_THAT(choose_held_out("5,", measured(16), false).patterns, ElementsAre(5));
+  EXPECT_EQ(choose_held_out("0", measured(16), false).source, Source::none);
+}
+
+TEST(HoldOut, WhatCannotBeIsRefusedByName) {
+  const auto sentence = [](const std::string& choice, bool validated) {
+    try {
+      choose_held_out(choice, measured(4), validated);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  for (const char* choice : {"some", "-1", "1,x", "", "1;2"}) {
+    EXPECT_THAT(sentence(choice, false), HasSubstr("--hold-out")) << choice;
+  }
+  EXPECT_THAT(sentence("4", false), HasSubstr("keep out fewer"));
+  EXPECT_THAT(sentence("4,", false), HasSubstr("numbered 0 to 3"));
+  EXPECT_THAT(sentence("0,1,2,3", false), HasSubstr("no pattern is left"));
+  EXPECT_THAT(sentence("1", true), HasSubstr("validation patterns"));
+}
+
+}  // namespace
+}  // namespace kappamu::pipeline
