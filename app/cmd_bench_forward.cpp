@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/bench_command.h"
+#include "app/output_folder.h"
 #include "bench/forward_bench.h"
 
 namespace kappamu::app {
@@ -22,7 +23,7 @@ struct Options {
 
 void run(Options& options, const Globals& globals) {
   const auto progress = make_progress();
-  options.bench.folder = options.out;
+  options.bench.folder = bench_folder(options.out);
   options.bench.device = globals.device;
   options.bench.peers = !options.no_peers;
   if (!options.draw_only) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/bench_command.h"
+#include "app/output_folder.h"
 #include "bench/inverse_bench.h"
 #include "bench/inverse_samples.h"
 
@@ -24,7 +25,7 @@ struct Options {
 
 void run(Options& options, const Globals& globals) {
   const auto progress = make_progress();
-  options.bench.folder = options.out;
+  options.bench.folder = bench_folder(options.out);
   options.bench.device = globals.device;
   options.bench.seed = globals.seed;
   if (options.small) options.bench.size = bench::BenchSize::small;

@@ -14,7 +14,7 @@ namespace {
 
 void run_calibrate(const SessionCommand& options, const Globals& globals) {
   const auto progress = make_progress();
-  Pipeline pipeline(options.session, options.run, options.force);
+  Pipeline pipeline(options.session, options.run, options.force, options.follow_links);
   pipeline.set_hdr_options(options.hdr);
   const bool worked = pipeline.calibrate(*progress);
   const auto data = report::read_calibration(pipeline.folder().path());

@@ -4,6 +4,7 @@
 
 #include "app/command.h"
 #include "app/export_stage.h"
+#include "app/output_folder.h"
 
 namespace kappamu::app {
 
@@ -11,14 +12,18 @@ namespace {
 
 struct ExportOptions {
   std::string volume;
-  std::string out;
+  std::filesystem::path out;
   std::vector<std::string> formats{"all"};
 };
 
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
-  const io::ExportResult result =
-      export_volumes(options.volume, options.out, options.formats, *progress);
+  OutputFolder out(options.out, "export", {find_volume(options.volume)},
+                   {"volume.vti", "mitsuba", "npy", "volume.vdb", "exr"}, Former::kept);
+  io::ExportResult result =
+      export_volumes(options.volume, out.partial(), options.formats, *progress);
+  for (auto& file : result.files) file = options.out / file.lexically_relative(out.partial());
+  out.commit();
   if (globals.json) {
     nlohmann::ordered_json json{{"volume", find_volume(options.volume).string()},
                                 {"files", nlohmann::json::array()},

@@ -8,8 +8,10 @@
 
 #include "app/command.h"
 #include "app/continuation.h"
+#include "app/fingerprint.h"
 #include "app/fit_options.h"
 #include "app/model_json.h"
+#include "app/output_folder.h"
 #include "app/uncertainty_output.h"
 #include "core/process_memory.h"
 
@@ -88,11 +90,19 @@ void run_fit(const FitCommand& command, Globals& globals) {
     const FinishedFit finished(*command.continued);
     options.continue_from = finished.folder();
     if (input.empty()) input = finished.input();
-    if (out.empty()) out = finished.folder() / "continued";
+    if (out.empty()) out = finished.folder().string() + "_continued";
   }
   if (input.empty()) throw CLI::RequiredError("INPUT");
   if (out.empty()) throw CLI::RequiredError("--out");
-  const FitSummary summary = run_fit_stage(input, out, options, *progress);
+  const std::string key = Fingerprint()
+                              .add(options_json(options))
+                              .add(measurements_fingerprint(find_measurements(input)))
+                              .text();
+  OutputFolder folder(out, "fit", fit_inputs(input, options), fit_outputs(out), Former::removed,
+                      key, !options.restart);
+  FitSummary summary = run_fit_stage(input, folder.partial(), options, *progress);
+  summary.volume = out / "volume.vdb";
+  folder.commit();
   if (globals.json) {
     std::printf("%s\n", to_json(summary).dump().c_str());
   } else {
@@ -143,7 +153,8 @@ void add_fit(CLI::App& app, Globals& globals) {
             FinishedFit(run).set_options(options->fit);
           },
           "Go on from the volumes of a finished fit, with its options and INPUT where none are "
-          "given here; OUT is then RUN/continued unless given")
+          "given here; OUT is then RUN/fit_continued, or <fit>_continued beside a fit's folder, "
+          "unless given")
       ->type_name("RUN");
   command
       ->add_option("input", options->input,

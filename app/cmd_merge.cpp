@@ -12,7 +12,7 @@ namespace {
 
 void run_merge(const SessionCommand& options, const Globals& globals) {
   const auto progress = make_progress();
-  Pipeline pipeline(options.session, options.run, options.force);
+  Pipeline pipeline(options.session, options.run, options.force, options.follow_links);
   pipeline.set_hdr_options(options.hdr);
   const bool worked = pipeline.merge(*progress);
   const std::filesystem::path& run = pipeline.folder().path();

@@ -8,6 +8,7 @@
 #include "app/pipeline.h"
 #include "app/report/run_data.h"
 #include "app/report/sections.h"
+#include "app/session_command.h"
 
 namespace kappamu::app {
 
@@ -19,6 +20,7 @@ struct RunOptions {
   std::string input;
   std::string run;
   bool force = false;
+  bool follow_links = false;
   capture::HdrOptions hdr;
   FitArguments fit;
 };
@@ -110,7 +112,8 @@ void print_table(const RunSummary& summary, const RunFolder& folder) {
 void run_run(const RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
   const FitStageOptions fit = resolve(options.fit, globals);
-  Pipeline pipeline(options.input, options.run, options.force);
+  Pipeline pipeline(options.input, options.run, options.force, options.follow_links);
+  pipeline.require_room();
   pipeline.folder().set_options(options_by_name(fit));
   if (pipeline.session()) pipeline.set_hdr_options(options.hdr);
   if (pipeline.session()) {
@@ -156,6 +159,7 @@ void add_run(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("RUN");
   command->add_flag("--force", options->force, "Do every stage again, replacing what RUN holds");
+  add_follow_links(*command, options->follow_links);
   add_hdr_options(*command, options->hdr);
   add_fit_options(*command, options->fit, "Of the fit (see `kappamu fit --help`)");
   command->footer(

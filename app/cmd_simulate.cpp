@@ -4,6 +4,7 @@
 
 #include "app/command.h"
 #include "app/light_options.h"
+#include "app/output_folder.h"
 #include "core/error.h"
 #include "data_synthetic/simulate.h"
 
@@ -224,6 +225,7 @@ void add_simulate(CLI::App& app, Globals& globals) {
       "camera defocus and vignetting, inter-reflections, surface gloss, light past the block.");
   command->callback([arguments, &globals] {
     const auto progress = make_progress();
+    require_apart(arguments->out, {arguments->patterns.begin(), arguments->patterns.end()});
     print(synthetic::simulate(resolve(*arguments, globals.seed), arguments->out, globals.device,
                               *progress),
           globals.json);

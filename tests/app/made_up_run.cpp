@@ -278,7 +278,8 @@ fs::path make_run(const fs::path& folder, const MadeUpRun& options) {
   record.input_fingerprint = "0123456789abcdef";
   record.device = "a made-up device";
   record.versions = library_versions();
-  for (const char* name : stage_names) record.stages[name] = {StageStatus::done, "key", 3.5, {}};
+  for (const char* name : stage_names)
+    record.stages[name] = {{StageStatus::done, "key", {}, {}}, 3.5, {}};
 
   const MadeUpSurface fit = make_surface(options, options.fit_patterns, 0, random);
   io::write_measurements(run / "measurements", fit.measured);
