@@ -172,7 +172,10 @@ OutputFolder::~OutputFolder() {
     files_.discard();
     if (!claims_.at(command_).files.empty()) return;
     claims_.erase(command_);
-    if (!claims_.empty()) return write_record(folder_, claims_);
+    if (!claims_.empty()) {
+      write_record(folder_, claims_);
+      return;
+    }
     fs::remove(folder_ / record_name);
     if (made_) fs::remove(folder_);
   } catch (const std::exception&) {

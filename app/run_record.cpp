@@ -20,7 +20,8 @@ json to_json(const StageRecord& stage) {
 }
 
 StageRecord stage_from_json(const json& object) {
-  StageRecord stage{claim_from_json(object)};
+  StageRecord stage;
+  static_cast<Claim&>(stage) = claim_from_json(object);
   stage.seconds = object.at("seconds").get<double>();
   stage.warnings = object.at("warnings").get<std::vector<std::string>>();
   return stage;
