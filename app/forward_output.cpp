@@ -68,6 +68,15 @@ void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
   }
 }
 
+std::vector<std::string> forward_outputs() {
+  std::vector<std::string> names{"summary.json"};
+  for (const Face face : all_faces) {
+    names.push_back("exitance_" + to_string(face) + ".npy");
+    names.push_back("standard_error_" + to_string(face) + ".npy");
+  }
+  return names;
+}
+
 Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result,
                      const ViewMasks& masks) {
   const forward::GridSetup& setup = run.setup;

@@ -27,4 +27,7 @@ void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
 nlohmann::ordered_json forward_summary(const ForwardRun& run, const forward::ForwardResult& result,
                                        const ViewMasks& masks);
 
+/// Names of all files that write_maps() and the command may write.
+std::vector<std::string> forward_outputs();
+
 }  // namespace kappamu::app

@@ -13,11 +13,15 @@ struct SessionCommand {
   std::string session;
   std::string run;
   bool force = false;
+  bool follow_links = false;
   capture::HdrOptions hdr;
 };
 
 /// Adds SESSION, --out RUN, --force and the options between frames and radiance to `command`.
 std::shared_ptr<SessionCommand> add_session_options(CLI::App& command);
+
+/// Adds --follow-links to a command that reads a session's files.
+void add_follow_links(CLI::App& command, bool& follow);
 
 /// How long the stage took, or that there was nothing to do.
 std::string time_taken(bool worked, double seconds);

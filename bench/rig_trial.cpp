@@ -79,7 +79,6 @@ RigTrial::RigTrial(const synthetic::SimulationOptions& options, const std::files
                    const std::string& device, Progress& progress)
     : truth_folder_(folder / "truth") {
   if (!std::filesystem::exists(truth_folder_ / "truth.json")) {
-    std::filesystem::remove_all(folder);
     synthetic::simulate(options, folder, device, progress);
   }
   session_ = capture::read_session(folder / "session");

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/file_name.h"
 
 namespace kappamu {
 
@@ -40,6 +41,9 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
     fail("voxel_mm must be positive");
   if (!(m.eta >= 1.0) || m.eta > 4.0) fail("eta must lie between 1 and 4");
   if (m.channels.empty()) fail("channels must name at least one channel");
+  for (const std::string& channel : m.channels) {
+    require_plain_name(channel, source + ": a name in channels");
+  }
   if (m.patterns < 1) fail("there must be at least one light pattern");
   const std::size_t lit = m.lit_shape().cells() * static_cast<std::size_t>(m.patterns);
   const std::size_t seen =

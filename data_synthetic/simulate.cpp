@@ -239,8 +239,13 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   SimulationReport report;
   report.session = out / "session";
   report.truth = out / "truth";
-  if (std::filesystem::exists(report.session)) {
-    throw InputError(report.session.string() +
+  for (const std::filesystem::path& folder : {report.session, report.truth}) {
+    std::error_code error;
+    if (std::filesystem::symlink_status(folder, error).type() ==
+        std::filesystem::file_type::not_found) {
+      continue;
+    }
+    throw InputError(folder.string() +
                      " exists already: choose another output folder or remove it");
   }
   const Stopwatch transport_time;

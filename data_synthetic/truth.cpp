@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/atomic_file.h"
 #include "io/read_file.h"
 
@@ -148,6 +149,9 @@ Truth read_truth(const std::filesystem::path& folder) {
     json.at("sample").get_to(truth.sample);
     json.at("seed").get_to(truth.seed);
     json.at("channels").get_to(truth.channels);
+    for (const std::string& channel : truth.channels) {
+      require_plain_name(channel, file.string() + ": a name in channels");
+    }
     truth.grid = grid_from(json.at("grid"));
     truth.transport_grid = grid_from(json.at("transport").at("grid"));
     json.at("transport").at("model").get_to(truth.transport_model);

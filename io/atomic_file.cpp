@@ -1,7 +1,6 @@
 #include "io/atomic_file.h"
 
 #include <fcntl.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <array>
@@ -12,6 +11,7 @@
 #include <streambuf>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "core/error.h"
 
@@ -231,22 +231,28 @@ void write_text_atomically(const fs::path& target, std::string_view text) {
   write_bytes_atomically(target, std::as_bytes(std::span(text)));
 }
 
-std::size_t remove_stale_temporaries(const fs::path& folder) {
-  std::size_t removed = 0;
+bool is_temporary_name(const std::string& name) {
+  const std::size_t mark = name.rfind(temporary_mark);
+  if (name.empty() || name.front() != '.' || mark == std::string::npos || mark < 2) return false;
+  const char* at = name.data() + mark + temporary_mark.size();
+  const char* end = name.data() + name.size();
+  unsigned process = 0, count = 0;
+  const auto [dash, no_process] = std::from_chars(at, end, process);
+  if (no_process != std::errc() || dash == end || *dash != '-') return false;
+  const auto [rest, no_count] = std::from_chars(dash + 1, end, count);
+  return no_count == std::errc() && (rest == end || *rest == '.');
+}
+
+std::size_t remove_temporaries(const fs::path& folder) {
+  std::vector<fs::path> found;
   std::error_code error;
   for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end;
        it.increment(error)) {
-    const std::string name = it->path().filename().string();
-    const std::size_t mark = name.find(temporary_mark);
-    if (name.front() != '.' || mark == std::string::npos) continue;
-    const char* digits = name.data() + mark + temporary_mark.size();
-    int process = 0;
-    if (std::from_chars(digits, name.data() + name.size(), process).ec != std::errc()) continue;
-    if (process <= 0 || ::kill(process, 0) == 0 || errno != ESRCH) continue;
-    std::error_code remove_error;
-    if (fs::remove(it->path(), remove_error)) ++removed;
+    const bool is_file = it->symlink_status(error).type() == fs::file_type::regular;
+    if (is_file && is_temporary_name(it->path().filename().string())) found.push_back(it->path());
   }
-  return removed;
+  for (const fs::path& file : found) fs::remove(file, error);
+  return found.size();
 }
 
 }  // namespace kappamu::io

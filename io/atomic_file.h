@@ -11,6 +11,7 @@
 #include <functional>
 #include <iosfwd>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace kappamu::io {
@@ -29,8 +30,12 @@ void write_stream_atomically(const std::filesystem::path& target,
 void write_bytes_atomically(const std::filesystem::path& target, std::span<const std::byte> bytes);
 void write_text_atomically(const std::filesystem::path& target, std::string_view text);
 
-/// Removes the temporaries that a killed process left in `folder` and below; those of processes
-/// still alive stay. A missing folder is no error. Returns the number removed.
-std::size_t remove_stale_temporaries(const std::filesystem::path& folder);
+/// Whether a file's name is one that this module gives to temporaries.
+bool is_temporary_name(const std::string& name);
+
+/// Removes the temporaries that a killed process left in `folder` and below, which must be a folder
+/// of our own that no living process writes into. A missing folder is no error. Returns the number
+/// removed.
+std::size_t remove_temporaries(const std::filesystem::path& folder);
 
 }  // namespace kappamu::io

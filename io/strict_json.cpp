@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/file_name.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -75,10 +76,9 @@ std::array<int, 3> StrictJson::grid(const char* name) const {
 std::vector<std::string> StrictJson::names(const char* name) const {
   std::vector<std::string> result;
   for (const json& value : array(name)) {
-    if (!value.is_string() || value.get<std::string>().empty()) {
-      fail(name, "must hold names such as \"R\"");
-    }
+    if (!value.is_string()) fail(name, "must hold names such as \"R\"");
     const auto text = value.get<std::string>();
+    require_plain_name(text, file_ + ": a name in field '" + name + "'");
     if (std::find(result.begin(), result.end(), text) != result.end()) {
       fail(name, "names '" + text + "' twice");
     }

@@ -30,7 +30,7 @@ class StrictJson {
   const nlohmann::json& object(const char* name) const;
   /// [nx, ny, nz], each from 1 to 65536.
   std::array<int, 3> grid(const char* name) const;
-  /// One or more different, non-empty names.
+  /// One or more different names (core/file_name.h).
   std::vector<std::string> names(const char* name) const;
   /// A string through one of core's readers of names.
   template <class T>

@@ -3,6 +3,7 @@
 #include <map>
 #include <utility>
 
+#include "capture/session/session_files.h"
 #include "core/error.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_options.h"
@@ -33,11 +34,12 @@ std::string with_program(const std::string& fingerprint) {
 
 }  // namespace
 
-Pipeline::Input Pipeline::open_input(const fs::path& folder) {
+Pipeline::Input Pipeline::open_input(const fs::path& folder, bool follow_links) {
   Input input;
   input.folder = folder;
   if (fs::exists(folder / "session.json")) {
     input.session = capture::read_session(folder);
+    if (!follow_links) capture::require_files_inside(*input.session);
     input.description = content_fingerprint(folder / "session.json");
     input.fingerprint = with_program(session_fingerprint(*input.session));
     return input;
@@ -55,8 +57,8 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder) {
                    "(docs/formats.md)");
 }
 
-Pipeline::Pipeline(const fs::path& input, const fs::path& run, bool force)
-    : Pipeline(open_input(input), run, force) {}
+Pipeline::Pipeline(const fs::path& input, const fs::path& run, bool force, bool follow_links)
+    : Pipeline(open_input(input, follow_links), run, force) {}
 
 Pipeline::Pipeline(Input input, const fs::path& run, bool force)
     : session_(std::move(input.session)),
@@ -84,30 +86,38 @@ RunFolder::Stage Pipeline::calibrate_stage() const {
 }
 
 RunFolder::Stage Pipeline::merge_stage() const {
-  const bool calibrated = folder_.is_done(calibrate_stage());
-  std::vector<std::string> outputs{"hdr"};
-  if (calibrated) outputs.emplace_back("measurements");
+  const std::optional<std::string> calibration = folder_.done_key("calibrate");
   return {"merge",
           Fingerprint()
               .add("merge")
               .add(fingerprint_)
               .add(options_text(hdr_))
-              .add(calibrated ? "measured" : "hdr")
+              .add(calibration ? "measured by " + *calibration : "hdr")
               .text(),
-          outputs};
+          {"hdr", "measurements", "measurements_validate"},
+          true};
+}
+
+void Pipeline::require_room() {
+  std::vector<RunFolder::Stage> stages{
+      {"fit", "", {"fit"}}, {"export", "", {"export"}}, {"report", "", {"report.html"}}};
+  if (session_) stages.insert(stages.begin(), {calibrate_stage(), merge_stage()});
+  for (const RunFolder::Stage& stage : stages) folder_.require_room(stage);
 }
 
 bool Pipeline::calibrate(Progress& progress) {
   const capture::Session& session = require_session();
-  return folder_.run(calibrate_stage(), progress, [&](Progress& listener) {
-    run_calibrate_stage(session, hdr_, folder_.path(), listener);
+  return folder_.run(calibrate_stage(), progress, [&](const fs::path& output, Progress& listener) {
+    run_calibrate_stage(session, hdr_, output / "calibration", listener);
   });
 }
 
 bool Pipeline::merge(Progress& progress) {
   const capture::Session& session = require_session();
-  return folder_.run(merge_stage(), progress, [&](Progress& listener) {
-    run_merge_stage(session, hdr_, folder_.path(), listener);
+  std::optional<fs::path> calibration;
+  if (folder_.done_key("calibrate")) calibration = folder_.path() / "calibration";
+  return folder_.run(merge_stage(), progress, [&](const fs::path& output, Progress& listener) {
+    run_merge_stage(session, hdr_, calibration, output, listener);
   });
 }
 
@@ -120,10 +130,10 @@ RunFolder::Stage Pipeline::stage_after(const RunFolder::Stage& earlier, const st
 bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
   const RunFolder::Stage input = session_ ? merge_stage() : RunFolder::Stage{"", fingerprint_, {}};
   fit_stage_ = stage_after(input, "fit", options_json(options), {"fit"});
+  fit_stage_.continues = true;
   const fs::path measurements = session_ ? folder_.path() : folder_.record().input;
-  return folder_.run(fit_stage_, progress, [&](Progress& listener) {
-    const FitSummary summary =
-        run_fit_stage(measurements, folder_.path() / "fit", options, listener);
+  return folder_.run(fit_stage_, progress, [&](const fs::path& output, Progress& listener) {
+    const FitSummary summary = run_fit_stage(measurements, output / "fit", options, listener);
     std::map<std::string, double> errors;
     for (std::size_t c = 0; c < summary.held_out.size(); ++c) {
       errors[summary.channels[c]] = summary.held_out[c].error;
@@ -135,17 +145,18 @@ bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
 
 bool Pipeline::export_all(Progress& progress) {
   return folder_.run(stage_after(fit_stage_, "export", "all", {"export"}), progress,
-                     [&](Progress& listener) {
-                       export_volumes(folder_.path() / "fit" / "volume.vdb",
-                                      folder_.path() / "export", {"all"}, listener);
+                     [&](const fs::path& output, Progress& listener) {
+                       export_volumes(folder_.path() / "fit" / "volume.vdb", output / "export",
+                                      {"all"}, listener);
                      });
 }
 
-bool Pipeline::report(const std::function<void(const fs::path& run)>& write, Progress& progress) {
+bool Pipeline::report(const std::function<void(const fs::path& run, const fs::path& file)>& write,
+                      Progress& progress) {
   return folder_.run(stage_after(fit_stage_, "report", "", {"report.html"}), progress,
-                     [&](Progress& listener) {
+                     [&](const fs::path& output, Progress& listener) {
                        listener.update("report", 0.0, "");
-                       write(folder_.path());
+                       write(folder_.path(), output / "report.html");
                        listener.update("report", 1.0, "");
                      });
 }

@@ -18,8 +18,10 @@ namespace kappamu::pipeline {
 class Pipeline {
  public:
   /// `input` is a folder with session.json or with measurements.json. Throws InputError when it is
-  /// neither or damaged, or when `run` holds results of another input and `force` is not set.
-  Pipeline(const std::filesystem::path& input, const std::filesystem::path& run, bool force);
+  /// neither or damaged, when a file of the session lies behind a link out of it and not
+  /// `follow_links`, or when `run` holds results of another input and not `force`.
+  Pipeline(const std::filesystem::path& input, const std::filesystem::path& run, bool force,
+           bool follow_links);
 
   /// How frames become radiance; before the first stage. Recorded in run.json.
   void set_hdr_options(const capture::HdrOptions& options);
@@ -27,22 +29,27 @@ class Pipeline {
   RunFolder& folder() { return folder_; }
   const std::optional<capture::Session>& session() const { return session_; }
 
+  /// Before hours of work: throws InputError when a file that is not the run's lies where any stage
+  /// writes.
+  void require_room();
+
   // Each does its stage unless it is done with the same inputs; returns whether it had to.
 
   /// Needs a session.
   bool calibrate(Progress& progress);
-  /// Needs a session; measures surfaces where the run is calibrated.
+  /// Needs a session; measures surfaces where the run is calibrated from it.
   bool merge(Progress& progress);
   /// Fits the run's own measurements, or the input's where that is what the run was given.
   bool fit(const FitStageOptions& options, Progress& progress);
   bool export_all(Progress& progress);
-  /// `write` makes report.html of the run folder it is given (report/report.h).
-  bool report(const std::function<void(const std::filesystem::path& run)>& write,
+  /// `write` makes the page `file` of a run folder (report/report.h).
+  bool report(const std::function<void(const std::filesystem::path& run,
+                                       const std::filesystem::path& file)>& write,
               Progress& progress);
 
  private:
   struct Input;
-  static Input open_input(const std::filesystem::path& folder);
+  static Input open_input(const std::filesystem::path& folder, bool follow_links);
   Pipeline(Input input, const std::filesystem::path& run, bool force);
   const capture::Session& require_session() const;
   RunFolder::Stage calibrate_stage() const;

@@ -5,11 +5,13 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/progress.h"
+#include "pipeline/output_folder.h"
 #include "pipeline/records/run_record.h"
 
 namespace kappamu::pipeline {
@@ -18,12 +20,12 @@ class RunFolder {
  public:
   /// Opens or makes `folder` for results from `input` (of `kind`; `input_fingerprint` is that of
   /// session.json or measurements.json) and locks it against a second kappamu. Throws InputError
-  /// when it holds the results of another input, unless `force`, or is locked.
+  /// when it is not apart from the input, holds the results of another one, unless `force`, or is
+  /// locked.
   RunFolder(const std::filesystem::path& folder, RunRecord::InputKind kind,
             const std::filesystem::path& input, const std::string& input_fingerprint, bool force);
-  ~RunFolder();
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
+  /// Opens a folder that has a run.json, as it is; stages are done again whatever their keys.
+  explicit RunFolder(const std::filesystem::path& folder);
 
   const std::filesystem::path& path() const { return folder_; }
   const RunRecord& record() const { return record_; }
@@ -37,23 +39,34 @@ class RunFolder {
   struct Stage {
     std::string name;  ///< one of stage_names
     std::string key;   ///< fingerprint of everything its outputs depend on
-    /// Files and folders of the run that the stage writes. Present from an earlier, interrupted
-    /// attempt with the same key they stay, for the stage to continue; otherwise they are removed.
+    /// Files and folders of the run that the stage may write.
     std::vector<std::string> outputs;
+    /// Whether an interrupted attempt with the same key leaves something to go on with.
+    bool continues = false;
   };
 
-  /// Whether the stage is complete with this key and its outputs are there.
-  bool is_done(const Stage& stage) const;
+  /// The key with which a stage is complete and its files are there; nothing if they are not.
+  std::optional<std::string> done_key(const std::string& stage) const;
 
-  /// Does `work` unless the stage is done; returns whether it did. run.json says "started" before
-  /// and "done" after; warnings and wall time are recorded.
-  bool run(const Stage& stage, Progress& progress, const std::function<void(Progress&)>& work);
+  /// Throws InputError when a file that is not the run's lies where the stage writes.
+  void require_room(const Stage& stage);
+
+  /// What a stage does: fills `output` as it would the run folder (output/hdr/...).
+  using Work = std::function<void(const std::filesystem::path& output, Progress& progress)>;
+  /// Does `work` unless the stage is done; returns whether it did. The files take the place of the
+  /// stage's former ones when all are complete; warnings and wall time are recorded.
+  bool run(const Stage& stage, Progress& progress, const Work& work);
 
  private:
+  static std::filesystem::path prepared(const std::filesystem::path& folder,
+                                        const std::filesystem::path& input);
+  StagedFiles files_of(const std::string& stage);
+  void recover();
+
   std::filesystem::path folder_;
+  FolderLock lock_;
   RunRecord record_;
   bool force_ = false;
-  int lock_ = 0;  ///< file descriptor of run.lock
 };
 
 }  // namespace kappamu::pipeline

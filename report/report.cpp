@@ -56,7 +56,7 @@ std::string subject(const RunData& run) {
 
 }  // namespace
 
-std::filesystem::path write_report(const std::filesystem::path& run) {
+void write_report(const std::filesystem::path& run, const std::filesystem::path& file) {
   const RunData data = read_run(run);
   const std::string title = "kappamu report: " + subject(data);
   const Html head = raw("<meta charset=\"utf-8\"/>\n") +
@@ -74,9 +74,7 @@ std::filesystem::path write_report(const std::filesystem::path& run) {
   const Html page =
       raw("<!DOCTYPE html>\n") +
       element("html", {{"lang", "en"}}, element("head", head) + element("body", body));
-  std::filesystem::path path = data.folder / "report.html";
-  io::write_text_atomically(path, page.markup());
-  return path;
+  io::write_text_atomically(file, page.markup());
 }
 
 }  // namespace kappamu::report

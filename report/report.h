@@ -5,9 +5,9 @@
 
 namespace kappamu::report {
 
-/// Reads the run folder and writes run/report.html by rename; returns that path. Parts the run does
+/// Reads the run folder and writes `file` by rename. Parts the run does
 /// not have are left out with a sentence. Throws InputError when `run` holds nothing to report or a
 /// file in it is damaged.
-std::filesystem::path write_report(const std::filesystem::path& run);
+void write_report(const std::filesystem::path& run, const std::filesystem::path& file);
 
 }  // namespace kappamu::report

@@ -7,6 +7,7 @@
 #include "app/bench_command.h"
 #include "bench/record.h"
 #include "bench/views.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -22,9 +23,9 @@ void run_calibration(const Options& options, Globals& globals) {
   bench::ViewsOptions settings = options.quick ? bench::quick_views() : bench::ViewsOptions{};
   settings.seed = globals.seed;
   settings.corner_noise_px = options.corner_noise_px;
+  const std::filesystem::path out = pipeline::bench_folder(options.out);
   const auto progress = make_progress();
   const auto cases = bench::measure_views(settings, *progress);
-  const std::filesystem::path out(options.out);
   const auto record = bench::views_record(settings, cases);
   bench::write_record(record, out / "calibration.json");
   bench::draw_views(cases, out / "calibration-views.png");

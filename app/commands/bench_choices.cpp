@@ -10,6 +10,7 @@
 #include "bench/choices.h"
 #include "bench/record.h"
 #include "io/atomic_file.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -26,12 +27,12 @@ void run(const Options& options, const Globals& globals) {
   settings.device = globals.device;
   settings.seed = globals.seed;
   const auto progress = make_progress();
+  const std::filesystem::path out = pipeline::bench_folder(options.out);
   nlohmann::ordered_json last;
   for (const std::string& subject :
        options.subjects.empty() ? bench::choice_subjects() : options.subjects) {
     const auto scores = bench::measure_choices(subject, settings, *progress);
     last = bench::choices_record(subject, settings, scores);
-    const std::filesystem::path out(options.out);
     bench::write_record(last, out / ("choices-" + subject + ".json"));
     const std::string table = bench::choices_table(scores);
     bench::draw_choices(scores, out / ("bench-choices-" + subject + ".png"));

@@ -7,6 +7,7 @@
 
 #include "app/bench_command.h"
 #include "bench/forward_bench.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -22,7 +23,7 @@ struct Options {
 
 void run(Options& options, const Globals& globals) {
   const auto progress = make_progress();
-  options.bench.folder = options.out;
+  options.bench.folder = pipeline::bench_folder(options.out);
   options.bench.device = globals.device;
   options.bench.peers = !options.no_peers;
   if (!options.draw_only) {

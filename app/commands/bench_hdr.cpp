@@ -7,6 +7,7 @@
 #include "app/bench_command.h"
 #include "bench/hdr_error.h"
 #include "bench/record.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -20,7 +21,7 @@ struct Options {
 
 void run_hdr(Options options, Globals& globals) {
   options.settings.seed = globals.seed;
-  const std::filesystem::path out(options.out);
+  const std::filesystem::path out = pipeline::bench_folder(options.out);
   if (options.frames) options.settings.frames = out / "frames";
   const auto progress = make_progress();
   const auto rows = bench::compare_hdr_merges(options.settings, *progress);

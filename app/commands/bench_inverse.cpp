@@ -8,6 +8,7 @@
 #include "app/bench_command.h"
 #include "bench/inverse_bench.h"
 #include "bench/inverse_samples.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -24,7 +25,7 @@ struct Options {
 
 void run(Options& options, const Globals& globals) {
   const auto progress = make_progress();
-  options.bench.folder = options.out;
+  options.bench.folder = pipeline::bench_folder(options.out);
   options.bench.device = globals.device;
   options.bench.seed = globals.seed;
   if (options.small) options.bench.size = bench::BenchSize::small;

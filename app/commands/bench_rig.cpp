@@ -7,6 +7,7 @@
 #include "app/bench_command.h"
 #include "bench/record.h"
 #include "bench/rig_needs.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -28,7 +29,7 @@ void run_rig(Options options, const Globals& globals) {
   }
   settings.seed = globals.seed;
   if (globals.device != "auto") settings.device = globals.device;
-  const std::filesystem::path out(options.out);
+  const std::filesystem::path out = pipeline::bench_folder(options.out);
   settings.folder = out / "sessions";
   const auto progress = make_progress();
   const bench::RigNeeds needs = bench::measure_rig_needs(settings, *progress);

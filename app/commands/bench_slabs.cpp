@@ -7,6 +7,7 @@
 #include "app/bench_command.h"
 #include "bench/record.h"
 #include "bench/slabs.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -26,11 +27,11 @@ void run_slabs(Options options, Globals& globals) {
                  options.data.c_str());
     return;
   }
+  const fs::path out = pipeline::bench_folder(options.out, {options.data});
   const auto progress = make_progress();
   options.settings.seed = globals.seed;
   const auto rows =
       bench::compare_slabs(bench::read_measured_slabs(options.data), options.settings, *progress);
-  const fs::path out(options.out);
   const auto record = bench::slab_record(options.settings, rows);
   bench::write_record(record, out / "slabs.json");
   bench::draw_slabs(rows, out / "slabs.png");

@@ -7,6 +7,7 @@
 
 #include "app/bench_command.h"
 #include "bench/uncertainty_bench.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -20,7 +21,7 @@ struct Options {
 
 void run(Options options, const Globals& globals) {
   const auto progress = make_progress();
-  options.bench.folder = options.out;
+  options.bench.folder = pipeline::bench_folder(options.out);
   options.bench.proof.device = globals.device;
   options.bench.proof.seed = globals.seed;
   if (options.small) {

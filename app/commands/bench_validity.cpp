@@ -8,6 +8,7 @@
 #include "bench/record.h"
 #include "bench/validity.h"
 #include "io/atomic_file.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -23,9 +24,9 @@ void run_validity(const Options& options, Globals& globals) {
       options.quick ? bench::quick_validity() : bench::ValidityOptions{};
   settings.device = globals.device;
   settings.seed = globals.seed;
+  const std::filesystem::path out = pipeline::bench_folder(options.out);
   const auto progress = make_progress();
   const auto cases = bench::measure_validity(settings, *progress);
-  const std::filesystem::path out(options.out);
   const auto record = bench::validity_record(settings, cases);
   bench::write_record(record, out / "validity.json");
   io::write_text_atomically(out / "validity_table.inc", bench::validity_table(settings, cases));

@@ -14,7 +14,7 @@ namespace {
 
 void run_calibrate(const SessionCommand& options, const Globals& globals) {
   const auto progress = make_progress();
-  pipeline::Pipeline stages(options.session, options.run, options.force);
+  pipeline::Pipeline stages(options.session, options.run, options.force, options.follow_links);
   stages.set_hdr_options(options.hdr);
   const bool worked = stages.calibrate(*progress);
   const auto data = report::read_calibration(stages.folder().path());

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "pipeline/output_folder.h"
 #include "pipeline/stages/export_stage.h"
 
 namespace kappamu::app {
@@ -11,16 +12,21 @@ namespace {
 
 struct ExportOptions {
   std::string volume;
-  std::string out;
+  std::filesystem::path out;
   std::vector<std::string> formats{"all"};
 };
 
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
-  const io::ExportResult result =
-      pipeline::export_volumes(options.volume, options.out, options.formats, *progress);
+  pipeline::OutputFolder out(options.out, "export", {pipeline::find_volume(options.volume)},
+                             {"volume.vti", "mitsuba", "npy", "volume.vdb", "exr"},
+                             pipeline::Former::kept);
+  io::ExportResult result =
+      pipeline::export_volumes(options.volume, out.partial(), options.formats, *progress);
+  for (auto& file : result.files) file = options.out / file.lexically_relative(out.partial());
+  out.commit();
   if (globals.json) {
-    nlohmann::ordered_json json{{"volume", find_volume(options.volume).string()},
+    nlohmann::ordered_json json{{"volume", pipeline::find_volume(options.volume).string()},
                                 {"files", nlohmann::json::array()},
                                 {"warnings", result.warnings}};
     for (const auto& file : result.files) json["files"].push_back(file.string());
@@ -54,7 +60,7 @@ void add_export(CLI::App& app, Globals& globals) {
   command->add_option("-o,--out", options->out, "Folder for the files; made if missing")
       ->required()
       ->type_name("OUT");
-  std::vector<std::string> names = export_formats();
+  std::vector<std::string> names = pipeline::export_formats();
   names.emplace_back("all");
   command
       ->add_option("--format", options->formats,

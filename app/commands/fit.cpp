@@ -9,8 +9,11 @@
 #include "app/command.h"
 #include "app/fit_options.h"
 #include "core/process_memory.h"
+#include "pipeline/output_folder.h"
+#include "pipeline/records/fingerprint.h"
 #include "pipeline/records/model_json.h"
 #include "pipeline/stages/continuation.h"
+#include "pipeline/stages/fit_stage.h"
 #include "pipeline/stages/uncertainty_output.h"
 
 namespace kappamu::app {
@@ -67,7 +70,7 @@ void print_table(const pipeline::FitSummary& summary) {
       const inverse::HeldOutScore& h = summary.held_out[c];
       std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
     }
-    std::printf("  %s\n      model %s: %s\n", r.message.c_str(), short_name(r.model).c_str(),
+    std::printf("  %s\n      model %s: %s\n", r.message.c_str(), pipeline::short_name(r.model).c_str(),
                 r.model.reason.c_str());
     for (const std::string& remark : summary.remarks[c]) std::printf("      %s\n", remark.c_str());
     if (summary.uncertainty[c]) {
@@ -80,7 +83,7 @@ void print_table(const pipeline::FitSummary& summary) {
 
 void run_fit(const FitCommand& command, Globals& globals) {
   const auto progress = make_progress();
-  pipeline::FitStageOptions options = pipeline::resolve(command.fit, globals);
+  pipeline::FitStageOptions options = pipeline::resolve(command.fit, globals.device, globals.seed);
   if (!command.validate.empty()) options.validate = command.validate;
   std::filesystem::path input = command.input;
   std::filesystem::path out = command.out;
@@ -88,11 +91,21 @@ void run_fit(const FitCommand& command, Globals& globals) {
     const pipeline::FinishedFit finished(*command.continued);
     options.continue_from = finished.folder();
     if (input.empty()) input = finished.input();
-    if (out.empty()) out = finished.folder() / "continued";
+    if (out.empty()) out = finished.folder().string() + "_continued";
   }
   if (input.empty()) throw CLI::RequiredError("INPUT");
   if (out.empty()) throw CLI::RequiredError("--out");
-  const pipeline::FitSummary summary = pipeline::run_fit_stage(input, out, options, *progress);
+  const std::string key =
+      pipeline::Fingerprint()
+          .add(pipeline::options_json(options))
+          .add(pipeline::measurements_fingerprint(pipeline::find_measurements(input)))
+          .text();
+  pipeline::OutputFolder folder(out, "fit", fit_inputs(input, options), pipeline::fit_outputs(out),
+                                pipeline::Former::removed, key, !options.restart);
+  pipeline::FitSummary summary =
+      pipeline::run_fit_stage(input, folder.partial(), options, *progress);
+  summary.volume = out / "volume.vdb";
+  folder.commit();
   if (globals.json) {
     std::printf("%s\n", to_json(summary).dump().c_str());
   } else {
@@ -143,7 +156,8 @@ void add_fit(CLI::App& app, Globals& globals) {
             pipeline::FinishedFit(run).set_options(options->fit);
           },
           "Go on from the volumes of a finished fit, with its options and INPUT where none are "
-          "given here; OUT is then RUN/continued unless given")
+          "given here; OUT is then RUN/fit_continued, or <fit>_continued beside a fit's folder, "
+          "unless given")
       ->type_name("RUN");
   command
       ->add_option("input", options->input,

@@ -15,6 +15,7 @@
 #include "forward/diffusion_warnings.h"
 #include "forward/forward_model.h"
 #include "io/atomic_file.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -75,13 +76,18 @@ void run_forward(const Arguments& arguments, Globals& globals) {
   run.options.precision = arguments.precision == "double" ? forward::Precision::double_precision
                                                           : forward::Precision::single_precision;
   run.options.solve.max_iterations = arguments.max_iterations.value_or(method.max_iterations);
+  const ForwardFiles& files = arguments.files;
+  pipeline::OutputFolder out(arguments.out, "forward",
+                             {files.kappa, files.mu, files.irradiance,
+                              files.light_mask.value_or(""), files.view_masks.value_or("")},
+                             forward_outputs());
   const forward::ForwardResult result =
       forward::make_forward_model(method.name)->solve(problem, run.options, *progress);
 
-  const std::filesystem::path out(arguments.out);
-  write_maps(out, run, result, masks);
+  write_maps(out.partial(), run, result, masks);
   const nlohmann::ordered_json summary = forward_summary(run, result, masks);
-  io::write_text_atomically(out / "summary.json", summary.dump(2) + "\n");
+  io::write_text_atomically(out.partial() / "summary.json", summary.dump(2) + "\n");
+  out.commit();
   // Only now, so that a failure is one sentence and nothing else.
   std::vector<std::string> warnings = result.warnings;
   if (!method.transport) {
@@ -103,7 +109,7 @@ void run_forward(const Arguments& arguments, Globals& globals) {
     std::printf("%d pattern%s on %d x %d x %d voxels by %s, %s: %s, %.2f s\n%s\n", run.patterns,
                 run.patterns == 1 ? "" : "s", shape.nx, shape.ny, shape.nz, run.method.c_str(),
                 result.backend.c_str(), result.message.c_str(), result.seconds,
-                (out / "summary.json").c_str());
+                (std::filesystem::path(arguments.out) / "summary.json").c_str());
   }
 }
 

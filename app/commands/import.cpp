@@ -3,7 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "app/session_command.h"
 #include "capture/import/import.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -11,11 +13,18 @@ namespace {
 
 struct Arguments {
   std::string photographs, plan, out, table;
+  bool follow_links = false;
 };
 
 void run_import(const Arguments& arguments, const Globals& globals) {
   const auto progress = make_progress();
-  capture::ImportOptions options{arguments.photographs, arguments.plan, arguments.out, {}};
+  pipeline::require_apart(arguments.out, {arguments.plan});
+  // Photographs may lie in the session's folder already.
+  if (!pipeline::holds(arguments.out, arguments.photographs)) {
+    pipeline::require_apart(arguments.out, {arguments.photographs});
+  }
+  capture::ImportOptions options{
+      arguments.photographs, arguments.plan, arguments.out, {}, arguments.follow_links};
   if (!arguments.table.empty()) options.table = arguments.table;
   const capture::Session session = capture::import_session(options, *progress);
   const std::string file = (session.folder / "session.json").string();
@@ -74,6 +83,7 @@ void add_import(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("SESSION");
   command->add_option("--table", arguments->table, "CSV: file, shot, exposure_s")->type_name("CSV");
+  add_follow_links(*command, arguments->follow_links);
   command->footer("Example: kappamu import photographs --plan plan -o session");
   command->callback([arguments, &globals] { run_import(*arguments, globals); });
 }

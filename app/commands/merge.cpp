@@ -12,7 +12,7 @@ namespace {
 
 void run_merge(const SessionCommand& options, const Globals& globals) {
   const auto progress = make_progress();
-  pipeline::Pipeline stages(options.session, options.run, options.force);
+  pipeline::Pipeline stages(options.session, options.run, options.force, options.follow_links);
   stages.set_hdr_options(options.hdr);
   const bool worked = stages.merge(*progress);
   const std::filesystem::path& run = stages.folder().path();

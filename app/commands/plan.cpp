@@ -6,6 +6,7 @@
 #include "app/command.h"
 #include "app/light_options.h"
 #include "capture/rig/plan.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -37,8 +38,12 @@ void run_plan(Arguments arguments, const Globals& globals) {
       arguments.encoding == "linear" ? capture::Encoding::linear : capture::Encoding::response;
   request.plane_light = capture::plane_light_from_string(arguments.plane_light);
   request.period_s = 1.0 / arguments.refresh_hz;
-  const capture::Plan plan = capture::make_plan(request, arguments.out);
+  pipeline::OutputFolder out(arguments.out, "plan", {},
+                             {"session.json", "patterns", "calibration", "frames", "shots.txt",
+                              "shots.csv", "shots.json"});
+  const capture::Plan plan = capture::make_plan(request, out.partial());
   capture::write_plan(plan);
+  out.commit();
   if (globals.json) {
     std::printf("%s\n", nlohmann::json{{"plan", arguments.out},
                                        {"photographs", plan.shots.size()},

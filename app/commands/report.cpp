@@ -3,9 +3,41 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "core/error.h"
+#include "pipeline/output_folder.h"
+#include "pipeline/run_folder.h"
 #include "report/report.h"
 
 namespace kappamu::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+fs::path write(const fs::path& run) {
+  fs::path file = pipeline::canonical_path(run) / "report.html";
+  if (fs::exists(run / "run.json")) {
+    pipeline::RunFolder folder(run);
+    const auto earlier = folder.record().stages.find("report");
+    const std::string key =
+        earlier == folder.record().stages.end() ? "by hand" : earlier->second.key;
+    Progress silent;
+    folder.run({"report", key, {"report.html"}}, silent, [&](const fs::path& output, Progress&) {
+      report::write_report(run, output / "report.html");
+    });
+    return file;
+  }
+  // A folder that `kappamu fit` and the like filled; what it holds is for the report to say.
+  if (!fs::is_directory(run)) {
+    throw InputError(run.string() + ": no such run folder; make one with `kappamu run`");
+  }
+  pipeline::OutputFolder folder(run, "report", {}, {"report.html"});
+  report::write_report(run, folder.partial() / "report.html");
+  folder.commit();
+  return file;
+}
+
+}  // namespace
 
 void add_report(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
@@ -23,7 +55,7 @@ void add_report(CLI::App& app, Globals& globals) {
       ->type_name("RUN");
   command->footer("Example: kappamu report demo/run && xdg-open demo/run/report.html");
   command->callback([run, &globals] {
-    const auto path = report::write_report(*run);
+    const std::filesystem::path path = write(*run);
     if (globals.json)
       std::printf("%s\n", nlohmann::json{{"report", path.string()}}.dump().c_str());
     else

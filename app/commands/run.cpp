@@ -5,8 +5,10 @@
 #include "app/command.h"
 #include "app/fit_options.h"
 #include "app/hdr_options.h"
+#include "app/session_command.h"
 #include "pipeline/pipeline.h"
 #include "report/read/run_data.h"
+#include "report/report.h"
 #include "report/sections.h"
 
 namespace kappamu::app {
@@ -19,6 +21,7 @@ struct RunOptions {
   std::string input;
   std::string run;
   bool force = false;
+  bool follow_links = false;
   capture::HdrOptions hdr;
   pipeline::FitArguments fit;
 };
@@ -109,8 +112,9 @@ void print_table(const RunSummary& summary, const pipeline::RunFolder& folder) {
 
 void run_run(const RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
-  const pipeline::FitStageOptions fit = pipeline::resolve(options.fit, globals);
-  pipeline::Pipeline stages(options.input, options.run, options.force);
+  const pipeline::FitStageOptions fit = pipeline::resolve(options.fit, globals.device, globals.seed);
+  pipeline::Pipeline stages(options.input, options.run, options.force, options.follow_links);
+  stages.require_room();
   stages.folder().set_options(pipeline::options_by_name(fit));
   if (stages.session()) stages.set_hdr_options(options.hdr);
   if (stages.session()) {
@@ -156,6 +160,7 @@ void add_run(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("RUN");
   command->add_flag("--force", options->force, "Do every stage again, replacing what RUN holds");
+  add_follow_links(*command, options->follow_links);
   add_hdr_options(*command, options->hdr);
   add_fit_options(*command, options->fit, "Of the fit (see `kappamu fit --help`)");
   command->footer(

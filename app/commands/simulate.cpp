@@ -6,6 +6,7 @@
 #include "app/light_options.h"
 #include "core/error.h"
 #include "data_synthetic/simulate.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
 
@@ -45,7 +46,8 @@ std::array<int, N> parse_extents(const std::string& text, const std::string& opt
   return extents;
 }
 
-synthetic::SimulationOptions resolve(const SimulateArguments& arguments, std::uint64_t seed) {
+synthetic::SimulationOptions resolve(const SimulateArguments& arguments,
+                                               std::uint64_t seed) {
   synthetic::SimulationOptions options = arguments.options;
   options.seed = seed;
   options.encoding =
@@ -224,8 +226,10 @@ void add_simulate(CLI::App& app, Globals& globals) {
       "camera defocus and vignetting, inter-reflections, surface gloss, light past the block.");
   command->callback([arguments, &globals] {
     const auto progress = make_progress();
-    print(synthetic::simulate(resolve(*arguments, globals.seed), arguments->out, globals.device,
-                              *progress),
+    pipeline::require_apart(arguments->out,
+                            {arguments->patterns.begin(), arguments->patterns.end()});
+    print(synthetic::simulate(resolve(*arguments, globals.seed), arguments->out,
+                              globals.device, *progress),
           globals.json);
   });
 }

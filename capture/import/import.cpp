@@ -8,9 +8,12 @@
 #include "capture/radiance/merge.h"
 #include "capture/response/radiometry.h"
 #include "capture/session/frames.h"
+#include "capture/session/session_files.h"
 #include "core/error.h"
+#include "io/atomic_file.h"
 #include "io/image/image_file.h"
 #include "io/image/raw_file.h"
+#include "io/read_file.h"
 
 namespace kappamu::capture {
 namespace {
@@ -22,6 +25,30 @@ std::string without_leading_zeros(const std::string& shot) {
   static const std::regex numbered("(plane|level|ambient)_[0-9]+.*");
   static const std::regex zeros("_0+([0-9])");
   return std::regex_match(shot, numbered) ? std::regex_replace(shot, zeros, "_$1") : shot;
+}
+
+bool same_content(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  const bool files = fs::symlink_status(b, error).type() == fs::file_type::regular;
+  return files && fs::file_size(a) == fs::file_size(b) && io::read_bytes(a) == io::read_bytes(b);
+}
+
+// Nothing that is there already is replaced.
+void copy_into(const fs::path& folder, const std::string& file, const fs::path& source) {
+  const fs::path target = folder / file;
+  std::error_code error;
+  if (fs::symlink_status(target, error).type() != fs::file_type::not_found) {
+    if (same_content(source, target)) return;
+    throw InputError(target.string() + ": is there already and another file than " +
+                     source.string() + "; move it elsewhere or choose another session folder (-o)");
+  }
+  if (!leads_inside(folder, file)) {
+    throw InputError(target.string() +
+                     ": lies behind a link out of the session folder; remove the link or choose "
+                     "another session folder (-o)");
+  }
+  io::write_atomically(target,
+                       [&](const fs::path& temporary) { fs::copy_file(source, temporary); });
 }
 
 // Photographs by shot, taken out as their place in the session is found.
@@ -76,16 +103,7 @@ class Shots {
 
   /// Copies what does not lie in the session's folder yet.
   void copy() const {
-    for (const auto& [to, from] : copies_) {
-      const fs::path target = session_folder_ / to;
-      std::error_code error;
-      fs::create_directories(target.parent_path(), error);
-      fs::copy_file(from, target, fs::copy_options::overwrite_existing, error);
-      if (error) {
-        throw InputError("cannot copy " + from.string() + " to " + target.string() + ": " +
-                         error.message() + "; free space or choose another folder (-o)");
-      }
-    }
+    for (const auto& [to, from] : copies_) copy_into(session_folder_, to, from);
   }
 
  private:
@@ -256,6 +274,10 @@ void check_brightness(const Session& session, Progress& progress) {
 
 Session import_session(const ImportOptions& options, Progress& progress) {
   const Session plan = read_session(options.plan);
+  if (fs::exists(options.out / "session.json")) {
+    throw InputError((options.out / "session.json").string() +
+                     ": is there already; move it elsewhere or choose another session folder (-o)");
+  }
   std::vector<Photograph> photographs = find_photographs(options, progress);
   check_settings(photographs);
   Session session = plan;
@@ -280,17 +302,15 @@ Session import_session(const ImportOptions& options, Progress& progress) {
   validate(session);
 
   shots.copy();
-  std::error_code error;
   for (const Pattern& pattern : session.patterns) {
-    const fs::path target = options.out / pattern.image;
     const fs::path source = options.plan / pattern.image;
-    if (fs::exists(target, error) && fs::equivalent(source, target, error)) continue;
-    fs::create_directories(target.parent_path(), error);
-    fs::copy_file(source, target, fs::copy_options::overwrite_existing, error);
-    if (error) {
-      throw InputError(source.string() + ": the image of pattern " + pattern.id +
-                       " cannot be copied to " + target.string() + " (" + error.message() + ").");
+    std::error_code error;
+    if (!fs::is_regular_file(source, error)) {
+      throw InputError(source.string() + ": no such image of pattern " + pattern.id +
+                       "; session.json there lists it.");
     }
+    if (!options.follow_links) require_inside(options.plan, pattern.image);
+    copy_into(options.out, pattern.image, source);
   }
   check_brightness(session, progress);
   write_session(session);

@@ -19,12 +19,14 @@ struct ImportOptions {
   /// CSV with the columns file, shot and, optionally, exposure_s; without it file names tell the
   /// shot (docs/formats.md).
   std::optional<std::filesystem::path> table;
+  bool follow_links = false;  ///< also photographs behind links out of their folder
 };
 
 /// Exposure times come from EXIF or the table; the camera's size, depth and encoding from the
 /// files. Throws InputError, one sentence naming the photograph, for one that belongs to no shot,
 /// has no exposure time, another aperture, sensitivity, focal length or camera than the rest, or is
-/// brighter or darker than its exposure time allows; and for shots without photographs. Optional
+/// brighter or darker than its exposure time allows; for shots without photographs; and where it
+/// would replace a file that is another. Optional
 /// shots that are missing are left out with a warning.
 Session import_session(const ImportOptions& options, Progress& progress);
 

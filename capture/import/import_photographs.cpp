@@ -9,7 +9,9 @@
 #include <set>
 #include <sstream>
 
+#include "capture/session/session_files.h"
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/image/raw_file.h"
 #include "io/read_file.h"
 
@@ -130,6 +132,10 @@ std::vector<Photograph> from_table(const ImportOptions& options) {
       throw InputError(where + " has " + std::to_string(cells.size()) +
                        " cells, the first line has " + std::to_string(header.size()) + ".");
     }
+    if (!stays_inside(cells[file])) {
+      throw InputError(where + ": '" + shown_name(cells[file]) +
+                       "' leaves the photographs' folder; write file names relative to it.");
+    }
     Photograph photograph;
     photograph.path = options.photographs / cells[file];
     photograph.shot = cells[shot];
@@ -169,6 +175,9 @@ std::vector<Photograph> find_photographs(const ImportOptions& options, Progress&
   }
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     Photograph& photograph = photographs[i];
+    if (!options.follow_links) {
+      require_inside(options.photographs, photograph.path.lexically_relative(options.photographs));
+    }
     progress.update("import", 0.3 * static_cast<double>(i) / photographs.size(),
                     photograph.path.filename().string());
     photograph.settings = io::read_photo_settings(photograph.path);

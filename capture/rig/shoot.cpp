@@ -6,6 +6,7 @@
 #include "capture/response/response.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::capture {
@@ -88,7 +89,11 @@ class Shooter {
     if (exposures_.empty()) {
       throw InputError(plan + "exposures_s is empty; list at least one exposure time.");
     }
+    for (const std::string& station : {plan_.calibration_station, plan_.pattern_station}) {
+      require_plain_name(station, plan + "a station's name");
+    }
     for (const PlannedPattern& pattern : plan_.patterns) {
+      require_plain_name(pattern.id, plan + "the id of a pattern");
       if (pattern.image.width() != session_.projector.width ||
           pattern.image.height() != session_.projector.height || pattern.image.channels() != 1) {
         throw InputError(plan + "the image of pattern " + pattern.id + " is " +

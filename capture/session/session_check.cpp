@@ -8,6 +8,7 @@
 
 #include "capture/session/session.h"
 #include "core/error.h"
+#include "core/file_name.h"
 
 namespace kappamu::capture {
 namespace {
@@ -58,14 +59,9 @@ class Checker {
 
   void relative_path(const std::string& path, const std::string& field) const {
     require(!path.empty(), field, "is empty; name a file inside the session folder");
-    bool leaves = path.front() == '/';
-    for (std::size_t begin = 0; begin <= path.size();) {
-      const std::size_t end = std::min(path.find('/', begin), path.size());
-      leaves |= path.substr(begin, end - begin) == "..";
-      begin = end + 1;
-    }
-    require(!leaves, field,
-            "is '" + path + "'; file names are relative to the session folder and stay inside it");
+    require(stays_inside(path), field,
+            "is '" + shown_name(path) +
+                "'; file names are relative to the session folder and stay inside it");
   }
 
   void frame(const Frame& frame, const std::string& field) const {
@@ -97,16 +93,8 @@ class Checker {
     return field + "[" + std::to_string(i) + "]";
   }
 
-  static bool is_name(const std::string& text) {
-    if (text.empty() || text.front() == '.') return false;
-    return std::all_of(text.begin(), text.end(), [](char c) {
-      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-             c == '_' || c == '-' || c == '.';
-    });
-  }
   void name(const std::string& text, const std::string& field) const {
-    require(is_name(text), field,
-            "is '" + text + "'; use letters, digits, '_', '-' and '.', not starting with '.'");
+    require_plain_name(text, file_ + ": " + field);
   }
 
   void channels() const {

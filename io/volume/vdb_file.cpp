@@ -16,6 +16,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/atomic_file.h"
 #include "io/volume/volume_file.h"
 
@@ -239,6 +240,7 @@ class VdbReader {
     }
     set.channels.insert(set.channels.end(), found.begin(), found.end());
     for (const std::string& channel : set.channels) {
+      require_plain_name(channel, file_.string() + ": the channel of a grid kappa_<channel>");
       if (!grids_.contains(mu_name(channel))) {
         fail("has grid " + kappa_name(channel) + " but no float grid " + mu_name(channel));
       }

@@ -1,10 +1,10 @@
 #include "io/volume/volume_set.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "core/error.h"
+#include "core/file_name.h"
 
 namespace kappamu::io {
 
@@ -34,10 +34,7 @@ void validate(const VolumeSet& set, const std::string& source) {
   }
   for (std::size_t c = 0; c < set.channels.size(); ++c) {
     const std::string& name = set.channels[c];
-    const bool word = !name.empty() && std::all_of(name.begin(), name.end(), [](unsigned char s) {
-      return std::isalnum(s) != 0 || s == '-' || s == '.';
-    });
-    if (!word) fail(source, "channel name '" + name + "' must be letters and digits");
+    require_plain_name(name, source + ": a channel's name");
     if (std::count(set.channels.begin(), set.channels.end(), name) > 1) {
       fail(source, "channel '" + name + "' is there twice");
     }

@@ -2,19 +2,32 @@
 
 #include <array>
 #include <cstdio>
+#include <fstream>
 #include <system_error>
+#include <vector>
 
-#include "io/read_file.h"
+#include "capture/session/session_files.h"
+#include "core/error.h"
 
 namespace kappamu::pipeline {
 
 Fingerprint& Fingerprint::add(std::string_view piece) {
+  return add_bytes(piece).add_length(piece.size());
+}
+
+Fingerprint& Fingerprint::add_bytes(std::string_view bytes) {
   constexpr std::uint64_t prime = 1099511628211ULL;
-  const auto mix = [&](unsigned char byte) { state_ = (state_ ^ byte) * prime; };
-  for (const char c : piece) mix(static_cast<unsigned char>(c));
-  for (std::size_t length = piece.size(), i = 0; i < 8; ++i, length >>= 8U)
-    mix(static_cast<unsigned char>(length & 0xFFU));
+  for (const char c : bytes) state_ = (state_ ^ static_cast<unsigned char>(c)) * prime;
   return *this;
+}
+
+Fingerprint& Fingerprint::add_length(std::size_t length) {
+  std::array<char, 8> digits{};
+  for (char& digit : digits) {
+    digit = static_cast<char>(length & 0xFFU);
+    length >>= 8U;
+  }
+  return add_bytes({digits.data(), digits.size()});
 }
 
 Fingerprint& Fingerprint::add_file(const std::filesystem::path& file) {
@@ -34,41 +47,28 @@ std::string Fingerprint::text() const {
 }
 
 std::string content_fingerprint(const std::filesystem::path& file) {
-  return Fingerprint().add(io::read_text(file)).text();
+  std::ifstream in(file, std::ios::binary);
+  std::vector<char> buffer(1 << 16);
+  Fingerprint result;
+  std::size_t size = 0;
+  while (in) {
+    in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    const auto count = static_cast<std::size_t>(in.gcount());
+    result.add_bytes({buffer.data(), count});
+    size += count;
+  }
+  if (!in.eof()) {
+    throw InputError("cannot read " + file.string() + "; check that it is there and readable");
+  }
+  return result.add_length(size).text();
 }
 
 std::string session_fingerprint(const capture::Session& session) {
   Fingerprint result;
   result.add(content_fingerprint(session.folder / "session.json"));
-  const auto add_frame = [&](const capture::Frame& frame) {
-    result.add_file(session.folder / frame.file);
-  };
-  const auto add_stack = [&](const capture::Stack& stack) {
-    for (const capture::Frame& frame : stack) add_frame(frame);
-  };
-  for (const capture::Pattern& pattern : session.patterns) {
-    result.add_file(session.folder / pattern.image);
-    add_stack(pattern.frames);
+  for (const std::string& file : capture::named_files(session)) {
+    result.add_file(session.folder / file);
   }
-  const capture::Calibration& calibration = session.calibration;
-  add_stack(calibration.camera_boards);
-  for (const capture::ProjectorPlane& plane : calibration.projector_planes) {
-    add_frame(plane.board);
-    if (plane.projected) add_frame(*plane.projected);
-    add_stack(plane.gray_code);
-  }
-  for (const capture::SampleView& view : calibration.sample_views) add_frame(view.frame);
-  add_stack(calibration.dark);
-  if (calibration.white_target) {
-    add_stack(calibration.white_target->frames);
-    add_stack(calibration.white_target->off_frames);
-    for (const capture::ProjectorLevel& level : calibration.white_target->levels) {
-      add_stack(level.frames);
-    }
-  }
-  for (const capture::Stack& stack : calibration.ambient) add_stack(stack);
-  add_stack(calibration.white_target_black);
-  if (calibration.colour_chart) add_stack(calibration.colour_chart->frames);
   return result.text();
 }
 

@@ -21,10 +21,14 @@ class Fingerprint {
   std::string text() const;
 
  private:
+  friend std::string content_fingerprint(const std::filesystem::path& file);
+  Fingerprint& add_bytes(std::string_view bytes);
+  Fingerprint& add_length(std::size_t length);
+
   std::uint64_t state_ = 14695981039346656037ULL;
 };
 
-/// Fingerprint of a small file's contents. Throws InputError when it cannot be read.
+/// Fingerprint of a file's contents, as of one piece. Throws InputError when it cannot be read.
 std::string content_fingerprint(const std::filesystem::path& file);
 
 /// session.json's contents, and size and time of every file that it names.

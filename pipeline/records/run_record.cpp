@@ -13,17 +13,15 @@ namespace {
 using nlohmann::json;
 
 json to_json(const StageRecord& stage) {
-  return {{"status", stage.status == StageStatus::done ? "done" : "started"},
-          {"key", stage.key},
-          {"seconds", stage.seconds},
-          {"warnings", stage.warnings}};
+  json object = claim_to_json(stage);
+  object["seconds"] = stage.seconds;
+  object["warnings"] = stage.warnings;
+  return object;
 }
 
 StageRecord stage_from_json(const json& object) {
   StageRecord stage;
-  stage.status =
-      object.at("status").get<std::string>() == "done" ? StageStatus::done : StageStatus::started;
-  stage.key = object.at("key").get<std::string>();
+  static_cast<Claim&>(stage) = claim_from_json(object);
   stage.seconds = object.at("seconds").get<double>();
   stage.warnings = object.at("warnings").get<std::vector<std::string>>();
   return stage;
@@ -77,7 +75,6 @@ void write_run_record(const RunRecord& record, const std::filesystem::path& run)
       {"device", record.device},
       {"holdout_E", record.holdout_error},
       {"stages", stages}};
-  std::filesystem::create_directories(run);
   io::write_text_atomically(run / "run.json", object.dump(2) + "\n");
 }
 

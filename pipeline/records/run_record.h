@@ -8,16 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "pipeline/owned_files.h"
+
 namespace kappamu::pipeline {
 
-enum class StageStatus {
-  started,  ///< begun and not committed: partial outputs of the same key may be continued
-  done      ///< outputs complete
-};
-
-struct StageRecord {
-  StageStatus status = StageStatus::started;
-  std::string key;       ///< fingerprint of everything the outputs depend on
+struct StageRecord : Claim {
   double seconds = 0.0;  ///< wall time of the attempt that completed it
   std::vector<std::string> warnings;
 };

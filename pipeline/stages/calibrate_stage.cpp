@@ -46,14 +46,10 @@ void warn_of_stray_light(calib::CalibrationResult& result, Progress& progress) {
 }  // namespace
 
 void run_calibrate_stage(const capture::Session& session, const capture::HdrOptions& hdr,
-                         const fs::path& run, Progress& progress) {
+                         const fs::path& output, Progress& progress) {
   calib::CalibrationResult result = calib::calibrate(with_chart_place(session), progress, hdr);
   warn_of_stray_light(result, progress);
-  const fs::path partial = run / "calibration.partial";
-  fs::remove_all(partial);
-  calib::save_calibration(partial, result);
-  fs::remove_all(run / "calibration");
-  fs::rename(partial, run / "calibration");
+  calib::save_calibration(output, result);
 }
 
 }  // namespace kappamu::pipeline

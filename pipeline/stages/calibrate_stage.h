@@ -10,10 +10,10 @@
 
 namespace kappamu::pipeline {
 
-/// Calibrates and writes run/calibration/: camera.yml, projector.yml, pose.yml, response.yml,
+/// Calibrates and writes into `output`: camera.yml, projector.yml, pose.yml, response.yml,
 /// radiometry.yml and calibration.json (residuals by view, warnings). The folder appears complete
 /// or not at all. Throws InputError for shots that cannot be used.
 void run_calibrate_stage(const capture::Session& session, const capture::HdrOptions& hdr,
-                         const std::filesystem::path& run, Progress& progress);
+                         const std::filesystem::path& output, Progress& progress);
 
 }  // namespace kappamu::pipeline

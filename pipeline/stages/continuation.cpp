@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/npy.h"
 #include "io/read_file.h"
 #include "pipeline/stages/fit_stage.h"
@@ -48,6 +49,7 @@ FinishedFit::FinishedFit(const fs::path& folder)
                            start.at("mu_per_mm").get<double>(),
                            start.at("log_residual_rms").get<double>(),
                            c.at("regularisation").get<double>()});
+      require_plain_name(channels_.back().name, file.string() + ": a channel's name");
     }
   } catch (const Json::exception& error) {
     throw InputError(file.string() + ": not as this kappamu writes it (" + error.what() +

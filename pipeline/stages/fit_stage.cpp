@@ -343,6 +343,25 @@ fs::path find_measurements(const fs::path& input) {
                    "; give a folder of surface measurements or a run that `kappamu merge` filled");
 }
 
+std::vector<fs::path> fit_inputs(const fs::path& input, const FitStageOptions& options) {
+  return {find_measurements(input), input / "measurements_validate", input / "calibration",
+          options.validate.value_or(fs::path()), options.continue_from.value_or(fs::path())};
+}
+
+std::vector<std::string> fit_outputs(const fs::path& folder) {
+  std::vector<std::string> names{"fit.json", "volume.vdb", judged_folder};
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    std::string name = entry.path().filename().string();
+    for (const char* start :
+         {"kappa_", "mu_", "std_", "resolution_", "correlation_", "sensitivity_", "prediction"}) {
+      if (name.starts_with(start) && name.ends_with(".npy")) names.push_back(std::move(name));
+      if (name.empty()) break;
+    }
+  }
+  return names;
+}
+
 FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
                          const FitStageOptions& options, Progress& progress) {
   const fs::path folder = find_measurements(input);

@@ -36,6 +36,13 @@ struct FitSummary {
 /// measurements/. Throws InputError when there is none.
 std::filesystem::path find_measurements(const std::filesystem::path& input);
 
+/// The folders that run_fit_stage() reads.
+std::vector<std::filesystem::path> fit_inputs(const std::filesystem::path& input,
+                                              const FitStageOptions& options);
+
+/// Names of what run_fit_stage() may write in a folder and of what lies there under such a name.
+std::vector<std::string> fit_outputs(const std::filesystem::path& folder);
+
 /// Fits every channel of `input` (see find_measurements) and writes into `output`: kappa_<c>.npy,
 /// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], those of write_uncertainty(), prediction.npy and,
 /// with validation measurements, prediction_validate.npy [C][M][v][u], volume.vdb, and fit.json

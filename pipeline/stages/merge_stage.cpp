@@ -27,13 +27,14 @@ using capture::PatternRole;
 // Each holds a whole stack of frames: more would cost memory rather than gain time.
 constexpr unsigned most_threads = 8;
 
-fs::path hdr_file(const fs::path& run, const std::string& pattern) {
-  return run / "hdr" / (pattern + ".exr");
+fs::path hdr_file(const fs::path& output, const std::string& pattern) {
+  return output / "hdr" / (pattern + ".exr");
 }
 
 /// Merges and writes what is not there yet; the first failure in the session's order is thrown.
 void merge_patterns(const capture::Session& session, const capture::Radiometry& radiometry,
-                    const capture::MergeOptions& options, const fs::path& run, Progress& progress) {
+                    const capture::MergeOptions& options, const fs::path& output,
+                    Progress& progress) {
   const std::size_t count = session.patterns.size();
   std::vector<std::exception_ptr> failures(count);
   std::vector<std::vector<std::string>> notes(count);
@@ -45,7 +46,7 @@ void merge_patterns(const capture::Session& session, const capture::Radiometry& 
     for (std::size_t i = next++; i < count && !failed; i = next++) {
       const Pattern& pattern = session.patterns[i];
       try {
-        const fs::path file = hdr_file(run, pattern.id);
+        const fs::path file = hdr_file(output, pattern.id);
         if (!fs::exists(file))
           write_hdr(file,
                     capture::merge_stack(session, pattern.frames, "pattern " + pattern.id,
@@ -92,13 +93,13 @@ void warn_of_changing_room(const capture::AmbientLight& ambient, double pattern_
 
 void measure_patterns(const capture::Session& session, const calib::CalibrationResult& calibration,
                       const std::optional<capture::AmbientLight>& ambient, PatternRole role,
-                      const fs::path& run, const fs::path& folder, Progress& progress) {
+                      const fs::path& output, const fs::path& folder, Progress& progress) {
   const auto count = std::count_if(session.patterns.begin(), session.patterns.end(),
                                    [&](const Pattern& pattern) { return pattern.role == role; });
   if (count == 0) return;
   double patterns_light = 0.0;
   const auto hdr = [&](const std::string& id) {
-    capture::HdrImage picture = read_hdr(hdr_file(run, id), session.channels);
+    capture::HdrImage picture = read_hdr(hdr_file(output, id), session.channels);
     if (ambient) {
       capture::take_off(ambient->mean, picture);
       patterns_light += capture::total_light(picture);
@@ -113,14 +114,14 @@ void measure_patterns(const capture::Session& session, const calib::CalibrationR
 }  // namespace
 
 void run_merge_stage(const capture::Session& session, const capture::HdrOptions& hdr,
-                     const fs::path& run, Progress& progress) {
+                     const std::optional<fs::path>& calibrated, const fs::path& output,
+                     Progress& progress) {
   std::optional<calib::CalibrationResult> calibration;
-  if (fs::exists(run / "calibration" / "calibration.json"))
-    calibration = calib::load_calibration(run / "calibration");
+  if (calibrated) calibration = calib::load_calibration(*calibrated);
   merge_patterns(session,
                  calibration ? calibration->radiometry
                              : capture::find_radiometry(session, progress, hdr.response),
-                 hdr.merge, run, progress);
+                 hdr.merge, output, progress);
   if (!calibration) {
     progress.warn(
         "there is no calibration in the run folder, so only HDR images were written; run `kappamu "
@@ -130,10 +131,10 @@ void run_merge_stage(const capture::Session& session, const capture::HdrOptions&
   std::vector<std::string> notes;
   const auto ambient = capture::merge_ambient(session, calibration->radiometry, hdr.merge, &notes);
   for (const std::string& note : notes) progress.warn(note);
-  measure_patterns(session, *calibration, ambient, PatternRole::fit, run, run / "measurements",
-                   progress);
-  measure_patterns(session, *calibration, ambient, PatternRole::validate, run,
-                   run / "measurements_validate", progress);
+  measure_patterns(session, *calibration, ambient, PatternRole::fit, output,
+                   output / "measurements", progress);
+  measure_patterns(session, *calibration, ambient, PatternRole::validate, output,
+                   output / "measurements_validate", progress);
 }
 
 }  // namespace kappamu::pipeline

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "capture/radiance/merge.h"
 #include "capture/session/session.h"
@@ -10,12 +11,13 @@
 
 namespace kappamu::pipeline {
 
-/// Merges every pattern into run/hdr/<pattern>.exr, several at once; files that are there already
-/// are kept (an interrupted merge goes on). With run/calibration, uses its response and writes
-/// run/measurements and, where the session has validate patterns, run/measurements_validate;
-/// without, the response is recovered from the session. Frames that were corrected are warned of.
-/// Throws InputError for frames that cannot be used.
+/// Merges every pattern into output/hdr/<pattern>.exr, several at once; files that are there
+/// already are kept (an interrupted merge goes on). With the folder of a calibration, uses its
+/// response and writes output/measurements and, where the session has validate patterns,
+/// output/measurements_validate; without, the response is recovered from the session. Frames that
+/// were corrected are warned of. Throws InputError for frames that cannot be used.
 void run_merge_stage(const capture::Session& session, const capture::HdrOptions& hdr,
-                     const std::filesystem::path& run, Progress& progress);
+                     const std::optional<std::filesystem::path>& calibration,
+                     const std::filesystem::path& output, Progress& progress);
 
 }  // namespace kappamu::pipeline

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/npy.h"
 #include "io/read_file.h"
 #include "report/read/run_data.h"
@@ -65,6 +66,7 @@ FitData fit_from_json(const json& object) {
   for (const json& channel : object.at("channels")) {
     data.convergence.push_back(convergence_from_json(channel));
     data.channels.push_back(data.convergence.back().channel);
+    require_plain_name(data.channels.back(), "fit/fit.json: a channel's name");
   }
   data.warnings = warnings_of(object);
   const json held_out = object.value("held_out", json::object());

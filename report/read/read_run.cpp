@@ -61,7 +61,8 @@ Comparison part_of(const Comparison& all, const std::vector<int>& patterns) {
 
 void read_comparisons(RunData& data) {
   const std::filesystem::path& run = data.folder;
-  const bool from_session = data.record && data.record->input_kind == RunRecord::InputKind::session;
+  const bool from_session =
+      data.record && data.record->input_kind == pipeline::RunRecord::InputKind::session;
   // A run on someone's measurements reads them where they are.
   const std::filesystem::path own = run / "measurements";
   const std::filesystem::path measurements =
@@ -88,8 +89,9 @@ RunData read_run(const std::filesystem::path& run) {
     throw InputError(run.string() + ": no such run folder; make one with `kappamu run`");
   RunData data;
   data.folder = std::filesystem::weakly_canonical(run);
-  data.record = read_run_record(run);
-  const bool from_session = data.record && data.record->input_kind == RunRecord::InputKind::session;
+  data.record = pipeline::read_run_record(run);
+  const bool from_session =
+      data.record && data.record->input_kind == pipeline::RunRecord::InputKind::session;
   if (from_session) {
     try {
       data.session = capture::read_session(data.record->input);

@@ -113,7 +113,7 @@ struct Comparison {
 
 struct RunData {
   std::filesystem::path folder;
-  std::optional<RunRecord> record;
+  std::optional<pipeline::RunRecord> record;
   std::optional<capture::Session> session;  ///< absent when the session folder is gone
   std::optional<CalibrationData> calibration;
   std::vector<SamplePicture> sample_pictures;

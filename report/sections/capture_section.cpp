@@ -117,7 +117,7 @@ Html capture_section(const RunData& run) {
     content += subsection("Patterns, what the camera saw (HDR, tone-mapped), exposure times",
                           pattern_gallery(run));
   } else {
-    if (run.record && run.record->input_kind == RunRecord::InputKind::session)
+    if (run.record && run.record->input_kind == pipeline::RunRecord::InputKind::session)
       content += note("The session folder could not be read; what was captured is not shown.");
     if (run.fit_patterns) content += measurements_table(run.fit_patterns->measured);
   }

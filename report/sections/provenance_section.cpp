@@ -19,7 +19,7 @@ std::vector<std::string> all_warnings(const RunData& run) {
       if (!is_known(warning)) result.push_back(warning);
   };
   if (run.record)
-    for (const char* name : stage_names)
+    for (const char* name : pipeline::stage_names)
       if (const auto stage = run.record->stages.find(name); stage != run.record->stages.end())
         add(stage->second.warnings);
   if (run.calibration) add(run.calibration->warnings);
@@ -37,12 +37,13 @@ Html warnings_block(const RunData& run) {
   return element("ul", {{"class", "warnings"}}, items);
 }
 
-Html timings_table(const RunRecord& record) {
+Html timings_table(const pipeline::RunRecord& record) {
   std::vector<std::vector<Html>> rows;
   double total = 0.0;
-  for (const char* name : stage_names) {
+  for (const char* name : pipeline::stage_names) {
     const auto stage = record.stages.find(name);
-    if (stage == record.stages.end() || stage->second.status != StageStatus::done) continue;
+    if (stage == record.stages.end() || stage->second.status != pipeline::StageStatus::done)
+      continue;
     rows.push_back({text(name), text(duration(stage->second.seconds))});
     total += stage->second.seconds;
   }
@@ -51,9 +52,10 @@ Html timings_table(const RunRecord& record) {
 }
 
 /// Paths are told from the run's folder: where that lies is no reader's business.
-Html origin_table(const RunRecord& record, const std::filesystem::path& run) {
+Html origin_table(const pipeline::RunRecord& record, const std::filesystem::path& run) {
   std::vector<std::vector<Html>> rows{
-      {text(record.input_kind == RunRecord::InputKind::session ? "session" : "measurements"),
+      {text(record.input_kind == pipeline::RunRecord::InputKind::session ? "session"
+                                                                         : "measurements"),
        text(record.input.lexically_proximate(run).generic_string())},
       {text("fingerprint"), text(record.input_fingerprint)},
       {text("device"), text(record.device.empty() ? "not recorded" : record.device)}};

@@ -97,7 +97,7 @@ TEST(FitOptionsRecord, NamesWhatAReaderLooksFor) {
 
 TEST(Versions, ListTheLibrariesThatFiguresDependOn) {
   for (const char* name : {"kappamu", "compiler", "OpenCV", "Ceres", "OpenEXR", "OpenVDB", "Eigen"})
-    EXPECT_THAT(library_versions(), Contains(Key(name)));
+    EXPECT_THAT(pipeline::library_versions(), Contains(Key(name)));
 }
 
 }  // namespace

@@ -132,8 +132,7 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   const std::string onward = "fit --continue " + (folder() / "b").string() + quick_fit;
   const ProcessResult next = kappamu(onward + " --channel G --loss huber --lambda 100");
   ASSERT_TRUE(next.exit_code == 0 || next.exit_code == 3) << next.standard_error;
-  const json continued =
-      json::parse(io::read_text(folder() / "b" / "fit" / "continued" / "fit.json"));
+  const json continued = json::parse(io::read_text(folder() / "b" / "fit_continued" / "fit.json"));
   EXPECT_EQ(continued["options"]["loss"], "huber");
   EXPECT_EQ(continued["options"]["weight"], 100.0);
   EXPECT_EQ(continued["held_out"]["patterns"], fit["held_out"]["patterns"]);

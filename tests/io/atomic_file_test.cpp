@@ -149,19 +149,20 @@ TEST_F(AtomicFile, FullDiskGivesOneSentence) {
                         "|old|x.npy");
 }
 
-TEST_F(AtomicFile, StaleTemporariesAreRemovedAndLivingOnesStay) {
-  const pid_t dead = ::fork();
-  if (dead == 0) std::_Exit(0);
-  ::waitpid(dead, nullptr, 0);
-  const std::string stale = ".a.partial-" + std::to_string(dead) + "-0.npy";
-  const std::string living = ".a.partial-" + std::to_string(::getpid()) + "-0.npy";
+TEST_F(AtomicFile, TemporariesAreRemovedAndWhatLooksLikeOneStays) {
   fs::create_directories(folder_ / "sub");
-  for (const auto& name : {stale, living, std::string("a.npy"), std::string(".a.partial-x")}) {
+  const std::vector<std::string> stay{"a.npy", ".a.partial-x", ".a.partial-7-x.npy",
+                                      "a.partial-7-0.npy", ".a.partial-7-0copy"};
+  for (const std::string& name : stay) write_text_atomically(folder_ / "sub" / name, "x");
+  for (const char* name : {".a.partial-7-0.npy", ".a.partial-123456-12"}) {
     write_text_atomically(folder_ / "sub" / name, "x");
   }
-  EXPECT_EQ(remove_stale_temporaries(folder_), 1U);
-  EXPECT_THAT(listing(), testing::UnorderedElementsAre("sub", living, "a.npy", ".a.partial-x"));
-  EXPECT_EQ(remove_stale_temporaries(folder_ / "missing"), 0U);
+  fs::create_directory_symlink(folder_, folder_ / "sub" / ".b.partial-7-0.npy");
+  EXPECT_EQ(remove_temporaries(folder_), 2U);
+  std::vector<std::string> expected = stay;
+  expected.insert(expected.end(), {"sub", ".b.partial-7-0.npy"});
+  EXPECT_THAT(listing(), testing::UnorderedElementsAreArray(expected));
+  EXPECT_EQ(remove_temporaries(folder_ / "missing"), 0U);
 }
 
 }  // namespace

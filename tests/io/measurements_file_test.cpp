@@ -140,5 +140,21 @@ TEST(MeasurementsReference, AnIndependentCodesFolderIsRead) {
   EXPECT_TRUE(m.mask.empty());
 }
 
+// Names become parts of paths: nothing but a plain name is read.
+TEST_F(MeasurementsFile, ChannelThatIsNoPlainNameIsRefused) {
+  for (const char* name : {"a/../../../outside/pwn", "/etc/pwn", "..", ".hidden", "R G", "",
+                           "R\\\\u0000", "R\\\\n", "é"}) {
+    const std::string sentence = after("\"R\"", "\"" + std::string(name) + "\"");
+    EXPECT_THAT(sentence, HasSubstr("a name in field 'channels' is '"));
+    EXPECT_THAT(sentence, HasSubstr("use letters, digits, '_', '-' and '.'"));
+  }
+  EXPECT_THAT(after("\"R\"", "\"" + std::string(101, 'a') + "\""), HasSubstr("at most 100"));
+  SurfaceMeasurements m = example();
+  m.channels[0] = "a/b";
+  EXPECT_THAT(sentence_of([&] { write_measurements(folder_ / "other", m); }),
+              HasSubstr("is 'a/b'"));
+  EXPECT_FALSE(fs::exists(folder_ / "other"));
+}
+
 }  // namespace
 }  // namespace kappamu::io

@@ -9,8 +9,8 @@
 #include <fstream>
 
 #include "core/error.h"
-#include "pipeline/records/fingerprint.h"
-#include "tests/app/process.h"
+#include "io/read_file.h"
+#include "process.h"
 #include "tests/sentence.h"
 
 namespace kappamu::pipeline {
@@ -27,12 +27,17 @@ class RunFolderTest : public TemporaryFolderTest {
             input_fingerprint, force};
   }
   /// Work that leaves its output and counts.
-  std::function<void(Progress&)> work() {
-    return [this](Progress&) {
+  RunFolder::Work work(const std::string& content = "complete") {
+    return [this, content](const fs::path& output, Progress&) {
       ++calls_;
-      std::ofstream(folder() / "run" / "out") << "complete";
+      std::ofstream(output / "out") << content;
     };
   }
+  static void interrupted(const fs::path& output, Progress&) {
+    std::ofstream(output / "out") << "partial";
+    throw InputError("interrupted");
+  }
+  std::string out() const { return io::read_text(folder() / "run" / "out"); }
   int calls_ = 0;
   Progress silent_;
 };
@@ -53,33 +58,128 @@ TEST_F(RunFolderTest, OtherKeyOrLostOutputOrForceRepeats) {
 }
 
 TEST_F(RunFolderTest, InterruptedStageFindsItsPartialOutputs) {
-  const auto interrupted = [this](Progress&) {
-    std::ofstream(folder() / "run" / "out") << "partial";
-    throw InputError("interrupted");
-  };
-  EXPECT_THROW(open().run({"fit", "key", {"out"}}, silent_, interrupted), InputError);
+  const RunFolder::Stage stage{"fit", "key", {"out"}, true};
+  EXPECT_THROW(open().run(stage, silent_, interrupted), InputError);
   bool found = false;
-  open().run({"fit", "key", {"out"}}, silent_,
-             [&](Progress&) { found = fs::exists(folder() / "run" / "out"); });
+  open().run(stage, silent_,
+             [&](const fs::path& output, Progress&) { found = fs::exists(output / "out"); });
   EXPECT_TRUE(found);
 }
 
-TEST_F(RunFolderTest, PartialOutputsOfOtherInputsAreRemoved) {
-  const auto interrupted = [this](Progress&) {
-    std::ofstream(folder() / "run" / "out") << "partial";
-    throw InputError("interrupted");
-  };
-  EXPECT_THROW(open().run({"fit", "key", {"out"}}, silent_, interrupted), InputError);
+TEST_F(RunFolderTest, PartialOutputsOfOtherInputsAreNotFound) {
+  EXPECT_THROW(open().run({"fit", "key", {"out"}, true}, silent_, interrupted), InputError);
   bool found = true;
-  open().run({"fit", "other key", {"out"}}, silent_,
-             [&](Progress&) { found = fs::exists(folder() / "run" / "out"); });
+  open().run({"fit", "other key", {"out"}, true}, silent_,
+             [&](const fs::path& output, Progress&) { found = fs::exists(output / "out"); });
   EXPECT_FALSE(found);
+}
+
+TEST_F(RunFolderTest, FormerOutputsStayUntilTheNewAreComplete) {
+  open().run({"fit", "key", {"out", "more"}}, silent_, [&](const fs::path& output, Progress&) {
+    fs::create_directories(output / "more");
+    std::ofstream(output / "out") << "first";
+    std::ofstream(output / "more" / "a") << "first";
+  });
+  EXPECT_THROW(open().run({"fit", "other key", {"out", "more"}}, silent_, interrupted), InputError);
+  EXPECT_EQ(out(), "first");
+  EXPECT_FALSE(fs::exists(folder() / "run" / "fit.partial")) << "nothing to go on with";
+  open().run({"fit", "other key", {"out", "more"}}, silent_, work("second"));
+  EXPECT_EQ(out(), "second");
+  EXPECT_FALSE(fs::exists(folder() / "run" / "more")) << "not made again, so removed";
+}
+
+// A file of someone else is refused before any work, wherever a stage writes.
+TEST_F(RunFolderTest, FileOfSomeoneElseIsRefusedAndStays) {
+  fs::create_directories(folder() / "run" / "hdr" / "deep");
+  std::ofstream(folder() / "run" / "hdr" / "deep" / "precious.txt") << "mine";
+  const auto attempt = [&] { open().run({"merge", "key", {"out", "hdr"}}, silent_, work()); };
+  EXPECT_THAT(sentence_of(attempt), HasSubstr("hdr/deep/precious.txt: is in the way"));
+  fs::remove_all(folder() / "run" / "hdr");
+  for (const char* name : {"out", "merge.partial"}) {
+    fs::create_directories(folder() / "elsewhere");
+    fs::create_directory_symlink(folder() / "elsewhere", folder() / "run" / name);
+    EXPECT_THAT(sentence_of(attempt), HasSubstr(std::string(name) + ": is in the way"));
+    fs::remove(folder() / "run" / name);
+    std::ofstream(folder() / "run" / name) << "mine";
+    EXPECT_THAT(sentence_of(attempt), HasSubstr(std::string(name) + ": is in the way"));
+    EXPECT_EQ(io::read_text(folder() / "run" / name), "mine");
+    fs::remove(folder() / "run" / name);
+  }
+  EXPECT_EQ(calls_, 0);
+  // What turns up while the stage works is left alone too; the results wait beside it.
+  const auto late = [&](const fs::path& output, Progress&) {
+    std::ofstream(output / "out") << "complete";
+    std::ofstream(folder() / "run" / "out") << "mine";
+  };
+  EXPECT_THAT(sentence_of([&] {
+                open().run({"merge", "key", {"out"}, true}, silent_, late);
+              }),
+              HasSubstr("out: is in the way"));
+  EXPECT_EQ(out(), "mine");
+}
+
+// Every state that a kill can leave between the steps of the move ends in the new files.
+TEST_F(RunFolderTest, MoveCutShortIsFinished) {
+  const auto two_files = [](const std::string& content) {
+    return [content](const fs::path& output, Progress&) {
+      std::ofstream(output / "a") << content;
+      std::ofstream(output / "b") << content;
+    };
+  };
+  const fs::path run = folder() / "run";
+  for (const int moved : {0, 1, 2}) {
+    fs::remove_all(run);
+    open().run({"fit", "key", {"a", "b", "c"}}, silent_, [&](const fs::path& output, Progress& p) {
+      two_files("old")(output, p);
+      std::ofstream(output / "c") << "old";
+    });
+    // The record as it stands while files move.
+    RunRecord record = *read_run_record(run);
+    fs::create_directories(run / "fit.partial");
+    two_files("new")(run / "fit.partial", silent_);
+    StageRecord& stage = record.stages.at("fit");
+    stage.status = StageStatus::moving;
+    stage.key = "new key";
+    stage.next = stage.files;
+    stage.next.pop_back();
+    write_run_record(record, run);
+    for (int i = 0; i < moved; ++i)
+      fs::rename(run / "fit.partial" / (i == 0 ? "a" : "b"), run / (i == 0 ? "a" : "b"));
+
+    EXPECT_EQ(open().done_key("fit"), "new key");
+    EXPECT_EQ(io::read_text(run / "a"), "new");
+    EXPECT_EQ(io::read_text(run / "b"), "new");
+    EXPECT_FALSE(fs::exists(run / "c"));
+    EXPECT_FALSE(fs::exists(run / "fit.partial"));
+  }
+}
+
+TEST_F(RunFolderTest, RecordThatLeavesTheFolderIsRefused) {
+  open().run({"fit", "key", {"out"}}, silent_, work());
+  const fs::path file = folder() / "run" / "run.json";
+  std::string text = io::read_text(file);
+  text.replace(text.find("\"path\": \"out\""), 13, "\"path\": \"../precious.txt\"");
+  std::ofstream(folder() / "precious.txt") << "mine";
+  std::ofstream(file) << text;
+  EXPECT_THAT(sentence_of([&] { open("one", true); }), HasSubstr("../precious.txt"));
+  EXPECT_TRUE(fs::exists(folder() / "precious.txt"));
+}
+
+TEST_F(RunFolderTest, TemporariesOfTheRecordGoAndWhatLooksLikeOneStays) {
+  fs::create_directories(folder() / "run");
+  std::ofstream(folder() / "run" / ".run.partial-999999999-0.json") << "";
+  std::ofstream(folder() / "run" / ".run.partial-999999999-1.json") << "{\"format\": \"mine\"}";
+  std::ofstream(folder() / "run" / ".notes.partial-999999999-0.txt") << "mine";
+  open();
+  EXPECT_FALSE(fs::exists(folder() / "run" / ".run.partial-999999999-0.json"));
+  EXPECT_TRUE(fs::exists(folder() / "run" / ".run.partial-999999999-1.json"));
+  EXPECT_TRUE(fs::exists(folder() / "run" / ".notes.partial-999999999-0.txt"));
 }
 
 TEST_F(RunFolderTest, WarningsAreKeptOnceEach) {
   {
     RunFolder run = open();
-    run.run({"fit", "key", {}}, silent_, [](Progress& progress) {
+    run.run({"fit", "key", {}}, silent_, [](const fs::path&, Progress& progress) {
       progress.warn("too thin");
       progress.warn("too thin");
     });

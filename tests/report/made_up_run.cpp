@@ -274,21 +274,22 @@ capture::Session make_session(const fs::path& folder, const MadeUpRun& options) 
 fs::path make_run(const fs::path& folder, const MadeUpRun& options) {
   std::mt19937 random(7);
   const fs::path run = folder / "run";
-  RunRecord record;
+  pipeline::RunRecord record;
   record.input_fingerprint = "0123456789abcdef";
   record.device = "a made-up device";
-  record.versions = library_versions();
-  for (const char* name : stage_names) record.stages[name] = {StageStatus::done, "key", 3.5, {}};
+  record.versions = pipeline::library_versions();
+  for (const char* name : pipeline::stage_names)
+    record.stages[name] = {{pipeline::StageStatus::done, "key", {}, {}}, 3.5, {}};
 
   const MadeUpSurface fit = make_surface(options, options.fit_patterns, 0, random);
   io::write_measurements(run / "measurements", fit.measured);
   write_prediction(run / "fit" / "prediction.npy", fit, options.model_error);
   write_fit(run, options);
-  record.input_kind = RunRecord::InputKind::measurements;
+  record.input_kind = pipeline::RunRecord::InputKind::measurements;
   record.input = run / "measurements";
   if (options.with_session) {
     const capture::Session session = make_session(folder / "session", options);
-    record.input_kind = RunRecord::InputKind::session;
+    record.input_kind = pipeline::RunRecord::InputKind::session;
     record.input = session.folder;
     const MadeUpSurface validate =
         make_surface(options, options.validate_patterns, options.fit_patterns, random);
@@ -298,7 +299,7 @@ fs::path make_run(const fs::path& folder, const MadeUpRun& options) {
     for (std::size_t i = 0; i < session.patterns.size(); ++i)
       write_hdr(run / "hdr" / (session.patterns[i].id + ".exr"), static_cast<int>(i));
   }
-  write_run_record(record, run);
+  pipeline::write_run_record(record, run);
   return run;
 }
 

@@ -25,10 +25,16 @@ using testing::HasSubstr;
 using testing::Not;
 namespace fs = std::filesystem;
 
+fs::path written(const fs::path& run) {
+  fs::path file = run / "report.html";
+  write_report(run, file);
+  return file;
+}
+
 class ReportTest : public TemporaryFolderTest {
  protected:
   std::string page(const MadeUpRun& options) {
-    return io::read_text(write_report(make_run(folder(), options)));
+    return io::read_text(written(make_run(folder(), options)));
   }
 };
 
@@ -141,14 +147,14 @@ TEST_F(ReportTest, LargeRunsStaySmall) {
 }
 
 TEST_F(ReportTest, EmptyFolderIsRefusedInOneSentence) {
-  const std::string sentence = sentence_of([&] { write_report(folder()); });
+  const std::string sentence = sentence_of([&] { written(folder()); });
   EXPECT_THAT(sentence, HasSubstr("holds nothing to report"));
 }
 
 TEST_F(ReportTest, DamagedFitIsNamed) {
   const fs::path run = make_run(folder(), {});
   io::write_text_atomically(run / "fit" / "fit.json", "{\"channels\": [");
-  const std::string sentence = sentence_of([&] { write_report(run); });
+  const std::string sentence = sentence_of([&] { written(run); });
   EXPECT_THAT(sentence, HasSubstr("fit.json"));
 }
 
@@ -217,7 +223,7 @@ class BrowserTest : public ReportTest {
 };
 
 TEST_F(BrowserTest, ShowsTitleAndDecodesEveryPicture) {
-  const fs::path report = write_report(make_run(folder(), {}));
+  const fs::path report = written(make_run(folder(), {}));
   // A copy with a script that lists what the browser could not decode.
   const fs::path copy = folder() / "probe.html";
   io::write_text_atomically(
@@ -233,7 +239,7 @@ TEST_F(BrowserTest, ShowsTitleAndDecodesEveryPicture) {
 }
 
 TEST_F(BrowserTest, ScreenshotIsNotBlank) {
-  const fs::path report = write_report(make_run(folder(), {}));
+  const fs::path report = written(make_run(folder(), {}));
   const fs::path picture = folder() / "screenshot.png";
   const ProcessResult result = chromium(
       "--hide-scrollbars --window-size=1200,3000 --screenshot=" + picture.string(), report);

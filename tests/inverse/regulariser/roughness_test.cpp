@@ -11,7 +11,6 @@
 #include <numbers>
 #include <numeric>
 
-#include "core/error.h"
 #include "inverse/optimise/optimiser.h"
 #include "tests/inverse/inverse_cases.h"
 

@@ -174,7 +174,7 @@ TEST_F(VolumeFile, BadVolumesAreNotWritten) {
               HasSubstr("channel 'R' is there twice"));
   set.channels[1] = "a/b";
   EXPECT_THAT(sentence_of([&] { write_vdb(folder_ / "a.vdb", set); }),
-              HasSubstr("channel name 'a/b'"));
+              HasSubstr("a channel's name is 'a/b'; use letters"));
   set = full_set();
   set.mu_std.pop_back();
   EXPECT_THAT(sentence_of([&] { write_vdb(folder_ / "a.vdb", set); }),

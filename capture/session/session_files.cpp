@@ -1,0 +1,58 @@
+#include "capture/session/session_files.h"
+
+#include <system_error>
+
+#include "core/error.h"
+
+namespace kappamu::capture {
+
+namespace fs = std::filesystem;
+
+std::vector<std::string> named_files(const Session& session) {
+  std::vector<std::string> files;
+  const auto add = [&](const Stack& stack) {
+    for (const Frame& frame : stack) files.push_back(frame.file);
+  };
+  for (const Pattern& pattern : session.patterns) {
+    files.push_back(pattern.image);
+    add(pattern.frames);
+  }
+  const Calibration& calibration = session.calibration;
+  add(calibration.camera_boards);
+  for (const ProjectorPlane& plane : calibration.projector_planes) {
+    files.push_back(plane.board.file);
+    if (plane.projected) files.push_back(plane.projected->file);
+    add(plane.gray_code);
+  }
+  for (const SampleView& view : calibration.sample_views) files.push_back(view.frame.file);
+  add(calibration.dark);
+  if (calibration.white_target) {
+    add(calibration.white_target->frames);
+    add(calibration.white_target->off_frames);
+    for (const ProjectorLevel& level : calibration.white_target->levels) add(level.frames);
+  }
+  for (const Stack& stack : calibration.ambient) add(stack);
+  add(calibration.white_target_black);
+  if (calibration.colour_chart) add(calibration.colour_chart->frames);
+  return files;
+}
+
+bool leads_inside(const fs::path& folder, const fs::path& file) {
+  std::error_code error;
+  const fs::path inside = fs::weakly_canonical(folder / file, error)
+                              .lexically_relative(fs::weakly_canonical(folder, error));
+  return !error && !inside.empty() && *inside.begin() != "..";
+}
+
+void require_inside(const fs::path& folder, const fs::path& file) {
+  if (leads_inside(folder, file)) return;
+  throw InputError((folder / file).string() + ": is or lies behind a link out of " +
+                   folder.string() +
+                   "; copy the file into it, or read it where it is with --follow-links");
+}
+
+void require_files_inside(const Session& session) {
+  for (const std::string& file : named_files(session)) require_inside(session.folder, file);
+}
+
+}  // namespace kappamu::capture

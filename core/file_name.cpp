@@ -1,0 +1,59 @@
+#include "core/file_name.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "core/error.h"
+
+namespace kappamu {
+
+namespace {
+
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+}
+
+}  // namespace
+
+bool is_plain_name(std::string_view name) {
+  constexpr std::size_t longest = 100;  // with what is put around it, below every system's limit
+  if (name.empty() || name.size() > longest || name.front() == '.') return false;
+  return std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '.';
+  });
+}
+
+void require_plain_name(std::string_view name, const std::string& where) {
+  if (is_plain_name(name)) return;
+  throw InputError(where + " is '" + shown_name(name) + "'; use " + plain_name_rule);
+}
+
+bool stays_inside(std::string_view relative_path) {
+  if (relative_path.empty() || relative_path.front() == '/') return false;
+  if (std::any_of(relative_path.begin(), relative_path.end(), is_control)) return false;
+  for (std::size_t begin = 0; begin <= relative_path.size();) {
+    const std::size_t end = std::min(relative_path.find('/', begin), relative_path.size());
+    if (relative_path.substr(begin, end - begin) == "..") return false;
+    begin = end + 1;
+  }
+  return true;
+}
+
+std::string shown_name(std::string_view text) {
+  std::string shown;
+  for (const char c : text) {
+    if (!is_control(c)) {
+      shown += c;
+      continue;
+    }
+    std::array<char, 5> code{};
+    std::snprintf(code.data(), code.size(), "\\x%02x",
+                  static_cast<unsigned>(static_cast<unsigned char>(c)));
+    shown += code.data();
+  }
+  return shown;
+}
+
+}  // namespace kappamu
