@@ -37,6 +37,11 @@ std::string content_fingerprint(const std::filesystem::path& file) {
   return Fingerprint().add(io::read_text(file)).text();
 }
 
+const std::string& program_fingerprint() {
+  static const std::string program = content_fingerprint("/proc/self/exe");
+  return program;
+}
+
 std::string session_fingerprint(const capture::Session& session) {
   Fingerprint result;
   result.add(content_fingerprint(session.folder / "session.json"));

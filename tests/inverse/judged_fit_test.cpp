@@ -69,7 +69,7 @@ TEST(JudgedFit, KilledInEitherHalfItEndsInTheSameBits) {
   // `allowed` saves, then a kill.
   const auto killed = [&](std::vector<std::byte>& saved, int allowed) {
     Checkpoint checkpoint;
-    checkpoint.initial = saved;
+    checkpoint.load = cases::once(saved);
     checkpoint.interval_seconds = 0.0;
     checkpoint.save = [&saved, left = allowed](std::span<const std::byte> bytes) mutable {
       saved.assign(bytes.begin(), bytes.end());
