@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <vector>
 
 #include "io/npy.h"
 #include "io/read_file.h"
@@ -30,14 +31,14 @@ class ThreadsTest : public TemporaryFolderTest {
     io::write_npy(folder() / "mu.npy", {nz, ny, nx}, std::span<const float>(mu));
     io::write_npy(folder() / "light.npy", {patterns, ny, nx}, std::span<const float>(light));
   }
-  /// The exitance that PoCL finds on `threads`.
+  /// The exitance that PoCL finds on `threads`, in double: where the order of sums shows at once.
   std::string exitance(int threads) const {
     const fs::path out = folder() / ("out" + std::to_string(threads));
     const auto file = [&](const char* name) { return (folder() / name).string(); };
     const ProcessResult result =
         kappamu("--device Portable forward --kappa " + file("kappa.npy") + " --mu " +
-                    file("mu.npy") + " --voxel 0.5 --eta 1.3 --irradiance " + file("light.npy") +
-                    " --lit-face z- -o " + out.string(),
+                    file("mu.npy") + " --precision double --voxel 0.5 --eta 1.3 --irradiance " +
+                    file("light.npy") + " --lit-face z- -o " + out.string(),
                 "POCL_MAX_PTHREAD_COUNT=" + std::to_string(threads));
     EXPECT_EQ(result.exit_code, 0) << result.standard_error;
     return io::read_text(out / "exitance_z+.npy");
