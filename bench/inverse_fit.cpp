@@ -7,7 +7,7 @@
 
 #include "bench/record.h"
 #include "core/error.h"
-#include "inverse/fit/validated_fit.h"
+#include "inverse/validation/validated_fit.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::bench {

@@ -12,7 +12,7 @@
 #include "bench/limits.h"
 #include "core/error.h"
 #include "core/median.h"
-#include "inverse/fit/notes.h"
+#include "inverse/validation/notes.h"
 
 namespace kappamu::bench {
 

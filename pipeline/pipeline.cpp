@@ -26,10 +26,8 @@ struct Pipeline::Input {
 
 namespace {
 
-/// Equal programs give equal bits from equal inputs; another build may not.
 std::string with_program(const std::string& fingerprint) {
-  static const std::string program = content_fingerprint("/proc/self/exe");
-  return Fingerprint().add(program).add(fingerprint).text();
+  return Fingerprint().add(program_fingerprint()).add(fingerprint).text();
 }
 
 }  // namespace

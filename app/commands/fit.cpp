@@ -100,7 +100,7 @@ void run_fit(const FitCommand& command, Globals& globals) {
           .add(pipeline::options_json(options))
           .add(pipeline::measurements_fingerprint(pipeline::find_measurements(input)))
           .text();
-  pipeline::OutputFolder folder(out, "fit", fit_inputs(input, options), pipeline::fit_outputs(out),
+  pipeline::OutputFolder folder(out, "fit", pipeline::fit_inputs(input, options), pipeline::fit_outputs(out),
                                 pipeline::Former::removed, key, !options.restart);
   pipeline::FitSummary summary =
       pipeline::run_fit_stage(input, folder.partial(), options, *progress);

@@ -1,15 +1,15 @@
-// The fit of one channel as it runs: what fit.cpp (steps), fit_path.cpp (grids and weights) and
-// fit_result.cpp (what comes of it) share.
+// The fit of one channel as it runs: what fit.cpp (steps), fit_path.cpp (grids and weights),
+// fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of it) share.
 #pragma once
 
 #include <algorithm>
 #include <chrono>
-#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/progress.h"
+#include "inverse/fit/checkpoint.h"
 #include "inverse/fit/fit.h"
 #include "inverse/fit/fit_function.h"
 #include "inverse/fit/fit_state.h"
@@ -36,6 +36,9 @@ class ChannelRun {
   double thickness() const;
   Anchor anchor() const;
   double refresh_correction();
+  bool resume();
+  void require_possible(const FitState& state) const;
+  bool become(FitState state);
   void begin();
   bool settle_for_simple_model();
   void begin_continued(const Continuation& continued);
@@ -71,6 +74,7 @@ class ChannelRun {
   }
   /// The regulariser of the grid that is fitted.
   Regulariser regulariser() const;
+  void tell(const std::string& sentence) { progress_.warn(stage_name_ + ": " + sentence); }
   void warn(const std::string& sentence);
   void save();
   void record();
@@ -83,7 +87,7 @@ class ChannelRun {
   const FitContext& context_;
   int channel_;
   std::string stage_name_;
-  std::uint64_t fingerprint_;
+  CheckpointOrigin origin_;
   double per_value_;
   std::vector<Problem> ladder_;
   Clock::time_point start_ = Clock::now();

@@ -18,7 +18,7 @@ void ChannelRun::warn(const std::string& sentence) {
   auto& warnings = state_.report.warnings;
   if (std::find(warnings.begin(), warnings.end(), sentence) != warnings.end()) return;
   warnings.push_back(sentence);
-  progress_.warn(stage_name_ + ": " + sentence);
+  tell(sentence);
 }
 
 void ChannelRun::save() {
@@ -27,7 +27,7 @@ void ChannelRun::save() {
   FitState saved = state_;
   saved.seconds = seconds();
   saved.solves = objective_->solves();
-  checkpoint_.save(saved.bytes(fingerprint_));
+  checkpoint_.save(seal(saved.bytes(), origin_));
 }
 
 void ChannelRun::record() {
@@ -174,20 +174,8 @@ void ChannelRun::iterate_stage() {
 }
 
 ChannelFit ChannelRun::run() {
-  bool resumed = false;
-  if (!checkpoint_.initial.empty()) {
-    resumed = state_.restore(checkpoint_.initial, fingerprint_);
-    if (!resumed) {
-      warn("The checkpoint belongs to other measurements or options; the fit starts anew.");
-    }
-  }
-  if (resumed) {
-    open_level();
-    objective_->restore(state_.correction, state_.solves);
-    if (state_.in_stage) set_basis();
-  } else {
-    begin();
-  }
+  const bool resumed = resume();
+  if (!resumed) begin();
   while (!state_.finished) {
     if (!state_.in_stage) begin_stage();
     iterate_stage();

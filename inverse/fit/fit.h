@@ -134,12 +134,15 @@ struct ChannelFit {
   FitReport report;
 };
 
-/// How a fit survives being killed. `save` receives everything the next step needs; give the last
-/// bytes back as `initial` with the same measurements and options, and the fit ends in the same
-/// bits. `initial` of other inputs is ignored, with a warning.
+/// How a fit survives being killed. `save` receives everything the next step needs; `load` gives
+/// what was saved last, and where that turns out to be of no use and `load` is called again, what
+/// was saved before; nothing after the last. With the same measurements, options, program and
+/// device the fit then ends in the same bits, history and warnings. What is damaged or of another
+/// fit is passed over, with a warning (checkpoint.h).
 struct Checkpoint {
   std::function<void(std::span<const std::byte>)> save;
-  std::vector<std::byte> initial;
+  std::function<std::optional<std::vector<std::byte>>()> load;
+  std::string program;             ///< that fits: another one's checkpoints are not taken
   double interval_seconds = 30.0;  ///< between saves within a weight; a new weight always saves
 };
 

@@ -8,6 +8,7 @@
 
 #include "core/median.h"
 #include "inverse/fit/channel_run.h"
+#include "inverse/fit/fit_fingerprint.h"
 #include "inverse/problem/held_out.h"
 
 namespace kappamu::inverse {
@@ -83,7 +84,8 @@ ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
       context_(context),
       channel_(channel),
       stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
-      fingerprint_(fingerprint(measurements, channel, options, context)),
+      origin_{fingerprint(measurements, channel, options, context),
+              program_fingerprint(checkpoint.program, options.backend)},
       per_value_(exitance_per_value(measurements, make_setup(measurements, options.convention))),
       ladder_(make_ladder(measurements, channel, options)) {}
 

@@ -1,14 +1,17 @@
 #include "inverse/fit/fit_state.h"
 
+#include <algorithm>
 #include <utility>
 
+#include "core/error.h"
 #include "inverse/optimise/state_bytes.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t magic = 0x6b6d2d6669742d38ULL;  // "km-fit-8"
+/// Of a block: so that their square is a number.
+constexpr std::uint64_t most_rows = std::uint64_t{1} << 31;
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
@@ -34,14 +37,14 @@ void write(ByteWriter& out, const ModelChoice& choice) {
 }
 
 void read(ByteReader& in, ModelChoice& choice) {
-  in.get(choice.model);
+  in.get(choice.model, Model::volume);
   in.get(choice.layers);
   in.get(choice.reason);
   std::uint64_t count = 0;
   in.get(count);
   for (std::uint64_t k = 0; k < count; ++k) {
     ModelTrial& t = choice.trials.emplace_back();
-    in.get(t.model);
+    in.get(t.model, Model::volume);
     for (int* n : {&t.level, &t.layers}) in.get(*n);
     for (double* x : {&t.chi2_per_datum, &t.coherent, &t.coherent_limit}) in.get(*x);
     in.get(t.rejected);
@@ -106,7 +109,7 @@ void read(ByteReader& in, FitReport& report) {
   }
   in.get(count);
   for (std::uint64_t k = 0; k < count; ++k) in.get(report.warnings.emplace_back());
-  in.get(report.status);
+  in.get(report.status, FitStatus::ran_out);
   in.get(report.message);
   in.get(report.gains);
   for (double* x : {&report.homogeneous_kappa, &report.homogeneous_mu,
@@ -144,29 +147,10 @@ void read(ByteReader& in, std::vector<PathPoint>& path) {
   }
 }
 
-/// Channel `channel` of `m` with the light it was seen under.
-void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
-  for (const int n : {m.grid.nx, m.grid.ny, m.grid.nz, m.patterns}) print.add(n);
-  for (const double x : {m.grid.voxel_mm, m.eta}) print.add(x);
-  print.add(m.lit_face);
-  print.add(m.seen_face);
-  print.add(m.quantity);
-  print.add(m.light);
-  print.add(m.sides);
-  print.add(std::span<const float>(m.irradiance));
-  const std::size_t count = m.seen_shape().cells() * static_cast<std::size_t>(m.patterns);
-  const std::size_t first = count * static_cast<std::size_t>(channel);
-  print.add(std::span<const float>(m.value).subspan(first, count));
-  print.add(std::span<const float>(m.variance).subspan(first, count));
-  if (!m.mask.empty()) print.add(std::span<const std::uint8_t>(m.mask).subspan(first, count));
-}
-
 }  // namespace
 
-std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
+std::vector<std::byte> FitState::bytes() const {
   ByteWriter out;
-  out.put(magic);
-  out.put(fingerprint);
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
   for (const bool b : {in_stage, finished, ran_out, repeated, stagnated, last_stage}) out.put(b);
   for (const double x : {begun_chi2, last_chi2, seconds, weight, roughness, chi2}) out.put(x);
@@ -191,122 +175,59 @@ std::vector<std::byte> FitState::bytes(std::uint64_t fingerprint) const {
   return out.bytes();
 }
 
-bool FitState::restore(std::span<const std::byte> bytes, std::uint64_t fingerprint) {
-  try {
-    ByteReader in(bytes);
-    std::uint64_t found_magic = 0;
-    std::uint64_t found_fingerprint = 0;
-    in.get(found_magic);
-    in.get(found_fingerprint);
-    if (found_magic != magic || found_fingerprint != fingerprint) return false;
-    FitState state;
-    for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
-    for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
-                    &state.stagnated, &state.last_stage}) {
-      in.get(*b);
-    }
-    for (double* x : {&state.begun_chi2, &state.last_chi2, &state.seconds, &state.weight,
-                      &state.roughness, &state.chi2}) {
-      in.get(*x);
-    }
-    in.get(state.fields.log_kappa);
-    in.get(state.fields.log_mu);
-    std::uint64_t count = 0;
-    in.get(count);
-    for (std::uint64_t k = 0; k < count; ++k) {
-      std::uint64_t rows = 0;
-      std::vector<double> values;
-      in.get(rows);
-      in.get(values);
-      if (values.size() != rows * rows) return false;
-      const auto size = static_cast<Eigen::Index>(rows);
-      state.blocks.emplace_back(Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size));
-    }
-    state.optimiser.read(in);
-    in.get(state.correction);
-    read(in, state.solves);
-    read(in, state.report);
-    in.get(count);
-    for (std::uint64_t k = 0; k < count; ++k) {
-      LayeredMedium& medium = state.simpler.emplace_back();
-      in.get(medium.first);
-      in.get(medium.log_kappa);
-      in.get(medium.log_mu);
-    }
-    read(in, state.path);
-    if (!in.at_end()) return false;
-    *this = std::move(state);
-    return true;
-  } catch (const InputError&) {
-    return false;
+FitState FitState::from(std::span<const std::byte> bytes) {
+  ByteReader in(bytes);
+  FitState state;
+  for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
+  for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
+                  &state.stagnated, &state.last_stage}) {
+    in.get(*b);
   }
+  for (double* x : {&state.begun_chi2, &state.last_chi2, &state.seconds, &state.weight,
+                    &state.roughness, &state.chi2}) {
+    in.get(*x);
+  }
+  in.get(state.fields.log_kappa);
+  in.get(state.fields.log_mu);
+  std::uint64_t count = 0;
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) {
+    std::uint64_t rows = 0;
+    std::vector<double> values;
+    in.get(rows);
+    in.get(values);
+    if (rows > most_rows || values.size() != rows * rows) {
+      throw InputError("is damaged: its arrays contradict each other");
+    }
+    const auto size = static_cast<Eigen::Index>(rows);
+    state.blocks.emplace_back(Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size));
+  }
+  state.optimiser.read(in);
+  in.get(state.correction);
+  read(in, state.solves);
+  read(in, state.report);
+  in.get(count);
+  for (std::uint64_t k = 0; k < count; ++k) {
+    LayeredMedium& medium = state.simpler.emplace_back();
+    in.get(medium.first);
+    in.get(medium.log_kappa);
+    in.get(medium.log_mu);
+  }
+  read(in, state.path);
+  if (!in.at_end()) throw InputError("is damaged: it ends too late");
+  return state;
 }
 
-std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOptions& o,
-                          const FitContext& context) {
-  Fingerprint print;
-  print.add(channel);
-  add(print, m, channel);
-  print.add(context.held_out.has_value());
-  if (context.held_out) add(print, *context.held_out, channel);
-  print.add(context.interim);
-  print.add(context.continued.has_value());
-  if (context.continued) {
-    const Continuation& c = *context.continued;
-    print.add(std::span<const double>(c.medium.kappa.values()));
-    print.add(std::span<const double>(c.medium.mu.values()));
-    for (const double x : {c.homogeneous_kappa, c.homogeneous_mu, c.weight}) print.add(x);
-  }
-
-  print.add(o.model);
-  print.add(o.start ? o.start->kappa : 0.0);
-  print.add(o.start ? o.start->mu : 0.0);
-  print.add(o.optimiser.method);
-  for (const int n : {o.optimiser.memory, o.optimiser.max_backtracks, o.optimiser.newton_iterations,
-                      o.stage_steps, o.max_levels, o.metric_probes, o.backend.batch,
-                      o.backend.solve.max_iterations}) {
-    print.add(n);
-  }
-  print.add(o.coordinates);
-  print.add(o.data_term.loss);
-  print.add(o.regulariser.kind);
-  print.add(o.weight_rule);
-  for (const double x :
-       {o.data_term.huber_threshold, o.data_term.student_freedom,
-        o.data_term.gain_spread.value_or(0.0), o.regulariser.edge_slope, o.held_out_relief}) {
-    print.add(x);
-  }
-  print.add(o.convention);
-  print.add(o.weight.has_value());
-  for (const double x : {o.weight.value_or(0.0),
-                         o.first_weight,
-                         o.last_weight,
-                         o.weight_factor,
-                         o.restart_steps,
-                         o.target_chi2,
-                         o.stagnation,
-                         o.stage_tolerance,
-                         o.final_tolerance,
-                         o.model_error.relative,
-                         o.model_error.of_maximum,
-                         o.coarse_model_error.relative,
-                         o.coarse_model_error.of_maximum,
-                         o.smooth_length,
-                         o.anchor_length,
-                         o.optimiser.first_step,
-                         o.optimiser.longest_step,
-                         o.optimiser.golden_tolerance,
-                         o.optimiser.newton_forcing,
-                         o.backend.solve.tolerance,
-                         o.backend.refined_memory_mb,
-                         o.backend.refined_tolerance}) {
-    print.add(x);
-  }
-  print.add(o.correct_grid);
-  print.add(o.seed);
-  print.add(o.backend.precision);
-  print.add(o.backend.device);
-  return print.value();
+std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m, const FitOptions& options) {
+  // Fields, three of the path, z and three more of its size; two floats a pair; blocks; r.
+  const auto cells = static_cast<double>(m.grid.cells());
+  const double depth = m.grid.extent(axis_of(m.lit_face));
+  const double bins = std::max({m.grid.nx, m.grid.ny, m.grid.nz}) * 2.0 + 1.0;
+  const double doubles = 2.0 * cells * (1.0 + 3.0 + 4.0 + options.optimiser.memory + 1.0) +
+                         bins * 4.0 * depth * depth +
+                         static_cast<double>(m.seen_shape().cells()) * m.patterns;
+  constexpr double history_bytes = 64.0 * 1048576.0;  // of a million steps
+  return static_cast<std::size_t>(8.0 * doubles + history_bytes);
 }
 
 }  // namespace kappamu::inverse

@@ -1,7 +1,7 @@
-// Everything a fit is between two steps: what a checkpoint holds.
+// Everything a fit is between two steps: what a checkpoint (checkpoint.h) holds.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
@@ -38,13 +38,14 @@ struct FitState {
   /// Weights minimised on the finest grid, where another rule than discrepancy chooses.
   std::vector<PathPoint> path;
 
-  std::vector<std::byte> bytes(std::uint64_t fingerprint) const;
-  /// False, leaving the state as it was, unless `bytes` carry this fingerprint and are whole.
-  bool restore(std::span<const std::byte> bytes, std::uint64_t fingerprint);
+  std::vector<std::byte> bytes() const;
+  /// Throws InputError, the end of a sentence "A checkpoint ...", unless `bytes` are those of a
+  /// state. Whether that state fits a problem is ChannelRun::require_possible()'s to say.
+  static FitState from(std::span<const std::byte> bytes);
 };
 
-/// Of everything that determines the result: channel, data, options and context.
-std::uint64_t fingerprint(const SurfaceMeasurements& measurements, int channel,
-                          const FitOptions& options, const FitContext& context);
+/// No checkpoint of a fit of these is longer.
+std::size_t most_checkpoint_bytes(const SurfaceMeasurements& measurements,
+                                  const FitOptions& options);
 
 }  // namespace kappamu::inverse

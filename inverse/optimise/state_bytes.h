@@ -39,14 +39,29 @@ class ByteWriter {
   std::vector<std::byte> bytes_;
 };
 
-/// Throws InputError when the bytes end early.
+/// Throws InputError when the bytes end early or hold what no writer puts: the end of a sentence
+/// "A checkpoint ...". Allocates no more than a small multiple of the bytes that are there.
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
   template <class T>
   void get(T& value) {
-    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
+    static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>);
     std::memcpy(&value, take(sizeof(T)), sizeof(T));
+  }
+  void get(bool& value) {
+    std::uint8_t byte = 0;
+    get(byte);
+    if (byte > 1) throw impossible();
+    value = byte == 1;
+  }
+  /// An enumerator from 0 to `last`.
+  template <class E>
+  void get(E& value, E last) {
+    std::underlying_type_t<E> number{};
+    get(number);
+    if (number < 0 || number > static_cast<std::underlying_type_t<E>>(last)) throw impossible();
+    value = static_cast<E>(number);
   }
   template <class T>
   void get(std::vector<T>& values) {
@@ -65,7 +80,8 @@ class ByteReader {
   bool at_end() const { return bytes_.empty(); }
 
  private:
-  static InputError truncated() { return InputError("the checkpoint is truncated"); }
+  static InputError truncated() { return InputError("is damaged: it ends too early"); }
+  static InputError impossible() { return InputError("is damaged: it holds impossible values"); }
   const std::byte* take(std::size_t count) {
     if (count > bytes_.size()) throw truncated();
     const std::byte* begin = bytes_.data();

@@ -17,14 +17,12 @@ namespace {
 using forward::SolveReport;
 using forward::Termination;
 
-/// Coefficients beyond e^±max_log are no material but a line search gone astray.
-constexpr double max_log = 25.0;
 /// r outside is no grid error but noise of vanishing light.
 constexpr double min_correction = 0.25;
 constexpr double max_correction = 4.0;
 
 bool within_range(const CoefficientPair& fields) {
-  const auto ok = [](double x) { return std::abs(x) <= max_log; };  // false for NaN
+  const auto ok = [](double x) { return std::abs(x) <= max_log_coefficient; };  // false for NaN
   return std::all_of(fields.log_kappa.begin(), fields.log_kappa.end(), ok) &&
          std::all_of(fields.log_mu.begin(), fields.log_mu.end(), ok);
 }

@@ -26,6 +26,9 @@ struct Refinement {
 /// The problem's own grid with every voxel split in 2×2×2.
 Refinement refine(const Problem& problem);
 
+/// Coefficients beyond e^±this are no material but a line search gone astray.
+inline constexpr double max_log_coefficient = 25.0;
+
 struct Backend {
   std::string device = "auto";
   forward::Precision precision = forward::Precision::single_precision;

@@ -35,7 +35,6 @@ nlohmann::ordered_json channel_json(const std::string& name, const inverse::FitR
             {"log_residual_rms", report.homogeneous_log_residual}}},
           {"gains", report.gains},
           {"seconds", report.seconds},
-          {"resumed", report.resumed},
           {"warnings", report.warnings},
           {"history", history}};
 }

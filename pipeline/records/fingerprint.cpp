@@ -63,6 +63,11 @@ std::string content_fingerprint(const std::filesystem::path& file) {
   return result.add_length(size).text();
 }
 
+const std::string& program_fingerprint() {
+  static const std::string program = content_fingerprint("/proc/self/exe");
+  return program;
+}
+
 std::string session_fingerprint(const capture::Session& session) {
   Fingerprint result;
   result.add(content_fingerprint(session.folder / "session.json"));

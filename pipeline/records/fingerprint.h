@@ -31,6 +31,9 @@ class Fingerprint {
 /// Fingerprint of a file's contents, as of one piece. Throws InputError when it cannot be read.
 std::string content_fingerprint(const std::filesystem::path& file);
 
+/// Of this program itself: equal programs give equal bits from equal inputs, another build may not.
+const std::string& program_fingerprint();
+
 /// session.json's contents, and size and time of every file that it names.
 std::string session_fingerprint(const capture::Session& session);
 

@@ -4,26 +4,28 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "pipeline/records/fit_options.h"
 #include "calib/calibration_file.h"
 #include "core/error.h"
 #include "core/process_memory.h"
 #include "core/surface_measurements.h"
 #include "inverse/fit/fit_memory.h"
+#include "inverse/fit/fit_state.h"
 #include "inverse/fit/model_uncertainty.h"
-#include "inverse/fit/notes.h"
-#include "inverse/fit/validated_fit.h"
+#include "inverse/validation/notes.h"
+#include "inverse/validation/validated_fit.h"
 #include "io/atomic_file.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
 #include "io/volume/volume_file.h"
 #include "pipeline/records/channel_json.h"
+#include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_options.h"
+#include "pipeline/stages/checkpoint_files.h"
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/hold_out.h"
 #include "pipeline/stages/square_check.h"
@@ -55,14 +57,6 @@ std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
     indices.push_back(static_cast<int>(at - known.begin()));
   }
   return indices;
-}
-
-std::vector<std::byte> read_bytes(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::vector<std::byte> bytes;
-  std::transform(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>(),
-                 std::back_inserter(bytes), [](char c) { return static_cast<std::byte>(c); });
-  return bytes;
 }
 
 void write_volume(const fs::path& file, const Volume<double>& volume) {
@@ -131,11 +125,12 @@ class FitStage {
 
  private:
   /// Of the fit that is judged, and of what follows with all patterns.
-  std::array<fs::path, 2> checkpoint_files(const std::string& name) const {
-    return {output_ / ("checkpoint_" + name + ".bin"),
-            output_ / ("checkpoint_all_" + name + ".bin")};
+  std::array<CheckpointFiles, 2> checkpoint_files(const std::string& name) const {
+    const std::size_t most = inverse::most_checkpoint_bytes(measurements_, options_.fit);
+    return {CheckpointFiles(output_ / ("checkpoint_" + name + ".bin"), most),
+            CheckpointFiles(output_ / ("checkpoint_all_" + name + ".bin"), most)};
   }
-  inverse::Checkpoint checkpoint(const fs::path& file) const;
+  inverse::Checkpoint checkpoint(CheckpointFiles files) const;
   void fit(int channel);
   void keep_prediction(const ChannelFit& fit, bool of_all);
   void write_json() const;
@@ -156,12 +151,11 @@ class FitStage {
   std::vector<float> validation_prediction_;
 };
 
-inverse::Checkpoint FitStage::checkpoint(const fs::path& file) const {
+inverse::Checkpoint FitStage::checkpoint(CheckpointFiles files) const {
   inverse::Checkpoint checkpoint;
-  if (!options_.restart) checkpoint.initial = read_bytes(file);
-  checkpoint.save = [file](std::span<const std::byte> bytes) {
-    io::write_bytes_atomically(file, bytes);
-  };
+  checkpoint.program = program_fingerprint();
+  if (!options_.restart) checkpoint.load = [files]() mutable { return files.load(); };
+  checkpoint.save = [files](std::span<const std::byte> bytes) { files.save(bytes); };
   return checkpoint;
 }
 
@@ -308,7 +302,7 @@ FitSummary FitStage::run() {
   summary_.seconds = passed.count();
   write_json();
   for (const std::string& name : summary_.channels) {
-    for (const fs::path& file : checkpoint_files(name)) fs::remove(file);
+    for (const CheckpointFiles& files : checkpoint_files(name)) files.remove();
   }
   return std::move(summary_);
 }

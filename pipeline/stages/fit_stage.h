@@ -46,8 +46,9 @@ std::vector<std::string> fit_outputs(const std::filesystem::path& folder);
 /// Fits every channel of `input` (see find_measurements) and writes into `output`: kappa_<c>.npy,
 /// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], those of write_uncertainty(), prediction.npy and,
 /// with validation measurements, prediction_validate.npy [C][M][v][u], volume.vdb, and fit.json
-/// last (docs/formats.md). While it works, checkpoint_<c>.bin and checkpoint_all_<c>.bin hold what
-/// it needs to go on where it was killed; they are removed at the end. Throws InputError.
+/// last (docs/formats.md). While it works, checkpoint_<c>.bin and checkpoint_all_<c>.bin, and
+/// beside each the one before, hold what it needs to go on where it was killed; they are removed at
+/// the end. Throws InputError.
 FitSummary run_fit_stage(const std::filesystem::path& input, const std::filesystem::path& output,
                          const FitStageOptions& options, Progress& progress);
 

@@ -1,11 +1,15 @@
 #include "pipeline/stages/hdr_file.h"
 
+#include <sstream>
+
 #include "core/error.h"
 #include "io/image/exr.h"
 
 namespace kappamu::pipeline {
 
 namespace {
+
+constexpr const char* notes_attribute = "notes";
 
 template <class T>
 std::vector<float> plane(const Image<T>& image, std::size_t channel) {
@@ -26,7 +30,7 @@ void set_plane(Image<T>& image, std::size_t channel, const std::vector<float>& v
 }  // namespace
 
 void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image,
-               const std::vector<std::string>& channels) {
+               const std::vector<std::string>& channels, const std::vector<std::string>& notes) {
   io::ExrImage exr;
   exr.width = image.radiance.width();
   exr.height = image.radiance.height();
@@ -37,7 +41,20 @@ void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image
   }
   exr.attributes["units"] = "radiance: full scales per second; variance: its square";
   exr.attributes["flags"] = "1 saturated, 2 dark, 4 missing in every frame";
+  std::string lines;
+  for (const std::string& note : notes) lines.append(note).append("\n");
+  if (!lines.empty()) exr.attributes[notes_attribute] = lines;
   io::write_exr(file, exr);
+}
+
+std::vector<std::string> read_hdr_notes(const std::filesystem::path& file) {
+  const io::ExrImage exr = io::read_exr(file);
+  const auto found = exr.attributes.find(notes_attribute);
+  std::vector<std::string> notes;
+  if (found == exr.attributes.end()) return notes;
+  std::istringstream lines(found->second);
+  for (std::string line; std::getline(lines, line);) notes.push_back(line);
+  return notes;
 }
 
 capture::HdrImage read_hdr(const std::filesystem::path& file,

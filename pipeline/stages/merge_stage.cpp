@@ -47,11 +47,13 @@ void merge_patterns(const capture::Session& session, const capture::Radiometry& 
       const Pattern& pattern = session.patterns[i];
       try {
         const fs::path file = hdr_file(output, pattern.id);
-        if (!fs::exists(file))
-          write_hdr(file,
-                    capture::merge_stack(session, pattern.frames, "pattern " + pattern.id,
-                                         radiometry, options, &notes[i]),
-                    session.channels);
+        if (fs::exists(file)) {
+          notes[i] = read_hdr_notes(file);
+        } else {
+          const capture::HdrImage image = capture::merge_stack(
+              session, pattern.frames, "pattern " + pattern.id, radiometry, options, &notes[i]);
+          write_hdr(file, image, session.channels, notes[i]);
+        }
         const std::lock_guard lock(mutex);
         ++finished;
         progress.update("merge", static_cast<double>(finished) / static_cast<double>(count),

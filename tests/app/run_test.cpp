@@ -37,6 +37,26 @@ class RunTest : public TemporaryFolderTest {
           files[fs::relative(entry.path(), folder() / run)] = io::read_text(entry.path());
     return files;
   }
+  /// A JSON file of a run but for times, memory and the run's own place.
+  json account(const std::string& run, const char* file) const {
+    json document = json::parse(io::read_text(folder() / run / file));
+    erase(document, {"seconds", "memory_peak_bytes", "input"});
+    return document;
+  }
+  /// The list of warnings of a run's report.
+  std::string told(const std::string& run) const {
+    const std::string page = io::read_text(folder() / run / "report.html");
+    const std::size_t begin = page.find("<ul class=\"warnings\"");
+    return begin == std::string::npos ? "" : page.substr(begin, page.find("</ul>", begin) - begin);
+  }
+
+ private:
+  static void erase(json& document, const std::vector<std::string>& names) {
+    if (document.is_object())
+      for (const std::string& name : names) document.erase(name);
+    if (document.is_structured())
+      for (json& part : document) erase(part, names);
+  }
 };
 
 TEST_F(RunTest, LeavesEverythingAndASecondRunDoesNothing) {
@@ -75,7 +95,7 @@ TEST_F(RunTest, LeavesEverythingAndASecondRunDoesNothing) {
   EXPECT_LT(elapsed.count(), 3.0) << "a finished run must only be looked at";
 }
 
-TEST_F(RunTest, KilledAtAnyMomentItEndsInTheSameBits) {
+TEST_F(RunTest, KilledAtAnyMomentItEndsInTheSameBitsAndTellsTheSame) {
   const auto start = std::chrono::steady_clock::now();
   const int code = kappamu(arguments("whole")).exit_code;
   ASSERT_TRUE(code == 0 || code == 3);
@@ -96,7 +116,9 @@ TEST_F(RunTest, KilledAtAnyMomentItEndsInTheSameBits) {
     ASSERT_TRUE(found.contains(name)) << name;
     EXPECT_TRUE(found.at(name) == bytes) << name << " differs";
   }
-  EXPECT_TRUE(fs::exists(folder() / "killed" / "report.html"));
+  EXPECT_EQ(account("killed", "fit/fit.json"), account("whole", "fit/fit.json"));
+  EXPECT_EQ(account("killed", "run.json"), account("whole", "run.json"));
+  EXPECT_EQ(told("killed"), told("whole"));
 }
 
 TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {

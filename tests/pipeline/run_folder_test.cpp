@@ -10,7 +10,8 @@
 
 #include "core/error.h"
 #include "io/read_file.h"
-#include "process.h"
+#include "pipeline/records/fingerprint.h"
+#include "tests/app/process.h"
 #include "tests/sentence.h"
 
 namespace kappamu::pipeline {

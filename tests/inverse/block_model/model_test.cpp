@@ -12,7 +12,7 @@
 #include "inverse/block_model/model_choice.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
-#include "inverse/fit/model_held_out.h"
+#include "inverse/validation/model_held_out.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {

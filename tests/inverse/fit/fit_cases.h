@@ -2,6 +2,12 @@
 // (bench/inverse_case.h).
 #pragma once
 
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
 #include "bench/inverse_case.h"
 #include "inverse/fit/fit.h"
 #include "tests/inverse/inverse_cases.h"
@@ -20,6 +26,14 @@ inline SurfaceMeasurements measure(const Block& block, const CoefficientPair& fi
 inline double held_out_error(const Block& block, const CoefficientPair& fine_fields,
                              const Medium& medium) {
   return bench::appearance_error(medium, bench::expose_patches(block, fine_fields, 8));
+}
+
+/// Checkpoint::load that gives `newest` once, then nothing.
+inline std::function<std::optional<std::vector<std::byte>>()> once(std::vector<std::byte> newest) {
+  return [bytes = std::optional(std::move(newest))]() mutable {
+    if (bytes && bytes->empty()) bytes.reset();
+    return std::exchange(bytes, std::nullopt);
+  };
 }
 
 inline ChannelFit fit(const SurfaceMeasurements& measurements, const FitOptions& options,

@@ -222,64 +222,6 @@ TEST(Fit, RadianceAlongTheNormalGivesTheVolumesThatExitanceGives) {
   EXPECT_NEAR(ratio, 1.0, 0.05) << "the prediction is in the measured quantity";
 }
 
-/// Thrown instead of a SIGKILL.
-struct Killed {};
-
-TEST(Fit, KilledAtAnyCheckpointItEndsInTheSameBits) {
-  Block block;
-  block.grid = {12, 10, 8, 0.5};
-  const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
-  const SurfaceMeasurements m = cases::measure(block, truth, 2);
-  FitOptions options;
-  options.stage_steps = 8;
-  const ChannelFit whole = cases::fit(m, options);
-  int kills = 0;
-  Checkpoint checkpoint;
-  checkpoint.interval_seconds = 0.0;  // after every step
-  ChannelFit resumed;
-  for (bool finished = false; !finished;) {
-    int saves = 0;
-    checkpoint.save = [&](std::span<const std::byte> bytes) {
-      checkpoint.initial.assign(bytes.begin(), bytes.end());
-      if (++saves == 5) throw Killed{};
-    };
-    try {
-      Checkpoint run = checkpoint;
-      resumed = cases::fit(m, options, run);
-      finished = true;
-    } catch (const Killed&) {
-      ++kills;
-    }
-  }
-  EXPECT_GT(kills, 2);
-  EXPECT_TRUE(resumed.report.resumed);
-  EXPECT_EQ(whole.medium.kappa.values(), resumed.medium.kappa.values());
-  EXPECT_EQ(whole.medium.mu.values(), resumed.medium.mu.values());
-  EXPECT_EQ(whole.prediction, resumed.prediction);
-  EXPECT_EQ(whole.report.history.size(), resumed.report.history.size());
-}
-
-TEST(Fit, CheckpointOfOtherDataIsIgnoredAloud) {
-  Block block;
-  block.grid = {8, 8, 4, 0.5};
-  const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
-  SurfaceMeasurements m = cases::measure(block, truth, 2);
-  FitOptions options;
-  options.stage_steps = 2;
-  Checkpoint checkpoint;
-  checkpoint.save = [&](std::span<const std::byte> bytes) {
-    checkpoint.initial.assign(bytes.begin(), bytes.end());
-  };
-  cases::fit(m, options, Checkpoint{checkpoint.save, {}, 0.0});
-  m.value[0] *= 1.01F;
-  const ChannelFit other = cases::fit(m, options, Checkpoint{{}, checkpoint.initial, 0.0});
-  EXPECT_FALSE(other.report.resumed);
-  EXPECT_THAT(other.report.warnings, ::testing::Contains(HasSubstr("starts anew")));
-  // A truncated one is no better.
-  checkpoint.initial.resize(checkpoint.initial.size() / 2);
-  EXPECT_FALSE(cases::fit(m, options, Checkpoint{{}, checkpoint.initial, 0.0}).report.resumed);
-}
-
 /// Batched solves after the homogeneous start, that of the metric included.
 int solves_to_reach(const FitReport& report, double objective) {
   const int start = report.history.front().solves.forward;

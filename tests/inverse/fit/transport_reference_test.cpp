@@ -12,8 +12,8 @@
 
 #include "bench/inverse_case.h"
 #include "inverse/fit/fit.h"
-#include "inverse/fit/validated_fit.h"
 #include "inverse/problem/predict.h"
+#include "inverse/validation/validated_fit.h"
 
 namespace kappamu::inverse {
 namespace {

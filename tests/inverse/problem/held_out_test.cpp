@@ -9,7 +9,7 @@
 
 #include "bench/media.h"
 #include "core/error.h"
-#include "inverse/fit/notes.h"
+#include "inverse/validation/notes.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {

@@ -4,7 +4,7 @@
 // cells in their own order; without with_d, d is taken for zero.
 
 // r = b − A (x + d) on red cells, black ones solved for and written to `black`, which may be x;
-// sums [tile][2]: Σ r² and Σ b² over all cells of each tile.
+// sums [plane of a tile][2] (first_sum): Σ r² and Σ b² over all cells.
 kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
                              global const vec* restrict d, global const vec* restrict rhs,
                              global const vec* x, global vec* black, global vec* restrict r,
@@ -15,8 +15,11 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
   const Box blacks = around(own, 1, nx, ny, nz), reds = around(own, 2, nx, ny, nz);
   const Ring ring = make_split_ring((global ring_vec*)(TILE_SCRATCH), 4, reds);
   clear(ring.planes, ring.depth * ring.plane);
-  accu_vec rr = (accu_vec)(0), bb = (accu_vec)(0);
+  sums += 2 * first_sum(own, tile_x, tile_z, nx, ny);
+  accu_vec bb_black = (accu_vec)(0);  // of plane t − 1, whose red cells come with the next t
   for (int t = reds.y0; t < own.y1 + 2; ++t) {
+    accu_vec rr = (accu_vec)(0), bb = bb_black;
+    bb_black = (accu_vec)(0);
     if (t >= reds.y1) clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
     for (int k = reds.z0; k < reds.z1; ++k) {
       const int parity = PARITY(RED, t, k), m = t - 1, y = t - 2;
@@ -55,7 +58,7 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
           out[e] = value;
           if (WITHIN(writes, e)) {
             STREAM_OUT(to_vec(value), to_black + 2 * e);
-            bb += here * here;
+            bb_black += here * here;
           }
         }
         PREFETCH(coming_rhs + 2 * e);
@@ -69,9 +72,10 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
         }
       }
     }
+    if (t - 2 < own.y0) continue;
+    sums[2 * (t - 2)] = rr;
+    sums[2 * (t - 2) + 1] = bb;
   }
-  sums[2 * tile] = rr;
-  sums[2 * tile + 1] = bb;
 }
 
 // The same where x + d is zero, to REAL's rounding: r = b_r + Σ G b_b / D. Tiles without a rim.
@@ -81,9 +85,10 @@ kernel void residual_of_zero(TILE_ARGUMENTS, GRID_ARGUMENTS, global const REAL* 
   const int tile = (int)get_global_id(1);
   const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
   const size_t plane = (size_t)nx * ny;
-  accu_vec rr = (accu_vec)(0), bb = (accu_vec)(0);
+  sums += 2 * first_sum(own, tile_x, tile_z, nx, ny);
 #define BLACK_AT(i) (inverse[i] * rhs[i])
   for (int y = own.y0; y < own.y1; ++y) {
+    accu_vec rr = (accu_vec)(0), bb = (accu_vec)(0);
     for (int k = own.z0; k < own.z1; ++k) {
       const int red = PARITY(RED, y, k);
       global const Stencil* g = stencils + STENCIL_ROW(y, k, red);
@@ -109,10 +114,10 @@ kernel void residual_of_zero(TILE_ARGUMENTS, GRID_ARGUMENTS, global const REAL* 
         rr += residual * residual;
       }
     }
+    sums[2 * y] = rr;
+    sums[2 * y + 1] = bb;
   }
 #undef BLACK_AT
-  sums[2 * tile] = rr;
-  sums[2 * tile + 1] = bb;
 }
 
 // x + d anew on red cells, as the nearest x and what that leaves over (Knuth's two-sum). One item

@@ -183,14 +183,14 @@ INLINE vec black_energy(Stencil g, Rows v, long e) {
 }
 
 // The way up: φ = (red relaxed from zero) + P coarse on red cells, then black, red, black
-// relaxation. With only_red, `rhs` and `solution` hold red cells only, and there are sums over the
-// own cells: γ = Σ rhs·φ and δ = φ·Sφ. With black cells solved for, the latter is the energy of the
+// relaxation. With only_red, `rhs` and `solution` hold red cells only, and there are sums over each
+// plane y of the own cells, dots [y][2]: γ = Σ rhs·φ and δ = φ·Sφ. With black cells solved for, the latter is the energy of the
 // whole field: Σ G (φ_r − φ_b)² over all bonds, which black cells see, and Σ (sink + G of faces on
 // the surface) φ². All terms are positive, and what rounding does to φ_b counts in second order.
 INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENTS,
                     global const vec* restrict rhs, global const vec* restrict coarse,
-                    global vec* restrict solution, global vec* restrict scratch, accu_vec* gamma,
-                    accu_vec* delta) {
+                    global vec* restrict solution, global vec* restrict scratch,
+                    global accu_vec* restrict dots) {
   // Stages: black from the right-hand side (not with only_red), red with correction, black, red,
   // black; each one cell less around the tile, one plane later.
   const int lead = only_red ? 0 : 1;
@@ -202,10 +202,14 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
   clear(ring.planes, ring.depth * ring.plane);
   global vec* zeros = scratch + ring.depth * ring.plane;
   clear(zeros, cx);
-  accu_vec sum_gamma = (accu_vec)(0), sum_delta = (accu_vec)(0);
+  // Of plane y, whose black cells come with the next t.
+  accu_vec gamma_red = (accu_vec)(0), delta_red = (accu_vec)(0);
   for (int t = first.y0; t < own.y1 + 3 + lead; ++t) {
     if (t >= first.y1) clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
     const int c = t - lead, m = t - 1 - lead, y = t - 2 - lead, d = t - 3 - lead;
+    const accu_vec gamma = gamma_red;
+    accu_vec delta = delta_red;
+    gamma_red = delta_red = (accu_vec)(0);
     for (int k = first.z0; k < first.z1; ++k) {
       const int parity = PARITY(only_red ? RED : BLACK, t, k);
       const Span all = span_of(first, first.y0, k, parity);
@@ -237,7 +241,7 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
       global const Stencil* next = stencils + STENCIL_ROW(ahead, k, 0);
       global const Weights* next_weights = weights + RED_ROW(ahead, k);
       global const vec* next_right = right_row(only_red, rhs, nx, ny, ahead, k, 0);
-      vec sum = (vec)(0), energy = (vec)(0);
+      vec sum = (vec)(0), energy = (vec)(0), energy_black = (vec)(0);
       for (long i = all.begin; i < all.end + 3 + lead; ++i) {
         PREFETCH(next_right + AT(i));
         if (!only_red) PREFETCH(next_right + 2 * i + 1);
@@ -268,7 +272,7 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
         if (WITHIN(lasts, i - 3 - lead)) {
           const long e = i - 3 - lead;
           if (only_red) {
-            energy += black_energy(gd[e], vd, e);
+            energy_black += black_energy(gd[e], vd, e);
           } else {
             out_d[e] = gd[e].smoother * (right_d[AT(e)] + INFLOW(gd[e], vd, e));
           }
@@ -289,17 +293,20 @@ INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENT
         }
       }
       if (only_red) {
-        sum_gamma += to_accu(sum);
-        sum_delta += to_accu(energy);
+        gamma_red += to_accu(sum);
+        delta_red += to_accu(energy);
+        delta += to_accu(energy_black);
       } else if (HAS_ROW(own, d, k)) {
         global vec* row = solution + CELL(0, d, k);
         global const vec *even = half_row(ring, d, k, 0), *uneven = half_row(ring, d, k, 1);
         for (int x = own.x0; x < own.x1; ++x) row[x] = x & 1 ? uneven[x >> 1] : even[x >> 1];
       }
     }
+    if (only_red && d >= own.y0) {
+      dots[2 * d] = gamma;
+      dots[2 * d + 1] = delta;
+    }
   }
-  *gamma = sum_gamma;
-  *delta = sum_delta;
 }
 
 kernel void stream_down(TILE_ARGUMENTS, const int only_red, GRID_ARGUMENTS, COARSE_ARGUMENTS,
@@ -316,22 +323,19 @@ kernel void stream_down(TILE_ARGUMENTS, const int only_red, GRID_ARGUMENTS, COAR
   }
 }
 
-// dots [tile][2]: γ and δ of each tile.
+// dots [plane of a tile][2] (first_sum): γ and δ.
 kernel void stream_up(TILE_ARGUMENTS, const int only_red, GRID_ARGUMENTS, COARSE_ARGUMENTS,
                       global const vec* restrict rhs, global const vec* restrict coarse,
                       global vec* restrict solution, global accu_vec* restrict dots,
                       const int scratch_cells, global vec* restrict scratch) {
   const int tile = (int)get_global_id(1);
   const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
-  accu_vec gamma, delta;
   if (only_red) {
     up_tile(1, own, nx, ny, nz, stencils, cx, cy, cz, half_x, half_y, half_z, weights, rhs, coarse,
-            solution, TILE_SCRATCH, &gamma, &delta);
-    dots[2 * tile] = gamma;
-    dots[2 * tile + 1] = delta;
+            solution, TILE_SCRATCH, dots + 2 * first_sum(own, tile_x, tile_z, nx, ny));
   } else {
     up_tile(0, own, nx, ny, nz, stencils, cx, cy, cz, half_x, half_y, half_z, weights, rhs, coarse,
-            solution, TILE_SCRATCH, &gamma, &delta);
+            solution, TILE_SCRATCH, dots);
   }
 }
 

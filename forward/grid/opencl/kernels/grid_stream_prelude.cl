@@ -21,7 +21,9 @@
 // the cache alternate cell by cell.
 //
 // Around its tile an item computes as many cells once more as the stages need (they are its
-// neighbours' too); it writes only its own. So no value depends on how items are scheduled.
+// neighbours' too); it writes only its own. Sums are kept per plane y of a tile, so that they are the
+// same however the grid is cut along y, the one axis whose cuts follow the number of cores. So no
+// value depends on how items are scheduled, nor on how many cores there are.
 //
 #if GROUPS != 1
 #error "streams hold all lanes of a cell in one vector"
@@ -157,6 +159,11 @@ INLINE Box tile_box(int tile, int tile_x, int tile_y, int tile_z, int nx, int ny
             z = tile / across / along * tile_z;
   const Box box = {x, min(x + tile_x, nx), y, min(y + tile_y, ny), z, min(z + tile_z, nz)};
   return box;
+}
+
+// Where the sums of plane y = 0 of a tile stand: sums [tile along z][tile along x][y].
+INLINE size_t first_sum(Box own, int tile_x, int tile_z, int nx, int ny) {
+  return ((size_t)(own.z0 / tile_z) * ((nx - 1) / tile_x + 1) + own.x0 / tile_x) * ny;
 }
 
 #define HAS_ROW(box, y, z) ((y) >= (box).y0 && (y) < (box).y1 && (z) >= (box).z0 && (z) < (box).z1)

@@ -5,23 +5,23 @@
 // can use keep well more.
 #define LEAST_LEFT ((ACCU)0.1)
 
-// The scalars of the next step from `up_tiles` sums of stream_up and `step_tiles` sums of the last
+// The scalars of the next step from `up_sums` sums of stream_up and `step_sums` of the last
 // stream_step; scalars: {γ, α, β}. p'·Sp' = z·Sz − β² p·Sp because p' = z + β p is conjugate to p
 // (Chronopoulos & Gear 1989), so that α is known before p' is. Where hardly anything is left of
 // that difference, rounding has made p' anything but conjugate (a replaced residual may even have
 // grown along the slowest modes): that pattern starts again from z.
-kernel void step_scalars(const int up_tiles, const int step_tiles, const int fresh,
+kernel void step_scalars(const int up_sums, const int step_sums, const int fresh,
                          global const accu_vec* restrict dots,
                          global const accu_vec* restrict steps, global accu_vec* restrict scalars) {
   if (get_global_id(0) > 0 || get_global_id(1) > 0) return;
   accu_vec gamma = (accu_vec)(0), delta = (accu_vec)(0), energy = (accu_vec)(0);
-  for (int tile = 0; tile < up_tiles; ++tile) {
-    gamma += dots[2 * tile];
-    delta += dots[2 * tile + 1];
+  for (int i = 0; i < up_sums; ++i) {
+    gamma += dots[2 * i];
+    delta += dots[2 * i + 1];
   }
   accu_vec beta = (accu_vec)(0);
   if (!fresh) {
-    for (int tile = 0; tile < step_tiles; ++tile) energy += steps[2 * tile + 1];
+    for (int i = 0; i < step_sums; ++i) energy += steps[2 * i + 1];
     beta = ratio(gamma, scalars[0]);
   }
   const accu_vec left = delta - beta * beta * energy, least = LEAST_LEFT * delta;
@@ -48,8 +48,8 @@ INLINE Rows rows_of_halves(Ring ring, int y, int z, int parity) {
   return rows;
 }
 
-// p' = z + β p, d += α p', r −= α S p', all on red cells; sums [tile][2]: Σ r² and Σ p'·Sp' of each
-// tile. With first_p or first_d, p or d is taken for zero, whatever it holds.
+// p' = z + β p, d += α p', r −= α S p', all on red cells; sums [plane of a tile][2] (first_sum):
+// Σ r² and Σ p'·Sp'. With first_p or first_d, p or d is taken for zero, whatever it holds.
 kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GRID_ARGUMENTS,
                         global const accu_vec* restrict scalars, global const vec* restrict z,
                         global const vec* restrict before, global vec* restrict p,
@@ -69,12 +69,13 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
   const Ring rest = make_ring(TILE_SCRATCH + ring.depth * ring.plane, 4, halves);
   clear(rest.planes, rest.depth * rest.plane);
   const vec alpha = to_vec(scalars[1]), beta = to_vec(scalars[2]);
-  accu_vec sum_rr = (accu_vec)(0), sum_energy = (accu_vec)(0);
+  sums += 2 * first_sum(own, tile_x, tile_z, nx, ny);
   for (int t = red.y0; t < own.y1 + 2; ++t) {
     if (t >= red.y1) {
       clear(ring.planes + t % ring.depth * ring.plane, ring.plane);
       clear(rest.planes + t % rest.depth * rest.plane, rest.plane);
     }
+    accu_vec sum_rr = (accu_vec)(0), sum_energy = (accu_vec)(0);
     for (int k = red.z0; k < red.z1; ++k) {
       const int parity = PARITY(RED, t, k), m = t - 1, y = t - 2;
       const Span all = span_of(red, red.y0, k, parity), reds = span_of(red, t, k, parity),
@@ -120,7 +121,8 @@ kernel void stream_step(TILE_ARGUMENTS, const int first_p, const int first_d, GR
       sum_rr += to_accu(rr);
       sum_energy += to_accu(energy);
     }
+    if (t - 2 < own.y0) continue;
+    sums[2 * (t - 2)] = sum_rr;
+    sums[2 * (t - 2) + 1] = sum_energy;
   }
-  sums[2 * tile] = sum_rr;
-  sums[2 * tile + 1] = sum_energy;
 }

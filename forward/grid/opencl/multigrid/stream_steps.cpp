@@ -42,7 +42,7 @@ class StreamSteps final : public CgSteps {
   static device::Range items(const StreamTiles& tiles) {
     return {1, static_cast<std::size_t>(tiles.count), 1, 1};
   }
-  /// Σ over `count` items of the first or second of the pair each left.
+  /// Σ over `count` pairs of the first or second.
   LaneScalars pair_sum(const LaneKernels& kernels, const device::Buffer& sums, int count,
                        std::size_t which);
   /// z = M r on level l: one V(1,1) cycle from zero (grid_stream_cycle.cl). The way up mirrors the
@@ -111,9 +111,9 @@ StreamSteps::StreamSteps(device::Context& context, const Format& format, const H
   const std::size_t scalar = static_cast<std::size_t>(lanes) * format.accu_bytes();
   scalars_ = context.allocate(3 * scalar);
   cycle_dots_ = context.allocate(
-      2 * scalar * static_cast<std::size_t>(plans_.empty() ? 1 : plans_.front().up.count));
-  residual_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(residual_tiles_.count));
-  step_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(step_tiles_.count));
+      2 * scalar * static_cast<std::size_t>(plans_.empty() ? 1 : plans_.front().up.sums));
+  residual_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(residual_tiles_.sums));
+  step_sums_ = context.allocate(2 * scalar * static_cast<std::size_t>(step_tiles_.sums));
 }
 
 void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device::Buffer& r,
@@ -163,7 +163,7 @@ CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const devi
                     tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, int{!first_d_},
                     d_, b, x, x, r_, sums, tiles.scratch_cells, scratch_);
   }
-  return {pair_sum(kernels, sums, tiles.count, 0), pair_sum(kernels, sums, tiles.count, 1)};
+  return {pair_sum(kernels, sums, tiles.sums, 0), pair_sum(kernels, sums, tiles.sums, 1)};
 }
 
 LaneScalars StreamSteps::pair_sum(const LaneKernels& kernels, const device::Buffer& sums, int count,
@@ -187,8 +187,8 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
   } else {
     cycle(kernels, 0, r_, z_);
   }
-  const int up_tiles = plans_.empty() ? 1 : plans_.front().up.count;
-  context_.launch(kernels.stream_step(), "step_scalars", {1, 1, 1, 1}, up_tiles, step_tiles_.count,
+  const int up_sums = plans_.empty() ? 1 : plans_.front().up.sums;
+  context_.launch(kernels.stream_step(), "step_scalars", {1, 1, 1, 1}, up_sums, step_tiles_.sums,
                   int{fresh_}, cycle_dots_, step_sums_, scalars_);
   context_.launch(kernels.stream_step(), "stream_step", items(step_tiles_), step_tiles_.size[0],
                   step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_d_}, s.nx, s.ny,
@@ -196,7 +196,7 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
                   step_tiles_.scratch_cells, scratch_);
   now_ = 1 - now_;
   fresh_ = first_d_ = zero_ = false;
-  return pair_sum(kernels, step_sums_, step_tiles_.count, 0);
+  return pair_sum(kernels, step_sums_, step_tiles_.sums, 0);
 }
 
 }  // namespace

@@ -33,6 +33,7 @@ StreamTiles cut(const StreamMachine& machine, const GridShape& grid, int depth, 
   tiles.size[1] = parts(grid.ny, std::min(along, parts(grid.ny, shortest_march)));
   tiles.count =
       parts(grid.nx, tiles.size[0]) * parts(grid.ny, tiles.size[1]) * parts(grid.nz, tiles.size[2]);
+  tiles.sums = parts(grid.nx, tiles.size[0]) * parts(grid.nz, tiles.size[2]) * grid.ny;
   tiles.scratch_cells = depth * (tiles.size[0] + 2 * halo + row_slack) * (tiles.size[2] + 2 * halo);
   return tiles;
 }

@@ -12,10 +12,12 @@ namespace kappamu::forward {
 struct StreamTiles {
   std::array<int, 3> size;  ///< cells of a tile along x, y, z
   int count = 1;
+  int sums = 1;           ///< planes y of all tiles along x and z: each has sums of its own
   int scratch_cells = 0;  ///< vectors of scratch memory each tile's item needs
 };
 
-/// What limits the tiles: how many cores they keep busy, how many vectors fit a core's cache.
+/// What limits the tiles: how many cores they keep busy, how many vectors fit a core's cache. The
+/// former decides on cuts along y alone, of which no sum depends (grid_stream_prelude.cl).
 struct StreamMachine {
   int cores = 2;
   int cache_cells = 8192;

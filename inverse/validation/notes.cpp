@@ -1,4 +1,4 @@
-#include "inverse/fit/notes.h"
+#include "inverse/validation/notes.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // A fit judged by a pattern of its own: the score is of volumes that did not see that pattern, the
 // volumes handed out are of all patterns, and a kill in either half changes no bit. That they are
 // better for it is transport_reference_test.cpp's to show.
-#include "inverse/fit/validated_fit.h"
+#include "inverse/validation/validated_fit.h"
 
 #include <gtest/gtest.h>
 
@@ -69,7 +69,7 @@ TEST(JudgedFit, KilledInEitherHalfItEndsInTheSameBits) {
   // `allowed` saves, then a kill.
   const auto killed = [&](std::vector<std::byte>& saved, int allowed) {
     Checkpoint checkpoint;
-    checkpoint.initial = saved;
+    checkpoint.load = cases::once(saved);
     checkpoint.interval_seconds = 0.0;
     checkpoint.save = [&saved, left = allowed](std::span<const std::byte> bytes) mutable {
       saved.assign(bytes.begin(), bytes.end());

@@ -1,9 +1,9 @@
-#include "inverse/fit/validated_fit.h"
+#include "inverse/validation/validated_fit.h"
 
 #include <string>
 #include <utility>
 
-#include "inverse/fit/model_held_out.h"
+#include "inverse/validation/model_held_out.h"
 
 namespace kappamu::inverse {
 

@@ -1,4 +1,4 @@
-#include "inverse/fit/model_held_out.h"
+#include "inverse/validation/model_held_out.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // The record of a fit's options: complete, so that equal records mean equal volumes.
-#include "app/fit_options.h"
+#include "pipeline/records/fit_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 #include "pipeline/records/versions.h"
 
-namespace kappamu::app {
+namespace kappamu::pipeline {
 namespace {
 
 using ::testing::Contains;
@@ -101,4 +101,4 @@ TEST(Versions, ListTheLibrariesThatFiguresDependOn) {
 }
 
 }  // namespace
-}  // namespace kappamu::app
+}  // namespace kappamu::pipeline

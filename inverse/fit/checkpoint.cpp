@@ -1,0 +1,61 @@
+#include "inverse/fit/checkpoint.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/error.h"
+#include "inverse/optimise/state_bytes.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+constexpr std::uint64_t format = 0x54504b432d554d4bULL;  // "KMU-CKPT" in memory, low byte first
+constexpr std::uint64_t version = 9;
+constexpr std::size_t checksum_at = 5 * sizeof(std::uint64_t);
+constexpr std::size_t header_bytes = checksum_at + sizeof(std::uint64_t);
+
+std::uint64_t checksum(std::span<const std::byte> header, std::span<const std::byte> state) {
+  Fingerprint print;
+  print.add(header);
+  print.add(state);
+  return print.value();
+}
+
+}  // namespace
+
+std::vector<std::byte> seal(std::span<const std::byte> state, const CheckpointOrigin& origin) {
+  ByteWriter out;
+  for (const std::uint64_t n :
+       {format, version, std::uint64_t{state.size()}, origin.inputs, origin.program}) {
+    out.put(n);
+  }
+  out.put(checksum(out.bytes(), state));
+  std::vector<std::byte> sealed(header_bytes + state.size());
+  const auto begin = std::copy(out.bytes().begin(), out.bytes().end(), sealed.begin());
+  std::copy(state.begin(), state.end(), begin);
+  return sealed;
+}
+
+std::span<const std::byte> unseal(std::span<const std::byte> bytes,
+                                  const CheckpointOrigin& origin) {
+  if (bytes.size() < header_bytes) throw InputError("is cut short");
+  ByteReader in(bytes);
+  std::array<std::uint64_t, 6> header{};
+  for (std::uint64_t& n : header) in.get(n);
+  const auto [found_format, found_version, size, inputs, program, sum] = header;
+  if (found_format != format) throw InputError("is damaged or no checkpoint");
+  if (found_version != version) throw InputError("is damaged or of another version");
+  const std::span<const std::byte> state = bytes.subspan(header_bytes);
+  if (size != state.size()) throw InputError("is damaged: its length is not what it says");
+  if (sum != checksum(bytes.first(checksum_at), state)) {
+    throw InputError("is damaged: its checksum does not match");
+  }
+  if (inputs != origin.inputs) throw InputError("belongs to other measurements or options");
+  if (program != origin.program) {
+    throw InputError("is of another program, device or driver, whose digits differ");
+  }
+  return state;
+}
+
+}  // namespace kappamu::inverse

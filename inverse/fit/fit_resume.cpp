@@ -1,0 +1,186 @@
+// A fit that goes on from a checkpoint: which states it takes, and how it becomes again what it was
+// when it was killed.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "core/error.h"
+#include "inverse/fit/channel_run.h"
+#include "inverse/fit/checkpoint.h"
+#include "inverse/optimise/lateral_modes.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+constexpr const char* impossible = "is damaged: it holds impossible values";
+
+void require(bool holds) {
+  if (!holds) throw InputError(impossible);
+}
+
+template <class Values>
+bool finite(const Values& values) {
+  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+template <class Values>
+bool has(const Values& values, std::size_t size) {
+  return values.size() == size && finite(values);
+}
+
+bool has(const CoefficientPair& fields, std::size_t cells) {
+  const auto in_range = [](double x) { return std::abs(x) <= max_log_coefficient; };
+  return has(fields.log_kappa, cells) && has(fields.log_mu, cells) &&
+         std::all_of(fields.log_kappa.begin(), fields.log_kappa.end(), in_range) &&
+         std::all_of(fields.log_mu.begin(), fields.log_mu.end(), in_range);
+}
+
+bool is_empty(const CoefficientPair& fields) {
+  return fields.log_kappa.empty() && fields.log_mu.empty();
+}
+
+/// With z of `size` and at most `pairs` of L-BFGS.
+void require_possible(const OptimiserState& s, std::size_t size, int pairs) {
+  require(has(s.z, size) && has(s.gradient, size));
+  for (const Vector* v : {&s.direction, &s.previous_gradient}) {
+    require(v->empty() || has(*v, size));
+  }
+  require(s.direction.empty() == s.previous_gradient.empty());
+  require(std::isfinite(s.value) && std::isfinite(s.previous_step));
+  require(s.steps.size() <= static_cast<std::size_t>(pairs) && s.changes.size() == s.steps.size());
+  for (const auto* list : {&s.steps, &s.changes}) {
+    for (const std::vector<float>& v : *list) require(has(v, size));
+  }
+}
+
+void require_possible(const LayeredMedium& medium, int depth) {
+  const std::vector<int>& first = medium.first;
+  require(!first.empty() && first.front() == 0 && first.back() < depth);
+  require(std::adjacent_find(first.begin(), first.end(), std::greater_equal<>()) == first.end());
+  require(has({medium.log_kappa, medium.log_mu}, first.size()));
+}
+
+void require_possible(const SolveCount& s) {
+  for (const int n : {s.forward, s.adjoint, s.refined, s.tangent}) require(n >= 0);
+  require(std::isfinite(s.voxel_iterations));
+}
+
+}  // namespace
+
+/// Throws InputError, the end of a sentence "A checkpoint ...", unless the fit can go on from
+/// `state` without reading or writing beyond an array. A checksum is no guard against intent.
+void ChannelRun::require_possible(const FitState& state) const {
+  using inverse::require_possible;
+  const int levels = static_cast<int>(ladder_.size());
+  require(state.level >= 0 && state.level < levels);
+  const Problem& problem = ladder_[static_cast<std::size_t>(state.level)];
+  const GridShape& shape = problem.setup.shape;
+  const int axis = axis_of(problem.setup.lit_face);
+
+  // It is saved within a weight or at the end.
+  require(state.in_stage != state.finished);
+  require(!state.finished || state.level == 0);
+  require(state.stage_steps >= 0 && state.stage_steps <= options_.stage_steps);
+  require(state.small_decreases >= 0 && state.small_decreases <= 2);
+  for (const double x : {state.begun_chi2, state.last_chi2, state.seconds, state.weight,
+                         state.roughness, state.chi2}) {
+    require(std::isfinite(x));
+  }
+  require(has(state.fields, shape.cells()) && has(state.correction, problem.data.size()));
+  require_possible(state.solves);
+
+  const FitReport& report = state.report;
+  require(report.homogeneous_kappa > 0.0 && report.homogeneous_mu > 0.0);
+  require(finite(Vector{report.homogeneous_kappa, report.homogeneous_mu, report.chi2_per_datum,
+                        report.weight}));
+  require(!report.history.empty());
+  for (const StepRecord& r : report.history) {
+    require(r.level >= 0 && r.level < levels);
+    require_possible(r.solves);
+  }
+  const int depth = ladder_[0].setup.shape.extent(axis);
+  require(report.model.layers >= 0 && report.model.layers <= depth);
+  for (const ModelTrial& t : report.model.trials) {
+    require(t.level >= 0 && t.level < levels && t.layers >= 0 && t.layers <= depth);
+  }
+  for (const LayeredMedium& medium : state.simpler) require_possible(medium, depth);
+
+  require(state.weight >= 0.0);
+  if (state.finished) {
+    require(state.optimiser.z.empty() && state.blocks.empty());
+    return;
+  }
+  require_possible(state.optimiser, 2 * shape.cells(), options_.optimiser.memory);
+  const bool informed = options_.coordinates == Coordinates::informed;
+  const LateralModes modes(shape, axis);
+  require(state.blocks.size() == (informed ? static_cast<std::size_t>(modes.bins()) : 0));
+  for (const Eigen::MatrixXd& block : state.blocks) {
+    require(block.rows() == modes.rows() && block.allFinite());
+  }
+  if (state.path.empty()) return;
+  // What may still be chosen has its fields: the best and the last two.
+  require(state.level == 0 && !options_.weight && options_.weight_rule != WeightRule::discrepancy);
+  for (const PathPoint& p : state.path) {
+    require(is_empty(p.fields) || has(p.fields, shape.cells()));
+    require(p.held_out_chi2.has_value() == (options_.weight_rule == WeightRule::held_out));
+  }
+  const std::size_t best =
+      choose_weight(options_.weight_rule, state.path, options_.held_out_relief).chosen;
+  const std::size_t count = state.path.size();
+  for (const std::size_t i : {best, count - 1, count - std::min<std::size_t>(count, 2)}) {
+    require(!is_empty(state.path[i].fields));
+  }
+}
+
+/// As it was when `state` was saved, to the same bits and counts; false where no metric can be made
+/// of it.
+bool ChannelRun::become(FitState state) {
+  state_ = std::move(state);
+  open_level();
+  objective_->restore(state_.correction, state_.solves);
+  // What was solved last is solved anew and not counted: what comes next finds it at hand.
+  if (state_.in_stage) {
+    try {
+      set_basis();
+    } catch (const InternalError&) {
+      return false;
+    }
+    function_->value(state_.optimiser.z);
+  } else if (state_.report.model.model == Model::volume) {
+    objective_->value(state_.fields);
+  }
+  objective_->restore(state_.correction, state_.solves);
+  return true;
+}
+
+/// From the newest checkpoint that can be used; false where there is none.
+bool ChannelRun::resume() {
+  std::vector<std::string> unusable;
+  bool resumed = false;
+  while (!resumed && checkpoint_.load) {
+    const std::optional<std::vector<std::byte>> bytes = checkpoint_.load();
+    if (!bytes) break;
+    std::optional<FitState> state;
+    try {
+      state = FitState::from(unseal(*bytes, origin_));
+      require_possible(*state);
+    } catch (const InputError& error) {
+      unusable.emplace_back(error.what());
+      continue;
+    }
+    resumed = become(std::move(*state));
+    if (!resumed) unusable.emplace_back(impossible);
+  }
+  if (!resumed) state_ = FitState{};
+  for (const std::string& sentence : state_.report.warnings) tell(sentence);
+  for (const std::string& reason : unusable) {
+    warn("A checkpoint " + reason +
+         (resumed ? "; the fit goes on from the one before." : "; the fit starts anew."));
+  }
+  return resumed;
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,271 @@
+// What a killed fit goes on from: to the same bits and the same account of itself; and from nothing
+// that is damaged, of another fit or made up.
+#include "inverse/fit/checkpoint.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <random>
+#include <stdexcept>
+
+#include "core/error.h"
+#include "inverse/fit/fit_fingerprint.h"
+#include "inverse/fit/fit_state.h"
+#include "tests/inverse/fit/fit_cases.h"
+
+namespace kappamu::inverse {
+namespace {
+
+using Bytes = std::vector<std::byte>;
+using testing::Contains;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+/// Thrown instead of a SIGKILL.
+struct Killed {};
+
+/// Warnings in the order in which they are told.
+struct Listener : Progress {
+  void warn(const std::string& sentence) override { told.push_back(sentence); }
+  std::vector<std::string> told;
+};
+
+struct Case {
+  SurfaceMeasurements m;
+  FitOptions options;
+};
+
+/// A structured block whose data are brighter than their light explains, which a fit warns of.
+Case bright_block(const GridShape& grid) {
+  bench::Block block;
+  block.grid = grid;
+  Case c{cases::measure(block, cases::smooth_medium(grid.refined(2)), 2), {}};
+  for (float& value : c.m.value) value *= 1.3F;
+  c.options.model = Model::volume;
+  c.options.stage_steps = 3;
+  c.options.backend.device = "reference";
+  return c;
+}
+
+ChannelFit fit(const Case& c, const Checkpoint& checkpoint = {}) {
+  return cases::fit(c.m, c.options, checkpoint);
+}
+
+CheckpointOrigin origin_of(const Case& c) {
+  return {fingerprint(c.m, 0, c.options, {}), program_fingerprint("", c.options.backend)};
+}
+
+/// Every checkpoint of a fit, in order.
+std::vector<Bytes> all_checkpoints(const Case& c) {
+  std::vector<Bytes> saved;
+  Checkpoint checkpoint;
+  checkpoint.interval_seconds = 0.0;
+  checkpoint.save = [&](std::span<const std::byte> bytes) {
+    saved.emplace_back(bytes.begin(), bytes.end());
+  };
+  fit(c, checkpoint);
+  return saved;
+}
+
+Checkpoint from(const Bytes& bytes) {
+  Checkpoint checkpoint;
+  checkpoint.load = cases::once(bytes);
+  return checkpoint;
+}
+
+TEST(Checkpoint, KilledAnywhereTheFitEndsInTheSameBitsCountsAndWarnings) {
+  Case c = bright_block({10, 8, 8, 0.5});
+  c.options.stage_steps = 5;
+  Progress silent;
+  Listener uninterrupted;
+  const ChannelFit whole = fit_channel(c.m, 0, c.options, {}, uninterrupted);
+  ASSERT_FALSE(uninterrupted.told.empty());
+  Bytes saved;
+  int kills = 0;
+  Listener last;
+  ChannelFit resumed;
+  for (bool finished = false; !finished;) {
+    Checkpoint checkpoint = from(saved);
+    checkpoint.interval_seconds = 0.0;  // after every step
+    checkpoint.save = [&, saves = 0](std::span<const std::byte> bytes) mutable {
+      saved.assign(bytes.begin(), bytes.end());
+      if (++saves == 5) throw Killed{};
+    };
+    try {
+      last = {};
+      resumed = fit_channel(c.m, 0, c.options, checkpoint, last);
+      finished = true;
+    } catch (const Killed&) {
+      ++kills;
+    }
+  }
+  EXPECT_GT(kills, 2);
+  EXPECT_TRUE(resumed.report.resumed);
+  EXPECT_EQ(whole.medium.kappa.values(), resumed.medium.kappa.values());
+  EXPECT_EQ(whole.medium.mu.values(), resumed.medium.mu.values());
+  EXPECT_EQ(whole.prediction, resumed.prediction);
+  EXPECT_EQ(whole.report.warnings, resumed.report.warnings);
+  EXPECT_EQ(uninterrupted.told, last.told) << "whoever listens hears what he would have heard";
+  ASSERT_EQ(whole.report.history.size(), resumed.report.history.size());
+  for (std::size_t i = 0; i < whole.report.history.size(); ++i) {
+    const SolveCount& a = whole.report.history[i].solves;
+    const SolveCount& b = resumed.report.history[i].solves;
+    EXPECT_EQ(a.forward, b.forward) << "record " << i;
+    EXPECT_EQ(a.adjoint, b.adjoint) << "record " << i;
+    EXPECT_EQ(a.refined, b.refined) << "record " << i;
+    EXPECT_EQ(a.voxel_iterations, b.voxel_iterations) << "record " << i;
+  }
+  EXPECT_EQ(whole.report.solves.total(), resumed.report.solves.total());
+}
+
+TEST(Checkpoint, OfOtherDataOrProgramIsPassedOverAloud) {
+  Case c = bright_block({8, 8, 4, 0.5});
+  const Bytes bytes = all_checkpoints(c).back();
+  EXPECT_TRUE(fit(c, from(bytes)).report.resumed);
+
+  Checkpoint of_other_program = from(bytes);
+  of_other_program.program = "another";
+  const FitReport program = fit(c, of_other_program).report;
+  EXPECT_FALSE(program.resumed);
+  EXPECT_THAT(program.warnings, Contains(HasSubstr("another program, device or driver")));
+
+  c.m.value[0] *= 1.01F;
+  const FitReport data = fit(c, from(bytes)).report;
+  EXPECT_FALSE(data.resumed);
+  EXPECT_THAT(data.warnings,
+              Contains("A checkpoint belongs to other measurements or options; the fit starts "
+                       "anew."));
+}
+
+TEST(Checkpoint, EveryFlippedBitAndEveryMissingByteIsNoticed) {
+  const Case c = bright_block({8, 8, 4, 0.5});
+  const Bytes good = all_checkpoints(c).front();
+  const CheckpointOrigin origin = origin_of(c);
+  ASSERT_NO_THROW(unseal(good, origin));
+  std::mt19937 engine(1);
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    Bytes bad = good;
+    bad[i] ^= std::byte{static_cast<unsigned char>(1U << engine() % 8U)};
+    EXPECT_THROW(unseal(bad, origin), InputError) << "byte " << i << " of " << good.size();
+  }
+  for (std::size_t size = 0; size < good.size(); size += 1 + engine() % 7U) {
+    EXPECT_THROW(unseal(std::span(good).first(size), origin), InputError) << size;
+  }
+  Bytes longer = good;
+  longer.push_back(std::byte{0});
+  EXPECT_THROW(unseal(longer, origin), InputError);
+}
+
+TEST(Checkpoint, WhereTheNewestIsDamagedTheOneBeforeIsGoneOnFrom) {
+  const Case c = bright_block({8, 8, 4, 0.5});
+  const ChannelFit whole = fit(c);
+  const std::vector<Bytes> saved = all_checkpoints(c);
+  ASSERT_GT(saved.size(), 4U);
+  std::vector<Bytes> kept{saved[2], saved[3]};
+  kept.back()[kept.back().size() / 2] ^= std::byte{4};
+  Checkpoint checkpoint;
+  checkpoint.load = [&]() -> std::optional<Bytes> {
+    if (kept.empty()) return std::nullopt;
+    const Bytes newest = std::move(kept.back());
+    kept.pop_back();
+    return newest;
+  };
+  const ChannelFit resumed = fit(c, checkpoint);
+  EXPECT_TRUE(resumed.report.resumed);
+  EXPECT_THAT(resumed.report.warnings,
+              Contains("A checkpoint is damaged: its checksum does not match; the fit goes on from "
+                       "the one before."));
+  EXPECT_EQ(whole.medium.kappa.values(), resumed.medium.kappa.values());
+  EXPECT_EQ(whole.medium.mu.values(), resumed.medium.mu.values());
+}
+
+/// `change` made to a state, sealed anew as if nothing were wrong.
+template <class Change>
+Bytes forged(const Case& c, const Bytes& sealed, const Change& change) {
+  FitState state = FitState::from(unseal(sealed, origin_of(c)));
+  change(state);
+  return seal(state.bytes(), origin_of(c));
+}
+
+TEST(Checkpoint, ForgedStatesAreRefusedByWhatTheyHold) {
+  const Case c = bright_block({8, 8, 4, 0.5});
+  const std::vector<Bytes> saved = all_checkpoints(c);
+  const Bytes& within = saved.front();
+  const auto refused = [&](const Bytes& sealed, const char* what, const auto& change) {
+    const FitReport report = fit(c, from(forged(c, sealed, change))).report;
+    EXPECT_FALSE(report.resumed) << what;
+    EXPECT_THAT(report.warnings, Contains(HasSubstr("A checkpoint is damaged"))) << what;
+  };
+  const double nan = std::nan("");
+  refused(within, "level", [](FitState& s) { s.level = 1000000; });
+  refused(within, "negative level", [](FitState& s) { s.level = -1; });
+  refused(within, "neither within nor finished", [](FitState& s) { s.in_stage = false; });
+  refused(within, "finished too early", [](FitState& s) { s.finished = true; });
+  refused(within, "steps", [](FitState& s) { s.stage_steps = -5; });
+  refused(within, "weight", [](FitState& s) { s.weight = -1.0; });
+  refused(within, "weight that is none", [&](FitState& s) { s.weight = nan; });
+  refused(within, "fields", [](FitState& s) { s.fields.log_mu.pop_back(); });
+  refused(within, "values of fields", [](FitState& s) { s.fields.log_mu[0] = 1e300; });
+  refused(within, "correction", [](FitState& s) { s.correction.resize(1); });
+  refused(within, "z", [](FitState& s) { s.optimiser.z.resize(3); });
+  refused(within, "gradient", [](FitState& s) { s.optimiser.gradient.clear(); });
+  refused(within, "pairs", [](FitState& s) {
+    s.optimiser.steps.assign(1, {1.0F});
+    s.optimiser.changes.assign(1, {1.0F});
+    s.optimiser.products.resize(1);
+  });
+  refused(within, "blocks", [](FitState& s) { s.blocks.pop_back(); });
+  refused(within, "blocks' size", [](FitState& s) { s.blocks.front().resize(1, 1); });
+  refused(within, "no metric", [](FitState& s) { s.blocks.front() *= -1e9; });
+  refused(within, "a path nobody asked for", [](FitState& s) { s.path.resize(1); });
+  refused(within, "layers", [](FitState& s) { s.simpler.push_back({{0, 99}, {0, 0}, {0, 0}}); });
+  refused(within, "history", [](FitState& s) { s.report.history.front().level = -7; });
+  refused(within, "start", [&](FitState& s) { s.report.homogeneous_mu = nan; });
+  refused(saved.back(), "end", [](FitState& s) { s.fields.log_kappa.clear(); });
+  refused(saved.back(), "end on another grid", [](FitState& s) { s.level = 1; });
+}
+
+TEST(Checkpoint, AnySizeThatIsDeclaredAllocatesNoMoreThanThereIs) {
+  const Case c = bright_block({8, 8, 4, 0.5});
+  const Bytes sealed = all_checkpoints(c).front();
+  const std::span<const std::byte> state = unseal(sealed, origin_of(c));
+  const Bytes good(state.begin(), state.end());
+  for (const std::uint64_t forged : {~0ULL, 1ULL << 62, 1ULL << 32, 1ULL << 31, 1ULL << 20}) {
+    for (std::size_t i = 0; i + sizeof(forged) <= good.size(); ++i) {
+      Bytes bad = good;
+      std::memcpy(bad.data() + i, &forged, sizeof(forged));
+      try {
+        FitState::from(bad);  // some of these bytes are numbers that may be anything
+      } catch (const InputError&) {
+      }
+    }
+  }
+}
+
+TEST(Checkpoint, WhateverIsWrittenIntoItTheFitEndsInOrder) {
+  const Case c = bright_block({8, 8, 4, 0.5});
+  const std::vector<Bytes> saved = all_checkpoints(c);
+  const CheckpointOrigin origin = origin_of(c);
+  std::mt19937_64 engine(7);
+  int taken = 0;
+  for (int trial = 0; trial < 100; ++trial) {
+    const Bytes& sealed = saved[engine() % saved.size()];
+    const std::span<const std::byte> state = unseal(sealed, origin);
+    Bytes bad(state.begin(), state.end());
+    // Mostly near the front, where sizes and choices lie.
+    const std::size_t reach = trial % 2 == 0 ? std::size_t{80} : bad.size();
+    const std::uint64_t junk = engine() >> (engine() % 64);
+    std::memcpy(bad.data() + engine() % (reach - 8), &junk, 1 + engine() % 8);
+    try {
+      taken += fit(c, from(seal(bad, origin))).report.resumed ? 1 : 0;
+    } catch (const InputError&) {
+      // A volume that no solver takes is the fit's own to refuse.
+    }
+  }
+  EXPECT_GT(taken, 0) << "forgeries must get past the checks for this to be a test";
+}
+
+}  // namespace
+}  // namespace kappamu::inverse
