@@ -27,7 +27,7 @@ bool is_plain_name(std::string_view name) {
 
 void require_plain_name(std::string_view name, const std::string& where) {
   if (is_plain_name(name)) return;
-  throw InputError(where + " is '" + shown_name(name) + "'; use " + plain_name_rule);
+  throw InputError(where + " is '" + shown_name(name) + "'; use " + plain_name_rule + ".");
 }
 
 bool stays_inside(std::string_view relative_path) {

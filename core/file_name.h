@@ -8,7 +8,7 @@ namespace kappamu {
 
 /// What is_plain_name() allows, to follow "use " in a sentence.
 inline constexpr const char* plain_name_rule =
-    "letters, digits, '_', '-' and '.', not starting with '.', at most 100";
+    "letters, digits, '_', '-' and '.', not starting with '.', at most 100 characters";
 
 /// Whether a name (of a channel, pattern, station) can be part of a file's name on every system:
 /// ASCII letters, digits, '_', '-' and '.', not starting with '.', 1 to 100 of them.

@@ -159,6 +159,7 @@ TEST_F(Import, GrayCodesAreSortedByTheirNumbers) {
   }
 
   fs::remove(path("plane_0_gray_7.png"));
+  fs::remove(out / "session.json");
   EXPECT_THAT(refusal(), HasSubstr("no photograph of frame plane_0_gray_7 of the Gray code (the "
                                    "projector's has 26, from 0); name it plane_0_gray_7 (any"));
 }

@@ -33,7 +33,7 @@ TEST(SessionSchema, AgreesWithTheReaderOnGoodAndBadDocuments) {
   const std::string source = KAPPAMU_SOURCE_DIR;
   const std::filesystem::path verdicts = folder.path() / "verdicts.txt";
   const std::string command = "/usr/bin/python3 '" + source +
-                              "/tests/capture/validate_sessions.py' '" + source +
+                              "/tests/capture/session/validate_sessions.py' '" + source +
                               "/docs/session.schema.json' '" + folder.path().string() + "' > '" +
                               verdicts.string() + "' 2>&1";
   const int status = std::system(command.c_str());  // NOLINT(bugprone-command-processor): fixed
