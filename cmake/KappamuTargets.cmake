@@ -11,8 +11,15 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
+# What whoever includes our headers needs, here or after installation: headers name each other from the
+# root of the tree, others name them as <kappamu/...>.
+add_library(kappamu_headers INTERFACE)
+target_include_directories(kappamu_headers INTERFACE $<BUILD_INTERFACE:${CMAKE_SOURCE_DIR}>
+  $<INSTALL_INTERFACE:include> $<INSTALL_INTERFACE:include/kappamu>)
+target_compile_features(kappamu_headers INTERFACE cxx_std_20)
+
 add_library(kappamu_settings INTERFACE)
-target_include_directories(kappamu_settings INTERFACE ${CMAKE_SOURCE_DIR})
+target_link_libraries(kappamu_settings INTERFACE kappamu_headers)
 target_compile_options(kappamu_settings INTERFACE -Wall -Wextra -Wpedantic -Wshadow)
 # Fused multiply-adds would make the serial reference differ between compilers.
 target_compile_options(kappamu_settings INTERFACE -ffp-contract=off)
@@ -29,17 +36,31 @@ endif()
 add_library(kappamu_light INTERFACE)
 target_compile_options(kappamu_light INTERFACE $<$<CONFIG:Release>:-O1>)
 
-# kappamu_library(core DEPS ... PRIVATE_DEPS ...): the folder's .cpp files as one static library.
+# kappamu_library(core DEPS ... PRIVATE_DEPS ... PRECOMPILE ...): the folder's .cpp files as one static library;
+# PRECOMPILE names the headers that most of them read and that take long to read.
 function(kappamu_library name)
-  cmake_parse_arguments(ARG "" "" "DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPS;PRIVATE_DEPS;PRECOMPILE" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
   if(NOT sources)
     add_library(kappamu_${name} INTERFACE)
-    target_link_libraries(kappamu_${name} INTERFACE kappamu_settings ${ARG_DEPS})
+    target_link_libraries(kappamu_${name} INTERFACE kappamu_headers ${ARG_DEPS})
     return()
   endif()
   add_library(kappamu_${name} STATIC ${sources})
-  target_link_libraries(kappamu_${name} PUBLIC kappamu_settings ${ARG_DEPS} PRIVATE ${ARG_PRIVATE_DEPS})
+  target_link_libraries(kappamu_${name} PUBLIC kappamu_headers ${ARG_DEPS}
+                        PRIVATE $<BUILD_INTERFACE:kappamu_settings> ${ARG_PRIVATE_DEPS})
+  if(ARG_PRECOMPILE)
+    target_precompile_headers(kappamu_${name} PRIVATE ${ARG_PRECOMPILE})
+  endif()
+  kappamu_install(${name})
+endfunction()
+
+# kappamu_install(core): the library as kappamu::core and its headers under include/kappamu/core.
+function(kappamu_install name)
+  set_target_properties(kappamu_${name} PROPERTIES EXPORT_NAME ${name})
+  install(TARGETS kappamu_${name} EXPORT kappamu ARCHIVE DESTINATION lib)
+  install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} DESTINATION include/kappamu
+          FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
 endfunction()
 
 # kappamu_test(core DEPS ...): tests/<name>/*_test.cpp as one GoogleTest program, each case in CTest.
@@ -53,7 +74,8 @@ function(kappamu_test name)
     set(ARG_TIMEOUT 300)
   endif()
   add_executable(${name}_test ${sources})
-  target_link_libraries(${name}_test PRIVATE kappamu_light ${ARG_DEPS} GTest::gmock GTest::gtest_main)
+  target_link_libraries(${name}_test PRIVATE kappamu_settings kappamu_light ${ARG_DEPS} GTest::gmock GTest::gtest_main)
+  target_precompile_headers(${name}_test PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
   target_compile_definitions(${name}_test PRIVATE KAPPAMU_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   gtest_discover_tests(${name}_test TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST
                        PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${name})

@@ -17,7 +17,7 @@ while (($#)); do
 done
 out=${out:-out/$sample}
 
-scripts/build.sh release
+scripts/build.sh release kappamu
 kappamu=build/app/kappamu
 
 if [[ -f $out/truth/truth.json && -f $out/simulate.json ]]; then
