@@ -3,6 +3,7 @@
 
     inverse -> forward -> device -> core     calib -> capture -> io -> core
     data_synthetic -> forward, capture, calib        bench -> all but app        app, tests -> all
+    bench/cases -> inverse, forward: what tests and measurements share in any build
 """
 import pathlib
 import re
@@ -18,6 +19,7 @@ BELOW = {
     "capture": {"core", "io"},
     "calib": {"core", "io", "capture"},
     "data_synthetic": {"core", "device", "io", "forward", "capture", "calib"},
+    "bench/cases": {"core", "device", "forward", "inverse"},
     "bench": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic"},
 }
 TOP = {"app", "tests"}
@@ -27,15 +29,21 @@ HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenEXR|Imf|libraw|exi
 FORWARD_DECLARATIONS = {"nlohmann/json_fwd.hpp"}
 # The folders that build with -DKAPPAMU_PIPELINE=OFF may use nothing but these: Eigen, OpenCL, the
 # standard library and the system's C headers. Not even forward declarations of another library.
-LIGHT_FOLDERS = {"core", "device", "forward", "inverse"}
+LIGHT_FOLDERS = {"core", "device", "forward", "inverse", "bench/cases"}
 LIGHT = re.compile(r"^(Eigen/|CL/|[a-z_0-9]+(\.h)?$|sys/)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+
+
+def room_of(path):
+    """The room of a source or an include: its folder, or a sub-folder that has arrows of its own."""
+    room = "/".join(pathlib.PurePosixPath(path).parts[:2])
+    return room if room in BELOW else room.split("/")[0]
 
 
 def includes_of(root):
     """For every source under root, named from there: its includes as (kind, target)."""
     found = {}
-    for folder in sorted(set(BELOW) | TOP):
+    for folder in sorted(name for name in set(BELOW) | TOP if "/" not in name):
         for path in sorted((root / folder).rglob("*")):
             if path.suffix in {".h", ".cpp"}:
                 found[path.relative_to(root)] = INCLUDE.findall(path.read_text())
@@ -64,11 +72,11 @@ def violations(root):
     includes = includes_of(root)
     readers = readers_of(includes)
     for name, targets in includes.items():
-        folder = name.parts[0]
+        folder = room_of(name)
         for kind, target in targets:
-            first = target.split("/")[0]
+            first = room_of(target)
             if kind == '"' and folder in BELOW:
-                if first not in BELOW[folder] | {folder}:
+                if first not in BELOW[folder] | {folder} and not first.startswith(folder + "/"):
                     found.append(f"{name} includes {target}: {folder} may not use {first}")
             if HEAVY.match(target) and target not in FORWARD_DECLARATIONS and name.suffix == ".h":
                 for reader in outsiders(name, readers):
@@ -86,6 +94,10 @@ CASES = {
         ["core may not use inverse"]),
     "arrows downwards": (
         {"inverse/good.cpp": '#include <Eigen/Core>\n#include "forward/grid/grid_solver.h"\n'}, []),
+    "an arrow from the cases to a measurement": (
+        {"bench/cases/media.cpp": '#include "bench/record.h"\n'}, ["bench/cases may not use bench"]),
+    "a measurement of a case": (
+        {"bench/limits/size.cpp": '#include "bench/cases/media.h"\n'}, []),
     "a heavy header within its folder": (
         {"io/vdb.h": "#include <openvdb/openvdb.h>\n", "io/vdb.cpp": '#include "io/vdb.h"\n',
          "io/write.cpp": '#include "io/vdb.h"\n'}, []),
@@ -114,7 +126,7 @@ def self_test():
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)
             for name, text in files.items():
-                (root / name).parent.mkdir(exist_ok=True)
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
                 (root / name).write_text(text)
             found = violations(root)
         assert len(found) == len(sentences), (case, found)

@@ -7,7 +7,7 @@
 #include <algorithm>
 
 #include "baseline_tools.h"
-#include "bench/media.h"
+#include "bench/cases/media.h"
 
 namespace kappamu::forward::testing {
 namespace {

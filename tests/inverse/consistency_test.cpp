@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/limit_inverse_case.h"
+#include "bench/cases/limit_inverse_case.h"
 #include "inverse/homogeneous.h"
 #include "tests/inverse/fit_cases.h"
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/media.h"
+#include "bench/cases/media.h"
 #include "core/error.h"
 #include "inverse/remarks.h"
 #include "tests/inverse/fit_cases.h"

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-#include "bench/limit_inverse_case.h"
+#include "bench/cases/limit_inverse_case.h"
 #include "inverse/model_choice.h"
 #include "inverse/model_evidence.h"
 #include "inverse/model_held_out.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/inverse_case.h"
+#include "bench/cases/inverse_case.h"
 #include "inverse/fit.h"
 #include "inverse/judged_fit.h"
 #include "inverse/predict.h"
