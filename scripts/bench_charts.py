@@ -281,12 +281,6 @@ def iterations(record):
 
 # ---- kappamu bench inverse
 
-VARIANTS = {"default": "L-BFGS, informed (default)", "smooth": "L-BFGS, smooth", "voxels": "L-BFGS, voxels",
-            "gauss-newton": "Gauss-Newton-CG, informed", "wang2008": "[W]'s optimiser, our path",
-            "wang2008-scheme": "[W]'s scheme: one grid, one weight",
-            "wang2008-printed": "[W]'s scheme as printed, λ = 1e-5"}
-
-
 def first_to_reach(course, error):
     return next((point for point in course if point["holdout_E"] <= error), None)
 
@@ -313,10 +307,10 @@ def optimisers(record):
                                (axes[2 * k + 1], "work", "work: iterations of the fitted grid, 16 patterns each")):
             for number, r in enumerate(some):
                 line(ax, number, [p[key] for p in r["course"]], [p["holdout_E"] for p in r["course"]],
-                     VARIANTS[r["variant"]], markersize=3)
+                     r["label"], markersize=3)
             dress(ax, f"noise {100 * noise:g} %", label, "E under held-out 8 × 8 patches", "xy", "upper right")
         for r in some:
-            lines.append([f"{100 * noise:g} %", VARIANTS[r["variant"]], f"{r['holdout_E']:.1e}",
+            lines.append([f"{100 * noise:g} %", r["label"], f"{r['holdout_E']:.1e}",
                           f"{r['single_voxel_E']:.1e}", f"{r['data_misfit_chi2']:.2f}", r["batched_solves"],
                           f"{r['work']:.0f}", f"{r['seconds']:.1f}"]
                          + (["", "", "", ""] if r is some[0] else against_default(some[0], r)))

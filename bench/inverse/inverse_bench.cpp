@@ -88,6 +88,7 @@ Json optimisers_of(const Bench& bench) {
                                bench.progress);
       if (variant.name == "default") weight_of_default = score.at("weight").get<double>();
       score["variant"] = variant.name;
+      score["label"] = variant.label;
       score["noise"] = noise;
       fits.push_back(score);
     }

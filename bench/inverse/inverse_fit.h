@@ -21,7 +21,7 @@ struct Variant {
   bool weight_of_default = false;
 };
 
-/// The default first; then L-BFGS in other coordinates, and [W]'s optimiser along our course and
+/// The default first; then L-BFGS in other coordinates, and [W]'s optimiser along our path and
 /// in the paper's own scheme (one grid, homogeneous start, fixed weight).
 std::vector<Variant> inverse_variants();
 
