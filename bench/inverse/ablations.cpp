@@ -110,12 +110,11 @@ std::string with_number(const char* format, double value) {
 
 void measure_held_out(const Request& request, Progress& progress, const Save& save) {
   std::vector<Ablation> ablations;
-  const std::vector<std::pair<const char*, std::vector<int>>> kept_out{
-      {"0 of 16", {}},
-      {"1 of 16", {5}},
-      {"2 of 16", {5, 10}},
-      {"4 of 16", {5, 6, 9, 10}},
-      {"1 of 16, a corner", {0}}};
+  const std::vector<std::pair<const char*, std::vector<int>>> kept_out{{"0 of 16", {}},
+                                                                       {"1 of 16", {5}},
+                                                                       {"2 of 16", {5, 10}},
+                                                                       {"4 of 16", {5, 6, 9, 10}},
+                                                                       {"1 of 16, a corner", {0}}};
   for (const auto& [name, patterns] : kept_out) {
     ablations.push_back({name, FitOptions{}, patterns, {}});
   }
