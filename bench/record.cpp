@@ -18,8 +18,7 @@ namespace kappamu::bench {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-constexpr int record_version = 1;
+constexpr int record_version = 2;
 
 std::string cpu_model() {
   std::ifstream info("/proc/cpuinfo");
@@ -33,26 +32,22 @@ std::string cpu_model() {
 
 }  // namespace
 
-Machine this_machine() {
-  Machine machine;
-  machine.cpu = cpu_model();
+int usable_cores() {
   cpu_set_t set;
-  machine.cores = sched_getaffinity(0, sizeof set, &set) == 0
-                      ? CPU_COUNT(&set)
-                      : static_cast<int>(std::thread::hardware_concurrency());
-  struct sysinfo info {};
-  if (sysinfo(&info) == 0) {
-    machine.memory_bytes = static_cast<std::size_t>(info.totalram) * info.mem_unit;
-  }
+  return sched_getaffinity(0, sizeof set, &set) == 0
+             ? CPU_COUNT(&set)
+             : static_cast<int>(std::thread::hardware_concurrency());
+}
+
+double machine_load() {
   double loads[1] = {0.0};
-  if (getloadavg(loads, 1) == 1) machine.load = loads[0];
-  return machine;
+  return getloadavg(loads, 1) == 1 ? loads[0] : 0.0;
 }
 
 double host_copy_bandwidth(int repetitions) {
   constexpr std::size_t bytes = std::size_t{1} << 27;  // four times the largest cache at hand
   std::vector<char> from(bytes, 1), to(bytes, 0);
-  const auto cores = static_cast<std::size_t>(std::max(1, this_machine().cores));
+  const auto cores = static_cast<std::size_t>(std::max(1, usable_cores()));
   double best = 0.0;
   for (int repetition = 0; repetition < repetitions; ++repetition) {
     const auto start = std::chrono::steady_clock::now();
@@ -70,17 +65,18 @@ double host_copy_bandwidth(int repetitions) {
 }
 
 Json record_header(const std::string& subject, const std::string& device) {
-  const Machine machine = this_machine();
+  struct sysinfo info {};
+  const bool known = sysinfo(&info) == 0;
   return {
       {"format", "kappamu-bench-" + subject},
       {"version", record_version},
       {"program",
        {{"kappamu", KAPPAMU_VERSION}, {"compiler", KAPPAMU_COMPILER}, {"build", KAPPAMU_BUILD}}},
       {"machine",
-       {{"cpu", machine.cpu},
-        {"cores", machine.cores},
-        {"memory_bytes", machine.memory_bytes},
-        {"load", machine.load},
+       {{"cpu", cpu_model()},
+        {"cores", usable_cores()},
+        {"memory_bytes", known ? static_cast<std::size_t>(info.totalram) * info.mem_unit : 0},
+        {"load", machine_load()},
         {"copy_bandwidth_bytes_per_second", host_copy_bandwidth()}}},
       {"device", device}};
 }

@@ -10,10 +10,10 @@ build_packages=(
   libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev libopencv-contrib-dev
   libceres-dev libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
   libraw-dev libexiv2-dev
-  libcli11-dev nlohmann-json3-dev gnuplot-nox
+  libcli11-dev nlohmann-json3-dev
 )
 test_packages=(
-  libgtest-dev libgmock-dev python3 python3-numpy python3-openvdb python3-vtk9 python3-jsonschema
+  libgtest-dev libgmock-dev python3 python3-numpy python3-matplotlib python3-openvdb python3-vtk9 python3-jsonschema
   chromium fonts-dejavu-core clang clang-format clang-tidy libclang-rt-14-dev
 )
 peer_packages=()

@@ -1,30 +1,106 @@
 // `kappamu bench`: the measurements behind docs/benchmarks.md, one subcommand per subject.
 #include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
 
-#include "app/bench_command.h"
 #include "app/command.h"
+#include "bench/subject.h"
+#include "pipeline/output_folder.h"
 
 namespace kappamu::app {
+
+namespace {
+
+struct Options {
+  bench::Request request;
+  std::string out;
+  std::vector<std::string> sections;
+};
+
+void run(Options options, const Globals& globals, const bench::Subject& subject) {
+  const auto progress = make_progress();
+  bench::Request& request = options.request;
+  request.folder = pipeline::bench_folder(options.out);
+  request.device = globals.device;
+  request.seed = globals.seed;
+  const auto records = bench::measure(subject, options.sections, request, *progress);
+  if (globals.json) {
+    std::printf("%s\n", bench::summary(subject, records, request.folder).dump().c_str());
+    return;
+  }
+  for (const bench::Json& record : records) {
+    const auto section = record.at("section").get<std::string>();
+    std::printf("%s%s\n\n", bench::printed(record).c_str(),
+                bench::record_file(request.folder, subject, section).c_str());
+  }
+  std::printf("Charts and tables: scripts/bench_charts.py %s\n", options.out.c_str());
+}
+
+void add_setting(CLI::App& command, const bench::Setting& setting, bench::Request& request) {
+  const std::string name = setting.name;
+  if (setting.kind == bench::Setting::Kind::flag) {
+    command.add_flag_callback(
+        "--" + name, [name, &request] { request.settings[name] = {}; }, setting.sentence);
+    return;
+  }
+  auto* option = command.add_option_function<std::vector<std::string>>(
+      "--" + name,
+      [name, &request](const std::vector<std::string>& words) { request.settings[name] = words; },
+      setting.sentence);
+  if (setting.kind == bench::Setting::Kind::number) {
+    option->expected(1)->type_name("NUMBER")->check(CLI::Range(setting.low, setting.high));
+  } else {
+    option->expected(1, -1)->type_name("WORD...");
+    if (!setting.choices.empty()) option->check(CLI::IsMember(setting.choices));
+  }
+}
+
+void add_subject(CLI::App& bench_command, const bench::Subject& subject, Globals& globals) {
+  auto* command =
+      bench_command.add_subcommand(subject.name, subject.sentence + ".\n\n" + subject.manual);
+  auto options = std::make_shared<Options>();
+  bench::Request& request = options->request;
+  command->add_option("-o,--out", options->out, "Folder for the records; made if missing")
+      ->required()
+      ->type_name("OUT");
+  auto* small = command->add_flag_callback(
+      "--small", [&request] { request.size = bench::Size::small; }, "Smaller problems: minutes");
+  command
+      ->add_flag_callback(
+          "--quick", [&request] { request.size = bench::Size::quick; },
+          "Toy problems, seconds: shows that it runs, proves nothing")
+      ->excludes(small);
+  for (const bench::Setting& setting : subject.settings) add_setting(*command, setting, request);
+  if (subject.sections.size() > 1) {
+    std::vector<std::string> names;
+    std::string list = "Sections:\n";
+    for (const bench::Section& section : subject.sections) {
+      names.push_back(section.name);
+      list += "  " + section.name;
+      list.append(section.name.size() < 14 ? 14 - section.name.size() : 1, ' ');
+      list += section.sentence + "\n";
+    }
+    command->add_option("--section", options->sections, "Measure these alone; all if absent")
+        ->check(CLI::IsMember(names))
+        ->type_name("NAME...");
+    command->footer(list);
+  }
+  command->callback([options, &globals, &subject] { run(*options, globals, subject); });
+}
+
+}  // namespace
 
 void add_bench(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "bench",
-      "Measure speed and accuracy, and draw the charts of docs/benchmarks.md.\n\n"
-      "Every subcommand writes its raw numbers as JSON (machine, device, build, repetitions) and\n"
-      "its charts as PNG, each beside the gnuplot script that drew it, into the folder of -o.\n"
-      "scripts/bench.sh runs them all and renews docs/benchmarks.md.");
+      "Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours.\n\n"
+      "Every section of a subject writes its raw numbers as one JSON record (machine, device,\n"
+      "build, repetitions) into the folder of -o; scripts/bench_charts.py draws charts and tables\n"
+      "from them. scripts/bench.sh measures all and renews the pages.");
   command->require_subcommand(1);
   command->fallthrough();
-  add_bench_calibration(*command, globals);
-  add_bench_choices(*command, globals);
-  add_bench_forward(*command, globals);
-  add_bench_hdr(*command, globals);
-  add_bench_inverse(*command, globals);
-  add_bench_limits(*command, globals);
-  add_bench_rig(*command, globals);
-  add_bench_slabs(*command, globals);
-  add_bench_uncertainty(*command, globals);
-  add_bench_validity(*command, globals);
+  for (const bench::Subject& subject : bench::subjects()) add_subject(*command, subject, globals);
 }
 
 }  // namespace kappamu::app

@@ -70,8 +70,8 @@ void print_table(const pipeline::FitSummary& summary) {
       const inverse::HeldOutScore& h = summary.held_out[c];
       std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
     }
-    std::printf("  %s\n      model %s: %s\n", r.message.c_str(), pipeline::short_name(r.model).c_str(),
-                r.model.reason.c_str());
+    std::printf("  %s\n      model %s: %s\n", r.message.c_str(),
+                pipeline::short_name(r.model).c_str(), r.model.reason.c_str());
     for (const std::string& remark : summary.remarks[c]) std::printf("      %s\n", remark.c_str());
     if (summary.uncertainty[c]) {
       std::printf("      %s\n", summary.uncertainty[c]->sentence.c_str());
@@ -100,8 +100,9 @@ void run_fit(const FitCommand& command, Globals& globals) {
           .add(pipeline::options_json(options))
           .add(pipeline::measurements_fingerprint(pipeline::find_measurements(input)))
           .text();
-  pipeline::OutputFolder folder(out, "fit", pipeline::fit_inputs(input, options), pipeline::fit_outputs(out),
-                                pipeline::Former::removed, key, !options.restart);
+  pipeline::OutputFolder folder(out, "fit", pipeline::fit_inputs(input, options),
+                                pipeline::fit_outputs(out), pipeline::Former::removed, key,
+                                !options.restart);
   pipeline::FitSummary summary =
       pipeline::run_fit_stage(input, folder.partial(), options, *progress);
   summary.volume = out / "volume.vdb";

@@ -112,7 +112,8 @@ void print_table(const RunSummary& summary, const pipeline::RunFolder& folder) {
 
 void run_run(const RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
-  const pipeline::FitStageOptions fit = pipeline::resolve(options.fit, globals.device, globals.seed);
+  const pipeline::FitStageOptions fit =
+      pipeline::resolve(options.fit, globals.device, globals.seed);
   pipeline::Pipeline stages(options.input, options.run, options.force, options.follow_links);
   stages.require_room();
   stages.folder().set_options(pipeline::options_by_name(fit));

@@ -46,8 +46,7 @@ std::array<int, N> parse_extents(const std::string& text, const std::string& opt
   return extents;
 }
 
-synthetic::SimulationOptions resolve(const SimulateArguments& arguments,
-                                               std::uint64_t seed) {
+synthetic::SimulationOptions resolve(const SimulateArguments& arguments, std::uint64_t seed) {
   synthetic::SimulationOptions options = arguments.options;
   options.seed = seed;
   options.encoding =
@@ -228,8 +227,8 @@ void add_simulate(CLI::App& app, Globals& globals) {
     const auto progress = make_progress();
     pipeline::require_apart(arguments->out,
                             {arguments->patterns.begin(), arguments->patterns.end()});
-    print(synthetic::simulate(resolve(*arguments, globals.seed), arguments->out,
-                              globals.device, *progress),
+    print(synthetic::simulate(resolve(*arguments, globals.seed), arguments->out, globals.device,
+                              *progress),
           globals.json);
   });
 }

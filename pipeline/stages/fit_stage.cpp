@@ -8,7 +8,6 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "pipeline/records/fit_options.h"
 #include "calib/calibration_file.h"
 #include "core/error.h"
 #include "core/process_memory.h"

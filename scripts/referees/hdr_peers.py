@@ -73,7 +73,7 @@ def hdrutils(images, times, linear, scratch):
 
 
 def errors(found, truth, darkest, shortest_s):
-    """As bench/hdr_error.cpp: four decades and the darkest of them, the common factor taken out."""
+    """As bench/hdr/hdr_error.cpp: four decades and the darkest of them, the common factor taken out."""
     kept = truth * shortest_s <= 0.9
     ratio = found[kept] / truth[kept]
     ratio /= np.median(ratio)

@@ -12,9 +12,9 @@
 #include "io/npy.h"
 #include "io/read_file.h"
 #include "io/volume/volume_file.h"
-#include "tests/report/made_up_run.h"
 #include "tests/app/process.h"
 #include "tests/app/tiny_session.h"
+#include "tests/report/made_up_run.h"
 
 namespace kappamu::app {
 namespace {

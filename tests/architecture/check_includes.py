@@ -5,6 +5,7 @@ in a circle, when a folder is crowded, or when a heavy header leaks into one of 
     inverse -> forward -> device -> core     calib -> capture -> io -> core     render -> forward, io
     data_synthetic -> forward, capture, calib        pipeline -> all of these but data_synthetic and render
     report -> pipeline's records        bench -> all but app        app, tests -> all
+    bench/cases -> inverse, forward: what tests and measurements share in any build
 """
 import pathlib
 import re
@@ -23,6 +24,7 @@ BELOW = {
     "pipeline": {"core", "device", "io", "forward", "inverse", "capture", "calib"},
     "report": {"core", "io", "forward", "inverse", "capture", "calib", "pipeline"},
     "render": {"core", "device", "io", "forward"},
+    "bench/cases": {"core", "device", "forward", "inverse"},
     "bench": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic", "render", "pipeline"},
 }
 # Of pipeline, the report reads the records that a run leaves, not the stages that make them.
@@ -35,15 +37,21 @@ HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenEXR|Imf|libraw|exi
 FORWARD_DECLARATIONS = {"nlohmann/json_fwd.hpp"}
 # The folders that build with -DKAPPAMU_PIPELINE=OFF may use nothing but these: Eigen, OpenCL, the
 # standard library and the system's C headers. Not even forward declarations of another library.
-LIGHT_FOLDERS = {"core", "device", "forward", "inverse"}
+LIGHT_FOLDERS = {"core", "device", "forward", "inverse", "bench/cases"}
 LIGHT = re.compile(r"^(Eigen/|CL/|[a-z_0-9]+(\.h)?$|sys/)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
+
+
+def room_of(path):
+    """The room of a source or an include: its folder, or a sub-folder that has arrows of its own."""
+    room = "/".join(pathlib.PurePosixPath(path).parts[:2])
+    return room if room in BELOW else room.split("/")[0]
 
 
 def includes_of(root):
     """For every source under root, named from there: its includes as (kind, target)."""
     found = {}
-    for folder in sorted(set(BELOW) | TOP):
+    for folder in sorted(name for name in set(BELOW) | TOP if "/" not in name):
         for path in sorted((root / folder).rglob("*")):
             if path.suffix in {".h", ".cpp", ".cl"}:
                 found[path.relative_to(root)] = INCLUDE.findall(path.read_text())
@@ -72,11 +80,11 @@ def violations(root):
     includes = includes_of(root)
     readers = readers_of(includes)
     for name, targets in includes.items():
-        folder = name.parts[0]
+        folder = room_of(name)
         for kind, target in targets:
-            first = target.split("/")[0]
+            first = room_of(target)
             if kind == '"' and folder in BELOW:
-                if first not in BELOW[folder] | {folder}:
+                if first not in BELOW[folder] | {folder} and not first.startswith(folder + "/"):
                     found.append(f"{name} includes {target}: {folder} may not use {first}")
                 if folder == "report" and first == "pipeline" and not target.startswith(RECORDS):
                     found.append(f"{name} includes {target}: report may use {RECORDS} alone")
@@ -144,6 +152,10 @@ CASES = {
     "an arrow upwards": (
         {"core/up.cpp": '#include <vector>\n#include "inverse/fit/fit.h"\n'},
         ["core may not use inverse"]),
+    "an arrow from the cases to a measurement": (
+        {"bench/cases/media.cpp": '#include "bench/record.h"\n'}, ["bench/cases may not use bench"]),
+    "a measurement of a case": (
+        {"bench/limits/size.cpp": '#include "bench/cases/media.h"\n'}, []),
     "arrows downwards": (
         {"inverse/good.cpp": '#include <Eigen/Core>\n#include "forward/grid/grid_solver.h"\n'}, []),
     "a heavy header within its folder": (

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "bench/inverse_case.h"
-#include "bench/media.h"
+#include "bench/cases/inverse_case.h"
+#include "bench/cases/media.h"
 #include "core/progress.h"
 #include "data_synthetic/scene/materials.h"
 #include "inverse/fit/fit.h"

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 
-#include "bench/inverse_case.h"
+#include "bench/cases/inverse_case.h"
 #include "core/progress.h"
 #include "data_synthetic/scene/materials.h"
 #include "inverse/fit/fit.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/inverse_case.h"
+#include "bench/cases/inverse_case.h"
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 #include "forward/grid/grid_solver.h"

@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-#include "bench/media.h"
+#include "bench/cases/media.h"
 
 namespace kappamu::bounds {
 

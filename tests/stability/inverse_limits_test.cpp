@@ -1,6 +1,6 @@
 // The edges of the fit as docs/limits.md tables them: how good the volume still is, and that the
-// program says what is wrong. Rates over many blocks are the table's (`kappamu bench limits --only
-// consistency`); here one block each.
+// program says what is wrong. Rates over many blocks are the table's (`kappamu bench limits
+// --section consistency`); here one block each.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/limit_inverse.h"
+#include "bench/cases/limit_inverse.h"
 #include "tests/stability/stability_tools.h"
 
 namespace kappamu::bench {

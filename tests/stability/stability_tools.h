@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "bench/limit_case.h"
+#include "bench/cases/limit_case.h"
 #include "device/device_info.h"
 
 namespace kappamu::bench::testing {

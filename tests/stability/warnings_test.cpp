@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench/media.h"
+#include "bench/cases/media.h"
 #include "forward/diffusion_warnings.h"
 
 namespace kappamu::bench {

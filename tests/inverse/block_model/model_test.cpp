@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-#include "bench/limit_inverse_case.h"
+#include "bench/cases/limit_inverse_case.h"
 #include "inverse/block_model/model_choice.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/limit_inverse_case.h"
+#include "bench/cases/limit_inverse_case.h"
 #include "inverse/block_model/homogeneous.h"
 #include "tests/inverse/fit/fit_cases.h"
 

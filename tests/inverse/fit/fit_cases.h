@@ -1,14 +1,8 @@
 // Short names for the tests of the fit: measurements of a made-up block and the score of a volume
-// (bench/inverse_case.h).
+// (bench/cases/inverse_case.h).
 #pragma once
 
-#include <cstddef>
-#include <functional>
-#include <optional>
-#include <utility>
-#include <vector>
-
-#include "bench/inverse_case.h"
+#include "bench/cases/inverse_case.h"
 #include "inverse/fit/fit.h"
 #include "tests/inverse/inverse_cases.h"
 

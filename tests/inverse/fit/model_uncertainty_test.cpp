@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "bench/limit_inverse_case.h"
+#include "bench/cases/limit_inverse_case.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/block_model/model_layers.h"
 #include "tests/inverse/fit/fit_cases.h"

@@ -1,6 +1,6 @@
 // Whole fits with other losses, gains and regularisers, each against the fit without them. The data
 // term alone is tested in data_term_test.cpp, the regularisers in roughness_test.cpp; medians over
-// more truths and noises are `kappamu bench choices`.
+// more truths and noises are `kappamu bench inverse --section losses`.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "bench/inverse_case.h"
+#include "bench/cases/inverse_case.h"
 #include "inverse/fit/fit.h"
 
 namespace kappamu::inverse {

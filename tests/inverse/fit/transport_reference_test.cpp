@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/inverse_case.h"
+#include "bench/cases/inverse_case.h"
 #include "inverse/fit/fit.h"
 #include "inverse/problem/predict.h"
 #include "inverse/validation/validated_fit.h"

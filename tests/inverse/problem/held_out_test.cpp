@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/media.h"
+#include "bench/cases/media.h"
 #include "core/error.h"
 #include "inverse/validation/notes.h"
 #include "tests/inverse/fit/fit_cases.h"

@@ -1,0 +1,17 @@
+// Time against true error of every method that solves the diffusion equation on a grid, its growth
+// with the grid, other people's solvers, and iterations against contrast.
+#pragma once
+
+#include "bench/subject.h"
+
+namespace kappamu::bench {
+
+Subject forward_subject();
+
+/// What --json prints, from the folder's record of section peers where there is one, else of
+/// headline: its comparison (comparison.h) with relaxation and kernels of those sections' records;
+/// without either these two and the names of the sections there are. Throws InputError where there
+/// is none.
+Json forward_summary(const std::filesystem::path& folder);
+
+}  // namespace kappamu::bench

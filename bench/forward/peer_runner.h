@@ -1,0 +1,30 @@
+// Runs other people's solvers (bench/peers) on our problem, in processes of their own under mpirun.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/forward/measure.h"
+
+namespace kappamu::bench {
+
+/// Names of the peers this program was built beside; empty where there are none or no mpirun.
+std::vector<std::string> available_peers();
+
+struct PeerRun {
+  std::string peer;
+  std::string setting;  ///< the fastest of its settings on the first pattern at residual 1e-6
+  int ranks = 0;
+  std::vector<std::string> trials;  ///< "setting: seconds, iterations" of all that were tried
+  std::vector<Sample> samples;      ///< one per tolerance; method is the peer's name
+};
+
+/// Solves the first `patterns` of the problem. Times leave out the assembly of the peer's matrix;
+/// the set-up of its preconditioner is shared by the problem's patterns, as ours is. Throws
+/// InputError with the peer's last words when it fails. `folder` holds the exchange and is emptied.
+PeerRun run_peer(const Problem& problem, const std::string& peer, int patterns,
+                 const std::vector<double>& tolerances, int repetitions,
+                 const std::filesystem::path& folder);
+
+}  // namespace kappamu::bench

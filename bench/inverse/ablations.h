@@ -1,0 +1,15 @@
+// What the fit's defaults gain under light it never saw (docs/theory.md, section 4): patterns held
+// out, regularisers, losses where there are outliers. Sections of `kappamu bench inverse`.
+#pragma once
+
+#include "bench/subject.h"
+
+namespace kappamu::bench {
+
+/// Rows: a fit of each truth (smooth fields, the same with two boxes, two layers), noise and seed
+/// by every variant, always a volume: variant, truth, noise, seed and measure_fit()'s numbers.
+void measure_held_out(const Request& request, Progress& progress, const Save& save);
+void measure_regularisers(const Request& request, Progress& progress, const Save& save);
+void measure_losses(const Request& request, Progress& progress, const Save& save);
+
+}  // namespace kappamu::bench

@@ -1,0 +1,111 @@
+// How often data that are not what they claim to be are reported, and how often right ones are.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "bench/cases/limit_inverse_case.h"
+#include "bench/cases/media.h"
+#include "bench/limits/limits.h"
+#include "inverse/block_model/homogeneous.h"
+#include "inverse/data_checks/consistency.h"
+#include "inverse/fit/fit.h"
+
+namespace kappamu::bench {
+
+namespace {
+
+struct Kind {
+  std::string name;
+  std::function<Figure3(double kappa, double mu, std::uint64_t seed)> figure;
+};
+
+std::vector<Kind> kinds() {
+  const auto mixed = [](double k, double m, std::uint64_t seed) {
+    const Figure3 layers = random_layers(k, m, seed);
+    const Figure3 structure = structured_block(1.0, 1.0, 0.7, seed + 50);
+    return [=](double a, double b, double c) {
+      const Material one = layers(a, b, c), two = structure(a, b, c);
+      return Material{one.log_kappa + two.log_kappa, one.log_mu + two.log_mu};
+    };
+  };
+  return {{"homogeneous", [](double k, double m, std::uint64_t) { return even_block(k, m); }},
+          {"layers", random_layers},
+          {"structure",
+           [](double k, double m, std::uint64_t s) { return structured_block(k, m, 1.0, s); }},
+          {"layers and structure", mixed}};
+}
+
+constexpr const char* right = "right";
+constexpr int right_seeds = 25, wrong_seeds = 10;
+
+struct Wrong {
+  std::string name{};
+  Mistake mistake{};
+  double eta = 1.3;
+};
+
+}  // namespace
+
+void limit_consistency(const Request& request, Progress& progress, const Save& save) {
+  Json rows = Json::array();
+  constexpr double noise = 0.01;
+  constexpr int fine = 2;
+  const std::array<double, 3> kappas{0.12, 0.2, 0.3};
+  const std::array<double, 2> mus{0.005, 0.03};
+  const std::vector<Wrong> wrongs{{right, {}},
+                                  {"scale 1.2", {.scale = 1.2}},
+                                  {"scale 1.5", {.scale = 1.5}},
+                                  {"scale 2", {.scale = 2.0}},
+                                  {"scale 0.5", {.scale = 0.5}},
+                                  {"1 voxel off", {.shift = 1}},
+                                  {"3 voxels off", {.shift = 3}},
+                                  {"eta 1.3 for 1.5", {.stated_eta = 1.3}, 1.5}};
+  const Block block{.grid = {12, 12, 6, 0.5}};
+  const std::vector<double> light = bar_light(block.grid, block.lit, 8);
+  inverse::Backend backend;
+  backend.device = request.device;
+  const inverse::ModelError model_error = inverse::FitOptions{}.model_error;
+  for (const Kind& kind : kinds()) {
+    for (const Wrong& wrong : wrongs) {
+      progress.update("consistency", 0.0, kind.name + ", " + wrong.name);
+      const int seeds = wrong.name == right ? right_seeds : wrong_seeds;
+      int scale = 0, shift = 0, eta = 0;
+      double sum = 0.0, squares = 0.0, voxels = 0.0;
+      for (int s = 0; s < seeds; ++s) {
+        const auto seed = static_cast<std::size_t>(s);
+        SurfaceMeasurements m = expose_figure(
+            block, kind.figure(kappas[seed % kappas.size()], mus[seed % mus.size()], seed), light,
+            fine, wrong.eta);
+        spoil(m, noise, wrong.mistake, seed + 1);
+        const inverse::Problem problem =
+            inverse::make_problem(m, 0, forward::Convention::physical, model_error);
+        inverse::Objective objective(problem, backend);
+        const inverse::HomogeneousFit start = inverse::fit_homogeneous(objective);
+        const inverse::Consistency c =
+            inverse::check_consistency(problem, start.kappa, start.mu, model_error, backend);
+        eta += c.other_eta ? 1 : 0;
+        scale += c.scale_is_wrong() && !c.other_eta ? 1 : 0;
+        shift += c.is_shifted() ? 1 : 0;
+        sum += c.log_scale.value / seeds;
+        squares += c.log_scale.value * c.log_scale.value / seeds;
+        voxels += std::hypot(c.shift_u.value, c.shift_v.value) / seeds;
+      }
+      rows.push_back({{"block", kind.name},
+                      {"data", wrong.name},
+                      {"blocks", seeds},
+                      {"factor found", std::exp(sum)},
+                      {"its spread", std::sqrt(std::max(0.0, squares - sum * sum))},
+                      {"shift found", voxels},
+                      {"reported: scale", 1.0 * scale / seeds},
+                      {"reported: shift", 1.0 * shift / seeds},
+                      {"reported: eta", 1.0 * eta / seeds}});
+    }
+  }
+  save({{"rows", rows}});
+}
+
+}  // namespace kappamu::bench

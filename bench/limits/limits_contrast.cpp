@@ -1,0 +1,116 @@
+// Contrast of κ: iterations, their growth with the grid, and what each precision can attain.
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "bench/cases/limit_case.h"
+#include "bench/limits/limits.h"
+
+namespace kappamu::bench {
+
+namespace {
+
+using forward::Precision;
+
+struct Material {
+  const char* name;
+  MediumSpec spec;
+};
+
+const std::vector<Material>& materials() {
+  static const std::vector<Material> all{
+      {"smooth", {.kind = MediumKind::smooth}},
+      {"inclusions", {.kind = MediumKind::inclusions}},
+      {"checkerboard, 1 voxel", {.kind = MediumKind::checkerboard}},
+      {"checkerboard, 3 voxels", {.kind = MediumKind::checkerboard, .period = 3}},
+      {"layers of 1 voxel across the light", {.kind = MediumKind::layers}},
+      {"layers of 1 voxel along the light", {.kind = MediumKind::layers, .axis = 0}},
+      {"random, 1 voxel", {.kind = MediumKind::random}},
+      {"random, cubes of 3 voxels", {.kind = MediumKind::random, .period = 3}},
+  };
+  return all;
+}
+
+constexpr std::array<double, 4> contrasts{1.0, 1e1, 1e4, 1e6};
+
+MediumSpec of_contrast(MediumSpec spec, double contrast) {
+  spec.contrast = contrast;
+  return spec;
+}
+
+}  // namespace
+
+void limit_contrast(const Request& request, Progress& progress, const Save& save) {
+  Json rows = Json::array();
+  for (const Material& material : materials()) {
+    for (const double contrast : contrasts) {
+      progress.update("contrast", 0.0, material.name);
+      const LimitOutcome outcome = run_limit({.setup = {.shape = {48, 48, 20, 0.25}},
+                                              .medium = of_contrast(material.spec, contrast),
+                                              .patterns = 2,
+                                              .options = {1e-6, 200},
+                                              .device = request.device});
+      rows.push_back({{"κ", material.name},
+                      {"contrast", contrast},
+                      {"iterations", outcome.iterations},
+                      {"true error", *outcome.true_error},
+                      {"imbalance", outcome.imbalance},
+                      {"ended", to_string(outcome.termination)}});
+    }
+  }
+  save({{"rows", rows}});
+}
+
+void limit_size(const Request& request, Progress& progress, const Save& save) {
+  Json rows = Json::array();
+  std::vector<int> edges{32, 64, 128};
+  if (request.size == Size::full) edges.push_back(256);
+  for (const Material& material : materials()) {
+    if (material.spec.kind == MediumKind::smooth) continue;
+    for (const double contrast : {1e4, 1e6}) {
+      for (const int n : edges) {
+        progress.update("size", 0.0, std::string(material.name) + " " + std::to_string(n));
+        const LimitOutcome outcome = run_limit({.setup = {.shape = {n, n, n, 16.0 / n}},
+                                                .medium = of_contrast(material.spec, contrast),
+                                                .options = {1e-6, 200},
+                                                .device = request.device,
+                                                .with_error = false});
+        rows.push_back({{"κ", material.name},
+                        {"contrast", contrast},
+                        {"grid", std::to_string(n) + "³"},
+                        {"iterations", outcome.iterations},
+                        {"ended", to_string(outcome.termination)}});
+        // Where a small grid runs out, a larger one only takes longer to.
+        if (outcome.termination != forward::Termination::converged) break;
+      }
+    }
+  }
+  save({{"rows", rows}});
+}
+
+void limit_floor(const Request& request, Progress& progress, const Save& save) {
+  Json rows = Json::array();
+  constexpr double out_of_reach = 1e-16;
+  for (const Material& material : materials()) {
+    for (const double contrast : contrasts) {
+      progress.update("floor", 0.0, material.name);
+      Json row{{"κ", material.name}, {"contrast", contrast}};
+      for (const Precision precision : {Precision::single_precision, Precision::double_precision}) {
+        const LimitOutcome outcome = run_limit({.setup = {.shape = {32, 32, 20, 0.25}},
+                                                .medium = of_contrast(material.spec, contrast),
+                                                .options = {out_of_reach, 200},
+                                                .precision = precision,
+                                                .device = request.device});
+        const bool single = precision == Precision::single_precision;
+        const std::string name = single ? ", single" : ", double";
+        row["true error" + name] = *outcome.true_error;
+        row["residual" + name] = outcome.residual;
+        row["iterations" + name] = outcome.iterations;
+        row["message" + name] = outcome.message;
+      }
+      rows.push_back(row);
+    }
+  }
+  save({{"rows", rows}});
+}
+
+}  // namespace kappamu::bench
