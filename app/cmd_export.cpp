@@ -4,6 +4,7 @@
 
 #include "app/command.h"
 #include "app/export_stage.h"
+#include "io/volume_file.h"
 
 namespace kappamu::app {
 
@@ -13,12 +14,13 @@ struct ExportOptions {
   std::string volume;
   std::string out;
   std::vector<std::string> formats{"all"};
+  std::size_t most_voxels = io::default_most_voxels;
 };
 
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
   const io::ExportResult result =
-      export_volumes(options.volume, options.out, options.formats, *progress);
+      export_volumes(options.volume, options.out, options.formats, *progress, options.most_voxels);
   if (globals.json) {
     nlohmann::ordered_json json{{"volume", find_volume(options.volume).string()},
                                 {"files", nlohmann::json::array()},
@@ -62,6 +64,11 @@ void add_export(CLI::App& app, Globals& globals) {
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->type_name("FORMAT");
+  command
+      ->add_option("--max-voxels", options->most_voxels,
+                   "Refuse a VOLUME with more numbers than this in all its volumes together")
+      ->capture_default_str()
+      ->type_name("N");
   command->footer(
       "Prints the files' names; with --json one object with volume, files and warnings.\n"
       "Example: kappamu export demo/run -o demo/export --format vti,vol");

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdio>
+#include <limits>
 #include <system_error>
 
 #include "io/read_file.h"
@@ -34,7 +35,8 @@ std::string Fingerprint::text() const {
 }
 
 std::string content_fingerprint(const std::filesystem::path& file) {
-  return Fingerprint().add(io::read_text(file)).text();
+  constexpr std::size_t any_size = std::numeric_limits<std::size_t>::max();
+  return Fingerprint().add(io::read_text(file, any_size)).text();
 }
 
 std::string session_fingerprint(const capture::Session& session) {

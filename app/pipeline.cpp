@@ -1,5 +1,6 @@
 #include "app/pipeline.h"
 
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -135,11 +136,12 @@ bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
 }
 
 bool Pipeline::export_all(Progress& progress) {
-  return folder_.run(stage_after(fit_stage_, "export", "all", {"export"}), progress,
-                     [&](Progress& listener) {
-                       export_volumes(folder_.path() / "fit" / "volume.vdb",
-                                      folder_.path() / "export", {"all"}, listener);
-                     });
+  return folder_.run(
+      stage_after(fit_stage_, "export", "all", {"export"}), progress, [&](Progress& listener) {
+        // The fit's own volume may be of any size.
+        export_volumes(folder_.path() / "fit" / "volume.vdb", folder_.path() / "export", {"all"},
+                       listener, std::numeric_limits<std::size_t>::max());
+      });
 }
 
 bool Pipeline::report(Progress& progress) {

@@ -4,10 +4,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <filesystem>
-#include <opencv2/imgcodecs.hpp>
 
 #include "core/error.h"
+#include "io/image_file.h"
 #include "tests/bench/bench_tools.h"
 
 namespace kappamu::bench {
@@ -32,15 +33,17 @@ using ChartTest = FolderTest;
 TEST_F(ChartTest, PictureHasTheColoursOfItsSeries) {
   const auto png = folder() / "chart.png";
   draw(std::vector{two_lines()}, png, 1, 640, 480);
-  const cv::Mat picture = cv::imread(png.string());
-  ASSERT_EQ(picture.cols, 640);
-  ASSERT_EQ(picture.rows, 480);
+  const Image<std::uint16_t> picture = io::read_code_image(png);
+  ASSERT_EQ(picture.width(), 640);
+  ASSERT_EQ(picture.height(), 480);
+  ASSERT_EQ(picture.channels(), 3);
+  using Colour = std::array<int, 3>;
   int blue = 0, orange = 0;
-  for (int y = 0; y < picture.rows; ++y) {
-    for (int x = 0; x < picture.cols; ++x) {
-      const auto p = picture.at<cv::Vec3b>(y, x);  // blue, green, red
-      blue += p == cv::Vec3b(0xB2, 0x72, 0x00) ? 1 : 0;
-      orange += p == cv::Vec3b(0x00, 0x5E, 0xD5) ? 1 : 0;
+  for (int y = 0; y < picture.height(); ++y) {
+    for (int x = 0; x < picture.width(); ++x) {
+      const Colour p{picture(x, y, 0), picture(x, y, 1), picture(x, y, 2)};
+      blue += p == Colour{0x00, 0x72, 0xB2} ? 1 : 0;
+      orange += p == Colour{0xD5, 0x5E, 0x00} ? 1 : 0;
     }
   }
   EXPECT_GT(blue, 100);
@@ -50,19 +53,19 @@ TEST_F(ChartTest, PictureHasTheColoursOfItsSeries) {
 TEST_F(ChartTest, ScriptBesideThePictureRemakesIt) {
   const auto png = folder() / "chart.png";
   draw(std::vector{two_lines()}, png, 1, 640, 480);
-  const cv::Mat before = cv::imread(png.string());
+  const Image<std::uint16_t> before = io::read_code_image(png);
   std::filesystem::remove(png);
   ASSERT_EQ(std::system(("cd '" + folder().string() + "' && gnuplot chart.gp").c_str()), 0);
-  const cv::Mat after = cv::imread(png.string());
-  ASSERT_EQ(after.size(), before.size());
-  EXPECT_EQ(cv::norm(before, after), 0.0);
+  const Image<std::uint16_t> after = io::read_code_image(png);
+  ASSERT_TRUE(after.same_shape(before));
+  EXPECT_EQ(after.values(), before.values());
 }
 
 TEST_F(ChartTest, RasterOfChartsIsAsLargeAsItsParts) {
   draw(std::vector{two_lines(), two_lines(), two_lines()}, folder() / "three.png", 2, 400, 300);
-  const cv::Mat picture = cv::imread((folder() / "three.png").string());
-  EXPECT_EQ(picture.cols, 800);
-  EXPECT_EQ(picture.rows, 600);
+  const Image<std::uint16_t> picture = io::read_code_image(folder() / "three.png");
+  EXPECT_EQ(picture.width(), 800);
+  EXPECT_EQ(picture.height(), 600);
 }
 
 TEST_F(ChartTest, SeriesOfUnequalLengthsIsRefused) {
