@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <utility>
 
 #include "core/error.h"
@@ -14,24 +13,25 @@ namespace kappamu::app {
 
 namespace {
 
-Volume<double> from_npy(const std::string& file, std::optional<double> voxel) {
-  if (!voxel)
-    throw InputError(file + ": --voxel is missing; .npy files do not tell the voxel edge");
-  const io::NpyArray array = io::read_npy(file);
-  const auto fits = [](std::size_t n) {
-    return n >= 1 && n <= static_cast<std::size_t>(std::numeric_limits<int>::max());
-  };
-  if (array.shape.size() != 3 || !std::all_of(array.shape.begin(), array.shape.end(), fits)) {
-    throw InputError(file + ": shape " + io::shape_to_string(array.shape) +
-                     " is not that of a volume [z][y][x]");
-  }
-  const GridShape shape{static_cast<int>(array.shape[2]), static_cast<int>(array.shape[1]),
-                        static_cast<int>(array.shape[0]), *voxel};
+Volume<double> from_npy(const std::string& file, const ForwardFiles& files) {
+  if (!files.voxel)
+    throw InputError(file + ": --voxel is missing; .npy files do not hold the voxel edge");
+  GridShape shape;
+  const io::NpyArray array = io::read_npy(file, [&](const std::vector<std::size_t>& found) {
+    const auto fits = [](std::size_t n) { return n >= 1 && n <= std::size_t{1} << 16; };
+    if (found.size() != 3 || !std::all_of(found.begin(), found.end(), fits)) {
+      throw InputError(file + ": shape " + io::shape_to_string(found) +
+                       " is not that of a volume [z][y][x] with up to 65536 voxels a side");
+    }
+    shape = {static_cast<int>(found[2]), static_cast<int>(found[1]), static_cast<int>(found[0]),
+             *files.voxel};
+    io::check_voxels(file, shape, 1, files.most_voxels);
+  });
   return {shape, std::vector<double>(array.values.begin(), array.values.end())};
 }
 
 Medium from_vdb(const std::string& file, const ForwardFiles& files) {
-  io::VolumeSet set = io::read_vdb(file);
+  io::VolumeSet set = io::read_vdb(file, files.most_voxels);
   if (!files.channel && set.channels.size() > 1) {
     throw InputError(file + ": has several channels; choose one with --channel");
   }
@@ -48,7 +48,7 @@ Medium from_vdb(const std::string& file, const ForwardFiles& files) {
 }
 
 Volume<double> read_volume(const std::string& file, const ForwardFiles& files, bool kappa) {
-  if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files.voxel);
+  if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files);
   Medium medium = from_vdb(file, files);
   return std::move(kappa ? medium.kappa : medium.mu);
 }
@@ -56,16 +56,16 @@ Volume<double> read_volume(const std::string& file, const ForwardFiles& files, b
 /// A mask [v][u], or [patterns][v][u] where `patterns` are given.
 io::NpyArray read_mask(const std::string& file, const FaceShape& face, Face name,
                        std::optional<std::size_t> patterns) {
-  io::NpyArray mask = io::read_npy(file);
   const std::vector<std::size_t> one{static_cast<std::size_t>(face.nv),
                                      static_cast<std::size_t>(face.nu)};
   std::vector<std::size_t> each = one;
   if (patterns) each.insert(each.begin(), *patterns);
-  if (mask.shape != one && mask.shape != each) {
-    throw InputError(file + " has shape " + io::shape_to_string(mask.shape) + "; a mask of face " +
+  io::NpyArray mask = io::read_npy(file, [&](const std::vector<std::size_t>& shape) {
+    if (shape == one || shape == each) return;
+    throw InputError(file + " has shape " + io::shape_to_string(shape) + "; a mask of face " +
                      to_string(name) + " must be " + io::shape_to_string(one) +
                      (patterns ? " or " + io::shape_to_string(each) : ""));
-  }
+  });
   const auto bad = std::find_if(mask.values.begin(), mask.values.end(),
                                 [](float t) { return !(t >= 0.0F && t <= 1.0F); });
   if (bad != mask.values.end()) {
@@ -97,18 +97,24 @@ Medium read_medium(const ForwardFiles& files) {
 }
 
 Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Face lit_face) {
-  const io::NpyArray array = io::read_npy(files.irradiance);
   const FaceShape face = face_shape(grid, lit_face);
-  std::vector<std::size_t> shape = array.shape;
-  if (shape.size() == 2) shape.insert(shape.begin(), 1);
   const std::vector<std::size_t> wanted{static_cast<std::size_t>(face.nv),
                                         static_cast<std::size_t>(face.nu)};
-  if (shape.size() != 3 || shape[0] < 1 || shape[1] != wanted[0] || shape[2] != wanted[1]) {
-    throw InputError(files.irradiance + " has shape " + io::shape_to_string(array.shape) + " but " +
-                     files.kappa + " makes face " + to_string(lit_face) + " " +
-                     io::shape_to_string(wanted) + "; irradiance must be [M]" +
-                     io::shape_to_string(wanted));
-  }
+  std::vector<std::size_t> shape;
+  const io::NpyArray array =
+      io::read_npy(files.irradiance, [&](const std::vector<std::size_t>& found) {
+        constexpr std::size_t most_patterns = 1 << 16;
+        shape = found;
+        if (shape.size() == 2) shape.insert(shape.begin(), 1);
+        if (shape.size() == 3 && shape[0] >= 1 && shape[0] <= most_patterns &&
+            shape[1] == wanted[0] && shape[2] == wanted[1]) {
+          return;
+        }
+        throw InputError(files.irradiance + " has shape " + io::shape_to_string(found) + " but " +
+                         files.kappa + " makes face " + to_string(lit_face) + " " +
+                         io::shape_to_string(wanted) + "; irradiance must be [M]" +
+                         io::shape_to_string(wanted));
+      });
   const auto bad = std::find_if(array.values.begin(), array.values.end(),
                                 [](float e) { return !(std::isfinite(e) && e >= 0.0F); });
   if (bad != array.values.end()) {

@@ -8,17 +8,19 @@
 #include <vector>
 
 #include "core/grid.h"
+#include "io/volume/volume_file.h"
 
 namespace kappamu::app {
 
 struct ForwardFiles {
-  std::string kappa;                      ///< .npy [z][y][x], or .vdb
-  std::string mu;                         ///< the same
-  std::string irradiance;                 ///< .npy [M][v][u], or [v][u] for one pattern
-  std::optional<std::string> light_mask;  ///< .npy [v][u] or [M][v][u] on the lit face
-  std::optional<std::string> view_masks;  ///< folder of mask_<face>.npy [v][u]
-  std::optional<double> voxel;            ///< [mm]; a .vdb brings its own
-  std::optional<std::string> channel;     ///< which of a .vdb's
+  std::string kappa;                                  ///< .npy [z][y][x], or .vdb
+  std::string mu;                                     ///< the same
+  std::string irradiance;                             ///< .npy [M][v][u], or [v][u] for one pattern
+  std::optional<std::string> light_mask;              ///< .npy [v][u] or [M][v][u] on the lit face
+  std::optional<std::string> view_masks;              ///< folder of mask_<face>.npy [v][u]
+  std::optional<double> voxel;                        ///< [mm]; a .vdb brings its own
+  std::optional<std::string> channel;                 ///< which of a .vdb's
+  std::size_t most_voxels = io::default_most_voxels;  ///< of one file's volumes together
 };
 
 /// Throws InputError naming file and voxel of the first bad coefficient, and both files where

@@ -15,16 +15,19 @@ namespace {
 Image<std::uint16_t> load_pattern(const capture::Session& session,
                                   const capture::Pattern& pattern) {
   const auto file = session.folder / pattern.image;
-  Image<std::uint16_t> image = io::read_code_image(file);
-  if (image.width() != session.projector.width || image.height() != session.projector.height ||
-      image.channels() != 1) {
-    throw InputError(file.string() + ": the pattern is " + std::to_string(image.width()) + " x " +
-                     std::to_string(image.height()) + " with " + std::to_string(image.channels()) +
+  const auto check_shape = [&](const io::ImageSize& size) {
+    if (size.width == session.projector.width && size.height == session.projector.height &&
+        size.channels == 1) {
+      return;
+    }
+    throw InputError(file.string() + ": the pattern is " + std::to_string(size.width) + " x " +
+                     std::to_string(size.height) + " with " + std::to_string(size.channels) +
                      " channels, but the projector shows grey images of " +
                      std::to_string(session.projector.width) + " x " +
                      std::to_string(session.projector.height) +
                      "; give the image that was shown, as a grey 8-bit PNG");
-  }
+  };
+  Image<std::uint16_t> image = io::read_code_image(file, check_shape);
   if (std::any_of(image.values().begin(), image.values().end(),
                   [](std::uint16_t code) { return code > 255; })) {
     throw InputError(file.string() + ": the pattern has codes above 255; save it with 8 bits");

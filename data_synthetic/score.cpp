@@ -88,11 +88,11 @@ void score_hdr(const std::filesystem::path& run, const Truth& truth,
     const std::filesystem::path found_file = run / "hdr" / file.filename();
     if (!std::filesystem::exists(found_file)) continue;
     const Image<float> expected = io::read_float_image(file);
-    const io::ExrImage found = io::read_exr(found_file);
-    if (found.width != expected.width() || found.height != expected.height()) {
+    const io::ExrImage found = io::read_exr(found_file, [&](const io::ImageSize& size) {
+      if (size.width == expected.width() && size.height == expected.height()) return;
       throw InputError(found_file.string() + ": is not of the size of " + file.string() +
                        "; is this the run of that simulation?");
-    }
+    });
     std::vector<double> errors;
     for (std::size_t c = 0; c < truth.channels.size(); ++c) {
       const auto value = found.channels.find(truth.channels[c]);

@@ -72,13 +72,14 @@ Image<std::uint8_t> brightest_of(const std::vector<PlannedPattern>& patterns,
 
 PlannedPattern pattern_from_file(const std::filesystem::path& file,
                                  const capture::Projector& projector, int number) {
-  const Image<std::uint16_t> picture = io::read_code_image(file);
-  if (picture.channels() != 1 || picture.width() != projector.width ||
-      picture.height() != projector.height) {
+  const Image<std::uint16_t> picture = io::read_code_image(file, [&](const io::ImageSize& size) {
+    if (size.channels == 1 && size.width == projector.width && size.height == projector.height) {
+      return;
+    }
     throw InputError(file.string() + ": a pattern is a grey image of the projector's size, " +
                      std::to_string(projector.width) + " x " + std::to_string(projector.height) +
                      " pixels");
-  }
+  });
   PlannedPattern pattern;
   pattern.id = "user_" + std::to_string(number);
   pattern.role = PatternRole::validate;

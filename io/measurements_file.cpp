@@ -35,15 +35,18 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
   m.sides = header.named("sides", sides_from_string);
   m.channels = header.names("channels");
 
-  NpyArray irradiance = read_npy(folder / "irradiance.npy");
   const auto lit_v = static_cast<std::size_t>(m.lit_shape().nv);
   const auto lit_u = static_cast<std::size_t>(m.lit_shape().nu);
-  if (irradiance.shape.size() != 3 || irradiance.shape[1] != lit_v ||
-      irradiance.shape[2] != lit_u) {
+  const auto check_shape = [&](const std::vector<std::size_t>& shape) {
+    constexpr std::size_t most_patterns = 1 << 16;
+    if (shape.size() == 3 && shape[0] <= most_patterns && shape[1] == lit_v && shape[2] == lit_u) {
+      return;
+    }
     throw InputError((folder / "irradiance.npy").string() + ": array has shape " +
-                     shape_to_string(irradiance.shape) + " instead of [patterns]" +
+                     shape_to_string(shape) + " instead of [patterns]" +
                      shape_to_string({lit_v, lit_u}) + ", the lit face " + to_string(m.lit_face));
-  }
+  };
+  NpyArray irradiance = read_npy(folder / "irradiance.npy", check_shape);
   const std::size_t patterns = irradiance.shape[0];
   m.patterns = static_cast<int>(patterns);
   m.irradiance = std::move(irradiance.values);

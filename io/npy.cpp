@@ -4,10 +4,11 @@
 #include <bit>
 #include <cctype>
 #include <charconv>
-#include <cstring>
+#include <fstream>
 #include <limits>
 #include <ostream>
 #include <string_view>
+#include <system_error>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
@@ -114,26 +115,33 @@ class HeaderParser {
   bool has_shape_ = false;
 };
 
+/// Numbers of type T from the stream, in blocks: the file is never in memory whole.
 template <class T>
-std::vector<float> convert(const std::byte* data, std::size_t count) {
-  std::vector<float> values(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    T value;
-    std::memcpy(&value, data + i * sizeof(T), sizeof(T));
-    values[i] = static_cast<float>(value);
+bool read_values(std::istream& in, std::vector<float>& values) {
+  constexpr std::size_t block = 1 << 16;
+  std::vector<T> numbers(std::min(block, values.size()));
+  for (std::size_t begin = 0; begin < values.size(); begin += block) {
+    const std::size_t count = std::min(block, values.size() - begin);
+    if (!in.read(reinterpret_cast<char*>(numbers.data()),
+                 static_cast<std::streamsize>(count * sizeof(T)))) {
+      return false;
+    }
+    std::transform(numbers.begin(), numbers.begin() + static_cast<std::ptrdiff_t>(count),
+                   values.begin() + static_cast<std::ptrdiff_t>(begin),
+                   [](T number) { return static_cast<float>(number); });
   }
-  return values;
+  return true;
 }
 
 struct ElementType {
   const char* name;
   std::size_t size;
-  std::vector<float> (*convert)(const std::byte*, std::size_t);
+  bool (*read)(std::istream&, std::vector<float>&);
 };
 constexpr ElementType element_types[] = {
-    {"<f4", 4, convert<float>},        {"<f8", 8, convert<double>},
-    {"<i4", 4, convert<std::int32_t>}, {"<i8", 8, convert<std::int64_t>},
-    {"|u1", 1, convert<std::uint8_t>}, {"|b1", 1, convert<std::uint8_t>},
+    {"<f4", 4, read_values<float>},        {"<f8", 8, read_values<double>},
+    {"<i4", 4, read_values<std::int32_t>}, {"<i8", 8, read_values<std::int64_t>},
+    {"|u1", 1, read_values<std::uint8_t>}, {"|b1", 1, read_values<std::uint8_t>},
 };
 
 template <class T>
@@ -167,23 +175,30 @@ void write_array(const fs::path& file, const char* type, const std::vector<std::
 
 }  // namespace
 
-NpyArray read_npy(const fs::path& file) {
-  const std::vector<std::byte> bytes = read_bytes(file);
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (!text.starts_with(magic)) fail(file, "not a NumPy .npy file");
-  const auto byte = [&](std::size_t i) -> std::size_t {
-    if (i >= bytes.size()) fail(file, "truncated NumPy file; write or copy it again");
-    return std::to_integer<std::size_t>(bytes[i]);
-  };
+NpyArray read_npy(const fs::path& file, const ShapeCheck& expected) {
+  constexpr std::size_t longest_header = std::size_t{1} << 16;
+  const auto truncated = [&] { fail(file, "truncated NumPy file; write or copy it again"); };
+  std::ifstream in = open_file(file);
+  std::error_code unknown_size;
+  const std::uintmax_t size = fs::file_size(file, unknown_size);
+  std::string text(12, '\0');
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (!std::string_view(text).starts_with(magic)) fail(file, "not a NumPy .npy file");
+  if (!in) truncated();
+  const auto byte = [&](std::size_t i) { return std::size_t{static_cast<unsigned char>(text[i])}; };
   const std::size_t version = byte(6);
   if (version < 1 || version > 3) fail(file, "unknown NumPy format version; save it again");
   // Version 1 has a 16-bit header length, versions 2 and 3 a 32-bit one.
   const std::size_t begin = version == 1 ? 10 : 12;
   std::size_t length = byte(8) | byte(9) << 8;
   if (version > 1) length |= byte(10) << 16 | byte(11) << 24;
-  if (length > bytes.size() - begin) fail(file, "truncated NumPy file; write or copy it again");
+  if (begin + length > size) truncated();
+  if (length > longest_header) fail(file, "broken NumPy header; write the file again");
+  text.resize(length);
+  in.seekg(static_cast<std::streamoff>(begin));
+  if (!in.read(text.data(), static_cast<std::streamsize>(length))) truncated();
 
-  HeaderParser header(text.substr(begin, length), file);
+  HeaderParser header(text, file);
   header.parse();
   const auto* type = std::find_if(std::begin(element_types), std::end(element_types),
                                   [&](const ElementType& t) { return header.type == t.name; });
@@ -201,23 +216,25 @@ NpyArray read_npy(const fs::path& file) {
     }
     count *= extent;
   }
-  const std::size_t available = bytes.size() - begin - length;
+  const std::size_t available = size - begin - length;
   if (available != count * type->size) {
     fail(file, std::string(available < count * type->size ? "truncated" : "overlong") +
                    " NumPy file: shape " + shape_to_string(header.shape) + " of " + header.type +
                    " takes " + std::to_string(count * type->size) + " bytes, the file holds " +
                    std::to_string(available) + "; write or copy it again");
   }
-  return {header.shape, type->convert(bytes.data() + begin + length, count)};
+  if (expected) expected(header.shape);
+  NpyArray array{header.shape, std::vector<float>(count)};
+  if (!type->read(in, array.values)) truncated();
+  return array;
 }
 
 NpyArray read_npy(const fs::path& file, const std::vector<std::size_t>& shape) {
-  NpyArray array = read_npy(file);
-  if (array.shape != shape) {
-    fail(file, "array has shape " + shape_to_string(array.shape) + " instead of " +
-                   shape_to_string(shape));
-  }
-  return array;
+  return read_npy(file, [&](const std::vector<std::size_t>& found) {
+    if (found == shape) return;
+    fail(file,
+         "array has shape " + shape_to_string(found) + " instead of " + shape_to_string(shape));
+  });
 }
 
 void write_npy(const fs::path& file, const std::vector<std::size_t>& shape,

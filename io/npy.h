@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 #include <vector>
@@ -18,7 +19,10 @@ struct NpyArray {
 
 /// Reads float32, float64, int32, int64, uint8 and bool arrays, converted to float. Throws
 /// InputError naming the file unless it is a complete little-endian C-order array of those types.
-NpyArray read_npy(const std::filesystem::path& file);
+/// `expected` sees the header's shape before anything makes room for the numbers, and throws where
+/// it is another.
+using ShapeCheck = std::function<void(const std::vector<std::size_t>& shape)>;
+NpyArray read_npy(const std::filesystem::path& file, const ShapeCheck& expected = {});
 
 /// The same, and throws InputError naming both shapes unless the array has `shape`.
 NpyArray read_npy(const std::filesystem::path& file, const std::vector<std::size_t>& shape);

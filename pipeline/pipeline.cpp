@@ -1,5 +1,6 @@
 #include "pipeline/pipeline.h"
 
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -144,8 +145,9 @@ bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
 bool Pipeline::export_all(Progress& progress) {
   return folder_.run(stage_after(fit_stage_, "export", "all", {"export"}), progress,
                      [&](const fs::path& output, Progress& listener) {
+                       // The fit's own volume may be of any size.
                        export_volumes(folder_.path() / "fit" / "volume.vdb", output / "export",
-                                      {"all"}, listener);
+                                      {"all"}, listener, std::numeric_limits<std::size_t>::max());
                      });
 }
 

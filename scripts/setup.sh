@@ -6,10 +6,10 @@ set -euo pipefail
 build_packages=(
   g++ cmake ninja-build ccache git ca-certificates
   libeigen3-dev ocl-icd-opencl-dev opencl-headers pocl-opencl-icd
-  libopencv-core-dev libopencv-imgproc-dev libopencv-imgcodecs-dev libopencv-calib3d-dev
+  libopencv-core-dev libopencv-imgproc-dev libopencv-calib3d-dev
   libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev libopencv-contrib-dev
-  libceres-dev libopenexr-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
-  libraw-dev libexiv2-dev
+  libceres-dev libopenimageio-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
+  libraw-dev
   libcli11-dev nlohmann-json3-dev
 )
 test_packages=(

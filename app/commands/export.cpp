@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "io/volume/volume_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/stages/export_stage.h"
 
@@ -14,6 +15,7 @@ struct ExportOptions {
   std::string volume;
   std::filesystem::path out;
   std::vector<std::string> formats{"all"};
+  std::size_t most_voxels = io::default_most_voxels;
 };
 
 void run_export(const ExportOptions& options, const Globals& globals) {
@@ -21,8 +23,8 @@ void run_export(const ExportOptions& options, const Globals& globals) {
   pipeline::OutputFolder out(options.out, "export", {pipeline::find_volume(options.volume)},
                              {"volume.vti", "mitsuba", "npy", "volume.vdb", "exr"},
                              pipeline::Former::kept);
-  io::ExportResult result =
-      pipeline::export_volumes(options.volume, out.partial(), options.formats, *progress);
+  io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
+                                                     *progress, options.most_voxels);
   for (auto& file : result.files) file = options.out / file.lexically_relative(out.partial());
   out.commit();
   if (globals.json) {
@@ -68,6 +70,11 @@ void add_export(CLI::App& app, Globals& globals) {
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->type_name("FORMAT");
+  command
+      ->add_option("--max-voxels", options->most_voxels,
+                   "Refuse a VOLUME with more numbers than this in all its volumes together")
+      ->capture_default_str()
+      ->type_name("N");
   command->footer(
       "Prints the files' names; with --json one object with volume, files and warnings.\n"
       "Example: kappamu export demo/run -o demo/export --format vti,vol");

@@ -195,6 +195,11 @@ void add_forward(CLI::App& app, Globals& globals) {
   command->add_option("--voxel", files.voxel, "Voxel edge [mm]; needed with .npy volumes")
       ->check(CLI::PositiveNumber);
   command->add_option("--channel", files.channel, "Channel of a .vdb with several, such as R");
+  command
+      ->add_option("--max-voxels", files.most_voxels,
+                   "Refuse a volume file with more numbers than this in all its volumes together")
+      ->capture_default_str()
+      ->type_name("N");
   command->add_option("--eta", options->eta, "Relative refractive index (default 1.3)");
   std::vector<std::string> methods;
   for (const auto& method : forward::forward_methods()) methods.push_back(method.name);

@@ -26,20 +26,22 @@ std::filesystem::path existing_path(const Session& session, const Frame& frame) 
   return path;
 }
 
-void check_extent(const Session& session, const std::filesystem::path& path, const auto& image) {
+void check_extent(const Session& session, const std::filesystem::path& path,
+                  const io::ImageSize& frame) {
   const Camera& camera = session.camera;
-  if (image.width() != camera.width || image.height() != camera.height) {
-    throw InputError(path.string() + ": the frame is " + size_text(image.width(), image.height()) +
+  if (frame.width != camera.width || frame.height != camera.height) {
+    throw InputError(path.string() + ": the frame is " + size_text(frame.width, frame.height) +
                      " pixels, session.json says camera.width x camera.height = " +
                      size_text(camera.width, camera.height) +
                      "; all frames must be of the camera's full size.");
   }
 }
 
-void check_shape(const Session& session, const std::filesystem::path& path, const auto& image) {
-  check_extent(session, path, image);
-  if (image.channels() != static_cast<int>(session.channels.size())) {
-    throw InputError(path.string() + ": the frame has " + std::to_string(image.channels()) +
+void check_shape(const Session& session, const std::filesystem::path& path,
+                 const io::ImageSize& frame) {
+  check_extent(session, path, frame);
+  if (frame.channels != static_cast<int>(session.channels.size())) {
+    throw InputError(path.string() + ": the frame has " + std::to_string(frame.channels) +
                      " channels, session.json lists " + std::to_string(session.channels.size()) +
                      " in channels; make the two agree.");
   }
@@ -78,8 +80,8 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
                      ": a RAW frame is linear and has channels R, G, B; write camera.encoding = "
                      "'linear' and channels = [\"R\", \"G\", \"B\"] in session.json.");
   }
-  io::RawImage image = io::read_raw(path);
-  check_extent(session, path, image.mosaic);
+  io::RawImage image =
+      io::read_raw(path, [&](const io::ImageSize& size) { check_extent(session, path, size); });
   if (camera.white_level != image.white) {
     throw InputError(path.string() + ": the sensor saturates at code " +
                      std::to_string(image.white) + ", session.json says camera.white_level = " +
@@ -98,8 +100,8 @@ Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
 
 Image<float> load_float_frame(const Session& session, const Frame& frame) {
   const std::filesystem::path path = existing_path(session, frame);
-  Image<float> image = io::read_float_image(path);
-  check_shape(session, path, image);
+  Image<float> image = io::read_float_image(
+      path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
   const auto bad = std::find_if(image.values().begin(), image.values().end(),
                                 [](float value) { return !std::isfinite(value); });
   if (bad != image.values().end()) {
@@ -128,8 +130,8 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
     return demosaic(raw.mosaic, raw.layout);
   }
   const std::filesystem::path path = existing_path(session, frame);
-  Image<std::uint16_t> image = io::read_code_image(path);
-  check_shape(session, path, image);
+  Image<std::uint16_t> image = io::read_code_image(
+      path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
   check_codes(session, path, image);
   return image;
 }

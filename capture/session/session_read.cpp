@@ -2,7 +2,6 @@
 // session_check.cpp.
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 
 #include "capture/session/session.h"
 #include "core/error.h"
+#include "io/read_file.h"
 
 namespace kappamu::capture {
 namespace {
@@ -330,7 +330,7 @@ Session read_document(const Node& node) {
 }
 
 // nlohmann::json keeps the last of two equal keys; a doubled field is a mistake worth telling.
-json parse(std::istream& in, const std::string& file) {
+json parse(const std::string& text, const std::string& file) {
   std::vector<std::set<std::string>> open_objects;
   const auto watch = [&](int /*depth*/, json::parse_event_t event, json& parsed) {
     if (event == json::parse_event_t::object_start) open_objects.emplace_back();
@@ -343,7 +343,7 @@ json parse(std::istream& in, const std::string& file) {
     return true;
   };
   try {
-    return json::parse(in, watch);
+    return json::parse(text, watch);
   } catch (const json::exception& error) {
     const std::string reason = error.what();
     const std::size_t end_of_tag = reason.find("] ");
@@ -366,9 +366,7 @@ Session read_session(const std::filesystem::path& folder) {
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw InputError(file + ": no such file; a capture session is a folder with a session.json.");
   }
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(file + ": cannot be opened; check its permissions.");
-  const json document = parse(in, file);
+  const json document = parse(io::read_text(path), file);
   Session session;
   try {
     session = read_document(Node(document, "", file));

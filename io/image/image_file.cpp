@@ -1,16 +1,13 @@
 #include "io/image/image_file.h"
 
 #include <algorithm>
-#include <limits>
-#include <opencv2/core.hpp>
-#include <opencv2/core/utils/logger.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/image/exr.h"
 #include "io/image/image_integrity.h"
+#include "io/image/oiio_input.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -19,70 +16,31 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// OpenCV writes its decoders' complaints to standard error; ours go to the caller as exceptions.
-void silence_decoders() {
-  static const auto previous =
-      cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  static_cast<void>(previous);
-}
-
-/// OpenCV keeps colours as B, G, R; ours are R, G, B. Works in either direction.
-template <class To, class From>
-void copy_swapping_red_and_blue(const From* from, To* to, std::size_t pixels, int channels) {
-  if (channels == 1) {
-    std::copy_n(from, pixels, to);
-    return;
-  }
-  for (std::size_t i = 0; i < pixels; ++i, from += 3, to += 3) {
-    to[0] = static_cast<To>(from[2]);
-    to[1] = static_cast<To>(from[1]);
-    to[2] = static_cast<To>(from[0]);
-  }
-}
-
 template <class Code>
-Image<std::uint16_t> from_opencv(const cv::Mat& mat) {
-  Image<std::uint16_t> image(mat.cols, mat.rows, mat.channels());
-  const std::size_t row = static_cast<std::size_t>(mat.cols) * mat.channels();
-  for (int y = 0; y < mat.rows; ++y) {
-    copy_swapping_red_and_blue(mat.ptr<Code>(y), image.values().data() + y * row,
-                               static_cast<std::size_t>(mat.cols), mat.channels());
-  }
-  return image;
-}
-
-template <class Code>
-cv::Mat to_opencv(const Image<Code>& image) {
+OIIO::ImageSpec spec_of(const Image<Code>& image) {
   check(!image.empty() && (image.channels() == 1 || image.channels() == 3),
         "only images of one or three channels can be written");
-  constexpr int depth = sizeof(Code) == 1 ? CV_8U : CV_16U;
-  cv::Mat mat(image.height(), image.width(), CV_MAKETYPE(depth, image.channels()));
-  copy_swapping_red_and_blue(image.values().data(), mat.ptr<Code>(),
-                             image.size() / static_cast<std::size_t>(image.channels()),
-                             image.channels());
-  return mat;
+  return {image.width(), image.height(), image.channels(), OIIO::BaseTypeFromC<Code>::value};
 }
 
 /// For camera frames: noise hardly compresses, and looking for runs only is a third faster than
 /// zlib's default search and gives smaller files (measured on 16-bit frames with shot noise).
-const std::vector<int> fast_png{cv::IMWRITE_PNG_COMPRESSION, 1, cv::IMWRITE_PNG_STRATEGY,
-                                cv::IMWRITE_PNG_STRATEGY_RLE};
-/// For pictures on a page, small and smooth.
-const std::vector<int> small_png{cv::IMWRITE_PNG_COMPRESSION, 6};
+template <class Code>
+std::vector<unsigned char> encode_frame_png(const Image<Code>& image, const std::string& what) {
+  constexpr int differences_along_rows = 0x10;  // libpng's PNG_FILTER_SUB
+  OIIO::ImageSpec spec = spec_of(image);
+  spec.attribute("png:compressionLevel", 1);
+  spec.attribute("compression", "rle");
+  spec.attribute("png:filter", differences_along_rows);
+  return encode_image("png", spec, image.values().data(), what);
+}
 
 template <class Code>
-std::vector<std::uint8_t> encode(const std::string& extension, const Image<Code>& image,
-                                 const std::vector<int>& options) {
-  silence_decoders();
-  std::vector<std::uint8_t> bytes;
-  bool encoded = false;
-  try {
-    encoded = cv::imencode(extension, to_opencv(image), bytes, options);
-  } catch (const cv::Exception& error) {
-    throw InternalError("internal error: OpenCV cannot encode " + extension + ": " + error.what());
-  }
-  check(encoded, "OpenCV cannot encode " + extension);
-  return bytes;
+std::vector<unsigned char> encode_tiff(const Image<Code>& image, const std::string& what) {
+  OIIO::ImageSpec spec = spec_of(image);
+  spec.attribute("compression", "lzw");
+  spec.attribute("DateTime", "");  // else the present time: equal frames, equal bytes
+  return encode_image("tiff", spec, image.values().data(), what);
 }
 
 template <class Code>
@@ -94,47 +52,77 @@ void write_by_extension(const fs::path& file, const Image<Code>& image) {
     throw InputError("cannot write " + file.string() +
                      ": images are written as .png, .tif or .tiff, choose one of these endings");
   }
-  const auto bytes = encode(extension, image, extension == ".png" ? fast_png : std::vector<int>());
+  const auto bytes = extension == ".png" ? encode_frame_png(image, file.string())
+                                         : encode_tiff(image, file.string());
   write_bytes_atomically(file, std::as_bytes(std::span(bytes)));
+}
+
+/// Codes of `pixels` pixels with `stored` channels each, of which `to` keeps the first ones.
+template <class Code>
+void copy_codes(const std::byte* from, std::size_t pixels, std::size_t stored, std::size_t kept,
+                std::uint16_t* to) {
+  const auto* codes = reinterpret_cast<const Code*>(from);
+  if (stored == kept) {
+    std::copy_n(codes, pixels * kept, to);
+    return;
+  }
+  for (std::size_t i = 0; i < pixels; ++i) std::copy_n(codes + i * stored, kept, to + i * kept);
 }
 
 }  // namespace
 
-Image<std::uint16_t> read_code_image(const fs::path& file) {
-  silence_decoders();
-  std::vector<std::byte> bytes = read_bytes(file);
+Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
   if (bytes.empty()) fail("the file is empty");
   if (kind == ImageKind::unknown || kind == ImageKind::exr) {
     fail("not a PNG, TIFF or JPEG image");
   }
+  const std::string name = to_string(kind);
   const Integrity integrity = check_integrity(bytes);
   if (integrity != Integrity::complete) {
-    fail(std::string(integrity == Integrity::truncated ? "truncated " : "damaged ") +
-         to_string(kind) + " image; copy or photograph it again");
+    fail((integrity == Integrity::truncated ? "truncated " : "damaged ") + name +
+         " image; copy or photograph it again");
   }
-  cv::Mat mat;
-  const auto damaged = [&] {
-    fail(std::string("unreadable ") + to_string(kind) +
-         " image; it must be grey or RGB with 8 or 16 bits per channel");
-  };
-  try {
-    if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) damaged();
-    const cv::Mat encoded(1, static_cast<int>(bytes.size()), CV_8U, bytes.data());
-    mat = cv::imdecode(encoded,
-                       cv::IMREAD_ANYDEPTH | cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-    damaged();
+  if (const auto size = jpeg_size(bytes)) check_size(file, *size, bytes.size(), expected);
+  OiioInput input(file, bytes);
+  if (!input.opened()) fail("truncated or damaged " + name + " image; copy or photograph it again");
+  const OIIO::ImageSpec& spec = input.spec();
+  const bool has_alpha = spec.nchannels > 1 && spec.alpha_channel == spec.nchannels - 1;
+  const int channels = spec.nchannels - (has_alpha ? 1 : 0);
+  const int bits = spec.get_int_attribute("oiio:BitsPerSample", 8);
+  if ((channels != 1 && channels != 3) || (bits != 8 && bits != 16) || spec.depth != 1 ||
+      (spec.format != OIIO::TypeUInt8 && spec.format != OIIO::TypeUInt16) ||
+      spec.get_string_attribute("planarconfig") == "separate") {
+    fail("unreadable " + name +
+         " image; it must be grey or interleaved RGB with 8 or 16 bits per channel");
   }
-  if (mat.empty() || (mat.channels() != 1 && mat.channels() != 3)) damaged();
-  if (mat.depth() == CV_8U) return from_opencv<std::uint8_t>(mat);
-  if (mat.depth() != CV_16U) damaged();
-  return from_opencv<std::uint16_t>(mat);
+  check_size(file, {spec.width, spec.height, channels}, bytes.size(), expected);
+  if (spec.tile_width > 0) {
+    check_size(file, {spec.tile_width, spec.tile_height, channels}, bytes.size(), {});
+  }
+  Image<std::uint16_t> image(spec.width, spec.height, channels);
+  const auto copy =
+      spec.format == OIIO::TypeUInt8 ? copy_codes<std::uint8_t> : copy_codes<std::uint16_t>;
+  const bool whole = input.read(spec.format, [&](int first, int rows, const std::byte* pixels) {
+    copy(pixels, static_cast<std::size_t>(rows) * static_cast<std::size_t>(image.width()),
+         static_cast<std::size_t>(spec.nchannels), static_cast<std::size_t>(channels),
+         &image(0, first));
+  });
+  if (!whole) fail("truncated or damaged " + name + " image; copy or photograph it again");
+  return image;
 }
 
-Image<float> read_float_image(const fs::path& file) {
-  const ExrImage exr = read_exr(file);
+Image<float> read_float_image(const fs::path& file, const SizeCheck& expected) {
+  SizeCheck of_colours;
+  if (expected) {  // the file may have more channels
+    of_colours = [&](ImageSize size) {
+      size.channels = size.channels == 1 ? 1 : 3;
+      expected(size);
+    };
+  }
+  const ExrImage exr = read_exr(file, of_colours);
   std::vector<std::string> names;
   if (exr.channels.size() == 1) {
     names = {exr.channels.begin()->first};
@@ -189,11 +177,13 @@ void write_code_image(const fs::path& file, const Image<std::uint16_t>& image, i
 }
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
-  return encode(".png", image, small_png);
+  return encode_image("png", spec_of(image), image.values().data(), "a picture");
 }
 
 std::vector<std::uint8_t> encode_jpeg(const Image<std::uint8_t>& image, int quality) {
-  return encode(".jpg", image, {cv::IMWRITE_JPEG_QUALITY, quality});
+  OIIO::ImageSpec spec = spec_of(image);
+  spec.attribute("Compression", "jpeg:" + std::to_string(quality));
+  return encode_image("jpeg", spec, image.values().data(), "a picture");
 }
 
 }  // namespace kappamu::io

@@ -1,5 +1,6 @@
 // Photographs and pictures: camera frames of 8 or 16 bit (PNG, TIFF, JPEG), linear EXR, and the
-// pictures of the report. One channel is grey, three are R, G, B in that order.
+// pictures of the report, through OpenImageIO. One channel is grey, three are R, G, B in that
+// order.
 #pragma once
 
 #include <cstdint>
@@ -7,16 +8,19 @@
 #include <vector>
 
 #include "core/image.h"
+#include "io/image/image_limits.h"
 
 namespace kappamu::io {
 
 /// Code values as stored: 8-bit files give 0 ... 255, 16-bit files 0 ... 65535; no gamma, no
 /// rotation by the file's orientation tag, alpha dropped. Throws InputError naming the file if it
-/// is missing, truncated, damaged or of another kind.
-Image<std::uint16_t> read_code_image(const std::filesystem::path& file);
+/// is missing, truncated, damaged or of another kind. `expected` sees the size before anything
+/// makes room for it (image_limits.h).
+Image<std::uint16_t> read_code_image(const std::filesystem::path& file,
+                                     const SizeCheck& expected = {});
 
 /// Linear EXR with channels R, G, B (three channels), or a single channel of any name.
-Image<float> read_float_image(const std::filesystem::path& file);
+Image<float> read_float_image(const std::filesystem::path& file, const SizeCheck& expected = {});
 
 /// PNG or TIFF by the file's extension (.png, .tif, .tiff), one or three channels, lossless.
 void write_image(const std::filesystem::path& file, const Image<std::uint8_t>& image);

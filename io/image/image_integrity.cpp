@@ -5,7 +5,6 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
-#include <vector>
 
 namespace kappamu::io {
 
@@ -30,12 +29,9 @@ std::uint64_t number(Bytes bytes, std::uint64_t at, std::size_t size, bool big_e
 /// Chunks of length, type, data, checksum of type and data, until IEND (PNG specification,
 /// section 5).
 Integrity check_png(Bytes bytes) {
+  constexpr int most_texts = 16;  // 128 MB inflated
+  int texts = 0;
   std::uint64_t at = 8;
-  constexpr std::uint64_t header_end = 24;  // of width and height, which are the first chunk's
-  if (bytes.size() >= header_end &&
-      claims_too_much(number(bytes, 16, 4, true) * number(bytes, 20, 4, true), bytes.size())) {
-    return Integrity::damaged;
-  }
   while (at + 12 <= bytes.size()) {
     const std::uint64_t length = number(bytes, at, 4, true);
     if (length >> 31 != 0) return Integrity::damaged;
@@ -46,75 +42,92 @@ Integrity check_png(Bytes bytes) {
       return Integrity::damaged;
     }
     if (std::memcmp(type, "IEND", 4) == 0) return Integrity::complete;
+    if (std::memcmp(type, "zTXt", 4) == 0 || std::memcmp(type, "iTXt", 4) == 0) ++texts;
+    if (texts > most_texts) return Integrity::damaged;
     at += 12 + length;
   }
   return Integrity::truncated;
 }
 
-/// Marker segments up to the first scan, then an end-of-image marker (ITU T.81, annex B; coded data
-/// never contains one).
-Integrity check_jpeg(Bytes bytes) {
-  constexpr std::uint64_t first_frame = 0xC0;  // to 0xCF, but for 4, 8 and 12
+/// Calls `visit`(marker, offset of the segment) for each marker segment of a JPEG up to its first
+/// scan (ITU T.81, annex B), and gives the offset where the scan's data begin; nothing where
+/// libjpeg would have to search for the next marker.
+template <class Visit>
+std::optional<std::uint64_t> walk_jpeg(Bytes bytes, const Visit& visit) {
   constexpr std::uint64_t start_of_scan = 0xDA;
-  constexpr std::byte end_of_image{0xD9};
   std::uint64_t at = 2;
   while (at + 4 <= bytes.size()) {
     const std::uint64_t marker = number(bytes, at + 1, 1, true);
-    if ((marker == first_frame || (marker / 16 == first_frame / 16 && marker % 4 != 0)) &&
-        at + 9 <= bytes.size() &&
-        claims_too_much(number(bytes, at + 5, 2, true) * number(bytes, at + 7, 2, true),
-                        bytes.size())) {
-      return Integrity::damaged;
+    const std::uint64_t length = number(bytes, at + 2, 2, true);
+    if (bytes[at] != std::byte{0xFF}) return std::nullopt;
+    if (marker == 0xFF) {  // a fill byte
+      ++at;
+      continue;
     }
-    at += 2 + number(bytes, at + 2, 2, true);
-    if (marker == start_of_scan) break;
+    if (marker < 0xC0 || (marker >= 0xD0 && marker <= 0xD9) || length < 2) return std::nullopt;
+    visit(marker, at);
+    at += 2 + length;
+    if (marker == start_of_scan) return at;
   }
-  for (; at + 1 < bytes.size(); ++at) {
+  return bytes.size();
+}
+
+/// An end-of-image marker behind the beginning of the first scan: coded data never contain one.
+Integrity check_jpeg(Bytes bytes) {
+  constexpr std::byte end_of_image{0xD9};
+  const std::optional<std::uint64_t> scan = walk_jpeg(bytes, [](auto, auto) {});
+  if (!scan) return Integrity::damaged;
+  for (std::uint64_t at = *scan; at + 1 < bytes.size(); ++at) {
     if (bytes[at] == std::byte{0xFF} && bytes[at + 1] == end_of_image) return Integrity::complete;
   }
   return Integrity::truncated;
 }
 
-/// The first directory and the strips or tiles it names lie inside the file (TIFF 6.0, section 2).
-/// BigTIFF is left to the decoder.
-Integrity check_tiff(Bytes bytes) {
-  if (bytes.size() < 8) return Integrity::truncated;
-  const bool big = bytes[0] == std::byte{'M'};
-  const auto has = [&](std::uint64_t at, std::uint64_t size) {
-    return size <= bytes.size() && at <= bytes.size() - size;
-  };
-  if (number(bytes, 2, 2, big) != 42) return Integrity::complete;
-  const std::uint64_t directory = number(bytes, 4, 4, big);
-  if (!has(directory, 2)) return Integrity::truncated;
-  const std::uint64_t entries = number(bytes, directory, 2, big);
-  if (!has(directory + 2, entries * 12)) return Integrity::truncated;
+struct TiffFormat {
+  bool big_endian = false;
+  bool big_tiff = false;
+};
+constexpr std::uint64_t exif_tag = 34665;
 
-  std::array<std::uint64_t, 2> extent{};
-  std::vector<std::uint64_t> offsets;
-  std::vector<std::uint64_t> sizes;
+/// A TIFF directory at `at` (TIFF 6.0, section 2) and the one that `child_tag` leads to. Entries of
+/// tag, type, count and value have 12 bytes, or 20 in BigTIFF.
+Integrity check_directory(Bytes bytes, std::uint64_t at, TiffFormat format,
+                          std::optional<std::uint64_t> child_tag) {
+  const auto [big_endian, big_tiff] = format;
+  constexpr std::array<std::uint64_t, 19> type_sizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4,
+                                                     8, 4, 8, 4, 0, 0, 8, 8, 8};
+  const std::size_t word = big_tiff ? 8 : 4;
+  const std::size_t head = big_tiff ? 8 : 2;
+  const std::size_t entry_size = 4 + 2 * word;
+  if (at > bytes.size() || bytes.size() - at < head) return Integrity::truncated;
+  const std::uint64_t entries = number(bytes, at, head, big_endian);
+  if (entries > (bytes.size() - at - head) / entry_size) return Integrity::truncated;
+  std::uint64_t total = 0;
   for (std::uint64_t e = 0; e < entries; ++e) {
-    const std::uint64_t at = directory + 2 + e * 12;
-    const std::uint64_t tag = number(bytes, at, 2, big);
-    const std::size_t width = number(bytes, at + 2, 2, big) == 3 ? 2 : 4;  // SHORT or LONG
-    if (tag == 256 || tag == 257) {  // ImageWidth, ImageLength
-      extent[tag - 256] = number(bytes, at + 8, width, big);
+    const std::uint64_t entry = at + head + e * entry_size;
+    const std::uint64_t tag = number(bytes, entry, 2, big_endian);
+    const std::uint64_t type = number(bytes, entry + 2, 2, big_endian);
+    const std::uint64_t count = number(bytes, entry + 4, word, big_endian);
+    if (count > bytes.size()) return Integrity::truncated;
+    total += type < type_sizes.size() ? count * type_sizes[type] : 0;
+    if (total > bytes.size()) return Integrity::damaged;
+    const std::uint64_t offset = number(bytes, entry + 4 + word, word, big_endian);
+    if (child_tag == tag) {
+      child_tag.reset();  // libtiff ignores a second one
+      const Integrity child = check_directory(bytes, offset, format, std::nullopt);
+      if (child != Integrity::complete) return child;
     }
-    const bool is_offset = tag == 273 || tag == 324;  // StripOffsets, TileOffsets
-    const bool is_size = tag == 279 || tag == 325;    // StripByteCounts, TileByteCounts
-    if (!is_offset && !is_size) continue;
-    const std::uint64_t count = number(bytes, at + 4, 4, big);
-    const std::uint64_t list = count * width <= 4 ? at + 8 : number(bytes, at + 8, 4, big);
-    if (!has(list, count * width)) return Integrity::truncated;
-    for (std::uint64_t i = 0; i < count; ++i) {
-      (is_offset ? offsets : sizes).push_back(number(bytes, list + i * width, width, big));
-    }
-  }
-  if (claims_too_much(extent[0] * extent[1], bytes.size())) return Integrity::damaged;
-  if (offsets.empty() || offsets.size() != sizes.size()) return Integrity::truncated;
-  for (std::size_t i = 0; i < offsets.size(); ++i) {
-    if (!has(offsets[i], sizes[i])) return Integrity::truncated;
   }
   return Integrity::complete;
+}
+
+Integrity check_tiff(Bytes bytes) {
+  if (bytes.size() < 16) return Integrity::truncated;
+  TiffFormat format{bytes[0] == std::byte{'M'}, false};
+  format.big_tiff = number(bytes, 2, 2, format.big_endian) == 43;
+  const std::uint64_t directory = format.big_tiff ? number(bytes, 8, 8, format.big_endian)
+                                                  : number(bytes, 4, 4, format.big_endian);
+  return check_directory(bytes, directory, format, exif_tag);
 }
 
 }  // namespace
@@ -155,10 +168,26 @@ Integrity check_integrity(Bytes bytes) {
   }
 }
 
-bool claims_too_much(std::uint64_t numbers, std::size_t bytes) {
-  constexpr std::uint64_t always_allowed = std::uint64_t{1} << 22;
-  constexpr std::uint64_t per_byte = 1024;  // about what deflate makes of zeros
-  return numbers > always_allowed && numbers / per_byte > bytes;
+std::optional<ImageSize> jpeg_size(Bytes bytes) {
+  std::optional<ImageSize> size;
+  if (image_kind(bytes) != ImageKind::jpeg) return size;
+  walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t at) {
+    // Start of frame: 0xC0 to 0xCF, but for 4, 8 and 12, which are tables.
+    if (marker > 0xCF || (marker % 4 == 0 && marker != 0xC0) || at + 10 > bytes.size()) return;
+    size = {static_cast<int>(number(bytes, at + 7, 2, true)),
+            static_cast<int>(number(bytes, at + 5, 2, true)),
+            static_cast<int>(number(bytes, at + 9, 1, true))};
+  });
+  return size;
+}
+
+void hide_photoshop_segments(std::span<std::byte> bytes) {
+  constexpr std::uint64_t photoshop = 0xED;
+  constexpr std::byte comment{0xFE};
+  if (image_kind(bytes) != ImageKind::jpeg) return;
+  walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t at) {
+    if (marker == photoshop) bytes[at + 1] = comment;
+  });
 }
 
 }  // namespace kappamu::io

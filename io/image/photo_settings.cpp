@@ -1,56 +1,64 @@
 #include "io/image/photo_settings.h"
 
+#include <array>
+#include <charconv>
 #include <cmath>
-#include <exiv2/exiv2.hpp>
-#include <initializer_list>
+#include <utility>
 #include <vector>
 
+#include "io/image/image_integrity.h"
+#include "io/image/oiio_input.h"
+#include "io/image/raw_file.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
 
 namespace {
 
-/// The first of the tags that holds a positive number.
-std::optional<double> number_of(const Exiv2::ExifData& exif,
-                                std::initializer_list<const char*> tags) {
-  for (const char* tag : tags) {
-    const auto found = exif.findKey(Exiv2::ExifKey(tag));
-    if (found == exif.end() || found->count() < 1) continue;
-    const Exiv2::Rational value = found->toRational(0);
-    if (value.second == 0) continue;
-    const double number = static_cast<double>(value.first) / value.second;
-    if (std::isfinite(number) && number > 0.0) return number;
-  }
-  return std::nullopt;
+std::optional<double> positive(double value) {
+  return std::isfinite(value) && value > 0.0 ? std::optional(value) : std::nullopt;
+}
+
+/// The number that EXIF holds as a fraction and OpenImageIO as a float: its shortest decimal, or
+/// one over that of its inverse where this is shorter (1/30).
+std::optional<double> from_float(float value) {
+  const auto shortest = [](float number) {
+    std::array<char, 32> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
+    double decimal = 0.0;
+    std::from_chars(text.data(), end, decimal);
+    return std::pair(end - text.data(), decimal);
+  };
+  if (!positive(value)) return std::nullopt;
+  const auto [length, decimal] = shortest(value);
+  const auto [length_of_inverse, inverse] = shortest(1.0F / value);
+  return positive(length_of_inverse < length ? 1.0 / inverse : decimal);
+}
+
+std::optional<double> number_of(const OIIO::ImageSpec& spec, const char* name) {
+  const OIIO::ParamValue* found = spec.find_attribute(name);
+  if (found == nullptr) return std::nullopt;
+  return from_float(found->get_float());
 }
 
 }  // namespace
 
 PhotoSettings read_photo_settings(const std::filesystem::path& file) {
-  const std::vector<std::byte> bytes = read_bytes(file);
-  static const bool quiet = [] {
-    Exiv2::LogMsg::setLevel(Exiv2::LogMsg::mute);
-    return true;
-  }();
-  static_cast<void>(quiet);
+  if (is_raw_file(file)) return read_raw_settings(file);
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   PhotoSettings settings;
-  try {
-    const auto image = Exiv2::ImageFactory::open(reinterpret_cast<const Exiv2::byte*>(bytes.data()),
-                                                 static_cast<long>(bytes.size()));
-    image->readMetadata();
-    const Exiv2::ExifData& exif = image->exifData();
-    settings.exposure_s = number_of(exif, {"Exif.Photo.ExposureTime", "Exif.Image.ExposureTime"});
-    settings.f_number = number_of(exif, {"Exif.Photo.FNumber", "Exif.Image.FNumber"});
-    settings.iso = number_of(exif, {"Exif.Photo.ISOSpeedRatings", "Exif.Image.ISOSpeedRatings"});
-    settings.focal_length_mm =
-        number_of(exif, {"Exif.Photo.FocalLength", "Exif.Image.FocalLength"});
-    const auto model = exif.findKey(Exiv2::ExifKey("Exif.Image.Model"));
-    if (model != exif.end()) settings.camera = model->toString();
-  } catch (const Exiv2::AnyError&) {
-    // A format without EXIF, or damaged tags: nothing is told. Damaged pictures are found when
-    // read.
-  }
+  // A format without EXIF, or damaged: nothing is known. Damaged pictures are found when read.
+  const ImageKind kind = image_kind(bytes);
+  if (kind == ImageKind::unknown || check_integrity(bytes) != Integrity::complete) return settings;
+  if (const auto size = jpeg_size(bytes)) check_size(file, *size, bytes.size(), {});
+  const OiioInput input(file, bytes);
+  if (!input.opened()) return settings;
+  const OIIO::ImageSpec& spec = input.spec();
+  settings.exposure_s = number_of(spec, "ExposureTime");
+  settings.f_number = number_of(spec, "FNumber");
+  settings.iso = number_of(spec, "Exif:ISOSpeedRatings");
+  settings.focal_length_mm = number_of(spec, "Exif:FocalLength");
+  settings.camera = spec.get_string_attribute("Model");
   return settings;
 }
 

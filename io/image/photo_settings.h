@@ -1,4 +1,4 @@
-// What a photograph's EXIF tags tell of how it was taken.
+// What a photograph's EXIF tags hold of how it was taken.
 #pragma once
 
 #include <filesystem>
@@ -7,17 +7,18 @@
 
 namespace kappamu::io {
 
-/// Absent where the file does not tell.
+/// Absent where the file has no such tag.
 struct PhotoSettings {
   std::optional<double> exposure_s;       ///< exposure time [s]
   std::optional<double> f_number;         ///< aperture, focal length over diameter
   std::optional<double> iso;              ///< sensitivity
   std::optional<double> focal_length_mm;  ///< [mm]
-  std::string camera;                     ///< model; empty if not told
+  std::string camera;                     ///< model; empty if there is none
 };
 
-/// From JPEG, TIFF, PNG, DNG, CR2 and other files that Exiv2 reads; nothing from files without
-/// EXIF. Throws InputError naming the file only if it cannot be opened.
+/// From JPEG, TIFF, PNG and EXR by OpenImageIO, from camera RAW files by LibRaw; nothing from files
+/// without EXIF and from damaged ones. Throws InputError naming the file only if it cannot be
+/// opened or claims more pixels than any photograph has (image_limits.h).
 PhotoSettings read_photo_settings(const std::filesystem::path& file);
 
 }  // namespace kappamu::io

@@ -3,7 +3,9 @@
 #include <libraw/libraw.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,6 +25,35 @@ namespace {
 
 void note_damage(void* damaged, const char* /*file*/, const int /*offset*/) {
   *static_cast<bool*>(damaged) = true;
+}
+
+/// Takes the tag's number into `settings`. LibRaw's own numbers do not do: where a file has no
+/// exposure time they give 1 s.
+void note_setting(void* settings, int tag, int type, int count, unsigned byte_order, void* stream,
+                  INT64 /*base*/) {
+  constexpr int short_type = 3;
+  constexpr int fraction_type = 5;
+  constexpr unsigned little_endian = 0x4949;
+  auto& photo = *static_cast<PhotoSettings*>(settings);
+  std::optional<double>* setting = tag == 33434   ? &photo.exposure_s
+                                   : tag == 33437 ? &photo.f_number
+                                   : tag == 34855 ? &photo.iso
+                                   : tag == 37386 ? &photo.focal_length_mm
+                                                  : nullptr;
+  if (setting == nullptr || count < 1 || (type != short_type && type != fraction_type)) return;
+  std::array<unsigned char, 8> bytes{};
+  const std::size_t size = type == short_type ? 2 : 8;
+  static_cast<LibRaw_abstract_datastream*>(stream)->read(bytes.data(), size, 1);
+  const auto number = [&](std::size_t begin, std::size_t length) {
+    double value = 0.0;
+    for (std::size_t i = 0; i < length; ++i) {
+      value =
+          256.0 * value + bytes[byte_order == little_endian ? begin + length - 1 - i : begin + i];
+    }
+    return value;
+  };
+  const double value = type == short_type ? number(0, 2) : number(0, 4) / number(4, 4);
+  if (std::isfinite(value) && value > 0.0) *setting = value;
 }
 
 /// R, G, B of LibRaw's colour index, whose fourth is a second green.
@@ -74,8 +105,8 @@ bool is_raw_file(const fs::path& file) {
   return std::find(endings.begin(), endings.end(), ending) != endings.end();
 }
 
-RawImage read_raw(const fs::path& file) {
-  std::vector<std::byte> bytes = read_bytes(file);
+RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   if (bytes.empty()) fail(file, "the file is empty");
   const auto reader = std::make_unique<LibRaw>();  // some 200 KB: not for the stack
   LibRaw& raw = *reader;
@@ -86,6 +117,11 @@ RawImage read_raw(const fs::path& file) {
     fail(file,
          std::string("not a camera RAW file that LibRaw reads (") + libraw_strerror(status) + ")");
   }
+  const libraw_image_sizes_t& sizes = raw.imgdata.sizes;
+  const int width = sizes.width / 2 * 2;
+  const int height = sizes.height / 2 * 2;
+  check_size(file, {width, height, 1}, bytes.size(), expected);
+  check_size(file, {sizes.raw_width, sizes.raw_height, 1}, bytes.size(), {});  // with its margins
   status = raw.unpack();
   if (status != LIBRAW_SUCCESS || damaged) {
     fail(file, "truncated or damaged RAW file; copy or photograph it again");
@@ -94,12 +130,9 @@ RawImage read_raw(const fs::path& file) {
   if (codes == nullptr) fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
   RawImage image;
   image.layout = layout_of(raw, file);
-  const libraw_image_sizes_t& sizes = raw.imgdata.sizes;
-  const int width = sizes.width / 2 * 2;
-  const int height = sizes.height / 2 * 2;
   const std::size_t pitch = sizes.raw_pitch / sizeof(ushort);
-  if (width == 0 || height == 0 || sizes.left_margin + width > sizes.raw_width ||
-      sizes.top_margin + height > sizes.raw_height || pitch < sizes.raw_width) {
+  if (sizes.left_margin + width > sizes.raw_width || sizes.top_margin + height > sizes.raw_height ||
+      pitch < sizes.raw_width) {
     fail(file, "truncated or damaged RAW file; copy or photograph it again");
   }
   image.mosaic = Image<std::uint16_t>(width, height, 1);
@@ -117,6 +150,16 @@ RawImage read_raw(const fs::path& file) {
   }
   image.white = static_cast<int>(colour.maximum);
   return image;
+}
+
+PhotoSettings read_raw_settings(const fs::path& file) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+  PhotoSettings settings;
+  const auto raw = std::make_unique<LibRaw>();
+  raw->set_exifparser_handler(note_setting, &settings);
+  if (raw->open_buffer(bytes.data(), bytes.size()) != LIBRAW_SUCCESS) return {};
+  settings.camera = raw->imgdata.idata.model;
+  return settings;
 }
 
 }  // namespace kappamu::io

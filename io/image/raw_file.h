@@ -1,4 +1,6 @@
 // Camera RAW files (DNG, CR2 and whatever else LibRaw reads): the sensor's own codes, unprocessed.
+// By LibRaw itself, since OpenImageIO 2.4 hands on neither black nor white level and dereferences a
+// null pointer where LibRaw cannot unpack a truncated file.
 #pragma once
 
 #include <array>
@@ -6,6 +8,8 @@
 #include <filesystem>
 
 #include "core/image.h"
+#include "io/image/image_limits.h"
+#include "io/image/photo_settings.h"
 
 namespace kappamu::io {
 
@@ -20,12 +24,15 @@ struct RawImage {
   /// subtracted, no white balance, no demosaicing.
   Image<std::uint16_t> mosaic;
   BayerLayout layout{};
-  std::array<double, 3> black{};  ///< R, G, B black level as the file tells it [codes]
-  int white = 0;                  ///< code at which the sensor saturates, as the file tells it
+  std::array<double, 3> black{};  ///< R, G, B black level by the file [codes]
+  int white = 0;                  ///< code at which the sensor saturates, by the file
 };
 
 /// Throws InputError naming the file if it is missing, truncated, unknown to LibRaw, or not from a
-/// Bayer sensor.
-RawImage read_raw(const std::filesystem::path& file);
+/// Bayer sensor. `expected` sees the mosaic's size (one channel) before it is unpacked.
+RawImage read_raw(const std::filesystem::path& file, const SizeCheck& expected = {});
+
+/// Nothing from files that LibRaw does not take. Throws InputError only if `file` cannot be opened.
+PhotoSettings read_raw_settings(const std::filesystem::path& file);
 
 }  // namespace kappamu::io

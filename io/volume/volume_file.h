@@ -19,23 +19,35 @@
 
 namespace kappamu::io {
 
+/// Numbers that a file of unknown origin may hold in all volumes together: 800 MB in memory. A file
+/// of a few kilobytes can claim any number of them (tiles of OpenVDB, holes on the disk).
+constexpr std::size_t default_most_voxels = 100'000'000;
+
+/// Throws InputError naming the file when `volumes` of that shape hold more than `most_voxels`.
+void check_voxels(const std::filesystem::path& file, const GridShape& shape, std::size_t volumes,
+                  std::size_t most_voxels);
+
 /// Validates, then writes.
 void write_vdb(const std::filesystem::path& file, const VolumeSet& set);
 
 /// Reads what write_vdb writes, and any file with pairs of float grids kappa_<channel> and
 /// mu_<channel>, or one pair kappa and mu (channel "grey"), on one uniformly scaled grid in mm.
-/// Throws InputError naming file and grid otherwise; what it returns passes validate().
-VolumeSet read_vdb(const std::filesystem::path& file);
+/// Throws InputError naming file and grid otherwise, and before it makes room for more than
+/// `most_voxels`; what it returns passes validate().
+VolumeSet read_vdb(const std::filesystem::path& file,
+                   std::size_t most_voxels = default_most_voxels);
 
 /// Validates, then writes; volume.json comes last, so a folder that has one is complete.
 void write_volume_folder(const std::filesystem::path& folder, const VolumeSet& set);
-VolumeSet read_volume_folder(const std::filesystem::path& folder);
+VolumeSet read_volume_folder(const std::filesystem::path& folder,
+                             std::size_t most_voxels = default_most_voxels);
 
 /// volume.json as text: format, version, grid, voxel size, eta, channels, units, axis order,
 /// provenance.
 std::string volume_json(const VolumeSet& set);
 
 /// A .vdb file or a folder with volume.json.
-VolumeSet read_volume(const std::filesystem::path& path);
+VolumeSet read_volume(const std::filesystem::path& path,
+                      std::size_t most_voxels = default_most_voxels);
 
 }  // namespace kappamu::io

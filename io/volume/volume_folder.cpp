@@ -59,7 +59,17 @@ void write_volume_folder(const fs::path& folder, const VolumeSet& set) {
   write_text_atomically(folder / "volume.json", volume_json(set));
 }
 
-VolumeSet read_volume_folder(const fs::path& folder) {
+void check_voxels(const fs::path& file, const GridShape& shape, std::size_t volumes,
+                  std::size_t most_voxels) {
+  if (shape.cells() * volumes <= most_voxels) return;
+  throw InputError(file.string() + ": " + std::to_string(volumes) + " volumes of " +
+                   std::to_string(shape.nx) + " x " + std::to_string(shape.ny) + " x " +
+                   std::to_string(shape.nz) + " voxels are more than the " +
+                   std::to_string(most_voxels) +
+                   " voxels allowed; allow more with --max-voxels if the file is meant so");
+}
+
+VolumeSet read_volume_folder(const fs::path& folder, std::size_t most_voxels) {
   const StrictJson header(folder / "volume.json", format_name, field_names);
   const auto [nx, ny, nz] = header.grid("grid");
   const GridShape shape{nx, ny, nz, header.number("voxel_mm")};
@@ -73,6 +83,7 @@ VolumeSet read_volume_folder(const fs::path& folder) {
       set.metadata[name] = value.get<std::string>();
     }
   }
+  check_voxels(folder / "volume.json", shape, header.object("units").size(), most_voxels);
   for (const std::string& channel : set.channels) {
     set.media.push_back({read_array(folder / ("kappa_" + channel + ".npy"), shape),
                          read_array(folder / ("mu_" + channel + ".npy"), shape)});
@@ -93,15 +104,15 @@ VolumeSet read_volume_folder(const fs::path& folder) {
   return set;
 }
 
-VolumeSet read_volume(const fs::path& path) {
-  if (fs::is_directory(path)) return read_volume_folder(path);
+VolumeSet read_volume(const fs::path& path, std::size_t most_voxels) {
+  if (fs::is_directory(path)) return read_volume_folder(path, most_voxels);
   if (!fs::exists(path)) {
     throw InputError("cannot read " + path.string() + ": there is no such file or folder");
   }
   if (path.extension() != ".vdb") {
     throw InputError(path.string() + ": must be a .vdb file or a folder with volume.json");
   }
-  return read_vdb(path);
+  return read_vdb(path, most_voxels);
 }
 
 }  // namespace kappamu::io

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <system_error>
 #include <vector>
 

@@ -1,10 +1,11 @@
 #include "pipeline/records/run_record.h"
 
-#include <fstream>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/read_file.h"
 
 namespace kappamu::pipeline {
 
@@ -47,10 +48,9 @@ RunRecord from_json(const json& object) {
 
 std::optional<RunRecord> read_run_record(const std::filesystem::path& run) {
   const std::filesystem::path path = run / "run.json";
-  std::ifstream file(path);
-  if (!file) return std::nullopt;
+  if (!std::filesystem::exists(path)) return std::nullopt;
   try {
-    const json object = json::parse(file);
+    const json object = json::parse(io::read_text(path));
     if (object.at("format") != "kappamu-run" || object.at("version") != 1)
       throw InputError(path.string() + ": not a kappamu-run file of version 1; choose another -o");
     return from_json(object);

@@ -11,8 +11,8 @@
 #if __has_include(<openvdb/version.h>)
 #include <openvdb/version.h>
 #endif
-#if __has_include(<OpenEXR/OpenEXRConfig.h>)
-#include <OpenEXR/OpenEXRConfig.h>
+#if __has_include(<OpenImageIO/oiioversion.h>)
+#include <OpenImageIO/oiioversion.h>
 #endif
 #if __has_include(<ceres/version.h>)
 #include <ceres/version.h>
@@ -38,8 +38,8 @@ std::map<std::string, std::string> library_versions() {
 #ifdef OPENVDB_LIBRARY_VERSION_STRING
   versions["OpenVDB"] = OPENVDB_LIBRARY_VERSION_STRING;
 #endif
-#ifdef OPENEXR_VERSION_STRING
-  versions["OpenEXR"] = OPENEXR_VERSION_STRING;
+#ifdef OIIO_VERSION_STRING
+  versions["OpenImageIO"] = OIIO_VERSION_STRING;
 #endif
 #ifdef CERES_VERSION_STRING
   versions["Ceres"] = CERES_VERSION_STRING;

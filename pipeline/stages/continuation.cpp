@@ -20,12 +20,12 @@ Volume<double> read_volume(const fs::path& file, const GridShape& shape) {
   const std::vector<std::size_t> expected{static_cast<std::size_t>(shape.nz),
                                           static_cast<std::size_t>(shape.ny),
                                           static_cast<std::size_t>(shape.nx)};
-  const io::NpyArray array = io::read_npy(file);
-  if (array.shape != expected) {
-    throw InputError(file.string() + ": has shape " + io::shape_to_string(array.shape) +
+  const io::NpyArray array = io::read_npy(file, [&](const std::vector<std::size_t>& found) {
+    if (found == expected) return;
+    throw InputError(file.string() + ": has shape " + io::shape_to_string(found) +
                      " where the measurements have " + io::shape_to_string(expected) +
                      "; a fit goes on from volumes of its own grid only");
-  }
+  });
   return {shape, std::vector<double>(array.values.begin(), array.values.end())};
 }
 

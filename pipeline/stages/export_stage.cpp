@@ -26,7 +26,8 @@ fs::path find_volume(const fs::path& path) {
 }
 
 io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
-                                const std::vector<std::string>& formats, Progress& progress) {
+                                const std::vector<std::string>& formats, Progress& progress,
+                                std::size_t most_voxels) {
   std::vector<std::string> wanted;
   for (const std::string& format : formats) {
     const auto& known = export_formats();
@@ -39,7 +40,7 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
     }
     if (std::find(wanted.begin(), wanted.end(), format) == wanted.end()) wanted.push_back(format);
   }
-  const io::VolumeSet set = io::read_volume(find_volume(volume));
+  const io::VolumeSet set = io::read_volume(find_volume(volume), most_voxels);
   io::ExportResult all;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const std::string& format = wanted[i];

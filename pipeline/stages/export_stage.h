@@ -20,10 +20,11 @@ std::filesystem::path find_volume(const std::filesystem::path& path);
 
 /// Writes `volume` (see find_volume) into `folder` as each of `formats` ("all" for every one):
 /// volume.vti, volume.vdb, and the folders mitsuba, npy and exr. Warnings go to `progress` and into
-/// the result. Throws InputError when the volume has a NaN or a non-positive κ, and when a format
-/// is unknown.
+/// the result. Throws InputError when the volume has a NaN, a non-positive κ or more than
+/// `most_voxels` numbers, and when a format is unknown.
 io::ExportResult export_volumes(const std::filesystem::path& volume,
                                 const std::filesystem::path& folder,
-                                const std::vector<std::string>& formats, Progress& progress);
+                                const std::vector<std::string>& formats, Progress& progress,
+                                std::size_t most_voxels);
 
 }  // namespace kappamu::pipeline

@@ -96,7 +96,8 @@ TEST(FitOptionsRecord, NamesWhatAReaderLooksFor) {
 }
 
 TEST(Versions, ListTheLibrariesThatFiguresDependOn) {
-  for (const char* name : {"kappamu", "compiler", "OpenCV", "Ceres", "OpenEXR", "OpenVDB", "Eigen"})
+  for (const char* name :
+       {"kappamu", "compiler", "OpenCV", "Ceres", "OpenImageIO", "OpenVDB", "Eigen"})
     EXPECT_THAT(pipeline::library_versions(), Contains(Key(name)));
 }
 

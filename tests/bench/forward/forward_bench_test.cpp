@@ -11,6 +11,7 @@
 #include "bench/forward/comparison.h"
 #include "bench/forward/kernels.h"
 #include "core/error.h"
+#include "io/image/image_file.h"
 #include "tests/bench/bench_tools.h"
 
 namespace kappamu::bench {

@@ -4,11 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <zlib.h>
+
 #include <cmath>
-#include <exiv2/exiv2.hpp>
+#include <cstdio>
+#include <string>
 
 #include "capture/rig/shoot.h"
+#include "io/atomic_file.h"
 #include "io/image/image_file.h"
+#include "io/read_file.h"
 #include "tests/capture/session_files.h"
 #include "tests/capture/simulated_camera.h"
 #include "tests/sentence.h"
@@ -30,16 +35,61 @@ struct Exif {
   int iso = 100;
 };
 
+/// Numbers as a little-endian file holds them.
+void put(std::string& to, unsigned long value, int bytes) {
+  for (int i = 0; i < bytes; ++i) to += static_cast<char>(value >> 8 * i & 0xFFU);
+}
+
+/// An EXIF block: one directory with the camera's model, and the EXIF directory behind it.
+std::string exif_block(const Exif& exif) {
+  const std::string model("Test camera", 12);
+  const auto entry = [](std::string& to, unsigned tag, unsigned type, unsigned count,
+                        unsigned value) {
+    put(to, tag, 2);
+    put(to, type, 2);
+    put(to, count, 4);
+    put(to, value, 4);
+  };
+  const auto fraction = [](const char* text) {
+    std::string bytes;
+    unsigned a = 0;
+    unsigned b = 1;
+    std::sscanf(text, "%u/%u", &a, &b);
+    put(bytes, a, 4);
+    put(bytes, b, 4);
+    return bytes;
+  };
+  constexpr unsigned second = 8 + 2 + 2 * 12 + 4;
+  constexpr unsigned values = second + 2 + 3 * 12 + 4;
+  std::string block("II*\0\x08\0\0\0", 8);
+  put(block, 2, 2);
+  entry(block, 0x110, 2, 12, values + 16);  // Model
+  entry(block, 0x8769, 4, 1, second);       // EXIF directory
+  put(block, 0, 4);
+  put(block, 3, 2);
+  entry(block, 0x829A, 5, 1, values);      // ExposureTime
+  entry(block, 0x829D, 5, 1, values + 8);  // FNumber
+  entry(block, 0x8827, 3, 1, static_cast<unsigned>(exif.iso));
+  put(block, 0, 4);
+  return block + fraction(exif.exposure) + fraction(exif.aperture) + model;
+}
+
+/// As the PNG chunk eXIf behind the header, in place of one that is there.
 void write_exif(const fs::path& file, const Exif& exif) {
-  const auto image = Exiv2::ImageFactory::open(file.string());
-  image->readMetadata();
-  image->exifData()["Exif.Photo.ExposureTime"] = Exiv2::Rational(1, 1);
-  image->exifData()["Exif.Photo.ExposureTime"].setValue(exif.exposure);
-  image->exifData()["Exif.Photo.FNumber"] = Exiv2::Rational(1, 1);
-  image->exifData()["Exif.Photo.FNumber"].setValue(exif.aperture);
-  image->exifData()["Exif.Photo.ISOSpeedRatings"] = static_cast<uint16_t>(exif.iso);
-  image->exifData()["Exif.Image.Model"] = "Test camera";
-  image->writeMetadata();
+  const auto big_endian = [](std::size_t value) {
+    std::string bytes;
+    for (int i = 3; i >= 0; --i) bytes += static_cast<char>(value >> 8 * i & 0xFFU);
+    return bytes;
+  };
+  constexpr std::size_t header_end = 8 + 25;
+  const std::string block = exif_block(exif);
+  std::string png = io::read_text(file);
+  if (png.compare(header_end + 4, 4, "eXIf") == 0) png.erase(header_end, block.size() + 12);
+  const std::string checked = "eXIf" + block;
+  const auto checksum = ::crc32(0, reinterpret_cast<const unsigned char*>(checked.data()),
+                                static_cast<unsigned>(checked.size()));
+  png.insert(header_end, big_endian(block.size()) + checked + big_endian(checksum));
+  io::write_text_atomically(file, png);
 }
 
 class Import : public testing::Test {

@@ -6,8 +6,8 @@
 
 #include <algorithm>
 
-#include "tests/forward/baseline/tools.h"
 #include "bench/cases/media.h"
+#include "tests/forward/baseline/tools.h"
 
 namespace kappamu::forward::testing {
 namespace {

@@ -1,0 +1,96 @@
+#include "io/image/oiio_input.h"
+
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "core/error.h"
+#include "io/image/image_integrity.h"
+
+namespace kappamu::io {
+
+namespace {
+
+const char* reader_of(ImageKind kind) {
+  switch (kind) {
+    case ImageKind::png:
+      return "png";
+    case ImageKind::tiff:
+      return "tiff";
+    case ImageKind::jpeg:
+      return "jpeg";
+    case ImageKind::exr:
+      return "openexr";
+    default:
+      throw InternalError("internal error: bytes of an unknown image format are to be opened");
+  }
+}
+
+}  // namespace
+
+OiioInput::OiioInput(const std::filesystem::path& file, std::vector<std::byte>& bytes)
+    : memory_(bytes.data(), bytes.size()),
+      input_(OIIO::ImageInput::create(reader_of(image_kind(bytes)))) {
+  check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG or EXR");
+  hide_photoshop_segments(bytes);
+  OIIO::ImageSpec spec;
+  OIIO::ImageSpec wishes;
+  OIIO::Filesystem::IOProxy* proxy = &memory_;
+  wishes.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+  wishes.attribute("oiio:UnassociatedAlpha", 1);  // colours are not multiplied by it
+  try {
+    opened_ = input_->open(file.string(), spec, wishes);
+  } catch (const std::exception&) {
+    opened_ = false;
+  }
+}
+
+OiioInput::~OiioInput() {
+  input_->geterror();  // an error that nobody asks for goes to standard error
+}
+
+bool OiioInput::read(OIIO::TypeDesc format,
+                     const std::function<void(int, int, const std::byte*)>& take) {
+  const OIIO::ImageSpec& image = spec();
+  const bool tiled = image.tile_width > 0;
+  // EXR is compressed in blocks of up to 32 rows. Other formats go row by row: for several rows of
+  // TIFF OpenImageIO 2.4 inflates strips itself and reports success where that fails.
+  const bool exr = input_->format_name() == std::string("openexr");
+  const int block = tiled ? image.tile_height : exr ? 32 : 1;
+  const std::size_t row_bytes = static_cast<std::size_t>(image.width) *
+                                static_cast<std::size_t>(image.nchannels) * format.size();
+  std::vector<std::byte> pixels(row_bytes * static_cast<std::size_t>(block));
+  try {
+    for (int y = 0; y < image.height; y += block) {
+      const int rows = std::min(block, image.height - y);
+      const int begin = image.y + y;
+      const bool read =
+          tiled ? input_->read_tiles(0, 0, image.x, image.x + image.width, begin, begin + rows, 0,
+                                     1, 0, image.nchannels, format, pixels.data())
+          : exr ? input_->read_scanlines(0, 0, begin, begin + rows, 0, 0, image.nchannels, format,
+                                         pixels.data())
+                : input_->read_scanline(begin, 0, format, pixels.data());
+      if (!read) return false;
+      take(y, rows, pixels.data());
+    }
+  } catch (const std::exception&) {
+    return false;
+  }
+  return !input_->has_error();  // libjpeg goes on with grey where data are missing, and warns
+}
+
+std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
+                                        const void* pixels, const std::string& what) {
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  OIIO::Filesystem::IOProxy* proxy = &memory;
+  spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+  const auto output = OIIO::ImageOutput::create(format);
+  check(output != nullptr, std::string("OpenImageIO has no writer of ") + format);
+  const bool written =
+      output->open(what, spec) && output->write_image(spec.format, pixels) && output->close();
+  check(written, "OpenImageIO cannot encode " + what + ": " + output->geterror());
+  return bytes;
+}
+
+}  // namespace kappamu::io

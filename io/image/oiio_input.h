@@ -1,0 +1,45 @@
+// An image's bytes behind OpenImageIO's reader of one format. Only .cpp files of this folder
+// include this: OpenImageIO's header is large.
+#pragma once
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <vector>
+
+namespace kappamu::io {
+
+class OiioInput {
+ public:
+  /// Opens by the reader of the bytes' own format, never by whichever of OpenImageIO's thirty takes
+  /// them. `bytes` must outlive this.
+  OiioInput(const std::filesystem::path& file, std::vector<std::byte>& bytes);
+  ~OiioInput();
+  OiioInput(const OiioInput&) = delete;
+  OiioInput& operator=(const OiioInput&) = delete;
+
+  bool opened() const { return opened_; }
+  const OIIO::ImageSpec& spec() const { return input_->spec(); }
+
+  /// Calls `take`(first row, rows, pixels) for blocks of rows in order, with pixels of `format` and
+  /// all channels, [row][x][channel]. False where the picture is damaged. Blocks keep two copies of
+  /// the picture from being held at once.
+  bool read(OIIO::TypeDesc format,
+            const std::function<void(int first, int rows, const std::byte* pixels)>& take);
+
+ private:
+  OIIO::Filesystem::IOMemReader memory_;
+  std::unique_ptr<OIIO::ImageInput> input_;
+  bool opened_ = false;
+};
+
+/// The bytes of a file that OpenImageIO writes from `pixels` of the spec's format, [y][x][channel].
+/// `format` is "png", "tiff", "jpeg" or "openexr"; `what` names the picture where that fails.
+std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
+                                        const void* pixels, const std::string& what);
+
+}  // namespace kappamu::io
