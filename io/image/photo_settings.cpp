@@ -3,7 +3,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include "io/image/image_integrity.h"
@@ -19,20 +18,17 @@ std::optional<double> positive(double value) {
   return std::isfinite(value) && value > 0.0 ? std::optional(value) : std::nullopt;
 }
 
-/// The number that EXIF holds as a fraction and OpenImageIO as a float: its shortest decimal, or
-/// one over that of its inverse where this is shorter (1/30).
+/// The number that EXIF holds as a fraction and OpenImageIO as a float: one over a whole number
+/// where it is that to the float's precision (1/30), else its shortest decimal.
 std::optional<double> from_float(float value) {
-  const auto shortest = [](float number) {
-    std::array<char, 32> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), number).ptr;
-    double decimal = 0.0;
-    std::from_chars(text.data(), end, decimal);
-    return std::pair(end - text.data(), decimal);
-  };
   if (!positive(value)) return std::nullopt;
-  const auto [length, decimal] = shortest(value);
-  const auto [length_of_inverse, inverse] = shortest(1.0F / value);
-  return positive(length_of_inverse < length ? 1.0 / inverse : decimal);
+  const double whole = std::round(1.0 / value);
+  if (whole > 1.0 && std::abs(whole * value - 1.0) < 1e-6) return 1.0 / whole;
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
+  double decimal = 0.0;
+  std::from_chars(text.data(), end, decimal);
+  return positive(decimal);
 }
 
 std::optional<double> number_of(const OIIO::ImageSpec& spec, const char* name) {
@@ -56,7 +52,7 @@ PhotoSettings read_photo_settings(const std::filesystem::path& file) {
   const OIIO::ImageSpec& spec = input.spec();
   settings.exposure_s = number_of(spec, "ExposureTime");
   settings.f_number = number_of(spec, "FNumber");
-  settings.iso = number_of(spec, "Exif:ISOSpeedRatings");
+  settings.iso = number_of(spec, "Exif:PhotographicSensitivity");
   settings.focal_length_mm = number_of(spec, "Exif:FocalLength");
   settings.camera = spec.get_string_attribute("Model");
   return settings;
