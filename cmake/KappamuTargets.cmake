@@ -63,9 +63,10 @@ function(kappamu_install name)
           FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
 endfunction()
 
-# kappamu_test(core DEPS ...): tests/<name>/*_test.cpp as one GoogleTest program, each case in CTest.
+# kappamu_test(core DEPS ... SLOW ...): tests/<name>/*_test.cpp as one GoogleTest program, each case in CTest; SLOW
+# names, as GoogleTest filters, the statistical and other long ones, whose label then ends in `-slow`.
 function(kappamu_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "DEPS;SLOW" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
   if(NOT sources)
     return()
@@ -79,6 +80,18 @@ function(kappamu_test name)
   # Behind a precompiled header GCC 12 warns of std::string's own code.
   target_compile_options(${name}_test PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow>")
   target_compile_definitions(${name}_test PRIVATE KAPPAMU_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
-  gtest_discover_tests(${name}_test TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST
-                       PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${name})
+  kappamu_discover(${name}_test ${name} ${ARG_TIMEOUT} "${ARG_SLOW}")
+endfunction()
+
+# kappamu_discover(core_test core 300 "Slow.*;Other.*"): the cases of a program in CTest.
+function(kappamu_discover program label timeout slow)
+  set(common DISCOVERY_MODE PRE_TEST TEST_PREFIX ${label}.)
+  if(slow)
+    list(JOIN slow ":" filter)
+    gtest_discover_tests(${program} ${common} TEST_FILTER ${filter} TEST_LIST ${program}_slow
+                         PROPERTIES TIMEOUT ${timeout} LABELS ${label}-slow)
+    gtest_discover_tests(${program} ${common} TEST_FILTER -${filter} PROPERTIES TIMEOUT ${timeout} LABELS ${label})
+  else()
+    gtest_discover_tests(${program} ${common} PROPERTIES TIMEOUT ${timeout} LABELS ${label})
+  endif()
 endfunction()

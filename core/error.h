@@ -14,6 +14,13 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Thrown by a listener (core/progress.h) to stop long work. Whatever was complete on disk stays,
+/// and the same call goes on from there.
+class Cancelled : public std::runtime_error {
+ public:
+  Cancelled() : std::runtime_error("cancelled") {}
+};
+
 /// A promise of our own code that does not hold: a bug, never the user's fault.
 class InternalError : public std::logic_error {
  public:

@@ -1,11 +1,12 @@
-// How long work tells what it is doing, without knowing who listens.
+// How long work reports what it is doing, without knowing who listens.
 #pragma once
 
 #include <string>
 
 namespace kappamu {
 
-/// Receives progress of long work. The default ignores everything.
+/// Receives progress of long work. The default ignores everything. A listener may throw Cancelled
+/// (core/error.h) from update(): the work ends there.
 class Progress {
  public:
   virtual ~Progress() = default;
