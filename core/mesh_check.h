@@ -15,7 +15,7 @@
 
 namespace kappamu {
 
-/// Beyond these a mesh is refused before the work: about 1 KB a triangle are needed at the most.
+/// Beyond these a mesh is refused before the work: reading and checking need 450 bytes a triangle.
 inline constexpr std::size_t most_triangles = 2'000'000;
 inline constexpr int most_components = 1000;
 /// Share of the surface that may lie inside the body, or outside it, by self-intersections.

@@ -25,12 +25,14 @@ using Eigen::Vector3d;
 constexpr double slow_tentative_ratio = 20.0;
 /// Of the light, lost by rounding at edges: more than this is worth a warning.
 constexpr double most_slipped = 1e-3;
+constexpr double seconds_per_update = 1.0;
 constexpr std::uint64_t most_photons = 1ULL << 31;
 
 /// Where the photons of one light enter: its beams, then its surface samples.
 class Entry {
  public:
-  Entry(const ObjectProblem& problem, const ObjectLight& light) : problem_(problem), light_(light) {
+  Entry(const ObjectProblem& problem, const WalkScene& scene, const ObjectLight& light)
+      : problem_(problem), scene_(scene), light_(light) {
     for (const Beam& beam : light.beams) {
       const Vector3d& normal = problem.surface.normal[static_cast<std::size_t>(beam.triangle)];
       const double cosine = std::min(1.0, -beam.direction.dot(normal));
@@ -55,7 +57,7 @@ class Entry {
     if (chosen < light_.beams.size()) {
       const Beam& beam = light_.beams[chosen];
       start.triangle = beam.triangle;
-      start.position = beam.position;
+      start.position = scene_.nudged(beam.position, beam.triangle);  // it may lie on an edge
       start.direction = refracted(beam.direction,
                                   problem_.surface.normal[static_cast<std::size_t>(beam.triangle)],
                                   1.0 / problem_.eta);
@@ -90,6 +92,7 @@ class Entry {
   }
 
   const ObjectProblem& problem_;
+  const WalkScene& scene_;
   const ObjectLight& light_;
   std::vector<double> power_;
   double total_ = 0.0;
@@ -123,16 +126,17 @@ struct LightTally {
 
 LightTally trace(const WalkScene& scene, const Entry& entry, std::uint32_t light,
                  const ObjectOptions& options, const std::string& stage, Progress& progress) {
-  constexpr std::uint64_t piece = 256, updates = 64;
+  constexpr std::uint64_t piece = 256;
   const PhiloxKey key{static_cast<std::uint32_t>(options.seed),
                       static_cast<std::uint32_t>(options.seed >> 32)};
   LightTally tally;
   tally.exits.resize(scene.surface.size());
   std::mutex lock;
-  const std::uint64_t batch = std::max(piece, (options.photons + updates - 1) / updates);
-  for (std::uint64_t first = 0; first < options.photons; first += batch) {
-    const std::uint64_t last = std::min(first + batch, options.photons);
+  std::uint64_t batch = 16 * piece, last = 0;
+  for (std::uint64_t first = 0; first < options.photons; first = last) {
+    last = std::min(first + batch, options.photons);
     progress.update(stage, static_cast<double>(first) / static_cast<double>(options.photons), "");
+    const auto start = std::chrono::steady_clock::now();
     for_rows(static_cast<int>((last - first + piece - 1) / piece), [&](int row) {
       PhotonWalk walk(scene, key, light);
       WalkTally here;
@@ -146,6 +150,8 @@ LightTally trace(const WalkScene& scene, const Entry& entry, std::uint32_t light
       const std::lock_guard guard(lock);
       tally.walk += here;
     });
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    if (spent.count() < seconds_per_update / 2.0) batch *= 2;
   }
   progress.update(stage, 1.0, "");
   return tally;
@@ -197,7 +203,7 @@ class ObjectMonteCarlo final : public ObjectModel {
     WalkTally all;
     double slipped = 0.0;
     for (std::size_t m = 0; m < problem.lights.size(); ++m) {
-      const Entry entry(problem, problem.lights[m]);
+      const Entry entry(problem, scene, problem.lights[m]);
       LightTally tally;
       tally.exits.resize(problem.surface.size());
       if (entry.power() > 0.0) {

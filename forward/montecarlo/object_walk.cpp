@@ -45,6 +45,14 @@ WalkScene::WalkScene(const Surface& its_surface, const TriangleMesh& mesh,
   box.max().array() += 10.0 * nudge;
 }
 
+Vector3d WalkScene::nudged(const Vector3d& position, int triangle) const {
+  const auto t = static_cast<std::size_t>(triangle);
+  const Vector3d to_middle = surface.position[t] - position;
+  const double way = to_middle.norm();
+  const Vector3d aside = way > nudge ? Vector3d(nudge / way * to_middle) : to_middle;
+  return position + aside - nudge * surface.normal[t];
+}
+
 WalkTally& WalkTally::operator+=(const WalkTally& other) {
   entered_again += other.entered_again;
   absorbed += other.absorbed;
@@ -114,7 +122,7 @@ std::optional<RayHit> PhotonWalk::wall_from_surface() {
       const auto t = static_cast<std::size_t>(hit->triangle);
       if (scene_.surface.normal[t].dot(direction_) > 0.0) return hit;
     }
-    position_ -= scene_.nudge * normal();
+    position_ = scene_.nudged(position_, last_triangle_);
   }
   return std::nullopt;
 }

@@ -23,13 +23,17 @@ struct WalkScene {
   WalkScene(const Surface& surface, const TriangleMesh& mesh, const RayCaster& rays,
             const ObjectMedium& medium, double eta, bool follow_reentry);
 
+  /// A point of the surface, taken inwards and from the edges of its triangle by a way that rays
+  /// tell from none.
+  Eigen::Vector3d nudged(const Eigen::Vector3d& position, int triangle) const;
+
   const Surface& surface;
   const RayCaster& rays;
   const ObjectMedium& medium;
   double eta;
   bool follow_reentry;
   Eigen::AlignedBox3d box;  ///< of the mesh
-  double nudge = 0.0;       ///< a way inwards that rays tell from the surface [mm]
+  double nudge = 0.0;       ///< that way [mm]
   double mean_step = 0.0;   ///< 1/majorant, the medium's largest σt' [mm]
 };
 
