@@ -23,6 +23,13 @@ TEST_F(PhotonRandom, GivesThePublishedBlocks) {
   }
 }
 
+TEST(PhotonRandomOfTheHost, GivesThePublishedBlocks) {
+  EXPECT_EQ(philox({0, 0, 0, 0}, {0, 0}),
+            (PhiloxBlock{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8}));
+  EXPECT_EQ(philox({0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344}, {0xa4093822, 0x299f31d0}),
+            (PhiloxBlock{0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}));
+}
+
 TEST(AliasTable, HoldsEveryWeight) {
   std::mt19937 generator(1);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
