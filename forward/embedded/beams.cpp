@@ -28,8 +28,8 @@ std::array<double, 8> along_chord(const Eigen::Vector3d& from, const Eigen::Vect
   // Gauss points in the share of the light that has collided, uniform on [0, 1].
   constexpr std::array<double, 4> node{0.0694318442029737, 0.3300094782075719, 0.6699905217924281,
                                        0.9305681557970263};
-  constexpr std::array<double, 4> weight{0.1739274225687269, 0.3260725774312731,
-                                         0.3260725774312731, 0.1739274225687269};
+  constexpr std::array<double, 4> weight{0.1739274225687269, 0.3260725774312731, 0.3260725774312731,
+                                         0.1739274225687269};
   std::array<double, 8> mean{};
   for (std::size_t g = 0; g < node.size(); ++g) {
     const double at = depth < 1e-6 ? node[g] : -std::log1p(node[g] * std::expm1(-depth)) / depth;
@@ -55,7 +55,8 @@ class March {
     while (at < end && power > 0.0) {
       const int leaf = tree_.leaf_at(start + (at + step_over) * direction);
       const Cube& cube = tree_.cube(leaf);
-      const double next = std::min(end, std::max(leaves_at(cube, start, direction), at + step_over));
+      const double next =
+          std::min(end, std::max(leaves_at(cube, start, direction), at + step_over));
       const int k = mesh_.cube_of_leaf[static_cast<std::size_t>(leaf)];
       if (k >= 0) {
         const auto index = static_cast<std::size_t>(k);
@@ -65,8 +66,9 @@ class March {
         const double absorbed = collided * std::min(1.0, coefficients_[index].mu / sigma_t);
         const Eigen::Vector3d corner(cube.at[0], cube.at[1], cube.at[2]);
         const double scale = std::ldexp(1.0, cube.level);
-        std::array<double, 8> share = along_chord(scale * (start + at * direction) - corner,
-                                                  scale * (start + next * direction) - corner, depth);
+        std::array<double, 8> share =
+            along_chord(scale * (start + at * direction) - corner,
+                        scale * (start + next * direction) - corner, depth);
         for (double& s : share) s *= collided - absorbed;
         add_load(space_, index, share, load);
         powers.absorbed += absorbed;
@@ -85,9 +87,9 @@ class March {
     double nearest = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
       if (direction[axis] == 0.0) continue;
-      const double plane = std::ldexp(cube.at[static_cast<std::size_t>(axis)] +
-                                          (direction[axis] > 0.0 ? 1.0 : 0.0),
-                                      -cube.level);
+      const double plane =
+          std::ldexp(cube.at[static_cast<std::size_t>(axis)] + (direction[axis] > 0.0 ? 1.0 : 0.0),
+                     -cube.level);
       nearest = std::min(nearest, (plane - start[axis]) / direction[axis]);
     }
     return nearest;

@@ -58,8 +58,8 @@ std::vector<Body> bodies(const TriangleMesh& mesh, const RayCaster& rays) {
   std::vector<Body> result;
   std::vector<int> renamed(mesh.vertices.size(), -1);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-    const auto [place, made] = number.try_emplace(vertices.root(mesh.triangles[t][0]),
-                                                  static_cast<int>(result.size()));
+    const auto [place, made] =
+        number.try_emplace(vertices.root(mesh.triangles[t][0]), static_cast<int>(result.size()));
     if (made) result.emplace_back();
     Body& body = result[static_cast<std::size_t>(place->second)];
     std::array<int, 3> corners = mesh.triangles[t];

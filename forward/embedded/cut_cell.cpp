@@ -60,8 +60,8 @@ void CutCell::add(int triangle, const Triangle& corners) {
           }
         }
         for (std::size_t k = 0; k < 8; ++k) {
-          piece.weight[k] += w * ((k & 1) ? x.x() : 1.0 - x.x()) *
-                             ((k & 2) ? x.y() : 1.0 - x.y()) * ((k & 4) ? z : 1.0 - z);
+          piece.weight[k] += w * ((k & 1) ? x.x() : 1.0 - x.x()) * ((k & 2) ? x.y() : 1.0 - x.y()) *
+                             ((k & 4) ? z : 1.0 - z);
         }
       }
     }

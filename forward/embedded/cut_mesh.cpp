@@ -100,7 +100,8 @@ CutMesh cut_mesh(const Octree& tree, const TriangleMesh& mesh, const RayCaster& 
       auto cell = std::make_unique<CutCell>();
       tree.for_triangles(leaves[k], [&](int index, const Triangle& triangle) {
         Triangle local;
-        for (std::size_t i = 0; i < 3; ++i) local[i] = std::ldexp(1.0, cube.level) * triangle[i] - at;
+        for (std::size_t i = 0; i < 3; ++i)
+          local[i] = std::ldexp(1.0, cube.level) * triangle[i] - at;
         cell->add(index, local);
       });
       if (!cell->pieces().empty()) cells[k] = std::move(cell);

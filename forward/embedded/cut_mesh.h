@@ -18,12 +18,12 @@ struct CutMesh {
     std::array<float, 8> weight{};
   };
 
-  double edge_mm = 1.0;        ///< of the root
-  std::vector<Cube> cubes;     ///< inside or cut, Morton order
-  std::vector<int> leaf;       ///< of the octree, per cube
-  std::vector<int> cut;        ///< place in `volume` and `surface`, −1 where the cube is whole
+  double edge_mm = 1.0;     ///< of the root
+  std::vector<Cube> cubes;  ///< inside or cut, Morton order
+  std::vector<int> leaf;    ///< of the octree, per cube
+  std::vector<int> cut;     ///< place in `volume` and `surface`, −1 where the cube is whole
   std::vector<Moments> volume, surface;
-  std::vector<Piece> pieces;   ///< by cube
+  std::vector<Piece> pieces;      ///< by cube
   std::vector<int> cube_of_leaf;  ///< per node of the octree; −1 outside
 
   double h(std::size_t cube) const { return std::ldexp(edge_mm, -cubes[cube].level); }

@@ -29,8 +29,8 @@ Answer answer(const Discretisation& d, const ObjectProblem& problem,
   // What enters diffusely, E_t, and its share of the boundary condition's q = 4 E_t/(1 − R_φ).
   std::vector<std::vector<double>> entering(lights);
   for (std::size_t l = 0; l < lights; ++l) {
-    const BeamPowers beams = add_beams(d.tree, d.mesh, space, d.coefficients, problem,
-                                       problem.lights[l].beams, load[l]);
+    const BeamPowers beams =
+        add_beams(d.tree, d.mesh, space, d.coefficients, problem, problem.lights[l].beams, load[l]);
     ObjectBalance& balance = result.balance[l];
     balance.entering = beams.entering;
     balance.unscattered = beams.unscattered;

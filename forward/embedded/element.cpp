@@ -78,6 +78,9 @@ Element whole_element(const Coefficients& coefficients, double h) {
 
 Element cut_element(const Coefficients& coefficients, double h, const Moments& volume,
                     const Moments& surface, double A) {
+  // Rounding of the moments, some 1e-16 of the whole cube's, must not make a vanishing part of a
+  // cube indefinite.
+  const double floor = 1e-14 * coefficients.kappa * h;
   Element element;
   for (std::size_t i = 0; i < 8; ++i) {
     for (std::size_t j = i; j < 8; ++j) {
@@ -87,6 +90,7 @@ Element cut_element(const Coefficients& coefficients, double h, const Moments& v
                            h * h / (2.0 * A) * integrals(surface, i, j).mass;
       element[8 * i + j] = element[8 * j + i] = value;
     }
+    element[9 * i] += floor;
   }
   return element;
 }

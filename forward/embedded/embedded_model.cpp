@@ -21,12 +21,12 @@ using namespace embedded;
 /// Surface cubes of the first mesh: the object's longest extent over 2^level.
 constexpr int first_level = 4;
 /// A mesh starts with its folded cubes split as often as this.
-constexpr int fold_splits = 2;
+constexpr int fold_splits = 1;
 /// Of the indicator's sum, the share that a refinement splits.
 constexpr double refined_share = 0.8;
-/// Exitance on a mesh and on the same with every cube split differ by 3 times the finer's error where
-/// the error falls with h², by less at edges of the light. Between the two, on the safe side of
-/// measured errors.
+/// Exitance on a mesh and on the same with every cube split differ by 3 times the finer's error
+/// where the error falls with h², by less at edges of the light. Between the two, on the safe side
+/// of measured errors.
 constexpr double difference_per_error = 2.0;
 /// Memory that a cube takes with its share of the hierarchy and of eight lights [bytes], measured.
 constexpr double bytes_per_cube = 2600.0;
@@ -178,8 +178,7 @@ void validate(const ObjectProblem& problem, const ObjectOptions& options) {
     const ObjectLight& light = problem.lights[l];
     require(light.diffuse.empty() || light.diffuse.size() == problem.surface.size(),
             "light " + std::to_string(l) + " has " + std::to_string(light.diffuse.size()) +
-                " irradiances for " + std::to_string(problem.surface.size()) +
-                " surface samples");
+                " irradiances for " + std::to_string(problem.surface.size()) + " surface samples");
     for (const Beam& beam : light.beams) {
       require(beam.triangle >= 0 && beam.triangle < static_cast<int>(problem.surface.size()),
               "a beam of light " + std::to_string(l) + " names triangle " +
@@ -265,9 +264,9 @@ ObjectResult EmbeddedModel::solve(const ObjectProblem& problem, const ObjectOpti
   }
   result.converged = within_tolerance && solved;
   std::ostringstream estimate;
-  estimate << (lights == 0 ? 0.0
-                           : *std::max_element(result.error_estimate.begin(),
-                                               result.error_estimate.end()));
+  estimate << (lights == 0
+                   ? 0.0
+                   : *std::max_element(result.error_estimate.begin(), result.error_estimate.end()));
   if (!solved) {
     result.message = "the linear solver stopped before its tolerance";
   } else if (!within_tolerance) {

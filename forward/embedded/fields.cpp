@@ -38,7 +38,8 @@ void add_surface_load(const CutMesh& mesh, const NodeSpace& space, const std::ve
   for (const CutMesh::Piece& piece : mesh.pieces) {
     std::array<double, 8> power;
     for (std::size_t i = 0; i < 8; ++i) {
-      power[i] = static_cast<double>(piece.weight[i]) * flux[static_cast<std::size_t>(piece.triangle)];
+      power[i] =
+          static_cast<double>(piece.weight[i]) * flux[static_cast<std::size_t>(piece.triangle)];
     }
     add_load(space, static_cast<std::size_t>(piece.cube), power, load);
   }

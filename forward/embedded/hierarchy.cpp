@@ -12,8 +12,8 @@ namespace {
 /// At most this many unknowns are solved for directly.
 constexpr std::size_t direct_unknowns = 300;
 
-/// Unknowns whose scale is below this share of the largest belong to vanishing cut cubes alone. Their
-/// equations weigh nothing; their values are what coarser levels interpolate.
+/// Unknowns whose scale is below this share of the largest belong to vanishing cut cubes alone.
+/// Their equations weigh nothing; their values are what coarser levels interpolate.
 constexpr double vanishing = 1e-14;
 
 /// Rows filled from parts that are made independently.
@@ -146,8 +146,8 @@ Coarser coarsened(const std::vector<Cube>& fine) {
       result.cubes.push_back(cube);
     } else {
       const Cube parent{finest - 1, {cube.at[0] / 2, cube.at[1] / 2, cube.at[2] / 2}};
-      result.octant.push_back(static_cast<int>((cube.at[0] & 1U) | (cube.at[1] & 1U) << 1U |
-                                               (cube.at[2] & 1U) << 2U));
+      result.octant.push_back(
+          static_cast<int>((cube.at[0] & 1U) | (cube.at[1] & 1U) << 1U | (cube.at[2] & 1U) << 2U));
       // Morton order: siblings follow each other.
       if (result.cubes.empty() || result.cubes.back().level != parent.level ||
           result.cubes.back().at != parent.at) {
@@ -206,9 +206,10 @@ SparseRows<double> interpolation(const NodeSpace& fine, const NodeSpace& coarse,
     const std::size_t k = slot[u] / 8, i = slot[u] % 8;
     const auto parent = static_cast<std::size_t>(coarser.parent[k]);
     for (std::size_t j = 0; j < 8; ++j) {
-      const double weight = coarser.octant[k] < 0 ? (i == j ? 1.0 : 0.0)
-                                                  : parent_weight(coarser.octant[k], static_cast<int>(i),
-                                                                  static_cast<int>(j));
+      const double weight =
+          coarser.octant[k] < 0
+              ? (i == j ? 1.0 : 0.0)
+              : parent_weight(coarser.octant[k], static_cast<int>(i), static_cast<int>(j));
       if (weight == 0.0) continue;
       const auto parts = coarse.parts(parent, j);
       for (const int column : parts) row.add(column, weight * NodeSpace::weight(parts));
@@ -224,8 +225,6 @@ Eigen::MatrixXd dense(const SparseRows<double>& matrix) {
       result(static_cast<Eigen::Index>(row), matrix.column[k]) = matrix.value[k];
     }
   }
-  // Unknowns that only a vanishing cut cube has: rounding must not make them indefinite.
-  for (double& own : result.diagonal()) own = own > 0.0 ? own * (1.0 + 1e-12) : 1.0;
   return result;
 }
 
@@ -281,8 +280,8 @@ Elements cube_elements(const CutMesh& mesh, const std::vector<Coefficients>& coe
     for (std::size_t c = begin; c < end; ++c) {
       const std::size_t k = cut[c];
       const auto moments = static_cast<std::size_t>(mesh.cut[k]);
-      result.element[static_cast<std::size_t>(result.of_cube[k])] = cut_element(
-          coefficients[k], mesh.h(k), mesh.volume[moments], mesh.surface[moments], A);
+      result.element[static_cast<std::size_t>(result.of_cube[k])] =
+          cut_element(coefficients[k], mesh.h(k), mesh.volume[moments], mesh.surface[moments], A);
     }
   });
   return result;
@@ -299,7 +298,14 @@ Hierarchy make_hierarchy(const CutMesh& mesh, Elements elements) {
     level.matrix = rounded(assembled.matrix);
     level.inverse_scale = std::move(assembled.inverse_scale);
     const bool coarsest = space.unknowns() <= direct_unknowns || cubes.size() == 1;
-    if (coarsest) result.coarsest.compute(dense(assembled.matrix));
+    if (coarsest) {
+      const Eigen::MatrixXd matrix = dense(assembled.matrix);
+      Eigen::VectorXd& scale = result.coarsest_scale;
+      scale = matrix.diagonal().cwiseSqrt().cwiseInverse();
+      Eigen::MatrixXd scaled = scale.asDiagonal() * matrix * scale.asDiagonal();
+      scaled.diagonal().array() += 1e-12;  // vanishing cuts make nearly dependent unknowns
+      result.coarsest.compute(scaled);
+    }
     if (result.levels.empty()) result.matrix = std::move(assembled.matrix);
     if (!coarsest) {
       const Coarser coarser = coarsened(cubes);

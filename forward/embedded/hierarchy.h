@@ -40,10 +40,11 @@ struct Level {
 };
 
 struct Hierarchy {
-  NodeSpace space;            ///< of the finest level
-  SparseRows<double> matrix;  ///< of the finest level
-  std::vector<Level> levels;  ///< finest first
-  Eigen::LLT<Eigen::MatrixXd> coarsest;
+  NodeSpace space;                       ///< of the finest level
+  SparseRows<double> matrix;             ///< of the finest level
+  std::vector<Level> levels;             ///< finest first
+  Eigen::LLT<Eigen::MatrixXd> coarsest;  ///< of D^−½ A D^−½
+  Eigen::VectorXd coarsest_scale;        ///< D^−½
 
   std::size_t unknowns() const { return space.unknowns(); }
 };

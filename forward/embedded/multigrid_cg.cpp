@@ -6,7 +6,8 @@ namespace kappamu::forward::embedded {
 
 namespace {
 
-constexpr int smoothing_degree = 2;
+/// Of 2, 3 and 5 the least time on thin and jagged objects, and half the iterations of 2.
+constexpr int smoothing_degree = 5;
 
 template <int lanes>
 class VCycle {
@@ -43,15 +44,17 @@ class VCycle {
     smooth(level, w, true);
     subtract_product(level, w);
     for_products<lanes>(level.restriction, w.r.data(), [&](std::size_t row, const auto& sum) {
-      std::copy(sum.begin(), sum.end(), coarse.r.begin() + static_cast<std::ptrdiff_t>(row * lanes));
+      std::copy(sum.begin(), sum.end(),
+                coarse.r.begin() + static_cast<std::ptrdiff_t>(row * lanes));
     });
     cycle(l + 1);
-    for_products<lanes>(level.interpolation, coarse.x.data(), [&](std::size_t row, const auto& sum) {
-      for (std::size_t lane = 0; lane < lanes; ++lane) {
-        w.z[row * lanes + lane] = sum[lane];
-        w.x[row * lanes + lane] += sum[lane];
-      }
-    });
+    for_products<lanes>(level.interpolation, coarse.x.data(),
+                        [&](std::size_t row, const auto& sum) {
+                          for (std::size_t lane = 0; lane < lanes; ++lane) {
+                            w.z[row * lanes + lane] = sum[lane];
+                            w.x[row * lanes + lane] += sum[lane];
+                          }
+                        });
     subtract_product(level, w);
     smooth(level, w, false);
   }
@@ -95,8 +98,9 @@ class VCycle {
     const auto rows = static_cast<Eigen::Index>(w.r.size() / lanes);
     using Map = Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, lanes,
                                          lanes == 1 ? Eigen::ColMajor : Eigen::RowMajor>>;
-    const Eigen::MatrixXd solution =
-        hierarchy_.coarsest.solve(Map(w.r.data(), rows, lanes).template cast<double>());
+    const auto scale = hierarchy_.coarsest_scale.asDiagonal();
+    const Eigen::MatrixXd load = scale * Map(w.r.data(), rows, lanes).template cast<double>();
+    const Eigen::MatrixXd solution = scale * hierarchy_.coarsest.solve(load);
     Map(w.x.data(), rows, lanes) = solution.cast<float>();
   }
 
@@ -116,8 +120,8 @@ Sums<lanes> dot(const std::vector<A>& a, const std::vector<B>& b) {
     Sums<lanes> sum{};
     for (std::size_t row = begin; row < end; ++row) {
       for (std::size_t lane = 0; lane < lanes; ++lane) {
-        sum[lane] += static_cast<double>(a[row * lanes + lane]) *
-                     static_cast<double>(b[row * lanes + lane]);
+        sum[lane] +=
+            static_cast<double>(a[row * lanes + lane]) * static_cast<double>(b[row * lanes + lane]);
       }
     }
     partial[piece] = sum;

@@ -1,6 +1,6 @@
 // Conjugate gradients preconditioned by one multigrid V-cycle, several right-hand sides at once.
 //
-// The smoother is Chebyshev's polynomial of the fourth kind (Lottes 2023), degree 2, which needs
+// The smoother is Chebyshev's polynomial of the fourth kind (Lottes 2023), which needs
 // nothing but the bound of the scaled spectrum that Level::inverse_scale provides; the same before
 // and after the coarse correction, so that the cycle is symmetric.
 #pragma once

@@ -112,7 +112,8 @@ NodeSpace::NodeSpace(const std::vector<Cube>& cubes) : corner_(cubes.size()) {
     const auto count = static_cast<std::size_t>(masters_[begin]);
     for (std::size_t m = 1; m <= count; ++m) {
       masters_[begin + m] = unknown[static_cast<std::size_t>(masters_[begin + m])];
-      check(masters_[begin + m] >= 0, "the octree is not balanced: a hanging node hangs on another");
+      check(masters_[begin + m] >= 0,
+            "the octree is not balanced: a hanging node hangs on another");
     }
     begin += count + 1;
   }

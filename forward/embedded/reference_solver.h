@@ -9,7 +9,8 @@ namespace kappamu::forward::embedded {
 /// A x, summed cube by cube.
 std::vector<double> reference_product(const NodeSpace& space, const Elements& elements,
                                       const std::vector<double>& x);
-/// Solves A x = b to ‖b − A x‖ ≤ tolerance·‖b‖; throws InternalError where 10,000 iterations do not.
+/// Solves A x = b to ‖b − A x‖ ≤ tolerance·‖b‖; throws InternalError where 10,000 iterations do
+/// not.
 std::vector<double> reference_solution(const NodeSpace& space, const Elements& elements,
                                        const std::vector<double>& b, double tolerance);
 

@@ -29,9 +29,9 @@ Folds folds(const CutMesh& mesh, const Surface& surface) {
   Folds found;
   for (std::size_t k = 0; k < mesh.pieces.size();) {
     const int cube = mesh.pieces[k].cube;
-    double area = 0.0, outward = 0.0;                     // ∫ dA, ∫ n·x dA
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();     // ∫ n dA
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();   // ∫ x dA, in the cube
+    double area = 0.0, outward = 0.0;                    // ∫ dA, ∫ n·x dA
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // ∫ n dA
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // ∫ x dA, in the cube
     for (; k < mesh.pieces.size() && mesh.pieces[k].cube == cube; ++k) {
       const Eigen::Vector3d& n = surface.normal[static_cast<std::size_t>(mesh.pieces[k].triangle)];
       for (std::size_t i = 0; i < 8; ++i) {

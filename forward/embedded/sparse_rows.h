@@ -1,5 +1,5 @@
-// Sparse matrices by rows, applied to fields of several lanes (right-hand sides): [row][lane], lanes
-// innermost, so that one pass over the matrix serves them all.
+// Sparse matrices by rows, applied to fields of several lanes (right-hand sides): [row][lane],
+// lanes innermost, so that one pass over the matrix serves them all.
 #pragma once
 
 #include <algorithm>
@@ -43,7 +43,8 @@ void for_products(const SparseRows<T>& matrix, const Field* x, const Use& use) {
       for (std::size_t k = matrix.start[row]; k < matrix.start[row + 1]; ++k) {
         const Field value = static_cast<Field>(matrix.value[k]);
         const Field* from = x + static_cast<std::size_t>(matrix.column[k]) * lanes;
-        for (int lane = 0; lane < lanes; ++lane) sum[static_cast<std::size_t>(lane)] += value * from[lane];
+        for (int lane = 0; lane < lanes; ++lane)
+          sum[static_cast<std::size_t>(lane)] += value * from[lane];
       }
       use(row, sum);
     }

@@ -34,8 +34,8 @@ TriangleMesh icosphere(double radius, int splits, const Eigen::Vector3d& centre)
   for (int split = 0; split < splits; ++split) {
     std::map<std::pair<int, int>, int> middles;
     const auto middle = [&](int a, int b) {
-      const auto [place, made] = middles.try_emplace(std::minmax(a, b),
-                                                     static_cast<int>(mesh.vertices.size()));
+      const auto [place, made] =
+          middles.try_emplace(std::minmax(a, b), static_cast<int>(mesh.vertices.size()));
       if (made) {
         mesh.vertices.push_back((mesh.vertices[static_cast<std::size_t>(a)] +
                                  mesh.vertices[static_cast<std::size_t>(b)])
@@ -50,8 +50,7 @@ TriangleMesh icosphere(double radius, int splits, const Eigen::Vector3d& centre)
     }
     mesh.triangles = finer;
   }
-  const double scale =
-      radius * std::cbrt(4.0 / 3.0 * std::numbers::pi / enclosed_volume(mesh));
+  const double scale = radius * std::cbrt(4.0 / 3.0 * std::numbers::pi / enclosed_volume(mesh));
   for (auto& vertex : mesh.vertices) vertex = centre + scale * vertex;
   return mesh;
 }
@@ -127,8 +126,8 @@ class BoxTree : public RayCaster {
     int right = -1;  ///< the left child follows the node; −1: a leaf
   };
   const Eigen::Vector3d& vertex(int triangle, std::size_t k) const {
-    return mesh_.vertices[static_cast<std::size_t>(
-        mesh_.triangles[static_cast<std::size_t>(triangle)][k])];
+    return mesh_
+        .vertices[static_cast<std::size_t>(mesh_.triangles[static_cast<std::size_t>(triangle)][k])];
   }
   int build(std::size_t begin, std::size_t end) {
     const auto here = nodes_.size();
