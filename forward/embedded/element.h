@@ -8,7 +8,7 @@
 #include <array>
 
 #include "core/object_medium.h"
-#include "forward/embedded/cut_cell.h"
+#include "forward/embedded/geometry/cut_cell.h"
 
 namespace kappamu::forward::embedded {
 

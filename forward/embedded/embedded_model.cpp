@@ -8,8 +8,8 @@
 
 #include "core/error.h"
 #include "core/process_memory.h"
-#include "forward/embedded/bodies.h"
 #include "forward/embedded/discretisation.h"
+#include "forward/embedded/geometry/bodies.h"
 #include "forward/embedded/refinement.h"
 
 namespace kappamu::forward {

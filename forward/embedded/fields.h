@@ -2,7 +2,7 @@
 // the same weights, so that reciprocity is exact.
 #pragma once
 
-#include "forward/embedded/cut_mesh.h"
+#include "forward/embedded/geometry/cut_mesh.h"
 #include "forward/embedded/hierarchy.h"
 #include "forward/embedded/node_space.h"
 

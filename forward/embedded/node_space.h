@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "forward/embedded/octree.h"
+#include "forward/embedded/geometry/octree.h"
 
 namespace kappamu::forward::embedded {
 

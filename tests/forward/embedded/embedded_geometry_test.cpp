@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "embedded_test_tools.h"
-#include "forward/embedded/bodies.h"
-#include "forward/embedded/cut_mesh.h"
+#include "forward/embedded/geometry/bodies.h"
+#include "forward/embedded/geometry/cut_mesh.h"
 #include "forward/embedded/refinement.h"
 
 namespace kappamu::forward::embedded {

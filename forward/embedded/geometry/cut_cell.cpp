@@ -1,4 +1,4 @@
-#include "forward/embedded/cut_cell.h"
+#include "forward/embedded/geometry/cut_cell.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "forward/embedded/triangle_clip.h"
+#include "forward/embedded/geometry/triangle_clip.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

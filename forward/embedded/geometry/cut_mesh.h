@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/ray_caster.h"
-#include "forward/embedded/cut_cell.h"
-#include "forward/embedded/octree.h"
+#include "forward/embedded/geometry/cut_cell.h"
+#include "forward/embedded/geometry/octree.h"
 
 namespace kappamu::forward::embedded {
 

@@ -1,4 +1,4 @@
-#include "forward/embedded/octree.h"
+#include "forward/embedded/geometry/octree.h"
 
 #include <algorithm>
 #include <cmath>

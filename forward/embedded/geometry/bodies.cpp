@@ -1,4 +1,4 @@
-#include "forward/embedded/bodies.h"
+#include "forward/embedded/geometry/bodies.h"
 
 #include <Eigen/Geometry>
 #include <map>

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "core/triangle_mesh.h"
-#include "forward/embedded/triangle_clip.h"
+#include "forward/embedded/geometry/triangle_clip.h"
 
 namespace kappamu::forward::embedded {
 

@@ -12,7 +12,7 @@
 #include <optional>
 #include <vector>
 
-#include "forward/embedded/triangle_clip.h"
+#include "forward/embedded/geometry/triangle_clip.h"
 
 namespace kappamu::forward::embedded {
 

@@ -1,4 +1,4 @@
-#include "forward/embedded/cut_mesh.h"
+#include "forward/embedded/geometry/cut_mesh.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
