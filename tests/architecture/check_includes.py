@@ -2,7 +2,8 @@
 """Fails when an #include goes against the arrows of the house, or a heavy header leaks into one of ours.
 
     inverse -> forward -> device -> core     calib -> capture -> io -> core
-    data_synthetic -> forward, capture, calib        bench -> all but app        app, tests -> all
+    data_synthetic -> forward, capture, calib        render -> forward, io
+    bench -> all but app        app, tests -> all
 """
 import pathlib
 import re
@@ -18,12 +19,13 @@ BELOW = {
     "capture": {"core", "io"},
     "calib": {"core", "io", "capture"},
     "data_synthetic": {"core", "device", "io", "forward", "capture", "calib"},
-    "bench": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic"},
+    "render": {"core", "device", "io", "forward"},
+    "bench": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic", "render"},
 }
 TOP = {"app", "tests"}
 # Libraries that must stay behind .cpp files: only a header that none but .cpp files of its own folder
 # include may name them. A header of forward declarations costs its readers nothing.
-HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenEXR|Imf|libraw|exiv2)")
+HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenEXR|Imf|libraw|exiv2|embree3|assimp)")
 FORWARD_DECLARATIONS = {"nlohmann/json_fwd.hpp"}
 # The folders that build with -DKAPPAMU_PIPELINE=OFF may use nothing but these: Eigen, OpenCL, the
 # standard library and the system's C headers. Not even forward declarations of another library.
