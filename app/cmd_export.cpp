@@ -4,6 +4,7 @@
 
 #include "app/command.h"
 #include "app/export_stage.h"
+#include "io/volume_file.h"
 
 namespace kappamu::app {
 
@@ -20,7 +21,7 @@ void run_export(const ExportOptions& options, const Globals& globals) {
   const io::ExportResult result =
       export_volumes(options.volume, options.out, options.formats, *progress);
   if (globals.json) {
-    nlohmann::ordered_json json{{"volume", find_volume(options.volume).string()},
+    nlohmann::ordered_json json{{"volume", io::find_volume(options.volume).string()},
                                 {"files", nlohmann::json::array()},
                                 {"warnings", result.warnings}};
     for (const auto& file : result.files) json["files"].push_back(file.string());

@@ -38,4 +38,8 @@ std::string volume_json(const VolumeSet& set);
 /// A .vdb file or a folder with volume.json.
 VolumeSet read_volume(const std::filesystem::path& path);
 
+/// The volume that `path` means: a .vdb file, a folder with volume.json, or a run or fit folder
+/// that has volume.vdb or fit/volume.vdb. Throws InputError when there is none.
+std::filesystem::path find_volume(const std::filesystem::path& path);
+
 }  // namespace kappamu::io
