@@ -1,0 +1,336 @@
+#include "core/mesh_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "core/error.h"
+#include "core/mesh/crossings.h"
+#include "core/mesh/edges.h"
+#include "core/mesh/weld.h"
+
+namespace kappamu {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Of the box's longest edge: what counts as one place, and (squared) as no area.
+constexpr double one_place = 1e-6;
+
+class MeshCheck {
+ public:
+  MeshCheck(const TriangleMesh& mesh, const std::string& name) : given_(mesh), name_(name) {
+    read();
+    weld(equal_vertices(result_.mesh));
+    weld(ends_of_needles(result_.mesh, one_place * length_));
+    drop_useless();
+    weld(gaps_of_edges(result_.mesh, one_place * length_));
+    drop_useless();
+    report_dropped();
+    refuse_open_edges();
+    orient_alike();
+    turn_edges_of_caps();
+    orient_outwards();
+    find_self_intersections();
+    drop_unused_vertices();
+  }
+  CheckedMesh take() { return std::move(result_); }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(name_ + ": " + what); }
+
+  const Vector3d& vertex(int v) const { return result_.mesh.vertices[static_cast<std::size_t>(v)]; }
+  Triangle& triangle(std::size_t t) { return result_.mesh.triangles[t]; }
+  double area(const Triangle& t) const {
+    return (vertex(t[1]) - vertex(t[0])).cross(vertex(t[2]) - vertex(t[0])).norm() / 2.0;
+  }
+  bool no_area(const Triangle& t) const {
+    return area(t) < one_place * one_place * length_ * length_;
+  }
+
+  std::string place(const Vector3d& point) const {
+    char text[96];
+    std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) mm", point.x(), point.y(), point.z());
+    return text;
+  }
+  /// "at (1, 2, 3) mm (triangle 7)", in the middle of an edge of a triangle.
+  std::string place(const Edge& edge) const {
+    return "at " + place(0.5 * (vertex(edge.low) + vertex(edge.high))) + " (triangle " +
+           std::to_string(result_.source[static_cast<std::size_t>(edge.triangle)]) + ")";
+  }
+  static std::string count(std::size_t n, const std::string& one, const std::string& many) {
+    return std::to_string(n) + " " + (n == 1 ? one : many);
+  }
+  void mended(std::size_t n, const std::string& one, const std::string& many,
+              const std::string& how) {
+    if (n > 0) result_.mended.push_back(name_ + ": " + count(n, one, many) + " " + how);
+  }
+
+  void read() {
+    if (given_.triangles.empty()) fail("has no triangles; give a closed triangle mesh");
+    if (given_.triangles.size() > most_triangles) {
+      fail("has " + std::to_string(given_.triangles.size()) + " triangles; at most " +
+           std::to_string(most_triangles) + " are taken, decimate the mesh");
+    }
+    for (std::size_t v = 0; v < given_.vertices.size(); ++v) {
+      if (given_.vertices[v].allFinite()) continue;
+      fail("the position of vertex " + std::to_string(v) + " (from 0) is not finite; correct it");
+    }
+    for (std::size_t t = 0; t < given_.triangles.size(); ++t) {
+      for (const int v : given_.triangles[t]) {
+        if (v >= 0 && static_cast<std::size_t>(v) < given_.vertices.size()) continue;
+        fail("triangle " + std::to_string(t) + " has vertex " + std::to_string(v) +
+             ", but there are " + std::to_string(given_.vertices.size()) +
+             " vertices, from 0; correct the mesh");
+      }
+    }
+    Eigen::AlignedBox3d box;
+    for (const Triangle& t : given_.triangles) {
+      for (const int v : t) box.extend(given_.vertices[static_cast<std::size_t>(v)]);
+    }
+    length_ = box.sizes().maxCoeff();
+    if (!(box.volume() > 0.0) || !std::isfinite(box.volume())) {
+      fail("its box measures " + place(box.sizes()) + "; give a mesh that encloses a volume");
+    }
+    result_.mesh = given_;
+    result_.source.resize(given_.triangles.size());
+    std::iota(result_.source.begin(), result_.source.end(), 0);
+  }
+
+  void weld(const std::vector<int>& into) {
+    std::vector<bool> used(result_.mesh.vertices.size());
+    std::size_t welded = 0;
+    for (Triangle& t : result_.mesh.triangles) {
+      for (int& v : t) {
+        const auto before = static_cast<std::size_t>(v);
+        v = into[before];
+        if (static_cast<std::size_t>(v) != before && !used[before]) ++welded;
+        used[before] = true;
+      }
+    }
+    welded_ += welded;
+  }
+
+  /// Fewer than three vertices, or the same three once more.
+  void drop_useless() {
+    auto& triangles = result_.mesh.triangles;
+    std::vector<std::size_t> order(triangles.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::vector<Triangle> sorted = triangles;
+    for (Triangle& t : sorted) std::sort(t.begin(), t.end());
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return sorted[a] < sorted[b]; });
+    std::vector<bool> drop(triangles.size());
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      const Triangle& t = sorted[order[i]];
+      if (t[0] == t[1] || t[1] == t[2]) {
+        drop[order[i]] = true;
+        ++degenerate_;
+      } else if (i > 0 && t == sorted[order[i - 1]]) {
+        drop[order[i]] = true;
+        ++repeated_;
+      }
+    }
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+      if (drop[i]) continue;
+      triangles[kept] = triangles[i];
+      result_.source[kept++] = result_.source[i];
+    }
+    triangles.resize(kept);
+    result_.source.resize(kept);
+    if (kept == 0) fail("has no triangle of any area; give a closed triangle mesh");
+  }
+
+  void report_dropped() {
+    mended(welded_, "vertex", "vertices", "of the same place welded");
+    mended(degenerate_, "triangle", "triangles", "without area dropped");
+    mended(repeated_, "triangle", "triangles", "given twice dropped");
+  }
+
+  void refuse_open_edges() const {
+    const std::vector<Edge> edges = edges_of(result_.mesh.triangles);
+    std::size_t open = 0;
+    std::optional<Edge> first, odd;
+    for_each_edge(edges, [&](std::size_t begin, std::size_t end) {
+      const Edge& edge = edges[begin];
+      if (end - begin == 1) {
+        ++open;
+        if (!first || edge.triangle < first->triangle) first = edge;
+      } else if ((end - begin) % 2 == 1 && (!odd || edge.triangle < odd->triangle)) {
+        odd = edge;
+      }
+    });
+    if (first) {
+      fail("is not closed: it has " + count(open, "open edge", "open edges") + ", the first " +
+           place(*first) + "; close the hole there");
+    }
+    if (odd) {
+      fail("an odd number of triangles, more than two, meet at an edge " + place(*odd) +
+           "; take away those that bound no volume");
+    }
+  }
+
+  /// Neighbours across an edge run along it in opposite directions; what follows from one triangle
+  /// to the next makes a component.
+  void orient_alike() {
+    const Orientation found = oriented_alike(result_.mesh.triangles);
+    if (found.one_sided) {
+      fail("has one side only (as a Moebius strip): its triangles cannot be oriented alike " +
+           place(*found.one_sided) + "; separate it there");
+    }
+    result_.component = found.component;
+    result_.components = found.components;
+    if (found.components > most_components) {
+      fail("consists of " + std::to_string(found.components) + " separate surfaces; at most " +
+           std::to_string(most_components) + " are taken, remove the small ones");
+    }
+    // The smaller part of each component is what was wrong.
+    const auto pieces = static_cast<std::size_t>(found.components);
+    std::vector<std::size_t> size(pieces), turned(pieces);
+    for (std::size_t t = 0; t < found.turned.size(); ++t) {
+      const auto c = static_cast<std::size_t>(found.component[t]);
+      ++size[c];
+      turned[c] += found.turned[t] ? 1 : 0;
+      if (found.turned[t]) std::swap(triangle(t)[1], triangle(t)[2]);
+    }
+    std::size_t wrong = 0;
+    for (std::size_t c = 0; c < pieces; ++c) wrong += std::min(turned[c], size[c] - turned[c]);
+    mended(wrong, "triangle", "triangles", "turned to face as its neighbours do");
+    if (const std::optional<Edge> bad =
+            unbalanced_edge(result_.mesh.triangles, result_.component)) {
+      fail("more than two triangles meet at an edge " + place(*bad) +
+           " and bound no volume between them; separate the surfaces there");
+    }
+  }
+
+  /// A triangle whose three vertices lie on a line: the longest edge, which it shares with a
+  /// neighbour, is replaced by the other diagonal of the two.
+  void turn_edges_of_caps() {
+    std::size_t turned = 0;
+    for (int pass = 0; pass < 8; ++pass) {
+      std::vector<bool> flat;
+      for (const Triangle& t : result_.mesh.triangles) flat.push_back(no_area(t));
+      if (std::find(flat.begin(), flat.end(), true) == flat.end()) break;
+      turned += turn_caps(result_.mesh, flat);
+    }
+    mended(turned, "triangle", "triangles", "on a line given area by turning an edge");
+    for (std::size_t t = 0; t < result_.mesh.triangles.size(); ++t) {
+      const Triangle& flat = result_.mesh.triangles[t];
+      if (!no_area(flat)) continue;
+      fail("triangle " + std::to_string(result_.source[t]) + " at " + place(vertex(flat[0])) +
+           " has no area, and turning edges does not help; take it away and close the gap");
+    }
+  }
+
+  void orient_outwards() {
+    const auto pieces = static_cast<std::size_t>(result_.components);
+    std::vector<double> volume(pieces);
+    std::vector<int> sample(pieces, -1);
+    for (std::size_t t = 0; t < result_.component.size(); ++t) {
+      const auto c = static_cast<std::size_t>(result_.component[t]);
+      const Triangle& corners = triangle(t);
+      volume[c] += (vertex(corners[0]) - vertex(0))
+                       .dot((vertex(corners[1]) - vertex(0)).cross(vertex(corners[2]) - vertex(0)));
+      if (sample[c] < 0) sample[c] = static_cast<int>(t);
+    }
+    const MeshCrossings crossings(result_.mesh);
+    std::size_t bodies = 0, voids = 0;
+    std::vector<bool> turn(pieces);
+    for (std::size_t c = 0; c < pieces; ++c) {
+      // Three rays vote, should one meet an edge.
+      int odd = 0;
+      const Triangle& corners = triangle(static_cast<std::size_t>(sample[c]));
+      const Vector3d from = (vertex(corners[0]) + vertex(corners[1]) + vertex(corners[2])) / 3.0;
+      for (const Vector3d& direction : {Vector3d(0.61, 0.37, 0.70), Vector3d(-0.53, 0.79, -0.31),
+                                        Vector3d(0.23, -0.89, 0.41)}) {
+        odd += crossings
+                   .along(from, direction,
+                          [&](int other) {
+                            return static_cast<std::size_t>(
+                                       result_.component[static_cast<std::size_t>(other)]) != c;
+                          })
+                   .number %
+               2;
+      }
+      const bool within = odd >= 2;
+      turn[c] = within ? volume[c] > 0.0 : volume[c] < 0.0;
+      if (turn[c]) ++(within ? voids : bodies);
+    }
+    for (std::size_t t = 0; t < result_.component.size(); ++t) {
+      if (turn[static_cast<std::size_t>(result_.component[t])]) {
+        std::swap(triangle(t)[1], triangle(t)[2]);
+      }
+    }
+    mended(bodies, "body", "bodies", "that faced inwards turned inside out");
+    mended(voids, "surface", "surfaces", "inside another made a void by turning it inside out");
+  }
+
+  void find_self_intersections() {
+    const MeshCrossings crossings(result_.mesh);
+    const MeshCrossings::Pairs pairs = crossings.crossing_pairs();
+    if (!pairs.all) {
+      fail("too many of its triangles lie across each other to tell its inside; remesh it");
+    }
+    if (!pairs.first) return;
+    const auto one = static_cast<std::size_t>(pairs.first->first);
+    const auto other = static_cast<std::size_t>(pairs.first->second);
+    const std::string where =
+        "triangles " + std::to_string(result_.source[one]) + " and " +
+        std::to_string(result_.source[other]) + " at " +
+        place((vertex(triangle(one)[0]) + vertex(triangle(one)[1]) + vertex(triangle(one)[2])) /
+              3.0);
+    const double hidden = crossings.hidden_share();
+    if (hidden > most_hidden_surface) {
+      fail("intersects itself, the first time by " + where + ", which puts " + percent(hidden) +
+           " of its surface inside or outside the body; unite the parts that overlap");
+    }
+    result_.warnings.push_back(
+        name_ + ": " + count(pairs.count, "pair of triangles crosses", "pairs of triangles cross") +
+        " each other, the first being " + where + "; less than " + percent(most_hidden_surface) +
+        " of the surface is wrong by it");
+  }
+  static std::string percent(double share) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2g %%", 100.0 * share);
+    return text;
+  }
+
+  void drop_unused_vertices() {
+    std::vector<int> number(result_.mesh.vertices.size());
+    for (const Triangle& t : result_.mesh.triangles) {
+      for (const int v : t) number[static_cast<std::size_t>(v)] = 1;
+    }
+    std::vector<Vector3d> kept;
+    for (std::size_t v = 0; v < number.size(); ++v) {
+      const bool used = number[v] == 1;
+      number[v] = static_cast<int>(kept.size());
+      if (used) kept.push_back(result_.mesh.vertices[v]);
+    }
+    for (Triangle& t : result_.mesh.triangles) {
+      for (int& v : t) v = number[static_cast<std::size_t>(v)];
+    }
+    const std::size_t unused = given_.vertices.size() - kept.size() - welded_;
+    mended(unused, "vertex", "vertices", "of no triangle dropped");
+    result_.mesh.vertices = std::move(kept);
+  }
+
+  const TriangleMesh& given_;
+  const std::string& name_;
+  double length_ = 0.0;
+  std::size_t welded_ = 0, degenerate_ = 0, repeated_ = 0;
+  CheckedMesh result_;
+};
+
+}  // namespace
+
+CheckedMesh check_mesh(const TriangleMesh& mesh, const std::string& name) {
+  return MeshCheck(mesh, name).take();
+}
+
+}  // namespace kappamu

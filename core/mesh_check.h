@@ -1,0 +1,41 @@
+// Whether triangles bound a body, and what can be mended of meshes that nearly do.
+//
+// In this order: exactly equal vertices become one (STL has three to a triangle), as do those of
+// open edges within 1e-6 of the box; triangles with fewer than three vertices, repeated and of no
+// area (below 1e-12 of the box's longest edge squared) are dropped, those on an edge's line by
+// turning that edge; orientation is made consistent, outwards on bodies and inwards on voids (a
+// component within an odd number of others). All else is refused.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/triangle_mesh.h"
+
+namespace kappamu {
+
+/// Beyond these a mesh is refused before the work: about 1 KB a triangle are needed at the most.
+inline constexpr std::size_t most_triangles = 2'000'000;
+inline constexpr int most_components = 1000;
+/// Share of the surface that may lie inside the body, or outside it, by self-intersections.
+inline constexpr double most_hidden_surface = 1e-3;
+
+/// Closed, oriented outwards, without triangles of zero area; no vertex is unused.
+struct CheckedMesh {
+  TriangleMesh mesh;
+  std::vector<int> source;     ///< per triangle, its number in the mesh as it was given, from 0
+  std::vector<int> component;  ///< per triangle, the piece it belongs to, from 0
+  int components = 0;          ///< surfaces that share no edge: bodies and voids
+  std::vector<std::string> mended;    ///< sentences: what was changed
+  std::vector<std::string> warnings;  ///< sentences: what is left as it is, and may matter
+};
+
+/// `name` begins every sentence; places are in mm, triangles by their number as given, from 0.
+/// Throws InputError for a mesh that cannot be mended: an index that is no vertex, a coordinate
+/// that is no number, no extent, a hole, an edge of three triangles, one side only (Möbius),
+/// self-intersection that hides more of the surface than `most_hidden_surface`, or more triangles
+/// or components than the limits.
+CheckedMesh check_mesh(const TriangleMesh& mesh, const std::string& name);
+
+}  // namespace kappamu
