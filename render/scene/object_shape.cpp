@@ -3,8 +3,10 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/mesh_check.h"
 #include "core/mesh_refine.h"
 #include "core/shapes.h"
+#include "io/mesh_file.h"
 
 namespace kappamu::render {
 
@@ -15,8 +17,16 @@ using Eigen::Vector3d;
 constexpr int edges_per_size = 64;
 constexpr std::size_t most_refined_triangles = 4'000'000;
 
-TriangleMesh unit_shape(const SceneObject& object, std::vector<std::string>& /*warnings*/) {
-  return make_shape(std::get<std::string>(object.shape), 1.0, edges_per_size, object.proportion);
+/// In whatever unit and frame the file has.
+TriangleMesh unsized_shape(const SceneObject& object, std::vector<std::string>& warnings) {
+  const auto* file = std::get_if<std::filesystem::path>(&object.shape);
+  if (!file) {
+    return make_shape(std::get<std::string>(object.shape), 1.0, edges_per_size, object.proportion);
+  }
+  CheckedMesh checked = check_mesh(io::read_mesh(*file), file->string());
+  warnings.insert(warnings.end(), checked.mended.begin(), checked.mended.end());
+  warnings.insert(warnings.end(), checked.warnings.begin(), checked.warnings.end());
+  return std::move(checked.mesh);
 }
 
 }  // namespace
@@ -31,7 +41,7 @@ Eigen::Matrix3d turn_matrix(const Vector3d& degrees) {
 
 TriangleMesh make_object_mesh(const SceneObject& object, std::vector<std::string>& warnings) {
   try {
-    TriangleMesh mesh = unit_shape(object, warnings);
+    TriangleMesh mesh = unsized_shape(object, warnings);
     if (const auto* size = std::get_if<Vector3d>(&object.size_mm)) {
       const Vector3d scale = size->cwiseQuotient(bounding_box(mesh).sizes());
       for (Vector3d& vertex : mesh.vertices) vertex = vertex.cwiseProduct(scale);
