@@ -1,0 +1,24 @@
+// First collisions of collimated beams: refracted into the object, marched cube by cube, exact for
+// coefficients constant in each (embedded.md).
+#pragma once
+
+#include "forward/embedded/fields.h"
+#include "forward/object_model.h"
+
+namespace kappamu::forward::embedded {
+
+/// Where the power of a light's beams goes, after Fresnel [mm²]; the last three sum to the first.
+struct BeamPowers {
+  double entering = 0.0;
+  double scattered = 0.0;    ///< added to the load
+  double absorbed = 0.0;     ///< at the first collision
+  double unscattered = 0.0;  ///< left without one
+};
+
+/// Adds ∫ S N dV of every beam to the load; S = σs'/σt' of the power that collides in a cube,
+/// along the beam's chord through it. Throws InputError where a beam meets the surface from inside.
+BeamPowers add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
+                     const std::vector<Coefficients>& coefficients, const ObjectProblem& problem,
+                     const std::vector<Beam>& beams, std::vector<double>& load);
+
+}  // namespace kappamu::forward::embedded

@@ -1,0 +1,16 @@
+// Model `embedded`: diffusion in objects of any shape by trilinear elements on cut cubes of an
+// octree, [T] chapter 4 with a symmetric discretisation, refined until two resolutions agree within
+// the tolerance (docs/embedded.md).
+#pragma once
+
+#include "forward/object_model.h"
+
+namespace kappamu::forward {
+
+class EmbeddedModel : public ObjectModel {
+ public:
+  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                     Progress& progress) override;
+};
+
+}  // namespace kappamu::forward

@@ -1,0 +1,30 @@
+// Which cubes to split next: where the surface folds within a cube, and where the gradient of the
+// fluence changes most.
+#pragma once
+
+#include "forward/embedded/fields.h"
+
+namespace kappamu::forward::embedded {
+
+/// Leaves in which the surface turns so much that two of its sides may lie in one cube.
+struct Folds {
+  std::vector<int> leaf;
+  int slits = 0;  ///< those with the outside between the sides: a cube bridges it
+};
+Folds folds(const CutMesh& mesh, const Surface& surface);
+
+/// Cubes whose children are leaves, and how much splitting them changed.
+struct Indicator {
+  std::vector<int> node;      ///< of the octree
+  std::vector<double> value;  ///< dimensionless
+};
+/// Energy ∫ κ |∇φ − mean ∇φ|² of the gradient's variation among the children of each cube, summed
+/// over lights, each relative to its light's sum.
+Indicator gradient_indicator(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
+                             const std::vector<Coefficients>& coefficients,
+                             const std::vector<std::vector<double>>& fluence);
+
+/// The fewest nodes that hold `share` of the indicator's sum (Dörfler 1996).
+std::vector<int> largest(const Indicator& indicator, double share);
+
+}  // namespace kappamu::forward::embedded
