@@ -26,12 +26,21 @@ Image<float> image_of(const EnvironmentLight& light) {
 
 Environment::Environment(const EnvironmentLight& light)
     : image_(image_of(light)), turn_(light.turn_deg * pi / 180.0), visible_(light.visible) {
-  double sum = 0.0;
+  std::vector<double> bright;
+  double mean = 0.0;
   for (int y = 0; y < image_.height(); ++y) {
     for (int x = 0; x < image_.width(); ++x) {
-      sum += luminance(pixel(image_, x, y)) * solid_angle(cumulative_.size());
-      cumulative_.push_back(sum);
+      mean += luminance(pixel(image_, x, y)) * solid_angle(bright.size()) / (4.0 * pi);
+      bright.push_back(luminance(pixel(image_, x, y)));
     }
+  }
+  dark_ = mean <= 0.0;
+  // Rounding of the mean is not brightness.
+  const double floor = (1.0 + 1e-9) * mean;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < bright.size(); ++i) {
+    sum += std::max(0.0, bright[i] - floor) * solid_angle(i);
+    cumulative_.push_back(sum);
   }
 }
 
@@ -59,6 +68,7 @@ Colour Environment::radiance(const Vector3d& direction) const {
 }
 
 double Environment::density(const Vector3d& direction) const {
+  if (even()) return 0.0;
   const std::size_t i = pixel_of(direction);
   const double power = cumulative_[i] - (i > 0 ? cumulative_[i - 1] : 0.0);
   return power / cumulative_.back() / solid_angle(i);

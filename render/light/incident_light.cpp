@@ -121,8 +121,10 @@ Colour Illumination::environment_irradiance(std::size_t triangle) const {
     const auto [bright_u, bright_v] = sobol_point(i, mix(key));
     const auto [even_u, even_v] = sobol_point(i, mix(mix(key)));
     const Vector3d point = object_.world_from_object * point_on(triangle, on_u, on_v);
-    const Environment::Sample bright = environment_->sample(bright_u, bright_v);
-    sum += environment_term(point, normal, bright.direction, bright.radiance, bright.density);
+    if (!environment_->even()) {
+      const Environment::Sample bright = environment_->sample(bright_u, bright_v);
+      sum += environment_term(point, normal, bright.direction, bright.radiance, bright.density);
+    }
     const Vector3d direction = cosine_direction(normal, even_u, even_v);
     sum += environment_term(point, normal, direction, environment_->radiance(direction),
                             environment_->density(direction));

@@ -119,7 +119,7 @@ Colour Shading::reflected(const Point& point, std::uint32_t sample, std::uint64_
   if (!surface.mirror()) radiance += reflected_lights(point, surface, frame);
   const auto [u, v] = sobol_point(sample, key);
   radiance += reflected_surroundings(point, surface, frame, u, v);
-  if (!environment_ || surface.mirror()) return radiance;
+  if (!environment_ || environment_->even() || surface.mirror()) return radiance;
 
   const auto [bright_u, bright_v] = sobol_point(sample, mix(key));
   const Environment::Sample bright = environment_->sample(bright_u, bright_v);

@@ -32,8 +32,8 @@ inline Scene sphere_scene() {
 /// Its balance lets out what leaves and counts the rest as absorbed.
 class KnownAnswer : public forward::ObjectModel {
  public:
-  using Exitance = std::function<double(const forward::ObjectProblem&, std::size_t light,
-                                        std::size_t sample)>;
+  using Exitance =
+      std::function<double(const forward::ObjectProblem&, std::size_t light, std::size_t sample)>;
   explicit KnownAnswer(Exitance exitance) : exitance_(std::move(exitance)) {}
 
   forward::ObjectResult solve(const forward::ObjectProblem& problem,
@@ -48,8 +48,8 @@ class KnownAnswer : public forward::ObjectModel {
       const forward::ObjectLight& light = problem.lights[i];
       forward::ObjectBalance balance;
       for (const forward::Beam& beam : light.beams) {
-        const double cosine = -beam.direction.dot(
-            problem.surface.normal[static_cast<std::size_t>(beam.triangle)]);
+        const double cosine =
+            -beam.direction.dot(problem.surface.normal[static_cast<std::size_t>(beam.triangle)]);
         balance.entering += beam.power * (1.0 - fresnel_external(problem.eta, cosine));
       }
       for (std::size_t t = 0; t < problem.surface.size(); ++t) {
