@@ -12,6 +12,7 @@
 #include "core/progress.h"
 #include "device/context.h"
 #include "forward/grid/grid_solver.h"
+#include "forward/montecarlo/philox.h"
 
 namespace kappamu::forward {
 
@@ -70,7 +71,6 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
                           const TraceOptions& options, Progress& progress);
 
 /// Philox4x32-10 as the device computes it: one block of four numbers per counter.
-using PhiloxBlock = std::array<std::uint32_t, 4>;
 std::vector<PhiloxBlock> philox_blocks(device::Context& context, std::array<std::uint32_t, 2> key,
                                        std::span<const PhiloxBlock> counters);
 

@@ -1,0 +1,285 @@
+#include "forward/montecarlo/object_monte_carlo.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+#include <sstream>
+#include <string>
+
+#include "core/error.h"
+#include "core/optics.h"
+#include "core/parallel.h"
+#include "forward/montecarlo/object_walk.h"
+#include "forward/montecarlo/photon_tables.h"
+#include "forward/montecarlo/photon_tracer.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// Above this the fictitious collisions cost more than all else.
+constexpr double slow_tentative_ratio = 20.0;
+/// Of the light, lost by rounding at edges: more than this is worth a warning.
+constexpr double most_slipped = 1e-3;
+constexpr std::uint64_t most_photons = 1ULL << 31;
+
+/// Where the photons of one light enter: its beams, then its surface samples.
+class Entry {
+ public:
+  Entry(const ObjectProblem& problem, const ObjectLight& light) : problem_(problem), light_(light) {
+    for (const Beam& beam : light.beams) {
+      const Vector3d& normal = problem.surface.normal[static_cast<std::size_t>(beam.triangle)];
+      const double cosine = std::min(1.0, -beam.direction.dot(normal));
+      power_.push_back(beam.power * (1.0 - fresnel_external(problem.eta, cosine)));
+    }
+    const double diffuse =
+        problem.eta * problem.eta * (1.0 - boundary_constants(problem.eta).r_phi);
+    for (std::size_t i = 0; i < light.diffuse.size(); ++i) {
+      power_.push_back(diffuse * light.diffuse[i] * problem.surface.area[i]);
+    }
+    for (const double power : power_) total_ += power;
+    if (total_ > 0.0) aliases_ = alias_table(power_);
+  }
+
+  double power() const { return total_; }  ///< that enters [mm²]
+
+  WalkStart start(PhotonWalk& walk) const {
+    const PhiloxBlock r = walk.draw();
+    auto chosen = static_cast<std::size_t>((std::uint64_t{r[0]} * aliases_.size()) >> 32);
+    if (r[1] >= aliases_[chosen].keep) chosen = aliases_[chosen].other;
+    WalkStart start;
+    if (chosen < light_.beams.size()) {
+      const Beam& beam = light_.beams[chosen];
+      start.triangle = beam.triangle;
+      start.position = beam.position;
+      start.direction = refracted(beam.direction,
+                                  problem_.surface.normal[static_cast<std::size_t>(beam.triangle)],
+                                  1.0 / problem_.eta);
+      return start;
+    }
+    const std::size_t t = chosen - light_.beams.size();
+    const auto corner = [&](std::size_t k) -> const Vector3d& {
+      return problem_.mesh.vertices[static_cast<std::size_t>(problem_.mesh.triangles[t][k])];
+    };
+    const Vector3d& normal = problem_.surface.normal[t];
+    const double root = std::sqrt(uniform_of(r[2])), along = uniform_of(r[3]);
+    start.triangle = static_cast<int>(t);
+    start.position = corner(0) + root * ((1.0 - along) * (corner(1) - corner(0)) +
+                                         along * (corner(2) - corner(0)));
+    start.direction = refracted(diffuse_direction(normal, walk), normal, 1.0 / problem_.eta);
+    start.scattered = true;
+    return start;
+  }
+
+ private:
+  /// From outside, of light that is diffuse there: what enters, which is less at grazing angles.
+  Vector3d diffuse_direction(const Vector3d& normal, PhotonWalk& walk) const {
+    while (true) {
+      const PhiloxBlock r = walk.draw();
+      const double cosine = std::sqrt(uniform_of(r[0])), sine = std::sqrt(1.0 - cosine * cosine);
+      if (uniform_of(r[2]) < fresnel_external(problem_.eta, cosine)) continue;
+      const double turn = 2.0 * EIGEN_PI * uniform_of(r[1]);
+      const Vector3d aside = normal.unitOrthogonal();
+      return sine * (std::cos(turn) * aside + std::sin(turn) * normal.cross(aside)) -
+             cosine * normal;
+    }
+  }
+
+  const ObjectProblem& problem_;
+  const ObjectLight& light_;
+  std::vector<double> power_;
+  double total_ = 0.0;
+  std::vector<AliasEntry> aliases_;
+};
+
+void add(std::uint64_t& tally, std::uint64_t amount) {
+  std::atomic_ref(tally).fetch_add(amount, std::memory_order_relaxed);
+}
+
+/// A photon that leaves one sample several times scores there once, with the sum.
+void score(std::vector<Exit>& exits, std::vector<Score>& scores) {
+  std::sort(exits.begin(), exits.end(),
+            [](const Exit& a, const Exit& b) { return a.triangle < b.triangle; });
+  for (std::size_t i = 0; i < exits.size();) {
+    const int triangle = exits[i].triangle;
+    std::uint64_t weight = 0;
+    for (; i < exits.size() && exits[i].triangle == triangle; ++i) weight += exits[i].weight;
+    const std::uint64_t root = (weight + (1U << 14)) >> 15;  // in units of 2^-16
+    Score& sample = scores[static_cast<std::size_t>(triangle)];
+    add(sample.weight, weight);
+    add(sample.square, root * root);
+  }
+  exits.clear();
+}
+
+struct LightTally {
+  std::vector<Score> exits;  ///< per surface sample
+  WalkTally walk;
+};
+
+LightTally trace(const WalkScene& scene, const Entry& entry, std::uint32_t light,
+                 const ObjectOptions& options, const std::string& stage, Progress& progress) {
+  constexpr std::uint64_t piece = 256, updates = 64;
+  const PhiloxKey key{static_cast<std::uint32_t>(options.seed),
+                      static_cast<std::uint32_t>(options.seed >> 32)};
+  LightTally tally;
+  tally.exits.resize(scene.surface.size());
+  std::mutex lock;
+  const std::uint64_t batch = std::max(piece, (options.photons + updates - 1) / updates);
+  for (std::uint64_t first = 0; first < options.photons; first += batch) {
+    const std::uint64_t last = std::min(first + batch, options.photons);
+    progress.update(stage, static_cast<double>(first) / static_cast<double>(options.photons), "");
+    for_rows(static_cast<int>((last - first + piece - 1) / piece), [&](int row) {
+      PhotonWalk walk(scene, key, light);
+      WalkTally here;
+      std::vector<Exit> exits;
+      const std::uint64_t begin = first + static_cast<std::uint64_t>(row) * piece;
+      for (std::uint64_t photon = begin; photon < std::min(begin + piece, last); ++photon) {
+        walk.begin(static_cast<std::uint32_t>(photon));
+        walk.follow(entry.start(walk), exits, here);
+        score(exits, tally.exits);
+      }
+      const std::lock_guard guard(lock);
+      tally.walk += here;
+    });
+  }
+  progress.update(stage, 1.0, "");
+  return tally;
+}
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw InputError(what);
+}
+
+void validate(const ObjectProblem& problem, const ObjectOptions& options) {
+  require(options.photons >= 2 && options.photons <= most_photons,
+          "photons per light is " + std::to_string(options.photons) +
+              "; choose a number from 2 to 2147483648");
+  boundary_constants(problem.eta);
+  check(problem.surface.size() == problem.mesh.triangles.size(),
+        "object monte carlo: a surface of another mesh");
+  for (std::size_t m = 0; m < problem.lights.size(); ++m) {
+    const std::string name = "light " + std::to_string(m);
+    const ObjectLight& light = problem.lights[m];
+    check(light.diffuse.empty() || light.diffuse.size() == problem.surface.size(),
+          "object monte carlo: " + name + " has another number of samples");
+    for (const double irradiance : light.diffuse) {
+      require(irradiance >= 0.0 && std::isfinite(irradiance),
+              name + " has the diffuse irradiance " + std::to_string(irradiance) +
+                  " somewhere; it must be finite and not negative");
+    }
+    for (const Beam& beam : light.beams) {
+      require(beam.triangle >= 0 &&
+                  static_cast<std::size_t>(beam.triangle) < problem.surface.size() &&
+                  beam.power >= 0.0 && std::isfinite(beam.power) && beam.position.allFinite() &&
+                  std::abs(beam.direction.norm() - 1.0) < 1e-6,
+              name + " has a beam without triangle, power, position or direction");
+      require(beam.direction.dot(problem.surface.normal[static_cast<std::size_t>(beam.triangle)]) <=
+                  0.0,
+              name + " has a beam that arrives from inside the object; let it arrive from outside");
+    }
+  }
+}
+
+class ObjectMonteCarlo final : public ObjectModel {
+ public:
+  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                     Progress& progress) override {
+    validate(problem, options);
+    const auto start = std::chrono::steady_clock::now();
+    const WalkScene scene(problem.surface, problem.mesh, problem.rays, problem.medium, problem.eta,
+                          options.follow_reentry);
+    ObjectResult result;
+    WalkTally all;
+    double slipped = 0.0;
+    for (std::size_t m = 0; m < problem.lights.size(); ++m) {
+      const Entry entry(problem, problem.lights[m]);
+      LightTally tally;
+      tally.exits.resize(problem.surface.size());
+      if (entry.power() > 0.0) {
+        const std::string stage = "photons of light " + std::to_string(m + 1) + " of " +
+                                  std::to_string(problem.lights.size());
+        tally = trace(scene, entry, static_cast<std::uint32_t>(m), options, stage, progress);
+      }
+      add_light(problem, options.photons, entry.power(), tally, result);
+      all += tally.walk;
+      slipped = std::max(slipped, static_cast<double>(tally.walk.slipped) / Score::full_weight /
+                                      static_cast<double>(options.photons));
+    }
+    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    result.seconds = spent.count();
+    result.elements = options.photons;
+    const auto worst = std::max_element(result.error_estimate.begin(), result.error_estimate.end());
+    const double error = worst == result.error_estimate.end() ? 0.0 : *worst;
+    result.converged = error <= options.tolerance;
+    std::ostringstream message;
+    message << options.photons << " photons per light give the exitance within " << 100.0 * error
+            << " % (one standard error, 2-norm over the surface)";
+    result.message = message.str();
+    add_warnings(all, slipped, result);
+    return result;
+  }
+
+ private:
+  static void add_light(const ObjectProblem& problem, std::uint64_t photons, double entering,
+                        const LightTally& tally, ObjectResult& result) {
+    const auto n = static_cast<double>(photons);
+    const auto power = [&](std::uint64_t weight) {
+      return entering * static_cast<double>(weight) / Score::full_weight / n;
+    };
+    double signal = 0.0, noise = 0.0;
+    std::uint64_t exiting = 0;
+    for (std::size_t i = 0; i < tally.exits.size(); ++i) {
+      const Score& sample = tally.exits[i];
+      const double scale = entering / problem.surface.area[i];
+      const double mean = scale * sample.mean(photons);
+      const double error = scale * (sample.weight > 0 ? sample.standard_error(photons) : 1.0 / n);
+      result.exitance.push_back(mean);
+      result.standard_error.push_back(error);
+      exiting += sample.weight;
+      signal += problem.surface.area[i] * mean * mean;
+      if (sample.weight > 0) noise += problem.surface.area[i] * error * error;
+    }
+    // The noise is in the signal's square, too; where there is nothing else, the error is all of
+    // it.
+    const double true_signal = std::max(signal - noise, noise);
+    result.error_estimate.push_back(true_signal > 0.0 ? std::sqrt(noise / true_signal) : 0.0);
+    ObjectBalance balance;
+    balance.entering = entering + power(tally.walk.entered_again);
+    balance.unscattered = power(tally.walk.unscattered);
+    balance.exiting = power(exiting);
+    balance.absorbed = power(tally.walk.absorbed);
+    balance.reentering = power(tally.walk.reentering);
+    result.balance.push_back(balance);
+  }
+
+  static void add_warnings(const WalkTally& all, double slipped, ObjectResult& result) {
+    const double ratio =
+        static_cast<double>(all.tentative) / std::max(1.0, static_cast<double>(all.collisions));
+    if (ratio > slow_tentative_ratio) {
+      std::ostringstream warning;
+      warning << "the densest voxel extinguishes " << ratio
+              << " times as much as the mean one, which slows Monte Carlo by that factor";
+      result.warnings.push_back(warning.str());
+    }
+    if (slipped > most_slipped) {
+      std::ostringstream warning;
+      warning << 100.0 * slipped
+              << " % of the light left by rounding at edges of triangles; parts of the mesh may be "
+                 "too thin for single precision";
+      result.warnings.push_back(warning.str());
+    }
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<ObjectModel> make_object_monte_carlo() {
+  return std::make_unique<ObjectMonteCarlo>();
+}
+
+}  // namespace kappamu::forward
