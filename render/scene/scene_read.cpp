@@ -233,7 +233,7 @@ ModelChoice read_model(const Node& node) {
   model.name = node["name"].choice({"embedded", "montecarlo"});
   if (node.has("tolerance")) model.tolerance = node["tolerance"].number_between(1e-6, 1.0);
   if (node.has("photons")) {
-    model.photons = static_cast<std::uint64_t>(node["photons"].number_between(1.0, 1e12));
+    model.photons = static_cast<std::uint64_t>(node["photons"].number_between(2.0, 2147483648.0));
   }
   if (node.has("follow_reentry")) model.follow_reentry = node["follow_reentry"].flag();
   return model;
