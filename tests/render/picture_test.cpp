@@ -65,14 +65,16 @@ TEST(Picture, NonAbsorbingObjectVanishesInEvenLight) {
       scene.objects[0].finish = {eta, roughness};
       scene.film.samples = 64;
       scene.lights.emplace_back(EnvironmentLight{std::nullopt, Colour::Ones(), 0.0, true});
+      const double transmitted = eta * eta * (1.0 - boundary_constants(eta).r_phi);
       const RenderResult result = rendered(
-          scene, [](const forward::ObjectProblem& problem, std::size_t light, std::size_t sample) {
-            return problem.eta * problem.eta * (1.0 - boundary_constants(problem.eta).r_phi) *
-                   problem.lights[light].diffuse[sample];
+          scene, [&](const forward::ObjectProblem& problem, std::size_t light, std::size_t sample) {
+            return transmitted * problem.lights[light].diffuse[sample];
           });
       double sum = 0.0;
       for (const float value : result.picture.radiance.values()) {
-        EXPECT_LE(value, 1.0 + rounding) << "eta " << eta << ", roughness " << roughness;
+        // Fresnel's mean over facets is not that of the smooth surface, which what enters obeys.
+        EXPECT_LE(value, 1.0 + (roughness > 0.0 ? 0.02 : rounding))
+            << "eta " << eta << ", roughness " << roughness;
         EXPECT_GE(value, roughness > 0.0 ? 0.0 : 1.0 - hollow_edges) << "eta " << eta;
         sum += value;
       }
