@@ -50,6 +50,7 @@ int main(int argc, char** argv) {
   app::add_export(app, globals);
   app::add_report(app, globals);
   app::add_forward(app, globals);
+  app::add_render(app, globals);
   app::add_score(app, globals);
   app::add_bench(app, globals);
   app::add_check_gradient(app, globals);

@@ -20,7 +20,7 @@ struct ExportOptions {
 
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
-  pipeline::OutputFolder out(options.out, "export", {pipeline::find_volume(options.volume)},
+  pipeline::OutputFolder out(options.out, "export", {io::find_volume(options.volume)},
                              {"volume.vti", "mitsuba", "npy", "volume.vdb", "exr"},
                              pipeline::Former::kept);
   io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
@@ -28,7 +28,7 @@ void run_export(const ExportOptions& options, const Globals& globals) {
   for (auto& file : result.files) file = options.out / file.lexically_relative(out.partial());
   out.commit();
   if (globals.json) {
-    nlohmann::ordered_json json{{"volume", pipeline::find_volume(options.volume).string()},
+    nlohmann::ordered_json json{{"volume", io::find_volume(options.volume).string()},
                                 {"files", nlohmann::json::array()},
                                 {"warnings", result.warnings}};
     for (const auto& file : result.files) json["files"].push_back(file.string());

@@ -1,132 +1,21 @@
 // session.json to Session: form (fields, types, names). What the values mean together is checked in
 // session_check.cpp.
-#include <algorithm>
-#include <cmath>
-#include <initializer_list>
-#include <limits>
-#include <nlohmann/json.hpp>
-#include <set>
-#include <string_view>
-
 #include "capture/session/session.h"
 #include "core/error.h"
-#include "io/read_file.h"
+#include "io/json_node.h"
 
 namespace kappamu::capture {
 namespace {
 
-using nlohmann::json;
+using Node = io::JsonNode;
 
-// A JSON value that knows where it stands, so that every message can name its path.
-class Node {
- public:
-  Node(const json& value, std::string path, const std::string& file)
-      : value_(&value), path_(std::move(path)), file_(&file) {}
-
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(*file_ + ": " + (path_.empty() ? "the document" : path_) + " " + what + ".");
+void expect_unit(const Node& node, const std::string& expected) {
+  const std::string value = node.text();
+  if (value != expected) {
+    node.fail("is '" + value + "'; kappamu sessions are in '" + expected +
+              "': convert the numbers and write '" + expected + "'");
   }
-
-  // Refuses anything but an object with exactly these fields; those in `optional` may be missing.
-  void expect_fields(std::initializer_list<std::string_view> required,
-                     std::initializer_list<std::string_view> optional = {}) const {
-    if (!value_->is_object()) fail("is " + kind() + "; write an object in braces");
-    for (const auto& [name, unused] : value_->items()) {
-      if (!contains(required, name) && !contains(optional, name)) {
-        Node(*value_, child_path(name), *file_)
-            .fail("is an unknown field; allowed here are " + list(required, optional));
-      }
-    }
-    for (const std::string_view name : required) {
-      if (!value_->contains(name)) {
-        Node(*value_, child_path(name), *file_).fail("is missing; add it (docs/formats.md)");
-      }
-    }
-  }
-
-  bool has(std::string_view name) const { return value_->contains(name); }
-  Node operator[](const char* name) const { return {value_->at(name), child_path(name), *file_}; }
-
-  std::vector<Node> items(std::size_t at_least) const {
-    if (!value_->is_array()) fail("is " + kind() + "; write a list in brackets");
-    if (value_->size() < at_least) {
-      fail("has " + std::to_string(value_->size()) + " entries; it needs at least " +
-           std::to_string(at_least));
-    }
-    std::vector<Node> nodes;
-    nodes.reserve(value_->size());
-    for (std::size_t i = 0; i < value_->size(); ++i) {
-      nodes.emplace_back((*value_)[i], path_ + "[" + std::to_string(i) + "]", *file_);
-    }
-    return nodes;
-  }
-  std::vector<Node> exactly(std::size_t count) const {
-    std::vector<Node> nodes = items(0);
-    if (nodes.size() != count) {
-      fail("has " + std::to_string(nodes.size()) + " entries; it needs exactly " +
-           std::to_string(count));
-    }
-    return nodes;
-  }
-
-  std::string text() const {
-    if (!value_->is_string()) fail("is " + kind() + "; write a text in quotes");
-    return value_->get<std::string>();
-  }
-  double number() const {
-    if (!value_->is_number()) fail("is " + kind() + "; write a number");
-    return value_->get<double>();
-  }
-  int integer() const {
-    const double value = number();
-    if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
-      fail("is " + value_->dump() + "; write a whole number");
-    }
-    return static_cast<int>(value);
-  }
-  // A text out of a fixed list.
-  std::string choice(std::initializer_list<std::string_view> choices) const {
-    std::string value = text();
-    if (!contains(choices, value)) fail("is '" + value + "'; write " + list(choices, {}, " or "));
-    return value;
-  }
-  void unit(const std::string& expected) const {
-    const std::string value = text();
-    if (value != expected) {
-      fail("is '" + value + "'; kappamu sessions are in '" + expected +
-           "': convert the numbers and write '" + expected + "'");
-    }
-  }
-
- private:
-  static bool contains(std::initializer_list<std::string_view> names, std::string_view name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-  }
-  static std::string list(std::initializer_list<std::string_view> first,
-                          std::initializer_list<std::string_view> second,
-                          const std::string& separator = ", ") {
-    std::string text;
-    for (const auto& names : {first, second}) {
-      for (const std::string_view name : names) {
-        text += (text.empty() ? "'" : separator + "'") + std::string(name) + "'";
-      }
-    }
-    return text;
-  }
-  std::string child_path(std::string_view name) const {
-    return path_.empty() ? std::string(name) : path_ + "." + std::string(name);
-  }
-  std::string kind() const {
-    if (value_->is_object()) return "an object";
-    if (value_->is_array()) return "a list";
-    if (value_->is_string()) return "a text";
-    return value_->dump();
-  }
-
-  const json* value_;
-  std::string path_;
-  const std::string* file_;
-};
+}
 
 Frame read_frame(const Node& node) {
   node.expect_fields({"file", "exposure_s"});
@@ -304,8 +193,8 @@ Session read_document(const Node& node) {
   }
   const Node units = node["units"];
   units.expect_fields({"length", "time"});
-  units["length"].unit("mm");
-  units["time"].unit("s");
+  expect_unit(units["length"], "mm");
+  expect_unit(units["time"], "s");
 
   Session session;
   if (node.has("description")) session.description = node["description"].text();
@@ -329,30 +218,6 @@ Session read_document(const Node& node) {
   return session;
 }
 
-// nlohmann::json keeps the last of two equal keys; a doubled field is a mistake worth telling.
-json parse(const std::string& text, const std::string& file) {
-  std::vector<std::set<std::string>> open_objects;
-  const auto watch = [&](int /*depth*/, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) open_objects.emplace_back();
-    if (event == json::parse_event_t::object_end) open_objects.pop_back();
-    if (event == json::parse_event_t::key &&
-        !open_objects.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(file + ": field '" + parsed.get<std::string>() +
-                       "' occurs twice in one object; remove one of the two.");
-    }
-    return true;
-  };
-  try {
-    return json::parse(text, watch);
-  } catch (const json::exception& error) {
-    const std::string reason = error.what();
-    const std::size_t end_of_tag = reason.find("] ");
-    throw InputError(file + ": not valid JSON (" +
-                     (end_of_tag == std::string::npos ? reason : reason.substr(end_of_tag + 2)) +
-                     "); correct it there.");
-  }
-}
-
 }  // namespace
 
 Session read_session(const std::filesystem::path& folder) {
@@ -366,14 +231,7 @@ Session read_session(const std::filesystem::path& folder) {
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw InputError(file + ": no such file; a capture session is a folder with a session.json.");
   }
-  const json document = parse(io::read_text(path), file);
-  Session session;
-  try {
-    session = read_document(Node(document, "", file));
-  } catch (const json::exception& error) {
-    // Strings that are not UTF-8 surface only when a message quotes them.
-    throw InputError(file + ": not valid JSON text (" + error.what() + "); save it as UTF-8.");
-  }
+  Session session = read_document(io::JsonDocument(path, "docs/formats.md").root());
   session.folder = folder;
   validate(session);
   return session;

@@ -1,33 +1,13 @@
-// Counter-based random numbers: a value is a pure function of its key, so that results do not
-// depend on how work is spread over threads. Mixing: SplitMix64 (Steele, Lea, Flood 2014).
+// Normal and Poisson numbers by key (core/random.h).
 #pragma once
 
 #include <cmath>
 #include <cstdint>
-#include <initializer_list>
 #include <numbers>
 
+#include "core/random.h"
+
 namespace kappamu::synthetic {
-
-/// One step of SplitMix64: a bijection on 64 bits whose output passes for random.
-inline std::uint64_t mix(std::uint64_t value) {
-  value += 0x9E3779B97F4A7C15ULL;
-  value = (value ^ (value >> 30)) * 0xBF58476D1CE4E5B9ULL;
-  value = (value ^ (value >> 27)) * 0x94D049BB133111EBULL;
-  return value ^ (value >> 31);
-}
-
-/// Key of a tuple of counters; differs for every order of its parts.
-inline std::uint64_t key_of(std::initializer_list<std::uint64_t> parts) {
-  std::uint64_t key = 0;
-  for (const std::uint64_t part : parts) key = mix(key ^ mix(part));
-  return key;
-}
-
-/// Uniform in (0, 1), never 0.
-inline double uniform(std::uint64_t key) {
-  return (static_cast<double>(mix(key) >> 11) + 0.5) * 0x1p-53;
-}
 
 /// Two independent standard normal numbers (Box-Muller).
 struct NormalPair {

@@ -50,4 +50,8 @@ std::string volume_json(const VolumeSet& set);
 VolumeSet read_volume(const std::filesystem::path& path,
                       std::size_t most_voxels = default_most_voxels);
 
+/// The volume that `path` means: a .vdb file, a folder with volume.json, or a run or fit folder
+/// that has volume.vdb or fit/volume.vdb. Throws InputError when there is none.
+std::filesystem::path find_volume(const std::filesystem::path& path);
+
 }  // namespace kappamu::io

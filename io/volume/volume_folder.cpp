@@ -104,6 +104,17 @@ VolumeSet read_volume_folder(const fs::path& folder, std::size_t most_voxels) {
   return set;
 }
 
+fs::path find_volume(const fs::path& path) {
+  if (!fs::is_directory(path)) return path;
+  for (const fs::path& candidate : {path / "volume.vdb", path / "fit" / "volume.vdb"}) {
+    if (fs::exists(candidate)) return candidate;
+  }
+  if (fs::exists(path / "volume.json")) return path;
+  throw InputError(path.string() +
+                   ": has no volume.vdb, fit/volume.vdb or volume.json; give a .vdb file, a "
+                   "finished run, or a folder of arrays with volume.json");
+}
+
 VolumeSet read_volume(const fs::path& path, std::size_t most_voxels) {
   if (fs::is_directory(path)) return read_volume_folder(path, most_voxels);
   if (!fs::exists(path)) {

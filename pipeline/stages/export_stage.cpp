@@ -14,17 +14,6 @@ const std::vector<std::string>& export_formats() {
   return formats;
 }
 
-fs::path find_volume(const fs::path& path) {
-  if (!fs::is_directory(path)) return path;
-  for (const fs::path& candidate : {path / "volume.vdb", path / "fit" / "volume.vdb"}) {
-    if (fs::exists(candidate)) return candidate;
-  }
-  if (fs::exists(path / "volume.json")) return path;
-  throw InputError(path.string() +
-                   ": has no volume.vdb, fit/volume.vdb or volume.json; give a .vdb file, a "
-                   "finished run, or a folder of arrays with volume.json");
-}
-
 io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
                                 const std::vector<std::string>& formats, Progress& progress,
                                 std::size_t most_voxels) {
@@ -40,7 +29,7 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
     }
     if (std::find(wanted.begin(), wanted.end(), format) == wanted.end()) wanted.push_back(format);
   }
-  const io::VolumeSet set = io::read_volume(find_volume(volume), most_voxels);
+  const io::VolumeSet set = io::read_volume(io::find_volume(volume), most_voxels);
   io::ExportResult all;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const std::string& format = wanted[i];

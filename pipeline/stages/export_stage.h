@@ -14,11 +14,7 @@ namespace kappamu::pipeline {
 /// "vti", "vol", "npy", "vdb", "exr".
 const std::vector<std::string>& export_formats();
 
-/// The volume that `path` means: a .vdb file, a folder with volume.json, or a run or fit folder
-/// that has volume.vdb or fit/volume.vdb. Throws InputError when there is none.
-std::filesystem::path find_volume(const std::filesystem::path& path);
-
-/// Writes `volume` (see find_volume) into `folder` as each of `formats` ("all" for every one):
+/// Writes `volume` (see io::find_volume) into `folder` as each of `formats` ("all" for every one):
 /// volume.vti, volume.vdb, and the folders mitsuba, npy and exr. Warnings go to `progress` and into
 /// the result. Throws InputError when the volume has a NaN, a non-positive κ or more than
 /// `most_voxels` numbers, and when a format is unknown.

@@ -1,0 +1,104 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "app/command.h"
+#include "forward/object_models.h"
+#include "io/atomic_file.h"
+#include "render/render_scene.h"
+#include "render/scene/new_scene.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct RenderArguments {
+  std::string scene, new_scene, out;
+};
+
+void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
+  const std::filesystem::path file(arguments.out);
+  io::write_text_atomically(file, render::new_scene(arguments.new_scene, file.parent_path()));
+  if (globals.json) {
+    std::printf("%s\n", nlohmann::json{{"scene", file.string()}}.dump().c_str());
+  } else {
+    std::printf("%s\n", file.c_str());
+  }
+}
+
+void run_render(const RenderArguments& arguments, Globals& globals) {
+  const auto progress = make_progress();
+  const render::Scene scene = render::read_scene(arguments.scene);
+  const render::RenderOptions options{globals.device, globals.seed};
+  const render::RenderResult result = render::render_scene(
+      scene, *forward::make_object_model(scene.model.name), options, *progress);
+  const std::filesystem::path out(arguments.out);
+  const std::string summary = render::write_render(result, scene, options, out);
+  for (const std::string& warning : result.warnings) progress->warn(warning);
+  if (!result.converged) {
+    progress->warn("the model did not reach its tolerance; outputs are kept and marked");
+    globals.exit_code = 3;
+  }
+  if (globals.json) {
+    std::printf("%s\n", summary.c_str());
+    return;
+  }
+  for (const render::ObjectReport& object : result.objects) {
+    const render::ChannelReport& green = object.channels[1];
+    std::printf("%-20s %zu triangles, %zu elements, estimated error %.2g %%\n", object.name.c_str(),
+                object.samples, green.elements, 100.0 * green.error_estimate);
+  }
+  std::printf("seconds              scene %.1f, light %.1f, model %.1f, picture %.1f\n",
+              result.scene_seconds, result.light_seconds, result.model_seconds,
+              result.picture_seconds);
+  std::printf("noise of the picture %.2g %%\n", 100.0 * result.picture.standard_error);
+  std::printf("picture              %s\n", (out / "picture.png").c_str());
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "render",
+      "Render objects of measured or published materials under any light.\n\n"
+      "SCENE is a file of format kappamu-scene (docs/scene.md): objects (a mesh or a named shape,\n"
+      "its size, its material), lights, camera, film, model. Into OUT go:\n\n"
+      "  picture.exr    radiance, linear R, G, B, per unit of irradiance; A: coverage\n"
+      "  picture.png    the same, exposed and tone-mapped, for a screen\n"
+      "  exitance.npy   [3][sample] what leaves each triangle, scattered, relative to the lights\n"
+      "  surface.npy    [sample][7] position [mm], outward normal, area [mm2] of each triangle\n"
+      "  summary.json   power in, out and absorbed; the model's error estimate, seconds, "
+      "warnings\n\n"
+      "The error estimate is the model's own, of its numerics. Whether diffusion describes the\n"
+      "material is another question: warnings name it, and \"model\": {\"name\": \"montecarlo\"}\n"
+      "answers it.");
+  auto arguments = std::make_shared<RenderArguments>();
+  auto* scene =
+      command->add_option("scene", arguments->scene, "What to render")->type_name("SCENE");
+  auto* made = command
+                   ->add_option("--new-scene", arguments->new_scene,
+                                "Write a commented scene to OUT instead: of a run folder or .vdb, "
+                                "or of a published material such as marble")
+                   ->type_name("RUN|NAME");
+  scene->excludes(made);
+  command->add_option("-o,--out", arguments->out, "Folder for the files; with --new-scene the file")
+      ->required()
+      ->type_name("OUT");
+  command->footer(
+      "Exit code 3: the model did not reach its tolerance; outputs are kept and marked.\n"
+      "Example: kappamu render --new-scene demo/run -o scene.json && kappamu render scene.json -o "
+      "picture");
+  command->callback([arguments, &globals, scene, made] {
+    if (made->count() > 0) {
+      write_new_scene(*arguments, globals);
+    } else if (scene->count() > 0) {
+      run_render(*arguments, globals);
+    } else {
+      throw CLI::RequiredError("SCENE or --new-scene");
+    }
+  });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,183 @@
+#include "io/json_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.h"
+#include "io/read_file.h"
+
+namespace kappamu::io {
+
+using nlohmann::json;
+
+namespace {
+
+using Names = std::initializer_list<std::string_view>;
+
+bool contains(Names names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string list(Names first, Names second, const std::string& separator = ", ") {
+  std::string text;
+  for (const auto& names : {first, second}) {
+    for (const std::string_view name : names) {
+      text += (text.empty() ? "'" : separator + "'") + std::string(name) + "'";
+    }
+  }
+  return text;
+}
+
+// nlohmann::json keeps the last of two equal keys; a doubled field is a mistake.
+json parse(const std::string& text, const std::string& file) {
+  std::vector<std::set<std::string>> open_objects;
+  const auto watch = [&](int /*depth*/, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) open_objects.emplace_back();
+    if (event == json::parse_event_t::object_end) open_objects.pop_back();
+    if (event == json::parse_event_t::key &&
+        !open_objects.back().insert(parsed.get<std::string>()).second) {
+      throw InputError(file + ": field '" + parsed.get<std::string>() +
+                       "' occurs twice in one object; remove one of the two.");
+    }
+    return true;
+  };
+  try {
+    return json::parse(text, watch);
+  } catch (const json::exception& error) {
+    const std::string reason = error.what();
+    const std::size_t end_of_tag = reason.find("] ");
+    throw InputError(file + ": not valid JSON (" +
+                     (end_of_tag == std::string::npos ? reason : reason.substr(end_of_tag + 2)) +
+                     "); correct it there.");
+  }
+}
+
+// Strings that are not UTF-8 cannot be quoted.
+std::string quoted(const json& value) {
+  return value.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace
+
+void JsonNode::fail(const std::string& what) const {
+  throw InputError(document_->file_ + ": " + (path_.empty() ? "the document" : path_) + " " + what +
+                   ".");
+}
+
+void JsonNode::expect_fields(Names required, Names optional) const {
+  if (!value_->is_object()) fail("is " + kind() + "; write an object in braces");
+  for (const auto& [name, unused] : value_->items()) {
+    if (document_->comments_ && name == "_comment") continue;
+    if (!contains(required, name) && !contains(optional, name)) {
+      JsonNode(*value_, child_path(name), *document_)
+          .fail("is an unknown field; allowed here are " + list(required, optional));
+    }
+  }
+  for (const std::string_view name : required) {
+    if (!has(name)) {
+      JsonNode(*value_, child_path(name), *document_)
+          .fail("is missing; add it (" + document_->hint_ + ")");
+    }
+  }
+}
+
+bool JsonNode::has(std::string_view name) const {
+  return value_->contains(name);
+}
+
+JsonNode JsonNode::operator[](const char* name) const {
+  return {value_->at(name), child_path(name), *document_};
+}
+
+std::vector<JsonNode> JsonNode::items(std::size_t at_least) const {
+  if (!value_->is_array()) fail("is " + kind() + "; write a list in brackets");
+  if (value_->size() < at_least) {
+    fail("has " + std::to_string(value_->size()) + " entries; it needs at least " +
+         std::to_string(at_least));
+  }
+  std::vector<JsonNode> nodes;
+  nodes.reserve(value_->size());
+  for (std::size_t i = 0; i < value_->size(); ++i) {
+    nodes.push_back(JsonNode((*value_)[i], path_ + "[" + std::to_string(i) + "]", *document_));
+  }
+  return nodes;
+}
+
+std::vector<JsonNode> JsonNode::exactly(std::size_t count) const {
+  std::vector<JsonNode> nodes = items(0);
+  if (nodes.size() != count) {
+    fail("has " + std::to_string(nodes.size()) + " entries; it needs exactly " +
+         std::to_string(count));
+  }
+  return nodes;
+}
+
+bool JsonNode::is_number() const {
+  return value_->is_number();
+}
+
+std::string JsonNode::text() const {
+  if (!value_->is_string()) fail("is " + kind() + "; write a text in quotes");
+  return value_->get<std::string>();
+}
+
+bool JsonNode::flag() const {
+  if (!value_->is_boolean()) fail("is " + kind() + "; write true or false");
+  return value_->get<bool>();
+}
+
+double JsonNode::number() const {
+  if (!value_->is_number()) fail("is " + kind() + "; write a number");
+  return value_->get<double>();
+}
+
+double JsonNode::number_between(double smallest, double largest) const {
+  const double value = number();
+  if (!(value >= smallest && value <= largest)) {
+    fail("is " + quoted(*value_) + "; write a number from " + quoted(json(smallest)) + " to " +
+         quoted(json(largest)));
+  }
+  return value;
+}
+
+int JsonNode::integer() const {
+  const double value = number();
+  if (value != std::floor(value) || std::abs(value) > std::numeric_limits<int>::max()) {
+    fail("is " + quoted(*value_) + "; write a whole number");
+  }
+  return static_cast<int>(value);
+}
+
+std::string JsonNode::choice(Names choices) const {
+  std::string value = text();
+  if (!contains(choices, value)) fail("is '" + value + "'; write " + list(choices, {}, " or "));
+  return value;
+}
+
+std::string JsonNode::child_path(std::string_view name) const {
+  return path_.empty() ? std::string(name) : path_ + "." + std::string(name);
+}
+
+std::string JsonNode::kind() const {
+  if (value_->is_object()) return "an object";
+  if (value_->is_array()) return "a list";
+  if (value_->is_string()) return "a text";
+  return quoted(*value_);
+}
+
+JsonDocument::JsonDocument(const std::filesystem::path& file, std::string hint, bool comments)
+    : file_(file.string()),
+      hint_(std::move(hint)),
+      comments_(comments),
+      json_(std::make_unique<json>(parse(read_text(file), file_))) {}
+
+JsonDocument::~JsonDocument() = default;
+
+JsonNode JsonDocument::root() const {
+  return {*json_, "", *this};
+}
+
+}  // namespace kappamu::io

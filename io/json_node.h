@@ -1,0 +1,71 @@
+// JSON documents read strictly: a value knows its file and where it stands there, so that every
+// message names both; unknown, missing, doubled and mistyped fields are refused.
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace kappamu::io {
+
+class JsonDocument;
+
+/// Valid as long as its document. Every accessor throws InputError where the value is of another
+/// kind.
+class JsonNode {
+ public:
+  [[noreturn]] void fail(const std::string& what) const;
+
+  /// Refuses anything but an object with exactly these fields; those in `optional` may be missing.
+  void expect_fields(std::initializer_list<std::string_view> required,
+                     std::initializer_list<std::string_view> optional = {}) const;
+  bool has(std::string_view name) const;
+  JsonNode operator[](const char* name) const;
+
+  std::vector<JsonNode> items(std::size_t at_least) const;
+  std::vector<JsonNode> exactly(std::size_t count) const;
+  bool is_number() const;
+
+  std::string text() const;
+  bool flag() const;
+  double number() const;
+  double number_between(double smallest, double largest) const;
+  int integer() const;
+  /// A text out of a fixed list.
+  std::string choice(std::initializer_list<std::string_view> choices) const;
+
+ private:
+  friend class JsonDocument;
+  JsonNode(const nlohmann::json& value, std::string path, const JsonDocument& document)
+      : value_(&value), path_(std::move(path)), document_(&document) {}
+  std::string child_path(std::string_view name) const;
+  std::string kind() const;
+
+  const nlohmann::json* value_;
+  std::string path_;  ///< "lights[2].position_mm"
+  const JsonDocument* document_;
+};
+
+class JsonDocument {
+ public:
+  /// Throws InputError unless `file` holds JSON. `hint` names the page that describes the format.
+  /// Where `comments` is set, every object may have a field "_comment" beside those expected of it.
+  JsonDocument(const std::filesystem::path& file, std::string hint, bool comments = false);
+  ~JsonDocument();
+  JsonDocument(const JsonDocument&) = delete;
+  JsonDocument& operator=(const JsonDocument&) = delete;
+
+  JsonNode root() const;
+
+ private:
+  friend class JsonNode;
+  std::string file_, hint_;
+  bool comments_;
+  std::unique_ptr<nlohmann::json> json_;
+};
+
+}  // namespace kappamu::io

@@ -1,0 +1,31 @@
+// The light that arrives on an object's surface, with the shadows of all objects, as the models of
+// objects take it (forward/object_model.h): collimated beams of the lights that have a direction,
+// diffuse irradiance of the environment.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/progress.h"
+#include "forward/object_model.h"
+#include "render/light/environment.h"
+#include "render/light/light_source.h"
+#include "render/scene/world.h"
+
+namespace kappamu::render {
+
+struct IncidentLight {
+  std::array<forward::ObjectLight, 3> channels;  ///< R, G, B, in the object's frame
+  Colour power = Colour::Zero();                 ///< before Fresnel [mm²]
+};
+
+/// Beams stand half a mean free path of the most scattering channel apart, or 1/256 of the object
+/// where that is more, and at least one on each of up to a million triangles. The environment's
+/// irradiance of a triangle is the mean over points on it and directions, half of them drawn by the
+/// environment's brightness, half by the cosine (balance heuristic: Veach 1997, 9.2). Points and
+/// directions are of low discrepancy; both estimates are unbiased over `seed`.
+IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
+                             const Environment* environment, std::uint64_t seed,
+                             Progress& progress);
+
+}  // namespace kappamu::render

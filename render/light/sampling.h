@@ -1,0 +1,38 @@
+// Points of the unit square turned into points of triangles and directions.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace kappamu::render {
+
+/// Barycentric weights of the second and third corner, even over the triangle.
+inline std::array<double, 2> even_on_triangle(double u, double v) {
+  // The square's upper half is folded onto its lower: nearby points stay near.
+  return u + v > 1.0 ? std::array<double, 2>{1.0 - u, 1.0 - v} : std::array<double, 2>{u, v};
+}
+
+/// Two directions that make a right-handed frame with `normal` (Duff et al. 2017).
+inline Eigen::Matrix3d frame_about(const Eigen::Vector3d& normal) {
+  const double sign = std::copysign(1.0, normal.z());
+  const double a = -1.0 / (sign + normal.z());
+  const double b = normal.x() * normal.y() * a;
+  Eigen::Matrix3d frame;
+  frame.col(0) << 1.0 + sign * normal.x() * normal.x() * a, sign * b, -sign * normal.x();
+  frame.col(1) << b, sign + normal.y() * normal.y() * a, -normal.y();
+  frame.col(2) = normal;
+  return frame;
+}
+
+/// Of density cosθ/π about `normal`.
+inline Eigen::Vector3d cosine_direction(const Eigen::Vector3d& normal, double u, double v) {
+  const double radius = std::sqrt(u), angle = 2.0 * std::numbers::pi * v;
+  return frame_about(normal) * Eigen::Vector3d(radius * std::cos(angle), radius * std::sin(angle),
+                                               std::sqrt(std::max(0.0, 1.0 - u)));
+}
+
+}  // namespace kappamu::render

@@ -1,0 +1,30 @@
+// A camera's picture of a scene, pixel by pixel in passes that each double the camera's rays.
+#pragma once
+
+#include <cstdint>
+
+#include "core/image.h"
+#include "core/progress.h"
+#include "render/picture/shading.h"
+
+namespace kappamu::render {
+
+struct Picture {
+  Image<float> radiance;      ///< R, G, B; the mean over each pixel's square
+  Image<float> coverage;      ///< share of the pixel that objects cover
+  double standard_error = 0;  ///< root mean square over covered pixels of the luminance's, relative
+                              ///< to their mean luminance
+};
+
+Picture render_picture(const Shading& shading, const Camera& camera, const Film& film,
+                       std::uint64_t seed, Progress& progress);
+
+/// The factor that puts the 95th percentile of covered pixels' luminance at 0.6; 1 where nothing is
+/// covered or lit.
+double usual_exposure(const Picture& picture);
+
+/// sRGB: linear up to 0.6 of white; above, the brightest channel bends towards white and the others
+/// follow in proportion.
+Image<std::uint8_t> tone_mapped(const Image<float>& radiance, double exposure);
+
+}  // namespace kappamu::render

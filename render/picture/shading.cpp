@@ -1,0 +1,175 @@
+#include "render/picture/shading.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "core/random.h"
+#include "render/light/sampling.h"
+#include "render/picture/corner_average.h"
+
+namespace kappamu::render {
+
+using Eigen::Vector3d;
+using std::numbers::pi;
+
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+Colour of_triangle(const std::array<std::vector<double>, 3>& channels, std::size_t triangle) {
+  return {channels[0][triangle], channels[1][triangle], channels[2][triangle]};
+}
+
+}  // namespace
+
+Shading::Shading(const World& world, const LightSources& sources, const Environment* environment,
+                 const std::vector<ObjectExitance>& exitance)
+    : world_(world), sources_(sources), environment_(environment), single_(world, sources) {
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    const WorldObject& object = world.objects()[i];
+    const CornerAverage average(object.mesh, object.surface);
+    const double eta = object.boundary.eta;
+    const double transmitted = eta * eta * (1.0 - object.boundary.r_phi);
+    const bool diffuse = !exitance[i].diffuse[0].empty();
+    const auto entering = [&](std::size_t t) -> Colour {
+      return transmitted * of_triangle(exitance[i].diffuse, t);
+    };
+    Corners corners;
+    corners.normal = average.of<Vector3d>(Vector3d::Zero(), [&](std::size_t t) -> Vector3d {
+      return object.world_from_object.rotation * object.surface.normal[t];
+    });
+    corners.outflow = average.of<Colour>(Colour::Zero(), [&](std::size_t t) -> Colour {
+      const Colour all = of_triangle(exitance[i].exitance, t);
+      return diffuse ? Colour(all - entering(t)) : all;
+    });
+    if (diffuse) corners.entering = average.of<Colour>(Colour::Zero(), entering);
+    corners_.push_back(std::move(corners));
+  }
+}
+
+Shading::Point Shading::point_at(const WorldHit& hit, const Vector3d& direction) const {
+  Point point{hit, hit.normal, -direction, 1.0};
+  const Vector3d smooth =
+      interpolated(corners_[hit.object].normal[hit.triangle], hit.u, hit.v).normalized();
+  constexpr double grazing = 0.02;  // where the smooth normal turns away, the triangle's is used
+  if (smooth.dot(point.view) > grazing) point.normal = smooth;
+  point.cosine = std::clamp(point.normal.dot(point.view), 1e-6, 1.0);
+  return point;
+}
+
+Shading::Seen Shading::seen(const Vector3d& origin, const Vector3d& direction, std::uint32_t sample,
+                            std::uint64_t key) const {
+  Seen seen;
+  const auto hit = world_.first_hit(origin, direction, 0.0);
+  if (!hit) {
+    if (environment_ && environment_->visible()) {
+      seen.radiance = environment_->radiance(direction);
+    }
+    return seen;
+  }
+  seen.object = true;
+  if (hit->normal.dot(direction) >= 0.0) return seen;  // a surface's edge, met from behind
+  const Point point = point_at(*hit, direction);
+  Colour once = Colour::Zero(), seen_once = Colour::Zero();
+  if (!sources_.empty()) {
+    const auto [u, v] = sobol_point(sample, key_of({key, 1}));
+    const Vector3d leaving = cosine_direction(point.hit.normal, u, v);
+    once = pi * scattered_once(point, leaving, sample, key_of({key, 2}));
+    seen_once = scattered_once(point, point.view, sample, key_of({key, 3}));
+  }
+  seen.radiance = scattered(point, once) + seen_once + reflected(point, sample, key_of({key, 4}));
+  return seen;
+}
+
+/// All light scattered inside but what scatters once, whose exitance is `once`.
+Colour Shading::scattered(const Point& point, const Colour& once) const {
+  const WorldHit& hit = point.hit;
+  const Corners& corners = corners_[hit.object];
+  const BoundaryConstants& boundary = world_.objects()[hit.object].boundary;
+  const Colour outflow = interpolated(corners.outflow[hit.triangle], hit.u, hit.v);
+  Colour radiance = radiance_per_exitance(boundary, point.cosine) * (outflow - once);
+  if (!corners.entering.empty()) {
+    const Colour entering = interpolated(corners.entering[hit.triangle], hit.u, hit.v);
+    const double out =
+        (1.0 - fresnel_external(boundary.eta, point.cosine)) / (boundary.eta * boundary.eta);
+    radiance += out * entering / (pi * (1.0 - boundary.r_phi));
+  }
+  return radiance;
+}
+
+/// Radiance outside, towards `view`, of light scattered once.
+Colour Shading::scattered_once(const Point& point, const Vector3d& view, std::uint32_t sample,
+                               std::uint64_t key) const {
+  const double eta = world_.objects()[point.hit.object].boundary.eta;
+  const double cosine = std::clamp(point.hit.normal.dot(view), 1e-6, 1.0);
+  const Vector3d inward = refracted_in(-view, point.hit.normal, eta);
+  const auto [u, v] = sobol_point(sample, key);
+  return (1.0 - fresnel_external(eta, cosine)) / (eta * eta) *
+         single_.radiance_inside(point.hit, inward, u, v);
+}
+
+Colour Shading::reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const {
+  const WorldObject& object = world_.objects()[point.hit.object];
+  if (object.boundary.eta == 1.0) return Colour::Zero();
+  const Ggx surface(object.boundary.eta, object.roughness);
+  const Eigen::Matrix3d frame = frame_about(point.normal);
+  Colour radiance = Colour::Zero();
+  if (!surface.mirror()) radiance += reflected_lights(point, surface, frame);
+  const auto [u, v] = sobol_point(sample, key);
+  radiance += reflected_surroundings(point, surface, frame, u, v);
+  if (!environment_ || environment_->even() || surface.mirror()) return radiance;
+
+  const auto [bright_u, bright_v] = sobol_point(sample, mix(key));
+  const Environment::Sample bright = environment_->sample(bright_u, bright_v);
+  const Vector3d view = frame.transpose() * point.view;
+  const Vector3d light = frame.transpose() * bright.direction;
+  const double reflectance = surface.reflectance(view, light);
+  if (reflectance > 0.0 && !world_.blocked(point.hit.position, bright.direction, infinity)) {
+    radiance += bright.radiance * reflectance / (bright.density + surface.density(view, light));
+  }
+  return radiance;
+}
+
+Colour Shading::reflected_lights(const Point& point, const Ggx& surface,
+                                 const Eigen::Matrix3d& frame) const {
+  Colour radiance = Colour::Zero();
+  const Vector3d view = frame.transpose() * point.view;
+  for (const auto& source : sources_) {
+    const Arrival arrival = source->at(point.hit.position);
+    const double reflectance = surface.reflectance(view, frame.transpose() * -arrival.direction);
+    if (reflectance <= 0.0 || arrival.irradiance.maxCoeff() <= 0.0) continue;
+    if (world_.blocked(point.hit.position, -arrival.direction, arrival.distance)) continue;
+    radiance += reflectance * arrival.irradiance;
+  }
+  return radiance;
+}
+
+/// One direction drawn by the surface: the environment, weighted against reflected()'s own sample
+/// of it, or another surface's scattered light.
+Colour Shading::reflected_surroundings(const Point& point, const Ggx& surface,
+                                       const Eigen::Matrix3d& frame, double u, double v) const {
+  const Vector3d view = frame.transpose() * point.view;
+  const Vector3d light = surface.sample(view, u, v);
+  if (light.z() <= 0.0) return Colour::Zero();
+  const Vector3d direction = frame * light;
+  double weight = 0.0, density = 0.0;
+  if (surface.mirror()) {
+    weight = fresnel_external(world_.objects()[point.hit.object].boundary.eta, point.cosine);
+  } else {
+    density = surface.density(view, light);
+    if (density <= 0.0) return Colour::Zero();
+    weight = surface.reflectance(view, light) / density;
+  }
+  const auto hit = world_.first_hit(point.hit.position, direction, world_.skin());
+  if (hit) {
+    if (hit->normal.dot(direction) >= 0.0) return Colour::Zero();
+    return weight * scattered(point_at(*hit, direction), Colour::Zero());
+  }
+  if (!environment_) return Colour::Zero();
+  if (!surface.mirror()) weight *= density / (density + environment_->density(direction));
+  return weight * environment_->radiance(direction);
+}
+
+}  // namespace kappamu::render

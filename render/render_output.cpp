@@ -1,0 +1,105 @@
+// The files of a rendered scene (docs/scene.md, Outputs).
+#include <nlohmann/json.hpp>
+
+#include "io/atomic_file.h"
+#include "io/image/exr.h"
+#include "io/image/image_file.h"
+#include "io/npy.h"
+#include "render/render_scene.h"
+
+namespace kappamu::render {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+ordered_json channel_json(const ChannelReport& channel, const char* name) {
+  const forward::ObjectBalance& b = channel.balance;
+  return {{"channel", name},
+          {"power_in", channel.power_in},
+          {"reflected", channel.power_in - b.entering},
+          {"entering", b.entering},
+          {"unscattered", b.unscattered},
+          {"out", b.exiting},
+          {"absorbed", b.absorbed},
+          {"meets_object_again", b.reentering},
+          {"error_estimate", channel.error_estimate},
+          {"elements", channel.elements},
+          {"iterations", channel.iterations},
+          {"converged", channel.converged},
+          {"message", channel.message}};
+}
+
+ordered_json object_json(const ObjectReport& object) {
+  ordered_json channels = ordered_json::array();
+  constexpr std::array<const char*, 3> names{"R", "G", "B"};
+  for (std::size_t c = 0; c < 3; ++c)
+    channels.push_back(channel_json(object.channels[c], names[c]));
+  return {{"name", object.name},       {"material", object.material},
+          {"eta", object.eta},         {"first_sample", object.first_sample},
+          {"samples", object.samples}, {"channels", std::move(channels)}};
+}
+
+ordered_json summary_json(const RenderResult& result, const Scene& scene,
+                          const RenderOptions& options) {
+  ordered_json objects = ordered_json::array();
+  for (const ObjectReport& object : result.objects) objects.push_back(object_json(object));
+  return {{"format", "kappamu-render"},
+          {"version", 1},
+          {"scene", scene.file.string()},
+          {"model", scene.model.name},
+          {"tolerance", scene.model.tolerance},
+          {"device", options.device},
+          {"seed", options.seed},
+          {"converged", result.converged},
+          {"power_unit", "mm2 times the unit of irradiance"},
+          {"objects", std::move(objects)},
+          {"picture",
+           {{"width", scene.film.width},
+            {"height", scene.film.height},
+            {"samples", scene.film.samples},
+            {"exposure", result.exposure},
+            {"standard_error", result.picture.standard_error}}},
+          {"seconds",
+           {{"scene", result.scene_seconds},
+            {"incident_light", result.light_seconds},
+            {"model", result.model_seconds},
+            {"picture", result.picture_seconds}}},
+          {"warnings", result.warnings}};
+}
+
+io::ExrImage exr_of(const Picture& picture) {
+  io::ExrImage exr;
+  exr.width = picture.radiance.width();
+  exr.height = picture.radiance.height();
+  constexpr std::array<const char*, 3> names{"R", "G", "B"};
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::vector<float>& channel = exr.channels[names[c]];
+    for (std::size_t i = c; i < picture.radiance.size(); i += 3) {
+      channel.push_back(picture.radiance.values()[i]);
+    }
+  }
+  exr.channels["A"] = picture.coverage.values();
+  return exr;
+}
+
+}  // namespace
+
+std::string write_render(const RenderResult& result, const Scene& scene,
+                         const RenderOptions& options, const std::filesystem::path& folder) {
+  io::write_exr(folder / "picture.exr", exr_of(result.picture));
+  io::write_image(folder / "picture.png", tone_mapped(result.picture.radiance, result.exposure));
+  const std::size_t samples = result.exitance[0].size();
+  std::vector<float> exitance;
+  exitance.reserve(3 * samples);
+  for (const auto& channel : result.exitance) {
+    exitance.insert(exitance.end(), channel.begin(), channel.end());
+  }
+  io::write_npy(folder / "exitance.npy", {3, samples}, exitance);
+  io::write_npy(folder / "surface.npy", {samples, 7}, result.surface);
+  const ordered_json summary = summary_json(result, scene, options);
+  io::write_text_atomically(folder / "summary.json", summary.dump(2) + "\n");
+  return summary.dump();
+}
+
+}  // namespace kappamu::render

@@ -1,0 +1,169 @@
+#include "render/render_scene.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "render/light/incident_light.h"
+#include "render/scene/world.h"
+
+namespace kappamu::render {
+
+namespace {
+
+constexpr std::array<const char*, 3> channel_names{"R", "G", "B"};
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+bool equal(const forward::ObjectLight& one, const forward::ObjectLight& other) {
+  return one.diffuse == other.diffuse &&
+         std::equal(one.beams.begin(), one.beams.end(), other.beams.begin(), other.beams.end(),
+                    [](const forward::Beam& a, const forward::Beam& b) {
+                      return a.triangle == b.triangle && a.power == b.power &&
+                             a.position == b.position && a.direction == b.direction;
+                    });
+}
+
+/// Lights of one medium without repetition, and the light of each channel that has the medium.
+struct Batch {
+  std::vector<forward::ObjectLight> lights;
+  std::vector<std::pair<std::size_t, std::size_t>> light_of_channel;  ///< channel, light
+};
+
+Batch batch_of(const WorldObject& object, const IncidentLight& light, std::size_t first_channel) {
+  Batch batch;
+  for (std::size_t c = first_channel; c < 3; ++c) {
+    if (object.media.channels[c] != object.media.channels[first_channel]) continue;
+    const auto found = std::find_if(
+        batch.lights.begin(), batch.lights.end(),
+        [&](const forward::ObjectLight& seen) { return equal(seen, light.channels[c]); });
+    batch.light_of_channel.emplace_back(c, found - batch.lights.begin());
+    if (found == batch.lights.end()) batch.lights.push_back(light.channels[c]);
+  }
+  return batch;
+}
+
+class ObjectSolve {
+ public:
+  ObjectSolve(const WorldObject& object, const IncidentLight& light, const Scene& scene,
+              const RenderOptions& options, forward::ObjectModel& model)
+      : object_(object), light_(light), model_(model) {
+    options_.tolerance = scene.model.tolerance;
+    options_.photons = scene.model.photons;
+    options_.follow_reentry = scene.model.follow_reentry;
+    options_.device = options.device;
+    options_.seed = options.seed;
+  }
+
+  ObjectExitance solve(ObjectReport& report, std::vector<std::string>& warnings,
+                       Progress& progress) {
+    ObjectExitance exitance;
+    for (std::size_t c = 0; c < 3; ++c) exitance.diffuse[c] = light_.channels[c].diffuse;
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (exitance.exitance[c].empty()) solve_from(c, exitance, report, warnings, progress);
+    }
+    return exitance;
+  }
+
+ private:
+  void solve_from(std::size_t first_channel, ObjectExitance& exitance, ObjectReport& report,
+                  std::vector<std::string>& warnings, Progress& progress) {
+    const Batch batch = batch_of(object_, light_, first_channel);
+    const forward::ObjectProblem problem{
+        object_.mesh,         object_.surface,
+        *object_.rays,        *object_.media.channels[first_channel],
+        object_.boundary.eta, batch.lights};
+    const forward::ObjectResult result = model_.solve(problem, options_, progress);
+    const auto samples = static_cast<std::ptrdiff_t>(object_.surface.size());
+    std::string names;
+    for (const auto& [channel, light] : batch.light_of_channel) {
+      const auto first = result.exitance.begin() + static_cast<std::ptrdiff_t>(light) * samples;
+      exitance.exitance[channel].assign(first, first + samples);
+      names += channel_names[channel];
+      ChannelReport& to = report.channels[channel];
+      to.power_in = light_.power[static_cast<Eigen::Index>(channel)];
+      to.balance = result.balance[light];
+      to.error_estimate = result.error_estimate[light];
+      to.elements = result.elements;
+      to.iterations = result.iterations;
+      to.converged = result.converged;
+      to.message = result.message;
+    }
+    for (const std::string& warning : result.warnings) {
+      warnings.push_back("object '" + object_.name + "', " + names + ": " + warning);
+    }
+  }
+
+  const WorldObject& object_;
+  const IncidentLight& light_;
+  forward::ObjectModel& model_;
+  forward::ObjectOptions options_;
+};
+
+void append_samples(const WorldObject& object, const ObjectExitance& exitance,
+                    RenderResult& result) {
+  for (std::size_t t = 0; t < object.surface.size(); ++t) {
+    const Eigen::Vector3d position = object.world_from_object * object.surface.position[t];
+    const Eigen::Vector3d normal = object.world_from_object.rotation * object.surface.normal[t];
+    for (int i = 0; i < 3; ++i) result.surface.push_back(static_cast<float>(position[i]));
+    for (int i = 0; i < 3; ++i) result.surface.push_back(static_cast<float>(normal[i]));
+    result.surface.push_back(static_cast<float>(object.surface.area[t]));
+    for (std::size_t c = 0; c < 3; ++c) {
+      result.exitance[c].push_back(static_cast<float>(exitance.exitance[c][t]));
+    }
+  }
+}
+
+}  // namespace
+
+RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
+                          const RenderOptions& options, Progress& progress) {
+  Stopwatch watch;
+  RenderResult result;
+  progress.update("scene", 0.0, scene.file.filename().string());
+  const World world(scene, result.warnings);
+  const LightSources sources = make_light_sources(scene.lights);
+  const std::optional<Environment> environment = make_environment(scene.lights);
+  progress.update("scene", 1.0, "");
+  result.scene_seconds = watch.lap();
+
+  std::vector<ObjectExitance> exitance;
+  for (std::size_t i = 0; i < world.objects().size(); ++i) {
+    const WorldObject& object = world.objects()[i];
+    const IncidentLight light = incident_light(
+        world, i, sources, environment ? &*environment : nullptr, options.seed, progress);
+    result.light_seconds += watch.lap();
+    ObjectReport report;
+    report.name = object.name;
+    report.material = object.media.source;
+    report.eta = object.boundary.eta;
+    report.first_sample = result.exitance[0].size();
+    report.samples = object.surface.size();
+    exitance.push_back(
+        ObjectSolve(object, light, scene, options, model).solve(report, result.warnings, progress));
+    append_samples(object, exitance.back(), result);
+    for (const ChannelReport& channel : report.channels) {
+      if (!channel.converged) result.converged = false;
+    }
+    result.objects.push_back(std::move(report));
+    result.model_seconds += watch.lap();
+  }
+
+  const Shading shading(world, sources, environment ? &*environment : nullptr, exitance);
+  result.picture = render_picture(shading, scene.camera, scene.film, options.seed, progress);
+  result.exposure = scene.film.exposure.value_or(usual_exposure(result.picture));
+  result.picture_seconds = watch.lap();
+  return result;
+}
+
+}  // namespace kappamu::render

@@ -1,0 +1,114 @@
+#include "render/scene/object_media.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "io/volume/volume_file.h"
+#include "render/scene/object_shape.h"
+
+namespace kappamu::render {
+
+namespace {
+
+using Eigen::Affine3d;
+using Eigen::Vector3d;
+
+/// The volume's own box [mm] to the object's frame.
+Affine3d object_from_volume(const VolumeMaterial& material, const Vector3d& volume_box,
+                            const Vector3d& object_box) {
+  const Eigen::Matrix3d turn = turn_matrix(material.turn_deg);
+  Vector3d scale = Vector3d::Ones();
+  if (material.placement == VolumeMaterial::Placement::stretch) {
+    // The turned volume's extents that hold the object's box: |Rᵀ| applied to it.
+    const Vector3d extents = turn.transpose().cwiseAbs() * object_box;
+    scale = extents.cwiseQuotient(volume_box);
+  }
+  Affine3d result = Affine3d::Identity();
+  result.translate(material.offset_mm).rotate(turn).scale(scale).translate(-0.5 * volume_box);
+  return result;
+}
+
+Wrap wrap_of(VolumeMaterial::Placement placement) {
+  switch (placement) {
+    case VolumeMaterial::Placement::repeat:
+      return Wrap::repeat;
+    case VolumeMaterial::Placement::mirror:
+      return Wrap::mirror;
+    case VolumeMaterial::Placement::stretch:
+      break;
+  }
+  return Wrap::clamp;
+}
+
+/// Of R, G, B in the volume's channels.
+std::array<std::size_t, 3> channel_indices(const io::VolumeSet& set, const std::string& file) {
+  if (set.channels.size() == 1) return {0, 0, 0};
+  std::array<std::size_t, 3> indices{};
+  constexpr std::array<const char*, 3> names{"R", "G", "B"};
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto found = std::find(set.channels.begin(), set.channels.end(), names[c]);
+    if (found == set.channels.end()) {
+      throw InputError(file + ": has no channel " + names[c] +
+                       "; a picture needs R, G and B, or a volume of one channel for all three");
+    }
+    indices[c] = static_cast<std::size_t>(found - set.channels.begin());
+  }
+  return indices;
+}
+
+ObjectMedia from_volume(const SceneObject& object, const VolumeMaterial& material,
+                        const Vector3d& box) {
+  ObjectMedia media;
+  const std::filesystem::path file = io::find_volume(material.volume);
+  io::VolumeSet set = io::read_volume(file);
+  media.source = file.string();
+  media.eta = set.eta;
+  const GridShape& shape = set.shape();
+  const Vector3d volume_box = shape.voxel_mm * Vector3d(shape.nx, shape.ny, shape.nz);
+  if (material.placement != VolumeMaterial::Placement::stretch && box.maxCoeff() < shape.voxel_mm) {
+    throw InputError("object '" + object.name + "' is smaller than a voxel of " + file.string() +
+                     "; make size_mm larger or write \"placement\": \"stretch\"");
+  }
+  const Affine3d volume_from_object = object_from_volume(material, volume_box, box).inverse();
+  const std::array<std::size_t, 3> indices = channel_indices(set, file.string());
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (c > 0 && indices[c] == indices[0]) {
+      media.channels[c] = media.channels[0];
+      continue;
+    }
+    auto volume = std::make_shared<const Medium>(std::move(set.media[indices[c]]));
+    media.channels[c] = std::make_shared<const ObjectMedium>(std::move(volume), volume_from_object,
+                                                             wrap_of(material.placement));
+  }
+  return media;
+}
+
+ObjectMedia homogeneous(const HomogeneousMaterial& material) {
+  ObjectMedia media;
+  media.eta = material.eta;
+  media.source = material.source;
+  for (int c = 0; c < 3; ++c) {
+    const Coefficients here{material.kappa_mm[c], material.mu_per_mm[c]};
+    for (int before = 0; before < c; ++before) {
+      if (material.kappa_mm[before] == here.kappa && material.mu_per_mm[before] == here.mu) {
+        media.channels[static_cast<std::size_t>(c)] =
+            media.channels[static_cast<std::size_t>(before)];
+      }
+    }
+    if (!media.channels[static_cast<std::size_t>(c)]) {
+      media.channels[static_cast<std::size_t>(c)] = std::make_shared<const ObjectMedium>(here);
+    }
+  }
+  return media;
+}
+
+}  // namespace
+
+ObjectMedia make_object_media(const SceneObject& object, const Vector3d& box) {
+  if (const auto* volume = std::get_if<VolumeMaterial>(&object.material)) {
+    return from_volume(object, *volume, box);
+  }
+  return homogeneous(std::get<HomogeneousMaterial>(object.material));
+}
+
+}  // namespace kappamu::render

@@ -1,0 +1,25 @@
+// κ and μ of a scene's object, one medium per colour channel.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "core/object_medium.h"
+#include "render/scene/scene.h"
+
+namespace kappamu::render {
+
+struct ObjectMedia {
+  /// R, G, B; channels of equal coefficients share one.
+  std::array<std::shared_ptr<const ObjectMedium>, 3> channels;
+  std::optional<double> eta;  ///< relative refractive index, where the material states it
+  std::string source;         ///< a file, or a citation
+};
+
+/// `box` is the object's size [mm]; its box is centred at the origin. Reads the volume, if any.
+/// Throws InputError naming the object and what is wrong: no channels R, G, B (a single channel
+/// serves all three), an object smaller than a voxel.
+ObjectMedia make_object_media(const SceneObject& object, const Eigen::Vector3d& box);
+
+}  // namespace kappamu::render

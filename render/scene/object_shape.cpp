@@ -1,0 +1,58 @@
+#include "render/scene/object_shape.h"
+
+#include <numbers>
+
+#include "core/error.h"
+#include "core/mesh_check.h"
+#include "core/mesh_refine.h"
+#include "core/shapes.h"
+#include "io/mesh_file.h"
+
+namespace kappamu::render {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int edges_per_size = 64;
+constexpr std::size_t most_refined_triangles = 4'000'000;
+
+/// In whatever unit and frame the file has.
+TriangleMesh unsized_shape(const SceneObject& object, std::vector<std::string>& warnings) {
+  const auto* file = std::get_if<std::filesystem::path>(&object.shape);
+  if (!file) {
+    return make_shape(std::get<std::string>(object.shape), 1.0, edges_per_size, object.proportion);
+  }
+  CheckedMesh checked = check_mesh(io::read_mesh(*file), file->string());
+  warnings.insert(warnings.end(), checked.mended.begin(), checked.mended.end());
+  warnings.insert(warnings.end(), checked.warnings.begin(), checked.warnings.end());
+  return std::move(checked.mesh);
+}
+
+}  // namespace
+
+Eigen::Matrix3d turn_matrix(const Vector3d& degrees) {
+  const Vector3d angle = degrees * std::numbers::pi / 180.0;
+  return (Eigen::AngleAxisd(angle.z(), Vector3d::UnitZ()) *
+          Eigen::AngleAxisd(angle.y(), Vector3d::UnitY()) *
+          Eigen::AngleAxisd(angle.x(), Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+TriangleMesh make_object_mesh(const SceneObject& object, std::vector<std::string>& warnings) {
+  try {
+    TriangleMesh mesh = unsized_shape(object, warnings);
+    if (const auto* size = std::get_if<Vector3d>(&object.size_mm)) {
+      const Vector3d scale = size->cwiseQuotient(bounding_box(mesh).sizes());
+      for (Vector3d& vertex : mesh.vertices) vertex = vertex.cwiseProduct(scale);
+    } else {
+      mesh = fitted(std::move(mesh), std::get<double>(object.size_mm));
+    }
+    const double size = bounding_box(mesh).sizes().maxCoeff();
+    return refined(mesh, 1.5 * size / edges_per_size, most_refined_triangles);
+  } catch (const InputError& error) {
+    throw InputError("object '" + object.name + "': " + error.what());
+  }
+}
+
+}  // namespace kappamu::render

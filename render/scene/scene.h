@@ -1,0 +1,129 @@
+// A scene as its file states it (docs/scene.md, docs/scene.schema.json): objects, lights, camera,
+// film and the model that computes their light. World frame: right-handed, y up, lengths in mm.
+// Radiometric quantities are relative to one unit of irradiance, per channel R, G, B.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "render/colour.h"
+
+namespace kappamu::render {
+
+/// κ and μ of a measured volume, placed in the object.
+struct VolumeMaterial {
+  enum class Placement { stretch, repeat, mirror };
+
+  std::filesystem::path volume;  ///< a run folder, a fit folder, a folder of arrays, or a .vdb file
+  Placement placement = Placement::stretch;  ///< to the object's box; or at true scale
+  /// Of the volume in the object's frame, about x, then y, then z [degrees].
+  Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
+  Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of the volume, after the turn
+};
+
+/// The same coefficients everywhere, one per channel.
+struct HomogeneousMaterial {
+  Colour kappa_mm = Colour::Ones();
+  Colour mu_per_mm = Colour::Zero();
+  std::optional<double> eta;  ///< relative refractive index, where published
+  std::string source;         ///< where the numbers come from
+};
+
+using Material = std::variant<VolumeMaterial, HomogeneousMaterial>;
+
+struct Finish {
+  std::optional<double> eta;  ///< relative refractive index; none: the material's, or 1.3
+  double roughness = 0.1;     ///< α of GGX; 0: a mirror
+};
+
+struct SceneObject {
+  std::string name;
+  std::variant<std::filesystem::path, std::string> shape;  ///< a mesh file, or a named shape
+  std::optional<double> proportion;                        ///< of a named shape (core/shapes.h)
+  /// Of the bounding box: its longest edge, the shape keeping its proportions; or all three.
+  std::variant<double, Eigen::Vector3d> size_mm = 1.0;
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< of that box's centre
+  Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();     ///< about x, then y, then z
+  Material material;
+  Finish finish;
+};
+
+struct DirectionalLight {
+  Eigen::Vector3d direction = -Eigen::Vector3d::UnitY();  ///< of travel
+  Colour irradiance = Colour::Ones();                     ///< on a surface that faces the light
+};
+
+/// Lights at a place state their irradiance on a surface that faces them `at_mm` away.
+struct PointLight {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  Colour irradiance = Colour::Ones();
+  double at_mm = 1.0;
+};
+
+struct SpotLight {
+  PointLight point;
+  Eigen::Vector3d target_mm = Eigen::Vector3d::Zero();
+  double cone_deg = 30.0;  ///< full angle outside which there is no light
+  double edge_deg = 3.0;   ///< over which the light falls off at the cone's edge
+};
+
+/// A pinhole that throws an image; white pixels give `point.irradiance` on the axis.
+struct ProjectorLight {
+  PointLight point;
+  Eigen::Vector3d target_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+  double fov_deg = 30.0;  ///< of the image's height
+  std::filesystem::path image;
+};
+
+/// Light from everywhere: a latitude-longitude image (top row: +y, centre: −z), or constant.
+struct EnvironmentLight {
+  std::optional<std::filesystem::path> image;
+  Colour radiance = Colour::Ones();  ///< factor on the image, or the constant radiance
+  double turn_deg = 0.0;             ///< about y
+  bool visible = true;               ///< to the camera, behind the objects
+};
+
+using Light =
+    std::variant<DirectionalLight, PointLight, SpotLight, ProjectorLight, EnvironmentLight>;
+
+struct Camera {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::UnitZ();
+  Eigen::Vector3d target_mm = Eigen::Vector3d::Zero();
+  Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+  double fov_deg = 30.0;  ///< of the film's height
+};
+
+struct Film {
+  int width = 640, height = 480;  ///< [px]
+  int samples = 64;               ///< camera rays per pixel
+  std::optional<double>
+      exposure;  ///< factor before the tone curve of the PNG; none: by the picture
+};
+
+struct ModelChoice {
+  std::string name = "embedded";      ///< "embedded" or "montecarlo"
+  double tolerance = 0.02;            ///< relative error of the exitance asked for
+  std::uint64_t photons = 1'000'000;  ///< per channel, montecarlo
+  bool follow_reentry = false;        ///< light that leaves an object and meets it again
+};
+
+struct Scene {
+  std::filesystem::path file;  ///< relative names in it are relative to its folder
+  std::vector<SceneObject> objects;
+  std::vector<Light> lights;
+  Camera camera;
+  Film film;
+  ModelChoice model;
+};
+
+/// Throws InputError naming file, field and fix.
+Scene read_scene(const std::filesystem::path& file);
+
+}  // namespace kappamu::render

@@ -1,0 +1,275 @@
+// A scene's file to Scene: fields, types, bounds. What needs the files it names is checked where
+// they are read (world.cpp).
+#include <Eigen/Geometry>
+#include <set>
+
+#include "core/error.h"
+#include "io/json_node.h"
+#include "render/scene/published_materials.h"
+#include "render/scene/scene.h"
+
+namespace kappamu::render {
+
+namespace {
+
+using Node = io::JsonNode;
+using Eigen::Vector3d;
+
+constexpr double largest_mm = 1e6;
+constexpr double smallest_mm = 1e-6;
+constexpr double largest_light = 1e6;
+
+Vector3d vector_of(const Node& node, double bound) {
+  const std::vector<Node> xyz = node.exactly(3);
+  return {xyz[0].number_between(-bound, bound), xyz[1].number_between(-bound, bound),
+          xyz[2].number_between(-bound, bound)};
+}
+
+Vector3d point_of(const Node& node) {
+  return vector_of(node, largest_mm);
+}
+
+Vector3d direction_of(const Node& node) {
+  const Vector3d direction = vector_of(node, largest_mm);
+  if (direction.norm() < 1e-9) node.fail("has no length; write a direction");
+  return direction.normalized();
+}
+
+/// One number for all channels, or three.
+Colour colour_of(const Node& node, double largest, double smallest = 0.0) {
+  if (node.is_number()) return Colour::Constant(node.number_between(smallest, largest));
+  const std::vector<Node> rgb = node.exactly(3);
+  return {rgb[0].number_between(smallest, largest), rgb[1].number_between(smallest, largest),
+          rgb[2].number_between(smallest, largest)};
+}
+
+std::string name_of(const Node& node) {
+  std::string name = node.text();
+  if (name.empty()) node.fail("is empty; write a name");
+  return name;
+}
+
+std::filesystem::path path_of(const Node& node, const std::filesystem::path& folder) {
+  return folder / name_of(node);
+}
+
+double length_of(const Node& node) {
+  return node.number_between(smallest_mm, largest_mm);
+}
+
+std::variant<double, Vector3d> size_of(const Node& node) {
+  if (node.is_number()) return length_of(node);
+  const std::vector<Node> xyz = node.exactly(3);
+  return Vector3d(length_of(xyz[0]), length_of(xyz[1]), length_of(xyz[2]));
+}
+
+Material read_material(const Node& node, const std::filesystem::path& folder) {
+  const int kinds = int{node.has("volume")} + int{node.has("published")} +
+                    int{node.has("reduced_scattering_per_mm")};
+  if (kinds != 1) {
+    node.fail("must have exactly one of 'volume', 'published' and 'reduced_scattering_per_mm'");
+  }
+  if (node.has("published")) {
+    node.expect_fields({"published"});
+    const std::string name = node["published"].text();
+    try {
+      return published_material(name);
+    } catch (const InputError& error) {
+      node["published"].fail(std::string("is wrong: ") + error.what());
+    }
+  }
+  if (node.has("reduced_scattering_per_mm")) {
+    node.expect_fields({"reduced_scattering_per_mm", "absorption_per_mm"}, {"source"});
+    HomogeneousMaterial material =
+        homogeneous_material(colour_of(node["reduced_scattering_per_mm"], 1e4, 1e-6),
+                             colour_of(node["absorption_per_mm"], 1e4));
+    material.source = node.has("source") ? node["source"].text() : "the scene";
+    return material;
+  }
+  node.expect_fields({"volume"}, {"placement", "turn_deg", "offset_mm"});
+  VolumeMaterial material;
+  material.volume = path_of(node["volume"], folder);
+  if (node.has("placement")) {
+    using Placement = VolumeMaterial::Placement;
+    const std::string name = node["placement"].choice({"stretch", "repeat", "mirror"});
+    material.placement = name == "repeat"   ? Placement::repeat
+                         : name == "mirror" ? Placement::mirror
+                                            : Placement::stretch;
+  }
+  if (node.has("turn_deg")) material.turn_deg = vector_of(node["turn_deg"], 360.0);
+  if (node.has("offset_mm")) material.offset_mm = point_of(node["offset_mm"]);
+  return material;
+}
+
+Finish read_finish(const Node& node) {
+  node.expect_fields({}, {"eta", "roughness"});
+  Finish finish;
+  if (node.has("eta")) finish.eta = node["eta"].number_between(1.0, 4.0);
+  if (node.has("roughness")) finish.roughness = node["roughness"].number_between(0.0, 1.0);
+  return finish;
+}
+
+SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
+  node.expect_fields({"name", "size_mm", "material"},
+                     {"mesh", "shape", "proportion", "position_mm", "turn_deg", "surface"});
+  if (node.has("mesh") == node.has("shape")) {
+    node.fail("must have either 'mesh' (a file) or 'shape' (a name)");
+  }
+  SceneObject object;
+  object.name = name_of(node["name"]);
+  if (node.has("mesh")) {
+    if (node.has("proportion")) node["proportion"].fail("belongs to named shapes; remove it");
+    object.shape = path_of(node["mesh"], folder);
+  } else {
+    object.shape = name_of(node["shape"]);
+    if (node.has("proportion")) object.proportion = node["proportion"].number_between(0.0, 1.0);
+  }
+  object.size_mm = size_of(node["size_mm"]);
+  if (node.has("position_mm")) object.position_mm = point_of(node["position_mm"]);
+  if (node.has("turn_deg")) object.turn_deg = vector_of(node["turn_deg"], 360.0);
+  object.material = read_material(node["material"], folder);
+  if (node.has("surface")) object.finish = read_finish(node["surface"]);
+  return object;
+}
+
+PointLight read_point(const Node& node) {
+  PointLight light;
+  light.position_mm = point_of(node["position_mm"]);
+  light.irradiance = colour_of(node["irradiance"], largest_light);
+  light.at_mm = length_of(node["at_mm"]);
+  return light;
+}
+
+Vector3d target_of(const Node& node, const Vector3d& position) {
+  const Vector3d target = point_of(node);
+  if ((target - position).norm() < smallest_mm) {
+    node.fail("lies at position_mm; move one of the two");
+  }
+  return target;
+}
+
+/// The field "up" of a camera or projector that looks along `forward`; +y unless stated.
+Vector3d read_up(const Node& node, const Vector3d& forward) {
+  const Vector3d up = node.has("up") ? direction_of(node["up"]) : Vector3d::UnitY();
+  if (up.cross(forward.normalized()).norm() < 1e-6) {
+    node.fail("looks along its 'up'; write an 'up' across the line to target_mm");
+  }
+  return up;
+}
+
+Light read_light(const Node& node, const std::filesystem::path& folder) {
+  if (!node.has("kind")) node.fail("has no field 'kind'; add it (docs/scene.md)");
+  const std::string kind =
+      node["kind"].choice({"directional", "point", "spot", "projector", "environment"});
+  if (kind == "directional") {
+    node.expect_fields({"kind", "direction", "irradiance"});
+    return DirectionalLight{direction_of(node["direction"]),
+                            colour_of(node["irradiance"], largest_light)};
+  }
+  if (kind == "point") {
+    node.expect_fields({"kind", "position_mm", "irradiance", "at_mm"});
+    return read_point(node);
+  }
+  if (kind == "spot") {
+    node.expect_fields({"kind", "position_mm", "target_mm", "irradiance", "at_mm", "cone_deg"},
+                       {"edge_deg"});
+    SpotLight light;
+    light.point = read_point(node);
+    light.target_mm = target_of(node["target_mm"], light.point.position_mm);
+    light.cone_deg = node["cone_deg"].number_between(0.01, 180.0);
+    light.edge_deg = node.has("edge_deg")
+                         ? node["edge_deg"].number_between(0.0, 0.5 * light.cone_deg)
+                         : 0.1 * light.cone_deg;
+    return light;
+  }
+  if (kind == "projector") {
+    node.expect_fields(
+        {"kind", "position_mm", "target_mm", "irradiance", "at_mm", "fov_deg", "image"}, {"up"});
+    ProjectorLight light;
+    light.point = read_point(node);
+    light.target_mm = target_of(node["target_mm"], light.point.position_mm);
+    light.up = read_up(node, light.target_mm - light.point.position_mm);
+    light.fov_deg = node["fov_deg"].number_between(0.01, 170.0);
+    light.image = path_of(node["image"], folder);
+    return light;
+  }
+  node.expect_fields({"kind", "radiance"}, {"image", "turn_deg", "visible"});
+  EnvironmentLight light;
+  light.radiance = colour_of(node["radiance"], largest_light);
+  if (node.has("image")) light.image = path_of(node["image"], folder);
+  if (node.has("turn_deg")) light.turn_deg = node["turn_deg"].number_between(-360.0, 360.0);
+  if (node.has("visible")) light.visible = node["visible"].flag();
+  return light;
+}
+
+Camera read_camera(const Node& node) {
+  node.expect_fields({"position_mm", "target_mm", "fov_deg"}, {"up"});
+  Camera camera;
+  camera.position_mm = point_of(node["position_mm"]);
+  camera.target_mm = target_of(node["target_mm"], camera.position_mm);
+  camera.up = read_up(node, camera.target_mm - camera.position_mm);
+  camera.fov_deg = node["fov_deg"].number_between(0.01, 170.0);
+  return camera;
+}
+
+int whole_number(const Node& node, int smallest, int largest) {
+  node.number_between(smallest, largest);
+  return node.integer();
+}
+
+Film read_film(const Node& node) {
+  node.expect_fields({"width", "height"}, {"samples", "exposure"});
+  Film film;
+  film.width = whole_number(node["width"], 1, 16384);
+  film.height = whole_number(node["height"], 1, 16384);
+  if (node.has("samples")) film.samples = whole_number(node["samples"], 1, 65536);
+  if (node.has("exposure")) film.exposure = node["exposure"].number_between(1e-9, 1e9);
+  return film;
+}
+
+ModelChoice read_model(const Node& node) {
+  node.expect_fields({"name"}, {"tolerance", "photons", "follow_reentry"});
+  ModelChoice model;
+  model.name = node["name"].choice({"embedded", "montecarlo"});
+  if (node.has("tolerance")) model.tolerance = node["tolerance"].number_between(1e-6, 1.0);
+  if (node.has("photons")) {
+    model.photons = static_cast<std::uint64_t>(node["photons"].number_between(2.0, 2147483648.0));
+  }
+  if (node.has("follow_reentry")) model.follow_reentry = node["follow_reentry"].flag();
+  return model;
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file) {
+  const io::JsonDocument document(file, "docs/scene.md", true);
+  const Node root = document.root();
+  root.expect_fields({"format", "version", "objects", "lights", "camera", "film"}, {"model"});
+  root["format"].choice({"kappamu-scene"});
+  if (root["version"].number() != 1.0) {
+    root["version"].fail("is not 1; this program reads version 1");
+  }
+  Scene scene;
+  scene.file = file;
+  const std::filesystem::path folder = file.parent_path();
+  std::set<std::string> names;
+  for (const Node& node : root["objects"].items(1)) {
+    scene.objects.push_back(read_object(node, folder));
+    if (!names.insert(scene.objects.back().name).second) {
+      node["name"].fail("is another object's name too; rename one of the two");
+    }
+  }
+  int environments = 0;
+  for (const Node& node : root["lights"].items(1)) {
+    scene.lights.push_back(read_light(node, folder));
+    if (std::holds_alternative<EnvironmentLight>(scene.lights.back()) && ++environments > 1) {
+      node.fail("is a second environment; keep one");
+    }
+  }
+  scene.camera = read_camera(root["camera"]);
+  scene.film = read_film(root["film"]);
+  if (root.has("model")) scene.model = read_model(root["model"]);
+  return scene;
+}
+
+}  // namespace kappamu::render

@@ -1,0 +1,117 @@
+#include "render/scene/world.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "render/embree_caster.h"
+#include "render/scene/object_shape.h"
+
+namespace kappamu::render {
+
+namespace {
+
+using Eigen::Vector3d;
+
+WorldObject make_world_object(const SceneObject& object, std::vector<std::string>& warnings) {
+  WorldObject made;
+  made.name = object.name;
+  made.mesh = make_object_mesh(object, warnings);
+  made.surface = surface_of(made.mesh);
+  made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
+  made.rays = make_embree_caster(made.mesh);
+  made.media = make_object_media(object, bounding_box(made.mesh).sizes());
+  made.boundary = boundary_constants(object.finish.eta.value_or(made.media.eta.value_or(1.3)));
+  made.roughness = object.finish.roughness;
+  return made;
+}
+
+}  // namespace
+
+World::World(const Scene& scene, std::vector<std::string>& warnings) {
+  TriangleMesh all;
+  for (const SceneObject& object : scene.objects) {
+    objects_.push_back(make_world_object(object, warnings));
+    const WorldObject& made = objects_.back();
+    first_triangle_.push_back(all.triangles.size());
+    const int first = static_cast<int>(all.vertices.size());
+    for (const Vector3d& vertex : made.mesh.vertices) {
+      all.vertices.push_back(made.world_from_object * vertex);
+    }
+    for (const auto& [a, b, c] : made.mesh.triangles) {
+      all.triangles.push_back({first + a, first + b, first + c});
+    }
+  }
+  diameter_ = bounding_box(all).diagonal().norm();
+  skin_ = 1e-6 * diameter_;
+  rays_ = make_embree_caster(all);
+
+  expect_apart();
+  expect_outside(scene.camera.position_mm, "the camera");
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const std::string name = "light " + std::to_string(i + 1);
+    if (const auto* point = std::get_if<PointLight>(&scene.lights[i])) {
+      expect_outside(point->position_mm, name);
+    } else if (const auto* spot = std::get_if<SpotLight>(&scene.lights[i])) {
+      expect_outside(spot->point.position_mm, name);
+    } else if (const auto* projector = std::get_if<ProjectorLight>(&scene.lights[i])) {
+      expect_outside(projector->point.position_mm, name);
+    }
+  }
+}
+
+std::optional<WorldHit> World::first_hit(const Vector3d& origin, const Vector3d& direction,
+                                         double nearest, double farthest) const {
+  const auto met = rays_->first_hit(origin, direction, nearest, farthest);
+  if (!met) return std::nullopt;
+  const auto triangle = static_cast<std::size_t>(met->triangle);
+  const auto after = std::upper_bound(first_triangle_.begin(), first_triangle_.end(), triangle);
+  WorldHit hit;
+  hit.object = static_cast<std::size_t>(after - first_triangle_.begin()) - 1;
+  hit.triangle = triangle - first_triangle_[hit.object];
+  hit.distance = met->distance;
+  hit.u = met->u;
+  hit.v = met->v;
+  hit.position = origin + met->distance * direction;
+  const WorldObject& object = objects_[hit.object];
+  hit.normal = object.world_from_object.rotation * object.surface.normal[hit.triangle];
+  return hit;
+}
+
+std::optional<std::size_t> World::object_at(const Vector3d& point) const {
+  // From inside, a ray first meets a surface from behind. Any direction would do but for edges.
+  const Vector3d direction = Vector3d(0.5377, 0.8339, -0.1241).normalized();
+  const auto hit = first_hit(point, direction, 0.0);
+  if (!hit || hit->normal.dot(direction) <= 0.0) return std::nullopt;
+  return hit->object;
+}
+
+void World::expect_apart() const {
+  for (std::size_t one = 0; one < objects_.size(); ++one) {
+    for (std::size_t other = 0; other < objects_.size(); ++other) {
+      if (one == other) continue;
+      const Rigid one_from_other =
+          objects_[one].world_from_object.inverse() * objects_[other].world_from_object;
+      const Eigen::AlignedBox3d box = bounding_box(objects_[one].mesh);
+      for (const Vector3d& vertex : objects_[other].mesh.vertices) {
+        const Vector3d point = one_from_other * vertex;
+        if (!box.contains(point)) continue;
+        const Vector3d up = Vector3d(0.1241, 0.8339, 0.5377).normalized();
+        const auto hit = objects_[one].rays->first_hit(point, up, skin_);
+        if (hit &&
+            objects_[one].surface.normal[static_cast<std::size_t>(hit->triangle)].dot(up) > 0.0) {
+          throw InputError("objects '" + objects_[one].name + "' and '" + objects_[other].name +
+                           "' overlap; change the position_mm of one of the two");
+        }
+      }
+    }
+  }
+}
+
+void World::expect_outside(const Vector3d& point, const std::string& what) const {
+  if (const auto object = object_at(point)) {
+    throw InputError(what + " is inside object '" + objects_[*object].name +
+                     "'; change its position_mm");
+  }
+}
+
+}  // namespace kappamu::render

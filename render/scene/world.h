@@ -1,0 +1,71 @@
+// A scene made ready: its objects as meshes with media, and one caster for rays through all of
+// them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/optics.h"
+#include "core/ray_caster.h"
+#include "core/rigid.h"
+#include "core/triangle_mesh.h"
+#include "render/scene/object_media.h"
+#include "render/scene/scene.h"
+
+namespace kappamu::render {
+
+struct WorldObject {
+  std::string name;
+  TriangleMesh mesh;  ///< in the object's frame [mm]
+  Surface surface;    ///< surface_of(mesh)
+  Rigid world_from_object;
+  std::unique_ptr<RayCaster> rays;  ///< of `mesh`, in the object's frame
+  ObjectMedia media;
+  BoundaryConstants boundary;
+  double roughness = 0.1;
+};
+
+/// Where a ray meets an object, in the world's frame.
+struct WorldHit {
+  double distance = 0.0;  ///< [mm]
+  std::size_t object = 0;
+  std::size_t triangle = 0;          ///< of the object
+  double u = 0.0, v = 0.0;           ///< barycentric weights of the second and third corner
+  Eigen::Vector3d position, normal;  ///< the triangle's normal, outward
+};
+
+class World {
+ public:
+  /// Reads everything the scene names. Throws InputError naming object, light or camera: no mesh,
+  /// no volume, objects that overlap, a light or the camera inside an object.
+  World(const Scene& scene, std::vector<std::string>& warnings);
+
+  const std::vector<WorldObject>& objects() const { return objects_; }
+  /// Distances below this are rounding [mm].
+  double skin() const { return skin_; }
+  double diameter() const { return diameter_; }
+
+  /// `direction` of unit length.
+  std::optional<WorldHit> first_hit(
+      const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double nearest,
+      double farthest = std::numeric_limits<double>::infinity()) const;
+  bool blocked(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+               double farthest) const {
+    return rays_->first_hit(origin, direction, skin_, farthest - skin_).has_value();
+  }
+  /// The object that holds the point, if any.
+  std::optional<std::size_t> object_at(const Eigen::Vector3d& point) const;
+
+ private:
+  void expect_apart() const;
+  void expect_outside(const Eigen::Vector3d& point, const std::string& what) const;
+
+  std::vector<WorldObject> objects_;
+  std::vector<std::size_t> first_triangle_;  ///< of each object in the common mesh
+  std::unique_ptr<RayCaster> rays_;          ///< of all objects, in the world's frame
+  double skin_ = 0.0, diameter_ = 0.0;
+};
+
+}  // namespace kappamu::render

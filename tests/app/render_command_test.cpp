@@ -1,0 +1,118 @@
+// `kappamu render` from outside: files, exit codes, balance. What is in the pictures is tested in
+// tests/render.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "io/atomic_file.h"
+#include "io/image/exr.h"
+#include "io/image/image_file.h"
+#include "io/npy.h"
+#include "io/read_file.h"
+#include "io/volume/volume_file.h"
+#include "process.h"
+
+namespace kappamu::app {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr double balance_tolerance = 1e-5;  // relative: power in = deposited + unscattered
+
+class RenderCommand : public TemporaryFolderTest {
+ protected:
+  std::string path(const char* name) const { return (folder() / name).string(); }
+  void write_scene(const std::string& model) const {
+    const json scene{
+        {"format", "kappamu-scene"},
+        {"version", 1},
+        {"objects",
+         {{{"name", "ball"},
+           {"shape", "sphere"},
+           {"size_mm", 10},
+           {"material", {{"published", "skim milk"}}}}}},
+        {"lights",
+         {{{"kind", "directional"}, {"direction", {0, -1, -1}}, {"irradiance", {1, 0.9, 0.8}}},
+          {{"kind", "environment"}, {"radiance", 0.1}}}},
+        {"camera", {{"position_mm", {0, 0, 50}}, {"target_mm", {0, 0, 0}}, {"fov_deg", 16}}},
+        {"film", {{"width", 16}, {"height", 12}, {"samples", 4}}},
+        {"model", {{"name", model}, {"tolerance", 0.2}, {"photons", 20000}}}};
+    io::write_text_atomically(folder() / "scene.json", scene.dump());
+  }
+};
+
+TEST_F(RenderCommand, WritesPictureExitanceAndBalance) {
+  for (const std::string model : {"embedded", "montecarlo"}) {
+    write_scene(model);
+    const ProcessResult result =
+        kappamu("--json render " + path("scene.json") + " -o " + path("out"));
+    ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 3) << result.standard_error;
+    const json summary = json::parse(last_line(result.standard_output));
+    EXPECT_EQ(summary, json::parse(io::read_text(folder() / "out" / "summary.json")));
+    EXPECT_EQ(summary["converged"], result.exit_code == 0);
+    const json& object = summary["objects"][0];
+    const std::size_t samples = object["samples"];
+    const io::NpyArray exitance = io::read_npy(folder() / "out" / "exitance.npy", {3, samples});
+    const io::NpyArray surface = io::read_npy(folder() / "out" / "surface.npy", {samples, 7});
+    for (std::size_t c = 0; c < 3; ++c) {
+      const json& channel = object["channels"][c];
+      const double entering = channel["entering"];
+      EXPECT_NEAR(entering,
+                  channel["unscattered"].get<double>() + channel["out"].get<double>() +
+                      channel["absorbed"].get<double>(),
+                  balance_tolerance * entering)
+          << model;
+      EXPECT_NEAR(channel["power_in"].get<double>(), entering + channel["reflected"].get<double>(),
+                  balance_tolerance * entering);
+      double out = 0.0;
+      for (std::size_t t = 0; t < samples; ++t) {
+        out += exitance.values[c * samples + t] * surface.values[7 * t + 6];
+      }
+      EXPECT_NEAR(out, channel["out"].get<double>(), 1e-3 * out) << model;
+    }
+    const io::ExrImage exr = io::read_exr(folder() / "out" / "picture.exr");
+    EXPECT_EQ(exr.width, 16);
+    EXPECT_EQ(exr.channels.at("A")[6 * 16 + 8], 1.0F);
+    EXPECT_GT(exr.channels.at("R")[6 * 16 + 8], 0.0F);
+    EXPECT_EQ(io::read_code_image(folder() / "out" / "picture.png").height(), 12);
+  }
+}
+
+TEST_F(RenderCommand, NewSceneOfARunIsRendered) {
+  const GridShape shape{8, 6, 4, 0.5};
+  io::VolumeSet set;
+  set.channels = {"grey"};
+  set.media.push_back({Volume<double>(shape, 0.3), Volume<double>(shape, 0.01)});
+  set.eta = 1.3;
+  io::write_vdb(folder() / "run" / "fit" / "volume.vdb", set);
+  ASSERT_EQ(kappamu("render --new-scene " + path("run") + " -o " + path("scene.json")).exit_code,
+            0);
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  EXPECT_TRUE(scene.contains("_comment"));
+  scene["film"] = {{"width", 8}, {"height", 6}, {"samples", 1}};
+  scene["model"]["tolerance"] = 0.3;
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  const ProcessResult result = kappamu("render " + path("scene.json") + " -o " + path("out"));
+  EXPECT_EQ(result.exit_code, 0) << result.standard_error;
+  EXPECT_TRUE(fs::exists(folder() / "out" / "picture.png"));
+}
+
+TEST_F(RenderCommand, RefusesInOneSentence) {
+  write_scene("embedded");
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["camera"]["position_mm"] = {0, 0, 1};
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  expect_one_sentence(kappamu("render " + path("scene.json") + " -o " + path("out")),
+                      "the camera is inside object 'ball'");
+  EXPECT_FALSE(fs::exists(folder() / "out"));
+  expect_one_sentence(kappamu("render " + path("absent.json") + " -o " + path("out")),
+                      "absent.json");
+  expect_one_sentence(kappamu("render --new-scene gold -o " + path("s.json")), "whole milk");
+  EXPECT_EQ(kappamu("render -o " + path("out")).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace kappamu::app

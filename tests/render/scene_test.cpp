@@ -1,0 +1,305 @@
+// Scene files: what is read, what is refused, and docs/scene.schema.json against the reader. What
+// lights and models make of scenes is tested in incident_light_test.cpp and with the models.
+#include "render/scene/scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "core/error.h"
+#include "io/volume/volume_file.h"
+#include "render/scene/new_scene.h"
+#include "render/scene/published_materials.h"
+#include "render/scene/world.h"
+#include "tests/render/made_scene.h"
+
+namespace kappamu::render {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class SceneFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("kappamu_scene_" + std::to_string(::getpid()) + "_" +
+               testing::UnitTest::GetInstance()->current_test_info()->name());
+    std::filesystem::create_directories(folder_);
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+  /// The sentence with which a scene is refused; empty where it is read.
+  std::string refusal(const std::string& text) const {
+    try {
+      read_scene(write("scene.json", text));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return {};
+  }
+  std::filesystem::path folder_;
+};
+
+/// Every kind of everything.
+json full_scene() {
+  return json::parse(R"({
+    "format": "kappamu-scene", "version": 1, "_comment": "all kinds",
+    "objects": [
+      {"name": "a", "mesh": "a.obj", "size_mm": 20, "position_mm": [1, 2, 3], "turn_deg": [0, 90, 0],
+       "material": {"volume": "run", "placement": "mirror", "turn_deg": [0, 0, 45], "offset_mm": [1, 0, 0]},
+       "surface": {"eta": 1.4, "roughness": 0}},
+      {"name": "b", "shape": "slab", "proportion": 0.2, "size_mm": [20, 20, 4],
+       "material": {"published": "whole milk"}},
+      {"name": "c", "shape": "sphere", "size_mm": 5,
+       "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"}}],
+    "lights": [
+      {"kind": "directional", "direction": [0, -2, 0], "irradiance": 1},
+      {"kind": "point", "position_mm": [0, 50, 0], "irradiance": [1, 0.5, 0], "at_mm": 50},
+      {"kind": "spot", "position_mm": [0, 50, 0], "target_mm": [0, 0, 0], "irradiance": 1, "at_mm": 50,
+       "cone_deg": 30, "edge_deg": 5},
+      {"kind": "projector", "position_mm": [0, 0, 99], "target_mm": [0, 0, 0], "up": [0, 1, 0],
+       "irradiance": 1, "at_mm": 99, "fov_deg": 20, "image": "stripes.png"},
+      {"kind": "environment", "image": "sky.exr", "radiance": 0.5, "turn_deg": 10, "visible": false}],
+    "camera": {"position_mm": [0, 0, 99], "target_mm": [0, 0, 0], "up": [0, 1, 0], "fov_deg": 30},
+    "film": {"width": 64, "height": 48, "samples": 4, "exposure": 2},
+    "model": {"name": "montecarlo", "tolerance": 0.01, "photons": 1000, "follow_reentry": true}})");
+}
+
+struct Edited {
+  std::string name;
+  std::function<void(json&)> edit;
+  std::string field;  ///< what the sentence names
+  bool schema_sees_it = true;
+};
+
+std::vector<Edited> bad_scenes() {
+  const auto no_number = std::numeric_limits<double>::quiet_NaN();
+  return {
+      {"film of 1e9", [](json& s) { s["film"]["width"] = 1e9; },
+       "film.width is 1000000000.0; write a number from 1"},
+      {"half a pixel", [](json& s) { s["film"]["height"] = 0.5; }, "film.height"},
+      {"samples", [](json& s) { s["film"]["samples"] = 0; }, "film.samples"},
+      {"no camera", [](json& s) { s.erase("camera"); }, "camera is missing"},
+      {"no light", [](json& s) { s["lights"] = json::array(); }, "lights has 0 entries"},
+      {"NaN is no JSON number", [=](json& s) { s["camera"]["fov_deg"] = no_number; },
+       "camera.fov_deg is null"},
+      {"unknown field", [](json& s) { s["lights"][1]["colour"] = 1; },
+       "lights[1].colour is an unknown field"},
+      {"unknown light", [](json& s) { s["lights"][0]["kind"] = "laser"; },
+       "lights[0].kind is 'laser'"},
+      {"no kind", [](json& s) { s["lights"][0].erase("kind"); }, "lights[0]"},
+      {"a light of no direction",
+       [](json& s) {
+         s["lights"][0]["direction"] = {0, 0, 0};
+       },
+       "lights[0].direction has no length", false},
+      {"negative light",
+       [](json& s) {
+         s["lights"][1]["irradiance"] = {1, -1, 0};
+       },
+       "lights[1].irradiance[1] is -1"},
+      {"two skies", [](json& s) { s["lights"].push_back(s["lights"][4]); },
+       "lights[5] is a second environment", false},
+      {"wide edge", [](json& s) { s["lights"][2]["edge_deg"] = 20; }, "lights[2].edge_deg", false},
+      {"camera looks at itself",
+       [](json& s) { s["camera"]["target_mm"] = s["camera"]["position_mm"]; },
+       "camera.target_mm lies at position_mm", false},
+      {"camera looks up",
+       [](json& s) {
+         s["camera"]["up"] = {0, 0, 1};
+       },
+       "camera looks along its 'up'", false},
+      {"two shapes", [](json& s) { s["objects"][0]["shape"] = "cube"; },
+       "objects[0] must have either"},
+      {"proportion of a mesh", [](json& s) { s["objects"][0]["proportion"] = 0.1; },
+       "objects[0].proportion"},
+      {"no size", [](json& s) { s["objects"][0]["size_mm"] = 0; }, "objects[0].size_mm is 0"},
+      {"one name twice", [](json& s) { s["objects"][1]["name"] = "a"; }, "objects[1].name", false},
+      {"two materials", [](json& s) { s["objects"][0]["material"]["published"] = "milk"; },
+       "objects[0].material must have exactly one"},
+      {"no such material", [](json& s) { s["objects"][1]["material"]["published"] = "gold"; },
+       "whole milk", false},
+      {"negative absorption",
+       [](json& s) { s["objects"][2]["material"]["absorption_per_mm"] = -1; },
+       "absorption_per_mm is -1"},
+      {"index below one", [](json& s) { s["objects"][0]["surface"]["eta"] = 0.5; },
+       "objects[0].surface.eta"},
+      {"no such model", [](json& s) { s["model"]["name"] = "magic"; }, "model.name is 'magic'"},
+      {"another format", [](json& s) { s["format"] = "kappamu-session"; }, "format"},
+      {"another version", [](json& s) { s["version"] = 2; }, "version is not 1"}};
+}
+
+TEST_F(SceneFile, ReadsEveryKind) {
+  const Scene scene = read_scene(write("scene.json", full_scene().dump()));
+  ASSERT_EQ(scene.objects.size(), 3U);
+  EXPECT_EQ(std::get<std::filesystem::path>(scene.objects[0].shape), folder_ / "a.obj");
+  EXPECT_EQ(std::get<VolumeMaterial>(scene.objects[0].material).volume, folder_ / "run");
+  EXPECT_EQ(scene.objects[1].proportion, 0.2);
+  const auto& lab = std::get<HomogeneousMaterial>(scene.objects[2].material);
+  EXPECT_DOUBLE_EQ(lab.kappa_mm[1], 1.0 / (3.0 * 2.01));
+  ASSERT_EQ(scene.lights.size(), 5U);
+  EXPECT_EQ(std::get<DirectionalLight>(scene.lights[0]).direction, -Eigen::Vector3d::UnitY());
+  EXPECT_EQ(std::get<PointLight>(scene.lights[1]).irradiance[1], 0.5);
+  EXPECT_FALSE(std::get<EnvironmentLight>(scene.lights[4]).visible);
+  EXPECT_EQ(scene.film.exposure, 2.0);
+  EXPECT_EQ(scene.model.photons, 1000U);
+}
+
+TEST_F(SceneFile, RefusesByFileAndField) {
+  for (const Edited& bad : bad_scenes()) {
+    json scene = full_scene();
+    bad.edit(scene);
+    const std::string sentence = refusal(scene.dump());
+    EXPECT_THAT(sentence, HasSubstr(bad.field)) << bad.name;
+    EXPECT_THAT(sentence, HasSubstr("scene.json")) << bad.name;
+    EXPECT_EQ(sentence.find('\n'), std::string::npos) << bad.name;
+  }
+  EXPECT_THAT(refusal("{\"format\": "), HasSubstr("not valid JSON"));
+  EXPECT_THAT(refusal("{\"format\": \"kappamu-scene\", \"format\": \"kappamu-scene\"}"),
+              HasSubstr("occurs twice"));
+  EXPECT_THROW(read_scene(folder_ / "absent.json"), InputError);
+}
+
+TEST_F(SceneFile, SchemaAgreesWithTheReader) {
+  std::map<std::string, std::string> expected;
+  const auto add = [&](const std::string& name, const json& scene, bool valid) {
+    write("s" + std::to_string(100 + expected.size()) + ".json", scene.dump());
+    expected["s" + std::to_string(100 + expected.size())] = (valid ? "valid " : "invalid ") + name;
+  };
+  add("all kinds", full_scene(), true);
+  add("new", json::parse(new_scene("marble", folder_)), true);
+  for (const Edited& bad : bad_scenes()) {
+    json scene = full_scene();
+    bad.edit(scene);
+    add(bad.name, scene, !bad.schema_sees_it);
+  }
+  const std::string source = KAPPAMU_SOURCE_DIR;
+  const std::filesystem::path verdicts = folder_ / "verdicts.txt";
+  const std::string command =
+      "/usr/bin/python3 '" + source + "/tests/capture/validate_sessions.py' '" + source +
+      "/docs/scene.schema.json' '" + folder_.string() + "' > '" + verdicts.string() + "' 2>&1";
+  const int status = std::system(command.c_str());  // NOLINT(bugprone-command-processor): fixed
+  ASSERT_TRUE(WIFEXITED(status));
+  constexpr int package_absent = 77;
+  if (WEXITSTATUS(status) == package_absent) GTEST_SKIP() << "python3-jsonschema is not installed";
+  ASSERT_EQ(WEXITSTATUS(status), 0);
+  std::ifstream lines(verdicts);
+  std::size_t seen = 0;
+  for (std::string stem, verdict; lines >> stem >> verdict; ++seen) {
+    EXPECT_THAT(expected[stem], testing::StartsWith(verdict + " ")) << stem;
+  }
+  EXPECT_EQ(seen, expected.size());
+}
+
+TEST_F(SceneFile, ScenesOfTheGalleryAreRead) {
+  std::size_t count = 0;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(std::string(KAPPAMU_SOURCE_DIR) + "/scenes")) {
+    if (entry.path().extension() != ".json") continue;
+    EXPECT_NO_THROW(read_scene(entry.path())) << entry.path();
+    ++count;
+  }
+  EXPECT_GE(count, 5U);
+}
+
+TEST_F(SceneFile, NewSceneOfARunNamesItsVolume) {
+  io::VolumeSet set;
+  set.channels = {"R", "G", "B"};
+  const GridShape shape{8, 6, 4, 0.5};
+  for (int c = 0; c < 3; ++c) {
+    set.media.push_back({Volume<double>(shape, 0.1 + 0.1 * c), Volume<double>(shape, 0.01)});
+  }
+  set.eta = 1.45;
+  io::write_vdb(folder_ / "run" / "fit" / "volume.vdb", set);
+  write("scene.json", new_scene((folder_ / "run").string(), folder_));
+  const Scene scene = read_scene(folder_ / "scene.json");
+  std::vector<std::string> warnings;
+  const World world(scene, warnings);
+  const WorldObject& block = world.objects()[0];
+  EXPECT_NEAR((bounding_box(block.mesh).sizes() - Eigen::Vector3d(4.0, 3.0, 2.0)).norm(), 0, 1e-9);
+  EXPECT_EQ(block.boundary.eta, 1.45);
+  EXPECT_NEAR(block.media.channels[1]->at({0.1, 0.2, 0.3}).kappa, 0.2, 1e-6);
+  EXPECT_THROW(new_scene((folder_ / "nothing").string(), folder_), InputError);
+}
+
+std::string refusal_of(const Scene& scene) {
+  try {
+    std::vector<std::string> warnings;
+    const World world(scene, warnings);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {
+  const Scene good = sphere_scene();
+  EXPECT_EQ(refusal_of(good), "");
+  Scene scene = good;
+  scene.camera.position_mm = {1.0, 2.0, 3.0};
+  EXPECT_EQ(refusal_of(scene), "the camera is inside object 'ball'; change its position_mm");
+  scene = good;
+  scene.lights.emplace_back(DirectionalLight{});
+  scene.lights.emplace_back(PointLight{{0.0, 0.0, 9.0}, Colour::Ones(), 1.0});
+  EXPECT_EQ(refusal_of(scene), "light 2 is inside object 'ball'; change its position_mm");
+  scene = good;
+  scene.objects.push_back(good.objects[0]);
+  scene.objects[1].name = "other";
+  scene.objects[1].position_mm = {15.0, 0.0, 0.0};
+  EXPECT_THAT(refusal_of(scene), HasSubstr("'ball' and 'other' overlap"));
+  scene.objects[1].position_mm = {21.0, 0.0, 0.0};
+  EXPECT_EQ(refusal_of(scene), "");
+  scene = good;
+  scene.objects[0].shape = std::string("dodecahedron");
+  EXPECT_THAT(refusal_of(scene), HasSubstr("object 'ball': there is no shape 'dodecahedron'"));
+}
+
+TEST_F(SceneFile, RefusesVolumesWithoutTheChannelsAndObjectsBelowAVoxel) {
+  io::VolumeSet set;
+  set.channels = {"R", "G"};
+  const GridShape shape{4, 4, 4, 0.5};
+  set.media.assign(2, {Volume<double>(shape, 0.1), Volume<double>(shape, 0.01)});
+  io::write_vdb(folder_ / "two.vdb", set);
+  set.channels = {"grey"};
+  set.media.resize(1);
+  io::write_vdb(folder_ / "grey.vdb", set);
+  Scene scene = sphere_scene();
+  scene.objects[0].material = VolumeMaterial{folder_ / "two.vdb"};
+  EXPECT_THAT(refusal_of(scene), HasSubstr("two.vdb: has no channel B"));
+  VolumeMaterial grey{folder_ / "grey.vdb"};
+  scene.objects[0].material = grey;
+  EXPECT_EQ(refusal_of(scene), "");
+  grey.placement = VolumeMaterial::Placement::repeat;
+  scene.objects[0].material = grey;
+  scene.objects[0].size_mm = 0.1;
+  EXPECT_THAT(refusal_of(scene), HasSubstr("object 'ball' is smaller than a voxel"));
+  scene.objects[0].material = VolumeMaterial{folder_ / "absent.vdb"};
+  EXPECT_THAT(refusal_of(scene), HasSubstr("absent.vdb"));
+}
+
+TEST(PublishedMaterials, HaveSourcesAndPhysicalCoefficients) {
+  for (const std::string& name : published_material_names()) {
+    const HomogeneousMaterial material = published_material(name);
+    EXPECT_FALSE(material.source.empty()) << name;
+    EXPECT_GT(material.kappa_mm.minCoeff(), 0.0) << name;
+    EXPECT_GE(material.mu_per_mm.minCoeff(), 0.0) << name;
+    EXPECT_LT((3.0 * material.kappa_mm * material.mu_per_mm).maxCoeff(), 1.0) << name;
+  }
+}
+
+}  // namespace
+}  // namespace kappamu::render
