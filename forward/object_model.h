@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
 #include "core/progress.h"
 #include "core/ray_caster.h"
-#include "core/triangle_mesh.h"
 
 namespace kappamu::forward {
 

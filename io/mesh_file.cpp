@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/mesh_check.h"
+#include "core/mesh/mesh_check.h"
 #include "io/mesh/mesh_claims.h"
 #include "io/read_file.h"
 

@@ -4,12 +4,12 @@
 #include <cstddef>
 #include <filesystem>
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 
 namespace kappamu::io {
 
 /// Larger files are refused unread. What a file declares is checked against its size and the limits
-/// (core/mesh_check.h) before anything is allocated for it.
+/// (core/mesh/mesh_check.h) before anything is allocated for it.
 inline constexpr std::size_t most_mesh_bytes = 512'000'000;
 inline constexpr std::size_t most_polygon_corners = 256;
 

@@ -17,8 +17,8 @@
 
 #include <memory>
 
+#include "core/mesh/triangle_mesh.h"
 #include "core/ray_caster.h"
-#include "core/triangle_mesh.h"
 
 namespace kappamu::render {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/mesh/box_tree.h"
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 
 namespace kappamu {
 

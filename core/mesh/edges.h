@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 
 namespace kappamu {
 

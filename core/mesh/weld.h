@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 
 namespace kappamu {
 

@@ -11,9 +11,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
 #include "core/ray_caster.h"
-#include "core/triangle_mesh.h"
 #include "forward/montecarlo/philox.h"
 
 namespace kappamu::forward {

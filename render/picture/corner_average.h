@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 
 namespace kappamu::render {
 

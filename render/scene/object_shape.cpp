@@ -3,9 +3,9 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/mesh_check.h"
-#include "core/mesh_refine.h"
-#include "core/shapes.h"
+#include "core/mesh/mesh_check.h"
+#include "core/mesh/mesh_refine.h"
+#include "core/mesh/shapes.h"
 #include "io/mesh_file.h"
 
 namespace kappamu::render {

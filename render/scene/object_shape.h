@@ -1,7 +1,7 @@
 // The mesh that a scene's object states, in the object's frame: its box is centred at the origin.
 #pragma once
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::render {

@@ -45,7 +45,7 @@ struct Finish {
 struct SceneObject {
   std::string name;
   std::variant<std::filesystem::path, std::string> shape;  ///< a mesh file, or a named shape
-  std::optional<double> proportion;                        ///< of a named shape (core/shapes.h)
+  std::optional<double> proportion;  ///< of a named shape (core/mesh/shapes.h)
   /// Of the bounding box: its longest edge, the shape keeping its proportions; or all three.
   std::variant<double, Eigen::Vector3d> size_mm = 1.0;
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();  ///< of that box's centre

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/triangle_mesh.h"
 #include "core/optics.h"
 #include "core/ray_caster.h"
 #include "core/rigid.h"
-#include "core/triangle_mesh.h"
 #include "render/scene/object_media.h"
 #include "render/scene/scene.h"
 

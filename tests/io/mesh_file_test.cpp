@@ -12,9 +12,9 @@
 #include <sstream>
 #include <string>
 
-#include "core/mesh_check.h"
+#include "core/mesh/mesh_check.h"
+#include "core/mesh/shapes.h"
 #include "core/process_memory.h"
-#include "core/shapes.h"
 #include "tests/io/support.h"
 
 namespace kappamu::io {

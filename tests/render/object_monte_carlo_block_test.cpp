@@ -9,7 +9,7 @@
 #include <numeric>
 #include <vector>
 
-#include "core/shapes.h"
+#include "core/mesh/shapes.h"
 #include "device/device_info.h"
 #include "forward/montecarlo/monte_carlo_model.h"
 #include "forward/montecarlo/object_monte_carlo.h"

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/shapes.h"
+#include "core/mesh/shapes.h"
 #include "forward/montecarlo/object_monte_carlo.h"
 #include "tests/render/object_tools.h"
 

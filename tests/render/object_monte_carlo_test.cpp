@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/shapes.h"
 #include "core/optics.h"
-#include "core/shapes.h"
 #include "tests/render/object_tools.h"
 #include "tests/sentence.h"
 

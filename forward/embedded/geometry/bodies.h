@@ -5,8 +5,8 @@
 
 #include <vector>
 
+#include "core/mesh/triangle_mesh.h"
 #include "core/ray_caster.h"
-#include "core/triangle_mesh.h"
 
 namespace kappamu::forward::embedded {
 

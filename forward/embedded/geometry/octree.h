@@ -10,7 +10,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 #include "forward/embedded/geometry/triangle_clip.h"
 
 namespace kappamu::forward::embedded {

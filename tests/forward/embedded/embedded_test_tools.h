@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/mesh/triangle_mesh.h"
 #include "core/ray_caster.h"
-#include "core/triangle_mesh.h"
 
 namespace kappamu::forward::embedded {
 

@@ -1,7 +1,7 @@
 // Triangles split until none is long, so that surface samples resolve the light on them.
 #pragma once
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 
 namespace kappamu {
 

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "core/triangle_mesh.h"
+#include "core/mesh/triangle_mesh.h"
 
 namespace kappamu {
 

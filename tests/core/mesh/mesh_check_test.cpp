@@ -1,4 +1,4 @@
-#include "core/mesh_check.h"
+#include "core/mesh/mesh_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "core/shapes.h"
+#include "core/mesh/shapes.h"
 #include "tests/sentence.h"
 
 namespace kappamu {

@@ -1,4 +1,4 @@
-#include "core/shapes.h"
+#include "core/mesh/shapes.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "core/mesh_refine.h"
+#include "core/mesh/mesh_refine.h"
 
 #include <map>
 #include <utility>

@@ -1,4 +1,4 @@
-#include "core/shapes.h"
+#include "core/mesh/shapes.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <string>
 
-#include "core/mesh_check.h"
+#include "core/mesh/mesh_check.h"
 #include "tests/sentence.h"
 
 namespace kappamu {

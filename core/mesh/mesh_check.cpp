@@ -1,4 +1,4 @@
-#include "core/mesh_check.h"
+#include "core/mesh/mesh_check.h"
 
 #include <algorithm>
 #include <array>
