@@ -31,14 +31,6 @@ void add_data_term_options(CLI::App& command, FitArguments& arguments, const std
   command.add_option("--student-freedom", data.student_freedom, "Of --loss student")
       ->capture_default_str()
       ->group(group);
-  command
-      .add_option("--gains", arguments.gains,
-                  "Give each pattern a gain of its own, about 1 with this relative spread (0.03 "
-                  "for a projector that drifts by 3 %); 0: none")
-      ->check(CLI::Range(0.0, 1.0))
-      ->type_name("SPREAD")
-      ->capture_default_str()
-      ->group(group);
 }
 
 void add_regulariser_options(CLI::App& command, FitArguments& arguments, const std::string& group) {
@@ -54,13 +46,6 @@ void add_regulariser_options(CLI::App& command, FitArguments& arguments, const s
       .add_option("--edge-slope", fit.regulariser.edge_slope,
                   "Of --regulariser huber-tv: slope beyond which it is an edge, in log units per "
                   "thickness of the block")
-      ->capture_default_str()
-      ->group(group);
-  command
-      .add_option("--choose-weight", arguments.choose_weight,
-                  "How far the weight is lowered on the full grid: discrepancy (to the noise "
-                  "level), l-curve, or held-out (least chi2 under the light of --hold-out)")
-      ->check(CLI::IsMember({"discrepancy", "l-curve", "held-out"}))
       ->capture_default_str()
       ->group(group);
   command

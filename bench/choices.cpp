@@ -71,25 +71,9 @@ void make_wild(SurfaceMeasurements& m) {
   }
 }
 
-/// Every pattern's light is up to 3 % other than stated.
-void make_drift(SurfaceMeasurements& m) {
-  constexpr std::uint64_t seed = 6;
-  constexpr double largest = 0.03;
-  Noise noise(seed);
-  const std::size_t cells = m.seen_shape().cells();
-  for (std::size_t p = 0; p < static_cast<std::size_t>(m.patterns); ++p) {
-    const auto gain = static_cast<float>(1.0 + largest * (2.0 * noise.uniform() - 1.0));
-    for (std::size_t i = p * cells; i < (p + 1) * cells; ++i) {
-      m.value[i] *= gain;
-      m.variance[i] *= gain * gain;
-    }
-  }
-}
-
 std::vector<Choice> ways_of(const std::string& subject) {
   using inverse::Loss;
   using inverse::RegulariserKind;
-  using inverse::WeightRule;
   std::vector<Choice> ways;
   const auto add = [&](const std::string& name) -> Choice& {
     ways.emplace_back();
@@ -102,13 +86,6 @@ std::vector<Choice> ways_of(const std::string& subject) {
     add("2 of 16").held_out = {5, 10};
     add("4 of 16").held_out = {5, 6, 9, 10};
     add("1 of 16, a corner").held_out = {0};
-  } else if (subject == "weight") {
-    for (const WeightRule rule :
-         {WeightRule::discrepancy, WeightRule::l_curve, WeightRule::held_out}) {
-      Choice& way = add(to_string(rule));
-      way.options.weight_rule = rule;
-      way.held_out = {5};  // of all three alike
-    }
   } else if (subject == "regulariser") {
     add("h1");
     for (const double slope : {8.0, 4.0, 2.0, 1.0}) {
@@ -132,13 +109,6 @@ std::vector<Choice> ways_of(const std::string& subject) {
       wild.options.data_term.loss = loss;
       wild.damage = make_wild;
     }
-  } else if (subject == "gains") {
-    add("no drift");
-    add("no drift, gains").options.data_term.gain_spread = 0.03;
-    add("drift").damage = make_drift;
-    Choice& both = add("drift, gains");
-    both.options.data_term.gain_spread = 0.03;
-    both.damage = make_drift;
   } else {
     throw InputError("bench choices: unknown subject '" + subject + "'");
   }
@@ -157,10 +127,8 @@ ChoiceScore score_choice(const Choice& way, SurfaceMeasurements measured, const 
   FitOptions options = way.options;
   options.model = inverse::Model::volume;
   options.backend.device = device;
-  inverse::FitContext context;
-  if (!way.held_out.empty()) context.held_out = inverse::select_patterns(measured, way.held_out);
   const inverse::ChannelFit fit = inverse::fit_channel(
-      inverse::without_patterns(measured, way.held_out), 0, options, {}, progress, {}, context);
+      inverse::without_patterns(measured, way.held_out), 0, options, {}, progress);
   const DepthError depth = depth_error(fit.medium, judge.fine_fields, measured.lit_face);
   ChoiceScore score;
   score.way = way.name;
@@ -177,8 +145,7 @@ ChoiceScore score_choice(const Choice& way, SurfaceMeasurements measured, const 
 }  // namespace
 
 const std::vector<std::string>& choice_subjects() {
-  static const std::vector<std::string> subjects{"held-out", "weight", "regulariser", "loss",
-                                                 "gains"};
+  static const std::vector<std::string> subjects{"held-out", "regulariser", "loss"};
   return subjects;
 }
 

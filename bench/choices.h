@@ -1,7 +1,6 @@
 // `kappamu bench choices`: what the fit's choices cost or gain in E under light it never saw:
-// patterns held out, the rule that picks the weight, the regulariser, the loss where pixels are
-// wild, gains where the projector drifts. The medians behind the defaults of inverse/fit/fit.h
-// (docs/theory.md, section 4).
+// patterns held out, the regulariser, the loss where pixels are wild. The medians behind the
+// defaults of inverse/fit/fit.h (docs/theory.md, section 4).
 #pragma once
 
 #include <cstdint>
@@ -22,11 +21,11 @@ struct ChoicesOptions {
   std::uint64_t seed = 1;
 };
 
-/// held-out, weight, regulariser, loss, gains.
+/// held-out, regulariser, loss.
 const std::vector<std::string>& choice_subjects();
 
 struct ChoiceScore {
-  std::string way;    ///< "1 of 16 held out", "l-curve", ...
+  std::string way;    ///< "1 of 16 held out", "huber-tv, t = 2", ...
   std::string truth;  ///< "boxes", "smooth", "layers"
   double noise = 0.0;
   std::uint64_t seed = 0;

@@ -2,8 +2,8 @@
 # Remakes every chart and table of docs/benchmarks.md on this machine: measures section by section into out/bench, then
 # renews docs/images/bench-*.png and the tables between the page's markers. About half an hour; leave the machine alone.
 #   scripts/bench.sh [--quick|--small] [--draw] [SECTION...]     headline kernels peers relaxation grids scaling iterations
-# (default: these); inverse, or inverse-optimisers, -scores, -embedded, -patterns, -voxels, -montecarlo, -samples: fits; choices-weight,
-# -regulariser, -loss, -gains, -held-out: what a fit's choices gain; uncertainty: its deviations proved
+# (default: these); inverse, or inverse-optimisers, -scores, -embedded, -patterns, -voxels, -montecarlo, -samples: fits; choices-
+# regulariser, -loss, -held-out: what a fit's choices gain; uncertainty: its deviations proved
 # --quick measures toy grids into out/bench-quick and leaves the page alone; --small: smaller blocks, of fits alone; --draw measures nothing. BENCH_UNDER holds
 # words to put before each measurement, BENCH_KAPPAMU another program than build/app/kappamu.
 set -euo pipefail

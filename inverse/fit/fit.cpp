@@ -194,11 +194,6 @@ ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
   if (channel < 0 || channel >= static_cast<int>(measurements.channels.size())) {
     throw InputError("measurements: there is no channel " + std::to_string(channel));
   }
-  if (context.held_out) validate(*context.held_out, "held-out measurements");
-  if (options.weight_rule == WeightRule::held_out && !context.held_out) {
-    throw InputError(
-        "fit options: to choose the weight by held-out light some patterns must be kept out");
-  }
   if (context.continued && !(context.continued->medium.kappa.shape() == measurements.grid)) {
     throw InputError("a fit goes on from volumes on the grid of the measurements only");
   }

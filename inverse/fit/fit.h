@@ -20,7 +20,6 @@
 #include "inverse/block_model/block_model.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/data_checks/consistency.h"
-#include "inverse/fit/weight_choice.h"
 #include "inverse/optimise/optimiser.h"
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
@@ -40,8 +39,6 @@ struct FitOptions {
 
   /// Fixed weight instead of the path [dimensionless]: α, or [W]'s λ with [W]'s regulariser.
   std::optional<double> weight;
-  /// Which weight of the path on the finest grid is taken; coarser ones go to the noise level.
-  WeightRule weight_rule = WeightRule::discrepancy;
   double first_weight = 3000.0;  ///< α where the path starts, on the coarsest grid
   double last_weight = 1e-3;     ///< α below which the path does not go
   double weight_factor = 0.3;    ///< from one α to the next, in (0, 1)
@@ -52,9 +49,6 @@ struct FitOptions {
   /// Less relief of χ² than this share by a lower weight ends the path too: what is left is not the
   /// regulariser's doing.
   double stagnation = 0.03;
-
-  /// WeightRule::held_out ends the path where a lower weight relieves χ² there by less than this.
-  double held_out_relief = 0.01;
 
   double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
   /// The same where the fit ends; at least stage_tolerance ends it with the path.
@@ -111,17 +105,16 @@ struct FitReport {
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
   double chi2_per_datum = 0.0;
-  std::vector<double> gains;  ///< of each pattern, relative (data_term.h)
-  double weight = 0.0;        ///< α at the end
-  std::size_t data = 0;       ///< used
-  SolveCount solves;          ///< of all grids, the start included
+  double weight = 0.0;   ///< α at the end
+  std::size_t data = 0;  ///< used
+  SolveCount solves;     ///< of all grids, the start included
   double seconds = 0.0;
   bool resumed = false;
 };
 
 struct ChannelFit {
   Medium medium;
-  /// [M][v][u], unit of SurfaceMeasurements::value, r and gains included.
+  /// [M][v][u], unit of SurfaceMeasurements::value, r included.
   std::vector<float> prediction;
   /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
   /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
@@ -161,8 +154,6 @@ struct Continuation {
 
 /// What a fit may be given beside measurements and options.
 struct FitContext {
-  /// Patterns the fit does not see; WeightRule::held_out chooses by them.
-  std::optional<SurfaceMeasurements> held_out;
   /// Start from this volume, on the finest grid, instead of the homogeneous block.
   std::optional<Continuation> continued;
   /// Another fit goes on from this one (judged_fit.h): the path alone, and no words on its volumes.

@@ -33,8 +33,6 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   Fingerprint print;
   print.add(channel);
   add(print, m, channel);
-  print.add(context.held_out.has_value());
-  if (context.held_out) add(print, *context.held_out, channel);
   print.add(context.interim);
   print.add(context.continued.has_value());
   if (context.continued) {
@@ -56,10 +54,8 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   print.add(o.coordinates);
   print.add(o.data_term.loss);
   print.add(o.regulariser.kind);
-  print.add(o.weight_rule);
   for (const double x :
-       {o.data_term.huber_threshold, o.data_term.student_freedom,
-        o.data_term.gain_spread.value_or(0.0), o.regulariser.edge_slope, o.held_out_relief}) {
+       {o.data_term.huber_threshold, o.data_term.student_freedom, o.regulariser.edge_slope}) {
     print.add(x);
   }
   print.add(o.convention);

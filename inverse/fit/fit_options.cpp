@@ -20,10 +20,9 @@ void validate(const FitOptions& o) {
   validate(o.data_term);
   require(
       o.optimiser.method != Method::gauss_newton ||
-          (o.regulariser.kind != RegulariserKind::wang2008 && o.data_term.loss == Loss::gaussian &&
-           !o.data_term.gain_spread),
-      "the gauss-newton optimiser knows the regularisers h1 and huber-tv, the gaussian loss and "
-      "no gains; choose lbfgs for others");
+          (o.regulariser.kind != RegulariserKind::wang2008 && o.data_term.loss == Loss::gaussian),
+      "the gauss-newton optimiser knows the regularisers h1 and huber-tv and the gaussian loss; "
+      "choose lbfgs for others");
   require(o.regulariser.edge_slope > 0.0, "edge_slope must be positive");
   require(!o.weight || *o.weight >= 0.0, "weight must not be negative");
   require(o.first_weight > 0.0, "first_weight must be positive");
@@ -33,8 +32,6 @@ void validate(const FitOptions& o) {
   require(o.restart_steps >= 0.0, "restart_steps must not be negative");
   require(o.target_chi2 > 0.0, "target_chi2 must be positive");
   require(o.stagnation >= 0.0 && o.stagnation < 1.0, "stagnation must lie in [0, 1)");
-  require(o.held_out_relief >= 0.0 && o.held_out_relief < 1.0,
-          "held_out_relief must lie in [0, 1)");
   require(o.stage_tolerance > 0.0 && o.stage_tolerance < 1.0, "stage_tolerance must lie in (0, 1)");
   require(o.final_tolerance > 0.0, "final_tolerance must be positive");
   require(o.stage_steps >= 1, "stage_steps must be at least 1");

@@ -9,7 +9,6 @@
 #include "core/median.h"
 #include "inverse/fit/channel_run.h"
 #include "inverse/fit/fit_fingerprint.h"
-#include "inverse/problem/held_out.h"
 
 namespace kappamu::inverse {
 
@@ -130,39 +129,6 @@ double ChannelRun::refresh_correction() {
   return objective_->chi2_per_datum();
 }
 
-/// Where another rule than the discrepancy principle chooses: this weight joins the path, and the
-/// best so far is what the fit ends with once no lower weight can be better.
-void ChannelRun::keep_point(double chi2) {
-  PathPoint point{state_.weight, chi2, state_.roughness, std::nullopt, state_.fields};
-  if (options_.weight_rule == WeightRule::held_out) {
-    PredictOptions predict;
-    predict.backend = options_.backend;
-    predict.convention = options_.convention;
-    point.held_out_chi2 =
-        score_held_out(to_medium(state_.fields, ladder_[0].setup.shape), *context_.held_out,
-                       channel_, predict, options_.model_error, options_.data_term)
-            .chi2_per_datum;
-  }
-  std::vector<PathPoint>& path = state_.path;
-  path.push_back(std::move(point));
-  const WeightDecision decision =
-      choose_weight(options_.weight_rule, path, options_.held_out_relief);
-  // The last two may still turn out to be the best.
-  for (std::size_t i = 0; i + 2 < path.size(); ++i) {
-    if (i != decision.chosen) path[i].fields = {};
-  }
-  const double next = state_.weight * options_.weight_factor;
-  if (!decision.done && next >= options_.last_weight) {
-    state_.weight = next;
-    return;
-  }
-  const PathPoint& best = path[decision.chosen];
-  state_.weight = best.weight;
-  state_.fields = best.fields;
-  state_.last_chi2 = refresh_correction();
-  finish_path();
-}
-
 /// α that opens the path, χ² per datum being that of the homogeneous start.
 double ChannelRun::first_weight(double chi2) const {
   return options_.weight.value_or(
@@ -182,11 +148,10 @@ void ChannelRun::end_stage() {
                          chi2_minimised <= options_.target_chi2 && chi2 > options_.target_chi2;
   if (state_.last_stage) {
     state_.last_chi2 = chi2;
-    if (choosing() || !unsettled) return conclude();
+    if (!unsettled) return conclude();
     state_.repeated = true;
     return;
   }
-  if (choosing()) return keep_point(chi2);
   // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
   const bool gained = chi2 <= std::max(options_.target_chi2, most_coarse_share * state_.begun_chi2);

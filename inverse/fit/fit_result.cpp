@@ -41,12 +41,6 @@ void ChannelRun::conclude() {
     std::snprintf(sentence, sizeof sentence,
                   "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
                   options_.stage_steps, chi2);
-  } else if (!state_.path.empty()) {
-    report.status = FitStatus::converged;
-    std::snprintf(sentence, sizeof sentence,
-                  "Weight %.3g chosen by the %s among %zu, at chi2 per datum %.3g.", state_.weight,
-                  options_.weight_rule == WeightRule::l_curve ? "L-curve" : "held-out light",
-                  state_.path.size(), chi2);
   } else if (chi2 <= options_.target_chi2 || options_.weight) {
     report.status = FitStatus::converged;
     std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
@@ -70,7 +64,6 @@ void ChannelRun::finish(double chi2) {
   state_.finished = true;
   state_.optimiser = OptimiserState{};
   state_.blocks.clear();
-  for (PathPoint& point : state_.path) point.fields = {};
   save();
 }
 
@@ -87,11 +80,7 @@ ChannelFit ChannelRun::result() {
     }
   }
   const std::vector<double> prediction = objective_->prediction();
-  const std::size_t cells = ladder_[0].seen_shape().cells();
-  for (std::size_t i = 0; i < prediction.size(); ++i) {
-    fit.prediction.push_back(
-        static_cast<float>(objective_->gains()[i / cells] * prediction[i] / per_value_));
-  }
+  for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
   if (options_.sensitivity_probes > 0) {
     CoefficientPair root =
         estimate_sensitivity(*objective_, options_.sensitivity_probes, options_.seed);
@@ -121,7 +110,6 @@ ChannelFit ChannelRun::result() {
   }
   fit.simpler = state_.simpler;
   fit.report = state_.report;
-  if (options_.data_term.gain_spread) fit.report.gains = objective_->gains();
   fit.report.backend = objective_->backend_name();
   fit.report.data = ladder_[0].used();
   fit.report.solves = objective_->solves();

@@ -33,7 +33,6 @@ FitReport joined(FitReport first, FitReport second) {
   }
   for (std::string& sentence : second.warnings) first.warnings.push_back(std::move(sentence));
   first.chi2_per_datum = second.chi2_per_datum;
-  first.gains = std::move(second.gains);
   first.data = second.data;
   first.solves.add(second.solves);
   first.seconds += second.seconds;
@@ -53,8 +52,8 @@ JudgedInput keep_out(const SurfaceMeasurements& all, std::span<const int> patter
 JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& options,
                      const Checkpoint& first, const Checkpoint& second, Progress& progress,
                      const Observer& observer, const std::optional<Continuation>& continued) {
+  if (input.held_out) validate(*input.held_out, "held-out measurements");
   FitContext context;
-  context.held_out = input.held_out;
   context.continued = continued;
   context.interim = input.rejoin;
   FitOptions judged_options = options;
@@ -80,7 +79,6 @@ JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& op
   }
   FitOptions all_options = options;
   all_options.weight = report.weight;
-  all_options.weight_rule = WeightRule::discrepancy;
   FitContext all_context;
   all_context.continued =
       Continuation{result.fit.medium, report.homogeneous_kappa, report.homogeneous_mu,

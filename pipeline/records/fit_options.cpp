@@ -50,11 +50,8 @@ nlohmann::ordered_json to_json(const FitStageOptions& options) {
                               {"loss", inverse::to_string(o.data_term.loss)},
                               {"huber_threshold", o.data_term.huber_threshold},
                               {"student_freedom", o.data_term.student_freedom},
-                              {"gain_spread", o.data_term.gain_spread.value_or(0.0)},
                               {"regulariser", inverse::to_string(o.regulariser.kind)},
                               {"edge_slope", o.regulariser.edge_slope},
-                              {"choose_weight", inverse::to_string(o.weight_rule)},
-                              {"held_out_relief", o.held_out_relief},
                               {"convention", physical ? "physical" : "wang2008"},
                               {"weight", nullptr},
                               {"first_weight", o.first_weight},
@@ -127,17 +124,13 @@ FitStageOptions resolve(const FitArguments& arguments, const std::string& device
   }
   using inverse::Loss;
   using inverse::RegulariserKind;
-  using inverse::WeightRule;
   if (arguments.loss == "huber") fit.data_term.loss = Loss::huber;
   if (arguments.loss == "student") fit.data_term.loss = Loss::student;
-  if (arguments.gains > 0.0) fit.data_term.gain_spread = arguments.gains;
   if (arguments.regulariser == "huber-tv") fit.regulariser.kind = RegulariserKind::huber_tv;
   if (arguments.regulariser == "wang2008") {
     fit.regulariser.kind = RegulariserKind::wang2008;
     if (!fit.weight) fit.weight = wang2008_lambda;
   }
-  if (arguments.choose_weight == "l-curve") fit.weight_rule = WeightRule::l_curve;
-  if (arguments.choose_weight == "held-out") fit.weight_rule = WeightRule::held_out;
   if (arguments.convention == "wang2008") fit.convention = forward::Convention::wang2008;
   if (arguments.precision == "double") {
     fit.backend.precision = forward::Precision::double_precision;

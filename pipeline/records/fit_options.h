@@ -39,8 +39,6 @@ struct FitArguments {
   std::string precision = "single";
   std::string loss = "gaussian";
   std::string regulariser = "h1";
-  std::string choose_weight = "discrepancy";
-  double gains = 0.0;  ///< spread; 0: none
   bool no_grid_correction = false;
   FitStageOptions stage;
 };

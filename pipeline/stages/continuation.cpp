@@ -70,10 +70,8 @@ void FinishedFit::set_options(FitArguments& arguments) const {
     take("loss", arguments.loss);
     take("huber_threshold", fit.data_term.huber_threshold);
     take("student_freedom", fit.data_term.student_freedom);
-    take("gain_spread", arguments.gains);
     take("regulariser", arguments.regulariser);
     take("edge_slope", fit.regulariser.edge_slope);
-    take("choose_weight", arguments.choose_weight);
     if (o.contains("weight") && o["weight"].is_number()) fit.weight = o["weight"].get<double>();
     take("target_chi2", fit.target_chi2);
     take("model_error_relative", fit.model_error.relative);
