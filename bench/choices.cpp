@@ -100,13 +100,13 @@ std::vector<Choice> ways_of(const std::string& subject) {
       std::snprintf(name, sizeof name, "wang2008, %g", lambda);
       FitOptions& options = add(name).options;
       options.regulariser.kind = RegulariserKind::wang2008;
-      options.weight = lambda;
+      options.path.weight = lambda;
     }
   } else if (subject == "loss") {
     for (const Loss loss : {Loss::gaussian, Loss::huber, Loss::student}) {
-      add(to_string(loss) + ", clean").options.data_term.loss = loss;
+      add(to_string(loss) + ", clean").options.data.term.loss = loss;
       Choice& wild = add(to_string(loss) + ", 1 % wild");
-      wild.options.data_term.loss = loss;
+      wild.options.data.term.loss = loss;
       wild.damage = make_wild;
     }
   } else {
@@ -125,8 +125,8 @@ ChoiceScore score_choice(const Choice& way, SurfaceMeasurements measured, const 
                          const std::string& device, Progress& progress) {
   if (way.damage) way.damage(measured);
   FitOptions options = way.options;
-  options.model = inverse::Model::volume;
-  options.backend.device = device;
+  options.path.model = inverse::Model::volume;
+  options.solver.backend.device = device;
   const inverse::ChannelFit fit = inverse::fit_channel(
       inverse::without_patterns(measured, way.held_out), 0, options, {}, progress);
   const DepthError depth = depth_error(fit.medium, judge.fine_fields, measured.lit_face);

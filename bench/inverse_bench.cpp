@@ -57,7 +57,7 @@ struct Bench {
     return make_truth(block.grid.refined(2), spec);
   }
   inverse::FitOptions with_device(inverse::FitOptions fit) const {
-    fit.backend.device = options.device;
+    fit.solver.backend.device = options.device;
     return fit;
   }
   std::uint64_t noise_seed(int index) const {
@@ -88,7 +88,7 @@ Json measure_optimisers(const Bench& bench) {
     double weight_of_default = 0.0;
     for (const Way& way : inverse_ways()) {
       inverse::FitOptions options = bench.with_device(way.options);
-      if (way.weight_of_default) options.weight = weight_of_default;
+      if (way.weight_of_default) options.path.weight = weight_of_default;
       FitScore score =
           measure_fit(m, judge, options, Judged::no, bench.plan.course_points, bench.progress);
       if (way.name == "default") weight_of_default = score.weight;

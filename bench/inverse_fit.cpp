@@ -7,8 +7,8 @@
 
 #include "bench/record.h"
 #include "core/error.h"
-#include "inverse/validation/validated_fit.h"
 #include "inverse/problem/problem.h"
+#include "inverse/validation/validated_fit.h"
 
 namespace kappamu::bench {
 
@@ -64,8 +64,8 @@ std::vector<Way> inverse_ways() {
   const auto add = [&](const char* name, const char* label, inverse::Coordinates coordinates,
                        inverse::Method method) -> Way& {
     Way way{name, label, {}};
-    way.options.coordinates = coordinates;
-    way.options.optimiser.method = method;
+    way.options.solver.coordinates = coordinates;
+    way.options.solver.optimiser.method = method;
     ways.push_back(way);
     return ways.back();
   };
@@ -77,16 +77,16 @@ std::vector<Way> inverse_ways() {
   add("wang2008", "[W]'s optimiser, our course", Coordinates::voxels, Method::wang2008);
   Way& scheme = add("wang2008-scheme", "[W]'s scheme: one grid, one weight", Coordinates::voxels,
                     Method::wang2008);
-  scheme.options.model = inverse::Model::volume;
-  scheme.options.max_levels = 1;
-  scheme.options.stage_tolerance = 1e-5;
-  scheme.options.stage_steps = 200;
+  scheme.options.path.model = inverse::Model::volume;
+  scheme.options.path.max_levels = 1;
+  scheme.options.path.stage_tolerance = 1e-5;
+  scheme.options.path.stage_steps = 200;
   scheme.weight_of_default = true;
   // The same as [W] prints it: their regulariser at their λ, data unweighted, nothing corrected.
   Way printed{"wang2008-printed", "[W]'s scheme as printed, λ = 1e-5", scheme.options};
   printed.options.regulariser.kind = inverse::RegulariserKind::wang2008;
-  printed.options.weight = 1e-5;
-  printed.options.correct_grid = false;
+  printed.options.path.weight = 1e-5;
+  printed.options.path.correct_grid = false;
   ways.push_back(std::move(printed));
   return ways;
 }

@@ -27,7 +27,8 @@ struct FitCommand {
   std::string out;
   std::string validate;
   std::optional<std::string> continued;
-  pipeline::FitArguments fit;
+  bool table = false;
+  pipeline::FitStageOptions fit = pipeline::usual_options();
 };
 
 int evaluations(const inverse::FitReport& report) {
@@ -70,8 +71,8 @@ void print_table(const pipeline::FitSummary& summary) {
       const inverse::HeldOutScore& h = summary.held_out[c];
       std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
     }
-    std::printf("  %s\n      model %s: %s\n", r.message.c_str(), pipeline::short_name(r.model).c_str(),
-                r.model.reason.c_str());
+    std::printf("  %s\n      model %s: %s\n", r.message.c_str(),
+                pipeline::short_name(r.model).c_str(), r.model.reason.c_str());
     for (const std::string& remark : summary.remarks[c]) std::printf("      %s\n", remark.c_str());
     if (summary.uncertainty[c]) {
       std::printf("      %s\n", summary.uncertainty[c]->sentence.c_str());
@@ -81,9 +82,14 @@ void print_table(const pipeline::FitSummary& summary) {
               gigabytes(peak_memory()).c_str(), gigabytes(summary.memory_needed).c_str());
 }
 
-void run_fit(const FitCommand& command, Globals& globals) {
+void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
+  if (command.table) {
+    std::printf("%s", pipeline::options_page().c_str());
+    return;
+  }
   const auto progress = make_progress();
-  pipeline::FitStageOptions options = pipeline::resolve(command.fit, globals.device, globals.seed);
+  take_globals(app, globals, command.fit);
+  pipeline::FitStageOptions options = pipeline::resolve(command.fit);
   if (!command.validate.empty()) options.validate = command.validate;
   std::filesystem::path input = command.input;
   std::filesystem::path out = command.out;
@@ -100,8 +106,9 @@ void run_fit(const FitCommand& command, Globals& globals) {
           .add(pipeline::options_json(options))
           .add(pipeline::measurements_fingerprint(pipeline::find_measurements(input)))
           .text();
-  pipeline::OutputFolder folder(out, "fit", pipeline::fit_inputs(input, options), pipeline::fit_outputs(out),
-                                pipeline::Former::removed, key, !options.restart);
+  pipeline::OutputFolder folder(out, "fit", pipeline::fit_inputs(input, options),
+                                pipeline::fit_outputs(out), pipeline::Former::removed, key,
+                                !options.restart);
   pipeline::FitSummary summary =
       pipeline::run_fit_stage(input, folder.partial(), options, *progress);
   summary.volume = out / "volume.vdb";
@@ -168,21 +175,18 @@ void add_fit(CLI::App& app, Globals& globals) {
                    "Folder for the results; made if missing; required without --continue")
       ->type_name("OUT");
   command
-      ->add_option("--channel", options->fit.stage.channels,
-                   "Fit this channel only; may be given several times")
-      ->type_name("NAME");
-  command
       ->add_option("--validate", options->validate,
                    "Measurements of held-out patterns to predict and score (default: "
                    "INPUT/measurements_validate)")
       ->type_name("FOLDER");
-  command->add_flag("--restart", options->fit.stage.restart, "Ignore the checkpoints in OUT");
-  add_fit_options(*command, options->fit, "For comparisons and difficult data");
+  command->add_flag("--restart", options->fit.restart, "Ignore the checkpoints in OUT");
+  command->add_flag("--options-table", options->table)->group("");
+  add_fit_options(*command, options->fit);
   command->footer(
       "Exit code 3: some channel ran out of steps; its volumes are kept and marked in fit.json.\n"
       "Examples: kappamu fit demo/run -o demo/run/fit\n"
       "          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30");
-  command->callback([options, &globals] { run_fit(*options, globals); });
+  command->callback([command, options, &globals] { run_fit(*command, *options, globals); });
 }
 
 }  // namespace kappamu::app

@@ -62,10 +62,11 @@ class ChannelRun {
     return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
   }
   /// Whether the first weight on the finest grid is the fit's last.
-  bool only_weight() const { return options_.weight.has_value() && !context_.interim; }
+  bool only_weight() const { return options_.path.weight.has_value() && !context_.interim; }
   double stage_tolerance() const {
-    return state_.last_stage ? std::min(options_.stage_tolerance, options_.final_tolerance)
-                             : options_.stage_tolerance;
+    return state_.last_stage
+               ? std::min(options_.path.stage_tolerance, options_.path.final_tolerance)
+               : options_.path.stage_tolerance;
   }
   /// The regulariser of the grid that is fitted.
   Regulariser regulariser() const;

@@ -79,7 +79,7 @@ void ChannelRun::require_possible(const FitState& state) const {
   // It is saved within a weight or at the end.
   require(state.in_stage != state.finished);
   require(!state.finished || state.level == 0);
-  require(state.stage_steps >= 0 && state.stage_steps <= options_.stage_steps);
+  require(state.stage_steps >= 0 && state.stage_steps <= options_.path.stage_steps);
   require(state.small_decreases >= 0 && state.small_decreases <= 2);
   for (const double x : {state.begun_chi2, state.last_chi2, state.seconds, state.weight,
                          state.roughness, state.chi2}) {
@@ -109,8 +109,8 @@ void ChannelRun::require_possible(const FitState& state) const {
     require(state.optimiser.z.empty() && state.blocks.empty());
     return;
   }
-  require_possible(state.optimiser, 2 * shape.cells(), options_.optimiser.memory);
-  const bool informed = options_.coordinates == Coordinates::informed;
+  require_possible(state.optimiser, 2 * shape.cells(), options_.solver.optimiser.memory);
+  const bool informed = options_.solver.coordinates == Coordinates::informed;
   const LateralModes modes(shape, axis);
   require(state.blocks.size() == (informed ? static_cast<std::size_t>(modes.bins()) : 0));
   for (const Eigen::MatrixXd& block : state.blocks) {

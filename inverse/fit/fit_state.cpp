@@ -192,7 +192,7 @@ std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m, const FitOptions
   const auto cells = static_cast<double>(m.grid.cells());
   const double depth = m.grid.extent(axis_of(m.lit_face));
   const double bins = std::max({m.grid.nx, m.grid.ny, m.grid.nz}) * 2.0 + 1.0;
-  const double doubles = 2.0 * cells * (1.0 + 4.0 + options.optimiser.memory + 1.0) +
+  const double doubles = 2.0 * cells * (1.0 + 4.0 + options.solver.optimiser.memory + 1.0) +
                          bins * 4.0 * depth * depth +
                          static_cast<double>(m.seen_shape().cells()) * m.patterns;
   constexpr double history_bytes = 64.0 * 1048576.0;  // of a million steps

@@ -43,25 +43,6 @@ double reweight(double e, const DataTermOptions& o) {
 
 }  // namespace
 
-std::string to_string(Loss loss) {
-  switch (loss) {
-    case Loss::huber:
-      return "huber";
-    case Loss::student:
-      return "student";
-    default:
-      return "gaussian";
-  }
-}
-
-void validate(const DataTermOptions& o) {
-  const auto require = [](bool holds, const char* sentence) {
-    if (!holds) throw InputError(std::string("fit options: ") + sentence);
-  };
-  require(o.huber_threshold > 0.0, "huber_threshold must be positive");
-  require(o.student_freedom > 0.0, "student_freedom must be positive");
-}
-
 DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
                   const DataTermOptions& options) {
   check(prediction.size() == problem.data.size(), "the prediction does not fit the data");

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/names.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {
@@ -15,16 +16,17 @@ enum class Loss {
   huber,     ///< ½ e² up to c, then c |e| − ½ c² (Huber 1964): the pull of a datum ends at c
   student    ///< ½ (ν + 1) log(1 + e²/ν): the pull falls to nothing
 };
-std::string to_string(Loss loss);
+inline constexpr Names<Loss, 3> loss_names{
+    {{"gaussian", Loss::gaussian}, {"huber", Loss::huber}, {"student", Loss::student}}};
+inline std::string to_string(Loss loss) {
+  return name_of(loss_names, loss);
+}
 
 struct DataTermOptions {
   Loss loss = Loss::gaussian;
   double huber_threshold = 1.345;  ///< c: 95 % of the Gaussian's efficiency on Gaussian noise
   double student_freedom = 4.0;    ///< ν
 };
-
-/// Throws InputError naming option, value and bound.
-void validate(const DataTermOptions& options);
 
 struct DataTerm {
   double value = 0.0;  ///< the sum; infinite where p is not finite

@@ -100,14 +100,6 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
   return layers;
 }
 
-void validate(const UncertaintyOptions& options) {
-  const auto fail = [](const std::string& what) { throw InputError("uncertainty: " + what); };
-  if (options.samples < 0) fail("samples is negative; 0 asks for none");
-  if (options.steps < 1) fail("steps must be at least 1");
-  if (options.probes < 1) fail("probes must be at least 1");
-  if (!(options.pooling >= 0.0)) fail("pooling must not be negative");
-}
-
 int solves_needed(const UncertaintyOptions& options) {
   return options.samples == 0 ? 0 : options.probes + 2 * options.steps * options.samples;
 }

@@ -12,10 +12,10 @@ namespace {
 HeldOutScore score_of(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
                       const FitOptions& options) {
   PredictOptions predicting;
-  predicting.backend = options.backend;
-  predicting.convention = options.convention;
-  return score_held_out(medium, held_out, channel, predicting, options.model_error,
-                        options.data_term);
+  predicting.backend = options.solver.backend;
+  predicting.convention = options.data.convention;
+  return score_held_out(medium, held_out, channel, predicting, options.data.model_error,
+                        options.data.term);
 }
 
 StepRecord later(StepRecord record, const FitReport& before) {
@@ -78,7 +78,7 @@ JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& op
     return result;
   }
   FitOptions all_options = options;
-  all_options.weight = report.weight;
+  all_options.path.weight = report.weight;
   FitContext all_context;
   all_context.continued =
       Continuation{result.fit.medium, report.homogeneous_kappa, report.homogeneous_mu,

@@ -41,9 +41,9 @@ TEST(RobustFit, OnePercentOfWildPixelsSpoilsTheGaussianFitAlone) {
     if (noise.uniform() < 0.01) value = static_cast<float>(largest * noise.uniform());
   }
   FitOptions huber;
-  huber.data_term.loss = Loss::huber;
+  huber.data.term.loss = Loss::huber;
   FitOptions student;
-  student.data_term.loss = Loss::student;
+  student.data.term.loss = Loss::student;
   const double clean = c.error(c.measured, {});
   const double spoilt = c.error(wild, {});
   const double by_huber = c.error(wild, huber);
@@ -91,7 +91,7 @@ TEST(RobustFit, DerivativeIsExactInTheCoordinatesTheFitMovesIn) {
 TEST(RobustFit, GoesOnFromAFinishedFit) {
   const SmallCase c;
   FitOptions smooth;
-  smooth.target_chi2 = 4.0;
+  smooth.path.target_chi2 = 4.0;
   const ChannelFit first = cases::fit(c.measured, smooth);
   FitContext context;
   context.continued =

@@ -7,7 +7,6 @@
 
 #include <cmath>
 
-#include "core/error.h"
 #include "tests/inverse/inverse_cases.h"
 
 namespace kappamu::inverse {
@@ -111,13 +110,6 @@ TEST(DataTerm, WildDataPullTheGaussianWithoutBoundAndTheOthersNot) {
   // Nor does one wild datum move the robust chi-square.
   EXPECT_GT(evaluate(problem, prediction, {}).chi2_per_datum, 1000.0);
   EXPECT_LT(evaluate(problem, prediction, with(Loss::huber)).chi2_per_datum, 2.0);
-}
-
-TEST(DataTerm, OptionsOutOfBoundsAreNamed) {
-  DataTermOptions options;
-  EXPECT_NO_THROW(validate(options));
-  options.student_freedom = 0.0;
-  EXPECT_THROW(validate(options), InputError);
 }
 
 }  // namespace
