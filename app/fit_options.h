@@ -1,15 +1,17 @@
 // The command line's options of the fit that `kappamu fit` and `kappamu run` share.
 #pragma once
 
-#include <string>
-
 #include "app/command.h"
 #include "pipeline/records/fit_options.h"
 
 namespace kappamu::app {
 
-/// Adds the options to `command`, listed under `group`; `arguments` outlives the parse.
-void add_fit_options(CLI::App& command, pipeline::FitArguments& arguments,
-                     const std::string& group);
+/// Adds every option described with a place on the command line, listed by group; `options`
+/// outlives the parse.
+void add_fit_options(CLI::App& command, pipeline::FitStageOptions& options);
+
+/// --device and --seed, where `command` was given them: else what `options` have.
+void take_globals(const CLI::App& command, const Globals& globals,
+                  pipeline::FitStageOptions& options);
 
 }  // namespace kappamu::app

@@ -9,19 +9,15 @@ namespace kappamu::app {
 namespace {
 
 template <class Value, std::size_t n>
-void add_choice(CLI::App& command, const std::string& option,
-                const pipeline::Names<Value, n>& names, Value& value, const std::string& text) {
+void add_choice(CLI::App& command, const std::string& option, const Names<Value, n>& names,
+                Value& value, const std::string& text) {
   std::vector<std::string> allowed;
   for (const auto& [name, unused] : names) allowed.emplace_back(name);
   command
       .add_option_function<std::string>(
           option,
-          [&names, &value](const std::string& chosen) {
-            for (const auto& [name, named] : names) {
-              if (chosen == name) value = named;
-            }
-          },
-          text + " (default " + pipeline::name_of(names, value) + ")")
+          [&names, &value](const std::string& chosen) { value = value_of(names, chosen).value(); },
+          text + " (default " + name_of(names, value) + ")")
       ->check(CLI::IsMember(allowed))
       ->group("Frames to radiance");
 }

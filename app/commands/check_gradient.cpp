@@ -76,10 +76,10 @@ void run_check(const CheckOptions& options, Globals& globals) {
     progress->update("check gradient", static_cast<double>(c) / static_cast<double>(names.size()),
                      names[c]);
     const inverse::FitOptions defaults;
-    const inverse::GradientCheck check =
-        inverse::check_gradient(inverse::make_problem(measurements, static_cast<int>(c),
-                                                      defaults.convention, defaults.model_error),
-                                globals.device, globals.seed);
+    const inverse::GradientCheck check = inverse::check_gradient(
+        inverse::make_problem(measurements, static_cast<int>(c), defaults.data.convention,
+                              defaults.data.model_error),
+        globals.device, globals.seed);
     if (!check.warning.empty()) progress->warn(check.warning);
     holds = holds && check.holds();
     channels.push_back(to_json(names[c], check));

@@ -27,7 +27,8 @@ struct FitCommand {
   std::string out;
   std::string validate;
   std::optional<std::string> continued;
-  pipeline::FitArguments fit;
+  bool table = false;
+  pipeline::FitStageOptions fit = pipeline::usual_options();
 };
 
 int evaluations(const inverse::FitReport& report) {
@@ -81,9 +82,14 @@ void print_table(const pipeline::FitSummary& summary) {
               gigabytes(peak_memory()).c_str(), gigabytes(summary.memory_needed).c_str());
 }
 
-void run_fit(const FitCommand& command, Globals& globals) {
+void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
+  if (command.table) {
+    std::printf("%s", pipeline::options_page().c_str());
+    return;
+  }
   const auto progress = make_progress();
-  pipeline::FitStageOptions options = pipeline::resolve(command.fit, globals.device, globals.seed);
+  take_globals(app, globals, command.fit);
+  pipeline::FitStageOptions options = pipeline::resolve(command.fit);
   if (!command.validate.empty()) options.validate = command.validate;
   std::filesystem::path input = command.input;
   std::filesystem::path out = command.out;
@@ -169,21 +175,18 @@ void add_fit(CLI::App& app, Globals& globals) {
                    "Folder for the results; made if missing; required without --continue")
       ->type_name("OUT");
   command
-      ->add_option("--channel", options->fit.stage.channels,
-                   "Fit this channel only; may be given several times")
-      ->type_name("NAME");
-  command
       ->add_option("--validate", options->validate,
                    "Measurements of held-out patterns to predict and score (default: "
                    "INPUT/measurements_validate)")
       ->type_name("FOLDER");
-  command->add_flag("--restart", options->fit.stage.restart, "Ignore the checkpoints in OUT");
-  add_fit_options(*command, options->fit, "For comparisons and difficult data");
+  command->add_flag("--restart", options->fit.restart, "Ignore the checkpoints in OUT");
+  command->add_flag("--options-table", options->table)->group("");
+  add_fit_options(*command, options->fit);
   command->footer(
       "Exit code 3: some channel ran out of steps; its volumes are kept and marked in fit.json.\n"
       "Examples: kappamu fit demo/run -o demo/run/fit\n"
       "          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30");
-  command->callback([options, &globals] { run_fit(*options, globals); });
+  command->callback([command, options, &globals] { run_fit(*command, *options, globals); });
 }
 
 }  // namespace kappamu::app

@@ -23,7 +23,7 @@ struct RunOptions {
   bool force = false;
   bool follow_links = false;
   capture::HdrOptions hdr;
-  pipeline::FitArguments fit;
+  pipeline::FitStageOptions fit = pipeline::usual_options();
 };
 
 /// What the command says at the end, read back from the run folder: a run that was complete says
@@ -110,10 +110,10 @@ void print_table(const RunSummary& summary, const pipeline::RunFolder& folder) {
   std::printf("report                       %s\n", (folder.path() / "report.html").c_str());
 }
 
-void run_run(const RunOptions& options, Globals& globals) {
+void run_run(const CLI::App& app, RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
-  const pipeline::FitStageOptions fit =
-      pipeline::resolve(options.fit, globals.device, globals.seed);
+  take_globals(app, globals, options.fit);
+  const pipeline::FitStageOptions fit = pipeline::resolve(options.fit);
   pipeline::Pipeline stages(options.input, options.run, options.force, options.follow_links);
   stages.require_room();
   stages.folder().set_options(pipeline::options_by_name(fit));
@@ -163,13 +163,13 @@ void add_run(CLI::App& app, Globals& globals) {
   command->add_flag("--force", options->force, "Do every stage again, replacing what RUN holds");
   add_follow_links(*command, options->follow_links);
   add_hdr_options(*command, options->hdr);
-  add_fit_options(*command, options->fit, "Of the fit (see `kappamu fit --help`)");
+  add_fit_options(*command, options->fit);
   command->footer(
       "Exit code 3: the fit did not converge; everything is kept and marked in the report.\n"
       "With --json the last line is one object: sample, grid, camera_rms_px, projector_rms_px,\n"
       "holdout_E, kappa_mu_volume, report, seconds by stage, seconds_total, device, warnings.\n"
       "Example: kappamu run demo/session -o demo/run");
-  command->callback([options, &globals] { run_run(*options, globals); });
+  command->callback([command, options, &globals] { run_run(*command, *options, globals); });
 }
 
 }  // namespace kappamu::app

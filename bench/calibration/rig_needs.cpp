@@ -168,9 +168,9 @@ class Rig {
  private:
   static inverse::FitOptions fit_options(const std::string& device) {
     inverse::FitOptions fit;
-    fit.backend.device = device;
-    fit.backend.precision = forward::Precision::double_precision;
-    fit.backend.solve = {1e-7, 200};
+    fit.solver.backend.device = device;
+    fit.solver.backend.precision = forward::Precision::double_precision;
+    fit.solver.backend.solve = {1e-7, 200};
     return fit;
   }
 

@@ -28,7 +28,8 @@ Figure3 usual() {
 
 InverseLimit started(const std::string& name, const Block& block, double factor) {
   InverseLimit limit{name, block, usual()};
-  limit.options.start = {factor * kappa, factor * mu};
+  limit.options.path.start_kappa = factor * kappa;
+  limit.options.path.start_mu = factor * mu;
   return limit;
 }
 
@@ -47,7 +48,7 @@ InverseLimit dark(const std::string& name, const Block& block) {
 InverseLimit wild(const std::string& name, const Block& block, inverse::Loss loss) {
   InverseLimit limit{name, block, usual()};
   limit.mistake.wild = 0.01;
-  limit.options.data_term.loss = loss;
+  limit.options.data.term.loss = loss;
   return limit;
 }
 
@@ -138,7 +139,7 @@ InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::stri
   if (limit.dark) std::fill(m.value.begin(), m.value.end(), 0.0F);
   if (limit.half_masked) mask_half(m);
   inverse::FitOptions options = limit.options;
-  options.backend.device = device;
+  options.solver.backend.device = device;
   Progress silent;
   InverseLimitOutcome outcome;
   try {

@@ -86,8 +86,8 @@ void measure_ablations(const std::vector<Ablation>& ablations, const Request& re
           SurfaceMeasurements data = measured;
           if (ablation.damage) ablation.damage(data);
           FitOptions options = ablation.options;
-          options.model = inverse::Model::volume;
-          options.backend.device = request.device;
+          options.path.model = inverse::Model::volume;
+          options.solver.backend.device = request.device;
           Json row{
               {"variant", ablation.name}, {"truth", truth.name}, {"noise", noise}, {"seed", seed}};
           row.update(measure_fit(inverse::without_patterns(data, ablation.held_out), validation,
@@ -133,7 +133,7 @@ void measure_regularisers(const Request& request, Progress& progress, const Save
   for (const double lambda : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
     FitOptions options;
     options.regulariser.kind = inverse::RegulariserKind::wang2008;
-    options.weight = lambda;
+    options.path.weight = lambda;
     ablations.push_back({with_number("wang2008, %g", lambda), options, {}, {}});
   }
   measure_ablations(ablations, request, progress, save);
@@ -144,7 +144,7 @@ void measure_losses(const Request& request, Progress& progress, const Save& save
   for (const inverse::Loss loss :
        {inverse::Loss::gaussian, inverse::Loss::huber, inverse::Loss::student}) {
     FitOptions options;
-    options.data_term.loss = loss;
+    options.data.term.loss = loss;
     ablations.push_back({to_string(loss) + ", clean", options, {}, {}});
     ablations.push_back({to_string(loss) + ", 1 % outliers", options, {}, add_outliers});
   }

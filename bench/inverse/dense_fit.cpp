@@ -52,20 +52,20 @@ VectorXd joined(const CoefficientPair& fields) {
 DenseFit::DenseFit(const SurfaceMeasurements& measurements, int channel,
                    const inverse::FitOptions& options)
     : channel_(channel), options_(options) {
-  options_.model = inverse::Model::volume;
+  options_.path.model = inverse::Model::volume;
   Progress silent;
   const inverse::ChannelFit start =
       inverse::fit_channel(measurements, channel, options_, inverse::Checkpoint{}, silent);
   const double thickness =
       measurements.grid.extent(axis_of(measurements.lit_face)) * measurements.grid.voxel_mm;
   weights_ = {start.report.weight, start.report.weight, thickness,
-              options_.anchor_length * thickness};
+              options_.regulariser.anchor_length * thickness};
   anchor_ = {std::log(start.report.homogeneous_kappa), std::log(start.report.homogeneous_mu),
              weights_.anchor_length_mm};
-  inverse::Problem problem =
-      inverse::make_problem(measurements, channel, options_.convention, options_.model_error);
+  inverse::Problem problem = inverse::make_problem(measurements, channel, options_.data.convention,
+                                                   options_.data.model_error);
   const inverse::Refinement finer = inverse::refine(problem);
-  objective_ = std::make_unique<inverse::Objective>(std::move(problem), options_.backend);
+  objective_ = std::make_unique<inverse::Objective>(std::move(problem), options_.solver.backend);
   const CoefficientPair fields = inverse::to_fields(start.medium);
   objective_->refresh_correction(finer, fields);
   fitted_ = joined(fields);
@@ -172,12 +172,12 @@ VectorXd DenseFit::change(const std::vector<double>& data) const {
 std::unique_ptr<inverse::Objective> DenseFit::exchanged(
     const SurfaceMeasurements& measurements) const {
   const inverse::Problem& here = objective_->problem();
-  inverse::Problem other =
-      inverse::make_problem(measurements, channel_, options_.convention, options_.model_error);
+  inverse::Problem other = inverse::make_problem(measurements, channel_, options_.data.convention,
+                                                 options_.data.model_error);
   for (std::size_t i = 0; i < other.weight.size(); ++i) {
     other.weight[i] = other.weight[i] > 0.0 ? here.weight[i] : 0.0;
   }
-  auto objective = std::make_unique<inverse::Objective>(std::move(other), options_.backend);
+  auto objective = std::make_unique<inverse::Objective>(std::move(other), options_.solver.backend);
   objective->set_correction(objective_->correction());
   return objective;
 }
@@ -201,7 +201,7 @@ VectorXd DenseFit::refitted(const SurfaceMeasurements& measurements) {
 
 Variances DenseFit::propagated(const SurfaceMeasurements& measurements) const {
   const std::vector<double> weight =
-      inverse::make_problem(measurements, channel_, options_.convention, {0.0, 0.0}).weight;
+      inverse::make_problem(measurements, channel_, options_.data.convention, {0.0, 0.0}).weight;
   VectorXd scale = VectorXd::Zero(jacobian_.rows());
   for (std::size_t i = 0; i < weight.size(); ++i) {
     if (weight[i] > 0.0) {

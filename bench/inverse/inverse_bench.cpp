@@ -55,7 +55,7 @@ struct Bench {
     return make_truth(block.grid.refined(2), spec);
   }
   inverse::FitOptions with_device(inverse::FitOptions fit) const {
-    fit.backend.device = request.device;
+    fit.solver.backend.device = request.device;
     return fit;
   }
   std::uint64_t noise_seed(int index) const {
@@ -83,7 +83,7 @@ Json optimisers_of(const Bench& bench) {
     double weight_of_default = 0.0;
     for (const Variant& variant : inverse_variants()) {
       inverse::FitOptions options = bench.with_device(variant.options);
-      if (variant.weight_of_default) options.weight = weight_of_default;
+      if (variant.weight_of_default) options.path.weight = weight_of_default;
       Json score = measure_fit(m, validation, options, KeptOut::none, bench.plan.course_points,
                                bench.progress);
       if (variant.name == "default") weight_of_default = score.at("weight").get<double>();

@@ -57,8 +57,8 @@ std::vector<Variant> inverse_variants() {
   const auto add = [&](const char* name, const char* label, inverse::Coordinates coordinates,
                        inverse::Method method) -> Variant& {
     Variant variant{name, label, {}};
-    variant.options.coordinates = coordinates;
-    variant.options.optimiser.method = method;
+    variant.options.solver.coordinates = coordinates;
+    variant.options.solver.optimiser.method = method;
     variants.push_back(variant);
     return variants.back();
   };
@@ -70,16 +70,16 @@ std::vector<Variant> inverse_variants() {
   add("wang2008", "[W]'s optimiser, our path", Coordinates::voxels, Method::wang2008);
   Variant& scheme = add("wang2008-scheme", "[W]'s scheme: one grid, one weight",
                         Coordinates::voxels, Method::wang2008);
-  scheme.options.model = inverse::Model::volume;
-  scheme.options.max_levels = 1;
-  scheme.options.stage_tolerance = 1e-5;
-  scheme.options.stage_steps = 200;
+  scheme.options.path.model = inverse::Model::volume;
+  scheme.options.path.max_levels = 1;
+  scheme.options.path.stage_tolerance = 1e-5;
+  scheme.options.path.stage_steps = 200;
   scheme.weight_of_default = true;
   // The same as [W] prints it: their regulariser at their λ, data unweighted, nothing corrected.
   Variant printed{"wang2008-printed", "[W]'s scheme as printed, λ = 1e-5", scheme.options};
   printed.options.regulariser.kind = inverse::RegulariserKind::wang2008;
-  printed.options.weight = 1e-5;
-  printed.options.correct_grid = false;
+  printed.options.path.weight = 1e-5;
+  printed.options.path.correct_grid = false;
   variants.push_back(std::move(printed));
   return variants;
 }

@@ -70,7 +70,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
     SurfaceMeasurements measured = expose(block, fields, light);
     add_noise(measured, noise, request.seed + channel);
     inverse::FitOptions fit_options;
-    fit_options.backend.device = request.device;
+    fit_options.solver.backend.device = request.device;
     fit_options.uncertainty.samples = 2;  // the default of `kappamu fit`
     const inverse::ChannelFit fit =
         inverse::fit_channel(measured, 0, fit_options, {}, progress, {}, {});

@@ -46,11 +46,11 @@ SurfaceMeasurements exact_measurements(const ProofOptions& options) {
 
 inverse::FitOptions fit_options(const ProofOptions& options) {
   inverse::FitOptions fit;
-  fit.weight = options.weight;
-  fit.model_error = {0.0, 0.0};
-  fit.backend.device = options.device;
-  fit.backend.precision = forward::Precision::double_precision;
-  fit.backend.solve = {1e-9, 500};
+  fit.path.weight = options.weight;
+  fit.data.model_error = {0.0, 0.0};
+  fit.solver.backend.device = options.device;
+  fit.solver.backend.precision = forward::Precision::double_precision;
+  fit.solver.backend.solve = {1e-9, 500};
   return fit;
 }
 

@@ -68,7 +68,7 @@ void limit_consistency(const Request& request, Progress& progress, const Save& s
   const std::vector<double> light = bar_light(block.grid, block.lit, 8);
   inverse::Backend backend;
   backend.device = request.device;
-  const inverse::ModelError model_error = inverse::FitOptions{}.model_error;
+  const inverse::ModelError model_error = inverse::FitOptions{}.data.model_error;
   for (const Kind& kind : kinds()) {
     for (const Wrong& wrong : wrongs) {
       progress.update("consistency", 0.0, kind.name + ", " + wrong.name);

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/names.h"
+
 namespace kappamu::inverse {
 
 enum class Model {
@@ -12,10 +14,13 @@ enum class Model {
   layered,      ///< one of each per layer across the light
   volume        ///< one of each per voxel
 };
-/// "auto", "homogeneous", "layered", "volume"
-std::string to_string(Model model);
-/// Throws InputError naming the four.
-Model model_of(const std::string& name);
+inline constexpr Names<Model, 4> model_names{{{"auto", Model::automatic},
+                                              {"homogeneous", Model::homogeneous},
+                                              {"layered", Model::layered},
+                                              {"volume", Model::volume}}};
+inline std::string to_string(Model model) {
+  return name_of(model_names, model);
+}
 
 struct LayeredMedium {
   /// First slice of each layer along the light's axis, ascending; the first is 0. A layer ends

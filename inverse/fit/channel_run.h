@@ -45,7 +45,6 @@ class ChannelRun {
   void begin_stage();
   void iterate_stage();
   void end_stage();
-  void keep_point(double chi2);
   double first_weight(double chi2) const;
   void finish_level();
   void finish_path();
@@ -62,15 +61,12 @@ class ChannelRun {
     if (state_.level == 0) return refine(ladder_[0]);
     return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
   }
-  /// Whether another rule than the discrepancy principle chooses the weight on this grid.
-  bool choosing() const {
-    return state_.level == 0 && !options_.weight && options_.weight_rule != WeightRule::discrepancy;
-  }
   /// Whether the first weight on the finest grid is the fit's last.
-  bool only_weight() const { return options_.weight.has_value() && !context_.interim; }
+  bool only_weight() const { return options_.path.weight.has_value() && !context_.interim; }
   double stage_tolerance() const {
-    return state_.last_stage ? std::min(options_.stage_tolerance, options_.final_tolerance)
-                             : options_.stage_tolerance;
+    return state_.last_stage
+               ? std::min(options_.path.stage_tolerance, options_.path.final_tolerance)
+               : options_.path.stage_tolerance;
   }
   /// The regulariser of the grid that is fitted.
   Regulariser regulariser() const;

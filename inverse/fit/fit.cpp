@@ -45,7 +45,7 @@ void ChannelRun::record() {
   std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d",
                 static_cast<int>(done) + 1, static_cast<int>(levels), state_.weight, state_.chi2,
                 state_.stage_steps);
-  const double reach = 1.0 / std::max(1.0, std::sqrt(state_.chi2 / options_.target_chi2));
+  const double reach = 1.0 / std::max(1.0, std::sqrt(state_.chi2 / options_.path.target_chi2));
   progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
 }
 
@@ -56,11 +56,11 @@ void ChannelRun::set_basis() {
   const Regulariser regulariser = this->regulariser();
   const double metric = metric_weight(regulariser, state_.weight, problem.setup.shape, depth,
                                       state_.report.homogeneous_kappa);
-  basis_ =
-      std::make_unique<Basis>(problem.setup.shape,
-                              BasisOptions{options_.coordinates, axis_of(problem.setup.lit_face),
-                                           depth, options_.smooth_length * depth, metric},
-                              state_.blocks);
+  basis_ = std::make_unique<Basis>(
+      problem.setup.shape,
+      BasisOptions{options_.solver.coordinates, axis_of(problem.setup.lit_face), depth,
+                   options_.solver.smooth_length * depth, metric},
+      state_.blocks);
   function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor(), state_.weight,
                                             regulariser, state_.fields);
 }
@@ -75,8 +75,8 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   state_.fields = to_fields(continued.medium);
   refresh_correction();
   state_.last_stage = only_weight();
-  state_.weight = options_.weight.value_or(
-      std::max(options_.last_weight, continued.weight / options_.weight_factor));
+  state_.weight = options_.path.weight.value_or(
+      std::max(options_.path.last_weight, continued.weight / options_.path.weight_factor));
 }
 
 void ChannelRun::begin() {
@@ -85,7 +85,10 @@ void ChannelRun::begin() {
   open_level();
   HomogeneousFit start;
   try {
-    start = fit_homogeneous(*objective_, options_.start);
+    const PathOptions& path = options_.path;
+    std::optional<HomogeneousGuess> guess;
+    if (path.start_kappa) guess = {*path.start_kappa, path.start_mu.value()};
+    start = fit_homogeneous(*objective_, guess);
   } catch (const InputError& error) {
     throw InputError(stage_name_ + ": " + error.what());
   }
@@ -93,7 +96,7 @@ void ChannelRun::begin() {
   const auto fields = [&] {
     return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
   };
-  if (options_.correct_grid) {
+  if (options_.path.correct_grid) {
     objective_->refresh_correction(refinement(), fields());
     start = refit_homogeneous(*objective_, start);
     objective_->refresh_correction(refinement(), fields());
@@ -105,8 +108,8 @@ void ChannelRun::begin() {
   if (!start.converged) {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
-  state_.report.consistency =
-      check_consistency(ladder_[0], start.kappa, start.mu, options_.model_error, options_.backend);
+  state_.report.consistency = check_consistency(ladder_[0], start.kappa, start.mu,
+                                                options_.data.model_error, options_.solver.backend);
   for (const std::string& sentence : warnings_of(state_.report.consistency, ladder_[0])) {
     warn(sentence);
   }
@@ -121,12 +124,12 @@ void ChannelRun::begin() {
 }
 
 void ChannelRun::begin_stage() {
-  if (options_.coordinates == Coordinates::informed) {
+  if (options_.solver.coordinates == Coordinates::informed) {
     // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
     // block, and a poor metric costs more steps than these solves.
     objective_->value(state_.fields);
     state_.blocks = estimate_lateral_blocks(*objective_, axis_of(ladder_[0].setup.lit_face),
-                                            options_.metric_probes, options_.seed);
+                                            options_.solver.metric_probes, options_.solver.seed);
   }
   const std::unique_ptr<Basis> basis_before = std::move(basis_);
   const std::unique_ptr<FitFunction> function_before = std::move(function_);
@@ -152,12 +155,12 @@ void ChannelRun::iterate_stage() {
   state_.ran_out = false;
   // Two in a row: a single short step is often followed by a long one.
   while (state_.small_decreases < 2) {
-    if (state_.stage_steps >= options_.stage_steps) {
+    if (state_.stage_steps >= options_.path.stage_steps) {
       state_.ran_out = true;
       break;
     }
     const double before = state_.optimiser.value;
-    const StepOutcome outcome = step(*function_, state_.optimiser, options_.optimiser);
+    const StepOutcome outcome = step(*function_, state_.optimiser, options_.solver.optimiser);
     if (outcome == StepOutcome::stalled) break;
     ++state_.stage_steps;
     state_.roughness = function_->last_roughness();
@@ -193,11 +196,6 @@ ChannelFit fit_channel(const SurfaceMeasurements& measurements, int channel,
   validate(measurements, "measurements");
   if (channel < 0 || channel >= static_cast<int>(measurements.channels.size())) {
     throw InputError("measurements: there is no channel " + std::to_string(channel));
-  }
-  if (context.held_out) validate(*context.held_out, "held-out measurements");
-  if (options.weight_rule == WeightRule::held_out && !context.held_out) {
-    throw InputError(
-        "fit options: to choose the weight by held-out light some patterns must be kept out");
   }
   if (context.continued && !(context.continued->medium.kappa.shape() == measurements.grid)) {
     throw InputError("a fit goes on from volumes on the grid of the measurements only");

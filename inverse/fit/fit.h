@@ -20,65 +20,13 @@
 #include "inverse/block_model/block_model.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/data_checks/consistency.h"
-#include "inverse/fit/weight_choice.h"
+#include "inverse/fit/fit_options.h"
 #include "inverse/optimise/optimiser.h"
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::inverse {
-
-struct FitOptions {
-  Model model = Model::automatic;
-  /// Where the homogeneous start begins its own descent, instead of at a table of guesses.
-  std::optional<HomogeneousGuess> start;
-  OptimiserOptions optimiser;
-  Coordinates coordinates = Coordinates::informed;
-  DataTermOptions data_term;
-  Regulariser regulariser;
-  forward::Convention convention = forward::Convention::physical;
-
-  /// Fixed weight instead of the path [dimensionless]: α, or [W]'s λ with [W]'s regulariser.
-  std::optional<double> weight;
-  /// Which weight of the path on the finest grid is taken; coarser ones go to the noise level.
-  WeightRule weight_rule = WeightRule::discrepancy;
-  double first_weight = 3000.0;  ///< α where the path starts, on the coarsest grid
-  double last_weight = 1e-3;     ///< α below which the path does not go
-  double weight_factor = 0.3;    ///< from one α to the next, in (0, 1)
-  /// A finer grid starts at the α the coarser one ended with, divided by this power of
-  /// weight_factor. One step more costs a weight on every grid and gains nothing (docs/theory.md).
-  double restart_steps = 0.0;
-  double target_chi2 = 1.0;  ///< χ² per datum that ends the path: the noise level
-  /// Less relief of χ² than this share by a lower weight ends the path too: what is left is not the
-  /// regulariser's doing.
-  double stagnation = 0.03;
-
-  /// WeightRule::held_out ends the path where a lower weight relieves χ² there by less than this.
-  double held_out_relief = 0.01;
-
-  double stage_tolerance = 1e-3;  ///< relative decrease per step below which a weight is done
-  /// The same where the fit ends; at least stage_tolerance ends it with the path.
-  double final_tolerance = 3e-4;
-  int stage_steps = 400;     ///< most steps at one weight
-  int max_levels = 4;        ///< grids, the finest included; 1 = the finest alone
-  bool correct_grid = true;  ///< the correction r
-
-  ModelError model_error{0.001, 5e-5};  ///< on the finest grid
-  ModelError coarse_model_error{0.03, 3e-3};
-
-  double smooth_length = 1.0;  ///< length of the smooth metric over the block's thickness
-  /// Length beyond which R draws the fields to the homogeneous start, over the thickness
-  /// (roughness.h).
-  double anchor_length = 10.0;
-  int metric_probes = 2;           ///< adjoint solves per grid for the data's share of the metric
-  int sensitivity_probes = 0;      ///< adjoint solves spent on where the data constrain the volume
-  UncertaintyOptions uncertainty;  ///< of the finished volumes; no part of the fit itself
-  std::uint64_t seed = 1;          ///< of those probes
-  Backend backend;
-};
-
-/// Throws InputError naming option, value and bound.
-void validate(const FitOptions& options);
 
 enum class FitStatus {
   converged,    ///< the last weight was minimised to stage_tolerance, at the noise level
@@ -111,17 +59,16 @@ struct FitReport {
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
   double chi2_per_datum = 0.0;
-  std::vector<double> gains;  ///< of each pattern, relative (data_term.h)
-  double weight = 0.0;        ///< α at the end
-  std::size_t data = 0;       ///< used
-  SolveCount solves;          ///< of all grids, the start included
+  double weight = 0.0;   ///< α at the end
+  std::size_t data = 0;  ///< used
+  SolveCount solves;     ///< of all grids, the start included
   double seconds = 0.0;
   bool resumed = false;
 };
 
 struct ChannelFit {
   Medium medium;
-  /// [M][v][u], unit of SurfaceMeasurements::value, r and gains included.
+  /// [M][v][u], unit of SurfaceMeasurements::value, r included.
   std::vector<float> prediction;
   /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
   /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
@@ -161,8 +108,6 @@ struct Continuation {
 
 /// What a fit may be given beside measurements and options.
 struct FitContext {
-  /// Patterns the fit does not see; WeightRule::held_out chooses by them.
-  std::optional<SurfaceMeasurements> held_out;
   /// Start from this volume, on the finest grid, instead of the homogeneous block.
   std::optional<Continuation> continued;
   /// Another fit goes on from this one (judged_fit.h): the path alone, and no words on its volumes.

@@ -1,8 +1,10 @@
 #include "inverse/fit/fit_fingerprint.h"
 
+#include <optional>
 #include <span>
 
 #include "forward/grid/grid_solver.h"
+#include "inverse/fit/describe_options.h"
 #include "inverse/optimise/state_bytes.h"
 
 namespace kappamu::inverse {
@@ -26,6 +28,16 @@ void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
   if (!m.mask.empty()) print.add(std::span<const std::uint8_t>(m.mask).subspan(first, count));
 }
 
+template <class Value>
+void add(Fingerprint& print, const Value& value) {
+  print.add(value);
+}
+
+void add(Fingerprint& print, const std::optional<double>& value) {
+  print.add(value.has_value());
+  print.add(value.value_or(0.0));
+}
+
 }  // namespace
 
 std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOptions& o,
@@ -33,8 +45,6 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
   Fingerprint print;
   print.add(channel);
   add(print, m, channel);
-  print.add(context.held_out.has_value());
-  if (context.held_out) add(print, *context.held_out, channel);
   print.add(context.interim);
   print.add(context.continued.has_value());
   if (context.continued) {
@@ -44,54 +54,9 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
     for (const double x : {c.homogeneous_kappa, c.homogeneous_mu, c.weight}) print.add(x);
   }
 
-  print.add(o.model);
-  print.add(o.start ? o.start->kappa : 0.0);
-  print.add(o.start ? o.start->mu : 0.0);
-  print.add(o.optimiser.method);
-  for (const int n : {o.optimiser.memory, o.optimiser.max_backtracks, o.optimiser.newton_iterations,
-                      o.stage_steps, o.max_levels, o.metric_probes, o.backend.batch,
-                      o.backend.solve.max_iterations}) {
-    print.add(n);
-  }
-  print.add(o.coordinates);
-  print.add(o.data_term.loss);
-  print.add(o.regulariser.kind);
-  print.add(o.weight_rule);
-  for (const double x :
-       {o.data_term.huber_threshold, o.data_term.student_freedom,
-        o.data_term.gain_spread.value_or(0.0), o.regulariser.edge_slope, o.held_out_relief}) {
-    print.add(x);
-  }
-  print.add(o.convention);
-  print.add(o.weight.has_value());
-  for (const double x : {o.weight.value_or(0.0),
-                         o.first_weight,
-                         o.last_weight,
-                         o.weight_factor,
-                         o.restart_steps,
-                         o.target_chi2,
-                         o.stagnation,
-                         o.stage_tolerance,
-                         o.final_tolerance,
-                         o.model_error.relative,
-                         o.model_error.of_maximum,
-                         o.coarse_model_error.relative,
-                         o.coarse_model_error.of_maximum,
-                         o.smooth_length,
-                         o.anchor_length,
-                         o.optimiser.first_step,
-                         o.optimiser.longest_step,
-                         o.optimiser.golden_tolerance,
-                         o.optimiser.newton_forcing,
-                         o.backend.solve.tolerance,
-                         o.backend.refined_memory_mb,
-                         o.backend.refined_tolerance}) {
-    print.add(x);
-  }
-  print.add(o.correct_grid);
-  print.add(o.seed);
-  print.add(o.backend.precision);
-  print.add(o.backend.device);
+  describe(o, [&print](const Option& option, const auto& value, const auto&...) {
+    if (option.shapes_volumes) add(print, value);
+  });
   return print.value();
 }
 

@@ -18,7 +18,7 @@ constexpr double refined_doubles = 4.0;
 }  // namespace
 
 FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOptions& options) {
-  const Backend& backend = options.backend;
+  const Backend& backend = options.solver.backend;
   const forward::GridSetup setup{.shape = measurements.grid, .lit_face = measurements.lit_face};
   const auto cells = static_cast<double>(measurements.grid.cells());
   const int patterns = measurements.patterns;
@@ -33,7 +33,7 @@ FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOption
   const double adjoint = 2.0 * real * cells * batch;
   double refined = 0.0;
   double refined_host = 0.0;
-  if (options.correct_grid) {
+  if (options.path.correct_grid) {
     forward::GridSetup finer = setup;
     finer.shape = setup.shape.refined(2);
     const int at_once =
@@ -42,7 +42,7 @@ FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOption
     refined_host = 8.0 * 8.0 * refined_doubles * cells;
   }
   // Pairs of steps and changes of the gradient, two coefficients each.
-  const double pairs = 2.0 * 2.0 * options.optimiser.memory;
+  const double pairs = 2.0 * 2.0 * options.solver.optimiser.memory;
   return {fluence + std::max(adjoint, refined),
           8.0 * cells * (working_doubles + pairs) + refined_host};
 }

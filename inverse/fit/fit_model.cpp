@@ -57,7 +57,7 @@ std::string reason_of(const ModelSearch& search, bool asked) {
 /// or not rejected by the data, is the result.
 bool ChannelRun::settle_for_simple_model() {
   ModelChoice& choice = state_.report.model;
-  if (options_.model == Model::volume) {
+  if (options_.path.model == Model::volume) {
     choice.reason = "Asked for.";
     return false;
   }
@@ -66,17 +66,17 @@ bool ChannelRun::settle_for_simple_model() {
     return false;
   }
   ModelSearchOptions options;
-  options.asked = options_.model;
-  options.correct_grid = options_.correct_grid;
-  options.model_error = options_.model_error;
-  options.coarse_model_error = options_.coarse_model_error;
-  options.backend = options_.backend;
+  options.asked = options_.path.model;
+  options.correct_grid = options_.path.correct_grid;
+  options.model_error = options_.data.model_error;
+  options.coarse_model_error = options_.data.coarse_model_error;
+  options.backend = options_.solver.backend;
   ModelSearch search = search_simple_models(
       ladder_, state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
       objective_->correction(), options,
       [&](const std::string& what) { progress_.update(stage_name_, 0.0, "trying " + what); });
   choice.trials = search.trials;
-  choice.reason = reason_of(search, options_.model != Model::automatic);
+  choice.reason = reason_of(search, options_.path.model != Model::automatic);
   SolveCount solves = objective_->solves();
   solves.add(search.solves);
   if (!search.accepted) {

@@ -1,7 +1,14 @@
-// What a fit may be asked for, and the names of how it ends.
+// The bounds of a fit's options, and the names of how it ends.
+#include "inverse/fit/fit_options.h"
+
+#include <cmath>
+#include <cstdio>
+#include <optional>
 #include <string>
+#include <type_traits>
 
 #include "core/error.h"
+#include "inverse/fit/describe_options.h"
 #include "inverse/fit/fit.h"
 
 namespace kappamu::inverse {
@@ -12,53 +19,47 @@ void require(bool holds, const std::string& sentence) {
   if (!holds) throw InputError("fit options: " + sentence);
 }
 
+std::string short_number(double x) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%g", x);
+  return text;
+}
+
+struct RequireBounds {
+  template <class Value, class... MoreNames>
+  void operator()(const Option& option, const Value& value, const MoreNames&...) const {
+    if constexpr (std::is_arithmetic_v<Value>) {
+      require(option.bounds.hold(static_cast<double>(value)),
+              std::string(option.name) + " " + requirement(option.bounds));
+    }
+  }
+  void operator()(const Option& option, const std::optional<double>& value) const {
+    if (value) (*this)(option, *value);
+  }
+};
+
 }  // namespace
 
+std::string requirement(const Bounds& bounds) {
+  if (std::isfinite(bounds.most)) {
+    return "must lie in " + std::string(bounds.closed ? "[" : "(") + short_number(bounds.least) +
+           ", " + short_number(bounds.most) + ")";
+  }
+  if (bounds.closed && bounds.least > 0.0) return "must be at least " + short_number(bounds.least);
+  if (bounds.closed) return "must not be negative";
+  return std::isfinite(bounds.least) ? "must be positive" : "must be finite";
+}
+
 void validate(const FitOptions& o) {
-  require(!o.start || (o.start->kappa > 0.0 && o.start->mu > 0.0),
-          "the start needs a positive kappa and a positive mu");
-  validate(o.data_term);
+  describe(o, RequireBounds{});
+  require(o.path.start_kappa.has_value() == o.path.start_mu.has_value(),
+          "start_kappa and start_mu must be given together");
+  require(o.path.last_weight <= o.path.first_weight, "last_weight must be at most first_weight");
   require(
-      o.optimiser.method != Method::gauss_newton ||
-          (o.regulariser.kind != RegulariserKind::wang2008 && o.data_term.loss == Loss::gaussian &&
-           !o.data_term.gain_spread),
-      "the gauss-newton optimiser knows the regularisers h1 and huber-tv, the gaussian loss and "
-      "no gains; choose lbfgs for others");
-  require(o.regulariser.edge_slope > 0.0, "edge_slope must be positive");
-  require(!o.weight || *o.weight >= 0.0, "weight must not be negative");
-  require(o.first_weight > 0.0, "first_weight must be positive");
-  require(o.last_weight > 0.0 && o.last_weight <= o.first_weight,
-          "last_weight must be positive and at most first_weight");
-  require(o.weight_factor > 0.0 && o.weight_factor < 1.0, "weight_factor must lie in (0, 1)");
-  require(o.restart_steps >= 0.0, "restart_steps must not be negative");
-  require(o.target_chi2 > 0.0, "target_chi2 must be positive");
-  require(o.stagnation >= 0.0 && o.stagnation < 1.0, "stagnation must lie in [0, 1)");
-  require(o.held_out_relief >= 0.0 && o.held_out_relief < 1.0,
-          "held_out_relief must lie in [0, 1)");
-  require(o.stage_tolerance > 0.0 && o.stage_tolerance < 1.0, "stage_tolerance must lie in (0, 1)");
-  require(o.final_tolerance > 0.0, "final_tolerance must be positive");
-  require(o.stage_steps >= 1, "stage_steps must be at least 1");
-  require(o.max_levels >= 1, "max_levels must be at least 1");
-  require(o.model_error.relative >= 0.0 && o.model_error.of_maximum >= 0.0 &&
-              o.coarse_model_error.relative >= 0.0 && o.coarse_model_error.of_maximum >= 0.0,
-          "model errors must not be negative");
-  require(o.smooth_length > 0.0, "smooth_length must be positive");
-  require(o.anchor_length > 0.0, "anchor_length must be positive");
-  require(o.sensitivity_probes >= 0, "sensitivity_probes must not be negative");
-  validate(o.uncertainty);
-  require(o.optimiser.memory >= 1, "memory must be at least 1 pair");
-  require(o.optimiser.first_step > 0.0 && o.optimiser.longest_step > 0.0,
-          "step bounds must be positive");
-  require(o.optimiser.max_backtracks >= 1, "max_backtracks must be at least 1");
-  require(o.optimiser.golden_tolerance > 0.0, "golden_tolerance must be positive");
-  require(o.optimiser.newton_iterations >= 1, "newton_iterations must be at least 1");
-  require(o.optimiser.newton_forcing > 0.0 && o.optimiser.newton_forcing < 1.0,
-          "newton_forcing must lie in (0, 1)");
-  require(o.backend.batch >= 1, "batch must be at least 1 pattern");
-  require(o.backend.refined_tolerance > 0.0, "refined_tolerance must be positive");
-  require(o.backend.refined_memory_mb > 0.0, "refined_memory_mb must be positive");
-  require(o.backend.solve.tolerance > 0.0 && o.backend.solve.max_iterations >= 1,
-          "the solver's tolerance must be positive and max_iterations at least 1");
+      o.solver.optimiser.method != Method::gauss_newton ||
+          (o.regulariser.kind != RegulariserKind::wang2008 && o.data.term.loss == Loss::gaussian),
+      "the gauss-newton optimiser knows the regularisers h1 and huber-tv and the gaussian "
+      "loss; choose lbfgs for others");
 }
 
 std::string to_string(FitStatus status) {

@@ -9,7 +9,6 @@
 #include "core/median.h"
 #include "inverse/fit/channel_run.h"
 #include "inverse/fit/fit_fingerprint.h"
-#include "inverse/problem/held_out.h"
 
 namespace kappamu::inverse {
 
@@ -57,13 +56,14 @@ double sharpened(double weight, double excess, double weight_factor) {
 std::vector<Problem> make_ladder(const SurfaceMeasurements& measurements, int channel,
                                  const FitOptions& options) {
   std::vector<Problem> ladder;
-  ladder.push_back(make_problem(measurements, channel, options.convention, options.model_error));
+  ladder.push_back(
+      make_problem(measurements, channel, options.data.convention, options.data.model_error));
   const bool unweighted = options.regulariser.kind == RegulariserKind::wang2008;
   if (unweighted) equalise_weights(ladder.back());
-  while (static_cast<int>(ladder.size()) < options.max_levels) {
+  while (static_cast<int>(ladder.size()) < options.path.max_levels) {
     const GridShape& s = ladder.back().setup.shape;
     if (std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
-    Problem coarser = coarsen(ladder.back(), options.coarse_model_error);
+    Problem coarser = coarsen(ladder.back(), options.data.coarse_model_error);
     if (coarser.used() < 16) break;  // masks left nothing whole
     if (unweighted) equalise_weights(coarser);
     ladder.push_back(std::move(coarser));
@@ -85,14 +85,15 @@ ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
       channel_(channel),
       stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
       origin_{fingerprint(measurements, channel, options, context),
-              program_fingerprint(checkpoint.program, options.backend)},
-      per_value_(exitance_per_value(measurements, make_setup(measurements, options.convention))),
+              program_fingerprint(checkpoint.program, options.solver.backend)},
+      per_value_(
+          exitance_per_value(measurements, make_setup(measurements, options.data.convention))),
       ladder_(make_ladder(measurements, channel, options)) {}
 
 void ChannelRun::open_level() {
   const Problem& problem = ladder_[static_cast<std::size_t>(state_.level)];
-  objective_ =
-      std::make_unique<Objective>(problem, suited(options_.backend, problem), options_.data_term);
+  objective_ = std::make_unique<Objective>(problem, suited(options_.solver.backend, problem),
+                                           options_.data.term);
   if (!objective_->warning().empty()) warn(objective_->warning());
 }
 
@@ -105,11 +106,11 @@ double ChannelRun::thickness() const {
 /// What the fields are drawn to.
 Anchor ChannelRun::anchor() const {
   return {std::log(state_.report.homogeneous_kappa), std::log(state_.report.homogeneous_mu),
-          options_.anchor_length * thickness()};
+          options_.regulariser.anchor_length * thickness()};
 }
 
 Regulariser ChannelRun::regulariser() const {
-  Regulariser regulariser = options_.regulariser;
+  Regulariser regulariser{options_.regulariser.kind, options_.regulariser.edge_slope};
   if (regulariser.kind == RegulariserKind::wang2008) {
     // All weights are one, w: ½ w Σ (M − d)² + ½ π² w λ Σ |∇κ|² is ½ π² w times [W] (6), L = M/π.
     const std::vector<double>& weight = objective_->problem().weight;
@@ -121,7 +122,7 @@ Regulariser ChannelRun::regulariser() const {
 
 /// r anew at the current fields; χ² per datum with it.
 double ChannelRun::refresh_correction() {
-  if (options_.correct_grid) {
+  if (options_.path.correct_grid) {
     objective_->refresh_correction(refinement(), state_.fields);
   } else {
     objective_->value(state_.fields);
@@ -130,43 +131,10 @@ double ChannelRun::refresh_correction() {
   return objective_->chi2_per_datum();
 }
 
-/// Where another rule than the discrepancy principle chooses: this weight joins the path, and the
-/// best so far is what the fit ends with once no lower weight can be better.
-void ChannelRun::keep_point(double chi2) {
-  PathPoint point{state_.weight, chi2, state_.roughness, std::nullopt, state_.fields};
-  if (options_.weight_rule == WeightRule::held_out) {
-    PredictOptions predict;
-    predict.backend = options_.backend;
-    predict.convention = options_.convention;
-    point.held_out_chi2 =
-        score_held_out(to_medium(state_.fields, ladder_[0].setup.shape), *context_.held_out,
-                       channel_, predict, options_.model_error, options_.data_term)
-            .chi2_per_datum;
-  }
-  std::vector<PathPoint>& path = state_.path;
-  path.push_back(std::move(point));
-  const WeightDecision decision =
-      choose_weight(options_.weight_rule, path, options_.held_out_relief);
-  // The last two may still turn out to be the best.
-  for (std::size_t i = 0; i + 2 < path.size(); ++i) {
-    if (i != decision.chosen) path[i].fields = {};
-  }
-  const double next = state_.weight * options_.weight_factor;
-  if (!decision.done && next >= options_.last_weight) {
-    state_.weight = next;
-    return;
-  }
-  const PathPoint& best = path[decision.chosen];
-  state_.weight = best.weight;
-  state_.fields = best.fields;
-  state_.last_chi2 = refresh_correction();
-  finish_path();
-}
-
 /// α that opens the path, χ² per datum being that of the homogeneous start.
 double ChannelRun::first_weight(double chi2) const {
-  return options_.weight.value_or(
-      sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));
+  return options_.path.weight.value_or(sharpened(
+      options_.path.first_weight, chi2 / usual_homogeneous_chi2, options_.path.weight_factor));
 }
 
 void ChannelRun::end_stage() {
@@ -178,28 +146,30 @@ void ChannelRun::end_stage() {
   const double chi2 = refresh_correction();
   // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
   // Not so where the user fixed it from the start, as [W] does.
-  const bool unsettled = (!options_.weight || context_.continued) && !state_.repeated &&
-                         chi2_minimised <= options_.target_chi2 && chi2 > options_.target_chi2;
+  const bool unsettled = (!options_.path.weight || context_.continued) && !state_.repeated &&
+                         chi2_minimised <= options_.path.target_chi2 &&
+                         chi2 > options_.path.target_chi2;
   if (state_.last_stage) {
     state_.last_chi2 = chi2;
-    if (choosing() || !unsettled) return conclude();
+    if (!unsettled) return conclude();
     state_.repeated = true;
     return;
   }
-  if (choosing()) return keep_point(chi2);
   // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
-  const bool gained = chi2 <= std::max(options_.target_chi2, most_coarse_share * state_.begun_chi2);
-  if (state_.level > 0 && !options_.weight && !gained) {
+  const bool gained =
+      chi2 <= std::max(options_.path.target_chi2, most_coarse_share * state_.begun_chi2);
+  if (state_.level > 0 && !options_.path.weight && !gained) {
     state_.fields = std::move(begun);
-    state_.weight /= options_.weight_factor;
+    state_.weight /= options_.path.weight_factor;
     return finish_level();
   }
-  const bool stagnated =
-      !unsettled && state_.last_chi2 > 0.0 && chi2 > (1.0 - options_.stagnation) * state_.last_chi2;
-  const double next = state_.weight * (unsettled ? 1.0 : options_.weight_factor);
+  const bool stagnated = !unsettled && state_.last_chi2 > 0.0 &&
+                         chi2 > (1.0 - options_.path.stagnation) * state_.last_chi2;
+  const double next = state_.weight * (unsettled ? 1.0 : options_.path.weight_factor);
   state_.repeated = unsettled;
-  if (options_.weight || chi2 <= options_.target_chi2 || stagnated || next < options_.last_weight) {
+  if (options_.path.weight || chi2 <= options_.path.target_chi2 || stagnated ||
+      next < options_.path.last_weight) {
     state_.last_chi2 = chi2;
     state_.stagnated = stagnated;
     finish_level();
@@ -221,9 +191,11 @@ void ChannelRun::finish_level() {
                      prolong(state_.fields.log_mu, coarse_shape, shape)};
     state_.optimiser = OptimiserState{};
     const double chi2_here = refresh_correction();
-    if (!options_.weight) {
-      const double usual = state_.weight / std::pow(options_.weight_factor, options_.restart_steps);
-      state_.weight = sharpened(usual, chi2_here / usual_structured_chi2, options_.weight_factor);
+    if (!options_.path.weight) {
+      const double usual =
+          state_.weight / std::pow(options_.path.weight_factor, options_.path.restart_steps);
+      state_.weight =
+          sharpened(usual, chi2_here / usual_structured_chi2, options_.path.weight_factor);
     }
     state_.last_chi2 = 0.0;
     state_.repeated = false;
@@ -238,7 +210,8 @@ void ChannelRun::finish_level() {
 void ChannelRun::finish_path() {
   state_.last_stage = true;
   state_.repeated = false;
-  if (context_.interim || options_.final_tolerance >= options_.stage_tolerance) conclude();
+  if (context_.interim || options_.path.final_tolerance >= options_.path.stage_tolerance)
+    conclude();
 }
 
 }  // namespace kappamu::inverse

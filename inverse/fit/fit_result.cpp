@@ -19,7 +19,7 @@ std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_d
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options) {
   std::vector<std::string> warnings = forward::diffusion_warnings(
-      make_setup(measurements, options.convention), medium, options.backend.precision);
+      make_setup(measurements, options.data.convention), medium, options.solver.backend.precision);
   if (chi2_per_datum > suspicious_chi2) {
     char sentence[200];
     std::snprintf(sentence, sizeof sentence,
@@ -40,19 +40,13 @@ void ChannelRun::conclude() {
     report.status = FitStatus::ran_out;
     std::snprintf(sentence, sizeof sentence,
                   "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
-                  options_.stage_steps, chi2);
-  } else if (!state_.path.empty()) {
-    report.status = FitStatus::converged;
-    std::snprintf(sentence, sizeof sentence,
-                  "Weight %.3g chosen by the %s among %zu, at chi2 per datum %.3g.", state_.weight,
-                  options_.weight_rule == WeightRule::l_curve ? "L-curve" : "held-out light",
-                  state_.path.size(), chi2);
-  } else if (chi2 <= options_.target_chi2 || options_.weight) {
+                  options_.path.stage_steps, chi2);
+  } else if (chi2 <= options_.path.target_chi2 || options_.path.weight) {
     report.status = FitStatus::converged;
     std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
   } else {
-    const bool lowest =
-        !state_.stagnated && state_.weight * options_.weight_factor < options_.last_weight;
+    const bool lowest = !state_.stagnated &&
+                        state_.weight * options_.path.weight_factor < options_.path.last_weight;
     report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
     std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
                   lowest ? "The lowest weight was reached"
@@ -70,7 +64,6 @@ void ChannelRun::finish(double chi2) {
   state_.finished = true;
   state_.optimiser = OptimiserState{};
   state_.blocks.clear();
-  for (PathPoint& point : state_.path) point.fields = {};
   save();
 }
 
@@ -87,14 +80,10 @@ ChannelFit ChannelRun::result() {
     }
   }
   const std::vector<double> prediction = objective_->prediction();
-  const std::size_t cells = ladder_[0].seen_shape().cells();
-  for (std::size_t i = 0; i < prediction.size(); ++i) {
-    fit.prediction.push_back(
-        static_cast<float>(objective_->gains()[i / cells] * prediction[i] / per_value_));
-  }
-  if (options_.sensitivity_probes > 0) {
-    CoefficientPair root =
-        estimate_sensitivity(*objective_, options_.sensitivity_probes, options_.seed);
+  for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
+  if (options_.uncertainty.sensitivity_probes > 0) {
+    CoefficientPair root = estimate_sensitivity(
+        *objective_, options_.uncertainty.sensitivity_probes, options_.solver.seed);
     fit.sensitivity_kappa =
         Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));
     fit.sensitivity_mu =
@@ -105,23 +94,21 @@ ChannelFit ChannelRun::result() {
   if (options_.uncertainty.samples > 0 && state_.weight > 0.0 &&
       options_.regulariser.kind != RegulariserKind::wang2008) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
-    if (spread_over_edge(options_.regulariser, state_.weight, shape, thickness()) > 1.0) {
+    if (spread_over_edge(regulariser(), state_.weight, shape, thickness()) > 1.0) {
       warn(
           "Standard deviations under huber-tv are too small here, by up to half: without edges "
           "neighbouring voxels would differ by more than --edge-slope allows; fit with a larger "
           "one or with h1 to know them.");
     }
     const Anchor anchor = this->anchor();
-    const Prior prior{
-        state_.weight, state_.weight, thickness(), anchor.length_mm,
-        roughness(shape, thickness(), fields, anchor, options_.regulariser).diffusivity};
+    const Prior prior{state_.weight, state_.weight, thickness(), anchor.length_mm,
+                      roughness(shape, thickness(), fields, anchor, regulariser()).diffusivity};
     fit.uncertainty =
         estimate_uncertainty(*objective_, prior, fitted_roughness(shape, prior, fields, anchor),
-                             options_.uncertainty, options_.seed);
+                             options_.uncertainty, options_.solver.seed);
   }
   fit.simpler = state_.simpler;
   fit.report = state_.report;
-  if (options_.data_term.gain_spread) fit.report.gains = objective_->gains();
   fit.report.backend = objective_->backend_name();
   fit.report.data = ladder_[0].used();
   fit.report.solves = objective_->solves();

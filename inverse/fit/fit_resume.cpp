@@ -38,10 +38,6 @@ bool has(const CoefficientPair& fields, std::size_t cells) {
          std::all_of(fields.log_mu.begin(), fields.log_mu.end(), in_range);
 }
 
-bool is_empty(const CoefficientPair& fields) {
-  return fields.log_kappa.empty() && fields.log_mu.empty();
-}
-
 /// With z of `size` and at most `pairs` of L-BFGS.
 void require_possible(const OptimiserState& s, std::size_t size, int pairs) {
   require(has(s.z, size) && has(s.gradient, size));
@@ -83,7 +79,7 @@ void ChannelRun::require_possible(const FitState& state) const {
   // It is saved within a weight or at the end.
   require(state.in_stage != state.finished);
   require(!state.finished || state.level == 0);
-  require(state.stage_steps >= 0 && state.stage_steps <= options_.stage_steps);
+  require(state.stage_steps >= 0 && state.stage_steps <= options_.path.stage_steps);
   require(state.small_decreases >= 0 && state.small_decreases <= 2);
   for (const double x : {state.begun_chi2, state.last_chi2, state.seconds, state.weight,
                          state.roughness, state.chi2}) {
@@ -113,25 +109,12 @@ void ChannelRun::require_possible(const FitState& state) const {
     require(state.optimiser.z.empty() && state.blocks.empty());
     return;
   }
-  require_possible(state.optimiser, 2 * shape.cells(), options_.optimiser.memory);
-  const bool informed = options_.coordinates == Coordinates::informed;
+  require_possible(state.optimiser, 2 * shape.cells(), options_.solver.optimiser.memory);
+  const bool informed = options_.solver.coordinates == Coordinates::informed;
   const LateralModes modes(shape, axis);
   require(state.blocks.size() == (informed ? static_cast<std::size_t>(modes.bins()) : 0));
   for (const Eigen::MatrixXd& block : state.blocks) {
     require(block.rows() == modes.rows() && block.allFinite());
-  }
-  if (state.path.empty()) return;
-  // What may still be chosen has its fields: the best and the last two.
-  require(state.level == 0 && !options_.weight && options_.weight_rule != WeightRule::discrepancy);
-  for (const PathPoint& p : state.path) {
-    require(is_empty(p.fields) || has(p.fields, shape.cells()));
-    require(p.held_out_chi2.has_value() == (options_.weight_rule == WeightRule::held_out));
-  }
-  const std::size_t best =
-      choose_weight(options_.weight_rule, state.path, options_.held_out_relief).chosen;
-  const std::size_t count = state.path.size();
-  for (const std::size_t i : {best, count - 1, count - std::min<std::size_t>(count, 2)}) {
-    require(!is_empty(state.path[i].fields));
   }
 }
 

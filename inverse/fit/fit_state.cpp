@@ -87,7 +87,6 @@ void write(ByteWriter& out, const FitReport& report) {
   for (const std::string& w : report.warnings) out.put(w);
   out.put(report.status);
   out.put(report.message);
-  out.put(report.gains);
   for (const double x : {report.homogeneous_kappa, report.homogeneous_mu,
                          report.homogeneous_log_residual, report.chi2_per_datum, report.weight}) {
     out.put(x);
@@ -111,40 +110,12 @@ void read(ByteReader& in, FitReport& report) {
   for (std::uint64_t k = 0; k < count; ++k) in.get(report.warnings.emplace_back());
   in.get(report.status, FitStatus::ran_out);
   in.get(report.message);
-  in.get(report.gains);
   for (double* x : {&report.homogeneous_kappa, &report.homogeneous_mu,
                     &report.homogeneous_log_residual, &report.chi2_per_datum, &report.weight}) {
     in.get(*x);
   }
   read(in, report.model);
   read(in, report.consistency);
-}
-
-void write(ByteWriter& out, const std::vector<PathPoint>& path) {
-  out.put<std::uint64_t>(path.size());
-  for (const PathPoint& p : path) {
-    for (const double x : {p.weight, p.chi2, p.roughness, p.held_out_chi2.value_or(0.0)}) {
-      out.put(x);
-    }
-    out.put(p.held_out_chi2.has_value());
-    out.put(p.fields.log_kappa);
-    out.put(p.fields.log_mu);
-  }
-}
-
-void read(ByteReader& in, std::vector<PathPoint>& path) {
-  std::uint64_t count = 0;
-  in.get(count);
-  for (std::uint64_t k = 0; k < count; ++k) {
-    PathPoint& p = path.emplace_back();
-    double held_out_chi2 = 0.0;
-    bool held_out = false;
-    for (double* x : {&p.weight, &p.chi2, &p.roughness, &held_out_chi2}) in.get(*x);
-    in.get(held_out);
-    if (held_out) p.held_out_chi2 = held_out_chi2;
-    in.get(p.fields.log_kappa);
-    in.get(p.fields.log_mu);
-  }
 }
 
 }  // namespace
@@ -171,7 +142,6 @@ std::vector<std::byte> FitState::bytes() const {
     out.put(medium.log_kappa);
     out.put(medium.log_mu);
   }
-  write(out, path);
   return out.bytes();
 }
 
@@ -213,17 +183,16 @@ FitState FitState::from(std::span<const std::byte> bytes) {
     in.get(medium.log_kappa);
     in.get(medium.log_mu);
   }
-  read(in, state.path);
   if (!in.at_end()) throw InputError("is damaged: it ends too late");
   return state;
 }
 
 std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m, const FitOptions& options) {
-  // Fields, three of the path, z and three more of its size; two floats a pair; blocks; r.
+  // Fields, z and three more of its size; two floats a pair; blocks; r.
   const auto cells = static_cast<double>(m.grid.cells());
   const double depth = m.grid.extent(axis_of(m.lit_face));
   const double bins = std::max({m.grid.nx, m.grid.ny, m.grid.nz}) * 2.0 + 1.0;
-  const double doubles = 2.0 * cells * (1.0 + 3.0 + 4.0 + options.optimiser.memory + 1.0) +
+  const double doubles = 2.0 * cells * (1.0 + 4.0 + options.solver.optimiser.memory + 1.0) +
                          bins * 4.0 * depth * depth +
                          static_cast<double>(m.seen_shape().cells()) * m.patterns;
   constexpr double history_bytes = 64.0 * 1048576.0;  // of a million steps

@@ -35,8 +35,6 @@ struct FitState {
   SolveCount solves;                   ///< on this grid
   std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
   FitReport report;                    ///< so far
-  /// Weights minimised on the finest grid, where another rule than discrepancy chooses.
-  std::vector<PathPoint> path;
 
   std::vector<std::byte> bytes() const;
   /// Throws InputError, the end of a sentence "A checkpoint ...", unless `bytes` are those of a

@@ -79,14 +79,16 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
                                        int channel, const FitOptions& options) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  Problem problem = make_problem(fitted, channel, options.convention, options.model_error);
+  Problem problem =
+      make_problem(fitted, channel, options.data.convention, options.data.model_error);
   const Refinement finer = refine(problem);
   const GridShape shape = problem.setup.shape;
   const int axis = axis_of(problem.setup.lit_face);
   const Face seen_face = problem.seen_face;
   const LayeredMedium medium = layers_of(fit.medium, axis);
-  Objective objective(std::move(problem), options.backend);
-  if (options.correct_grid) objective.refresh_correction(finer, to_fields(medium, shape, axis));
+  Objective objective(std::move(problem), options.solver.backend);
+  if (options.path.correct_grid)
+    objective.refresh_correction(finer, to_fields(medium, shape, axis));
   const Eigen::MatrixXd covariance = LayerFitter(objective, medium).covariance();
 
   LayeredMedium of_kappa = medium;  // deviations in place of values

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/grid.h"
+#include "core/names.h"
 #include "inverse/optimise/lateral_modes.h"
 #include "inverse/problem/adjoint.h"
 
@@ -23,6 +24,9 @@ enum class Coordinates {
   smooth,   ///< the regulariser's metric
   informed  ///< regulariser's and data's
 };
+inline constexpr Names<Coordinates, 3> coordinates_names{{{"voxels", Coordinates::voxels},
+                                                          {"smooth", Coordinates::smooth},
+                                                          {"informed", Coordinates::informed}}};
 
 /// The data's Hessian JᵀWJ between depths and coefficients, one symmetric matrix [rows][rows] per
 /// bin of lateral frequency.

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "core/names.h"
 #include "inverse/optimise/basis.h"
 #include "inverse/optimise/state_bytes.h"
 
@@ -30,6 +31,9 @@ enum class Method {
   wang2008       ///< [W] Table I: Polak-Ribière conjugate gradients, golden-section
                  ///< search
 };
+inline constexpr Names<Method, 3> method_names{{{"lbfgs", Method::lbfgs},
+                                                {"gauss-newton", Method::gauss_newton},
+                                                {"wang2008", Method::wang2008}}};
 
 struct OptimiserOptions {
   Method method = Method::lbfgs;

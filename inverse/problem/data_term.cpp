@@ -15,9 +15,6 @@ namespace {
 
 /// Median of |e| of a standard normal number.
 constexpr double normal_median = 0.6744897501960817;
-/// Reweighted least squares for one gain ends here; a loss of long tails takes some tens.
-constexpr int most_iterations = 200;
-constexpr double gain_tolerance = 1e-14;
 
 double rho(double e, const DataTermOptions& o) {
   const double a = std::abs(e);
@@ -44,59 +41,13 @@ double reweight(double e, const DataTermOptions& o) {
   }
 }
 
-/// argmin of Σ ρ(√w (g p − d)) + ½ ((g − 1)/s)² over data [begin, end): weighted least squares, in
-/// closed form for the Gaussian loss, reweighted until it stands for the others.
-double profiled_gain(const Problem& problem, const std::vector<double>& prediction,
-                     std::size_t begin, std::size_t end, const DataTermOptions& o) {
-  const double prior = 1.0 / (*o.gain_spread * *o.gain_spread);
-  double gain = 1.0;
-  for (int k = 0; k < most_iterations; ++k) {
-    double along = prior;
-    double square = prior;
-    for (std::size_t i = begin; i < end; ++i) {
-      if (problem.weight[i] == 0.0) continue;
-      const double e = std::sqrt(problem.weight[i]) * (gain * prediction[i] - problem.data[i]);
-      const double w = problem.weight[i] * reweight(e, o);
-      along += w * prediction[i] * problem.data[i];
-      square += w * prediction[i] * prediction[i];
-    }
-    const double next = along / square;
-    const bool stands = std::abs(next - gain) <= gain_tolerance * std::abs(next);
-    gain = next;
-    if (stands || o.loss == Loss::gaussian) break;
-  }
-  return gain;
-}
-
 }  // namespace
-
-std::string to_string(Loss loss) {
-  switch (loss) {
-    case Loss::huber:
-      return "huber";
-    case Loss::student:
-      return "student";
-    default:
-      return "gaussian";
-  }
-}
-
-void validate(const DataTermOptions& o) {
-  const auto require = [](bool holds, const char* sentence) {
-    if (!holds) throw InputError(std::string("fit options: ") + sentence);
-  };
-  require(o.huber_threshold > 0.0, "huber_threshold must be positive");
-  require(o.student_freedom > 0.0, "student_freedom must be positive");
-  require(!o.gain_spread || (*o.gain_spread > 0.0 && *o.gain_spread <= 1.0),
-          "the spread of the gains must lie in (0, 1]");
-}
 
 DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
                   const DataTermOptions& options) {
   check(prediction.size() == problem.data.size(), "the prediction does not fit the data");
   const std::size_t cells = problem.seen_shape().cells();
   DataTerm term;
-  term.gains.assign(static_cast<std::size_t>(problem.patterns), 1.0);
   term.by_prediction.assign(prediction.size(), 0.0);
   term.root_weight.assign(prediction.size(), 0.0);
   const bool robust = options.loss != Loss::gaussian;
@@ -106,26 +57,21 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
     std::size_t used = 0;
     std::vector<double> magnitudes;  ///< |e|, under a robust loss
   };
-  std::vector<Sums> patterns(term.gains.size());
+  std::vector<Sums> patterns(static_cast<std::size_t>(problem.patterns));
   for_rows(problem.patterns, [&](int pattern) {
     const auto m = static_cast<std::size_t>(pattern);
     Sums& sums = patterns[m];
-    double& gain = term.gains[m];
-    if (options.gain_spread) {
-      gain = profiled_gain(problem, prediction, m * cells, (m + 1) * cells, options);
-      sums.cost += 0.5 * std::pow((gain - 1.0) / *options.gain_spread, 2);
-    }
     for (std::size_t i = m * cells; i < (m + 1) * cells; ++i) {
       if (problem.weight[i] == 0.0) continue;
-      const double residual = gain * prediction[i] - problem.data[i];
+      const double residual = prediction[i] - problem.data[i];
       const double e = std::sqrt(problem.weight[i]) * residual;
       const double weight = problem.weight[i] * reweight(e, options);
       sums.cost += rho(e, options);
       sums.squares += e * e;
       ++sums.used;
       if (robust) sums.magnitudes.push_back(std::abs(e));
-      term.by_prediction[i] = gain * weight * residual;
-      term.root_weight[i] = std::abs(gain) * std::sqrt(weight);
+      term.by_prediction[i] = weight * residual;
+      term.root_weight[i] = std::sqrt(weight);
     }
   });
   Sums all;

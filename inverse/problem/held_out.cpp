@@ -150,12 +150,10 @@ HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& hel
   std::vector<double> exitance;
   for (const float value : score.prediction) exitance.push_back(per_value * value);
   const DataTerm term = evaluate(problem, exitance, data_term);
-  const std::size_t cells = problem.seen_shape().cells();
   score.chi2_per_datum = term.chi2_per_datum;
   const std::size_t first = score.prediction.size() * static_cast<std::size_t>(channel);
   double squares = 0.0;
   for (std::size_t i = 0; i < score.prediction.size(); ++i) {
-    score.prediction[i] *= static_cast<float>(term.gains[i / cells]);
     if (problem.weight[i] == 0.0) continue;
     ++score.data;
     const double residual = per_value * score.prediction[i] - problem.data[i];

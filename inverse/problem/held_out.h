@@ -38,8 +38,7 @@ struct HeldOutScore {
   std::vector<float> prediction;  ///< [M][v][u], the measured quantity
 };
 
-/// How `medium` predicts channel `channel` of `held_out`, which must have passed validate(). With
-/// gains each pattern is scored, and predicted, at its own.
+/// How `medium` predicts channel `channel` of `held_out`, which must have passed validate().
 HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
                             const PredictOptions& options, const ModelError& model_error,
                             const DataTermOptions& data_term = {});

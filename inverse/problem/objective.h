@@ -93,11 +93,10 @@ class Objective {
   /// jacobian_transpose(), by one forward solve.
   std::vector<double> jacobian(const CoefficientPair& direction);
 
-  /// r M of the last value(), [M][v][u], without gains.
+  /// r M of the last value(), [M][v][u].
   std::vector<double> prediction() const;
-  /// χ² per datum used and the gains [M] of the last value() (data_term.h).
+  /// χ² per datum used of the last value() (data_term.h).
   double chi2_per_datum() const { return data_term_.chi2_per_datum; }
-  const std::vector<double>& gains() const { return data_term_.gains; }
 
   /// Sets r from one solve on the finer grid at `fields`, every voxel split; returns what value()
   /// then is and leaves gradient() ready.

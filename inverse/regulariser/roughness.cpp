@@ -119,17 +119,6 @@ Roughness wang2008_roughness(const GridShape& shape, const CoefficientPair& fiel
 
 }  // namespace
 
-std::string to_string(RegulariserKind kind) {
-  switch (kind) {
-    case RegulariserKind::huber_tv:
-      return "huber-tv";
-    case RegulariserKind::wang2008:
-      return "wang2008";
-    default:
-      return "h1";
-  }
-}
-
 Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
                     const std::optional<Anchor>& anchor, const Regulariser& regulariser) {
   if (regulariser.kind == RegulariserKind::wang2008) {

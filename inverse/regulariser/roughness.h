@@ -18,10 +18,10 @@
 #pragma once
 
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "core/grid.h"
+#include "core/names.h"
 #include "inverse/problem/adjoint.h"
 
 namespace kappamu::inverse {
@@ -32,7 +32,10 @@ enum class RegulariserKind {
   /// R = ½ scale Σ_voxels |∇κ|², κ itself and alone, no anchor ([W] (6)): depends on the grid.
   wang2008
 };
-std::string to_string(RegulariserKind kind);
+inline constexpr Names<RegulariserKind, 3> regulariser_names{
+    {{"h1", RegulariserKind::h1},
+     {"huber-tv", RegulariserKind::huber_tv},
+     {"wang2008", RegulariserKind::wang2008}}};
 
 struct Regulariser {
   RegulariserKind kind = RegulariserKind::h1;

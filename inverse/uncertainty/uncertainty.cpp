@@ -100,14 +100,6 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
   return layers;
 }
 
-void validate(const UncertaintyOptions& options) {
-  const auto fail = [](const std::string& what) { throw InputError("uncertainty: " + what); };
-  if (options.samples < 0) fail("samples is negative; 0 asks for none");
-  if (options.steps < 1) fail("steps must be at least 1");
-  if (options.probes < 1) fail("probes must be at least 1");
-  if (!(options.pooling >= 0.0)) fail("pooling must not be negative");
-}
-
 int solves_needed(const UncertaintyOptions& options) {
   return options.samples == 0 ? 0 : options.probes + 2 * options.steps * options.samples;
 }
@@ -184,7 +176,8 @@ FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, Coe
 Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
                                  const std::optional<FittedRoughness>& fitted,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
-  validate(options);
+  check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
+        "uncertainty: options are out of bounds");
   const Problem& problem = objective.problem();
   const GridShape& shape = problem.setup.shape;
   const int axis = axis_of(problem.setup.lit_face);

@@ -23,10 +23,10 @@ struct UncertaintyOptions {
   int steps = 12;        ///< products with the Hessian per sample
   int probes = 8;        ///< adjoint solves for the metric the samples start from
   double pooling = 1.5;  ///< Gaussian mean of the estimates across the light, deviation [voxels]
+  /// Adjoint solves for where the data constrain the volume (sensitivity.h); no part of the
+  /// deviations.
+  int sensitivity_probes = 0;
 };
-
-/// Throws InputError naming option, value and bound.
-void validate(const UncertaintyOptions& options);
 
 /// The regulariser as a prior, with a weight of its own for each coefficient.
 struct Prior {

@@ -83,11 +83,12 @@ void take(FitReport& report, const LayeredMedium& layers, const Difference& diff
 
 void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
                     const SurfaceMeasurements& held_out, int channel, const FitOptions& options) {
-  if (fit.simpler.empty() || options.model != Model::automatic) return;
+  if (fit.simpler.empty() || options.path.model != Model::automatic) return;
   PredictOptions predicting;
-  predicting.backend = options.backend;
-  predicting.convention = options.convention;
-  const Problem problem = make_problem(held_out, channel, options.convention, options.model_error);
+  predicting.backend = options.solver.backend;
+  predicting.convention = options.data.convention;
+  const Problem problem =
+      make_problem(held_out, channel, options.data.convention, options.data.model_error);
   if (problem.used() == 0) return;
   const double per_value = exitance_per_value(held_out, problem.setup);
   const std::vector<float> volume = predict(fit.medium, held_out, predicting);

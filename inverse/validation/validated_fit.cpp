@@ -12,10 +12,10 @@ namespace {
 HeldOutScore score_of(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
                       const FitOptions& options) {
   PredictOptions predicting;
-  predicting.backend = options.backend;
-  predicting.convention = options.convention;
-  return score_held_out(medium, held_out, channel, predicting, options.model_error,
-                        options.data_term);
+  predicting.backend = options.solver.backend;
+  predicting.convention = options.data.convention;
+  return score_held_out(medium, held_out, channel, predicting, options.data.model_error,
+                        options.data.term);
 }
 
 StepRecord later(StepRecord record, const FitReport& before) {
@@ -33,7 +33,6 @@ FitReport joined(FitReport first, FitReport second) {
   }
   for (std::string& sentence : second.warnings) first.warnings.push_back(std::move(sentence));
   first.chi2_per_datum = second.chi2_per_datum;
-  first.gains = std::move(second.gains);
   first.data = second.data;
   first.solves.add(second.solves);
   first.seconds += second.seconds;
@@ -53,8 +52,8 @@ JudgedInput keep_out(const SurfaceMeasurements& all, std::span<const int> patter
 JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& options,
                      const Checkpoint& first, const Checkpoint& second, Progress& progress,
                      const Observer& observer, const std::optional<Continuation>& continued) {
+  if (input.held_out) validate(*input.held_out, "held-out measurements");
   FitContext context;
-  context.held_out = input.held_out;
   context.continued = continued;
   context.interim = input.rejoin;
   FitOptions judged_options = options;
@@ -79,8 +78,7 @@ JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& op
     return result;
   }
   FitOptions all_options = options;
-  all_options.weight = report.weight;
-  all_options.weight_rule = WeightRule::discrepancy;
+  all_options.path.weight = report.weight;
   FitContext all_context;
   all_context.continued =
       Continuation{result.fit.medium, report.homogeneous_kappa, report.homogeneous_mu,

@@ -33,7 +33,6 @@ nlohmann::ordered_json channel_json(const std::string& name, const inverse::FitR
            {{"kappa_mm", report.homogeneous_kappa},
             {"mu_per_mm", report.homogeneous_mu},
             {"log_residual_rms", report.homogeneous_log_residual}}},
-          {"gains", report.gains},
           {"seconds", report.seconds},
           {"warnings", report.warnings},
           {"history", history}};

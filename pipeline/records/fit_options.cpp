@@ -1,106 +1,98 @@
 #include "pipeline/records/fit_options.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <type_traits>
+
+#include "core/error.h"
 
 namespace kappamu::pipeline {
 
 namespace {
 
+using inverse::Option;
+using Json = nlohmann::ordered_json;
+
 /// [W] 4.2.
 constexpr double wang2008_lambda = 1e-5;
 
-const char* name_of(inverse::Coordinates coordinates) {
-  switch (coordinates) {
-    case inverse::Coordinates::voxels:
-      return "voxels";
-    case inverse::Coordinates::smooth:
-      return "smooth";
-    default:
-      return "informed";
-  }
+/// One option's value as JSON.
+template <class Value>
+Json to_json(const Value& value) {
+  return value;
+}
+Json to_json(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+template <class Value, std::size_t n>
+Json to_json(const Value& value, const Names<Value, n>& names) {
+  return name_of(names, value);
 }
 
-const char* name_of(inverse::Method method) {
-  switch (method) {
-    case inverse::Method::gauss_newton:
-      return "gauss-newton";
-    case inverse::Method::wang2008:
-      return "wang2008";
-    default:
-      return "lbfgs";
-  }
-}
-
-nlohmann::ordered_json to_json(const FitStageOptions& options) {
-  const inverse::FitOptions& o = options.fit;
-  const bool physical = o.convention == forward::Convention::physical;
-  const bool twofold = o.backend.precision == forward::Precision::double_precision;
-  nlohmann::ordered_json json{{"model", to_string(o.model)},
-                              {"start_kappa", nullptr},
-                              {"start_mu", nullptr},
-                              {"optimiser", name_of(o.optimiser.method)},
-                              {"optimiser_memory", o.optimiser.memory},
-                              {"optimiser_first_step", o.optimiser.first_step},
-                              {"optimiser_longest_step", o.optimiser.longest_step},
-                              {"optimiser_max_backtracks", o.optimiser.max_backtracks},
-                              {"optimiser_golden_tolerance", o.optimiser.golden_tolerance},
-                              {"optimiser_newton_iterations", o.optimiser.newton_iterations},
-                              {"optimiser_newton_forcing", o.optimiser.newton_forcing},
-                              {"coordinates", name_of(o.coordinates)},
-                              {"loss", inverse::to_string(o.data_term.loss)},
-                              {"huber_threshold", o.data_term.huber_threshold},
-                              {"student_freedom", o.data_term.student_freedom},
-                              {"gain_spread", o.data_term.gain_spread.value_or(0.0)},
-                              {"regulariser", inverse::to_string(o.regulariser.kind)},
-                              {"edge_slope", o.regulariser.edge_slope},
-                              {"choose_weight", inverse::to_string(o.weight_rule)},
-                              {"held_out_relief", o.held_out_relief},
-                              {"convention", physical ? "physical" : "wang2008"},
-                              {"weight", nullptr},
-                              {"first_weight", o.first_weight},
-                              {"last_weight", o.last_weight},
-                              {"weight_factor", o.weight_factor},
-                              {"restart_steps", o.restart_steps},
-                              {"target_chi2", o.target_chi2},
-                              {"stagnation", o.stagnation},
-                              {"stage_tolerance", o.stage_tolerance},
-                              {"final_tolerance", o.final_tolerance},
-                              {"stage_steps", o.stage_steps},
-                              {"max_levels", o.max_levels},
-                              {"correct_grid", o.correct_grid},
-                              {"model_error_relative", o.model_error.relative},
-                              {"model_error_of_maximum", o.model_error.of_maximum},
-                              {"coarse_model_error_relative", o.coarse_model_error.relative},
-                              {"coarse_model_error_of_maximum", o.coarse_model_error.of_maximum},
-                              {"smooth_length", o.smooth_length},
-                              {"anchor_length", o.anchor_length},
-                              {"metric_probes", o.metric_probes},
-                              {"sensitivity_probes", o.sensitivity_probes},
-                              {"uncertainty_samples", o.uncertainty.samples},
-                              {"uncertainty_steps", o.uncertainty.steps},
-                              {"uncertainty_probes", o.uncertainty.probes},
-                              {"uncertainty_pooling", o.uncertainty.pooling},
-                              {"seed", o.seed},
-                              {"device", o.backend.device},
-                              {"precision", twofold ? "double" : "single"},
-                              {"solver_tolerance", o.backend.solve.tolerance},
-                              {"solver_max_iterations", o.backend.solve.max_iterations},
-                              {"batch", o.backend.batch},
-                              {"refined_tolerance", o.backend.refined_tolerance},
-                              {"refined_memory_mb", o.backend.refined_memory_mb},
-                              {"channels", options.channels},
-                              {"hold_out", options.hold_out},
-                              {"continue_from", nullptr}};
-  if (options.continue_from) json["continue_from"] = options.continue_from->string();
-  if (o.weight) json["weight"] = *o.weight;
-  if (o.start) {
-    json["start_kappa"] = o.start->kappa;
-    json["start_mu"] = o.start->mu;
-  }
+Json to_json(const FitStageOptions& options) {
+  Json json = Json::object();
+  describe(options, [&json](const Option& option, const auto& value, const auto&... names) {
+    json[option.name] = to_json(value, names...);
+  });
+  json["continue_from"] =
+      options.continue_from ? Json(options.continue_from->string()) : Json(nullptr);
   return json;
 }
 
+/// Takes one option's value out of JSON.
+struct Setter {
+  const Json& json;
+
+  template <class Value>
+  void operator()(const Option& option, Value& value) const {
+    if (const auto found = json.find(option.name); found != json.end()) found->get_to(value);
+  }
+  void operator()(const Option& option, std::optional<double>& value) const {
+    const auto found = json.find(option.name);
+    if (found == json.end()) return;
+    value = found->is_null() ? std::nullopt : std::optional(found->get<double>());
+  }
+  template <class Value, std::size_t n>
+  void operator()(const Option& option, Value& value, const Names<Value, n>& names) const {
+    const auto found = json.find(option.name);
+    if (found == json.end()) return;
+    const std::optional<Value> named = value_of(names, found->get<std::string>());
+    if (!named) throw InputError(std::string(option.name) + " is not one of " + list_of(names));
+    value = *named;
+  }
+};
+
+/// One row of the page: name, place on the command line, default, unit, requirement, sentence.
+struct Row {
+  std::string& page;
+
+  template <class Value, class... MoreNames>
+  void operator()(const Option& o, const Value& value, const MoreNames&... names) {
+    constexpr bool numeric =
+        std::is_arithmetic_v<Value> || std::is_same_v<Value, std::optional<double>>;
+    std::string allowed;
+    if constexpr (numeric) {
+      if (std::isfinite(o.bounds.least)) allowed = requirement(o.bounds);
+    }
+    if constexpr (sizeof...(names) == 1) allowed = (list_of(names), ...);
+    const Json json = to_json(value, names...);
+    page.append("| ").append(o.name).append(" | ");
+    page.append(*o.flag != 0 ? "`" + std::string(o.flag) + "`" : "").append(" | ");
+    page.append(json.is_null() ? "none" : json.is_string() ? json.get<std::string>() : json.dump());
+    page.append(" | ").append(o.unit).append(" | ").append(allowed).append(" | ");
+    page.append(o.text).append(o.shapes_volumes ? " | yes |\n" : " | no |\n");
+  }
+};
+
 }  // namespace
+
+FitStageOptions usual_options() {
+  FitStageOptions options;
+  options.fit.uncertainty.samples = 2;
+  options.fit.uncertainty.sensitivity_probes = 8;
+  return options;
+}
 
 std::string options_json(const FitStageOptions& options) {
   return to_json(options).dump();
@@ -108,45 +100,52 @@ std::string options_json(const FitStageOptions& options) {
 
 std::map<std::string, std::string> options_by_name(const FitStageOptions& options) {
   std::map<std::string, std::string> by_name;
-  const nlohmann::ordered_json json = to_json(options);
+  const Json json = to_json(options);
   for (const auto& [name, value] : json.items()) {
     by_name[name] = value.is_string() ? value.get<std::string>() : value.dump();
   }
   return by_name;
 }
 
-FitStageOptions resolve(const FitArguments& arguments, const std::string& device,
-                        std::uint64_t seed) {
-  FitStageOptions stage = arguments.stage;
-  inverse::FitOptions& fit = stage.fit;
-  fit.model = inverse::model_of(arguments.model);
-  if (arguments.optimiser == "gauss-newton") fit.optimiser.method = inverse::Method::gauss_newton;
-  if (arguments.optimiser == "wang2008") {
-    fit.optimiser.method = inverse::Method::wang2008;
-    fit.coordinates = inverse::Coordinates::voxels;  // as [W] moves, without a metric
+void set_options(FitStageOptions& options, const std::string& json) {
+  try {
+    const Json parsed = Json::parse(json);
+    describe(options, Setter{parsed});
+  } catch (const Json::exception& error) {
+    throw InputError(error.what());
   }
-  using inverse::Loss;
-  using inverse::RegulariserKind;
-  using inverse::WeightRule;
-  if (arguments.loss == "huber") fit.data_term.loss = Loss::huber;
-  if (arguments.loss == "student") fit.data_term.loss = Loss::student;
-  if (arguments.gains > 0.0) fit.data_term.gain_spread = arguments.gains;
-  if (arguments.regulariser == "huber-tv") fit.regulariser.kind = RegulariserKind::huber_tv;
-  if (arguments.regulariser == "wang2008") {
-    fit.regulariser.kind = RegulariserKind::wang2008;
-    if (!fit.weight) fit.weight = wang2008_lambda;
+}
+
+FitStageOptions resolve(FitStageOptions options) {
+  inverse::FitOptions& fit = options.fit;
+  // As [W] moves, without a metric; every other optimiser has one.
+  const bool paper = fit.solver.optimiser.method == inverse::Method::wang2008;
+  fit.solver.coordinates = paper ? inverse::Coordinates::voxels : inverse::Coordinates::informed;
+  if (fit.regulariser.kind == inverse::RegulariserKind::wang2008 && !fit.path.weight) {
+    fit.path.weight = wang2008_lambda;
   }
-  if (arguments.choose_weight == "l-curve") fit.weight_rule = WeightRule::l_curve;
-  if (arguments.choose_weight == "held-out") fit.weight_rule = WeightRule::held_out;
-  if (arguments.convention == "wang2008") fit.convention = forward::Convention::wang2008;
-  if (arguments.precision == "double") {
-    fit.backend.precision = forward::Precision::double_precision;
-  }
-  fit.correct_grid = !arguments.no_grid_correction;
-  fit.backend.device = device;
-  fit.seed = seed;
   inverse::validate(fit);
-  return stage;
+  return options;
+}
+
+std::string options_page() {
+  std::string page =
+      "# Options of a fit\n\n"
+      "Made by `kappamu fit --options-table`. Defaults are those of `kappamu fit` and `kappamu "
+      "run`; fit.json and run.json record every option by its name. Options without a place on the "
+      "command line are for programs (`inverse/fit/fit_options.h`). Volumes: whether the bits of "
+      "kappa and mu depend on it.\n";
+  const FitStageOptions options = usual_options();
+  for (const auto& [title, group] : inverse::option_groups) {
+    page.append("\n## ").append(title).append(
+        "\n\n| name | command line | default | unit | allowed | meaning | volumes |\n"
+        "|---|---|---|---|---|---|---|\n");
+    describe(options,
+             [&page, g = group](const Option& option, const auto& value, const auto&... names) {
+               if (option.group == g) Row{page}(option, value, names...);
+             });
+  }
+  return page;
 }
 
 }  // namespace kappamu::pipeline

@@ -1,14 +1,14 @@
-// The options of a fit: as parsed, as the fit takes them, and as they are recorded.
+// The options of the fit stage, and as they are recorded. Each is described once: those of the fit
+// in inverse/fit/describe_options.h, those of the stage in describe() below.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "inverse/fit/fit.h"
+#include "inverse/fit/describe_options.h"
 
 namespace kappamu::pipeline {
 
@@ -25,35 +25,53 @@ struct FitStageOptions {
   std::optional<std::filesystem::path> continue_from;
 };
 
-/// Adjoint solves the commands spend on where the data constrain the volume.
-inline constexpr int sensitivity_probes = 8;
+/// The options with what a finished run is reported by: standard deviations and sensitivity. What
+/// the commands start from.
+FitStageOptions usual_options();
 
-/// Samples the commands spend on the volumes' uncertainty.
-inline constexpr int uncertainty_samples = 2;
-
-/// As parsed; resolve() makes options of it.
-struct FitArguments {
-  std::string model = "auto";
-  std::string optimiser = "lbfgs";
-  std::string convention = "physical";
-  std::string precision = "single";
-  std::string loss = "gaussian";
-  std::string regulariser = "h1";
-  std::string choose_weight = "discrepancy";
-  double gains = 0.0;  ///< spread; 0: none
-  bool no_grid_correction = false;
-  FitStageOptions stage;
-};
-
-/// Every option that the volumes depend on, by name: one flat JSON object, equal for equal options.
+/// Every option that the results depend on, by name: one flat JSON object, equal for equal options.
 /// The key of the fit stage, run.json, fit.json and the report are all made of it.
 std::string options_json(const FitStageOptions& options);
 
 /// The same by name, each value as JSON writes it.
 std::map<std::string, std::string> options_by_name(const FitStageOptions& options);
 
-/// Options of the fit stage. Throws InputError naming option, value and bound.
-FitStageOptions resolve(const FitArguments& arguments, const std::string& device,
-                        std::uint64_t seed);
+/// Sets every option that `json`, a text by options_json(), holds, but continue_from. Throws
+/// InputError "NAME is not one of ..." or of JSON's own, the end of a sentence.
+void set_options(FitStageOptions& options, const std::string& json);
+
+/// What the paper's own methods imply is set, and all bounds are checked. Throws InputError naming
+/// option and bound.
+FitStageOptions resolve(FitStageOptions options);
+
+/// The page docs/reference/fit-options.md.
+std::string options_page();
+
+/// Calls `visit` as inverse::describe() does, then with the stage's own options: hold_out, and
+/// channels, a std::vector<std::string>. Where else to validate, --restart and --continue are of
+/// the command.
+template <class Options, class Visitor>
+void describe(Options& options, Visitor&& visit) {
+  using inverse::Option;
+  auto& [fit, channels, hold_out, validate, restart, continue_from] = options;
+  inverse::describe(fit, visit);
+  visit(Option{"hold_out",
+               inverse::OptionGroup::data,
+               "--hold-out",
+               "",
+               {},
+               "Patterns kept out of the fit to validate it by: auto (those captured for "
+               "validation, else one of every 16), none, a count, or numbers from 0 with commas "
+               "(5,10)"},
+        hold_out);
+  visit(Option{"channels",
+               inverse::OptionGroup::data,
+               "--channel",
+               "",
+               {},
+               "Fit this channel only; may be given several times",
+               false},
+        channels);
+}
 
 }  // namespace kappamu::pipeline

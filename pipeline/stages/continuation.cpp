@@ -57,35 +57,10 @@ FinishedFit::FinishedFit(const fs::path& folder)
   }
 }
 
-void FinishedFit::set_options(FitArguments& arguments) const {
-  const Json o = Json::parse(options_);
-  inverse::FitOptions& fit = arguments.stage.fit;
-  const auto take = [&](const char* name, auto& value) {
-    if (o.contains(name) && !o[name].is_null()) o[name].get_to(value);
-  };
+void FinishedFit::set_options(FitStageOptions& options) const {
   try {
-    take("optimiser", arguments.optimiser);
-    take("convention", arguments.convention);
-    take("precision", arguments.precision);
-    take("loss", arguments.loss);
-    take("huber_threshold", fit.data_term.huber_threshold);
-    take("student_freedom", fit.data_term.student_freedom);
-    take("gain_spread", arguments.gains);
-    take("regulariser", arguments.regulariser);
-    take("edge_slope", fit.regulariser.edge_slope);
-    take("choose_weight", arguments.choose_weight);
-    if (o.contains("weight") && o["weight"].is_number()) fit.weight = o["weight"].get<double>();
-    take("target_chi2", fit.target_chi2);
-    take("model_error_relative", fit.model_error.relative);
-    take("model_error_of_maximum", fit.model_error.of_maximum);
-    take("stage_tolerance", fit.stage_tolerance);
-    take("final_tolerance", fit.final_tolerance);
-    take("stage_steps", fit.stage_steps);
-    take("max_levels", fit.max_levels);
-    take("hold_out", arguments.stage.hold_out);
-    take("channels", arguments.stage.channels);
-    if (o.contains("correct_grid")) arguments.no_grid_correction = !o["correct_grid"].get<bool>();
-  } catch (const Json::exception& error) {
+    pipeline::set_options(options, options_);
+  } catch (const InputError& error) {
     throw InputError((folder_ / "fit.json").string() + ": options are damaged (" + error.what() +
                      "); repeat that fit");
   }

@@ -19,8 +19,8 @@ class FinishedFit {
   const std::filesystem::path& folder() const { return folder_; }  ///< of fit.json
   const std::filesystem::path& input() const { return input_; }    ///< what it was fitted to
 
-  /// Sets every option of the command line to what the fit was made with.
-  void set_options(FitArguments& arguments) const;
+  /// Sets every option to what the fit was made with. Throws InputError for a damaged record.
+  void set_options(FitStageOptions& options) const;
 
   /// Throws InputError in one sentence where `options` ask for what a continuation cannot change:
   /// the convention of κ and μ, the grids before the last, patterns held out that the fit saw.

@@ -29,9 +29,9 @@ Found coverage_of_tiny(std::uint64_t seed) {
   const Medium truth = sample_medium(sample, finer)[0];
   const inverse::CoefficientPair logs = inverse::to_fields(truth);
   inverse::FitOptions options;
-  options.model = inverse::Model::volume;
+  options.path.model = inverse::Model::volume;
   options.uncertainty.samples = 2;
-  options.backend.device = "reference";
+  options.solver.backend.device = "reference";
   Progress silent;
   const inverse::ChannelFit fit = inverse::fit_channel(bench::measure(block, logs, 3, seed), 0,
                                                        options, inverse::Checkpoint{}, silent);

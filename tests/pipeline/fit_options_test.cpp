@@ -1,98 +1,112 @@
-// The record of a fit's options: complete, so that equal records mean equal volumes.
+// The record of a fit's options: complete, so that equal records mean equal results, and enough to
+// restore every option.
 #include "pipeline/records/fit_options.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <functional>
-#include <vector>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
 
+#include "io/read_file.h"
 #include "pipeline/records/versions.h"
+#include "pipeline/stages/continuation.h"
+#include "tests/option_changes.h"
 
 namespace kappamu::pipeline {
 namespace {
 
+namespace fs = std::filesystem;
 using ::testing::Contains;
+using ::testing::HasSubstr;
 using ::testing::Key;
 using ::testing::Pair;
 
-TEST(FitOptionsRecord, ChangesWithEveryOptionThatTheVolumesDependOn) {
-  const std::vector<std::function<void(FitStageOptions&)>> changes{
-      [](auto& o) { o.fit.model = inverse::Model::volume; },
-      [](auto& o) {
-        o.fit.start = {0.2, 0.01};
-      },
-      [](auto& o) {
-        o.fit.start = {0.1, 0.02};
-      },
-      [](auto& o) { o.fit.optimiser.method = inverse::Method::wang2008; },
-      [](auto& o) { o.fit.optimiser.memory += 1; },
-      [](auto& o) { o.fit.optimiser.first_step *= 2; },
-      [](auto& o) { o.fit.optimiser.longest_step *= 2; },
-      [](auto& o) { o.fit.optimiser.max_backtracks += 1; },
-      [](auto& o) { o.fit.optimiser.golden_tolerance *= 2; },
-      [](auto& o) { o.fit.optimiser.newton_iterations += 1; },
-      [](auto& o) { o.fit.optimiser.newton_forcing *= 2; },
-      [](auto& o) { o.fit.coordinates = inverse::Coordinates::smooth; },
-      [](auto& o) { o.fit.data_term.loss = inverse::Loss::huber; },
-      [](auto& o) { o.fit.data_term.huber_threshold *= 2; },
-      [](auto& o) { o.fit.data_term.student_freedom *= 2; },
-      [](auto& o) { o.fit.data_term.gain_spread = 0.03; },
-      [](auto& o) { o.fit.regulariser.kind = inverse::RegulariserKind::huber_tv; },
-      [](auto& o) { o.fit.regulariser.edge_slope *= 2; },
-      [](auto& o) { o.fit.weight_rule = inverse::WeightRule::l_curve; },
-      [](auto& o) { o.fit.held_out_relief *= 2; },
-      [](auto& o) { o.fit.convention = forward::Convention::wang2008; },
-      [](auto& o) { o.fit.weight = 0.0; },
-      [](auto& o) { o.fit.first_weight *= 2; },
-      [](auto& o) { o.fit.last_weight *= 2; },
-      [](auto& o) { o.fit.weight_factor *= 0.5; },
-      [](auto& o) { o.fit.restart_steps += 1; },
-      [](auto& o) { o.fit.target_chi2 = 1.0 + 1e-12; },
-      [](auto& o) { o.fit.stagnation *= 2; },
-      [](auto& o) { o.fit.stage_tolerance *= 2; },
-      [](auto& o) { o.fit.final_tolerance *= 2; },
-      [](auto& o) { o.fit.stage_steps += 1; },
-      [](auto& o) { o.fit.max_levels += 1; },
-      [](auto& o) { o.fit.correct_grid = false; },
-      [](auto& o) { o.fit.model_error.relative *= 2; },
-      [](auto& o) { o.fit.model_error.of_maximum *= 2; },
-      [](auto& o) { o.fit.coarse_model_error.relative *= 2; },
-      [](auto& o) { o.fit.coarse_model_error.of_maximum *= 2; },
-      [](auto& o) { o.fit.smooth_length *= 2; },
-      [](auto& o) { o.fit.anchor_length *= 2; },
-      [](auto& o) { o.fit.metric_probes += 1; },
-      [](auto& o) { o.fit.sensitivity_probes += 1; },
-      [](auto& o) { o.fit.uncertainty.samples += 1; },
-      [](auto& o) { o.fit.uncertainty.steps += 1; },
-      [](auto& o) { o.fit.uncertainty.probes += 1; },
-      [](auto& o) { o.fit.uncertainty.pooling *= 2; },
-      [](auto& o) { o.fit.seed += 1; },
-      [](auto& o) { o.fit.backend.device = "reference"; },
-      [](auto& o) { o.fit.backend.precision = forward::Precision::double_precision; },
-      [](auto& o) { o.fit.backend.solve.tolerance *= 2; },
-      [](auto& o) { o.fit.backend.solve.max_iterations += 1; },
-      [](auto& o) { o.fit.backend.batch += 1; },
-      [](auto& o) { o.fit.backend.refined_tolerance *= 2; },
-      [](auto& o) { o.fit.backend.refined_memory_mb *= 2; },
-      [](auto& o) { o.channels = {"G"}; },
-      [](auto& o) { o.hold_out = "none"; },
-      [](auto& o) { o.continue_from = "run/fit"; }};
+/// Calls `test` with the options as each of them in turn is changed.
+template <class Test>
+void with_each_changed(const Test& test) {
+  std::size_t count = 0;
+  for (;; ++count) {
+    FitStageOptions options;
+    inverse::ChangeOption change{count};
+    describe(options, change);
+    if (!change.changed) break;
+    test(options, change.changed->name);
+  }
+  EXPECT_EQ(count + 1, options_by_name({}).size()) << "all but continue_from";
+}
+
+TEST(FitOptionsRecord, ChangesWithEveryOption) {
   const std::string usual = options_json({});
   EXPECT_EQ(usual, options_json({}));
-  EXPECT_EQ(options_by_name({}).size(), changes.size()) << "an option without a test";
-  for (std::size_t i = 0; i < changes.size(); ++i) {
-    FitStageOptions options;
-    changes[i](options);
-    EXPECT_NE(options_json(options), usual) << "change " << i;
-  }
+  with_each_changed([&](const FitStageOptions& options, const char* name) {
+    EXPECT_NE(options_json(options), usual) << name;
+  });
+  FitStageOptions continued;
+  continued.continue_from = "run/fit";
+  EXPECT_NE(options_json(continued), usual);
+}
+
+TEST(FitOptionsRecord, RestoresEveryOption) {
+  with_each_changed([](const FitStageOptions& options, const char* name) {
+    FitStageOptions restored;
+    set_options(restored, options_json(options));
+    EXPECT_EQ(options_json(restored), options_json(options)) << name;
+  });
 }
 
 TEST(FitOptionsRecord, NamesWhatAReaderLooksFor) {
   FitStageOptions options;
-  options.fit.target_chi2 = 1.25;
+  options.fit.path.target_chi2 = 1.25;
   EXPECT_THAT(options_by_name(options), Contains(Pair("target_chi2", "1.25")));
   EXPECT_THAT(options_by_name(options), Contains(Pair("optimiser", "lbfgs")));
+}
+
+TEST(FitOptionsRecord, DamageIsNamed) {
+  FitStageOptions options;
+  try {
+    set_options(options, R"({"loss": "quartic"})");
+    FAIL() << "took an unknown loss";
+  } catch (const InputError& error) {
+    EXPECT_STREQ(error.what(), "loss is not one of gaussian, huber or student");
+  }
+  EXPECT_THROW(set_options(options, R"({"target_chi2": "one"})"), InputError);
+}
+
+/// `kappamu fit --continue` restored no --uncertainty, no --model, and nothing that only programs
+/// set.
+TEST(FinishedFit, RestoresEveryOptionOfTheFitItGoesOnFrom) {
+  const fs::path folder = fs::path(KAPPAMU_TEST_FOLDER) / "finished_fit";
+  fs::create_directories(folder);
+  with_each_changed([&](const FitStageOptions& options, const char* name) {
+    const nlohmann::json fit{{"input", "measurements"},
+                             {"options", nlohmann::json::parse(options_json(options))},
+                             {"held_out", {{"patterns", nlohmann::json::array()}}},
+                             {"channels", nlohmann::json::array()}};
+    std::ofstream(folder / "fit.json") << fit.dump();
+    FitStageOptions restored = usual_options();
+    FinishedFit(folder).set_options(restored);
+    EXPECT_EQ(options_json(restored), options_json(options)) << name;
+  });
+}
+
+TEST(FitOptionsPage, IsWhatTheProgramMakes) {
+  EXPECT_EQ(io::read_text(fs::path(KAPPAMU_SOURCE_DIR) / "docs/reference/fit-options.md"),
+            options_page())
+      << "renew it: kappamu fit --options-table > docs/reference/fit-options.md";
+  EXPECT_THAT(options_page(), HasSubstr("| uncertainty_samples | `--uncertainty` | 2 |"));
+}
+
+TEST(FitOptionsPaper, ImpliesItsCoordinatesAndItsLambda) {
+  FitStageOptions options;
+  options.fit.solver.optimiser.method = inverse::Method::wang2008;
+  options.fit.regulariser.kind = inverse::RegulariserKind::wang2008;
+  options = resolve(options);
+  EXPECT_EQ(options.fit.solver.coordinates, inverse::Coordinates::voxels);
+  EXPECT_EQ(options.fit.path.weight, 1e-5);
+  options.fit.solver.optimiser.method = inverse::Method::lbfgs;
+  EXPECT_EQ(resolve(options).fit.solver.coordinates, inverse::Coordinates::informed);
 }
 
 TEST(Versions, ListTheLibrariesThatFiguresDependOn) {

@@ -22,10 +22,10 @@ class DenseFits : public testing::Test {
     measurements_ = expose_patches(block, make_truth(block.grid.refined(2), truth), 3);
     add_noise(measurements_, 0.01, 1);
     inverse::FitOptions options;
-    options.backend.device = "reference";
-    options.backend.precision = forward::Precision::double_precision;
-    options.backend.solve = {1e-9, 500};
-    options.model_error = {0.0, 0.0};
+    options.solver.backend.device = "reference";
+    options.solver.backend.precision = forward::Precision::double_precision;
+    options.solver.backend.solve = {1e-9, 500};
+    options.data.model_error = {0.0, 0.0};
     fit_ = std::make_unique<DenseFit>(measurements_, 0, options);
   }
   static void TearDownTestSuite() { fit_.reset(); }

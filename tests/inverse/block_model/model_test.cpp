@@ -83,7 +83,7 @@ TEST(Model, StructureIsMistakenForNeither) {
   // Down to a contrast of 1.2, where a homogeneous block leaves only 2 % of the light unexplained.
   for (const double strength : {1.0, 0.15}) {
     FitOptions options;
-    options.stage_steps = 2;  // the choice is what is asked
+    options.path.stage_steps = 2;  // the choice is what is asked
     SurfaceMeasurements m =
         bench::expose_figure(block(), bench::structured_block(0.2, 0.02, strength, 0), 4, fine);
     bench::spoil(m, 0.01, {});
@@ -95,7 +95,7 @@ TEST(Model, StructureIsMistakenForNeither) {
 
 TEST(Model, WhatIsAskedForIsFittedAndSaidNotToSuffice) {
   FitOptions options;
-  options.model = Model::homogeneous;
+  options.path.model = Model::homogeneous;
   const Fitted fitted = fit_block(block(), bench::structured_block(0.2, 0.02, 1.0, 0), options);
   const FitReport& report = fitted.fit.report;
   EXPECT_EQ(report.model.model, Model::homogeneous);
@@ -114,7 +114,7 @@ TEST(Model, HeldOutLightOverrulesUnderstatedVariances) {
   SurfaceMeasurements held_out = bench::expose_figure(b, truth, 2, fine);
   bench::spoil(held_out, b.noise, {.variance = 0.25}, 8);
   FitOptions options;
-  options.stage_steps = 20;
+  options.path.stage_steps = 20;
   ChannelFit fit = cases::fit(m, options);
   EXPECT_EQ(fit.report.model.model, Model::volume) << fit.report.model.reason;
   prefer_simpler(fit, m, held_out, 0, options);
@@ -133,7 +133,7 @@ TEST(Model, HeldOutLightKeepsTheVolumeWhereThereIsStructure) {
   SurfaceMeasurements held_out = bench::expose_figure(b, truth, 2, fine);
   bench::spoil(held_out, b.noise, {}, 8);
   FitOptions options;
-  options.stage_steps = 20;
+  options.path.stage_steps = 20;
   ChannelFit fit = cases::fit(m, options);
   fit.simpler.push_back(
       {{0}, {std::log(fit.report.homogeneous_kappa)}, {std::log(fit.report.homogeneous_mu)}});

@@ -43,9 +43,9 @@ Case bright_block(const GridShape& grid) {
   block.grid = grid;
   Case c{cases::measure(block, cases::smooth_medium(grid.refined(2)), 2), {}};
   for (float& value : c.m.value) value *= 1.3F;
-  c.options.model = Model::volume;
-  c.options.stage_steps = 3;
-  c.options.backend.device = "reference";
+  c.options.path.model = Model::volume;
+  c.options.path.stage_steps = 3;
+  c.options.solver.backend.device = "reference";
   return c;
 }
 
@@ -54,7 +54,7 @@ ChannelFit fit(const Case& c, const Checkpoint& checkpoint = {}) {
 }
 
 CheckpointOrigin origin_of(const Case& c) {
-  return {fingerprint(c.m, 0, c.options, {}), program_fingerprint("", c.options.backend)};
+  return {fingerprint(c.m, 0, c.options, {}), program_fingerprint("", c.options.solver.backend)};
 }
 
 /// Every checkpoint of a fit, in order.
@@ -77,7 +77,7 @@ Checkpoint from(const Bytes& bytes) {
 
 TEST(Checkpoint, KilledAnywhereTheFitEndsInTheSameBitsCountsAndWarnings) {
   Case c = bright_block({10, 8, 8, 0.5});
-  c.options.stage_steps = 5;
+  c.options.path.stage_steps = 5;
   Progress silent;
   Listener uninterrupted;
   const ChannelFit whole = fit_channel(c.m, 0, c.options, {}, uninterrupted);

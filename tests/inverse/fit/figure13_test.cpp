@@ -32,7 +32,7 @@ class Figure13 : public ::testing::Test {
   Outcome with(double lambda) const {
     FitOptions paper;
     paper.regulariser.kind = RegulariserKind::wang2008;
-    paper.weight = lambda;
+    paper.path.weight = lambda;
     const ChannelFit fit = cases::fit(measured_, paper);
     Outcome outcome;
     double squares = 0.0;

@@ -45,12 +45,12 @@ TEST(FitMemory, ThePredictionHoldsThePeak) {
   if (before > bare) GTEST_SKIP() << "other tests ran in this process: the peak may be theirs";
   const SurfaceMeasurements measurements = spots({64, 64, 24, 0.5});
   FitOptions options;
-  options.model = Model::volume;
-  options.stage_steps = 14;  // fills the optimiser's memory
-  options.max_levels = 1;
+  options.path.model = Model::volume;
+  options.path.stage_steps = 14;  // fills the optimiser's memory
+  options.path.max_levels = 1;
   // Few weights, far from one another: what one learned the next takes over.
-  options.first_weight = options.last_weight = 1.0;
-  options.weight_factor = 0.01;
+  options.path.first_weight = options.path.last_weight = 1.0;
+  options.path.weight_factor = 0.01;
   options.uncertainty.samples = 1;
   const double needed = memory_needed(measurements, options).total();
   cases::fit(measurements, options);

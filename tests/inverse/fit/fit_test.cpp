@@ -137,7 +137,7 @@ TEST(Fit, GridCorrectionLowersTheErrorOnOtherGrids) {
   const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
   const SurfaceMeasurements m = cases::measure(block, truth);
   FitOptions without;
-  without.correct_grid = false;
+  without.path.correct_grid = false;
   const double corrected = cases::held_out_error(block, truth, cases::fit(m, {}).medium);
   const double plain = cases::held_out_error(block, truth, cases::fit(m, without).medium);
   EXPECT_LT(corrected, 0.7 * plain);
@@ -237,17 +237,17 @@ TEST(Fit, EachOptimiserNeedsFewerSolvesThanThePapers) {
   const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
   const SurfaceMeasurements m = cases::measure(block, truth, 3);
   FitOptions options;
-  options.weight = 300.0;
-  options.max_levels = 1;
-  options.stage_tolerance = 1e-6;  // steps alone end it
-  options.stage_steps = 60;
+  options.path.weight = 300.0;
+  options.path.max_levels = 1;
+  options.path.stage_tolerance = 1e-6;  // steps alone end it
+  options.path.stage_steps = 60;
   const FitReport ours = cases::fit(m, options).report;
   FitOptions voxels = options;
-  voxels.coordinates = Coordinates::voxels;
+  voxels.solver.coordinates = Coordinates::voxels;
   const FitReport plain = cases::fit(m, voxels).report;
   FitOptions paper = voxels;
-  paper.optimiser.method = Method::wang2008;
-  paper.stage_steps = 30;
+  paper.solver.optimiser.method = Method::wang2008;
+  paper.path.stage_steps = 30;
   const FitReport papers = cases::fit(m, paper).report;
   // All minimise the same function; compare where the paper's got.
   const double reached = papers.history.back().objective;
@@ -275,13 +275,13 @@ TEST(Fit, BadInputIsToldInOneSentence) {
     return "";
   };
   FitOptions options;
-  options.weight_factor = 1.0;
+  options.path.weight_factor = 1.0;
   EXPECT_THAT(sentence(options), HasSubstr("weight_factor must lie in (0, 1)"));
   options = {};
-  options.weight = -1.0;
-  EXPECT_THAT(sentence(options), HasSubstr("weight must not be negative"));
+  options.path.weight = -1.0;
+  EXPECT_THAT(sentence(options), HasSubstr("fit options: weight must not be negative"));
   options = {};
-  options.backend.device = "no such device";
+  options.solver.backend.device = "no such device";
   EXPECT_THAT(sentence(options), HasSubstr("no such device"));
   for (float& v : m.value) v = 0.0F;
   EXPECT_THAT(sentence({}), HasSubstr("no datum stands three standard deviations above zero"));

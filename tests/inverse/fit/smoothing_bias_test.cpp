@@ -17,7 +17,7 @@ struct Errors {
 };
 
 /// E under 8 × 8 patches of 16 × 16 × 6 voxels at 1 % noise.
-Errors errors_of(bool inclusions, const Regulariser& regulariser) {
+Errors errors_of(bool inclusions, const RegulariserOptions& regulariser) {
   bench::Block block;
   bench::TruthSpec spec;
   spec.inclusions = inclusions;
@@ -27,22 +27,22 @@ Errors errors_of(bool inclusions, const Regulariser& regulariser) {
   SurfaceMeasurements m = clean;
   bench::add_noise(m, block.noise, 101);
   FitOptions options;
-  options.model = Model::volume;
+  options.path.model = Model::volume;
   options.regulariser = regulariser;
   Progress silent;
   const ChannelFit fit = fit_channel(m, 0, options, {}, silent);
   FitContext context;
   context.continued = {fit.medium, fit.report.homogeneous_kappa, fit.report.homogeneous_mu,
                        fit.report.homogeneous_log_residual, fit.report.weight};
-  options.weight = fit.report.weight;
+  options.path.weight = fit.report.weight;
   m.value = clean.value;
   const ChannelFit exact = fit_channel(m, 0, options, {}, silent, {}, context);
   return {bench::appearance_error(fit.medium, judge), bench::appearance_error(exact.medium, judge)};
 }
 
 TEST(SmoothingBias, IsMostOfTheErrorWhereInclusionsAreSharp) {
-  const Regulariser h1;
-  const Regulariser huber{RegulariserKind::huber_tv, 1.0, 1.0};
+  const RegulariserOptions h1;
+  const RegulariserOptions huber{RegulariserKind::huber_tv, 1.0};
   const Errors smooth = errors_of(false, h1);
   const Errors boxes = errors_of(true, h1);
   const Errors edges = errors_of(true, huber);

@@ -82,8 +82,8 @@ TEST(TransportReference, InformedCoordinatesScoreBest) {
                          Way{"voxels", Coordinates::voxels, Method::lbfgs},
                          Way{"wang2008", Coordinates::voxels, Method::wang2008}}) {
     FitOptions options;
-    options.coordinates = way.coordinates;
-    options.optimiser.method = way.method;
+    options.solver.coordinates = way.coordinates;
+    options.solver.optimiser.method = way.method;
     const ChannelFit fit = fit_channel(m, 0, options, {}, silent);
     const SolveCount& solves = fit.report.history.back().solves;
     const double patches = score(fit.medium, m, root / "truth", "patches");

@@ -32,7 +32,7 @@ Case structured() {
 
 FitOptions volume_options() {
   FitOptions options;
-  options.model = Model::volume;
+  options.path.model = Model::volume;
   return options;
 }
 
