@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
 #include <utility>
 
 #include "core/error.h"
 #include "io/npy.h"
+#include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 
 namespace kappamu::app {
@@ -17,17 +17,7 @@ namespace {
 Volume<double> from_npy(const std::string& file, std::optional<double> voxel) {
   if (!voxel)
     throw InputError(file + ": --voxel is missing; .npy files do not tell the voxel edge");
-  const io::NpyArray array = io::read_npy(file);
-  const auto fits = [](std::size_t n) {
-    return n >= 1 && n <= static_cast<std::size_t>(std::numeric_limits<int>::max());
-  };
-  if (array.shape.size() != 3 || !std::all_of(array.shape.begin(), array.shape.end(), fits)) {
-    throw InputError(file + ": shape " + io::shape_to_string(array.shape) +
-                     " is not that of a volume [z][y][x]");
-  }
-  const GridShape shape{static_cast<int>(array.shape[2]), static_cast<int>(array.shape[1]),
-                        static_cast<int>(array.shape[0]), *voxel};
-  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
+  return io::read_npy_volume(file, *voxel);
 }
 
 Medium from_vdb(const std::string& file, const ForwardFiles& files) {
@@ -47,10 +37,11 @@ Medium from_vdb(const std::string& file, const ForwardFiles& files) {
   return medium;
 }
 
-Volume<double> read_volume(const std::string& file, const ForwardFiles& files, bool kappa) {
+/// `member`: the one of a VDB file's two.
+Volume<double> read_volume(const std::string& file, const ForwardFiles& files,
+                           Volume<double> Medium::*member) {
   if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files.voxel);
-  Medium medium = from_vdb(file, files);
-  return std::move(kappa ? medium.kappa : medium.mu);
+  return std::move(from_vdb(file, files).*member);
 }
 
 /// A mask [v][u], or [patterns][v][u] where `patterns` are given.
@@ -83,7 +74,8 @@ std::string extents(const GridShape& s) {
 }  // namespace
 
 Medium read_medium(const ForwardFiles& files) {
-  Medium medium{read_volume(files.kappa, files, true), read_volume(files.mu, files, false)};
+  Medium medium{read_volume(files.kappa, files, &Medium::kappa),
+                read_volume(files.mu, files, &Medium::mu)};
   const GridShape shape = medium.kappa.shape();
   if (!(shape == medium.mu.shape())) {
     throw InputError(files.kappa + " has shape " + extents(shape) + " and " + files.mu +
