@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "io/npy.h"
+#include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 
 namespace kappamu::app {
@@ -16,18 +17,7 @@ namespace {
 Volume<double> from_npy(const std::string& file, const ForwardFiles& files) {
   if (!files.voxel)
     throw InputError(file + ": --voxel is missing; .npy files do not hold the voxel edge");
-  GridShape shape;
-  const io::NpyArray array = io::read_npy(file, [&](const std::vector<std::size_t>& found) {
-    const auto fits = [](std::size_t n) { return n >= 1 && n <= std::size_t{1} << 16; };
-    if (found.size() != 3 || !std::all_of(found.begin(), found.end(), fits)) {
-      throw InputError(file + ": shape " + io::shape_to_string(found) +
-                       " is not that of a volume [z][y][x] with up to 65536 voxels a side");
-    }
-    shape = {static_cast<int>(found[2]), static_cast<int>(found[1]), static_cast<int>(found[0]),
-             *files.voxel};
-    io::check_voxels(file, shape, 1, files.most_voxels);
-  });
-  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
+  return io::read_npy_volume(file, *files.voxel, files.most_voxels);
 }
 
 Medium from_vdb(const std::string& file, const ForwardFiles& files) {
@@ -47,10 +37,11 @@ Medium from_vdb(const std::string& file, const ForwardFiles& files) {
   return medium;
 }
 
-Volume<double> read_volume(const std::string& file, const ForwardFiles& files, bool kappa) {
+/// `member`: the one of a VDB file's two.
+Volume<double> read_volume(const std::string& file, const ForwardFiles& files,
+                           Volume<double> Medium::*member) {
   if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files);
-  Medium medium = from_vdb(file, files);
-  return std::move(kappa ? medium.kappa : medium.mu);
+  return std::move(from_vdb(file, files).*member);
 }
 
 /// A mask [v][u], or [patterns][v][u] where `patterns` are given.
@@ -83,7 +74,8 @@ std::string extents(const GridShape& s) {
 }  // namespace
 
 Medium read_medium(const ForwardFiles& files) {
-  Medium medium{read_volume(files.kappa, files, true), read_volume(files.mu, files, false)};
+  Medium medium{read_volume(files.kappa, files, &Medium::kappa),
+                read_volume(files.mu, files, &Medium::mu)};
   const GridShape shape = medium.kappa.shape();
   if (!(shape == medium.mu.shape())) {
     throw InputError(files.kappa + " has shape " + extents(shape) + " and " + files.mu +

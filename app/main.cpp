@@ -6,7 +6,7 @@
 #include <limits>
 #include <new>
 
-#include "app/command.h"
+#include "app/command_list.h"
 #include "core/error.h"
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -22,8 +22,10 @@ int main(int argc, char** argv) {
   app.fallthrough();
   app.set_version_flag("--version", "kappamu 0.1.0");
   app.footer(
-      "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished without "
-      "converging.\n"
+      "kappamu COMMAND --help is the command's manual page.\n"
+      "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished, but "
+      "not\n"
+      "converged or not to be trusted.\n"
       "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
 #ifdef __GLIBC__
   // Fields of tens of megabytes come and go with every solve: kept, their pages need not be mapped
@@ -40,21 +42,7 @@ int main(int argc, char** argv) {
       "OpenCL device: auto (default), reference (serial, no OpenCL), or part of a device name");
   app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
 
-  app::add_simulate(app, globals);
-  app::add_plan(app, globals);
-  app::add_import(app, globals);
-  app::add_run(app, globals);
-  app::add_calibrate(app, globals);
-  app::add_merge(app, globals);
-  app::add_fit(app, globals);
-  app::add_export(app, globals);
-  app::add_report(app, globals);
-  app::add_forward(app, globals);
-  app::add_render(app, globals);
-  app::add_score(app, globals);
-  app::add_bench(app, globals);
-  app::add_check_gradient(app, globals);
-  app::add_doctor(app, globals);
+  app::add_commands(app, globals);
 
   try {
     app.parse(argc, argv);

@@ -10,6 +10,7 @@
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
 #include "io/npy.h"
+#include "io/volume/npy_volume.h"
 
 namespace kappamu::synthetic {
 
@@ -269,14 +270,9 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
                           rig.sample_radiance(pattern.image));
   }
   const Truth truth = truth_of(rig, options, plan);
-  const GridShape& fine = truth.transport_grid;
-  const std::vector<std::size_t> shape{static_cast<std::size_t>(fine.nz),
-                                       static_cast<std::size_t>(fine.ny),
-                                       static_cast<std::size_t>(fine.nx)};
   for (std::size_t c = 0; c < truth.channels.size(); ++c) {
     const auto write = [&](const std::string& name, const Volume<double>& volume) {
-      io::write_npy(report.truth / (name + "_" + truth.channels[c] + ".npy"), shape,
-                    std::vector<float>(volume.values().begin(), volume.values().end()));
+      io::write_npy_volume(report.truth / (name + "_" + truth.channels[c] + ".npy"), volume);
     };
     write("kappa", rig.media()[c].kappa);
     write("mu", rig.media()[c].mu);

@@ -133,8 +133,8 @@ void print(const Examination& found, const HostMemory& memory) {
 void add_doctor(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "doctor",
-      "Examine this machine: OpenCL devices, the one chosen and why, memory, versions, "
-      "self-test.\n\n"
+      "Examine this machine: OpenCL devices, memory, versions, self-test.\n\n"
+      "Names the device that is chosen, and why.\n\n"
       "  kappamu doctor                    the device `auto` takes\n"
       "  kappamu doctor --device NVIDIA    the first whose platform or name contains the word\n\n"
       "The self-test runs kernels whose answers are known (reductions, prefix sums, a small grid\n"

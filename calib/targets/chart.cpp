@@ -87,17 +87,19 @@ std::vector<Candidate> distinct(std::vector<Candidate> found) {
   return kept;
 }
 
+enum class Direction { right, down };
+
 /// Middle of the nearest-neighbour steps that point most to the right or, turned, most downwards.
 std::optional<Eigen::Vector2d> lattice_step(const std::vector<Candidate>& squares_found,
-                                            bool downwards) {
+                                            Direction direction) {
   std::vector<Eigen::Vector2d> steps;
   for (const Candidate& from : squares_found) {
     double nearest = std::numeric_limits<double>::infinity();
     Eigen::Vector2d step = Eigen::Vector2d::Zero();
     for (const Candidate& to : squares_found) {
       const Eigen::Vector2d d = to.centre - from.centre;
-      const double along = downwards ? d.y() : d.x();
-      const double across = downwards ? d.x() : d.y();
+      const double along = direction == Direction::down ? d.y() : d.x();
+      const double across = direction == Direction::down ? d.x() : d.y();
       if (along > std::abs(across) && d.norm() < nearest) {
         nearest = d.norm();
         step = d;
@@ -281,8 +283,8 @@ ChartPatches chart_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px
 ChartPatches find_chart(const Image<float>& grey, const std::string& name) {
   check(grey.channels() == 1, "find_chart wants a grey image");
   const std::vector<Candidate> candidates = distinct(squares(grey));
-  const auto right = lattice_step(candidates, false);
-  const auto down = lattice_step(candidates, true);
+  const auto right = lattice_step(candidates, Direction::right);
+  const auto down = lattice_step(candidates, Direction::down);
   if (!right || !down) throw not_found(name);
   const Lattice lattice = walk(candidates, *right, *down);
   const bool lying = lattice.width == columns && lattice.height == rows;

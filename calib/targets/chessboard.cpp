@@ -12,10 +12,12 @@
 namespace kappamu::calib {
 namespace {
 
-/// Mean step along a row and along a column, in pixels.
-Eigen::Vector2d mean_step(const BoardCorners& corners, bool along_row) {
+enum class Along { row, column };
+
+/// Mean step along a row or a column, in pixels.
+Eigen::Vector2d mean_step(const BoardCorners& corners, Along along) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  if (along_row) {
+  if (along == Along::row) {
     for (int j = 0; j < corners.rows; ++j) {
       sum += corners.at(corners.columns - 1, j) - corners.at(0, j);
     }
@@ -101,8 +103,8 @@ bool detect(const cv::Mat& bytes, const cv::Size& size, std::vector<cv::Point2f>
 }  // namespace
 
 void make_upright(BoardCorners& corners) {
-  const Eigen::Vector2d along_row = mean_step(corners, true);
-  const Eigen::Vector2d along_column = mean_step(corners, false);
+  const Eigen::Vector2d along_row = mean_step(corners, Along::row);
+  const Eigen::Vector2d along_column = mean_step(corners, Along::column);
   // With y down, turning right to down is a positive cross product.
   if (along_row.x() * along_column.y() - along_row.y() * along_column.x() < 0.0) {
     mirror_rows(corners);
@@ -110,11 +112,11 @@ void make_upright(BoardCorners& corners) {
   if (corners.columns == corners.rows) {
     // Steps turn by 90° each time: one of the four has its direction within 45° of right.
     for (int turn = 0; turn < 3; ++turn) {
-      const Eigen::Vector2d step = mean_step(corners, true);
+      const Eigen::Vector2d step = mean_step(corners, Along::row);
       if (step.x() >= std::abs(step.y())) break;
       turn_quarter(corners);
     }
-  } else if (mean_step(corners, true).x() < 0.0) {
+  } else if (mean_step(corners, Along::row).x() < 0.0) {
     std::reverse(corners.pixels.begin(), corners.pixels.end());
   }
 }

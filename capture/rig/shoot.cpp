@@ -107,9 +107,14 @@ class Shooter {
     }
   }
 
-  void place(Subject subject, const std::string& station, bool ambient, int pose = 0,
-             int poses = 1) {
-    if (!rehearsing()) device_->place({subject, station, ambient, pose, poses});
+  // What lights the subject: the room's lamps, the projector, or neither.
+  void place_in_room_light(Subject subject, const std::string& station, int pose = 0,
+                           int poses = 1) {
+    if (!rehearsing()) device_->place({subject, station, true, pose, poses});
+  }
+  void place_in_projector_light(Subject subject, const std::string& station, int pose = 0,
+                                int poses = 1) {
+    if (!rehearsing()) device_->place({subject, station, false, pose, poses});
   }
   void place_unlit(Subject subject, const std::string& station, int pose = 0, int poses = 1) {
     if (!rehearsing()) device_->place({subject, station, false, pose, poses, true});
@@ -171,7 +176,7 @@ class Shooter {
   void reset_meter() { meter_ = all_exposures_.size(); }
 
   void dark() {
-    place(Subject::lens_covered, plan_.calibration_station, false);
+    place_in_projector_light(Subject::lens_covered, plan_.calibration_station);
     for (const double exposure : {all_exposures_.front(), all_exposures_.back()}) {
       for (int repeat = 0; repeat < plan_.dark_repeats; ++repeat) {
         std::vector<Frame>& frames = session_.calibration.dark;
@@ -183,7 +188,8 @@ class Shooter {
   void boards() {
     reset_meter();
     for (int view = 0; view < plan_.camera_board_views; ++view) {
-      place(Subject::board, plan_.calibration_station, true, view, plan_.camera_board_views);
+      place_in_room_light(Subject::board, plan_.calibration_station, view,
+                          plan_.camera_board_views);
       session_.calibration.camera_boards.push_back(
           metered(numbered("calibration/board_", static_cast<std::size_t>(view)) + ".png"));
     }
@@ -195,11 +201,13 @@ class Shooter {
     for (int pose = 0; pose < plan_.projector_plane_poses; ++pose) {
       const std::string stem = numbered("calibration/plane_", static_cast<std::size_t>(pose));
       ProjectorPlane plane;
-      place(Subject::plane, plan_.calibration_station, true, pose, plan_.projector_plane_poses);
+      place_in_room_light(Subject::plane, plan_.calibration_station, pose,
+                          plan_.projector_plane_poses);
       meter_ = ambient_meter;
       plane.board = metered(stem + "_board.png");
       ambient_meter = meter_;
-      place(Subject::plane, plan_.calibration_station, false, pose, plan_.projector_plane_poses);
+      place_in_projector_light(Subject::plane, plan_.calibration_station, pose,
+                               plan_.projector_plane_poses);
       meter_ = projected_meter;
       if (chessboards()) {
         if (!rehearsing()) show(make_chessboard_image(session_.projector, plan_.projected_board));
@@ -236,7 +244,7 @@ class Shooter {
   void targets() {
     const Image<std::uint8_t> white = make_uniform_image(session_.projector, 255);
     if (plan_.white_reflectance) {
-      place(Subject::white_target, plan_.calibration_station, false);
+      place_in_projector_light(Subject::white_target, plan_.calibration_station);
       show(white);
       session_.calibration.white_target =
           WhiteTarget{*plan_.white_reflectance, stack("calibration/white", target_exposures_)};
@@ -253,7 +261,7 @@ class Shooter {
       }
     }
     if (plan_.colour_chart) {
-      place(Subject::colour_chart, plan_.calibration_station, false);
+      place_in_projector_light(Subject::colour_chart, plan_.calibration_station);
       show(white);
       session_.calibration.colour_chart =
           ColourChart{stack("calibration/chart", target_exposures_), std::nullopt};
@@ -268,7 +276,7 @@ class Shooter {
     }
     for (const auto& [station, face] : stations) {
       reset_meter();
-      place(Subject::sample, station, true);
+      place_in_room_light(Subject::sample, station);
       session_.calibration.sample_views.push_back(
           {station, face, metered("calibration/sample_" + station + ".png"), std::nullopt});
     }
@@ -283,7 +291,7 @@ class Shooter {
 
   void patterns() {
     ambient(0);
-    place(Subject::sample, plan_.pattern_station, false);
+    place_in_projector_light(Subject::sample, plan_.pattern_station);
     for (const PlannedPattern& planned : plan_.patterns) {
       const std::string image = "patterns/" + planned.id + ".png";
       show(planned.image);

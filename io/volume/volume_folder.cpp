@@ -2,8 +2,8 @@
 
 #include "core/error.h"
 #include "io/atomic_file.h"
-#include "io/npy.h"
 #include "io/strict_json.h"
+#include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 
 namespace kappamu::io {
@@ -16,16 +16,6 @@ constexpr std::string_view format_name = "kappamu-volume";
 const std::vector<std::string_view> field_names{"format", "version",   "grid",  "voxel_mm",
                                                 "eta",    "channels",  "units", "order",
                                                 "frame",  "provenance"};
-
-std::vector<std::size_t> array_shape(const GridShape& shape) {
-  return {static_cast<std::size_t>(shape.nz), static_cast<std::size_t>(shape.ny),
-          static_cast<std::size_t>(shape.nx)};
-}
-
-Volume<double> read_array(const fs::path& file, const GridShape& shape) {
-  const NpyArray array = read_npy(file, array_shape(shape));
-  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
-}
 
 }  // namespace
 
@@ -51,10 +41,7 @@ void write_volume_folder(const fs::path& folder, const VolumeSet& set) {
   std::error_code ignored;
   fs::remove(folder / "volume.json", ignored);
   for (const NamedVolume& named : named_volumes(set)) {
-    const auto& values = named.volume->values();
-    const std::vector<float> floats(values.begin(), values.end());
-    write_npy(folder / (named.name + ".npy"), array_shape(set.shape()),
-              std::span<const float>(floats));
+    write_npy_volume(folder / (named.name + ".npy"), *named.volume);
   }
   write_text_atomically(folder / "volume.json", volume_json(set));
 }
@@ -85,13 +72,13 @@ VolumeSet read_volume_folder(const fs::path& folder, std::size_t most_voxels) {
   }
   check_voxels(folder / "volume.json", shape, header.object("units").size(), most_voxels);
   for (const std::string& channel : set.channels) {
-    set.media.push_back({read_array(folder / ("kappa_" + channel + ".npy"), shape),
-                         read_array(folder / ("mu_" + channel + ".npy"), shape)});
+    set.media.push_back({read_npy_volume(folder / ("kappa_" + channel + ".npy"), shape),
+                         read_npy_volume(folder / ("mu_" + channel + ".npy"), shape)});
     // volume.json lists what belongs to it; other arrays may be left over from an older volume.
     const auto read_extra = [&](const std::string& prefix, std::vector<Volume<double>>& volumes) {
       const std::string name = prefix + channel;
       if (header.object("units").contains(name)) {
-        volumes.push_back(read_array(folder / (name + ".npy"), shape));
+        volumes.push_back(read_npy_volume(folder / (name + ".npy"), shape));
       }
     };
     read_extra("std_kappa_", set.kappa_std);

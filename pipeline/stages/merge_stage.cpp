@@ -1,12 +1,13 @@
 #include "pipeline/stages/merge_stage.h"
 
 #include <algorithm>
-#include <atomic>
+#include <condition_variable>
 #include <cstdio>
 #include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "calib/calibration_file.h"
@@ -31,49 +32,119 @@ fs::path hdr_file(const fs::path& output, const std::string& pattern) {
   return output / "hdr" / (pattern + ".exr");
 }
 
-/// Merges and writes what is not there yet; the first failure in the session's order is thrown.
-void merge_patterns(const capture::Session& session, const capture::Radiometry& radiometry,
-                    const capture::MergeOptions& options, const fs::path& output,
-                    Progress& progress) {
-  const std::size_t count = session.patterns.size();
-  std::vector<std::exception_ptr> failures(count);
-  std::vector<std::vector<std::string>> notes(count);
-  std::atomic<std::size_t> next{0};
-  std::atomic<bool> failed{false};
-  std::mutex mutex;
-  std::size_t finished = 0;
-  const auto work = [&] {
-    for (std::size_t i = next++; i < count && !failed; i = next++) {
-      const Pattern& pattern = session.patterns[i];
-      try {
-        const fs::path file = hdr_file(output, pattern.id);
-        if (fs::exists(file)) {
-          notes[i] = read_hdr_notes(file);
-        } else {
-          const capture::HdrImage image = capture::merge_stack(
-              session, pattern.frames, "pattern " + pattern.id, radiometry, options, &notes[i]);
-          write_hdr(file, image, session.channels, notes[i]);
-        }
-        const std::lock_guard lock(mutex);
-        ++finished;
-        progress.update("merge", static_cast<double>(finished) / static_cast<double>(count),
-                        pattern.id);
-      } catch (...) {
-        failures[i] = std::current_exception();
-        failed = true;
-      }
-    }
-  };
-  {
-    const unsigned threads = std::clamp(std::thread::hardware_concurrency(), 1U, most_threads);
-    std::vector<std::jthread> others;
-    for (unsigned i = 1; i < threads; ++i) others.emplace_back(work);
-    work();
+/// Merges patterns in threads, in the order given, writes what is not there yet, and hands each
+/// picture over once: no more of them than threads are held at a time.
+class MergedPatterns {
+ public:
+  MergedPatterns(const capture::Session& session, const capture::Radiometry& radiometry,
+                 const capture::MergeOptions& options, fs::path output,
+                 std::vector<const Pattern*> order, Progress& progress)
+      : session_(session),
+        radiometry_(radiometry),
+        options_(options),
+        output_(std::move(output)),
+        order_(std::move(order)),
+        merged_(order_.size()),
+        progress_(progress),
+        ahead_(std::clamp(std::thread::hardware_concurrency(), 1U, most_threads)) {
+    for (std::size_t i = 0; i < ahead_; ++i) workers_.emplace_back([this] { work(); });
   }
-  for (const std::exception_ptr& failure : failures)
-    if (failure) std::rethrow_exception(failure);
-  for (const auto& of_pattern : notes)
-    for (const std::string& note : of_pattern) progress.warn(note);
+  MergedPatterns(const MergedPatterns&) = delete;
+  MergedPatterns& operator=(const MergedPatterns&) = delete;
+  ~MergedPatterns() {
+    {
+      const std::lock_guard lock(mutex_);
+      stopped_ = true;
+    }
+    changed_.notify_all();
+  }
+
+  /// The next picture of the order. Throws what merging it threw.
+  capture::HdrImage take() {
+    const std::size_t i = taken_;
+    Merged merged;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [&] { return merged_[i].has_value(); });
+      merged = std::move(*merged_[i]);
+      merged_[i].reset();
+      ++taken_;
+    }
+    changed_.notify_all();
+    if (merged.failure) std::rethrow_exception(merged.failure);
+    for (const std::string& note : merged.notes) progress_.warn(note);
+    progress_.update("merge", static_cast<double>(i + 1) / static_cast<double>(order_.size()),
+                     order_[i]->id);
+    return std::move(merged.picture);
+  }
+  bool done() const { return taken_ == order_.size(); }
+
+ private:
+  struct Merged {
+    capture::HdrImage picture;
+    std::vector<std::string> notes;
+    std::exception_ptr failure;
+  };
+
+  void work() {
+    while (true) {
+      std::size_t i = 0;
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(
+            lock, [&] { return stopped_ || next_ == order_.size() || next_ < taken_ + ahead_; });
+        if (stopped_ || next_ == order_.size()) return;
+        i = next_++;
+      }
+      Merged merged = merge(*order_[i]);
+      {
+        const std::lock_guard lock(mutex_);
+        merged_[i] = std::move(merged);
+      }
+      changed_.notify_all();
+    }
+  }
+
+  Merged merge(const Pattern& pattern) const {
+    Merged merged;
+    try {
+      const fs::path file = hdr_file(output_, pattern.id);
+      if (fs::exists(file)) {  // of an attempt that was interrupted
+        merged.notes = read_hdr_notes(file);
+        merged.picture = read_hdr(file, session_.channels);
+      } else {
+        merged.picture = capture::merge_stack(session_, pattern.frames, "pattern " + pattern.id,
+                                              radiometry_, options_, &merged.notes);
+        write_hdr(file, merged.picture, session_.channels, merged.notes);
+      }
+    } catch (...) {
+      merged.failure = std::current_exception();
+    }
+    return merged;
+  }
+
+  const capture::Session& session_;
+  const capture::Radiometry& radiometry_;
+  const capture::MergeOptions& options_;
+  fs::path output_;
+  std::vector<const Pattern*> order_;
+  std::vector<std::optional<Merged>> merged_;
+  Progress& progress_;
+  std::size_t ahead_;
+  std::size_t next_ = 0, taken_ = 0;
+  bool stopped_ = false;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::vector<std::jthread> workers_;  ///< last: they end before what they use
+};
+
+/// As the measurements ask for them: those of the fit, then those of validation.
+std::vector<const Pattern*> in_order(const capture::Session& session) {
+  std::vector<const Pattern*> order;
+  for (const PatternRole role : {PatternRole::fit, PatternRole::validate})
+    for (const Pattern& pattern : session.patterns)
+      if (pattern.role == role) order.push_back(&pattern);
+  return order;
 }
 
 /// Room light that changed by more than the measurements are good to (calib::MeasureOptions).
@@ -95,13 +166,13 @@ void warn_of_changing_room(const capture::AmbientLight& ambient, double pattern_
 
 void measure_patterns(const capture::Session& session, const calib::CalibrationResult& calibration,
                       const std::optional<capture::AmbientLight>& ambient, PatternRole role,
-                      const fs::path& output, const fs::path& folder, Progress& progress) {
+                      MergedPatterns& merged, const fs::path& folder, Progress& progress) {
   const auto count = std::count_if(session.patterns.begin(), session.patterns.end(),
                                    [&](const Pattern& pattern) { return pattern.role == role; });
   if (count == 0) return;
   double patterns_light = 0.0;
-  const auto hdr = [&](const std::string& id) {
-    capture::HdrImage picture = read_hdr(hdr_file(output, id), session.channels);
+  const auto hdr = [&](const std::string&) {
+    capture::HdrImage picture = merged.take();
     if (ambient) {
       capture::take_off(ambient->mean, picture);
       patterns_light += capture::total_light(picture);
@@ -120,22 +191,23 @@ void run_merge_stage(const capture::Session& session, const capture::HdrOptions&
                      Progress& progress) {
   std::optional<calib::CalibrationResult> calibration;
   if (calibrated) calibration = calib::load_calibration(*calibrated);
-  merge_patterns(session,
-                 calibration ? calibration->radiometry
-                             : capture::find_radiometry(session, progress, hdr.response),
-                 hdr.merge, output, progress);
+  const capture::Radiometry radiometry =
+      calibration ? calibration->radiometry
+                  : capture::find_radiometry(session, progress, hdr.response);
+  MergedPatterns merged(session, radiometry, hdr.merge, output, in_order(session), progress);
   if (!calibration) {
+    while (!merged.done()) merged.take();
     progress.warn(
         "there is no calibration in the run folder, so only HDR images were written; run `kappamu "
         "calibrate` first to get surface measurements");
     return;
   }
   std::vector<std::string> notes;
-  const auto ambient = capture::merge_ambient(session, calibration->radiometry, hdr.merge, &notes);
+  const auto ambient = capture::merge_ambient(session, radiometry, hdr.merge, &notes);
   for (const std::string& note : notes) progress.warn(note);
-  measure_patterns(session, *calibration, ambient, PatternRole::fit, output,
+  measure_patterns(session, *calibration, ambient, PatternRole::fit, merged,
                    output / "measurements", progress);
-  measure_patterns(session, *calibration, ambient, PatternRole::validate, output,
+  measure_patterns(session, *calibration, ambient, PatternRole::validate, merged,
                    output / "measurements_validate", progress);
 }
 

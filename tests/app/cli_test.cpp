@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "io/npy.h"
 #include "io/volume/volume_file.h"
@@ -45,6 +47,27 @@ TEST(Cli, NoSubcommandIsUsageError) {
   EXPECT_EQ(kappamu("no-such-command").exit_code, 2);
   EXPECT_EQ(kappamu("--help").exit_code, 0);
   EXPECT_THAT(kappamu("--version").standard_output, HasSubstr("0.1.0"));
+}
+
+TEST(Cli, HelpIsOneScreenWithALinePerCommand) {
+  const std::string help = kappamu("--help").standard_output;
+  constexpr int rows = 40, columns = 100;
+  std::istringstream lines(help);
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) {
+    // Characters, not bytes: UTF-8 continues with 10xxxxxx.
+    const auto width = std::count_if(line.begin(), line.end(), [](char c) {
+      return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+    });
+    EXPECT_LE(width, columns) << line;
+  }
+  EXPECT_LE(count, rows) << help;
+  for (const char* group : {"Capture:", "Fit:", "Use:", "Check:"})
+    EXPECT_THAT(help, HasSubstr(group));
+  for (const char* command :
+       {"plan", "import", "simulate", "calibrate", "merge", "run", "fit", "export", "forward",
+        "report", "score", "check-gradient", "bench", "doctor"})
+    EXPECT_THAT(help, HasSubstr("\n  " + std::string(command) + " "));
 }
 
 class CliFailures : public TemporaryFolderTest {

@@ -282,7 +282,8 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
   need_medium();
   const auto start = std::chrono::steady_clock::now();
   const OpenclField& rhs = cast(b);
-  const bool from_zero = cast(std::as_const(phi)).zero;
+  const InitialGuess guess =
+      cast(std::as_const(phi)).zero ? InitialGuess::zero : InitialGuess::given;
   const OpenclField& x = cast(phi);
   check(rhs.total == x.total, "solve: fields of different batches");
   SolveReport report;
@@ -290,7 +291,7 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
   for (std::size_t i = 0; i < rhs.blocks.size(); ++i) {
     const Block& block = rhs.blocks[i];
     const BatchedCg::Result one =
-        cg().solve(kernels_(block.lanes), block.values, x.blocks[i].values, from_zero, options);
+        cg().solve(kernels_(block.lanes), block.values, x.blocks[i].values, guess, options);
     report.iterations = std::max(report.iterations, one.iterations);
     stagnated = stagnated || one.stagnated;
     report.residual.insert(report.residual.end(), one.residual.begin(),

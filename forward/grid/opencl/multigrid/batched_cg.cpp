@@ -24,10 +24,10 @@ BatchedCg::BatchedCg(device::Context& context, const Format& format, const Hiera
                                     static_cast<std::size_t>(lanes) * format.accu_bytes())) {}
 
 BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buffer& b,
-                                   const device::Buffer& x, bool from_zero,
+                                   const device::Buffer& x, InitialGuess guess,
                                    const SolveOptions& options) {
   const auto lanes = static_cast<std::size_t>(kernels.lanes());
-  steps_->begin(from_zero);
+  steps_->begin(guess);
   const CgSteps::Norms first = steps_->true_residual(kernels, b, x);
   Result result;
   result.residual.resize(lanes);

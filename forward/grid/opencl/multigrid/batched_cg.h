@@ -29,10 +29,10 @@ class BatchedCg {
     bool stagnated = false;        ///< more iterations would not lower the true residual
     std::vector<double> residual;  ///< [lane] true ‖b − A x‖/‖b‖; 0 where b = 0
   };
-  /// Solves A x = b from x; `from_zero` where that is known to be zero. Both have kernels.lanes()
+  /// Solves A x = b from x, zero or given. Both have kernels.lanes()
   /// lanes.
   Result solve(const LaneKernels& kernels, const device::Buffer& b, const device::Buffer& x,
-               bool from_zero, const SolveOptions& options);
+               InitialGuess guess, const SolveOptions& options);
 
   /// out = A in
   void apply(const LaneKernels& kernels, const device::Buffer& in, const device::Buffer& out);

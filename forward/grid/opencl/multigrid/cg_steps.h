@@ -17,15 +17,17 @@ namespace kappamu::forward {
 
 using LaneScalars = std::vector<double>;  ///< [lane]
 
+/// What a solve starts from; that x is zero need not be read.
+enum class InitialGuess { zero, given };
+
 /// The solution of A φ = b is sought as x + d: x where the caller keeps it, and a correction d in
 /// here, along with the residual and the direction. Each call: kernels.lanes() lanes.
 class CgSteps {
  public:
   virtual ~CgSteps() = default;
 
-  /// d = 0, and the next step has no direction before it. `from_zero`: x is known to be zero, which
-  /// spares reading it.
-  virtual void begin(bool from_zero) = 0;
+  /// d = 0, and the next step has no direction before it.
+  virtual void begin(InitialGuess guess) = 0;
 
   /// Rounds x + d to x, leaving the rest, far smaller, to d, and replaces the residual by the true
   /// one, b − A (x + d) with arithmetic in double; x is then a solution as good as that residual.

@@ -29,7 +29,7 @@ class FlatSteps final : public CgSteps {
     }
   }
 
-  void begin(bool /*from_zero*/) override { fresh_ = first_d_ = true; }
+  void begin(InitialGuess /*guess*/) override { fresh_ = first_d_ = true; }
   Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
                       const device::Buffer& x) override;
   LaneScalars step(const LaneKernels& kernels) override;

@@ -19,9 +19,9 @@ class StreamSteps final : public CgSteps {
   StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
               int lanes);
 
-  void begin(bool from_zero) override {
+  void begin(InitialGuess guess) override {
     fresh_ = first_d_ = true;
-    zero_ = from_zero;
+    zero_ = guess == InitialGuess::zero;
   }
   Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
                       const device::Buffer& x) override;

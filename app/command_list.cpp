@@ -1,0 +1,48 @@
+#include "app/command_list.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string>
+#include <vector>
+
+namespace kappamu::app {
+
+namespace {
+
+/// A line per command: the first paragraph of its manual page.
+class OneLineEach : public CLI::Formatter {
+ public:
+  std::string make_subcommand(const CLI::App* command) const override {
+    constexpr std::size_t name_width = 17;
+    std::string text = command->get_description();
+    text = text.substr(0, text.find("\n\n"));
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    std::string name = "  " + command->get_name();
+    name.resize(std::max(name_width, name.size() + 1), ' ');
+    return name + text + "\n";
+  }
+};
+
+struct Group {
+  const char* name;
+  std::vector<void (*)(CLI::App&, Globals&)> commands;
+};
+
+}  // namespace
+
+void add_commands(CLI::App& app, Globals& globals) {
+  app.formatter(std::make_shared<OneLineEach>());
+  const std::vector<Group> groups{
+      {"Capture", {add_plan, add_import, add_simulate, add_calibrate, add_merge}},
+      {"Fit", {add_run, add_fit}},
+      {"Use", {add_export, add_render, add_forward}},
+      {"Check", {add_report, add_score, add_check_gradient, add_bench, add_doctor}}};
+  for (const Group& group : groups) {
+    for (const auto add : group.commands) {
+      add(app, globals);
+      app.get_subcommands({}).back()->group(group.name);
+    }
+  }
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,51 @@
+#include "pipeline/stages/merge_stage.h"
+
+#include <gtest/gtest.h>
+
+#include "capture/session/session.h"
+#include "io/measurements_file.h"
+#include "tests/app/process.h"
+#include "tests/app/tiny_session.h"
+
+namespace kappamu::pipeline {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MergeStage : public TemporaryFolderTest {};
+
+/// Takes every picture away as soon as it is merged.
+class TakingAway : public Progress {
+ public:
+  explicit TakingAway(fs::path folder) : folder_(std::move(folder)) {}
+  void update(const std::string& stage, double /*fraction*/, const std::string& detail) override {
+    if (stage == "merge") taken += fs::remove(folder_ / (detail + ".exr")) ? 1 : 0;
+  }
+  std::size_t taken = 0;
+
+ private:
+  fs::path folder_;
+};
+
+TEST_F(MergeStage, MeasuresWhatItMergedWithoutReadingItBack) {
+  const fs::path run = folder() / "run";
+  ASSERT_EQ(kappamu("calibrate " + tiny_session().string() + " -o " + run.string()).exit_code, 0);
+  const capture::Session session = capture::read_session(tiny_session());
+  TakingAway progress(folder() / "out" / "hdr");
+  run_merge_stage(session, {}, run / "calibration", folder() / "out", progress);
+  EXPECT_EQ(progress.taken, session.patterns.size());
+
+  // A second attempt reads pictures that the first one left, and measures the same.
+  Progress silent;
+  run_merge_stage(session, {}, run / "calibration", run, silent);
+  fs::remove_all(run / "measurements");
+  run_merge_stage(session, {}, run / "calibration", run, silent);
+  const SurfaceMeasurements once = io::read_measurements(folder() / "out" / "measurements");
+  const SurfaceMeasurements again = io::read_measurements(run / "measurements");
+  EXPECT_EQ(once.value, again.value);
+  EXPECT_EQ(once.variance, again.variance);
+  EXPECT_EQ(once.mask, again.mask);
+}
+
+}  // namespace
+}  // namespace kappamu::pipeline
