@@ -9,25 +9,25 @@
 #include "core/names.h"
 #include "inverse/fit/describe_options.h"
 
-namespace kappamu::cases {
+namespace kappamu::inverse {
 
 /// Changes the value of option number `wanted`, within its bounds.
 struct ChangeOption {
   std::size_t wanted = 0;
   std::size_t at = 0;
-  std::optional<inverse::Option> changed{};  ///< empty where there are fewer options
+  std::optional<Option> changed{};  ///< empty where there are fewer options
 
   template <class Value>
-  void operator()(const inverse::Option& option, Value& value) {
+  void operator()(const Option& option, Value& value) {
     if (take(option)) change(value);
   }
   template <class Value, std::size_t n>
-  void operator()(const inverse::Option& option, Value& value, const Names<Value, n>& names) {
+  void operator()(const Option& option, Value& value, const Names<Value, n>& names) {
     if (take(option)) value = names[0].second == value ? names[1].second : names[0].second;
   }
 
  private:
-  bool take(const inverse::Option& option) {
+  bool take(const Option& option) {
     if (at++ != wanted) return false;
     changed = option;
     return true;
@@ -43,4 +43,4 @@ struct ChangeOption {
   static void change(std::optional<double>& x) { x = 0.5; }
 };
 
-}  // namespace kappamu::cases
+}  // namespace kappamu::inverse

@@ -176,7 +176,8 @@ FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, Coe
 Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
                                  const std::optional<FittedRoughness>& fitted,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
-  validate(options);
+  check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
+        "uncertainty: options are out of bounds");
   const Problem& problem = objective.problem();
   const GridShape& shape = problem.setup.shape;
   const int axis = axis_of(problem.setup.lit_face);

@@ -29,7 +29,7 @@ void with_each_changed(const Test& test) {
   std::size_t count = 0;
   for (;; ++count) {
     FitStageOptions options;
-    cases::ChangeOption change{count};
+    inverse::ChangeOption change{count};
     describe(options, change);
     if (!change.changed) break;
     test(options, change.changed->name);
