@@ -30,7 +30,7 @@ void with_each_changed(const Test& test) {
   for (;; ++count) {
     FitStageOptions options;
     inverse::ChangeOption change{count};
-    describe(options, change);
+    pipeline::describe(options, change);
     if (!change.changed) break;
     test(options, change.changed->name);
   }

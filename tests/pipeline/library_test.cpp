@@ -32,7 +32,7 @@ class LibraryTest : public TemporaryFolderTest {
     SurfaceMeasurements measurements = bench::measure(block, truth, 2);
     measurements.channels = {"R"};
     io::write_measurements(folder() / "measurements", measurements);
-    options_.fit.backend.device = "reference";
+    options_.fit.solver.backend.device = "reference";
   }
   void fit(const std::string& run, Progress& progress) {
     Pipeline(folder() / "measurements", folder() / run, false, false).fit(options_, progress);

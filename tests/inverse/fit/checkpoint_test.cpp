@@ -219,7 +219,6 @@ TEST(Checkpoint, ForgedStatesAreRefusedByWhatTheyHold) {
   refused(within, "blocks", [](FitState& s) { s.blocks.pop_back(); });
   refused(within, "blocks' size", [](FitState& s) { s.blocks.front().resize(1, 1); });
   refused(within, "no metric", [](FitState& s) { s.blocks.front() *= -1e9; });
-  refused(within, "a path nobody asked for", [](FitState& s) { s.path.resize(1); });
   refused(within, "layers", [](FitState& s) { s.simpler.push_back({{0, 99}, {0, 0}, {0, 0}}); });
   refused(within, "history", [](FitState& s) { s.report.history.front().level = -7; });
   refused(within, "start", [&](FitState& s) { s.report.homogeneous_mu = nan; });

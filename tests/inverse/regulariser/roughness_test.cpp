@@ -161,7 +161,7 @@ TEST(Roughness, LaggedDiffusivityMajorises) {
       const double bound = here.value + inner(here.gradient, change) +
                            0.5 * inner(change, smoothing_product(shape, thickness, anchor.length_mm,
                                                                  here.diffusivity, change));
-      EXPECT_LE(there, bound * (1.0 + 1e-12)) << to_string(kind) << ", " << size;
+      EXPECT_LE(there, bound * (1.0 + 1e-12)) << static_cast<int>(kind) << ", " << size;
       loosest = std::max(loosest, bound / there - 1.0);
     }
     EXPECT_EQ(loosest > 0.1, kind == RegulariserKind::huber_tv) << loosest;
@@ -248,7 +248,8 @@ TEST(Roughness, OneWeightHasOneMinimiserOnEveryGrid) {
       // The minimiser rises by a half over 2 mm; the edge of Huber-TV is told by the voxels beside
       // it.
       const double discretisation = kind == RegulariserKind::h1 ? 0.1 : 0.2;  // per mm of h
-      EXPECT_LT(largest, discretisation * coarse.voxel_mm) << to_string(kind) << " at n = " << n;
+      EXPECT_LT(largest, discretisation * coarse.voxel_mm)
+          << static_cast<int>(kind) << " at n = " << n;
       if (last > 0.0 && kind == RegulariserKind::h1) {
         EXPECT_LT(largest, 0.7 * last);
       }

@@ -246,17 +246,5 @@ TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
                               "(correlation up to -0.8)"));
 }
 
-TEST(UncertaintyOptions, AreRefusedByName) {
-  const auto refused = [](auto change) {
-    UncertaintyOptions options;
-    change(options);
-    return sentence_of([&] { validate(options); });
-  };
-  EXPECT_THAT(refused([](auto& o) { o.samples = -1; }), HasSubstr("samples is negative"));
-  EXPECT_THAT(refused([](auto& o) { o.steps = 0; }), HasSubstr("steps must be at least 1"));
-  EXPECT_THAT(refused([](auto& o) { o.probes = 0; }), HasSubstr("probes must be at least 1"));
-  EXPECT_THAT(refused([](auto& o) { o.pooling = -1.0; }), HasSubstr("pooling"));
-}
-
 }  // namespace
 }  // namespace kappamu::inverse
