@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "io/npy.h"
 #include "io/volume/volume_file.h"
+#include "pipeline/verify.h"
 
 namespace kappamu::app {
 
@@ -48,6 +49,7 @@ Medium from_vdb(const std::string& file, const ForwardFiles& files) {
 }
 
 Volume<double> read_volume(const std::string& file, const ForwardFiles& files, bool kappa) {
+  pipeline::require_as_written(file);
   if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files.voxel);
   Medium medium = from_vdb(file, files);
   return std::move(kappa ? medium.kappa : medium.mu);

@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
   app::add_score(app, globals);
   app::add_bench(app, globals);
   app::add_check_gradient(app, globals);
+  app::add_verify(app, globals);
   app::add_doctor(app, globals);
 
   try {
