@@ -1,11 +1,12 @@
 #include "calib/residual_json.h"
 
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "calib/lens/lens_model.h"
 #include "core/error.h"
+#include "io/json_reason.h"
+#include "io/read_file.h"
 
 namespace kappamu::calib {
 namespace {
@@ -205,12 +206,11 @@ std::string residuals_to_json(const CalibrationResult& calibration) {
 }
 
 void residuals_from_json(const std::filesystem::path& file, CalibrationResult& calibration) {
-  std::ifstream in(file);
-  if (!in) {
+  if (!std::filesystem::exists(file)) {
     throw InputError(file.string() + ": the file is missing; calibrate the session again");
   }
   try {
-    const json object = json::parse(in);
+    const json object = json::parse(io::read_text(file));
     const json& camera = object.at("camera");
     calibration.camera.scores = scores_from(camera.at("models_tried"), file);
     calibration.camera_uncertainty = uncertainty_from(camera.at("uncertainty"));
@@ -227,7 +227,8 @@ void residuals_from_json(const std::filesystem::path& file, CalibrationResult& c
     calibration.warnings = object.at("warnings").get<std::vector<std::string>>();
     calibration.seconds = object.at("seconds").get<std::map<std::string, double>>();
   } catch (const json::exception& error) {
-    throw InputError(file.string() + ": " + error.what() + "; calibrate the session again");
+    throw InputError(file.string() + ": " + io::json_reason(error) +
+                     "; calibrate the session again");
   }
 }
 

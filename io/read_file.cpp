@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <fstream>
+#include <limits>
 #include <system_error>
 
 #include "core/error.h"
@@ -12,8 +13,11 @@ namespace fs = std::filesystem;
 
 namespace {
 
+constexpr std::streamoff most_text_bytes = 100'000'000;
+
 template <class Buffer>
-Buffer read_whole(const fs::path& file) {
+Buffer read_whole(const fs::path& file,
+                  std::streamoff most_bytes = std::numeric_limits<std::streamoff>::max()) {
   const auto fail = [&](const std::string& why) {
     throw InputError("cannot read " + file.string() + ": " + why);
   };
@@ -26,6 +30,10 @@ Buffer read_whole(const fs::path& file) {
   if (!in) fail(std::generic_category().message(errno));
   const std::streamoff size = in.tellg();
   if (size < 0) fail("it is not an ordinary file");
+  if (size > most_bytes) {
+    fail("it has " + std::to_string(size / 1'000'000) + " MB, and a text file may have " +
+         std::to_string(most_bytes / 1'000'000));
+  }
   Buffer buffer(static_cast<std::size_t>(size), typename Buffer::value_type{});
   in.seekg(0);
   in.read(reinterpret_cast<char*>(buffer.data()), size);
@@ -40,7 +48,7 @@ std::vector<std::byte> read_bytes(const fs::path& file) {
 }
 
 std::string read_text(const fs::path& file) {
-  return read_whole<std::string>(file);
+  return read_whole<std::string>(file, most_text_bytes);
 }
 
 }  // namespace kappamu::io

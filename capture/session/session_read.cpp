@@ -2,7 +2,6 @@
 // session_check.cpp.
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,10 @@
 
 #include "capture/session/session.h"
 #include "core/error.h"
+#include "core/file_name.h"
+#include "core/shown_text.h"
+#include "io/json_reason.h"
+#include "io/read_file.h"
 
 namespace kappamu::capture {
 namespace {
@@ -87,13 +90,14 @@ class Node {
   // A text out of a fixed list.
   std::string choice(std::initializer_list<std::string_view> choices) const {
     std::string value = text();
-    if (!contains(choices, value)) fail("is '" + value + "'; write " + list(choices, {}, " or "));
+    if (!contains(choices, value))
+      fail("is '" + shown_name(value) + "'; write " + list(choices, {}, " or "));
     return value;
   }
   void unit(const std::string& expected) const {
     const std::string value = text();
     if (value != expected) {
-      fail("is '" + value + "'; kappamu sessions are in '" + expected +
+      fail("is '" + shown_name(value) + "'; kappamu sessions are in '" + expected +
            "': convert the numbers and write '" + expected + "'");
     }
   }
@@ -330,25 +334,22 @@ Session read_document(const Node& node) {
 }
 
 // nlohmann::json keeps the last of two equal keys; a doubled field is a mistake worth telling.
-json parse(std::istream& in, const std::string& file) {
+json parse(const std::string& text, const std::string& file) {
   std::vector<std::set<std::string>> open_objects;
   const auto watch = [&](int /*depth*/, json::parse_event_t event, json& parsed) {
     if (event == json::parse_event_t::object_start) open_objects.emplace_back();
     if (event == json::parse_event_t::object_end) open_objects.pop_back();
     if (event == json::parse_event_t::key &&
         !open_objects.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(file + ": field '" + parsed.get<std::string>() +
+      throw InputError(file + ": field '" + shown_name(parsed.get<std::string>()) +
                        "' occurs twice in one object; remove one of the two.");
     }
     return true;
   };
   try {
-    return json::parse(in, watch);
+    return json::parse(text, watch);
   } catch (const json::exception& error) {
-    const std::string reason = error.what();
-    const std::size_t end_of_tag = reason.find("] ");
-    throw InputError(file + ": not valid JSON (" +
-                     (end_of_tag == std::string::npos ? reason : reason.substr(end_of_tag + 2)) +
+    throw InputError(file + ": not valid JSON (" + shown_text(io::json_reason(error)) +
                      "); correct it there.");
   }
 }
@@ -366,15 +367,14 @@ Session read_session(const std::filesystem::path& folder) {
   if (!std::filesystem::is_regular_file(path, ignored)) {
     throw InputError(file + ": no such file; a capture session is a folder with a session.json.");
   }
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw InputError(file + ": cannot be opened; check its permissions.");
-  const json document = parse(in, file);
+  const json document = parse(io::read_text(path), file);
   Session session;
   try {
     session = read_document(Node(document, "", file));
   } catch (const json::exception& error) {
     // Strings that are not UTF-8 surface only when a message quotes them.
-    throw InputError(file + ": not valid JSON text (" + error.what() + "); save it as UTF-8.");
+    throw InputError(file + ": not valid JSON text (" + io::json_reason(error) +
+                     "); save it as UTF-8.");
   }
   session.folder = folder;
   validate(session);
