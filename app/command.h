@@ -43,5 +43,6 @@ void add_report(CLI::App& app, Globals& globals);
 void add_run(CLI::App& app, Globals& globals);
 void add_score(CLI::App& app, Globals& globals);
 void add_simulate(CLI::App& app, Globals& globals);
+void add_verify(CLI::App& app, Globals& globals);
 
 }  // namespace kappamu::app

@@ -9,6 +9,7 @@
 #include "io/npy.h"
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
+#include "pipeline/verify.h"
 
 namespace kappamu::app {
 
@@ -40,6 +41,7 @@ Medium from_vdb(const std::string& file, const ForwardFiles& files) {
 /// `member`: the one of a VDB file's two.
 Volume<double> read_volume(const std::string& file, const ForwardFiles& files,
                            Volume<double> Medium::*member) {
+  pipeline::require_as_written(file);
   if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files);
   return std::move(from_vdb(file, files).*member);
 }

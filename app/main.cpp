@@ -2,15 +2,43 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <limits>
 #include <new>
 
 #include "app/command_list.h"
 #include "core/error.h"
+#include "core/shown_text.h"
+#include "io/json_reason.h"
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
+
+namespace {
+
+/// One sentence on standard error, whatever the names in it contain.
+void report_failure(const std::exception& error) {
+  const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
+  std::fprintf(stderr, "kappamu: %s\n",
+               memory ? "out of memory; use a coarser grid or fewer patterns at once"
+                      : kappamu::shown_text(kappamu::io::json_reason(error)).c_str());
+}
+
+/// An exception that a thread of ours or of a library could not pass on: the same sentence, and
+/// nothing is cleaned up. What was written stays as after a kill.
+[[noreturn]] void end_of_thread() {
+  try {
+    if (std::current_exception()) std::rethrow_exception(std::current_exception());
+  } catch (const std::exception& error) {
+    report_failure(error);
+    std::_Exit(1);
+  } catch (...) {
+  }
+  std::abort();
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace kappamu;
@@ -33,6 +61,7 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif
+  std::set_terminate(end_of_thread);
   // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
   std::signal(SIGXFSZ, SIG_IGN);
   app::Globals globals;
@@ -49,12 +78,8 @@ int main(int argc, char** argv) {
     return globals.exit_code;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
-  } catch (const InputError& error) {
-    std::fprintf(stderr, "kappamu: %s\n", error.what());
-  } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "kappamu: out of memory; use a coarser grid or fewer patterns at once\n");
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "kappamu: %s\n", error.what());
+    report_failure(error);
   }
   return 1;
 }

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "app/command.h"
+#include "core/shown_text.h"
 
 namespace kappamu::app {
 
@@ -30,7 +31,7 @@ class TerminalProgress : public Progress {
     const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * width);
     std::fprintf(stderr, "\r\033[K%-16s [%s%s] %3.0f%% %s", stage.c_str(),
                  std::string(filled, '#').c_str(), std::string(width - filled, '.').c_str(),
-                 100.0 * fraction, detail.c_str());
+                 100.0 * fraction, shown_text(detail).c_str());
     std::fflush(stderr);
     line_open_ = true;
     if (fraction >= 1.0) finish_line();
@@ -38,7 +39,7 @@ class TerminalProgress : public Progress {
 
   void warn(const std::string& sentence) override {
     finish_line();
-    std::fprintf(stderr, "warning: %s\n", sentence.c_str());
+    std::fprintf(stderr, "warning: %s\n", shown_text(sentence).c_str());
   }
 
  private:

@@ -6,6 +6,7 @@
 
 #include "calib/lens/lens_model.h"
 #include "core/error.h"
+#include "io/json_reason.h"
 #include "io/read_file.h"
 
 namespace kappamu::calib {
@@ -227,7 +228,8 @@ void residuals_from_json(const std::filesystem::path& file, CalibrationResult& c
     calibration.warnings = object.at("warnings").get<std::vector<std::string>>();
     calibration.seconds = object.at("seconds").get<std::map<std::string, double>>();
   } catch (const json::exception& error) {
-    throw InputError(file.string() + ": " + error.what() + "; calibrate the session again");
+    throw InputError(file.string() + ": " + io::json_reason(error) +
+                     "; calibrate the session again");
   }
 }
 

@@ -37,6 +37,10 @@ struct YamlReader::Storage {
 YamlReader::YamlReader(const std::filesystem::path& file)
     : file_(file), storage_(std::make_unique<Storage>()) {
   if (!std::filesystem::exists(file)) throw bad(file, "the file is missing");
+  constexpr std::uintmax_t most_bytes = 100'000'000;
+  if (std::filesystem::file_size(file) > most_bytes) {
+    throw bad(file, "the file has more than 100 MB, which is no calibration");
+  }
   bool open = false;
   try {
     open = storage_->file.open(file.string(), cv::FileStorage::READ);

@@ -1,10 +1,9 @@
 #include "core/file_name.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu {
 
@@ -42,18 +41,8 @@ bool stays_inside(std::string_view relative_path) {
 }
 
 std::string shown_name(std::string_view text) {
-  std::string shown;
-  for (const char c : text) {
-    if (!is_control(c)) {
-      shown += c;
-      continue;
-    }
-    std::array<char, 5> code{};
-    std::snprintf(code.data(), code.size(), "\\x%02x",
-                  static_cast<unsigned>(static_cast<unsigned char>(c)));
-    shown += code.data();
-  }
-  return shown;
+  constexpr std::size_t longest = 80;
+  return shown_text(text, longest);
 }
 
 }  // namespace kappamu

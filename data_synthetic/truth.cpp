@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/atomic_file.h"
+#include "io/json_reason.h"
 #include "io/read_file.h"
 
 namespace kappamu::synthetic {
@@ -175,7 +176,7 @@ Truth read_truth(const std::filesystem::path& folder) {
     json.at("responsivity").get_to(truth.responsivity);
     return truth;
   } catch (const Json::exception& error) {
-    throw InputError(file.string() + ": " + error.what() + "; simulate again");
+    throw InputError(file.string() + ": " + io::json_reason(error) + "; simulate again");
   }
 }
 

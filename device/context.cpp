@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <mutex>
+#include <sstream>
 #include <utility>
 
 #include "core/error.h"
@@ -40,6 +41,26 @@ std::string error_name(cl_int code) {
       return "error " + std::to_string(code);
   }
 }
+
+namespace {
+
+/// The line of a compiler's log that names the error, or else the first, without control characters
+/// and in at most 160 bytes.
+std::string first_error(const std::string& log) {
+  constexpr std::size_t longest = 160;
+  std::istringstream lines(log);
+  std::string found, line;
+  while (std::getline(lines, line)) {
+    const bool names_error = line.find("error") != std::string::npos;
+    if ((found.empty() || names_error) && !line.empty()) found = line.substr(0, longest);
+    if (names_error) break;
+  }
+  std::replace_if(
+      found.begin(), found.end(), [](unsigned char c) { return c < 0x20; }, ' ');
+  return found.empty() ? "the compiler gave no reason" : found;
+}
+
+}  // namespace
 
 void check_call(cl_int code, const char* call, const std::string& device) {
   if (code == CL_SUCCESS) return;
@@ -137,7 +158,7 @@ Program& Context::program(const KernelSource& source, const std::string& options
     clReleaseProgram(program);
     throw DeviceError(std::string("clBuildProgram failed with ") + error_name(code) + " for " +
                       source.path + " with '" + options + "' on device '" + impl_->info.name +
-                      "':\n" + log);
+                      "': " + first_error(log));
   }
   return impl_->programs.emplace(key, Program(program, impl_->info.name)).first->second;
 }

@@ -7,6 +7,9 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/file_name.h"
+#include "core/shown_text.h"
+#include "io/json_reason.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -39,7 +42,7 @@ json parse(const std::string& text, const std::string& file) {
     if (event == json::parse_event_t::object_end) open_objects.pop_back();
     if (event == json::parse_event_t::key &&
         !open_objects.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(file + ": field '" + parsed.get<std::string>() +
+      throw InputError(file + ": field '" + shown_name(parsed.get<std::string>()) +
                        "' occurs twice in one object; remove one of the two.");
     }
     return true;
@@ -47,10 +50,7 @@ json parse(const std::string& text, const std::string& file) {
   try {
     return json::parse(text, watch);
   } catch (const json::exception& error) {
-    const std::string reason = error.what();
-    const std::size_t end_of_tag = reason.find("] ");
-    throw InputError(file + ": not valid JSON (" +
-                     (end_of_tag == std::string::npos ? reason : reason.substr(end_of_tag + 2)) +
+    throw InputError(file + ": not valid JSON (" + shown_text(json_reason(error)) +
                      "); correct it there.");
   }
 }
@@ -153,7 +153,8 @@ int JsonNode::integer() const {
 
 std::string JsonNode::choice(Names choices) const {
   std::string value = text();
-  if (!contains(choices, value)) fail("is '" + value + "'; write " + list(choices, {}, " or "));
+  if (!contains(choices, value))
+    fail("is '" + shown_name(value) + "'; write " + list(choices, {}, " or "));
   return value;
 }
 

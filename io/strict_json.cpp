@@ -21,7 +21,8 @@ StrictJson::StrictJson(const std::filesystem::path& file, std::string_view forma
   if (!json_->is_object()) throw InputError(file_ + ": must hold one JSON object");
   for (const auto& [name, value] : json_->items()) {
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw InputError(file_ + ": unknown field '" + name + "'; remove it or correct its name");
+      throw InputError(file_ + ": unknown field '" + shown_name(name) +
+                       "'; remove it or correct its name");
     }
   }
   if (text("format") != format) fail("format", "is not \"" + std::string(format) + "\"");

@@ -5,13 +5,13 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <system_error>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/read_file.h"
+#include "pipeline/records/sealed_json.h"
 
 namespace kappamu::pipeline {
 
@@ -20,17 +20,24 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* record_name = "kappamu-files.json";
 constexpr const char* format_name = "kappamu-files";
 
-std::map<std::string, Claim> read_record(const fs::path& folder) {
-  const fs::path path = folder / record_name;
+void write_record(const fs::path& folder, const std::map<std::string, Claim>& claims) {
+  json commands = json::object();
+  for (const auto& [command, claim] : claims) commands[command] = claim_to_json(claim);
+  const json object{{"format", format_name}, {"version", 1}, {"commands", commands}};
+  io::write_text_atomically(folder / files_record_name, sealed_text(object, 1));
+}
+
+}  // namespace
+
+std::map<std::string, Claim> read_files_record(const fs::path& folder) {
+  const fs::path path = folder / files_record_name;
   std::map<std::string, Claim> claims;
-  std::ifstream file(path);
-  if (!file) return claims;
+  if (!fs::exists(path)) return claims;
   try {
-    const json object = json::parse(file);
-    if (object.at("format") == format_name && object.at("version") == 1) {
+    const json object = json::parse(io::read_text(path));
+    if (object.at("format") == format_name && object.at("version") == 1 && is_sealed(object)) {
       for (const auto& [command, claim] : object.at("commands").items()) {
         claims[command] = claim_from_json(claim);
       }
@@ -39,18 +46,9 @@ std::map<std::string, Claim> read_record(const fs::path& folder) {
   } catch (const json::exception&) {
   }
   throw InputError(path.string() +
-                   ": not a list of files as kappamu writes it; remove it or choose another output "
+                   ": not a list of files as kappamu wrote it; remove it or choose another output "
                    "folder (-o)");
 }
-
-void write_record(const fs::path& folder, const std::map<std::string, Claim>& claims) {
-  json commands = json::object();
-  for (const auto& [command, claim] : claims) commands[command] = claim_to_json(claim);
-  const json object{{"format", format_name}, {"version", 1}, {"commands", commands}};
-  io::write_text_atomically(folder / record_name, object.dump(1) + "\n");
-}
-
-}  // namespace
 
 fs::path canonical_path(const fs::path& path) {
   // The second pass resolves links that ".." behind a missing folder uncovered in the first.
@@ -150,10 +148,10 @@ OutputFolder::OutputFolder(const fs::path& folder, const std::string& command,
       command_(command),
       folder_(prepared(folder, inputs)),
       lock_(folder_, FolderLock::By::folder),
-      claims_(read_record(folder_)),
+      claims_(read_files_record(folder_)),
       files_(folder_, command, former, claims_[command],
              [this] { write_record(folder_, claims_); }) {
-  remove_stale_record(folder_ / record_name, format_name);
+  remove_stale_record(folder_ / files_record_name, format_name);
   files_.recover();
   files_.require_room(outputs, true);
   files_.begin(key, continues);
@@ -176,7 +174,7 @@ OutputFolder::~OutputFolder() {
       write_record(folder_, claims_);
       return;
     }
-    fs::remove(folder_ / record_name);
+    fs::remove(folder_ / files_record_name);
     if (made_) fs::remove(folder_);
   } catch (const std::exception&) {
     // The failure that ends the command is the one to report.
@@ -187,7 +185,7 @@ fs::path bench_folder(const fs::path& folder, const std::vector<fs::path>& input
   require_apart(folder, inputs);
   fs::path path = canonical_path(folder);
   make_output_folder(path);
-  std::map<std::string, Claim> claims = read_record(path);
+  std::map<std::string, Claim> claims = read_files_record(path);
   if (claims.contains("bench")) return path;
   const fs::directory_iterator first(path);
   if (first != fs::directory_iterator()) {

@@ -27,6 +27,12 @@ void require_apart(const std::filesystem::path& folder,
 /// Makes the folder if it is missing. Throws InputError when it cannot.
 void make_output_folder(const std::filesystem::path& folder);
 
+/// The record of a folder that commands fill without a run.
+inline constexpr const char* files_record_name = "kappamu-files.json";
+/// Its claims by command; none where there is no record. Throws InputError when it is not as
+/// kappamu wrote it.
+std::map<std::string, Claim> read_files_record(const std::filesystem::path& folder);
+
 /// Removes what a killed process may have left of writing `record`: temporaries of its name that
 /// are empty or hold JSON of that format.
 void remove_stale_record(const std::filesystem::path& record, const std::string& format);

@@ -48,6 +48,23 @@ bool lists(const std::vector<OwnedFile>& files, const std::string& path) {
                      [&](const OwnedFile& file) { return file.path == path; });
 }
 
+}  // namespace
+
+OwnedFile describe_file(const fs::path& root, const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(root / path, error);
+  if (error) return {path, 0, ""};
+  return {path, bytes, content_fingerprint(root / path)};
+}
+
+FileState state_of(const fs::path& root, const OwnedFile& file) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(root / file.path, error);
+  if (error) return FileState::missing;
+  if (bytes != file.bytes) return FileState::changed;
+  return content_fingerprint(root / file.path) == file.hash ? FileState::whole : FileState::changed;
+}
+
 json files_to_json(const std::vector<OwnedFile>& files) {
   json list = json::array();
   for (const OwnedFile& file : files) {
@@ -69,8 +86,6 @@ std::vector<OwnedFile> files_from_json(const json& list) {
   }
   return files;
 }
-
-}  // namespace
 
 json claim_to_json(const Claim& claim) {
   const char* status = claim.status == StageStatus::done     ? "done"
@@ -127,8 +142,7 @@ void StagedFiles::require_room(const std::vector<std::string>& outputs, bool unc
   if (!unchanged) return;
   for (const OwnedFile& file : claim_.files) {
     const fs::path path = root_ / file.path;
-    if (!is_file(path)) continue;
-    if (fs::file_size(path) != file.bytes || content_fingerprint(path) != file.hash) {
+    if (is_file(path) && state_of(root_, file) == FileState::changed) {
       throw InputError(path.string() +
                        ": was changed after kappamu wrote it and would be replaced; move it "
                        "elsewhere or choose another output folder (-o)");
@@ -165,8 +179,7 @@ void StagedFiles::commit() {
       continue;
     }
     if (is_there(target)) require_own(target);
-    next.push_back({relative.generic_string(), fs::file_size(entry.path()),
-                    content_fingerprint(entry.path())});
+    next.push_back(describe_file(partial(), relative.generic_string()));
   }
   std::sort(next.begin(), next.end(),
             [](const OwnedFile& a, const OwnedFile& b) { return a.path < b.path; });

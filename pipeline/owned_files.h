@@ -20,8 +20,21 @@ namespace kappamu::pipeline {
 struct OwnedFile {
   std::string path;  ///< relative to the folder of the record, with '/'
   std::uintmax_t bytes = 0;
-  std::string hash;  ///< content_fingerprint()
+  std::string hash;  ///< content_fingerprint(); of an input that is missing, empty
 };
+
+/// root/path as it is now.
+OwnedFile describe_file(const std::filesystem::path& root, const std::string& path);
+
+enum class FileState { whole, changed, missing };
+/// Compares the contents with what `file` says of them. Throws InputError when it is there and
+/// cannot be read.
+FileState state_of(const std::filesystem::path& root, const OwnedFile& file);
+
+nlohmann::json files_to_json(const std::vector<OwnedFile>& files);
+/// Throws nlohmann::json::exception for what is not as written, InputError for a path that leaves
+/// the folder.
+std::vector<OwnedFile> files_from_json(const nlohmann::json& list);
 
 enum class StageStatus {
   none,     ///< never begun
@@ -39,8 +52,7 @@ struct Claim {
 };
 
 nlohmann::json claim_to_json(const Claim& claim);
-/// Throws nlohmann::json::exception for what is not as written, InputError for a path that leaves
-/// the folder.
+/// Throws as files_from_json().
 Claim claim_from_json(const nlohmann::json& object);
 
 /// What becomes of files of the list that a stage does not write again.

@@ -2,7 +2,9 @@
 
 #include <limits>
 #include <map>
+#include <set>
 #include <utility>
+#include <vector>
 
 #include "capture/session/session_files.h"
 #include "core/error.h"
@@ -20,15 +22,27 @@ namespace fs = std::filesystem;
 struct Pipeline::Input {
   RunRecord::InputKind kind = RunRecord::InputKind::session;
   fs::path folder;
-  std::string description;  ///< fingerprint of session.json or measurements.json alone
-  std::string fingerprint;  ///< with all files
+  std::vector<OwnedFile> files;  ///< session.json or measurements.json first
   std::optional<capture::Session> session;
 };
 
 namespace {
 
-std::string with_program(const std::string& fingerprint) {
-  return Fingerprint().add(program_fingerprint()).add(fingerprint).text();
+std::vector<OwnedFile> describe_files(const fs::path& folder,
+                                      const std::vector<std::string>& names) {
+  std::vector<OwnedFile> files;
+  std::set<std::string> seen;
+  for (const std::string& name : names)
+    if (seen.insert(name).second) files.push_back(describe_file(folder, name));
+  return files;
+}
+
+/// Of this program and of all contents of the input.
+std::string fingerprint_of(const std::vector<OwnedFile>& files) {
+  Fingerprint result;
+  result.add(program_fingerprint());
+  for (const OwnedFile& file : files) result.add(file.path).add(file.hash);
+  return result.text();
 }
 
 }  // namespace
@@ -39,14 +53,14 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder, bool follow_links) 
   if (fs::exists(folder / "session.json")) {
     input.session = capture::read_session(folder);
     if (!follow_links) capture::require_files_inside(*input.session);
-    input.description = content_fingerprint(folder / "session.json");
-    input.fingerprint = with_program(session_fingerprint(*input.session));
+    std::vector<std::string> names = capture::named_files(*input.session);
+    names.insert(names.begin(), "session.json");
+    input.files = describe_files(folder, names);
     return input;
   }
   if (fs::exists(folder / "measurements.json")) {
     input.kind = RunRecord::InputKind::measurements;
-    input.description = content_fingerprint(folder / "measurements.json");
-    input.fingerprint = with_program(measurements_fingerprint(folder));
+    input.files = describe_files(folder, measurement_files(folder));
     return input;
   }
   throw InputError(folder.string() +
@@ -61,8 +75,10 @@ Pipeline::Pipeline(const fs::path& input, const fs::path& run, bool force, bool 
 
 Pipeline::Pipeline(Input input, const fs::path& run, bool force)
     : session_(std::move(input.session)),
-      fingerprint_(input.fingerprint),
-      folder_(run, input.kind, input.folder, input.description, force) {}
+      fingerprint_(fingerprint_of(input.files)),
+      folder_(run, input.kind, input.folder, input.files.front().hash, force) {
+  folder_.set_inputs(std::move(input.files));
+}
 
 const capture::Session& Pipeline::require_session() const {
   if (session_) return *session_;
@@ -113,6 +129,7 @@ bool Pipeline::calibrate(Progress& progress) {
 
 bool Pipeline::merge(Progress& progress) {
   const capture::Session& session = require_session();
+  folder_.require_whole("calibrate");
   std::optional<fs::path> calibration;
   if (folder_.done_key("calibrate")) calibration = folder_.path() / "calibration";
   return folder_.run(merge_stage(), progress, [&](const fs::path& output, Progress& listener) {

@@ -89,20 +89,41 @@ void RunFolder::set_options(std::map<std::string, std::string> options) {
   record_.options = std::move(options);
 }
 
+const std::string& RunFolder::damage(const std::string& stage) const {
+  const auto [found, is_new] = damage_.try_emplace(stage);
+  if (is_new) {
+    for (const OwnedFile& file : record_.stages.at(stage).files) {
+      const FileState state = state_of(folder_, file);
+      if (state == FileState::whole) continue;
+      found->second = (folder_ / file.path).string() +
+                      (state == FileState::missing ? " is missing" : " was changed");
+      break;
+    }
+  }
+  return found->second;
+}
+
 std::optional<std::string> RunFolder::done_key(const std::string& stage) const {
   const auto found = record_.stages.find(stage);
   if (found == record_.stages.end() || found->second.status != StageStatus::done ||
-      found->second.key.empty())
+      found->second.key.empty() || !damage(stage).empty())
     return {};
-  for (const OwnedFile& file : found->second.files) {
-    std::error_code error;
-    if (fs::file_size(folder_ / file.path, error) != file.bytes || error) return {};
-  }
   return found->second.key;
+}
+
+void RunFolder::require_whole(const std::string& stage) const {
+  const auto found = record_.stages.find(stage);
+  if (found == record_.stages.end() || found->second.status != StageStatus::done) return;
+  if (damage(stage).empty()) return;
+  throw InputError(damage(stage) + " after kappamu " + stage + " wrote it; do that stage again");
 }
 
 bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   if (!force_ && done_key(stage.name) == stage.key) return false;
+  if (const auto former = record_.stages.find(stage.name);
+      !force_ && former != record_.stages.end() && former->second.status == StageStatus::done &&
+      former->second.key == stage.key)
+    progress.warn(damage(stage.name) + " after kappamu wrote it: " + stage.name + " is done again");
 
   // 1. Either continue an interrupted attempt, or begin anew; former outputs stay meanwhile.
   require_room(stage);
@@ -125,6 +146,7 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   entry.seconds = elapsed.count();
   entry.warnings = recording.warnings();
   files.commit();
+  damage_.erase(stage.name);
   return true;
 }
 

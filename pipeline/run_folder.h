@@ -31,6 +31,7 @@ class RunFolder {
   const RunRecord& record() const { return record_; }
   /// What the report prints; stored with the next stage.
   void set_options(std::map<std::string, std::string> options);
+  void set_inputs(std::vector<OwnedFile> files) { record_.inputs = std::move(files); }
   void set_device(const std::string& device) { record_.device = device; }
   void set_holdout_error(std::map<std::string, double> by_channel) {
     record_.holdout_error = std::move(by_channel);
@@ -45,8 +46,11 @@ class RunFolder {
     bool continues = false;
   };
 
-  /// The key with which a stage is complete and its files are there; nothing if they are not.
+  /// The key with which a stage is complete and its files are as it wrote them; nothing if they are
+  /// not. Reads the files on the first call and keeps what it found.
   std::optional<std::string> done_key(const std::string& stage) const;
+  /// Throws InputError naming the first file of a complete stage that is missing or changed.
+  void require_whole(const std::string& stage) const;
 
   /// Throws InputError when a file that is not the run's lies where the stage writes.
   void require_room(const Stage& stage);
@@ -54,7 +58,8 @@ class RunFolder {
   /// What a stage does: fills `output` as it would the run folder (output/hdr/...).
   using Work = std::function<void(const std::filesystem::path& output, Progress& progress)>;
   /// Does `work` unless the stage is done; returns whether it did. The files take the place of the
-  /// stage's former ones when all are complete; warnings and wall time are recorded.
+  /// stage's former ones when all are complete; warnings and wall time are recorded. Former files
+  /// that were damaged are warned of.
   bool run(const Stage& stage, Progress& progress, const Work& work);
 
  private:
@@ -62,10 +67,13 @@ class RunFolder {
                                         const std::filesystem::path& input);
   StagedFiles files_of(const std::string& stage);
   void recover();
+  /// The first file of a complete stage that is missing or changed; empty if all are whole.
+  const std::string& damage(const std::string& stage) const;
 
   std::filesystem::path folder_;
   FolderLock lock_;
   RunRecord record_;
+  mutable std::map<std::string, std::string> damage_;  ///< by stage: damage(), once read
   bool force_ = false;
 };
 

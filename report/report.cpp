@@ -59,7 +59,10 @@ std::string subject(const RunData& run) {
 void write_report(const std::filesystem::path& run, const std::filesystem::path& file) {
   const RunData data = read_run(run);
   const std::string title = "kappamu report: " + subject(data);
+  // Nothing is loaded and nothing runs, whatever a name in the data contains.
   const Html head = raw("<meta charset=\"utf-8\"/>\n") +
+                    raw("<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
+                        "'none'; img-src data:; style-src 'unsafe-inline'\"/>\n") +
                     raw("<meta name=\"viewport\" content=\"width=device-width\"/>\n") +
                     element("title", text(title)) + element("style", raw(style));
   const Html body = element("h1", text(subject(data))) +

@@ -100,7 +100,7 @@ double seconds_in(const std::string& text, const std::string& where) {
     read = std::from_chars(read.ptr + 1, end, divisor);
   }
   if (read.ec != std::errc() || read.ptr != end || !(value / divisor > 0.0)) {
-    throw InputError(where + ": '" + text +
+    throw InputError(where + ": '" + shown_name(text) +
                      "' is no exposure time; write seconds, such as 0.5 or 1/30.");
   }
   return value / divisor;

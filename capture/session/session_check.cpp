@@ -267,10 +267,11 @@ class Checker {
         std::find_if(marker_dictionaries.begin(), marker_dictionaries.end(),
                      [&](const MarkerDictionary& one) { return one.name == board.dictionary; });
     require(found != marker_dictionaries.end(), field,
-            "is '" + board.dictionary + "'; write one of " + known);
+            "is '" + shown_name(board.dictionary) + "'; write one of " + known);
     const int needed = (board.columns + 1) * (board.rows + 1) / 2;
     require(needed <= found->markers, field,
-            "is '" + board.dictionary + "', which has fewer than the " + std::to_string(needed) +
+            "is '" + shown_name(board.dictionary) + "', which has fewer than the " +
+                std::to_string(needed) +
                 " markers of this board; write the dictionary it was printed with");
   }
 

@@ -2,6 +2,7 @@
 // session_check.cpp.
 #include "capture/session/session.h"
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/json_node.h"
 
 namespace kappamu::capture {
@@ -12,7 +13,7 @@ using Node = io::JsonNode;
 void expect_unit(const Node& node, const std::string& expected) {
   const std::string value = node.text();
   if (value != expected) {
-    node.fail("is '" + value + "'; kappamu sessions are in '" + expected +
+    node.fail("is '" + shown_name(value) + "'; kappamu sessions are in '" + expected +
               "': convert the numbers and write '" + expected + "'");
   }
 }

@@ -5,6 +5,7 @@
 #include "capture/session/session.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/json_reason.h"
 
 namespace kappamu::capture {
 namespace {
@@ -159,7 +160,7 @@ void write_session(const Session& session) {
     text = document.dump(2) + "\n";
   } catch (const json::exception& error) {
     throw InputError((session.folder / "session.json").string() +
-                     ": a name is not valid UTF-8; rename it (" + error.what() + ").");
+                     ": a name is not valid UTF-8; rename it (" + io::json_reason(error) + ").");
   }
   io::write_text_atomically(session.folder / "session.json", text);
 }

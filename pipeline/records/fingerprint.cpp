@@ -5,12 +5,23 @@
 #include <fstream>
 #include <limits>
 #include <system_error>
-#include <vector>
 
-#include "capture/session/session_files.h"
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 #include "core/error.h"
 
 namespace kappamu::pipeline {
+
+namespace {
+
+std::string hexadecimal(std::uint64_t value) {
+  std::array<char, 17> digits{};
+  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(value));
+  return digits.data();
+}
+
+}  // namespace
 
 Fingerprint& Fingerprint::add(std::string_view piece) {
   return add_bytes(piece).add_length(piece.size());
@@ -34,34 +45,27 @@ Fingerprint& Fingerprint::add_length(std::size_t length) {
 Fingerprint& Fingerprint::add_file(const std::filesystem::path& file) {
   add(file.filename().string());
   std::error_code error;
-  const std::uintmax_t size = std::filesystem::file_size(file, error);
-  if (error) return add("missing");
-  const auto time = std::filesystem::last_write_time(file, error);
-  if (error) return add("missing");
-  return add(std::to_string(size)).add(std::to_string(time.time_since_epoch().count()));
+  if (!std::filesystem::exists(file, error)) return add("missing");
+  return add(content_fingerprint(file));
 }
 
 std::string Fingerprint::text() const {
-  std::array<char, 17> digits{};
-  std::snprintf(digits.data(), digits.size(), "%016llx", static_cast<unsigned long long>(state_));
-  return digits.data();
+  return hexadecimal(state_);
 }
 
 std::string content_fingerprint(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   std::vector<char> buffer(1 << 16);
-  Fingerprint result;
-  std::size_t size = 0;
+  XXH3_state_t state;
+  XXH3_64bits_reset(&state);
   while (in) {
     in.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    const auto count = static_cast<std::size_t>(in.gcount());
-    result.add_bytes({buffer.data(), count});
-    size += count;
+    XXH3_64bits_update(&state, buffer.data(), static_cast<std::size_t>(in.gcount()));
   }
   if (!in.eof()) {
     throw InputError("cannot read " + file.string() + "; check that it is there and readable");
   }
-  return result.add_length(size).text();
+  return hexadecimal(XXH3_64bits_digest(&state));
 }
 
 const std::string& program_fingerprint() {
@@ -69,20 +73,18 @@ const std::string& program_fingerprint() {
   return program;
 }
 
-std::string session_fingerprint(const capture::Session& session) {
-  Fingerprint result;
-  result.add(content_fingerprint(session.folder / "session.json"));
-  for (const std::string& file : capture::named_files(session)) {
-    result.add_file(session.folder / file);
+std::vector<std::string> measurement_files(const std::filesystem::path& folder) {
+  std::vector<std::string> files;
+  for (const char* name :
+       {"measurements.json", "irradiance.npy", "value.npy", "variance.npy", "mask.npy"}) {
+    if (std::filesystem::exists(folder / name)) files.emplace_back(name);
   }
-  return result.text();
+  return files;
 }
 
 std::string measurements_fingerprint(const std::filesystem::path& folder) {
   Fingerprint result;
-  result.add(content_fingerprint(folder / "measurements.json"));
-  for (const char* name : {"irradiance.npy", "value.npy", "variance.npy", "mask.npy"})
-    result.add_file(folder / name);
+  for (const std::string& name : measurement_files(folder)) result.add_file(folder / name);
   return result.text();
 }
 

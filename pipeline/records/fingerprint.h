@@ -5,8 +5,7 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
-
-#include "capture/session/session.h"
+#include <vector>
 
 namespace kappamu::pipeline {
 
@@ -15,29 +14,29 @@ class Fingerprint {
  public:
   /// Adds a piece of text; ("ab", "c") and ("a", "bc") differ.
   Fingerprint& add(std::string_view piece);
-  /// Adds name, size and time of last change of a file, or that it is missing.
+  /// Adds name and contents of a file, or that it is missing.
   Fingerprint& add_file(const std::filesystem::path& file);
   /// 16 hexadecimal digits.
   std::string text() const;
 
  private:
-  friend std::string content_fingerprint(const std::filesystem::path& file);
   Fingerprint& add_bytes(std::string_view bytes);
   Fingerprint& add_length(std::size_t length);
 
   std::uint64_t state_ = 14695981039346656037ULL;
 };
 
-/// Fingerprint of a file's contents, as of one piece. Throws InputError when it cannot be read.
+/// XXH3 of a file's contents (64 bit, 16 hexadecimal digits). Throws InputError when it cannot be
+/// read.
 std::string content_fingerprint(const std::filesystem::path& file);
 
 /// Of this program itself: equal programs give equal bits from equal inputs, another build may not.
 const std::string& program_fingerprint();
 
-/// session.json's contents, and size and time of every file that it names.
-std::string session_fingerprint(const capture::Session& session);
+/// The files of a folder of measurements that are there.
+std::vector<std::string> measurement_files(const std::filesystem::path& folder);
 
-/// measurements.json's contents, and size and time of the arrays beside it.
+/// Of the contents of all files of a folder of measurements.
 std::string measurements_fingerprint(const std::filesystem::path& folder);
 
 }  // namespace kappamu::pipeline

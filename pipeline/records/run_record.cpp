@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/read_file.h"
+#include "pipeline/records/sealed_json.h"
 
 namespace kappamu::pipeline {
 
@@ -35,6 +36,7 @@ RunRecord from_json(const json& object) {
                           : RunRecord::InputKind::session;
   record.input = object.at("input").get<std::string>();
   record.input_fingerprint = object.at("input_fingerprint").get<std::string>();
+  record.inputs = files_from_json(object.at("inputs"));
   record.options = object.at("options").get<std::map<std::string, std::string>>();
   record.versions = object.at("versions").get<std::map<std::string, std::string>>();
   record.device = object.at("device").get<std::string>();
@@ -53,7 +55,12 @@ std::optional<RunRecord> read_run_record(const std::filesystem::path& run) {
     const json object = json::parse(io::read_text(path));
     if (object.at("format") != "kappamu-run" || object.at("version") != 1)
       throw InputError(path.string() + ": not a kappamu-run file of version 1; choose another -o");
-    return from_json(object);
+    RunRecord record = from_json(object);
+    if (!is_sealed(object))
+      throw InputError(path.string() +
+                       ": was changed after kappamu wrote it (its checksum does not fit); bring it "
+                       "back or choose another output folder");
+    return record;
   } catch (const json::exception&) {
     throw InputError(path.string() +
                      ": damaged or not a run record; remove it or choose another output folder");
@@ -70,12 +77,13 @@ void write_run_record(const RunRecord& record, const std::filesystem::path& run)
        record.input_kind == RunRecord::InputKind::session ? "session" : "measurements"},
       {"input", record.input.string()},
       {"input_fingerprint", record.input_fingerprint},
+      {"inputs", files_to_json(record.inputs)},
       {"options", record.options},
       {"versions", record.versions},
       {"device", record.device},
       {"holdout_E", record.holdout_error},
       {"stages", stages}};
-  io::write_text_atomically(run / "run.json", object.dump(2) + "\n");
+  io::write_text_atomically(run / "run.json", sealed_text(object, 2));
 }
 
 }  // namespace kappamu::pipeline

@@ -23,6 +23,7 @@ struct RunRecord {
   InputKind input_kind = InputKind::session;
   std::filesystem::path input;    ///< absolute folder of the session or the measurements
   std::string input_fingerprint;  ///< of session.json or measurements.json alone
+  std::vector<OwnedFile> inputs;  ///< files of the input, when a stage was last done
   std::map<std::string, std::string> options;   ///< in effect, by name
   std::map<std::string, std::string> versions;  ///< library_versions()
   std::string device;                           ///< what the fit ran on; empty before it
@@ -33,7 +34,8 @@ struct RunRecord {
 /// The stages in their order.
 inline constexpr const char* stage_names[] = {"calibrate", "merge", "fit", "export", "report"};
 
-/// Reads run/run.json; nothing when there is none. Throws InputError when it cannot be read.
+/// Reads run/run.json; nothing when there is none. Throws InputError when it is not as kappamu
+/// wrote it.
 std::optional<RunRecord> read_run_record(const std::filesystem::path& run);
 
 /// Writes run/run.json by rename.

@@ -5,9 +5,11 @@
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "io/json_reason.h"
 #include "io/npy.h"
 #include "io/read_file.h"
 #include "pipeline/stages/fit_stage.h"
+#include "pipeline/verify.h"
 
 namespace kappamu::pipeline {
 
@@ -38,6 +40,7 @@ FinishedFit::FinishedFit(const fs::path& folder)
     throw InputError(folder.string() +
                      ": has no fit.json; --continue takes the folder of a finished fit");
   }
+  require_as_written(folder_);
   try {
     const Json fit = Json::parse(io::read_text(file));
     input_ = fit.at("input").get<std::string>();
@@ -52,7 +55,7 @@ FinishedFit::FinishedFit(const fs::path& folder)
       require_plain_name(channels_.back().name, file.string() + ": a channel's name");
     }
   } catch (const Json::exception& error) {
-    throw InputError(file.string() + ": not as this kappamu writes it (" + error.what() +
+    throw InputError(file.string() + ": not as this kappamu writes it (" + io::json_reason(error) +
                      "); repeat that fit");
   }
 }

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "pipeline/verify.h"
 
 namespace kappamu::pipeline {
 
@@ -29,7 +30,9 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
     }
     if (std::find(wanted.begin(), wanted.end(), format) == wanted.end()) wanted.push_back(format);
   }
-  const io::VolumeSet set = io::read_volume(io::find_volume(volume), most_voxels);
+  const fs::path source = io::find_volume(volume);
+  require_as_written(source);
+  const io::VolumeSet set = io::read_volume(source, most_voxels);
   io::ExportResult all;
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const std::string& format = wanted[i];

@@ -29,6 +29,7 @@
 #include "pipeline/stages/hold_out.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/uncertainty_output.h"
+#include "pipeline/verify.h"
 
 namespace kappamu::pipeline {
 
@@ -358,6 +359,8 @@ std::vector<std::string> fit_outputs(const fs::path& folder) {
 FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
                          const FitStageOptions& options, Progress& progress) {
   const fs::path folder = find_measurements(input);
+  require_as_written(folder);
+  if (fs::exists(input / "calibration")) require_as_written(input / "calibration");
   const SurfaceMeasurements measurements = io::read_measurements(folder);
   std::optional<SurfaceMeasurements> validation;
   const fs::path beside = input / "measurements_validate";
@@ -366,6 +369,7 @@ FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
           ? options.validate
           : (fs::exists(beside / "measurements.json") ? std::optional(beside) : std::nullopt);
   if (validate) {
+    require_as_written(*validate);
     validation = io::read_measurements(*validate);
     require_same_sample(measurements, *validation, *validate);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/shown_text.h"
 #include "io/xml_text.h"
 
 namespace kappamu::report {
@@ -14,7 +15,11 @@ std::string opening(std::string_view tag, const Attributes& attributes) {
   std::string result = "<";
   result.append(tag);
   for (const auto& [name, value] : attributes)
-    result.append(" ").append(name).append("=\"").append(io::xml_escaped(value)).append("\"");
+    result.append(" ")
+        .append(name)
+        .append("=\"")
+        .append(io::xml_escaped(shown_text(value)))
+        .append("\"");
   return result;
 }
 
@@ -33,7 +38,7 @@ Html raw(std::string markup) {
 }
 
 Html text(std::string_view plain) {
-  return raw(io::xml_escaped(plain));
+  return raw(io::xml_escaped(shown_text(plain)));
 }
 
 Html element(std::string_view tag, const Attributes& attributes, const Html& content) {

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "io/json_reason.h"
 #include "io/npy.h"
 #include "io/read_file.h"
 #include "report/read/run_data.h"
@@ -20,7 +21,7 @@ Result interpret_json(const std::filesystem::path& file, Result (*interpret)(con
   try {
     return interpret(json::parse(io::read_text(file)));
   } catch (const json::exception& error) {
-    throw InputError(file.string() + ": not as kappamu writes it (" + error.what() +
+    throw InputError(file.string() + ": not as kappamu writes it (" + io::json_reason(error) +
                      "); repeat that stage with --force");
   }
 }

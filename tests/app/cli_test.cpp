@@ -129,6 +129,27 @@ TEST_F(CliFailures, NoOpenClDevice) {
                       "OpenCL");
 }
 
+TEST_F(CliFailures, CacheFolderOfTheDriverThatCannotBeWritten) {
+  for (const char* cache : {"", "/proc/nothing", "/etc/passwd"}) {
+    expect_one_sentence(
+        kappamu(forward_arguments(0.3F), "POCL_CACHE_DIR=" + std::string(cache)),
+        "POCL_CACHE_DIR is '" + std::string(cache) + "', where OpenCL cannot write");
+  }
+}
+
+TEST_F(CliFailures, NamesCannotSteerTheTerminal) {
+  expect_one_sentence(kappamu("verify 'a\x1b[2J\u202e"
+                              "b'"),
+                      "a\\x1b[2J\\u202eb: no such folder");
+}
+
+TEST_F(CliFailures, TextFilesOfAbsurdSizeAreRefused) {
+  std::ofstream(folder() / "session.json") << "{\"a\": \"";
+  fs::resize_file(folder() / "session.json", 500'000'000);  // sparse
+  expect_one_sentence(kappamu("calibrate " + folder().string() + " -o " + at("out")),
+                      "it has 500 MB, and a text file may have 100");
+}
+
 TEST_F(CliFailures, UnknownDevice) {
   expect_one_sentence(kappamu(forward_arguments(0.3F) + " --device abacus"), "abacus");
 }

@@ -28,9 +28,5 @@ TEST(FileName, PathsThatLeaveAreSeen) {
   EXPECT_FALSE(stays_inside(std::string_view("a\0b", 3)));
 }
 
-TEST(FileName, ControlCharactersAreShown) {
-  EXPECT_EQ(shown_name("a\nb\x1b[31m\x7f"), "a\\x0ab\\x1b[31m\\x7f");
-}
-
 }  // namespace
 }  // namespace kappamu

@@ -141,8 +141,7 @@ TEST_F(RunFolderTest, MoveCutShortIsFinished) {
     StageRecord& stage = record.stages.at("fit");
     stage.status = StageStatus::moving;
     stage.key = "new key";
-    stage.next = stage.files;
-    stage.next.pop_back();
+    stage.next = {describe_file(run / "fit.partial", "a"), describe_file(run / "fit.partial", "b")};
     write_run_record(record, run);
     for (int i = 0; i < moved; ++i)
       fs::rename(run / "fit.partial" / (i == 0 ? "a" : "b"), run / (i == 0 ? "a" : "b"));
@@ -226,6 +225,12 @@ TEST_F(RunFolderTest, FileFingerprintSeesEditsAndLoss) {
   EXPECT_EQ(one, now());
   std::ofstream(file) << "longer";
   EXPECT_NE(one, now());
+  const fs::file_time_type time = fs::last_write_time(file);
+  std::ofstream(file) << "two";
+  const std::string two = now();
+  std::ofstream(file) << "one";
+  fs::last_write_time(file, time);
+  EXPECT_NE(two, now()) << "equal in size";
 }
 
 }  // namespace
