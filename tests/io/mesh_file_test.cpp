@@ -179,7 +179,8 @@ TEST_F(MeshFile, WhatIsNoMeshIsRefused) {
     refusal(name, "nothing of the kind\n");
     refusal(name, std::string(1000, '\0'));
   }
-  EXPECT_THAT(refusal("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\np 1 2 3\n"), HasSubstr("no triangles"));
+  EXPECT_THAT(refusal("points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\np 1 2 3\n"),
+              HasSubstr("no triangles"));
 }
 
 // What a header declares is refused before anything is allocated for it.
