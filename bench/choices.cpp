@@ -168,7 +168,7 @@ ChoiceScore score_choice(const Choice& way, SurfaceMeasurements measured, const 
   score.single_error = appearance_error(fit.medium, judge.single);
   score.kappa_error = mean(depth.kappa);
   score.mu_error = mean(depth.mu);
-  score.chi2 = fit.report.chi2_per_datum;
+  score.chi2 = fit.report.chi2_per_value;
   score.weight = fit.report.weight;
   score.solves = fit.report.solves.total();
   return score;

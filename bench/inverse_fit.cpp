@@ -7,8 +7,8 @@
 
 #include "bench/record.h"
 #include "core/error.h"
-#include "inverse/validation/validated_fit.h"
 #include "inverse/problem/problem.h"
+#include "inverse/validation/validated_fit.h"
 
 namespace kappamu::bench {
 
@@ -156,7 +156,7 @@ FitScore measure_fit(const SurfaceMeasurements& m, const Judge& judge, const Fit
   score.solves = solves.total();
   score.work = work_of(solves, m.grid);
   score.seconds = fit.report.seconds;
-  score.chi2 = fit.report.chi2_per_datum;
+  score.chi2 = fit.report.chi2_per_value;
   score.weight = fit.report.weight;
   score.patches_error = appearance_error(fit.medium, judge.patches);
   score.single_error = appearance_error(fit.medium, judge.single);
@@ -164,7 +164,7 @@ FitScore measure_fit(const SurfaceMeasurements& m, const Judge& judge, const Fit
   for (Snapshot& s : kept) {
     const inverse::StepRecord& r = s.record;
     score.course.push_back(
-        {r.solves.total(), work_of(r.solves, m.grid), r.seconds, r.weight, r.chi2_per_datum,
+        {r.solves.total(), work_of(r.solves, m.grid), r.seconds, r.weight, r.chi2_per_value,
          r.level, appearance_error(exported(m.grid, s.shape, std::move(s.fields)), judge.patches)});
   }
   if (course_points > 0) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/media.h"
+#include "core/appearance_error.h"
 #include "forward/montecarlo/monte_carlo_model.h"
 #include "inverse/problem/predict.h"
 #include "inverse/problem/problem.h"
@@ -58,19 +59,12 @@ SurfaceMeasurements trace(const Block& block, const CoefficientPair& fine_fields
   return m;
 }
 
-/// E against values with noise of their own, whose expected share is taken off.
-struct NoisyError {
-  double error = 0.0;
-  double noise = 0.0;
-};
-NoisyError noisy_error(const std::vector<float>& predicted, const SurfaceMeasurements& judge) {
-  double misfit = 0.0, squares = 0.0, variance = 0.0;
+AppearanceError error_of(const std::vector<float>& predicted, const SurfaceMeasurements& photons) {
+  AppearanceError error;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    misfit += std::pow(predicted[i] - judge.value[i], 2);
-    squares += std::pow(judge.value[i], 2) - judge.variance[i];
-    variance += judge.variance[i];
+    error.add(predicted[i], photons.value[i], photons.variance[i]);
   }
-  return {(misfit - variance) / squares, variance / squares};
+  return error;
 }
 
 /// Some of the 8 × 8 patches, spread evenly.
@@ -112,12 +106,12 @@ PhotonFit fit_monte_carlo(const Block& block, const CoefficientPair& fine_fields
   s.solves = found.report.solves.total();
   s.work = found.report.solves.voxel_iterations / static_cast<double>(m.grid.cells());
   s.seconds = found.report.seconds;
-  s.chi2 = found.report.chi2_per_datum;
+  s.chi2 = found.report.chi2_per_value;
   s.weight = found.report.weight;
   s.depth = depth_error(found.medium, fine_fields, m.lit_face);
-  const NoisyError fitted = noisy_error(inverse::predict(found.medium, judge, {}), judge);
-  s.patches_error = fitted.error;
-  result.noise_error = fitted.noise;
+  const AppearanceError fitted = error_of(inverse::predict(found.medium, judge, {}), judge);
+  s.patches_error = fitted.denoised_E();
+  result.noise_error = fitted.noise_E();
 
   // The truth itself under diffusion, on the photons' own grid.
   SurfaceMeasurements fine = judge;
@@ -135,7 +129,7 @@ PhotonFit fit_monte_carlo(const Block& block, const CoefficientPair& fine_fields
   const std::vector<double> coarse =
       inverse::restrict_face({predicted.begin(), predicted.end()}, fine.seen_shape(),
                              judge.seen_shape(), 2, judge.patterns);
-  result.truth_error = noisy_error({coarse.begin(), coarse.end()}, judge).error;
+  result.truth_error = error_of({coarse.begin(), coarse.end()}, judge).denoised_E();
   return result;
 }
 

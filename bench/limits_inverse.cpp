@@ -154,7 +154,7 @@ InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::stri
        {inverse::unseen_warning(*outcome.fit, m, 0), inverse::wild_warning(*outcome.fit, m, 0)}) {
     if (warning) outcome.warnings.push_back(*warning);
   }
-  outcome.remarks = inverse::remarks_on(*outcome.fit, m);
+  outcome.remarks = inverse::notes_on(*outcome.fit, m);
   judge(limit, m.eta, outcome);
   return outcome;
 }
@@ -174,7 +174,7 @@ LimitTable limit_inverse(const LimitsOptions& options, Progress& progress) {
     const inverse::FitReport report = outcome.fit ? outcome.fit->report : inverse::FitReport{};
     add("model", to_string(report.model.model));
     add("ended", inverse::to_string(report.status));
-    add("χ² per value", report.chi2_per_datum);
+    add("χ² per value", report.chi2_per_value);
     add("E, light not fitted", outcome.error);
     add("κ off by", percent(outcome.kappa_error));
     add("μ off by", percent(outcome.mu_error));

@@ -32,8 +32,8 @@ class RunFolder {
   /// What the report prints; stored with the next stage.
   void set_options(std::map<std::string, std::string> options);
   void set_device(const std::string& device) { record_.device = device; }
-  void set_holdout_error(std::map<std::string, double> by_channel) {
-    record_.holdout_error = std::move(by_channel);
+  void set_validation_error(std::map<std::string, double> by_channel) {
+    record_.validation_error = std::move(by_channel);
   }
 
   struct Stage {

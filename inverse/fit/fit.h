@@ -48,7 +48,7 @@ struct FitOptions {
   /// A finer grid starts at the α the coarser one ended with, divided by this power of
   /// weight_factor. One step more costs a weight on every grid and gains nothing (docs/theory.md).
   double restart_steps = 0.0;
-  double target_chi2 = 1.0;  ///< χ² per datum that ends the path: the noise level
+  double target_chi2 = 1.0;  ///< χ² per value that ends the path: the noise level
   /// Less relief of χ² than this share by a lower weight ends the path too: what is left is not the
   /// regulariser's doing.
   double stagnation = 0.03;
@@ -94,14 +94,14 @@ struct StepRecord {
   int step = 0;         ///< at this weight on this grid
   SolveCount solves;    ///< so far, on all grids
   double objective = 0.0;
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   double roughness = 0.0;  ///< R
   double seconds = 0.0;    ///< since the channel's start, earlier runs of a resumed fit included
 };
 
 struct FitReport {
   FitStatus status = FitStatus::ran_out;
-  std::string message;  ///< one sentence: why it stopped
+  std::string reason;  ///< one sentence: why it stopped
   std::string backend;
   std::vector<StepRecord> history;
   std::vector<std::string> warnings;
@@ -110,7 +110,7 @@ struct FitReport {
   double homogeneous_kappa = 0.0;         ///< [mm]
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   std::vector<double> gains;  ///< of each pattern, relative (data_term.h)
   double weight = 0.0;        ///< α at the end
   std::size_t data = 0;       ///< used
@@ -171,7 +171,7 @@ struct FitContext {
 
 /// What a reader of the volumes should know: χ² far above the noise, coefficients that diffusion or
 /// the grid describe poorly.
-std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_datum,
+std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_value,
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options);
 

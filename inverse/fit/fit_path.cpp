@@ -18,7 +18,7 @@ namespace {
 /// Coarser grids keep at least this many voxels along every axis: fewer resolve neither the decay
 /// along the light nor a patch.
 constexpr int fewest_voxels = 4;
-/// χ² per datum of a homogeneous start, and of what a coarser grid found, that the weights of the
+/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
 /// path are made for.
 constexpr double usual_homogeneous_chi2 = 100.0;
 constexpr double usual_structured_chi2 = 1000.0;
@@ -119,7 +119,7 @@ Regulariser ChannelRun::regulariser() const {
   return regulariser;
 }
 
-/// r anew at the current fields; χ² per datum with it.
+/// r anew at the current fields; χ² per value with it.
 double ChannelRun::refresh_correction() {
   if (options_.correct_grid) {
     objective_->refresh_correction(refinement(), state_.fields);
@@ -127,7 +127,7 @@ double ChannelRun::refresh_correction() {
     objective_->value(state_.fields);
   }
   state_.correction = objective_->correction();
-  return objective_->chi2_per_datum();
+  return objective_->chi2_per_value();
 }
 
 /// Where another rule than the discrepancy principle chooses: this weight joins the path, and the
@@ -141,7 +141,7 @@ void ChannelRun::keep_point(double chi2) {
     point.held_out_chi2 =
         score_held_out(to_medium(state_.fields, ladder_[0].setup.shape), *context_.held_out,
                        channel_, predict, options_.model_error, options_.data_term)
-            .chi2_per_datum;
+            .chi2_per_value;
   }
   std::vector<PathPoint>& path = state_.path;
   path.push_back(std::move(point));
@@ -163,7 +163,7 @@ void ChannelRun::keep_point(double chi2) {
   finish_path();
 }
 
-/// α that opens the path, χ² per datum being that of the homogeneous start.
+/// α that opens the path, χ² per value being that of the homogeneous start.
 double ChannelRun::first_weight(double chi2) const {
   return options_.weight.value_or(
       sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));

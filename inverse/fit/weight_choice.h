@@ -11,7 +11,7 @@
 namespace kappamu::inverse {
 
 enum class WeightRule {
-  discrepancy,  ///< the first at which χ² per datum is the noise's (Morozov)
+  discrepancy,  ///< the first at which χ² per value is the noise's (Morozov)
   l_curve,      ///< where log R against log χ² bends most (Hansen & O'Leary 1993)
   held_out      ///< where χ² under light the fit does not see is least
 };

@@ -32,9 +32,9 @@ void validate(const DataTermOptions& options);
 
 struct DataTerm {
   double value = 0.0;  ///< the sum, gains' own cost included; infinite where p is not finite
-  /// χ² per datum used: mean e², under a robust loss (median |e| / 0.6745)², which wild data do not
+  /// χ² per value used: mean e², under a robust loss (median |e| / 0.6745)², which wild data do not
   /// move.
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   std::vector<double> gains;          ///< [M]
   std::vector<double> by_prediction;  ///< ∂value/∂p: the gains are at their minimum
   /// Square root of the weight that Gauss-Newton gives p: √(w ψ(e)/e) g, ψ = ρ'.

@@ -95,8 +95,8 @@ class Objective {
 
   /// r M of the last value(), [M][v][u], without gains.
   std::vector<double> prediction() const;
-  /// χ² per datum used and the gains [M] of the last value() (data_term.h).
-  double chi2_per_datum() const { return data_term_.chi2_per_datum; }
+  /// χ² per value used and the gains [M] of the last value() (data_term.h).
+  double chi2_per_value() const { return data_term_.chi2_per_value; }
   const std::vector<double>& gains() const { return data_term_.gains; }
 
   /// Sets r from one solve on the finer grid at `fields`, every voxel split; returns what value()

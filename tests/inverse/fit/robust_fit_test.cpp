@@ -136,7 +136,7 @@ TEST(RobustFit, EveryRuleForTheWeightPredictsHeldOutLight) {
     const ChannelFit fit = fit_channel(fitted, 0, options, {}, silent, {}, context);
     const double error = cases::held_out_error(c.block, c.truth, fit.medium);
     std::printf("%s: E %.2g at weight %.3g, chi2 %.3g\n", to_string(rule).c_str(), error,
-                fit.report.weight, fit.report.chi2_per_datum);
+                fit.report.weight, fit.report.chi2_per_value);
     const Medium start{Volume<double>(c.block.grid, fit.report.homogeneous_kappa),
                        Volume<double>(c.block.grid, fit.report.homogeneous_mu)};
     EXPECT_LT(error, 0.2 * cases::held_out_error(c.block, c.truth, start)) << to_string(rule);
@@ -155,7 +155,7 @@ TEST(RobustFit, GoesOnFromAFinishedFit) {
   Progress silent;
   const ChannelFit second = fit_channel(c.measured, 0, {}, {}, silent, {}, context);
   EXPECT_EQ(second.report.history.front().level, 0) << "no coarser grid once more";
-  EXPECT_LT(second.report.chi2_per_datum, 0.5 * first.report.chi2_per_datum);
+  EXPECT_LT(second.report.chi2_per_value, 0.5 * first.report.chi2_per_value);
   // It ends about where a fit at once ends.
   const double at_once = c.error(c.measured, {});
   EXPECT_LT(cases::held_out_error(c.block, c.truth, second.medium), 2.0 * at_once);
