@@ -43,7 +43,7 @@ void report_failure(const std::exception& error) {
 int main(int argc, char** argv) {
   using namespace kappamu;
   CLI::App app{
-      "kappamu: from captures of a translucent block to volumes of its diffusion and absorption "
+      "kappamu: from photographs of a translucent block to its diffusion and absorption "
       "coefficients"};
   app.name("kappamu");
   app.require_subcommand(1);
@@ -68,7 +68,7 @@ int main(int argc, char** argv) {
   app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
   app.add_option(
       "--device", globals.device,
-      "OpenCL device: auto (default), reference (serial, no OpenCL), or part of a device name");
+      "auto (default), reference (serial, no OpenCL), or part of a device name");
   app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
 
   app::add_commands(app, globals);

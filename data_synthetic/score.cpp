@@ -5,12 +5,14 @@
 #include <cmath>
 
 #include "calib/calibration_file.h"
+#include "core/appearance_error.h"
 #include "core/error.h"
 #include "core/median.h"
 #include "data_synthetic/transport.h"
 #include "io/image/exr.h"
 #include "io/image/image_file.h"
 #include "io/npy.h"
+#include "io/volume/npy_volume.h"
 
 namespace kappamu::synthetic {
 
@@ -18,16 +20,6 @@ namespace {
 
 constexpr int score_refinement =
     2;  // cells per fitted voxel and side when a run's volumes are solved
-
-std::vector<std::size_t> shape_of(const GridShape& grid) {
-  return {static_cast<std::size_t>(grid.nz), static_cast<std::size_t>(grid.ny),
-          static_cast<std::size_t>(grid.nx)};
-}
-
-Volume<double> read_volume(const std::filesystem::path& file, const GridShape& grid) {
-  const io::NpyArray array = io::read_npy(file, shape_of(grid));
-  return {grid, std::vector<double>(array.values.begin(), array.values.end())};
-}
 
 /// Mean over the cells of each coarser voxel.
 Volume<double> average_volume(const Volume<double>& fine, const GridShape& coarse) {
@@ -137,8 +129,9 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
     };
     if (!std::filesystem::exists(deviation("kappa"))) continue;  // fitted with --uncertainty 0
     score.kappa_coverage[name] =
-        coverage(media[c].kappa, kappa, read_volume(deviation("kappa"), truth.grid));
-    score.mu_coverage[name] = coverage(media[c].mu, mu, read_volume(deviation("mu"), truth.grid));
+        coverage(media[c].kappa, kappa, io::read_npy_volume(deviation("kappa"), truth.grid));
+    score.mu_coverage[name] =
+        coverage(media[c].mu, mu, io::read_npy_volume(deviation("mu"), truth.grid));
   }
   score.kappa_relative_error = upper_median(std::move(kappa_errors));
   score.mu_relative_error = upper_median(std::move(mu_errors));
@@ -150,16 +143,17 @@ Medium true_medium(const Truth& truth, const std::filesystem::path& truth_folder
                    const std::string& channel) {
   const auto volume = [&](const std::string& what) {
     return average_volume(
-        read_volume(truth_folder / std::string(what).append("_").append(channel).append(".npy"),
-                    truth.transport_grid),
+        io::read_npy_volume(
+            truth_folder / std::string(what).append("_").append(channel).append(".npy"),
+            truth.transport_grid),
         truth.grid);
   };
   return {volume("kappa"), volume("mu")};
 }
 
-double holdout_error(const std::vector<Medium>& media, const Truth& truth,
-                     const std::filesystem::path& truth_folder, const std::string& device,
-                     Progress& progress, std::map<std::string, double>* by_channel) {
+double truth_error(const std::vector<Medium>& media, const Truth& truth,
+                   const std::filesystem::path& truth_folder, const std::string& device,
+                   Progress& progress, std::map<std::string, double>* by_channel) {
   const FaceShape lit = face_shape(truth.grid, truth.lit_face);
   const FaceShape seen = face_shape(truth.grid, truth.seen_face);
   const auto size = [](int value) { return static_cast<std::size_t>(value); };
@@ -176,8 +170,7 @@ double holdout_error(const std::vector<Medium>& media, const Truth& truth,
   Transport transport({fine, truth.eta, truth.lit_face, truth.sides}, device);
   if (!transport.warning().empty()) progress.warn(transport.warning());
   const bool lit_is_seen = truth.lit_face == truth.seen_face;
-  double misfit = 0.0;
-  double squares = 0.0;
+  AppearanceError all;
   for (std::size_t c = 0; c < truth.channels.size(); ++c) {
     transport.set_medium({split_cells(media[c].kappa, score_refinement),
                           split_cells(media[c].mu, score_refinement)});
@@ -190,19 +183,15 @@ double holdout_error(const std::vector<Medium>& media, const Truth& truth,
                                              truth.channels[c]);
                            }),
         face_shape(fine, truth.seen_face), score_refinement);
-    double channel_misfit = 0.0;
-    double channel_squares = 0.0;
+    AppearanceError error;
     for (std::size_t i = 0; i < found.size(); ++i) {
       if (lit_is_seen && light.values[i] > 0.0F) continue;
-      const double value = expected.values[c * found.size() + i];
-      channel_misfit += (found[i] - value) * (found[i] - value);
-      channel_squares += value * value;
+      error.add(found[i], expected.values[c * found.size() + i]);
     }
-    if (by_channel != nullptr) (*by_channel)[truth.channels[c]] = channel_misfit / channel_squares;
-    misfit += channel_misfit;
-    squares += channel_squares;
+    if (by_channel != nullptr) (*by_channel)[truth.channels[c]] = error.E();
+    all.add(error);
   }
-  return misfit / squares;
+  return all.E();
 }
 
 Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
@@ -227,14 +216,14 @@ Score score_run(const std::filesystem::path& run, const std::filesystem::path& t
   if (has_fit) {
     std::vector<Medium> media;
     for (const std::string& name : truth.channels) {
-      media.push_back({read_volume(run / "fit" / ("kappa_" + name + ".npy"), truth.grid),
-                       read_volume(run / "fit" / ("mu_" + name + ".npy"), truth.grid)});
+      media.push_back({io::read_npy_volume(run / "fit" / ("kappa_" + name + ".npy"), truth.grid),
+                       io::read_npy_volume(run / "fit" / ("mu_" + name + ".npy"), truth.grid)});
       validate(media.back(), (run / "fit").string());
     }
     score_coefficients(media, truth, run, truth_folder, score);
     if (truth.holdout > 0) {
-      score.holdout_E =
-          holdout_error(media, truth, truth_folder, device, progress, &score.holdout_E_by_channel);
+      score.truth_E =
+          truth_error(media, truth, truth_folder, device, progress, &score.truth_E_by_channel);
     }
   }
   score.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

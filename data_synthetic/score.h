@@ -42,8 +42,8 @@ struct Score {
   std::vector<std::string> channels;  ///< names, in the truth's order
   /// E = Σ(L' − L)²/ΣL² over all channels, held-out patches and voxels of the seen face (where one
   /// face is lit and seen: its unlit voxels), the run's volumes solved on a grid refined twice.
-  std::optional<double> holdout_E;
-  std::map<std::string, double> holdout_E_by_channel;
+  std::optional<double> truth_E;
+  std::map<std::string, double> truth_E_by_channel;
   /// |found/true − 1| of HDR radiance: median over all pixels on the sample without a flag.
   std::optional<double> hdr_relative_error_median;
   std::map<std::string, double> hdr_relative_error_by_pattern;
@@ -73,8 +73,8 @@ CalibrationErrors calibration_errors(const calib::CalibrationResult& found, cons
 
 /// E of media on the fitted grid under the held-out patches of `truth`, all channels pooled;
 /// each channel's own goes to `by_channel`.
-double holdout_error(const std::vector<Medium>& media, const Truth& truth,
-                     const std::filesystem::path& truth_folder, const std::string& device,
-                     Progress& progress, std::map<std::string, double>* by_channel = nullptr);
+double truth_error(const std::vector<Medium>& media, const Truth& truth,
+                   const std::filesystem::path& truth_folder, const std::string& device,
+                   Progress& progress, std::map<std::string, double>* by_channel = nullptr);
 
 }  // namespace kappamu::synthetic

@@ -152,10 +152,10 @@ bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
     const FitSummary summary = run_fit_stage(measurements, output / "fit", options, listener);
     std::map<std::string, double> errors;
     for (std::size_t c = 0; c < summary.held_out.size(); ++c) {
-      errors[summary.channels[c]] = summary.held_out[c].error;
+      errors[summary.channels[c]] = summary.held_out[c].error.E();
     }
     folder_.set_device(summary.device);
-    folder_.set_holdout_error(std::move(errors));
+    folder_.set_validation_error(std::move(errors));
   });
 }
 

@@ -33,8 +33,8 @@ class RunFolder {
   void set_options(std::map<std::string, std::string> options);
   void set_inputs(std::vector<OwnedFile> files) { record_.inputs = std::move(files); }
   void set_device(const std::string& device) { record_.device = device; }
-  void set_holdout_error(std::map<std::string, double> by_channel) {
-    record_.holdout_error = std::move(by_channel);
+  void set_validation_error(std::map<std::string, double> by_channel) {
+    record_.validation_error = std::move(by_channel);
   }
 
   struct Stage {

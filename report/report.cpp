@@ -70,10 +70,9 @@ void write_report(const std::filesystem::path& run, const std::filesystem::path&
                             text("kappamu: acquisition of diffusion and absorption volumes · " +
                                  data.folder.parent_path().filename().string() + "/" +
                                  data.folder.filename().string())) +
-                    verdict_section(judge(data)) + comparison_section(data) +
-                    volumes_section(data) + uncertainty_section(data) + convergence_section(data) +
-                    capture_section(data) + calibration_section(data) + radiometry_section(data) +
-                    provenance_section(data);
+                    verdict_section(data) + comparison_section(data) + volumes_section(data) +
+                    uncertainty_section(data) + convergence_section(data) + capture_section(data) +
+                    calibration_section(data) + radiometry_section(data) + provenance_section(data);
   const Html page =
       raw("<!DOCTYPE html>\n") +
       element("html", {{"lang", "en"}}, element("head", head) + element("body", body));

@@ -30,7 +30,10 @@ def main():
         "camera_rms_px": run["camera_rms_px"],
         "projector_rms_px": run["projector_rms_px"],
         "hdr_relative_error_median": score["hdr_relative_error_median"],
-        "holdout_E": score["holdout_E"],
+        "truth_E": score["truth_E"],
+        "validation_E": run["validation_E"],
+        "status": run["status"],
+        "verdict": run["verdict"],
         "kappa_within_2_std": coverage(score["kappa_coverage"]),
         "mu_within_2_std": coverage(score["mu_coverage"]),
         "kappa_mu_volume": run["kappa_mu_volume"],
@@ -44,12 +47,13 @@ def main():
         ("camera reprojection RMS", f"{result['camera_rms_px']:.3f} px"),
         ("projector reprojection RMS", f"{result['projector_rms_px']:.3f} px"),
         ("HDR relative error (median)", f"{100 * result['hdr_relative_error_median']:.2f} %"),
-        ("appearance error E, held-out light", f"{result['holdout_E']:.2e}"),
+        ("truth error E, unseen patterns", f"{result['truth_E']:.2e}"),
         ("κ within 2 stated deviations", percent(result["kappa_within_2_std"])),
         ("μ within 2 stated deviations", percent(result["mu_within_2_std"])),
         *((f"time: {stage}", f"{value:.1f} s") for stage, value in seconds.items()),
         ("time: total", f"{result['seconds_total']:.1f} s"),
         ("report", result["report"]),
+        ("verdict", result["verdict"]["sentence"]),
     ]
     print()
     for name, value in rows:

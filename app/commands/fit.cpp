@@ -31,7 +31,7 @@ struct FitCommand {
   pipeline::FitStageOptions fit = pipeline::usual_options();
 };
 
-int evaluations(const inverse::FitReport& report) {
+int adjoint_solves(const inverse::FitReport& report) {
   return report.history.empty() ? 0 : report.history.back().solves.adjoint;
 }
 
@@ -41,45 +41,52 @@ Json to_json(const pipeline::FitSummary& summary) {
     const inverse::FitReport& r = summary.reports[c];
     channels.push_back({{"name", summary.channels[c]},
                         {"status", inverse::to_string(r.status)},
+                        {"reason", r.reason},
                         {"model", pipeline::model_json(r.model)},
-                        {"chi2_per_value", r.chi2_per_datum},
+                        {"chi2_per_value", r.chi2_per_value},
                         {"warnings", r.warnings},
-                        {"remarks", summary.remarks[c]},
-                        {"evaluations", evaluations(r)},
+                        {"notes", summary.notes[c]},
+                        {"adjoint_solves", adjoint_solves(r)},
                         {"seconds", r.seconds}});
     if (!summary.held_out.empty()) {
-      channels.back()["holdout_E"] = summary.held_out[c].error;
-      channels.back()["holdout_noise"] = summary.held_out[c].noise;
-      channels.back()["holdout_chi2_per_value"] = summary.held_out[c].chi2_per_datum;
+      channels.back()["validation_E"] = summary.held_out[c].error.E();
+      channels.back()["validation_noise_E"] = summary.held_out[c].error.noise_E();
+      channels.back()["validation_chi2_per_value"] = summary.held_out[c].chi2_per_value;
     }
     if (summary.uncertainty[c]) {
       channels.back()["uncertainty"] = pipeline::uncertainty_json(*summary.uncertainty[c]);
     }
   }
-  return {{"converged", summary.converged()},  {"volume", summary.volume.string()},
-          {"device", summary.device},          {"channels", channels},
-          {"seconds", summary.seconds},        {"memory_needed_bytes", summary.memory_needed},
-          {"memory_peak_bytes", peak_memory()}};
+  Json object;
+  pipeline::add_fit_record(summary.record, object);
+  object["volume"] = summary.volume.string();
+  object["device"] = summary.device;
+  object["channels"] = channels;
+  object["seconds"] = summary.seconds;
+  object["memory_needed_bytes"] = summary.memory_needed;
+  object["memory_peak_bytes"] = peak_memory();
+  return object;
 }
 
 void print_table(const pipeline::FitSummary& summary) {
   for (std::size_t c = 0; c < summary.channels.size(); ++c) {
     const inverse::FitReport& r = summary.reports[c];
-    std::printf("%-5s chi2 per value %-8.3g %4d gradients  %6.1f s", summary.channels[c].c_str(),
-                r.chi2_per_datum, evaluations(r), r.seconds);
+    std::printf("%-5s chi2 per value %-8.3g %4d adjoint solves  %6.1f s",
+                summary.channels[c].c_str(), r.chi2_per_value, adjoint_solves(r), r.seconds);
     if (!summary.held_out.empty()) {
       const inverse::HeldOutScore& h = summary.held_out[c];
-      std::printf("  held-out E %.2e (noise %.1e, chi2 %.3g)", h.error, h.noise, h.chi2_per_datum);
+      std::printf("  validation E %.2e (noise %.1e)", h.error.E(), h.error.noise_E());
     }
-    std::printf("  %s\n      model %s: %s\n", r.message.c_str(),
-                pipeline::short_name(r.model).c_str(), r.model.reason.c_str());
-    for (const std::string& remark : summary.remarks[c]) std::printf("      %s\n", remark.c_str());
+    std::printf("  %s: %s\n      model %s: %s\n", inverse::to_string(r.status).c_str(),
+                r.reason.c_str(), pipeline::short_name(r.model).c_str(), r.model.reason.c_str());
+    for (const std::string& note : summary.notes[c]) std::printf("      %s\n", note.c_str());
     if (summary.uncertainty[c]) {
       std::printf("      %s\n", summary.uncertainty[c]->sentence.c_str());
     }
   }
   std::printf("%s  (memory: %s, %s expected)\n", summary.volume.c_str(),
               gigabytes(peak_memory()).c_str(), gigabytes(summary.memory_needed).c_str());
+  std::printf("%s\n", summary.record.verdict.sentence.c_str());
 }
 
 void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
@@ -118,7 +125,7 @@ void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
   } else {
     print_table(summary);
   }
-  if (!summary.converged()) globals.exit_code = 3;
+  globals.exit_code = summary.record.verdict.exit_code();
 }
 
 }  // namespace
@@ -138,16 +145,16 @@ void add_fit(CLI::App& app, Globals& globals) {
       "prediction.npy, prediction_validate.npy, volume.vdb and "
       "fit.json.\n"
       "Where no patterns were captured for validation, one of every 16 is kept out of the fit\n"
-      "(--hold-out); fit.json and the report judge the volumes by them. Then these patterns join\n"
-      "and the last weight is minimised once more: E is of the volumes before that, in "
-      "OUT/judged.\n"
+      "(--hold-out) and gives the validation error E. Then these patterns join and the last\n"
+      "weight is minimised once more: E is of the volumes before that, in OUT/validated.\n"
       "Killed at any moment and started again with the same command it goes on where it was and\n"
       "ends in the same volumes.\n\n"
       "Reading the result: chi2 per value near 1 means that the volumes explain the data to their\n"
       "stated noise; well above 1, variances, calibration or the diffusion model do not hold. "
       "What\n"
-      "counts is held-out E = Σ(L' − L)²/ΣL², the error under light the fit never saw, beside the\n"
-      "part of it that the held-out measurements' own noise explains. Light at steady state does\n"
+      "counts is E = Σ(L' − L)²/ΣL² of validation patterns, the error under light the fit never\n"
+      "saw, beside the part of it that those patterns' own noise makes. Light at steady state "
+      "does\n"
       "not determine deep voxels: the standard deviations std_kappa and std_mu, and the sentence "
       "that\n"
       "goes with them, say how far κ and μ can be trusted; where resolution is near 0 they are "
@@ -176,14 +183,16 @@ void add_fit(CLI::App& app, Globals& globals) {
       ->type_name("OUT");
   command
       ->add_option("--validate", options->validate,
-                   "Measurements of held-out patterns to predict and score (default: "
+                   "Measurements of validation patterns to predict and score (default: "
                    "INPUT/measurements_validate)")
       ->type_name("FOLDER");
   command->add_flag("--restart", options->fit.restart, "Ignore the checkpoints in OUT");
   command->add_flag("--options-table", options->table)->group("");
   add_fit_options(*command, options->fit);
   command->footer(
-      "Exit code 3: some channel ran out of steps; its volumes are kept and marked in fit.json.\n"
+      "Exit code 3: a channel ran out of steps, its data are not explained to their noise (chi2\n"
+      "per value above 1.5), or the verdict is red; the volumes are kept, with the verdict, in\n"
+      "fit.json.\n"
       "Examples: kappamu fit demo/run -o demo/run/fit\n"
       "          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30");
   command->callback([command, options, &globals] { run_fit(*command, *options, globals); });

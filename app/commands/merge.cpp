@@ -37,7 +37,7 @@ void run_merge(const SessionCommand& options, const Globals& globals) {
 void add_merge(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "merge",
-      "Merge each pattern's exposures into one HDR image, and measure the sample's surface.\n\n"
+      "Merge each pattern's exposures into an HDR image and measure the surface.\n\n"
       "Writes RUN/hdr/<pattern>.exr: radiance R, G, B [full scales/s], its variance and flags\n"
       "(1 saturated, 2 dark, 4 missing). Where RUN is calibrated (`kappamu calibrate`), also\n"
       "RUN/measurements and RUN/measurements_validate: mean exitance and variance of every "

@@ -44,9 +44,8 @@ void add_report(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "report",
       "Write RUN/report.html: one self-contained page that shows whether to trust a fit.\n\n"
-      "On top a verdict with one line each for calibration, exposure, coverage, fit, prediction "
-      "of\n"
-      "light held out of the fit, and warnings. Below it measured and re-rendered pictures with\n"
+      "On top the fit's verdict (fit.json has the same), with one line each for fit, validation,\n"
+      "coverage, calibration and warnings. Below it measured and re-rendered pictures with\n"
       "residual maps, slices of κ [mm] and μ [1/mm], convergence, what was captured, calibration\n"
       "residuals, response, dynamic range, times, device and versions. Parts the run does not\n"
       "have are left out with a sentence.");

@@ -36,8 +36,8 @@ json to_json(const synthetic::Score& score) {
   const auto optional = [](const std::optional<double>& value) {
     return value ? json(*value) : json(nullptr);
   };
-  return {{"holdout_E", optional(score.holdout_E)},
-          {"holdout_E_by_channel", score.holdout_E_by_channel},
+  return {{"truth_E", optional(score.truth_E)},
+          {"truth_E_by_channel", score.truth_E_by_channel},
           {"hdr_relative_error_median", optional(score.hdr_relative_error_median)},
           {"hdr_relative_error_by_pattern", score.hdr_relative_error_by_pattern},
           {"hdr_valid_fraction", score.hdr_valid_fraction},
@@ -73,10 +73,10 @@ void print_coverage(const char* name, const std::vector<std::string>& channels,
 }
 
 void print_table(const synthetic::Score& score) {
-  if (score.holdout_E) {
-    std::printf("appearance error E, held-out    %.2e", *score.holdout_E);
+  if (score.truth_E) {
+    std::printf("truth error E                   %.2e", *score.truth_E);
     for (const std::string& channel : score.channels) {
-      std::printf("  %s %.2e", channel.c_str(), score.holdout_E_by_channel.at(channel));
+      std::printf("  %s %.2e", channel.c_str(), score.truth_E_by_channel.at(channel));
     }
     std::printf("\n");
   }
@@ -111,7 +111,8 @@ void add_score(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "score",
       "Compare a finished run of a simulated capture with the ground truth.\n\n"
-      "E = Σ(L' − L)²/ΣL² compares what the run's volumes send out under light patches the "
+      "The truth error E = Σ(L' − L)²/ΣL² compares what the run's volumes send out under light "
+      "patches the "
       "capture\n"
       "never showed, solved on a grid refined two times, with the noise-free truth; below 1e-3 is\n"
       "good, a homogeneous block has a few 1e-2. The HDR error is the median of |found/true − 1|\n"
@@ -133,7 +134,7 @@ void add_score(CLI::App& app, Globals& globals) {
       ->type_name("TRUTH");
   command->footer(
       "Example: kappamu score demo/run --truth demo/truth\n"
-      "With --json: holdout_E, hdr_relative_error_median, kappa_relative_error, "
+      "With --json: truth_E, hdr_relative_error_median, kappa_relative_error, "
       "mu_relative_error,\n"
       "kappa_coverage, mu_coverage, calibration (objects) and more; null or empty where the run "
       "lacks\n"

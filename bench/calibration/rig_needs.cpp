@@ -179,8 +179,8 @@ class Rig {
     const synthetic::Truth& truth = usual_.truth();
     const Medium medium = inverse::to_medium(fields_of(fit_.fitted() + change), best_.grid);
     std::map<std::string, double> by_channel;
-    synthetic::holdout_error(std::vector<Medium>(truth.channels.size(), medium), truth,
-                             usual_.truth_folder(), options_.device, progress_, &by_channel);
+    synthetic::truth_error(std::vector<Medium>(truth.channels.size(), medium), truth,
+                           usual_.truth_folder(), options_.device, progress_, &by_channel);
     return by_channel.at(truth.channels[channel]);
   }
 

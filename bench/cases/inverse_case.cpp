@@ -7,6 +7,7 @@
 #include <string>
 
 #include "bench/cases/media.h"
+#include "core/appearance_error.h"
 #include "core/error.h"
 #include "inverse/problem/objective.h"
 #include "inverse/problem/predict.h"
@@ -225,14 +226,12 @@ SurfaceMeasurements measure(const Block& block, const CoefficientPair& fine_fiel
 
 double appearance_error(const Medium& medium, const SurfaceMeasurements& exposed) {
   const std::vector<float> predicted = inverse::predict(medium, exposed, {});
-  double misfit = 0.0;
-  double squares = 0.0;
+  AppearanceError error;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     if (lit(exposed, i) || (!exposed.mask.empty() && exposed.mask[i] == 0)) continue;
-    misfit += std::pow(predicted[i] - exposed.value[i], 2);
-    squares += std::pow(exposed.value[i], 2);
+    error.add(predicted[i], exposed.value[i]);
   }
-  return misfit / squares;
+  return error.E();
 }
 
 }  // namespace kappamu::bench

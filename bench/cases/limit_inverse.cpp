@@ -153,7 +153,7 @@ InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::stri
        {inverse::unseen_warning(*outcome.fit, m, 0), inverse::wild_warning(*outcome.fit, m, 0)}) {
     if (warning) outcome.warnings.push_back(*warning);
   }
-  outcome.remarks = inverse::remarks_on(*outcome.fit, m);
+  outcome.remarks = inverse::notes_on(*outcome.fit, m);
   judge(limit, m.eta, outcome);
   return outcome;
 }

@@ -137,7 +137,7 @@ Json score_of(const inverse::ChannelFit& fit, const SurfaceMeasurements& m,
           {"batched_solves", fit.report.solves.total()},
           {"work", work_of(fit.report.solves, m.grid)},
           {"seconds", fit.report.seconds},
-          {"data_misfit_chi2", fit.report.chi2_per_datum},
+          {"data_misfit_chi2", fit.report.chi2_per_value},
           {"weight", fit.report.weight},
           {"kappa_error_by_depth", depth.kappa},
           {"mu_error_by_depth", depth.mu}};
@@ -169,7 +169,7 @@ Json measure_fit(const SurfaceMeasurements& m, const Validation& validation,
                                {"work", work_of(r.solves, m.grid)},
                                {"seconds", r.seconds},
                                {"weight", r.weight},
-                               {"chi2", r.chi2_per_datum},
+                               {"chi2", r.chi2_per_value},
                                {"level", r.level},
                                {"holdout_E", appearance_error(medium, validation.patches)}});
   }

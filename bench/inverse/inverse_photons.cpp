@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/cases/media.h"
+#include "core/appearance_error.h"
 #include "forward/montecarlo/monte_carlo_model.h"
 #include "inverse/problem/predict.h"
 #include "inverse/problem/problem.h"
@@ -58,19 +59,12 @@ SurfaceMeasurements trace(const Block& block, const CoefficientPair& fine_fields
   return m;
 }
 
-/// E against values with noise of their own, whose expected share is taken off.
-struct NoisyError {
-  double error = 0.0;
-  double noise = 0.0;
-};
-NoisyError noisy_error(const std::vector<float>& predicted, const SurfaceMeasurements& validation) {
-  double misfit = 0.0, squares = 0.0, variance = 0.0;
+AppearanceError error_of(const std::vector<float>& predicted, const SurfaceMeasurements& photons) {
+  AppearanceError error;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
-    misfit += std::pow(predicted[i] - validation.value[i], 2);
-    squares += std::pow(validation.value[i], 2) - validation.variance[i];
-    variance += validation.variance[i];
+    error.add(predicted[i], photons.value[i], photons.variance[i]);
   }
-  return {(misfit - variance) / squares, variance / squares};
+  return error;
 }
 
 /// Some of the 8 × 8 patches, spread evenly.
@@ -102,11 +96,12 @@ Json fit_monte_carlo(const Block& block, const CoefficientPair& fine_fields,
 
   const inverse::ChannelFit found = inverse::fit_channel(m, 0, fit, {}, progress);
   Json result = score_of(found, m, fine_fields);
-  const NoisyError fitted = noisy_error(inverse::predict(found.medium, validation, {}), validation);
+  const AppearanceError fitted =
+      error_of(inverse::predict(found.medium, validation, {}), validation);
   result["variant"] = "default";
   result["noise"] = options.noise;
-  result["holdout_E"] = fitted.error;
-  result["photon_noise_E"] = fitted.noise;
+  result["holdout_E"] = fitted.denoised_E();
+  result["photon_noise_E"] = fitted.noise_E();
 
   // The truth itself under diffusion, on the photons' own grid.
   SurfaceMeasurements fine = validation;
@@ -124,7 +119,7 @@ Json fit_monte_carlo(const Block& block, const CoefficientPair& fine_fields,
   const std::vector<double> coarse =
       inverse::restrict_face({predicted.begin(), predicted.end()}, fine.seen_shape(),
                              validation.seen_shape(), 2, validation.patterns);
-  result["truth_E"] = noisy_error({coarse.begin(), coarse.end()}, validation).error;
+  result["truth_E"] = error_of({coarse.begin(), coarse.end()}, validation).denoised_E();
   return result;
 }
 

@@ -78,7 +78,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
     seconds += fit.report.seconds - on_deviations;
     deviation_seconds += on_deviations;
     solves += fit.report.solves.total();
-    misfits.push_back(fit.report.chi2_per_datum);
+    misfits.push_back(fit.report.chi2_per_value);
     errors.push_back(appearance_error(fit.medium, expose(block, fields, validation_light(block))));
     record["device"] = fit.report.backend;
   }

@@ -16,7 +16,7 @@ void limit_inverse(const Request& request, Progress& progress, const Save& save)
       const inverse::FitReport& report = outcome.fit->report;
       row["model"] = to_string(report.model.model);
       row["ended"] = inverse::to_string(report.status);
-      row["χ² per value"] = report.chi2_per_datum;
+      row["χ² per value"] = report.chi2_per_value;
       row["E, light not fitted"] = outcome.error;
       row["κ error"] = outcome.kappa_error;
       row["μ error"] = outcome.mu_error;

@@ -61,17 +61,19 @@ double vein_distance(const Vector3d& x, const Vector3d& normal, double offset, d
 }
 
 constexpr PointCoefficients jensen_marble{{2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}};
+/// Onyx-like stone, clear enough that the demo's voxels stay below a mean free path.
+constexpr PointCoefficients onyx{{0.95, 1.10, 1.25}, {0.0021, 0.0041, 0.0071}};
 
 Vector3d extent(const GridShape& grid) {
   return Vector3d(grid.nx, grid.ny, grid.nz) * grid.voxel_mm;
 }
 
-/// Marble with one grey vein, a clear inclusion and a reddish absorbing one.
-auto demo_coefficients(const GridShape& grid, std::uint64_t seed) {
+/// One grey vein, a clear inclusion and a reddish absorbing one in `base`.
+auto vein_and_inclusions(const PointCoefficients& base, const GridShape& grid, std::uint64_t seed) {
   const Vector3d size = extent(grid);
   const double voxel = grid.voxel_mm;
   return [=](const Vector3d& x) {
-    PointCoefficients point = jensen_marble;
+    PointCoefficients point = base;
     vary(point, x, 6.0, 0.45, 0.6, seed);
     const double vein = vein_distance(x, {1.0, 0.55, 0.35}, 0.52 * size.x() + 0.2 * size.y(), 2.5,
                                       9.0, 3.0 * voxel, mix(seed + 7));
@@ -171,9 +173,12 @@ SampleModel make_sample(const std::string& name, std::uint64_t seed,
     sample.grid = {nx, ny, nz, voxel_mm};
     if (grid) sample.grid = {(*grid)[0], (*grid)[1], (*grid)[2], voxel_mm};
   };
-  if (name == "demo" || name == "tiny") {
-    name == "demo" ? shape(40, 32, 12, 0.5) : shape(12, 10, 6, 0.6);
-    sample.coefficients = demo_coefficients(sample.grid, structure);
+  if (name == "demo") {
+    shape(40, 32, 12, 0.5);
+    sample.coefficients = vein_and_inclusions(onyx, sample.grid, structure);
+  } else if (name == "tiny") {
+    shape(12, 10, 6, 0.6);
+    sample.coefficients = vein_and_inclusions(jensen_marble, sample.grid, structure);
   } else if (name == "wax1") {
     shape(130, 53, 37, 0.4);
     sample.coefficients = wax_coefficients(pale_wax, amber_wax, structure);

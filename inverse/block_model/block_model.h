@@ -37,7 +37,7 @@ struct ModelTrial {
   Model model = Model::volume;
   int level = 0;   ///< grid, 0 = finest
   int layers = 0;  ///< 0 for a volume
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   double coherent =
       0.0;  ///< share of it that neighbouring pixels have in common (model_evidence.h)
   double coherent_limit = 0.0;  ///< what noise and the model's own error explain of that

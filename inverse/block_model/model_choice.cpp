@@ -55,7 +55,7 @@ class Level {
     LayeredFit found = fitter.descend(useful());
     for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {
       const double chi2 = refresh(found.medium);
-      if (std::abs(chi2 - found.chi2_per_datum) <= settled * found.chi2_per_datum) break;
+      if (std::abs(chi2 - found.chi2_per_value) <= settled * found.chi2_per_value) break;
       found = fitter.descend(useful());
     }
     SimpleFit simple;
@@ -69,7 +69,7 @@ class Level {
     trial.layers = found.medium.layers();
     trial.model = trial.layers == 1 ? Model::homogeneous : Model::layered;
     trial.level = level_;
-    trial.chi2_per_datum = evidence.chi2_per_datum;
+    trial.chi2_per_value = evidence.chi2_per_value;
     trial.coherent = evidence.coherent();
     trial.coherent_limit = coherent_limit(evidence, options_.tolerated);
     trial.rejected = !not_rejected(evidence, options_.tolerated);
@@ -82,7 +82,7 @@ class Level {
     const forward::GridSetup& setup = objective_.problem().setup;
     return to_fields(medium, setup.shape, axis_of(setup.lit_face));
   }
-  /// χ² per datum with the correction at `medium`.
+  /// χ² per value with the correction at `medium`.
   double refresh(const LayeredMedium& medium) {
     CoefficientPair at = fields(medium);
     if (!options_.correct_grid || at == corrected_at_) {
@@ -91,9 +91,9 @@ class Level {
       objective_.refresh_correction(refinement_, at);
       corrected_at_ = std::move(at);
     }
-    return objective_.chi2_per_datum();
+    return objective_.chi2_per_value();
   }
-  /// χ² per datum that a model of this grid may have: coarse grids only screen.
+  /// χ² per value that a model of this grid may have: coarse grids only screen.
   double useful() const {
     const bool screens = level_ > 0 && options_.asked == Model::automatic;
     return screens ? chi2_limit(used(), options_.tolerated) : 0.0;
@@ -156,7 +156,7 @@ class Search {
     if (fewer.layers() < all.medium.layers()) {
       SimpleFit merged = tried(grid, fewer);
       // Twice the allowance: the expectation is one to second order.
-      const double rise = merged.trial.chi2_per_datum - all.trial.chi2_per_datum;
+      const double rise = merged.trial.chi2_per_value - all.trial.chi2_per_value;
       merged.trial.rejected = merged.trial.rejected || rise > 2.0 * options_.tolerated_rise;
       search_.trials.back() = merged.trial;
       if (!merged.trial.rejected) all = std::move(merged);

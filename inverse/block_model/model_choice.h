@@ -34,7 +34,7 @@ struct ModelSearchOptions {
   Model asked = Model::automatic;
   bool correct_grid = true;
   double tolerated = 0.05;  ///< share of the stated variance that a misfit may have
-  /// Rise of χ² per datum that fewer layers may cost.
+  /// Rise of χ² per value that fewer layers may cost.
   double tolerated_rise = 0.01;
   int most_layers = 16;
   ModelError model_error;         ///< of the finest grid

@@ -50,7 +50,7 @@ Evidence weigh(const Problem& problem, const std::vector<double>& prediction,
     }
   }
   if (evidence.data > 0) {
-    evidence.chi2_per_datum = squares / static_cast<double>(evidence.data);
+    evidence.chi2_per_value = squares / static_cast<double>(evidence.data);
     evidence.systematic = systematic / static_cast<double>(evidence.data);
   }
   if (pairs > 0 && both > 0.0) {
@@ -62,7 +62,7 @@ Evidence weigh(const Problem& problem, const std::vector<double>& prediction,
 
 double coherent_limit(const Evidence& evidence, double tolerated) {
   return tolerated + evidence.systematic +
-         deviations * evidence.coherence_error * evidence.chi2_per_datum;
+         deviations * evidence.coherence_error * evidence.chi2_per_value;
 }
 
 double chi2_limit(std::size_t data, double tolerated) {
@@ -70,7 +70,7 @@ double chi2_limit(std::size_t data, double tolerated) {
 }
 
 bool not_rejected(const Evidence& evidence, double tolerated) {
-  return evidence.chi2_per_datum <= chi2_limit(evidence.data, tolerated) &&
+  return evidence.chi2_per_value <= chi2_limit(evidence.data, tolerated) &&
          evidence.coherent() <= coherent_limit(evidence, tolerated);
 }
 

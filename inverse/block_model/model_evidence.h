@@ -11,7 +11,7 @@ namespace kappamu::inverse {
 /// Of residuals s = √w (r M − d), whose variance is 1 where model and variances are right.
 struct Evidence {
   std::size_t data = 0;
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   /// Correlation of residuals of neighbouring pixels of a pattern [dimensionless]. Noise of
   /// different pixels is independent and light in the block is smooth: what is left of the model's
   /// misfit shows here whatever the stated variances, as its share of χ².
@@ -20,7 +20,7 @@ struct Evidence {
   double systematic = 0.0;       ///< mean share of the variances that is the model's own error
 
   /// Variance of the misfit that neighbours share, in those stated.
-  double coherent() const { return coherence * chi2_per_datum; }
+  double coherent() const { return coherence * chi2_per_value; }
 };
 
 /// `prediction` [M][v][u], as `problem.data`; `model_error` is what the problem was made with.
@@ -31,7 +31,7 @@ Evidence weigh(const Problem& problem, const std::vector<double>& prediction,
 /// latter, and `tolerated`, a share of the stated variance.
 double coherent_limit(const Evidence& evidence, double tolerated);
 
-/// The same of χ² per datum.
+/// The same of χ² per value.
 double chi2_limit(std::size_t data, double tolerated);
 
 /// Neither χ² nor its coherent part exceeds what noise, the model's own error and `tolerated`

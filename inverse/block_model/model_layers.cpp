@@ -226,7 +226,7 @@ LayeredFit LayerFitter::descend(double useful) {
     fresh = poor;
   }
   fit.medium = medium(p_);
-  fit.chi2_per_datum = residual.squaredNorm() / noise;
+  fit.chi2_per_value = residual.squaredNorm() / noise;
   return fit;
 }
 

@@ -21,7 +21,7 @@ LayeredMedium with_layers(const LayeredMedium& coarse, int layers, int depth);
 
 struct LayeredFit {
   LayeredMedium medium;
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   int steps = 0;
   bool converged = false;
 };

@@ -139,9 +139,9 @@ Consistency judge(const Problem& problem, double kappa, double mu, const ModelEr
         fit_with_eta(grid, other, fit.medium, model_error, backend, result.solves);
     const bool right = tried.explains && std::abs(tried.log_scale.value) <=
                                              quadrature(tried.log_scale.error, calibration_spread);
-    if (!right || (result.other_eta && tried.chi2_per_datum >= best)) continue;
+    if (!right || (result.other_eta && tried.chi2_per_value >= best)) continue;
     result.other_eta = other;
-    best = tried.chi2_per_datum;
+    best = tried.chi2_per_value;
   }
   return result;
 }

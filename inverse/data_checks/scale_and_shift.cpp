@@ -19,7 +19,7 @@ constexpr int max_steps = 20;
 constexpr double step_tolerance = 2e-3;
 /// A step that keeps less of its promise asks for fresh derivatives.
 constexpr double trusted = 0.25;
-/// χ² per datum from which a second correction of the grid changes nothing that matters.
+/// χ² per value from which a second correction of the grid changes nothing that matters.
 constexpr double far_from_data = 4.0;
 constexpr double tolerated_misfit = 0.05;
 /// Where it starts, and what no fit goes below.
@@ -307,7 +307,7 @@ class Exposure {
                                shifted(here_.log_map, i, fit.shift_u.value, fit.shift_v.value));
     }
     const Evidence evidence = weigh(problem, prediction, model_error);
-    fit.chi2_per_datum = evidence.chi2_per_datum;
+    fit.chi2_per_value = evidence.chi2_per_value;
     fit.coherent = evidence.coherent();
     fit.explains = not_rejected(evidence, tolerated_misfit);
   }
@@ -336,7 +336,7 @@ ExposureFit fit_exposure(Objective& objective, const Refinement& finer, const La
   Exposure exposure(objective, start);
   objective.refresh_correction(finer, exposure.fields());
   const ExposureFit fit = exposure.run(model_error);
-  if (fit.chi2_per_datum > far_from_data) return fit;
+  if (fit.chi2_per_value > far_from_data) return fit;
   objective.refresh_correction(finer, exposure.fields());
   return exposure.run(model_error);
 }

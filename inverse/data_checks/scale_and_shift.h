@@ -20,7 +20,7 @@ struct ExposureFit {
   Estimate shift_u;    ///< of the images against the light, along +u of the seen face [voxels]
   Estimate shift_v;    ///< along +v
   double heterogeneity = 0.0;   ///< rms of log data that neither noise nor the fit explains
-  double chi2_per_datum = 0.0;  ///< with scale and shift
+  double chi2_per_value = 0.0;  ///< with scale and shift
   double coherent = 0.0;        ///< as in model_evidence.h
   bool explains = false;        ///< the data, to their noise
   bool converged = false;

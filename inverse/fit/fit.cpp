@@ -120,7 +120,7 @@ void ChannelRun::begin() {
   state_.fields = fields();
   objective_->value(state_.fields);
   state_.last_stage = state_.level == 0 && only_weight();
-  state_.weight = first_weight(objective_->chi2_per_datum());
+  state_.weight = first_weight(objective_->chi2_per_value());
 }
 
 void ChannelRun::begin_stage() {
@@ -139,7 +139,7 @@ void ChannelRun::begin_stage() {
   restart(*function_, state_.optimiser,
           [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
   state_.roughness = function_->last_roughness();
-  state_.chi2 = objective_->chi2_per_datum();
+  state_.chi2 = objective_->chi2_per_value();
   state_.begun_chi2 = state_.chi2;
   if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
@@ -164,7 +164,7 @@ void ChannelRun::iterate_stage() {
     if (outcome == StepOutcome::stalled) break;
     ++state_.stage_steps;
     state_.roughness = function_->last_roughness();
-    state_.chi2 = objective_->chi2_per_datum();
+    state_.chi2 = objective_->chi2_per_value();
     const double after = state_.optimiser.value;
     const bool small = before - after < stage_tolerance() * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;

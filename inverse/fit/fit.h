@@ -42,14 +42,14 @@ struct StepRecord {
   int step = 0;         ///< at this weight on this grid
   SolveCount solves;    ///< so far, on all grids
   double objective = 0.0;
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   double roughness = 0.0;  ///< R
   double seconds = 0.0;    ///< since the channel's start, earlier runs of a resumed fit included
 };
 
 struct FitReport {
   FitStatus status = FitStatus::ran_out;
-  std::string message;  ///< one sentence: why it stopped
+  std::string reason;  ///< one sentence: why it stopped
   std::string backend;
   std::vector<StepRecord> history;
   std::vector<std::string> warnings;
@@ -58,7 +58,7 @@ struct FitReport {
   double homogeneous_kappa = 0.0;         ///< [mm]
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
-  double chi2_per_datum = 0.0;
+  double chi2_per_value = 0.0;
   double weight = 0.0;   ///< α at the end
   std::size_t data = 0;  ///< used
   SolveCount solves;     ///< of all grids, the start included
@@ -116,7 +116,7 @@ struct FitContext {
 
 /// What a reader of the volumes should know: χ² far above the noise, coefficients that diffusion or
 /// the grid describe poorly.
-std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_datum,
+std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_value,
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options);
 

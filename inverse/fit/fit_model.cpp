@@ -15,7 +15,7 @@ std::string described(const ModelTrial& trial) {
   const std::string what =
       trial.layers == 1 ? "a homogeneous block" : std::to_string(trial.layers) + " even layers";
   std::snprintf(text.data(), text.size(), "%s (chi2 per value %.3g%s)", what.c_str(),
-                trial.chi2_per_datum, trial.level > 0 ? " on a coarser grid" : "");
+                trial.chi2_per_value, trial.level > 0 ? " on a coarser grid" : "");
   return text.data();
 }
 
@@ -93,7 +93,7 @@ bool ChannelRun::settle_for_simple_model() {
   state_.correction = accepted.correction;
   state_.fields = std::move(accepted.fields);
   state_.weight = 0.0;
-  state_.last_chi2 = accepted.trial.chi2_per_datum;
+  state_.last_chi2 = accepted.trial.chi2_per_value;
   state_.report.history.push_back({0, 0.0, 0, solves,
                                    0.5 * state_.last_chi2 * static_cast<double>(ladder_[0].used()),
                                    state_.last_chi2, 0.0, seconds()});
@@ -108,11 +108,11 @@ void ChannelRun::conclude_simple(const ModelTrial& trial) {
   FitReport& report = state_.report;
   report.status = trial.rejected ? FitStatus::above_noise : FitStatus::converged;
   std::array<char, 96> sentence{};
-  std::snprintf(sentence.data(), sentence.size(), "%s at chi2 per datum %.3g.",
-                trial.layers == 1 ? "A homogeneous block" : "Even layers", trial.chi2_per_datum);
-  report.message = sentence.data();
+  std::snprintf(sentence.data(), sentence.size(), "%s at chi2 per value %.3g.",
+                trial.layers == 1 ? "A homogeneous block" : "Even layers", trial.chi2_per_value);
+  report.reason = sentence.data();
   if (trial.rejected) warn(report.model.reason);
-  finish(trial.chi2_per_datum);
+  finish(trial.chi2_per_value);
 }
 
 }  // namespace kappamu::inverse

@@ -17,7 +17,7 @@ namespace {
 /// Coarser grids keep at least this many voxels along every axis: fewer resolve neither the decay
 /// along the light nor a patch.
 constexpr int fewest_voxels = 4;
-/// χ² per datum of a homogeneous start, and of what a coarser grid found, that the weights of the
+/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
 /// path are made for.
 constexpr double usual_homogeneous_chi2 = 100.0;
 constexpr double usual_structured_chi2 = 1000.0;
@@ -120,7 +120,7 @@ Regulariser ChannelRun::regulariser() const {
   return regulariser;
 }
 
-/// r anew at the current fields; χ² per datum with it.
+/// r anew at the current fields; χ² per value with it.
 double ChannelRun::refresh_correction() {
   if (options_.path.correct_grid) {
     objective_->refresh_correction(refinement(), state_.fields);
@@ -128,10 +128,10 @@ double ChannelRun::refresh_correction() {
     objective_->value(state_.fields);
   }
   state_.correction = objective_->correction();
-  return objective_->chi2_per_datum();
+  return objective_->chi2_per_value();
 }
 
-/// α that opens the path, χ² per datum being that of the homogeneous start.
+/// α that opens the path, χ² per value being that of the homogeneous start.
 double ChannelRun::first_weight(double chi2) const {
   return options_.path.weight.value_or(sharpened(
       options_.path.first_weight, chi2 / usual_homogeneous_chi2, options_.path.weight_factor));

@@ -10,22 +10,22 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// χ² per datum above which stopping there is worth a warning.
+/// χ² per value above which stopping there is worth a warning.
 constexpr double suspicious_chi2 = 1.5;
 
 }  // namespace
 
-std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_datum,
+std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_value,
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options) {
   std::vector<std::string> warnings = forward::diffusion_warnings(
       make_setup(measurements, options.data.convention), medium, options.solver.backend.precision);
-  if (chi2_per_datum > suspicious_chi2) {
+  if (chi2_per_value > suspicious_chi2) {
     char sentence[200];
     std::snprintf(sentence, sizeof sentence,
                   "The volumes explain the data only to %.2g times their stated noise (chi2 per "
                   "datum %.3g): variances, calibration or the diffusion model do not hold.",
-                  std::sqrt(chi2_per_datum), chi2_per_datum);
+                  std::sqrt(chi2_per_value), chi2_per_value);
     warnings.insert(warnings.begin(), sentence);
   }
   return warnings;
@@ -39,27 +39,27 @@ void ChannelRun::conclude() {
   if (state_.ran_out) {
     report.status = FitStatus::ran_out;
     std::snprintf(sentence, sizeof sentence,
-                  "Stopped after %d steps at one weight, at chi2 per datum %.3g.",
+                  "Stopped after %d steps at one weight, at chi2 per value %.3g.",
                   options_.path.stage_steps, chi2);
   } else if (chi2 <= options_.path.target_chi2 || options_.path.weight) {
     report.status = FitStatus::converged;
-    std::snprintf(sentence, sizeof sentence, "Converged at chi2 per datum %.3g.", chi2);
+    std::snprintf(sentence, sizeof sentence, "Converged at chi2 per value %.3g.", chi2);
   } else {
     const bool lowest = !state_.stagnated &&
                         state_.weight * options_.path.weight_factor < options_.path.last_weight;
     report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
-    std::snprintf(sentence, sizeof sentence, "%s at chi2 per datum %.3g.",
+    std::snprintf(sentence, sizeof sentence, "%s at chi2 per value %.3g.",
                   lowest ? "The lowest weight was reached"
                          : "Neither lower weights nor a new correction helped further",
                   chi2);
   }
-  report.message = sentence;
+  report.reason = sentence;
   finish(chi2);
 }
 
 void ChannelRun::finish(double chi2) {
   FitReport& report = state_.report;
-  report.chi2_per_datum = chi2;
+  report.chi2_per_value = chi2;
   report.weight = state_.weight;
   state_.finished = true;
   state_.optimiser = OptimiserState{};
@@ -75,7 +75,7 @@ ChannelFit ChannelRun::result() {
   fit.medium = to_medium(fields, shape);
   if (!context_.interim) {
     for (const std::string& sentence :
-         volume_warnings(fit.medium, state_.report.chi2_per_datum, measurements_, options_)) {
+         volume_warnings(fit.medium, state_.report.chi2_per_value, measurements_, options_)) {
       warn(sentence);
     }
   }

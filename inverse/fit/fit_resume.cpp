@@ -90,7 +90,7 @@ void ChannelRun::require_possible(const FitState& state) const {
 
   const FitReport& report = state.report;
   require(report.homogeneous_kappa > 0.0 && report.homogeneous_mu > 0.0);
-  require(finite(Vector{report.homogeneous_kappa, report.homogeneous_mu, report.chi2_per_datum,
+  require(finite(Vector{report.homogeneous_kappa, report.homogeneous_mu, report.chi2_per_value,
                         report.weight}));
   require(!report.history.empty());
   for (const StepRecord& r : report.history) {

@@ -31,7 +31,7 @@ void write(ByteWriter& out, const ModelChoice& choice) {
   for (const ModelTrial& t : choice.trials) {
     out.put(t.model);
     for (const int n : {t.level, t.layers}) out.put(n);
-    for (const double x : {t.chi2_per_datum, t.coherent, t.coherent_limit}) out.put(x);
+    for (const double x : {t.chi2_per_value, t.coherent, t.coherent_limit}) out.put(x);
     out.put(t.rejected);
   }
 }
@@ -46,7 +46,7 @@ void read(ByteReader& in, ModelChoice& choice) {
     ModelTrial& t = choice.trials.emplace_back();
     in.get(t.model, Model::volume);
     for (int* n : {&t.level, &t.layers}) in.get(*n);
-    for (double* x : {&t.chi2_per_datum, &t.coherent, &t.coherent_limit}) in.get(*x);
+    for (double* x : {&t.chi2_per_value, &t.coherent, &t.coherent_limit}) in.get(*x);
     in.get(t.rejected);
   }
 }
@@ -79,16 +79,16 @@ void write(ByteWriter& out, const FitReport& report) {
   for (const StepRecord& r : report.history) {
     for (const int n : {r.level, r.step}) out.put(n);
     write(out, r.solves);
-    for (const double x : {r.weight, r.objective, r.chi2_per_datum, r.roughness, r.seconds}) {
+    for (const double x : {r.weight, r.objective, r.chi2_per_value, r.roughness, r.seconds}) {
       out.put(x);
     }
   }
   out.put<std::uint64_t>(report.warnings.size());
   for (const std::string& w : report.warnings) out.put(w);
   out.put(report.status);
-  out.put(report.message);
+  out.put(report.reason);
   for (const double x : {report.homogeneous_kappa, report.homogeneous_mu,
-                         report.homogeneous_log_residual, report.chi2_per_datum, report.weight}) {
+                         report.homogeneous_log_residual, report.chi2_per_value, report.weight}) {
     out.put(x);
   }
   write(out, report.model);
@@ -102,16 +102,16 @@ void read(ByteReader& in, FitReport& report) {
     StepRecord& r = report.history.emplace_back();
     for (int* n : {&r.level, &r.step}) in.get(*n);
     read(in, r.solves);
-    for (double* x : {&r.weight, &r.objective, &r.chi2_per_datum, &r.roughness, &r.seconds}) {
+    for (double* x : {&r.weight, &r.objective, &r.chi2_per_value, &r.roughness, &r.seconds}) {
       in.get(*x);
     }
   }
   in.get(count);
   for (std::uint64_t k = 0; k < count; ++k) in.get(report.warnings.emplace_back());
   in.get(report.status, FitStatus::ran_out);
-  in.get(report.message);
+  in.get(report.reason);
   for (double* x : {&report.homogeneous_kappa, &report.homogeneous_mu,
-                    &report.homogeneous_log_residual, &report.chi2_per_datum, &report.weight}) {
+                    &report.homogeneous_log_residual, &report.chi2_per_value, &report.weight}) {
     in.get(*x);
   }
   read(in, report.model);

@@ -22,12 +22,12 @@ struct FitState {
   bool last_stage = false;  ///< this weight ends the fit: to final_tolerance
   int stage_steps = 0;      ///< taken at this weight
   int small_decreases = 0;  ///< in a row
-  double begun_chi2 = 0.0;  ///< per datum where the weight was begun
+  double begun_chi2 = 0.0;  ///< per value where the weight was begun
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
   double seconds = 0.0;     ///< spent by earlier runs
   double weight = 0.0;      ///< α
   double roughness = 0.0;   ///< R now
-  double chi2 = 0.0;        ///< per datum now
+  double chi2 = 0.0;        ///< per value now
   CoefficientPair fields;   ///< where the weight was begun
   LateralBlocks blocks;     ///< the data's Hessian on this grid, for the metric
   OptimiserState optimiser;

@@ -84,9 +84,9 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
   term.value = std::isfinite(all.cost) ? all.cost : std::numeric_limits<double>::infinity();
   if (all.used == 0) return term;
   if (!robust) {
-    term.chi2_per_datum = all.squares / static_cast<double>(all.used);
+    term.chi2_per_value = all.squares / static_cast<double>(all.used);
   } else {
-    term.chi2_per_datum = std::pow(upper_median(std::move(all.magnitudes)) / normal_median, 2);
+    term.chi2_per_value = std::pow(upper_median(std::move(all.magnitudes)) / normal_median, 2);
   }
   return term;
 }

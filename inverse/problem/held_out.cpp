@@ -150,20 +150,16 @@ HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& hel
   std::vector<double> exitance;
   for (const float value : score.prediction) exitance.push_back(per_value * value);
   const DataTerm term = evaluate(problem, exitance, data_term);
-  score.chi2_per_datum = term.chi2_per_datum;
+  const std::size_t cells = problem.seen_shape().cells();
+  score.chi2_per_value = term.chi2_per_value;
   const std::size_t first = score.prediction.size() * static_cast<std::size_t>(channel);
-  double squares = 0.0;
+  score.pattern_error.resize(static_cast<std::size_t>(held_out.patterns));
   for (std::size_t i = 0; i < score.prediction.size(); ++i) {
     if (problem.weight[i] == 0.0) continue;
-    ++score.data;
-    const double residual = per_value * score.prediction[i] - problem.data[i];
-    squares += problem.data[i] * problem.data[i];
-    score.error += residual * residual;
-    score.noise += per_value * per_value * held_out.variance[first + i];
+    score.pattern_error[i / cells].add(per_value * score.prediction[i], problem.data[i],
+                                       per_value * per_value * held_out.variance[first + i]);
   }
-  if (score.data == 0 || squares == 0.0) return score;
-  score.error /= squares;
-  score.noise /= squares;
+  for (const AppearanceError& error : score.pattern_error) score.error.add(error);
   return score;
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/appearance_error.h"
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 #include "inverse/problem/data_term.h"
@@ -31,11 +32,10 @@ SurfaceMeasurements without_patterns(const SurfaceMeasurements& measurements,
                                      std::span<const int> patterns);
 
 struct HeldOutScore {
-  double error = 0.0;             ///< E = Σ(L' − L)²/ΣL² over what the mask allows ([W] 6.1)
-  double noise = 0.0;             ///< Σσ²/ΣL²: the part of E that the stated variances explain
-  double chi2_per_datum = 0.0;    ///< with the fit's variances, model error included
-  std::size_t data = 0;           ///< used
-  std::vector<float> prediction;  ///< [M][v][u], the measured quantity
+  AppearanceError error;                       ///< over what the mask allows
+  std::vector<AppearanceError> pattern_error;  ///< [M], the same of each pattern
+  double chi2_per_value = 0.0;                 ///< with the fit's variances, model error included
+  std::vector<float> prediction;               ///< [M][v][u], the measured quantity
 };
 
 /// How `medium` predicts channel `channel` of `held_out`, which must have passed validate().

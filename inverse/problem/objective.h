@@ -95,8 +95,8 @@ class Objective {
 
   /// r M of the last value(), [M][v][u].
   std::vector<double> prediction() const;
-  /// χ² per datum used of the last value() (data_term.h).
-  double chi2_per_datum() const { return data_term_.chi2_per_datum; }
+  /// χ² per value used of the last value() (data_term.h).
+  double chi2_per_value() const { return data_term_.chi2_per_value; }
 
   /// Sets r from one solve on the finer grid at `fields`, every voxel split; returns what value()
   /// then is and leaves gradient() ready.

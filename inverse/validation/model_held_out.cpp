@@ -21,7 +21,7 @@ namespace {
 constexpr int block_edge = 4;
 
 struct Difference {
-  double mean = 0.0;   ///< χ² per datum of the first prediction less that of the second
+  double mean = 0.0;   ///< χ² per value of the first prediction less that of the second
   double error = 0.0;  ///< its standard deviation
 };
 
@@ -62,21 +62,22 @@ void take(FitReport& report, const LayeredMedium& layers, const Difference& diff
   choice.model = choice.layers == 1 ? Model::homogeneous : Model::layered;
   for (const ModelTrial& trial : choice.trials) {
     if (trial.level == 0 && trial.layers == choice.layers) {
-      report.chi2_per_datum = trial.chi2_per_datum;
+      report.chi2_per_value = trial.chi2_per_value;
     }
   }
   report.status = FitStatus::above_noise;
   std::array<char, 256> text{};
   std::snprintf(
       text.data(), text.size(),
-      " Yet a volume predicts held-out light no better (chi2 per value there, %s less the "
+      " Yet a volume predicts the validation patterns no better (chi2 per value there, %s less the "
       "volume's: %.3g, sampling error %.2g), so the simpler block is kept.",
       choice.layers == 1 ? "the homogeneous block's" : "the layers'", difference.mean,
       difference.error);
   choice.reason += text.data();
-  std::snprintf(text.data(), text.size(), "%s at chi2 per datum %.3g, kept for held-out light.",
-                choice.layers == 1 ? "A homogeneous block" : "Even layers", report.chi2_per_datum);
-  report.message = text.data();
+  std::snprintf(text.data(), text.size(),
+                "%s at chi2 per value %.3g, kept for the validation patterns.",
+                choice.layers == 1 ? "A homogeneous block" : "Even layers", report.chi2_per_value);
+  report.reason = text.data();
 }
 
 }  // namespace

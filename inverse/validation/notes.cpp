@@ -25,7 +25,7 @@ constexpr double high_chi2 = 1.5;
 constexpr double far = 5.0;
 constexpr double few = 0.1;
 
-/// Held-out χ² above so many times the fitted is no chance of a few patterns.
+/// χ² of validation patterns above so many times the fitted is no chance of a few patterns.
 constexpr double surprising_chi2 = 4.0;
 
 std::optional<std::string> fine_voxels(const Medium& medium) {
@@ -49,14 +49,14 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
 /// What the variances leave out shows under light that was not fitted: the fit has taken up what it
 /// did to the fitted.
 std::optional<std::string> surprise(const ChannelFit& fit, const HeldOutScore& judged) {
-  const double chi2 = judged.chi2_per_datum;
-  if (chi2 < surprising_chi2 * std::max(1.0, fit.report.chi2_per_datum)) return std::nullopt;
+  const double chi2 = judged.chi2_per_value;
+  if (chi2 < surprising_chi2 * std::max(1.0, fit.report.chi2_per_value)) return std::nullopt;
   std::array<char, 384> text{};
   std::snprintf(text.data(), text.size(),
-                "Held-out light is off by %.2g of its stated standard deviations (chi2 %.3g), "
-                "fitted light by %.2g: the variances leave something out, and at the seen face "
-                "kappa and mu may be off by as many of theirs.",
-                std::sqrt(chi2), chi2, std::sqrt(fit.report.chi2_per_datum));
+                "Validation patterns deviate from the prediction by %.2g of their stated standard "
+                "deviations, fitted ones by %.2g: the variances leave something out, and at the "
+                "seen face the errors of kappa and mu may be as many of theirs.",
+                std::sqrt(chi2), std::sqrt(fit.report.chi2_per_value));
   return text.data();
 }
 
@@ -89,7 +89,7 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
 
 std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                         int channel) {
-  if (fit.report.chi2_per_datum < high_chi2) return std::nullopt;
+  if (fit.report.chi2_per_value < high_chi2) return std::nullopt;
   const std::size_t first = static_cast<std::size_t>(channel) * fit.prediction.size();
   std::vector<double> deviation;  // in stated standard deviations
   for (std::size_t i = 0; i < fit.prediction.size(); ++i) {
@@ -111,24 +111,24 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
   if (wild < 0.5 * all || share > few) return std::nullopt;
   std::array<char, 256> text{};
   std::snprintf(text.data(), text.size(),
-                "%.2g %% of the values lie so far from the fit that they make %.0f %% of its chi2 "
-                "and bend it: mask them, or fit with --loss student, which bears them.",
+                "%.2g %% of the values are outliers that make %.0f %% of chi2 and bend the fit: "
+                "mask them, or fit with --loss student, which is robust to outliers.",
                 100.0 * share, 100.0 * wild / all);
   return text.data();
 }
 
-std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                    const std::optional<HeldOutScore>& judged) {
-  std::vector<std::string> remarks;
+std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                  const std::optional<HeldOutScore>& judged) {
+  std::vector<std::string> notes;
   const std::string checked = in_words(fit.report.consistency, fitted.eta);
-  if (!checked.empty()) remarks.push_back(checked);
+  if (!checked.empty()) notes.push_back(checked);
   if (fit.report.model.model == Model::volume) {
-    if (const auto fine = fine_voxels(fit.medium)) remarks.push_back(*fine);
+    if (const auto fine = fine_voxels(fit.medium)) notes.push_back(*fine);
   }
   if (judged) {
-    if (const auto off = surprise(fit, *judged)) remarks.push_back(*off);
+    if (const auto off = surprise(fit, *judged)) notes.push_back(*off);
   }
-  return remarks;
+  return notes;
 }
 
 }  // namespace kappamu::inverse

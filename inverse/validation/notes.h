@@ -22,7 +22,7 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
 /// Nothing of this is wrong: what the check of scale and pose found and would have told, voxels
 /// far below the mean free path, and held-out light (`judged`, if any) that is further off than the
 /// fitted light and its variances explain.
-std::vector<std::string> remarks_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                    const std::optional<HeldOutScore>& judged = {});
+std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                  const std::optional<HeldOutScore>& judged = {});
 
 }  // namespace kappamu::inverse

@@ -29,10 +29,10 @@ FitReport joined(FitReport first, FitReport second) {
   for (const StepRecord& record : second.history) first.history.push_back(later(record, first));
   if (second.status == FitStatus::ran_out || first.status == FitStatus::converged) {
     first.status = second.status;
-    first.message = std::move(second.message);
+    first.reason = std::move(second.reason);
   }
   for (std::string& sentence : second.warnings) first.warnings.push_back(std::move(sentence));
-  first.chi2_per_datum = second.chi2_per_datum;
+  first.chi2_per_value = second.chi2_per_value;
   first.data = second.data;
   first.solves.add(second.solves);
   first.seconds += second.seconds;
@@ -70,7 +70,7 @@ JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& op
   if (report.model.model != Model::volume) {
     // A handful of unknowns gains nothing by one pattern more.
     for (const std::string& sentence :
-         volume_warnings(result.fit.medium, report.chi2_per_datum, input.fitted, options)) {
+         volume_warnings(result.fit.medium, report.chi2_per_value, input.fitted, options)) {
       report.warnings.push_back(sentence);
       progress.warn("fit " + input.all.channels[static_cast<std::size_t>(channel)] + ": " +
                     sentence);

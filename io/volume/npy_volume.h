@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <limits>
 
 #include "core/grid.h"
 
@@ -14,7 +15,7 @@ Volume<double> read_npy_volume(const std::filesystem::path& file, const GridShap
 /// Of whatever shape, with voxels of `voxel_mm`. Throws InputError unless it has three axes and at
 /// most `most_voxels`.
 Volume<double> read_npy_volume(const std::filesystem::path& file, double voxel_mm,
-                               std::size_t most_voxels);
+                               std::size_t most_voxels = std::numeric_limits<std::size_t>::max());
 
 void write_npy_volume(const std::filesystem::path& file, const Volume<double>& volume);
 

@@ -9,26 +9,25 @@ namespace kappamu::pipeline {
 nlohmann::ordered_json channel_json(const std::string& name, const inverse::FitReport& report) {
   nlohmann::ordered_json history = nlohmann::ordered_json::array();
   for (const inverse::StepRecord& r : report.history) {
-    history.push_back({{"grid", r.level},
-                       {"regularisation", r.weight},
+    history.push_back({{"level", r.level},
+                       {"weight", r.weight},
                        {"step", r.step},
-                       {"evaluations", r.solves.adjoint},
+                       {"adjoint_solves", r.solves.adjoint},
                        {"forward_solves", r.solves.forward},
                        {"refined_solves", r.solves.refined},
                        {"objective", r.objective},
-                       {"chi2_per_value", r.chi2_per_datum},
+                       {"chi2_per_value", r.chi2_per_value},
                        {"roughness", r.roughness},
                        {"seconds", r.seconds}});
   }
   return {{"name", name},
-          {"converged", report.status != inverse::FitStatus::ran_out},
           {"status", inverse::to_string(report.status)},
-          {"reason", report.message},
+          {"reason", report.reason},
           {"model", model_json(report.model)},
           {"consistency", consistency_json(report.consistency)},
-          {"chi2_per_value", report.chi2_per_datum},
+          {"chi2_per_value", report.chi2_per_value},
           {"values_used", report.data},
-          {"regularisation", report.weight},
+          {"weight", report.weight},
           {"homogeneous",
            {{"kappa_mm", report.homogeneous_kappa},
             {"mu_per_mm", report.homogeneous_mu},

@@ -11,10 +11,10 @@ nlohmann::ordered_json model_json(const inverse::ModelChoice& choice) {
   for (const inverse::ModelTrial& t : choice.trials) {
     trials.push_back({{"model", to_string(t.model)},
                       {"layers", t.layers},
-                      {"grid", t.level},
-                      {"chi2_per_value", t.chi2_per_datum},
-                      {"coherent_chi2", t.coherent},
-                      {"coherent_allowed", t.coherent_limit},
+                      {"level", t.level},
+                      {"chi2_per_value", t.chi2_per_value},
+                      {"autocorrelation_chi2", t.coherent},
+                      {"autocorrelation_limit", t.coherent_limit},
                       {"rejected", t.rejected}});
   }
   return {{"name", to_string(choice.model)},
@@ -25,8 +25,8 @@ nlohmann::ordered_json model_json(const inverse::ModelChoice& choice) {
 
 nlohmann::ordered_json consistency_json(const inverse::Consistency& c) {
   using Json = nlohmann::ordered_json;
-  if (!c.judged) return {{"judged", false}};
-  return {{"judged", true},
+  if (!c.judged) return {{"checked", false}};
+  return {{"checked", true},
           {"homogeneous_explains", c.explained},
           {"scale", std::exp(c.log_scale.value)},
           {"log_scale", {{"value", c.log_scale.value}, {"std", c.log_scale.error}}},

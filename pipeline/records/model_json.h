@@ -12,7 +12,7 @@ namespace kappamu::pipeline {
 /// {"name", "layers", "reason", "trials"} (docs/formats.md).
 nlohmann::ordered_json model_json(const inverse::ModelChoice& choice);
 
-/// {"judged", …}: scale and shift of the best homogeneous block, with limits and findings.
+/// {"checked", …}: scale and shift of the best homogeneous block, with limits and findings.
 nlohmann::ordered_json consistency_json(const inverse::Consistency& consistency);
 
 /// "homogeneous", "4 layers", "volume"

@@ -40,7 +40,7 @@ RunRecord from_json(const json& object) {
   record.options = object.at("options").get<std::map<std::string, std::string>>();
   record.versions = object.at("versions").get<std::map<std::string, std::string>>();
   record.device = object.at("device").get<std::string>();
-  record.holdout_error = object.value("holdout_E", std::map<std::string, double>{});
+  record.validation_error = object.value("validation_E", std::map<std::string, double>{});
   for (const auto& [name, stage] : object.at("stages").items())
     record.stages[name] = stage_from_json(stage);
   return record;
@@ -81,7 +81,7 @@ void write_run_record(const RunRecord& record, const std::filesystem::path& run)
       {"options", record.options},
       {"versions", record.versions},
       {"device", record.device},
-      {"holdout_E", record.holdout_error},
+      {"validation_E", record.validation_error},
       {"stages", stages}};
   io::write_text_atomically(run / "run.json", sealed_text(object, 2));
 }

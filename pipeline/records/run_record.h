@@ -27,8 +27,9 @@ struct RunRecord {
   std::map<std::string, std::string> options;   ///< in effect, by name
   std::map<std::string, std::string> versions;  ///< library_versions()
   std::string device;                           ///< what the fit ran on; empty before it
-  std::map<std::string, double> holdout_error;  ///< E under light kept out of the fit, by channel
-  std::map<std::string, StageRecord> stages;    ///< by name
+  std::map<std::string, double>
+      validation_error;                       ///< E under light kept out of the fit, by channel
+  std::map<std::string, StageRecord> stages;  ///< by name
 };
 
 /// The stages in their order.

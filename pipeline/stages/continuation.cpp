@@ -6,32 +6,15 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/json_reason.h"
-#include "io/npy.h"
 #include "io/read_file.h"
+#include "io/volume/npy_volume.h"
 #include "pipeline/stages/fit_stage.h"
 #include "pipeline/verify.h"
 
 namespace kappamu::pipeline {
 
-namespace {
-
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
-
-Volume<double> read_volume(const fs::path& file, const GridShape& shape) {
-  const std::vector<std::size_t> expected{static_cast<std::size_t>(shape.nz),
-                                          static_cast<std::size_t>(shape.ny),
-                                          static_cast<std::size_t>(shape.nx)};
-  const io::NpyArray array = io::read_npy(file, [&](const std::vector<std::size_t>& found) {
-    if (found == expected) return;
-    throw InputError(file.string() + ": has shape " + io::shape_to_string(found) +
-                     " where the measurements have " + io::shape_to_string(expected) +
-                     "; a fit goes on from volumes of its own grid only");
-  });
-  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
-}
-
-}  // namespace
 
 FinishedFit::FinishedFit(const fs::path& folder)
     : folder_(fs::exists(folder / "fit.json") ? folder : folder / "fit") {
@@ -45,13 +28,13 @@ FinishedFit::FinishedFit(const fs::path& folder)
     const Json fit = Json::parse(io::read_text(file));
     input_ = fit.at("input").get<std::string>();
     options_ = fit.at("options").dump();
-    held_out_ = fit.at("held_out").at("patterns").get<std::vector<int>>();
+    held_out_ = fit.at("validation").at("patterns").get<std::vector<int>>();
     for (const Json& c : fit.at("channels")) {
       const Json& start = c.at("homogeneous");
       channels_.push_back({c.at("name").get<std::string>(), start.at("kappa_mm").get<double>(),
                            start.at("mu_per_mm").get<double>(),
                            start.at("log_residual_rms").get<double>(),
-                           c.at("regularisation").get<double>()});
+                           c.at("weight").get<double>()});
       require_plain_name(channels_.back().name, file.string() + ": a channel's name");
     }
   } catch (const Json::exception& error) {
@@ -94,13 +77,13 @@ void FinishedFit::require_continuable(const FitStageOptions& options,
 inverse::Continuation FinishedFit::channel(const std::string& channel,
                                            const SurfaceMeasurements& measurements) const {
   // What is held out must not have been seen: where volumes of before are kept, from these.
-  const fs::path before = folder_ / judged_folder;
+  const fs::path before = folder_ / validated_folder;
   const std::string kappa = "kappa_" + channel + ".npy";
   const fs::path from = fs::exists(before / kappa) ? before : folder_;
   for (const Channel& c : channels_) {
     if (c.name != channel) continue;
-    return {{read_volume(from / kappa, measurements.grid),
-             read_volume(from / ("mu_" + channel + ".npy"), measurements.grid)},
+    return {{io::read_npy_volume(from / kappa, measurements.grid),
+             io::read_npy_volume(from / ("mu_" + channel + ".npy"), measurements.grid)},
             c.homogeneous_kappa,
             c.homogeneous_mu,
             c.homogeneous_log_residual,

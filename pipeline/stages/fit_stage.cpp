@@ -20,12 +20,14 @@
 #include "io/atomic_file.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
+#include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 #include "pipeline/records/channel_json.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_options.h"
 #include "pipeline/stages/checkpoint_files.h"
 #include "pipeline/stages/continuation.h"
+#include "pipeline/stages/fit_evidence.h"
 #include "pipeline/stages/hold_out.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/uncertainty_output.h"
@@ -38,8 +40,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using inverse::ChannelFit;
-using inverse::FitReport;
-using inverse::FitStatus;
 
 std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
                                  const std::vector<std::string>& names) {
@@ -57,15 +57,6 @@ std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
     indices.push_back(static_cast<int>(at - known.begin()));
   }
   return indices;
-}
-
-void write_volume(const fs::path& file, const Volume<double>& volume) {
-  const GridShape& s = volume.shape();
-  const std::vector<float> values(volume.values().begin(), volume.values().end());
-  io::write_npy(file,
-                {static_cast<std::size_t>(s.nz), static_cast<std::size_t>(s.ny),
-                 static_cast<std::size_t>(s.nx)},
-                std::span<const float>(values));
 }
 
 void write_maps(const fs::path& file, const SurfaceMeasurements& measurements, std::size_t channels,
@@ -168,9 +159,10 @@ void FitStage::fit(int channel) {
       judging_, channel, options_.fit, checkpoint(first), checkpoint(second), progress_, {}, start);
   ChannelFit& result = fitted.fit;
   if (fitted.judged) {
-    fs::create_directories(output_ / judged_folder);
-    write_volume(output_ / judged_folder / ("kappa_" + name + ".npy"), fitted.judged->kappa);
-    write_volume(output_ / judged_folder / ("mu_" + name + ".npy"), fitted.judged->mu);
+    fs::create_directories(output_ / validated_folder);
+    io::write_npy_volume(output_ / validated_folder / ("kappa_" + name + ".npy"),
+                         fitted.judged->kappa);
+    io::write_npy_volume(output_ / validated_folder / ("mu_" + name + ".npy"), fitted.judged->mu);
   }
   const SurfaceMeasurements& seen = fitted.judged ? measurements_ : judging_.fitted;
   if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
@@ -187,13 +179,13 @@ void FitStage::fit(int channel) {
     result.report.warnings.push_back(*warning);
     progress_.warn("fit " + name + ": " + *warning);
   }
-  summary_.remarks.push_back(inverse::remarks_on(result, seen, fitted.score));
-  if (squares && !squares->explains) summary_.remarks.back().push_back(in_words(*squares));
-  write_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
-  write_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
+  summary_.notes.push_back(inverse::notes_on(result, seen, fitted.score));
+  if (squares && !squares->explains) summary_.notes.back().push_back(in_words(*squares));
+  io::write_npy_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
+  io::write_npy_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
     volumes_.sensitivity.push_back(joint_sensitivity(result));
-    write_volume(output_ / ("sensitivity_" + name + ".npy"), volumes_.sensitivity.back());
+    io::write_npy_volume(output_ / ("sensitivity_" + name + ".npy"), volumes_.sensitivity.back());
   }
   if (result.uncertainty) {
     write_uncertainty(output_, name, *result.uncertainty, result.medium, volumes_);
@@ -239,12 +231,12 @@ void FitStage::write_json() const {
   if (choice_.warning) warnings.push_back(*choice_.warning);
   for (std::size_t c = 0; c < summary_.channels.size(); ++c) {
     Json channel = channel_json(summary_.channels[c], summary_.reports[c]);
-    channel["remarks"] = summary_.remarks[c];
+    channel["notes"] = summary_.notes[c];
     if (judging_.held_out) {
-      channel["holdout_E"] = summary_.held_out[c].error;
-      channel["holdout_noise"] = summary_.held_out[c].noise;
-      channel["holdout_chi2_per_value"] = summary_.held_out[c].chi2_per_datum;
-      channel["holdout_values_used"] = summary_.held_out[c].data;
+      channel["validation_E"] = summary_.held_out[c].error.E();
+      channel["validation_noise_E"] = summary_.held_out[c].error.noise_E();
+      channel["validation_chi2_per_value"] = summary_.held_out[c].chi2_per_value;
+      channel["validation_values_used"] = summary_.held_out[c].error.count;
     }
     if (summary_.uncertainty[c]) {
       channel["uncertainty"] = uncertainty_json(*summary_.uncertainty[c]);
@@ -254,29 +246,25 @@ void FitStage::write_json() const {
       warnings.push_back(summary_.channels[c] + ": " + w);
     }
   }
-  const GridShape& s = measurements_.grid;
-  const Json fit{
-      {"format", "kappamu-fit"},
-      {"version", 1},
-      {"status", summary_.converged() ? "converged" : "not converged"},
-      {"grid", {s.nx, s.ny, s.nz}},
-      {"voxel_mm", s.voxel_mm},
-      {"eta", measurements_.eta},
-      {"device", summary_.device},
-      {"seconds", summary_.seconds},
-      {"memory_needed_bytes", summary_.memory_needed},
-      {"memory_peak_bytes", peak_memory()},
-      {"input", input_.string()},
-      {"options", Json::parse(options_json(options_))},
-      {"held_out", {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}}},
-      {"channels", channels},
-      {"warnings", warnings}};
+  Json fit{{"format", "kappamu-fit"}, {"version", 1}};
+  add_fit_record(summary_.record, fit);
+  fit["voxel_mm"] = measurements_.grid.voxel_mm;
+  fit["eta"] = measurements_.eta;
+  fit["device"] = summary_.device;
+  fit["seconds"] = summary_.seconds;
+  fit["memory_needed_bytes"] = summary_.memory_needed;
+  fit["memory_peak_bytes"] = peak_memory();
+  fit["input"] = input_.string();
+  fit["options"] = Json::parse(options_json(options_));
+  fit["validation"] = {{"source", to_string(choice_.source)}, {"patterns", choice_.patterns}};
+  fit["channels"] = channels;
+  fit["warnings"] = warnings;
   io::write_text_atomically(output_ / "fit.json", fit.dump(1) + "\n");
 }
 
 FitSummary FitStage::run() {
   const auto start = std::chrono::steady_clock::now();
-  fs::remove_all(output_ / judged_folder);
+  fs::remove_all(output_ / validated_folder);
   const inverse::FitMemory memory = inverse::memory_needed(judging_.fitted, options_.fit);
   summary_.memory_needed = memory.total();
   progress_.update("fit", 0.0, inverse::in_words(memory));
@@ -300,6 +288,7 @@ FitSummary FitStage::run() {
   io::write_vdb(summary_.volume, volumes_);
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
   summary_.seconds = passed.count();
+  summary_.record = make_fit_record(summary_, judging_.fitted, choice_, calibration_, input_);
   write_json();
   for (const std::string& name : summary_.channels) {
     for (const CheckpointFiles& files : checkpoint_files(name)) files.remove();
@@ -311,9 +300,10 @@ FitSummary FitStage::run() {
 void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& held_out,
                          const fs::path& folder) {
   const auto fail = [&](const std::string& field) {
-    throw InputError((folder / "measurements.json").string() + ": " + field +
-                     " differs from that of the measurements to fit; held-out patterns must be of "
-                     "the same sample");
+    throw InputError(
+        (folder / "measurements.json").string() + ": " + field +
+        " differs from that of the measurements to fit; validation patterns must be of "
+        "the same sample");
   };
   if (!(fitted.grid == held_out.grid)) fail("grid or voxel_mm");
   if (fitted.eta != held_out.eta) fail("eta");
@@ -321,11 +311,6 @@ void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasure
 }
 
 }  // namespace
-
-bool FitSummary::converged() const {
-  return std::all_of(reports.begin(), reports.end(),
-                     [](const FitReport& r) { return r.status != FitStatus::ran_out; });
-}
 
 fs::path find_measurements(const fs::path& input) {
   for (const fs::path& folder : {input, input / "measurements"}) {
@@ -343,7 +328,7 @@ std::vector<fs::path> fit_inputs(const fs::path& input, const FitStageOptions& o
 }
 
 std::vector<std::string> fit_outputs(const fs::path& folder) {
-  std::vector<std::string> names{"fit.json", "volume.vdb", judged_folder};
+  std::vector<std::string> names{"fit.json", "volume.vdb", validated_folder};
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
     std::string name = entry.path().filename().string();

@@ -10,12 +10,13 @@
 #include "inverse/fit/fit.h"
 #include "inverse/problem/held_out.h"
 #include "pipeline/records/fit_options.h"
+#include "pipeline/records/fit_record.h"
 
 namespace kappamu::pipeline {
 
 /// Of a fit's folder: kappa_<c>.npy and mu_<c>.npy of volumes that have not seen the held-out
 /// patterns of the input (inverse/fit/validated_fit.h).
-inline constexpr const char* judged_folder = "judged";
+inline constexpr const char* validated_folder = "validated";
 
 struct FitSummary {
   std::vector<std::string> channels;
@@ -23,13 +24,12 @@ struct FitSummary {
   std::vector<inverse::HeldOutScore> held_out;  ///< one per channel; empty where none is kept out
   /// One per channel, or empty where none was asked for.
   std::vector<std::optional<inverse::UncertaintyReport>> uncertainty;
-  std::vector<std::vector<std::string>> remarks;  ///< one list per channel (inverse/fit/notes.h)
+  std::vector<std::vector<std::string>> notes;  ///< one list per channel (inverse/fit/notes.h)
   std::string device;
   std::filesystem::path volume;
   double seconds = 0.0;
   double memory_needed = 0.0;  ///< at the peak, as told before the fit [bytes] (fit_memory.h)
-
-  bool converged() const;  ///< every channel
+  FitRecord record;            ///< status and verdict of all channels together
 };
 
 /// The measurements folder that `input` means: one with measurements.json, or a run folder that has

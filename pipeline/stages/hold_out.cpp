@@ -71,7 +71,7 @@ HeldOut choose_held_out(const std::string& choice, const SurfaceMeasurements& me
     return {Source::none,
             {},
             "With only " + std::to_string(patterns) + (patterns == 1 ? " pattern" : " patterns") +
-                " none is kept out of the fit: nothing independent judges the volumes."};
+                " none is kept out of the fit for validation."};
   }
   if (has_validation) {
     refuse(choice,

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "io/npy.h"
+#include "io/volume/npy_volume.h"
 
 namespace kappamu::pipeline {
 
@@ -26,24 +26,17 @@ Volume<double> as_double(const Volume<float>& volume) {
 void write_uncertainty(const std::filesystem::path& folder, const std::string& channel,
                        const inverse::Uncertainty& uncertainty, const Medium& medium,
                        io::VolumeSet& volumes) {
-  const auto write = [&](const std::string& name, const Volume<double>& volume) {
-    const GridShape& s = volume.shape();
-    const std::vector<float> values(volume.values().begin(), volume.values().end());
-    io::write_npy(folder / (name + "_" + channel + ".npy"),
-                  {static_cast<std::size_t>(s.nz), static_cast<std::size_t>(s.ny),
-                   static_cast<std::size_t>(s.nx)},
-                  std::span<const float>(values));
-  };
   const auto keep = [&](const std::string& name, Volume<double> volume,
                         std::vector<Volume<double>>& kept) {
-    write(name, volume);
+    io::write_npy_volume(folder / (name + "_" + channel + ".npy"), volume);
     kept.push_back(std::move(volume));
   };
   keep("std_kappa", scaled(uncertainty.log_kappa_std, medium.kappa), volumes.kappa_std);
   keep("std_mu", scaled(uncertainty.log_mu_std, medium.mu), volumes.mu_std);
   keep("resolution_kappa", as_double(uncertainty.kappa_resolution), volumes.kappa_resolution);
   keep("resolution_mu", as_double(uncertainty.mu_resolution), volumes.mu_resolution);
-  write("correlation", as_double(uncertainty.correlation));
+  io::write_npy_volume(folder / ("correlation_" + channel + ".npy"),
+                       as_double(uncertainty.correlation));
 }
 
 nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report) {

@@ -5,8 +5,8 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/json_reason.h"
-#include "io/npy.h"
 #include "io/read_file.h"
+#include "io/volume/npy_volume.h"
 #include "report/read/run_data.h"
 
 namespace kappamu::report {
@@ -33,18 +33,18 @@ std::vector<std::string> warnings_of(const json& object) {
 Convergence convergence_from_json(const json& object) {
   Convergence convergence;
   convergence.channel = object.at("name").get<std::string>();
-  convergence.converged = object.at("converged").get<bool>();
+  convergence.status = object.at("status").get<std::string>();
   convergence.reason = object.value("reason", std::string());
   if (object.contains("model")) {
     const json& model = object["model"];
     convergence.model = model.at("name").get<std::string>();
     convergence.model_reason = model.at("reason").get<std::string>();
   }
-  convergence.remarks = object.value("remarks", std::vector<std::string>{});
+  convergence.notes = object.value("notes", std::vector<std::string>{});
   convergence.chi2_per_value = object.at("chi2_per_value").get<double>();
   if (object.contains("seconds")) convergence.seconds = object["seconds"].get<double>();
   for (const json& step : object.value("history", json::array())) {
-    convergence.evaluations.push_back(step.at("evaluations").get<double>());
+    convergence.adjoint_solves.push_back(step.at("adjoint_solves").get<double>());
     convergence.objective.push_back(step.at("objective").get<double>());
     convergence.chi2.push_back(step.at("chi2_per_value").get<double>());
   }
@@ -64,29 +64,20 @@ std::vector<std::optional<std::string>> sentences_from_json(const json& object) 
 
 FitData fit_from_json(const json& object) {
   FitData data;
+  data.verdict = pipeline::verdict_from_json(object.at("verdict"));
   for (const json& channel : object.at("channels")) {
     data.convergence.push_back(convergence_from_json(channel));
     data.channels.push_back(data.convergence.back().channel);
     require_plain_name(data.channels.back(), "fit/fit.json: a channel's name");
   }
   data.warnings = warnings_of(object);
-  const json held_out = object.value("held_out", json::object());
+  const json held_out = object.value("validation", json::object());
   data.held_out = held_out.value("patterns", std::vector<int>{});
   return data;
 }
 
 double voxel_from_json(const json& object) {
   return object.at("voxel_mm").get<double>();
-}
-
-Volume<double> read_volume(const std::filesystem::path& file, double voxel_mm) {
-  const io::NpyArray array = io::read_npy(file);
-  if (array.shape.size() != 3)
-    throw InputError(file.string() + ": has shape " + io::shape_to_string(array.shape) +
-                     " where [z][y][x] is needed; repeat the fit");
-  const GridShape shape{static_cast<int>(array.shape[2]), static_cast<int>(array.shape[1]),
-                        static_cast<int>(array.shape[0]), voxel_mm};
-  return {shape, std::vector<double>(array.values.begin(), array.values.end())};
 }
 
 /// Files hold deviations of κ and μ: those of their logarithms are relative to them.
@@ -106,12 +97,12 @@ std::optional<FitData> read_fit(const std::filesystem::path& run) {
   FitData data = interpret_json(file, fit_from_json);
   const double voxel_mm = interpret_json(file, voxel_from_json);
   for (const std::string& channel : data.channels)
-    data.media.push_back({read_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
-                          read_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
+    data.media.push_back({io::read_npy_volume(folder / ("kappa_" + channel + ".npy"), voxel_mm),
+                          io::read_npy_volume(folder / ("mu_" + channel + ".npy"), voxel_mm)});
   const auto sentences = interpret_json(file, sentences_from_json);
   for (std::size_t c = 0; c < sentences.size(); ++c) {
     const auto volume = [&](const std::string& name) {
-      return read_volume(folder / (name + "_" + data.channels[c] + ".npy"), voxel_mm);
+      return io::read_npy_volume(folder / (name + "_" + data.channels[c] + ".npy"), voxel_mm);
     };
     data.uncertainty.emplace_back();
     if (!sentences[c]) continue;

@@ -113,33 +113,17 @@ RunData read_run(const std::filesystem::path& run) {
   return data;
 }
 
-AppearanceError appearance_error(const Comparison& comparison, std::optional<std::size_t> channel,
-                                 std::optional<std::size_t> pattern) {
+AppearanceError appearance_error(const Comparison& comparison, std::optional<std::size_t> pattern) {
   const SurfaceMeasurements& measured = comparison.measured;
   const std::size_t cells = measured.seen_shape().cells();
   const auto patterns = static_cast<std::size_t>(measured.patterns);
-  double squares = 0.0, misfit = 0.0, noise = 0.0, chi2 = 0.0;
-  std::size_t used = 0, all = 0;
-  for (std::size_t c = 0; c < measured.channels.size(); ++c) {
-    if (channel && *channel != c) continue;
-    for (std::size_t m = 0; m < patterns; ++m) {
-      if (pattern && *pattern != m) continue;
-      for (std::size_t i = (c * patterns + m) * cells; i < (c * patterns + m + 1) * cells; ++i) {
-        ++all;
-        if (!measured.mask.empty() && measured.mask[i] == 0) continue;
-        ++used;
-        squares += static_cast<double>(measured.value[i]) * measured.value[i];
-        noise += measured.variance[i];
-        if (comparison.predicted.empty()) continue;
-        const double residual = static_cast<double>(comparison.predicted[i]) - measured.value[i];
-        misfit += residual * residual;
-        chi2 += residual * residual / measured.variance[i];
-      }
-    }
+  AppearanceError error;
+  for (std::size_t i = 0; i < comparison.predicted.size(); ++i) {
+    if (pattern && *pattern != i / cells % patterns) continue;
+    if (!measured.mask.empty() && measured.mask[i] == 0) continue;
+    error.add(comparison.predicted[i], measured.value[i], measured.variance[i]);
   }
-  if (used == 0 || squares <= 0.0) return {};
-  return {misfit / squares, noise / squares, static_cast<double>(used) / static_cast<double>(all),
-          chi2 / static_cast<double>(used)};
+  return error;
 }
 
 Image<float> pattern_image(const SurfaceMeasurements& measured, const std::vector<float>& values,

@@ -11,10 +11,12 @@
 
 #include "calib/calibrate.h"
 #include "capture/session/session.h"
+#include "core/appearance_error.h"
 #include "core/grid.h"
 #include "core/image.h"
 #include "core/surface_measurements.h"
 #include "pipeline/records/run_record.h"
+#include "pipeline/records/verdict.h"
 
 namespace kappamu::report {
 
@@ -76,15 +78,15 @@ struct HdrSummary {
 /// How the optimiser got there, one colour channel.
 struct Convergence {
   std::string channel;
-  bool converged = false;
-  std::string reason;                ///< why it stopped
-  std::string model;                 ///< homogeneous, layered or volume; empty if not told
-  std::string model_reason;          ///< why that one
-  std::vector<std::string> remarks;  ///< what the reader should know though nothing is wrong
-  std::vector<double> evaluations;   ///< gradient evaluations so far
-  std::vector<double> objective;     ///< dimensionless
-  std::vector<double> chi2;          ///< χ² per value at the same evaluations
-  double chi2_per_value = 0.0;       ///< Σ (residual²/variance) / values used
+  std::string status;                  ///< converged, above_noise or ran_out
+  std::string reason;                  ///< why it stopped
+  std::string model;                   ///< homogeneous, layered or volume; empty if not told
+  std::string model_reason;            ///< why that one
+  std::vector<std::string> notes;      ///< what the reader should know though nothing is wrong
+  std::vector<double> adjoint_solves;  ///< so far
+  std::vector<double> objective;       ///< dimensionless
+  std::vector<double> chi2;            ///< χ² per value after the same solves
+  double chi2_per_value = 0.0;         ///< Σ (residual²/variance) / values used
   std::optional<double> seconds;
 };
 
@@ -96,6 +98,7 @@ struct FitUncertainty {
 };
 
 struct FitData {
+  pipeline::Verdict verdict;
   std::vector<Medium> media;  ///< per channel, in the order of `channels`
   std::vector<std::optional<FitUncertainty>> uncertainty;  ///< the same; where the fit tells one
   std::vector<std::string> channels;
@@ -136,16 +139,8 @@ void read_comparisons(RunData& data);
 std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run);
 std::optional<FitData> read_fit(const std::filesystem::path& run);
 
-/// E = Σ(L' − L)²/ΣL² over the used values of one pattern and channel, or of all where left out,
-/// and the part of it that the measurement's own noise explains, Σσ²/ΣL².
-struct AppearanceError {
-  double error = 0.0;
-  double noise = 0.0;
-  double used = 0.0;  ///< fraction of values used
-  double chi2_per_value = 0.0;
-};
+/// Over all channels and the values that the mask allows, of one pattern or of all.
 AppearanceError appearance_error(const Comparison& comparison,
-                                 std::optional<std::size_t> channel = std::nullopt,
                                  std::optional<std::size_t> pattern = std::nullopt);
 
 /// One pattern of `values` [C][M][v][u] as an image, channels last; three channels at most.

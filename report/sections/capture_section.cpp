@@ -63,7 +63,7 @@ Html sample_table(const capture::Session& session) {
       {"projector", std::to_string(session.projector.width) + " × " +
                         std::to_string(session.projector.height) + " px"},
       {"patterns", std::to_string(fit) + " for the fit, " +
-                       std::to_string(session.patterns.size() - fit) + " held out"},
+                       std::to_string(session.patterns.size() - fit) + " for validation"},
       {"calibration shots",
        std::to_string(session.calibration.camera_boards.size()) + " board views, " +
            std::to_string(session.calibration.projector_planes.size()) + " projector planes"}};
@@ -102,8 +102,8 @@ Html pattern_gallery(const RunData& run) {
       block += picture(tone_mapped(hdr->thumbnail, hdr->bright), thumbnail_width,
                        "HDR of " + pattern.id);
     const bool held_out = pattern.role == capture::PatternRole::validate;
-    blocks.push_back(figure(
-        block, pattern.id + (held_out ? " (held out)" : "") + ": " + exposures_of(pattern.frames)));
+    blocks.push_back(figure(block, pattern.id + (held_out ? " (validation)" : "") + ": " +
+                                       exposures_of(pattern.frames)));
   }
   return row(blocks);
 }

@@ -81,12 +81,13 @@ Html pattern_row(const Comparison& comparison, std::size_t pattern, double scale
         "td", picture(coloured(reduced(residual_image(comparison, c, pattern), stored_pixels),
                                ColourMap::diverging, -scale * white, scale * white),
                       shown_width, "residual " + measured.channels[c] + " of " + name));
-  const AppearanceError error = appearance_error(comparison, std::nullopt, pattern);
+  const AppearanceError error = appearance_error(comparison, pattern);
+  const double used = static_cast<double>(error.count) /
+                      static_cast<double>(measured.channels.size() * measured.seen_shape().cells());
   cells += element("td", {{"class", "figures"}},
-                   text("E " + number(error.error)) + empty_element("br", {}) +
-                       text("noise " + number(error.noise)) + empty_element("br", {}) +
-                       text("χ² " + number(error.chi2_per_value)) + empty_element("br", {}) +
-                       text(percent(error.used) + " used"));
+                   text("E of this pattern " + number(error.E())) + empty_element("br", {}) +
+                       text("noise " + number(error.noise_E())) + empty_element("br", {}) +
+                       text(percent(used) + " used"));
   return element("tr", cells);
 }
 
@@ -110,16 +111,9 @@ Html group(const std::string& title, const Comparison& comparison) {
   Html content = element("table", {{"class", "pictures"}},
                          element("thead", element("tr", head)) + element("tbody", rows));
   if (has_prediction) {
-    const AppearanceError error = appearance_error(comparison);
-    content =
-        paragraph(
-            "E = " + number(error.error) +
-            " over all of them together, of which the brightest weigh most; the measurements' "
-            "noise alone makes " +
-            number(error.noise) + "; χ² per value " + number(error.chi2_per_value) + ".") +
-        legend(ColourMap::diverging, -100.0 * scale, 100.0 * scale,
-               "residual, re-rendered − measured [% of the pattern's brightest value]") +
-        content;
+    content = legend(ColourMap::diverging, -100.0 * scale, 100.0 * scale,
+                     "residual, re-rendered − measured [% of the pattern's brightest value]") +
+              content;
   } else {
     content += note("No fit has predicted these patterns yet.");
   }
@@ -131,15 +125,15 @@ Html group(const std::string& title, const Comparison& comparison) {
 Html comparison_section(const RunData& run) {
   Html content;
   if (run.validate_patterns)
-    content += group("Light held out of the fit", *run.validate_patterns);
+    content += group("Validation patterns, which the fit did not see", *run.validate_patterns);
   else
-    content += note("No patterns were kept out of the fit.");
-  if (run.fit_patterns) content += group("Light used by the fit", *run.fit_patterns);
+    content += note("No patterns were kept out of the fit for validation.");
+  if (run.fit_patterns) content += group("Fitted patterns", *run.fit_patterns);
   content += note(
       "Measured and re-rendered pictures share one exposure per pattern (white at the 99.9 % "
       "quantile of the measured one) and are shown with the sRGB curve. Grey in a residual map: "
       "left out of the comparison (lit, saturated or unseen). A good fit leaves noise without "
-      "structure. E = Σ(L′ − L)²/ΣL².");
+      "structure.");
   return section("Measured against re-rendered", content);
 }
 

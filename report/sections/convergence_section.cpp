@@ -8,7 +8,7 @@ Html convergence_section(const RunData& run) {
   if (!run.fit || run.fit->convergence.empty())
     return section("Convergence", note("This run has no convergence history."));
   LineChart objective;
-  objective.x_label = "gradient evaluations, all grids";
+  objective.x_label = "adjoint solves, all grids";
   objective.y_label = "objective";
   objective.log_y = true;
   LineChart chi2 = objective;
@@ -20,13 +20,14 @@ Html convergence_section(const RunData& run) {
     const Convergence& channel = run.fit->convergence[c];
     const std::string colour = channel_colour(channel.channel, c);
     objective.series.push_back(
-        {channel.channel, colour, channel.evaluations, channel.objective, false});
-    chi2.series.push_back({channel.channel, colour, channel.evaluations, channel.chi2, false});
-    rows.push_back({text(channel.channel), text(channel.model.empty() ? "–" : channel.model),
-                    text(channel.converged ? "yes" : "no"), text(channel.reason),
-                    text(channel.evaluations.empty() ? "–" : number(channel.evaluations.back(), 4)),
-                    text(number(channel.chi2_per_value)),
-                    text(channel.seconds ? duration(*channel.seconds) : "–")});
+        {channel.channel, colour, channel.adjoint_solves, channel.objective, false});
+    chi2.series.push_back({channel.channel, colour, channel.adjoint_solves, channel.chi2, false});
+    rows.push_back(
+        {text(channel.channel), text(channel.model.empty() ? "–" : channel.model),
+         text(channel.status), text(channel.reason),
+         text(channel.adjoint_solves.empty() ? "–" : number(channel.adjoint_solves.back(), 4)),
+         text(number(channel.chi2_per_value)),
+         text(channel.seconds ? duration(*channel.seconds) : "–")});
   }
   Html content;
   if (render(objective).empty())
@@ -37,15 +38,15 @@ Html convergence_section(const RunData& run) {
                            "finer grid begins"),
                     figure(render(chi2), "How far the data are explained")});
   content += table(
-      {"Channel", "model", "converged", "stopped because", "evaluations", "χ² per value", "time"},
+      {"Channel", "model", "status", "stopped because", "adjoint solves", "χ² per value", "time"},
       rows);
   for (const Convergence& channel : run.fit->convergence) {
     if (!channel.model_reason.empty()) {
       content +=
           note("Model of " + channel.channel + ": " + channel.model + ". " + channel.model_reason);
     }
-    for (const std::string& remark : channel.remarks)
-      content += note(channel.channel + ": " + remark);
+    for (const std::string& sentence : channel.notes)
+      content += note(channel.channel + ": " + sentence);
   }
   return section("Convergence", content);
 }

@@ -17,8 +17,8 @@ Html volumes_section(const RunData& run) {
   content += note(
       "Slices across z, x to the right and y down, light entering at z = 0. Each block has its own "
       "scale, from the 0.5 % to the 99.5 % quantile. Continuous light does not determine κ and μ "
-      "uniquely, least of all far from the surfaces: appearance under held-out light is what is "
-      "judged.");
+      "uniquely, least of all far from the surfaces: appearance under light that the "
+      "fit did not see is what E compares.");
   return section("Volumes", content);
 }
 

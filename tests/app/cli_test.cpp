@@ -147,7 +147,7 @@ TEST_F(CliFailures, TextFilesOfAbsurdSizeAreRefused) {
   std::ofstream(folder() / "session.json") << "{\"a\": \"";
   fs::resize_file(folder() / "session.json", 500'000'000);  // sparse
   expect_one_sentence(kappamu("calibrate " + folder().string() + " -o " + at("out")),
-                      "it has 500 MB, and a text file may have 100");
+                      "its 500000000 bytes are more than the 8388608");
 }
 
 TEST_F(CliFailures, UnknownDevice) {

@@ -38,11 +38,11 @@ TEST_F(HandwrittenSession, RunsAndGivesItsBlock) {
   const auto summary = nlohmann::json::parse(last_line(result.standard_output));
   EXPECT_LT(summary["camera_rms_px"].get<double>(), 0.3);
   EXPECT_LT(summary["projector_rms_px"].get<double>(), 0.5);
-  EXPECT_LT(summary["holdout_E"].get<double>(), 1e-3);
+  EXPECT_LT(summary["validation_E"].get<double>(), 1e-3);
   const double kappa = mean(io::read_npy(run / "fit" / "kappa_Y.npy").values);
   const double mu = mean(io::read_npy(run / "fit" / "mu_Y.npy").values);
   std::printf("kappa %.4f mm (made of %.4f), mu %.5f 1/mm (made of %.5f), holdout E %.1e\n", kappa,
-              kappa_mm, mu, mu_per_mm, summary["holdout_E"].get<double>());
+              kappa_mm, mu, mu_per_mm, summary["validation_E"].get<double>());
   EXPECT_NEAR(kappa, kappa_mm, 0.1 * kappa_mm);
   // A hundredth of the light is absorbed: one per cent of its scale is a good part of mu.
   EXPECT_NEAR(mu, mu_per_mm, 0.3 * mu_per_mm);

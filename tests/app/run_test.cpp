@@ -71,13 +71,13 @@ TEST_F(RunTest, LeavesEverythingAndASecondRunDoesNothing) {
   ASSERT_TRUE(first.exit_code == 0 || first.exit_code == 3) << first.standard_error;
   const json summary = json::parse(last_line(first.standard_output));
   for (const char* field :
-       {"sample", "grid", "camera_rms_px", "projector_rms_px", "holdout_E", "kappa_mu_volume",
-        "report", "seconds", "seconds_total", "device", "warnings"})
+       {"sample", "grid", "camera_rms_px", "projector_rms_px", "status", "verdict", "validation_E",
+        "kappa_mu_volume", "report", "seconds", "seconds_total", "device", "warnings"})
     EXPECT_TRUE(summary.contains(field)) << field;
   EXPECT_LT(summary["camera_rms_px"].get<double>(), 0.5);
   EXPECT_LT(summary["projector_rms_px"].get<double>(), 0.5);
-  EXPECT_GT(summary["holdout_E"].get<double>(), 0.0);
-  EXPECT_LT(summary["holdout_E"].get<double>(), 0.05);
+  EXPECT_GT(summary["validation_E"].get<double>(), 0.0);
+  EXPECT_LT(summary["validation_E"].get<double>(), 0.05);
   EXPECT_TRUE(fs::exists(summary["kappa_mu_volume"].get<std::string>()));
   EXPECT_TRUE(fs::exists(summary["report"].get<std::string>()));
   for (const char* stage : {"calibrate", "merge", "fit", "export", "report"})
@@ -145,17 +145,17 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   EXPECT_THAT(page, HasSubstr("This run has no calibration"));
   // Nobody measured patterns to judge the fit by, so it keeps one of its own out.
   const json fit = json::parse(io::read_text(folder() / "b" / "fit" / "fit.json"));
-  EXPECT_EQ(fit["held_out"]["source"], "input");
-  EXPECT_EQ(fit["held_out"]["patterns"].size(), 1U);
+  EXPECT_EQ(fit["validation"]["source"], "input");
+  EXPECT_EQ(fit["validation"]["patterns"].size(), 1U);
   EXPECT_EQ(fit["options"]["hold_out"], "auto");
   for (const json& channel : fit["channels"]) {
-    EXPECT_GT(channel["holdout_E"].get<double>(), 0.0);
-    EXPECT_LT(channel["holdout_E"].get<double>(), 0.05);
-    EXPECT_GT(channel["holdout_chi2_per_value"].get<double>(), 0.0);
+    EXPECT_GT(channel["validation_E"].get<double>(), 0.0);
+    EXPECT_LT(channel["validation_E"].get<double>(), 0.05);
+    EXPECT_GT(channel["validation_chi2_per_value"].get<double>(), 0.0);
   }
-  EXPECT_THAT(page, HasSubstr("Light held out of the fit"));
-  EXPECT_GT(summary["holdout_E"].get<double>(), 0.0);
-  EXPECT_EQ(json::parse(io::read_text(folder() / "b" / "run.json"))["holdout_E"].size(), 3U);
+  EXPECT_THAT(page, HasSubstr("Validation patterns"));
+  EXPECT_GT(summary["validation_E"].get<double>(), 0.0);
+  EXPECT_EQ(json::parse(io::read_text(folder() / "b" / "run.json"))["validation_E"].size(), 3U);
 
   // The finished fit goes on with other options, and refuses what cannot be changed.
   const std::string onward = "fit --continue " + (folder() / "b").string() + quick_fit;
@@ -164,8 +164,8 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   const json continued = json::parse(io::read_text(folder() / "b" / "fit_continued" / "fit.json"));
   EXPECT_EQ(continued["options"]["loss"], "huber");
   EXPECT_EQ(continued["options"]["weight"], 100.0);
-  EXPECT_EQ(continued["held_out"]["patterns"], fit["held_out"]["patterns"]);
-  EXPECT_EQ(continued["channels"][0]["history"][0]["grid"], 0) << "on the full grid at once";
+  EXPECT_EQ(continued["validation"]["patterns"], fit["validation"]["patterns"]);
+  EXPECT_EQ(continued["channels"][0]["history"][0]["level"], 0) << "on the full grid at once";
   expect_one_sentence(kappamu(onward + " --convention wang2008"), "fit anew");
   expect_one_sentence(kappamu(onward + " --hold-out 0,1"), "cannot be held out now");
   expect_one_sentence(kappamu("fit --continue " + (folder() / "a").string()), "no fit.json");

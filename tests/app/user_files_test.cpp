@@ -53,11 +53,11 @@ class UserFiles : public TemporaryFolderTest {
     }
     return files;
   }
-  /// A volume of two voxels as `name`.
+  /// A volume of four voxels as `name`.
   std::string volume(const std::string& name) const {
     io::VolumeSet set;
     set.channels = {"R"};
-    const GridShape shape{2, 1, 1, 0.5};
+    const GridShape shape{2, 2, 1, 0.5};
     set.media.push_back({Volume<double>(shape, 0.3), Volume<double>(shape, 0.01)});
     io::write_vdb(beside_ / name, set);
     return at(name);
@@ -172,9 +172,10 @@ TEST_F(UserFiles, ForeignFilesOfOtherCommandsStay) {
   const std::string vdb = volume("volume.vdb");
   const std::string m = measurements("m");
   const std::string out = " -o " + at("out");
-  const auto refused = [&](const std::string& command, const std::string& file) {
+  const auto refused = [&](const std::string& command, const std::string& file,
+                           const std::string& named = "") {
     write("out/" + file);
-    expect_one_sentence(kappamu(command + out), file);
+    expect_one_sentence(kappamu(command + out), named.empty() ? file : named);
     EXPECT_EQ(read("out/" + file), "mine");
     fs::remove_all(at("out"));
   };
@@ -182,11 +183,11 @@ TEST_F(UserFiles, ForeignFilesOfOtherCommandsStay) {
   refused("export " + vdb, "npy/mine.txt");
   refused("fit " + m, "kappa_R.npy");
   refused("fit " + m, "fit.json");
-  refused("fit " + m, "fit.partial/mine.txt");
+  refused("fit " + m, "fit.partial/mine.txt", "fit.partial: is in the way");
   refused("forward --kappa " + vdb + " --mu " + vdb + " --irradiance " + m + "/irradiance.npy",
           "summary.json");
   refused("bench hdr", "hdr.json");
-  refused("simulate --sample tiny", "truth/mine.txt");
+  refused("simulate --sample tiny", "truth/mine.txt", "truth exists already");
   refused(
       "plan --size 20 16 6 --projector-px-per-mm 20 --camera-width 1600 --camera-height 1200 "
       "--projector-width 1024 --projector-height 768",
@@ -222,6 +223,7 @@ TEST_F(UserFiles, NamesDoNotLeaveTheOutputFolder) {
     write("m/measurements.json", document.dump());
     expect_one_sentence(kappamu("fit " + m + " -o " + at("out")), "a name in field 'channels' is");
     expect_one_sentence(kappamu("run " + m + " -o " + at("run")), "a name in field 'channels' is");
+    fs::remove_all(at("run"));
   }
   EXPECT_EQ(read("outside/pwn.npy"), "mine");
   EXPECT_EQ(std::distance(fs::directory_iterator(beside_ / "outside"), {}), 1);

@@ -34,9 +34,9 @@ TEST(CoarseGrids, HandNoStrayVolumeToTheFinest) {
   const auto finest = std::find_if(history.begin(), history.end(),
                                    [](const inverse::StepRecord& r) { return r.level == 0; });
   ASSERT_NE(finest, history.end());
-  EXPECT_LT(finest->chi2_per_datum, 50.0);  // 14.5
+  EXPECT_LT(finest->chi2_per_value, 50.0);  // 14.5
   EXPECT_EQ(fit.report.status, inverse::FitStatus::converged);
-  EXPECT_LT(fit.report.chi2_per_datum, 1.05);
+  EXPECT_LT(fit.report.chi2_per_value, 1.05);
   const auto judge = bench::expose(block, truth, bench::patch_light(block.grid, block.lit, 64));
   EXPECT_LT(bench::appearance_error(fit.medium, judge), 2.5e-4);  // 1.4e-4
 }

@@ -206,10 +206,10 @@ TEST_F(Simulated, ScoreFindsTheErrorsThatWerePutIn) {
   // 1.5e-4 under 8 x 8 patches in the worst channel.
   constexpr double averaging_E = 1e-3;
   constexpr double float_rounding = 1e-5;
-  ASSERT_TRUE(perfect.holdout_E && flawed.holdout_E);
-  EXPECT_LT(*perfect.holdout_E, averaging_E);
-  EXPECT_GT(*perfect.holdout_E, 0.0);
-  EXPECT_GT(*flawed.holdout_E, 2.0 * *perfect.holdout_E);
+  ASSERT_TRUE(perfect.truth_E && flawed.truth_E);
+  EXPECT_LT(*perfect.truth_E, averaging_E);
+  EXPECT_GT(*perfect.truth_E, 0.0);
+  EXPECT_GT(*flawed.truth_E, 2.0 * *perfect.truth_E);
   EXPECT_NEAR(*perfect.hdr_relative_error_median, 0.0, float_rounding);
   EXPECT_NEAR(*flawed.hdr_relative_error_median, 0.02, float_rounding);
   EXPECT_NEAR(*perfect.kappa_relative_error, 0.0, float_rounding);

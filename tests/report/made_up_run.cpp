@@ -11,6 +11,7 @@
 #include "io/image/image_file.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
+#include "pipeline/records/fit_record.h"
 #include "pipeline/records/run_record.h"
 #include "pipeline/records/versions.h"
 
@@ -82,6 +83,24 @@ void write_prediction(const fs::path& file, const MadeUpSurface& surface, double
                 std::span<const float>(prediction));
 }
 
+pipeline::FitRecord record_of(const MadeUpRun& options) {
+  pipeline::FitEvidence evidence;
+  evidence.channels = {
+      {"R", options.converged ? inverse::FitStatus::converged : inverse::FitStatus::ran_out, 0.98}};
+  evidence.used = 0.99;
+  evidence.warnings = options.converged ? 0 : 1;
+  evidence.validation = {{options.model_error * options.model_error, 1.0, 1e-4, 1000}};
+  evidence.validation_names = {"validation pattern 0"};
+  if (options.with_session) evidence.camera_rms_px = options.camera_rms_px;
+  if (options.with_session) evidence.projector_rms_px = 0.18;
+  pipeline::FitRecord record;
+  record.status =
+      evidence.channels.front().status == inverse::FitStatus::converged ? "converged" : "ran_out";
+  record.grid = {options.nx, options.ny, options.nz};
+  record.verdict = pipeline::make_verdict(evidence);
+  return record;
+}
+
 void write_fit(const fs::path& run, const MadeUpRun& options) {
   json channels = json::array();
   const std::vector<std::size_t> shape{static_cast<std::size_t>(options.nz),
@@ -122,12 +141,12 @@ void write_fit(const fs::path& run, const MadeUpRun& options) {
     json history = json::array();
     for (int i = 0; i < 60; ++i)
       history.push_back(
-          {{"evaluations", i + 1},
+          {{"adjoint_solves", i + 1},
            {"objective", (4e3 * std::pow(0.83, i) + 1.0) * (1.0 + 0.2 * static_cast<double>(c))},
            {"chi2_per_value", 1.0 + 300.0 * std::pow(0.85, i)}});
     channels.push_back(
         {{"name", names[c]},
-         {"converged", options.converged},
+         {"status", options.converged ? "converged" : "ran_out"},
          {"uncertainty",
           {{"sentence", "Beyond 3 mm below the seen face the data say nothing about " +
                             std::string(names[c]) + "."}}},
@@ -137,15 +156,12 @@ void write_fit(const fs::path& run, const MadeUpRun& options) {
          {"seconds", 14.2},
          {"history", history}});
   }
-  io::write_text_atomically(
-      run / "fit" / "fit.json",
-      json{{"format", "kappamu-fit"},
-           {"version", 1},
-           {"voxel_mm", 0.5},
-           {"channels", channels},
-           {"warnings",
-            options.converged ? json::array() : json{"channel R stopped at its evaluation limit"}}}
-          .dump(1));
+  nlohmann::ordered_json fit{{"format", "kappamu-fit"}, {"version", 1}, {"voxel_mm", 0.5}};
+  pipeline::add_fit_record(record_of(options), fit);
+  fit["channels"] = channels;
+  fit["warnings"] =
+      options.converged ? json::array() : json{"channel R stopped at its evaluation limit"};
+  io::write_text_atomically(run / "fit" / "fit.json", fit.dump(1));
 }
 
 std::vector<calib::ViewResidual> views(double rms, int width, int height, int count,

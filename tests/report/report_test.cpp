@@ -44,48 +44,39 @@ std::size_t count(const std::string& in, const std::string& what) {
   return found;
 }
 
-TEST_F(ReportTest, GoodRunIsTrusted) {
-  const auto criteria = judge(read_run(make_run(folder(), {})));
-  for (const Criterion& criterion : criteria)
-    EXPECT_EQ(criterion.light, Light::green) << criterion.name << ": " << criterion.sentence;
-  EXPECT_EQ(overall(criteria), Light::green);
+TEST_F(ReportTest, OpensWithTheVerdictOfTheFit) {
+  const std::string good = page({});
+  EXPECT_THAT(good, HasSubstr("<h2>This fit can be trusted.</h2>"));
+  EXPECT_EQ(count(good, "class=\"lamp green\""), 5U);
+  MadeUpRun wrong;
+  wrong.model_error = 0.5;
+  const std::string bad = io::read_text(written(make_run(folder() / "wrong", wrong)));
+  EXPECT_THAT(bad, HasSubstr("<h2>Do not trust this fit: E = 0.25 over 1 pattern"));
+  EXPECT_THAT(bad, HasSubstr("class=\"lamp red\""));
 }
 
-TEST_F(ReportTest, WrongPredictionOfHeldOutLightIsRed) {
-  MadeUpRun options;
-  options.model_error = 0.5;  // E = 0.5² / 2, far above the 1e-2 that is usable
-  const auto criteria = judge(read_run(make_run(folder(), options)));
-  EXPECT_EQ(overall(criteria), Light::red);
-  EXPECT_EQ(criteria[4].name, "Held-out light");
-  EXPECT_EQ(criteria[4].light, Light::red) << criteria[4].sentence;
+TEST_F(ReportTest, HasOneDefinitionOfEAndOfChi2) {
+  const std::string html = page({});
+  EXPECT_EQ(count(html, "E = Σ(L′ − L)²/ΣL²"), 1U);
+  EXPECT_EQ(count(html, "mean of (L′ − L)²/σ²"), 1U);
+  // χ² is of the fitted values: patterns show E alone.
+  EXPECT_EQ(count(html, "E of this pattern"), 8U);
+  EXPECT_THAT(html, Not(HasSubstr(">χ² ")));
 }
 
-TEST_F(ReportTest, PoorCalibrationAndUnconvergedFitAreAmber) {
-  MadeUpRun options;
-  options.camera_rms_px = 0.6;
-  options.converged = false;
-  const auto criteria = judge(read_run(make_run(folder(), options)));
-  EXPECT_EQ(criteria[0].light, Light::amber) << criteria[0].sentence;
-  EXPECT_EQ(criteria[3].light, Light::amber) << criteria[3].sentence;
-  EXPECT_THAT(criteria[3].sentence, HasSubstr("did not converge"));
-  EXPECT_EQ(criteria[5].light, Light::amber) << criteria[5].sentence;
-  EXPECT_EQ(overall(criteria), Light::amber);
-}
-
-TEST_F(ReportTest, AppearanceErrorFollowsItsDefinition) {
+TEST_F(ReportTest, AppearanceErrorIsOfWhatTheMaskAllows) {
   Comparison comparison;
   comparison.measured.grid = {2, 1, 1, 1.0};
   comparison.measured.channels = {"Y"};
-  comparison.measured.patterns = 1;
-  comparison.measured.value = {3.0F, 100.0F};
-  comparison.measured.variance = {0.25F, 1.0F};
-  comparison.measured.mask = {1, 0};
-  comparison.predicted = {4.0F, 0.0F};
-  const AppearanceError error = appearance_error(comparison);
-  EXPECT_DOUBLE_EQ(error.error, 1.0 / 9.0);
-  EXPECT_DOUBLE_EQ(error.noise, 0.25 / 9.0);
-  EXPECT_DOUBLE_EQ(error.used, 0.5);
-  EXPECT_DOUBLE_EQ(error.chi2_per_value, 4.0);
+  comparison.measured.patterns = 2;
+  comparison.measured.value = {3.0F, 100.0F, 1.0F, 1.0F};
+  comparison.measured.variance = {0.25F, 1.0F, 0.5F, 0.5F};
+  comparison.measured.mask = {1, 0, 1, 1};
+  comparison.predicted = {4.0F, 0.0F, 1.0F, 2.0F};
+  EXPECT_DOUBLE_EQ(appearance_error(comparison, 0).E(), 1.0 / 9.0);
+  EXPECT_DOUBLE_EQ(appearance_error(comparison, 1).E(), 1.0 / 2.0);
+  EXPECT_DOUBLE_EQ(appearance_error(comparison).E(), 2.0 / 11.0);
+  EXPECT_DOUBLE_EQ(appearance_error(comparison).noise_E(), 1.25 / 11.0);
 }
 
 TEST_F(ReportTest, PageStandsAlone) {
@@ -108,7 +99,7 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
   const std::string html = page({});
   for (const char* heading :
        {"What was captured", "Geometric calibration", "Response and dynamic range", "Convergence",
-        "Volumes", "Uncertainty", "Measured against re-rendered", "Light held out of the fit",
+        "Volumes", "Uncertainty", "Measured against re-rendered", "Validation patterns",
         "Warnings, times, provenance"})
     EXPECT_THAT(html, HasSubstr(heading));
   for (const char* id : {"fit_00", "fit_05", "validate_00", "validate_01"})
@@ -135,7 +126,7 @@ TEST_F(ReportTest, MeasurementsOfAnyoneAreReportedWithoutTheMissingParts) {
   const std::string html = page(options);
   EXPECT_THAT(html, HasSubstr("This run has no calibration"));
   EXPECT_THAT(html, HasSubstr("This run has no HDR images"));
-  EXPECT_THAT(html, HasSubstr("No patterns were kept out of the fit"));
+  EXPECT_THAT(html, HasSubstr("No patterns were kept out of the fit for validation"));
   EXPECT_THAT(html, HasSubstr("alt=\"re-rendered of pattern 0\""));
 }
 

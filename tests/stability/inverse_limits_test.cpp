@@ -48,7 +48,7 @@ const std::vector<Bound> bounds{
     {"3κμ = 0.3", 1e-6, "100 % of the voxels absorb more than a tenth of what they extinguish"},
     {"2 mean free paths thick", 1e-6, "albedo 0.99, 2 transport mean free paths thick"},
     {"front-lit, half the face masked", 2e-3, "50 % of the seen face is measured under no pattern"},
-    {"1 % of wild pixels", {}, "fit with --loss student, which bears them"},
+    {"1 % of wild pixels", {}, "fit with --loss student, which is robust to outliers"},
     {"1 % of wild pixels, --loss student", 8e-4},
     {"all dark", {}, "the channel is dark; check exposure and variance, or fit the others"},
     {"voxels of 0.13 mean free paths", 3e-3, "", "light carries no structure finer than that"},

@@ -121,7 +121,7 @@ TEST(Model, HeldOutLightOverrulesUnderstatedVariances) {
   EXPECT_EQ(fit.report.model.model, Model::homogeneous) << fit.report.model.reason;
   EXPECT_THAT(fit.report.model.reason, HasSubstr("so the simpler block is kept"));
   EXPECT_EQ(fit.report.status, FitStatus::above_noise);
-  EXPECT_NEAR(fit.report.chi2_per_datum, 4.0, 0.4) << "not the block's own, of the true noise";
+  EXPECT_NEAR(fit.report.chi2_per_value, 4.0, 0.4) << "not the block's own, of the true noise";
   EXPECT_LT(spread(fit.medium.kappa), 1e-9);
 }
 
@@ -183,7 +183,7 @@ TEST(Evidence, TellsNoiseFromMisfitWhateverTheStatedVariance) {
   std::vector<double> prediction(clean.begin(), clean.end());
   const Evidence right = weigh(problem, prediction, {});
   constexpr double five_errors = 5.0;
-  EXPECT_NEAR(right.chi2_per_datum, 0.25, 0.02);
+  EXPECT_NEAR(right.chi2_per_value, 0.25, 0.02);
   EXPECT_LT(std::abs(right.coherence), five_errors * right.coherence_error);
   // Half a per cent of misfit: its share of χ² is what neighbours have in common.
   double misfit = 0.0;
@@ -193,7 +193,7 @@ TEST(Evidence, TellsNoiseFromMisfitWhateverTheStatedVariance) {
     misfit += problem.weight[i] * change * change;
   }
   const Evidence wrong = weigh(problem, prediction, {});
-  const double share = misfit / (wrong.chi2_per_datum * static_cast<double>(wrong.data));
+  const double share = misfit / (wrong.chi2_per_value * static_cast<double>(wrong.data));
   EXPECT_GT(share, 0.05) << "too little to ask for";
   EXPECT_NEAR(wrong.coherence, share, five_errors * wrong.coherence_error);
   EXPECT_TRUE(not_rejected(right, 0.05));

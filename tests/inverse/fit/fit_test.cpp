@@ -109,7 +109,7 @@ TEST(Fit, ThinBlockWithSharpDataConvergesOnOneGrid) {
   const CoefficientPair truth = thin_structured(block.grid.refined(2));
   const ChannelFit fit = cases::fit(cases::measure(block, truth), {});
   EXPECT_EQ(fit.report.history.front().level, 0) << "no coarser grid fits such a block";
-  EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.message;
+  EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.reason;
   // What the fit corrects for, and whoever solves on its volume must know.
   EXPECT_THAT(fit.report.warnings, ::testing::Each(::testing::HasSubstr("split the voxels")));
   constexpr double bound = 1e-3;  // the aim for any sample (docs/theory.md)
@@ -120,9 +120,9 @@ TEST(Fit, ReachesTheNoiseAndPredictsHeldOutLight) {
   const Block block;
   const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
   const ChannelFit fit = cases::fit(cases::measure(block, truth), {});
-  EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.message;
-  EXPECT_LE(fit.report.chi2_per_datum, 1.0);
-  EXPECT_GT(fit.report.chi2_per_datum, 0.8) << "fits the noise";
+  EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.reason;
+  EXPECT_LE(fit.report.chi2_per_value, 1.0);
+  EXPECT_GT(fit.report.chi2_per_value, 0.8) << "fits the noise";
   // The least any 1 % data have given on a block of this kind, with a margin of three.
   constexpr double bound = 4e-4;
   const double error = cases::held_out_error(block, truth, fit.medium);
@@ -164,8 +164,8 @@ TEST(Fit, ALastCorrectionIsFittedToo) {
   boxes.seed = 5;
   const CoefficientPair truth = bench::make_truth(block.grid.refined(2), boxes);
   const ChannelFit fit = cases::fit(bench::measure(block, truth, 4, 104), {});
-  EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.message;
-  EXPECT_LE(fit.report.chi2_per_datum, 1.0);
+  EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.reason;
+  EXPECT_LE(fit.report.chi2_per_value, 1.0);
 }
 
 TEST(Fit, WarnsWhereDiffusionDoesNotDescribeTheFittedVolume) {
@@ -188,7 +188,7 @@ TEST(Fit, FrontLitSampleIsFittedFromUnlitPixels) {
     if (m.mask[i] == 0) m.value[i] = std::numeric_limits<float>::quiet_NaN();
   }
   const ChannelFit fit = cases::fit(m, {});
-  EXPECT_NE(fit.report.status, FitStatus::ran_out) << fit.report.message;
+  EXPECT_NE(fit.report.status, FitStatus::ran_out) << fit.report.reason;
   constexpr double bound = 2e-3;  // next to a patch's edge the lit face converges at order 1 only
   EXPECT_LT(cases::held_out_error(block, truth, fit.medium), bound);
 }

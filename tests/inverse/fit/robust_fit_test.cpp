@@ -100,7 +100,7 @@ TEST(RobustFit, GoesOnFromAFinishedFit) {
   Progress silent;
   const ChannelFit second = fit_channel(c.measured, 0, {}, {}, silent, {}, context);
   EXPECT_EQ(second.report.history.front().level, 0) << "no coarser grid once more";
-  EXPECT_LT(second.report.chi2_per_datum, 0.5 * first.report.chi2_per_datum);
+  EXPECT_LT(second.report.chi2_per_value, 0.5 * first.report.chi2_per_value);
   // It ends about where a fit at once ends.
   const double at_once = c.error(c.measured, {});
   EXPECT_LT(cases::held_out_error(c.block, c.truth, second.medium), 2.0 * at_once);

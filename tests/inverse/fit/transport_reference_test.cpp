@@ -88,7 +88,7 @@ TEST(TransportReference, InformedCoordinatesScoreBest) {
     const SolveCount& solves = fit.report.history.back().solves;
     const double patches = score(fit.medium, m, root / "truth", "patches");
     std::printf("%s: E %.2g patches, %.2g single; chi2 %.3g after %d solves, %s\n", way.name,
-                patches, score(fit.medium, m, root / "truth", "single"), fit.report.chi2_per_datum,
+                patches, score(fit.medium, m, root / "truth", "single"), fit.report.chi2_per_value,
                 solves.forward + solves.adjoint, to_string(fit.report.status).c_str());
     if (way.coordinates == Coordinates::informed) {
       informed = patches;
@@ -124,14 +124,14 @@ TEST(TransportReference, HeldOutAppearanceOfTheFittedVolume) {
     const std::vector<int> out = choose_held_out(noisy, usual_held_out(noisy.patterns));
     const JudgedFit judged = fit_judged(keep_out(noisy, out), 0, {}, {}, {}, silent);
     const FitReport& report = judged.fit.report;
-    EXPECT_EQ(report.status, FitStatus::converged) << report.message;
+    EXPECT_EQ(report.status, FitStatus::converged) << report.reason;
     const double patches = score(judged.fit.medium, m, root / "truth", "patches");
     const double single = score(judged.fit.medium, m, root / "truth", "single");
     const double before = score(*judged.judged, m, root / "truth", "patches");
     std::printf(
         "noise %.1f %%: E %.2g under patches (%.2g before the held-out one joined), %.2g under "
         "single voxels; chi2 %.3g after %d solves\n",
-        100.0 * target.noise, patches, before, single, report.chi2_per_datum,
+        100.0 * target.noise, patches, before, single, report.chi2_per_value,
         report.solves.total());
     EXPECT_LT(patches, 0.9 * before) << target.noise;
     EXPECT_LT(patches, target.patches) << target.noise;

@@ -74,7 +74,7 @@ TEST_P(DataTermOf, MaskedDataDoNotCount) {
   }
   const DataTerm after = evaluate(problem, prediction, GetParam());
   EXPECT_EQ(before.value, after.value);
-  EXPECT_EQ(before.chi2_per_datum, after.chi2_per_datum);
+  EXPECT_EQ(before.chi2_per_value, after.chi2_per_value);
   EXPECT_EQ(before.by_prediction, after.by_prediction);
 }
 
@@ -91,9 +91,9 @@ INSTANTIATE_TEST_SUITE_P(Losses, DataTermOf,
 TEST(DataTerm, GaussianLossIsHalfChiSquare) {
   const Problem problem = noisy_problem(0.02);
   const DataTerm term = evaluate(problem, clean_prediction(problem), {});
-  EXPECT_NEAR(2.0 * term.value / static_cast<double>(problem.used()), term.chi2_per_datum, 1e-12);
+  EXPECT_NEAR(2.0 * term.value / static_cast<double>(problem.used()), term.chi2_per_value, 1e-12);
   // 95 squares of normal numbers: three standard deviations.
-  EXPECT_NEAR(term.chi2_per_datum, 1.0, 3.0 * std::sqrt(2.0 / 95.0));
+  EXPECT_NEAR(term.chi2_per_value, 1.0, 3.0 * std::sqrt(2.0 / 95.0));
 }
 
 TEST(DataTerm, WildDataPullTheGaussianWithoutBoundAndTheOthersNot) {
@@ -108,8 +108,8 @@ TEST(DataTerm, WildDataPullTheGaussianWithoutBoundAndTheOthersNot) {
   EXPECT_NEAR(pull(Loss::huber), 1.345, 1e-12);
   EXPECT_LT(pull(Loss::student), 0.02);
   // Nor does one wild datum move the robust chi-square.
-  EXPECT_GT(evaluate(problem, prediction, {}).chi2_per_datum, 1000.0);
-  EXPECT_LT(evaluate(problem, prediction, with(Loss::huber)).chi2_per_datum, 2.0);
+  EXPECT_GT(evaluate(problem, prediction, {}).chi2_per_value, 1000.0);
+  EXPECT_LT(evaluate(problem, prediction, with(Loss::huber)).chi2_per_value, 2.0);
 }
 
 }  // namespace

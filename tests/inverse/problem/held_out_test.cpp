@@ -90,26 +90,28 @@ TEST(HeldOut, ScoreOfTheTruthIsTheNoise) {
     const Medium medium{Volume<double>(block.grid, exponential(fine.log_kappa)),
                         Volume<double>(block.grid, exponential(fine.log_mu))};
     const HeldOutScore score = score_held_out(medium, m, 0, {}, {});
-    EXPECT_EQ(score.data, m.value.size());
+    EXPECT_EQ(score.error.count, m.value.size());
     // Sums of 2304 squares of normal numbers; E's are dominated by the bright few hundred.
     constexpr double four_sigma = 4.0;
-    EXPECT_NEAR(score.chi2_per_datum, 1.0, four_sigma * std::sqrt(2.0 / 2304.0));
-    EXPECT_NEAR(score.error / score.noise, 1.0, four_sigma * std::sqrt(2.0 / 200.0));
+    EXPECT_NEAR(score.chi2_per_value, 1.0, four_sigma * std::sqrt(2.0 / 2304.0));
+    EXPECT_NEAR(score.error.E() / score.error.noise_E(), 1.0, four_sigma * std::sqrt(2.0 / 200.0));
   }
 }
 
 /// As the demo's: fitted light within its deviations, held-out light 5.6 of them off.
-TEST(HeldOut, SurprisesAreRemarkedUpon) {
+TEST(HeldOut, DeviationsOfValidationPatternsAreNoted) {
   ChannelFit fit;
   fit.report.model.model = Model::homogeneous;
-  fit.report.chi2_per_datum = 0.9;
+  fit.report.chi2_per_value = 0.9;
   HeldOutScore score;
-  score.chi2_per_datum = 31.0;
-  EXPECT_THAT(remarks_on(fit, numbered(2), score),
-              ElementsAre(HasSubstr("Held-out light is off by 5.6 of its stated standard")));
-  score.chi2_per_datum = 3.9;
-  EXPECT_THAT(remarks_on(fit, numbered(2), score), IsEmpty());
-  EXPECT_THAT(remarks_on(fit, numbered(2)), IsEmpty());
+  score.chi2_per_value = 31.0;
+  EXPECT_THAT(
+      notes_on(fit, numbered(2), score),
+      ElementsAre(HasSubstr(
+          "Validation patterns deviate from the prediction by 5.6 of their stated standard")));
+  score.chi2_per_value = 3.9;
+  EXPECT_THAT(notes_on(fit, numbered(2), score), IsEmpty());
+  EXPECT_THAT(notes_on(fit, numbered(2)), IsEmpty());
 }
 
 }  // namespace

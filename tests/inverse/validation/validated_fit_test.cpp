@@ -52,7 +52,7 @@ TEST(JudgedFit, TheScoreIsOfVolumesThatDidNotSeeTheHeldOutPattern) {
   ASSERT_TRUE(fit.judged && fit.score && other.judged);
   EXPECT_EQ(fit.judged->mu.values(), other.judged->mu.values());
   EXPECT_NE(fit.fit.medium.mu.values(), other.fit.medium.mu.values());
-  EXPECT_GT(other.score->error, 2.0 * fit.score->error);
+  EXPECT_GT(other.score->error.E(), 2.0 * fit.score->error.E());
   EXPECT_EQ(fit.fit.prediction.size(), c.m.value.size());
   // What the second half costs is told with the first.
   const SolveCount& last = fit.fit.report.history.back().solves;
@@ -84,7 +84,7 @@ TEST(JudgedFit, KilledInEitherHalfItEndsInTheSameBits) {
   EXPECT_TRUE(resumed.fit.report.resumed);
   EXPECT_EQ(resumed.fit.medium.kappa.values(), whole.fit.medium.kappa.values());
   EXPECT_EQ(resumed.fit.medium.mu.values(), whole.fit.medium.mu.values());
-  EXPECT_EQ(resumed.score->error, whole.score->error);
+  EXPECT_EQ(resumed.score->error.E(), whole.score->error.E());
 }
 
 TEST(JudgedFit, AHomogeneousBlockStaysAsItWasJudged) {
