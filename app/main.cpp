@@ -66,9 +66,8 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);
   app::Globals globals;
   app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
-  app.add_option(
-      "--device", globals.device,
-      "auto (default), reference (serial, no OpenCL), or part of a device name");
+  app.add_option("--device", globals.device,
+                 "auto (default), reference (serial, no OpenCL), or part of a device name");
   app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
 
   app::add_commands(app, globals);

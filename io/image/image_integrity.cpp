@@ -2,6 +2,7 @@
 
 #include <zlib.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -179,6 +180,39 @@ std::optional<ImageSize> jpeg_size(Bytes bytes) {
             static_cast<int>(number(bytes, at + 9, 1, true))};
   });
   return size;
+}
+
+/// The header is a list of attributes (name, type, size, value) that ends with an empty name; of a
+/// file of several parts there is a list of such lists (OpenEXR file layout).
+bool holds_exr_header(Bytes bytes) {
+  constexpr std::int64_t rows_per_entry = 256;  // at most, of any compression
+  constexpr std::size_t entry = 8;              // [bytes]
+  if (image_kind(bytes) != ImageKind::exr) return true;
+  const auto text_end = [&](std::uint64_t at) {
+    while (at < bytes.size() && bytes[at] != std::byte{0}) ++at;
+    return at;
+  };
+  std::int64_t rows = 0;
+  for (std::uint64_t at = 8; at + 1 < bytes.size();) {
+    if (bytes[at] == std::byte{0}) {  // the end of a header; another one follows in files of parts
+      if (bytes[++at] == std::byte{0}) break;
+      continue;
+    }
+    const std::uint64_t type = text_end(at) + 1;
+    const std::uint64_t size = text_end(type) + 1;
+    if (size + 4 > bytes.size()) return false;
+    const std::uint64_t value = size + 4;
+    const std::uint64_t length = number(bytes, size, 4, false);
+    if (value + length > bytes.size()) return false;
+    if (length == 16 && starts_with(bytes.subspan(at), "dataWindow", 11)) {
+      const auto signed_number = [&](std::uint64_t offset) {
+        return std::int64_t{static_cast<std::int32_t>(number(bytes, value + offset, 4, false))};
+      };
+      rows = std::max(rows, signed_number(12) - signed_number(4) + 1);
+    }
+    at = value + length;
+  }
+  return static_cast<std::uint64_t>(rows / rows_per_entry) * entry <= bytes.size();
 }
 
 void hide_photoshop_segments(std::span<std::byte> bytes) {

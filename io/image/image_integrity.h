@@ -31,6 +31,11 @@ Integrity check_integrity(std::span<const std::byte> bytes);
 /// them. Nothing where there is no frame header, and of other formats.
 std::optional<ImageSize> jpeg_size(std::span<const std::byte> bytes);
 
+/// Whether an EXR file is long enough for what its header claims: attributes, and the table of its
+/// rows' places. OpenEXR makes room for both while it opens the file, 2 GB from one of 400 bytes.
+/// True for other formats.
+bool holds_exr_header(std::span<const std::byte> bytes);
+
 /// Turns a JPEG's Photoshop segments into comments: OpenImageIO 2.4 reads their IPTC records for as
 /// many bytes as they claim, beyond the segment's end.
 void hide_photoshop_segments(std::span<std::byte> bytes);

@@ -32,6 +32,7 @@ OiioInput::OiioInput(const std::filesystem::path& file, std::vector<std::byte>& 
     : memory_(bytes.data(), bytes.size()),
       input_(OIIO::ImageInput::create(reader_of(image_kind(bytes)))) {
   check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG or EXR");
+  if (!holds_exr_header(bytes)) return;
   hide_photoshop_segments(bytes);
   OIIO::ImageSpec spec;
   OIIO::ImageSpec wishes;

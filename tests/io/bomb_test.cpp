@@ -223,6 +223,31 @@ TEST_F(Bomb, ExrOfAHugeDataWindow) {
 }
 
 /// A DNG of 16 bits a site without the sites.
+TEST_F(Bomb, ExrOfTwoHundredMillionRows) {
+  const auto file = folder_ / "a.exr";
+  write_float_image(file, Image<float>(1, 16, 3, 0.5F));
+  std::string exr = read_text(file);
+  const std::string window("dataWindow\0box2i\0\x10\0\0\0", 21);
+  const std::size_t at = exr.find(window);
+  ASSERT_NE(at, std::string::npos);
+  std::string rows;
+  put(rows, 200'000'000U, 4, false);
+  write_text(file, exr.replace(at + window.size() + 12, rows.size(), rows));
+  EXPECT_THAT(refusal([&] { read_exr(file); }), AllOf(HasSubstr("a.exr: "), HasSubstr("damaged")));
+  EXPECT_THAT(refusal([&] { read_float_image(file); }), HasSubstr("a.exr: "));
+}
+
+// Found by the fuzzer: a text of 1.9 GB in a file of 368 bytes.
+TEST_F(Bomb, ExrOfAHugeAttribute) {
+  const auto file = folder_ / "a.exr";
+  write_float_image(file, Image<float>(24, 16, 3, 0.5F));
+  std::string exr = read_text(file);
+  exr.insert(8, std::string("capDate\0string\0\0\0\0\x74", 19));
+  write_text(file, exr);
+  EXPECT_THAT(refusal([&] { read_exr(file); }), AllOf(HasSubstr("a.exr: "), HasSubstr("damaged")));
+  EXPECT_THAT(refusal([&] { read_float_image(file); }), HasSubstr("a.exr: "));
+}
+
 TEST_F(Bomb, DngOf30000Squared) {
   std::string dng("II*\0\x08\0\0\0", 8);
   const std::vector<std::array<unsigned, 4>> tags{{254, 4, 1, 0},
