@@ -67,7 +67,7 @@ int main(int argc, char** argv) {
   app::Globals globals;
   app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
   app.add_option("--device", globals.device,
-                 "auto (default), reference (serial, no OpenCL), or part of a device name");
+                 "auto (default), reference (no OpenCL), or part of a device name");
   app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
 
   app::add_commands(app, globals);

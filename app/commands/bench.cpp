@@ -21,7 +21,11 @@ struct Options {
 void run(Options options, const Globals& globals, const bench::Subject& subject) {
   const auto progress = make_progress();
   bench::Request& request = options.request;
-  request.folder = pipeline::bench_folder(options.out);
+  std::vector<std::filesystem::path> inputs;
+  if (const auto data = request.settings.find("data"); data != request.settings.end()) {
+    inputs.assign(data->second.begin(), data->second.end());
+  }
+  request.folder = pipeline::bench_folder(options.out, inputs);
   request.device = globals.device;
   request.seed = globals.seed;
   const auto records = bench::measure(subject, options.sections, request, *progress);

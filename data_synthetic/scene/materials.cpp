@@ -62,7 +62,7 @@ double vein_distance(const Vector3d& x, const Vector3d& normal, double offset, d
 
 constexpr PointCoefficients jensen_marble{{2.19, 2.62, 3.00}, {0.0021, 0.0041, 0.0071}};
 /// Onyx-like stone, clear enough that the demo's voxels stay below a mean free path.
-constexpr PointCoefficients onyx{{0.95, 1.10, 1.25}, {0.0021, 0.0041, 0.0071}};
+constexpr PointCoefficients onyx{{1.14, 1.23, 1.33}, {0.0021, 0.0041, 0.0071}};
 
 Vector3d extent(const GridShape& grid) {
   return Vector3d(grid.nx, grid.ny, grid.nz) * grid.voxel_mm;

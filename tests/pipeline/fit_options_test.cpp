@@ -82,7 +82,7 @@ TEST(FinishedFit, RestoresEveryOptionOfTheFitItGoesOnFrom) {
   with_each_changed([&](const FitStageOptions& options, const char* name) {
     const nlohmann::json fit{{"input", "measurements"},
                              {"options", nlohmann::json::parse(options_json(options))},
-                             {"held_out", {{"patterns", nlohmann::json::array()}}},
+                             {"validation", {{"patterns", nlohmann::json::array()}}},
                              {"channels", nlohmann::json::array()}};
     std::ofstream(folder / "fit.json") << fit.dump();
     FitStageOptions restored = usual_options();

@@ -38,7 +38,7 @@ TEST(HoldOut, TooFewPatternsAreAllFittedAloud) {
     EXPECT_EQ(held_out.source, Source::none);
     EXPECT_THAT(held_out.patterns, IsEmpty());
     ASSERT_TRUE(held_out.warning.has_value());
-    EXPECT_THAT(*held_out.warning, HasSubstr("nothing independent judges"));
+    EXPECT_THAT(*held_out.warning, HasSubstr("none is kept out of the fit for validation"));
   }
   EXPECT_FALSE(choose_held_out("none", measured(1), false).warning.has_value());
 }

@@ -113,7 +113,8 @@ class SquareCheckTest : public TemporaryFolderTest {
           "merge " + session.string() + " -o " + run,
           "fit " + run + " -o " + run + "/fit --channel R --model homogeneous --uncertainty 0"}) {
       const ProcessResult result = kappamu(command + " --device reference");
-      EXPECT_EQ(result.exit_code, 0) << result.standard_error;
+      // Data that lie beside the light are not explained: the fit says so by its exit code.
+      EXPECT_EQ(result.exit_code, command.starts_with("fit ") ? 3 : 0) << result.standard_error;
     }
     const json fit = json::parse(io::read_text(folder() / "run" / "fit" / "fit.json"));
     return fit["channels"][0]["warnings"].get<std::vector<std::string>>();

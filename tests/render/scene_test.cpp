@@ -190,7 +190,7 @@ TEST_F(SceneFile, SchemaAgreesWithTheReader) {
   const std::string source = KAPPAMU_SOURCE_DIR;
   const std::filesystem::path verdicts = folder_ / "verdicts.txt";
   const std::string command =
-      "/usr/bin/python3 '" + source + "/tests/capture/validate_sessions.py' '" + source +
+      "/usr/bin/python3 '" + source + "/tests/capture/session/validate_sessions.py' '" + source +
       "/docs/scene.schema.json' '" + folder_.string() + "' > '" + verdicts.string() + "' 2>&1";
   const int status = std::system(command.c_str());  // NOLINT(bugprone-command-processor): fixed
   ASSERT_TRUE(WIFEXITED(status));
