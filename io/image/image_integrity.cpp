@@ -188,14 +188,15 @@ bool holds_exr_header(Bytes bytes) {
   constexpr std::int64_t rows_per_entry = 256;  // at most, of any compression
   constexpr std::size_t entry = 8;              // [bytes]
   if (image_kind(bytes) != ImageKind::exr) return true;
+  const bool several_parts = bytes.size() > 5 && (bytes[5] & std::byte{0x10}) != std::byte{0};
   const auto text_end = [&](std::uint64_t at) {
     while (at < bytes.size() && bytes[at] != std::byte{0}) ++at;
     return at;
   };
   std::int64_t rows = 0;
   for (std::uint64_t at = 8; at + 1 < bytes.size();) {
-    if (bytes[at] == std::byte{0}) {  // the end of a header; another one follows in files of parts
-      if (bytes[++at] == std::byte{0}) break;
+    if (bytes[at] == std::byte{0}) {  // the end of a header
+      if (!several_parts || bytes[++at] == std::byte{0}) break;
       continue;
     }
     const std::uint64_t type = text_end(at) + 1;
