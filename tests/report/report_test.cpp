@@ -61,7 +61,7 @@ TEST_F(ReportTest, HasOneDefinitionOfEAndOfChi2) {
   EXPECT_EQ(count(html, "mean of (L′ − L)²/σ²"), 1U);
   // χ² is of the fitted values: patterns show E alone.
   EXPECT_EQ(count(html, "E of this pattern"), 8U);
-  EXPECT_EQ(count(html, ">χ² "), count(html, ">χ² per value is ")) << "but for the verdict";
+  EXPECT_EQ(count(html, ">χ² "), count(html, ">χ² per value")) << "one χ² on the page";
 }
 
 TEST_F(ReportTest, AppearanceErrorIsOfWhatTheMaskAllows) {
