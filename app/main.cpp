@@ -6,6 +6,8 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <sstream>
+#include <string>
 
 #include "app/command_list.h"
 #include "core/error.h"
@@ -25,6 +27,18 @@ void report_failure(const std::exception& error) {
                       : kappamu::shown_text(kappamu::io::json_reason(error)).c_str());
 }
 
+/// Help, or what is wrong with the arguments, which are shown as text of others is.
+int report_usage(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream help, usage;
+  const bool asked = app.exit(error, help, usage) == 0;
+  std::printf("%s", help.str().c_str());
+  std::istringstream lines(usage.str());
+  for (std::string line; std::getline(lines, line);) {
+    std::fprintf(stderr, "%s\n", kappamu::shown_text(line).c_str());
+  }
+  return asked ? 0 : 2;
+}
+
 /// An exception that a thread of ours or of a library could not pass on: the same sentence, and
 /// nothing is cleaned up. What was written stays as after a kill.
 [[noreturn]] void end_of_thread() {
@@ -42,6 +56,9 @@ void report_failure(const std::exception& error) {
 
 int main(int argc, char** argv) {
   using namespace kappamu;
+  std::set_terminate(end_of_thread);
+  // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{
       "kappamu: from photographs of a translucent block to its diffusion and absorption "
       "coefficients"};
@@ -61,9 +78,6 @@ int main(int argc, char** argv) {
   mallopt(M_MMAP_MAX, 0);
   mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
 #endif
-  std::set_terminate(end_of_thread);
-  // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
-  std::signal(SIGXFSZ, SIG_IGN);
   app::Globals globals;
   app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
   app.add_option("--device", globals.device,
@@ -76,9 +90,12 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     return globals.exit_code;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    return report_usage(app, error);
   } catch (const std::exception& error) {
     report_failure(error);
   }
-  return 1;
+  // Without destructors of what libraries keep for the whole program: an allocation that failed may
+  // have left it half made.
+  std::fflush(nullptr);
+  std::_Exit(1);
 }

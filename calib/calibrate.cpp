@@ -1,80 +1,22 @@
 #include "calib/calibrate.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 
-#include "calib/projector/bundle_adjustment.h"
-#include "calib/projector/gray_code.h"
+#include "calib/calibrate_lenses.h"
+#include "calib/linear_frame.h"
 #include "calib/projector/view_checks.h"
 #include "calib/sample/face.h"
 #include "calib/targets/chessboard.h"
-#include "calib/targets/find_board.h"
 #include "capture/radiance/ambient.h"
 #include "capture/radiance/merge.h"
-#include "capture/session/frames.h"
+#include "capture/response/radiometry.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::calib {
 namespace {
-
-std::string rounded(double value, const char* format = "%.2f") {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
-/// Stages of the work: progress, time, warnings.
-class Stages {
- public:
-  Stages(CalibrationResult& result, Progress& progress) : result_(result), progress_(progress) {}
-
-  template <class Work>
-  void run(const std::string& stage, double from, const Work& work) {
-    progress_.update("calibrate", from, stage);
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    result_.seconds[stage] +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  }
-
-  void warn(const std::string& sentence) {
-    result_.warnings.push_back(sentence);
-    progress_.warn(sentence);
-  }
-
- private:
-  CalibrationResult& result_;
-  Progress& progress_;
-};
-
-/// A frame as luminance in codes, for bits that are light or dark.
-Image<float> load_codes(const capture::Session& session, const capture::Frame& frame) {
-  const Image<std::uint16_t> codes = capture::load_frame(session, frame);
-  Image<float> image(codes.width(), codes.height(), codes.channels());
-  std::transform(codes.values().begin(), codes.values().end(), image.values().begin(),
-                 [](std::uint16_t code) { return static_cast<float>(code); });
-  return to_grey(image);
-}
-
-/// A frame as luminance, linear in light, where an edge is symmetric.
-Image<float> load_linear(const capture::Session& session, const capture::Frame& frame,
-                         const capture::Radiometry& radiometry) {
-  if (capture::is_float_frame(frame)) return to_grey(capture::load_float_frame(session, frame));
-  const Image<std::uint16_t> codes = capture::load_frame(session, frame);
-  Image<float> image(codes.width(), codes.height(), codes.channels());
-  for (std::size_t k = 0; k < codes.size(); ++k) {
-    const auto channel = k % static_cast<std::size_t>(codes.channels());
-    image.values()[k] = static_cast<float>(radiometry.response.linear[channel][codes.values()[k]]);
-  }
-  return to_grey(image);
-}
-
-BoardCorners printed_corners(const capture::Session& session, const capture::Frame& frame,
-                             const capture::Radiometry& radiometry) {
-  return find_board(load_linear(session, frame, radiometry), session.calibration.board, frame.file);
-}
 
 const capture::SampleView& view_from(const capture::Session& session, const std::string& station,
                                      Face face) {
@@ -107,108 +49,6 @@ SamplePose pose_in(const capture::Session& session, const capture::SampleView& v
   }
   pose.station = view.station;
   return pose;
-}
-
-/// The planes with the points that their Gray codes locate for projected corners.
-std::vector<PlaneView> read_gray_codes(const capture::Session& session,
-                                       const capture::ProjectedBoard& lattice,
-                                       std::vector<PlaneView> planes, CalibrationResult& result) {
-  constexpr int shown_px = 160;  // longest side of the quality map that is kept
-  for (std::size_t p = 0; p < planes.size(); ++p) {
-    std::vector<Image<float>> frames;
-    for (const capture::Frame& frame : session.calibration.projector_planes[p].gray_code) {
-      frames.push_back(load_codes(session, frame));
-    }
-    const GrayCodeMap map = decode_gray_code(frames, session.projector);
-    planes[p].name = session.calibration.projector_planes[p].gray_code.front().file;
-    planes[p].projected = points_on_plane(gray_code_corners(map, lattice, planes[p].name),
-                                          planes[p].printed, session.camera.width, planes[p].name);
-    result.gray_code.push_back({planes[p].name, map.legible_share(),
-                                static_cast<int>(planes[p].projected.pixels.size()),
-                                block_means(map.quality, shown_px)});
-  }
-  return planes;
-}
-
-JointCalibration calibrate_lenses(const capture::Session& session, Stages& stages,
-                                  CalibrationResult& result) {
-  JointCalibration joint;
-  const capture::Calibration& shots = session.calibration;
-  std::vector<BoardView> views;
-  std::vector<PlaneView> planes;
-  stages.run("camera", 0.3, [&] {
-    for (const capture::Frame& frame : shots.camera_boards) {
-      views.push_back({frame.file, printed_corners(session, frame, result.radiometry)});
-    }
-    // The planes' printed boards are seen through the same lens: they help it, too.
-    for (const capture::ProjectorPlane& plane : shots.projector_planes) {
-      views.push_back({plane.board.file, printed_corners(session, plane.board, result.radiometry)});
-    }
-    result.camera =
-        calibrate_camera(views, shots.board.square_mm, session.camera.width, session.camera.height);
-    for (const std::string& sentence : check_camera_views(views, result.camera)) {
-      stages.warn(sentence);
-    }
-  });
-  stages.run("projector", 0.5, [&] {
-    const auto all_planes = [&](const auto& have) {
-      return std::all_of(shots.projector_planes.begin(), shots.projector_planes.end(), have);
-    };
-    const bool coded =
-        all_planes([](const capture::ProjectorPlane& plane) { return !plane.gray_code.empty(); });
-    const bool boards = all_planes(
-        [](const capture::ProjectorPlane& plane) { return plane.projected.has_value(); });
-    for (std::size_t p = 0; p < shots.projector_planes.size(); ++p) {
-      planes.push_back({"", views[shots.camera_boards.size() + p].corners, {}});
-      if (!boards) continue;
-      planes[p].name = shots.projector_planes[p].projected->file;
-      planes[p].projected = find_projected_chessboard(
-          load_linear(session, *shots.projector_planes[p].projected, result.radiometry),
-          shots.projected_board->columns, shots.projected_board->rows, planes[p].printed,
-          planes[p].name);
-    }
-    for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);
-    const capture::ProjectedBoard shown =
-        coded ? gray_code_lattice(session.projector) : *shots.projected_board;
-    const std::vector<PlaneView> seen =
-        coded ? read_gray_codes(session, shown, planes, result) : planes;
-    result.projector = calibrate_projector(result.camera.lens, shots.board, shown, seen,
-                                           session.projector.width, session.projector.height);
-    joint = adjust_jointly({views, shots.board, shown, seen}, result.camera, result.projector);
-    if (agrees(joint, result.camera)) {
-      result.camera = joint.camera;
-      result.projector = joint.projector;
-    } else {
-      stages.warn(
-          "the projected corners contradict the printed boards, whose residual would rise "
-          "from " +
-          rounded(result.camera.rms_px, "%.3f") + " to " + rounded(joint.camera.rms_px, "%.3f") +
-          " px: camera and projector are calibrated one after the other; check that the "
-          "planes are flat beyond the printed board and did not move between their "
-          "pictures.");
-    }
-    if (coded && boards) {
-      result.gray_code_check_px =
-          projected_board_rms(result.camera.lens, result.projector, *shots.projected_board, planes);
-    }
-  });
-  constexpr double suspicious_rms_px = 1.0;
-  if (result.camera.rms_px > suspicious_rms_px) {
-    stages.warn("the camera's reprojection error is " + rounded(result.camera.rms_px) +
-                " px: look for a bent board or a blurred picture among the views with the largest "
-                "error in calibration.json.");
-  }
-  if (result.gray_code_check_px.value_or(0.0) > suspicious_rms_px) {
-    stages.warn("the projected chessboards lie " + rounded(*result.gray_code_check_px) +
-                " px (of the projector) from where the Gray codes put them: check projected_board "
-                "in session.json and that no plane moved between its pictures.");
-  }
-  if (result.projector.rms_px > suspicious_rms_px) {
-    stages.warn("the projector's reprojection error is " + rounded(result.projector.rms_px) +
-                " px: check projected_board in session.json and that no plane moved between its "
-                "pictures.");
-  }
-  return joint;
 }
 
 /// Light scale, flat field, the projector's black and response, room light. Returns the target
@@ -272,7 +112,7 @@ capture::HdrImage calibrate_white(const capture::Session& session,
   constexpr double suspicious = 0.01;
   if (result.projector_curve->channel_spread() > suspicious) {
     stages.warn("the projector's channels answer to pixel values differently, by up to " +
-                rounded(100.0 * result.projector_curve->channel_spread(), "%.1f") +
+                shown_number(100.0 * result.projector_curve->channel_spread(), "%.1f") +
                 " % of white: patterns of values between black and white have their mean for "
                 "light.");
   }
@@ -313,7 +153,7 @@ void calibrate_light(const capture::Session& session, const capture::MergeOption
       constexpr double suspicious = 0.03;
       if (result.chart->residual_rms > suspicious) {
         stages.warn("white target and colour chart disagree by " +
-                    rounded(100.0 * result.chart->residual_rms, "%.1f") +
+                    shown_number(100.0 * result.chart->residual_rms, "%.1f") +
                     " % (root mean square over the neutral patches): check "
                     "white_target.reflectance and that both were in the plane of the lit face.");
       }
@@ -373,6 +213,27 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
     result.projector_deviation_px =
         std::max(result.projector_deviation_px, std::sqrt(covariance.trace() / 2.0));
   }
+  progress.update("calibrate", 1.0, "done");
+  return result;
+}
+
+CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress) {
+  CalibrationResult result;
+  Stages stages(result, progress);
+  const capture::Camera& camera = session.camera;
+  result.radiometry.bit_depth = camera.bit_depth;
+  std::vector<double> linear = capture::linear_response(camera.bit_depth, 0.0, camera.white_level);
+  if (camera.encoding == capture::Encoding::response) {
+    // IEC 61966-2-1.
+    for (double& v : linear) v = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
+  }
+  result.radiometry.response.linear.assign(session.channels.size(), linear);
+  calibrate_lenses(session, stages, result);
+  const std::vector<Rigid>& boards = result.camera.camera_from_board;
+  double distance = 0.0;
+  for (const Rigid& board : boards) distance += board.translation.z();
+  result.camera_uncertainty =
+      projection_uncertainty(result.camera, distance / static_cast<double>(boards.size()));
   progress.update("calibrate", 1.0, "done");
   return result;
 }

@@ -72,4 +72,9 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
 void calibrate_sample(const capture::Session& session, CalibrationResult& result,
                       Progress& progress, const capture::HdrOptions& hdr = {});
 
+/// Camera and, where the session has projector planes, projector, of a session that needs nothing
+/// else (capture::board_session). Codes of an unknown response are read as sRGB's, which boards
+/// need no better. Throws as calibrate() does.
+CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress);
+
 }  // namespace kappamu::calib

@@ -186,9 +186,21 @@ void save_calibration(const std::filesystem::path& folder, const CalibrationResu
   io::write_text_atomically(folder / "camera.yml", camera_yaml(calibration.camera));
   io::write_text_atomically(folder / "projector.yml", projector_yaml(calibration.projector));
   io::write_text_atomically(folder / "pose.yml", pose_yaml(calibration));
-  io::write_text_atomically(folder / "response.yml", response_yaml(calibration.radiometry));
+  save_response(folder, calibration.radiometry);
   io::write_text_atomically(folder / "radiometry.yml", radiometry_yaml(calibration));
   io::write_text_atomically(folder / "calibration.json", residuals_to_json(calibration));
+}
+
+void save_lenses(const std::filesystem::path& folder, const CalibrationResult& calibration) {
+  io::write_text_atomically(folder / "camera.yml", camera_yaml(calibration.camera));
+  if (!calibration.projector.views.empty()) {
+    io::write_text_atomically(folder / "projector.yml", projector_yaml(calibration.projector));
+  }
+  io::write_text_atomically(folder / "calibration.json", residuals_to_json(calibration));
+}
+
+void save_response(const std::filesystem::path& folder, const capture::Radiometry& radiometry) {
+  io::write_text_atomically(folder / "response.yml", response_yaml(radiometry));
 }
 
 CalibrationResult load_calibration(const std::filesystem::path& folder) {

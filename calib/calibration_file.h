@@ -23,6 +23,13 @@ namespace kappamu::calib {
 /// Numbers are written so that reading gives the same bits.
 void save_calibration(const std::filesystem::path& folder, const CalibrationResult& calibration);
 
+/// camera.yml and calibration.json alone, and projector.yml where it was calibrated
+/// (calibrate_lenses_alone).
+void save_lenses(const std::filesystem::path& folder, const CalibrationResult& calibration);
+
+/// response.yml alone.
+void save_response(const std::filesystem::path& folder, const capture::Radiometry& radiometry);
+
 /// Throws InputError naming the file if one is missing, damaged or lacks a field.
 CalibrationResult load_calibration(const std::filesystem::path& folder);
 

@@ -177,32 +177,37 @@ ChartReference chart_from(const json& object) {
 std::string residuals_to_json(const CalibrationResult& calibration) {
   const CameraCalibration& camera = calibration.camera;
   const ProjectorCalibration& projector = calibration.projector;
-  const json object = {
-      {"format", "kappamu-calibration"},
-      {"version", 1},
-      {"camera",
-       {{"rms_px", camera.rms_px},
-        {"model", to_string(camera.model)},
-        {"models_tried", scores_json(camera.scores)},
-        {"uncertainty", uncertainty_json(calibration.camera_uncertainty)},
-        {"views", views_json(camera.views, camera.camera_from_board)}}},
-      {"projector",
-       {{"rms_px", projector.rms_px},
-        {"printed_rms_px", projector.printed_rms_px},
-        {"face_deviation_px", calibration.projector_deviation_px},
-        {"model", to_string(projector.model)},
-        {"views", views_json(projector.views, projector.station_from_plane)}}},
-      {"gray_code", gray_codes_json(calibration)},
-      {"poses",
-       {{"calibration", pose_json(calibration.calibration_pose)},
-        {"pattern", pose_json(calibration.pattern_pose)}}},
-      {"light",
-       {{"scale", calibration.scale},
-        {"white_residual_rms", calibration.white.residual_rms},
-        {"projector_black", calibration.white.projector_black}}},
-      {"chart", calibration.chart ? chart_json(*calibration.chart) : json(nullptr)},
-      {"warnings", calibration.warnings},
-      {"seconds", calibration.seconds}};
+  json object = {{"format", "kappamu-calibration"},
+                 {"version", 1},
+                 {"camera",
+                  {{"rms_px", camera.rms_px},
+                   {"model", to_string(camera.model)},
+                   {"models_tried", scores_json(camera.scores)},
+                   {"uncertainty", uncertainty_json(calibration.camera_uncertainty)},
+                   {"views", views_json(camera.views, camera.camera_from_board)}}},
+                 {"projector", nullptr},
+                 {"gray_code", gray_codes_json(calibration)},
+                 {"poses", nullptr},
+                 {"light", nullptr},
+                 {"chart", calibration.chart ? chart_json(*calibration.chart) : json(nullptr)},
+                 {"warnings", calibration.warnings},
+                 {"seconds", calibration.seconds}};
+  if (!projector.views.empty()) {
+    object["projector"] = {{"rms_px", projector.rms_px},
+                           {"printed_rms_px", projector.printed_rms_px},
+                           {"face_deviation_px", calibration.projector_deviation_px},
+                           {"model", to_string(projector.model)},
+                           {"views", views_json(projector.views, projector.station_from_plane)}};
+  }
+  if (!calibration.pattern_pose.station.empty()) {
+    object["poses"] = {{"calibration", pose_json(calibration.calibration_pose)},
+                       {"pattern", pose_json(calibration.pattern_pose)}};
+  }
+  if (!calibration.scale.empty()) {
+    object["light"] = {{"scale", calibration.scale},
+                       {"white_residual_rms", calibration.white.residual_rms},
+                       {"projector_black", calibration.white.projector_black}};
+  }
   return object.dump(1) + "\n";
 }
 
@@ -216,14 +221,16 @@ void residuals_from_json(const std::filesystem::path& file, CalibrationResult& c
     calibration.camera.scores = scores_from(camera.at("models_tried"), file);
     calibration.camera_uncertainty = uncertainty_from(camera.at("uncertainty"));
     views_from(camera.at("views"), calibration.camera.views, calibration.camera.camera_from_board);
-    views_from(object.at("projector").at("views"), calibration.projector.views,
-               calibration.projector.station_from_plane);
-    calibration.projector_deviation_px =
-        object.at("projector").at("face_deviation_px").get<double>();
+    if (const json& projector = object.at("projector"); !projector.is_null()) {
+      views_from(projector.at("views"), calibration.projector.views,
+                 calibration.projector.station_from_plane);
+      calibration.projector_deviation_px = projector.at("face_deviation_px").get<double>();
+    }
     gray_codes_from(object.at("gray_code"), calibration);
-    const json& poses = object.at("poses");
-    calibration.calibration_pose.edge_px = points_from(poses.at("calibration").at("edge_px"));
-    calibration.pattern_pose.edge_px = points_from(poses.at("pattern").at("edge_px"));
+    if (const json& poses = object.at("poses"); !poses.is_null()) {
+      calibration.calibration_pose.edge_px = points_from(poses.at("calibration").at("edge_px"));
+      calibration.pattern_pose.edge_px = points_from(poses.at("pattern").at("edge_px"));
+    }
     if (!object.at("chart").is_null()) calibration.chart = chart_from(object.at("chart"));
     calibration.warnings = object.at("warnings").get<std::vector<std::string>>();
     calibration.seconds = object.at("seconds").get<std::map<std::string, double>>();

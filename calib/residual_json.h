@@ -21,6 +21,7 @@ namespace kappamu::calib {
 ///   light: scale, residual_rms of the white target, projector_black
 ///   chart (or null): residual_rms, found, scale, centres, neutrals: [{patch, published, measured}]
 ///   warnings: [text], seconds: {stage: s}
+/// projector, poses and light are null where they were not calibrated.
 std::string residuals_to_json(const CalibrationResult& calibration);
 
 /// Fills what residuals_to_json wrote into a calibration read from the YAML files. Throws

@@ -23,9 +23,13 @@ struct YamlReader::Storage {
   }
 
   cv::Mat matrix(const std::string& key, const std::filesystem::path& name) const {
+    const cv::FileNode node = at(key, name);
     cv::Mat result;
     try {
-      at(key, name) >> result;
+      // OpenCV makes room for what rows and cols say before it looks at the data.
+      const double numbers = node.isMap() ? node["rows"].real() * node["cols"].real() : -1.0;
+      if (numbers != static_cast<double>(node["data"].size())) throw cv::Exception();
+      node >> result;
     } catch (const cv::Exception&) {
       throw bad(name, "field " + key + " is not a matrix");
     }

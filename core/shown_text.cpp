@@ -61,4 +61,10 @@ std::string shown_text(std::string_view text, std::size_t most_characters) {
   return result;
 }
 
+std::string shown_number(double value, const char* format) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
 }  // namespace kappamu

@@ -12,4 +12,7 @@ namespace kappamu {
 /// as another, and bytes that are not UTF-8. Longer text ends in "...".
 std::string shown_text(std::string_view text, std::size_t most_characters = std::string_view::npos);
 
+/// A number by a format of printf for one double, such as "%.3f".
+std::string shown_number(double value, const char* format);
+
 }  // namespace kappamu

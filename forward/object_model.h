@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -79,6 +80,17 @@ class ObjectModel {
   /// Throws InputError where the problem is outside what the model can answer.
   virtual ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                              Progress& progress) = 0;
+  /// Colour channels at once: one result per problem. The problems share mesh, surface, rays and
+  /// eta; models whose work on the shape serves all of them do it once.
+  virtual std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
+                                                   const ObjectOptions& options,
+                                                   Progress& progress) {
+    std::vector<ObjectResult> results;
+    for (const ObjectProblem& problem : problems) {
+      results.push_back(solve(problem, options, progress));
+    }
+    return results;
+  }
 };
 
 }  // namespace kappamu::forward

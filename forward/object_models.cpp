@@ -1,15 +1,47 @@
 #include "forward/object_models.h"
 
+#include <array>
+#include <string_view>
+
 #include "core/error.h"
+#include "forward/block/block_model.h"
+#include "forward/boundary_integral/boundary_integral_model.h"
+#include "forward/dipole/dipole_model.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/montecarlo/object_monte_carlo.h"
 
 namespace kappamu::forward {
 
-std::unique_ptr<ObjectModel> make_object_model(const std::string& name) {
-  if (name == "embedded") return std::make_unique<EmbeddedModel>();
-  if (name == "montecarlo") return make_object_monte_carlo();
-  throw InputError("there is no model '" + name + "' of objects; write embedded or montecarlo");
+namespace {
+
+using Made = std::unique_ptr<ObjectModel>;
+
+struct NamedModel {
+  const char* name;
+  Made (*make)(std::string_view name);
+};
+
+constexpr std::array<NamedModel, 8> models{{
+    {"embedded", [](std::string_view) -> Made { return std::make_unique<EmbeddedModel>(); }},
+    {"grid", [](std::string_view) -> Made { return std::make_unique<BlockModel>(); }},
+    {"boundary_integral",
+     [](std::string_view) -> Made { return std::make_unique<BoundaryIntegralModel>(); }},
+    {"montecarlo", [](std::string_view) { return make_object_monte_carlo(); }},
+    {"dipole", make_dipole_model},
+    {"dipole-rotated", make_dipole_model},
+    {"better-dipole", make_dipole_model},
+    {"beam-diffusion", make_dipole_model},
+}};
+
+}  // namespace
+
+Made make_object_model(const std::string& name) {
+  std::string known;
+  for (const NamedModel& model : models) {
+    if (name == model.name) return model.make(name);
+    known += (known.empty() ? "" : ", ") + std::string(model.name);
+  }
+  throw InputError("there is no model '" + name + "' of objects; the models are " + known);
 }
 
 }  // namespace kappamu::forward

@@ -3,12 +3,16 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "forward/object_model.h"
 
 namespace kappamu::forward {
 
-/// "embedded" or "montecarlo". Throws InputError for another name.
+/// Those that make_object_model() knows, in the order they are listed to users.
+std::vector<std::string> object_model_names();
+
+/// Throws InputError, listing the names, for another one.
 std::unique_ptr<ObjectModel> make_object_model(const std::string& name);
 
 }  // namespace kappamu::forward

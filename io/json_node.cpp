@@ -158,6 +158,16 @@ std::string JsonNode::choice(Names choices) const {
   return value;
 }
 
+std::string JsonNode::choice(const std::vector<std::string>& choices) const {
+  std::string value = text();
+  if (std::find(choices.begin(), choices.end(), value) == choices.end()) {
+    std::string listed;
+    for (const std::string& one : choices) listed += (listed.empty() ? "" : ", ") + one;
+    fail("is '" + shown_name(value) + "'; write one of " + listed);
+  }
+  return value;
+}
+
 std::string JsonNode::child_path(std::string_view name) const {
   return path_.empty() ? std::string(name) : path_ + "." + std::string(name);
 }

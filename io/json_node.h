@@ -37,6 +37,7 @@ class JsonNode {
   int integer() const;
   /// A text out of a fixed list.
   std::string choice(std::initializer_list<std::string_view> choices) const;
+  std::string choice(const std::vector<std::string>& choices) const;
 
  private:
   friend class JsonDocument;

@@ -112,8 +112,15 @@ void check_polygons(const std::string& name, const aiScene& scene) {
                          std::to_string(corners) + " corners; at most " +
                          std::to_string(most_polygon_corners) + " are taken, triangulate the mesh");
       }
+      // Triangles may have one: check_mesh() names it.
+      for (unsigned k = 0; corners > 3 && k < corners; ++k) {
+        if (mesh.mFaces[f].mIndices[k] < mesh.mNumVertices) continue;
+        throw InputError(name + ": polygon " + std::to_string(f) + " names vertex " +
+                         std::to_string(mesh.mFaces[f].mIndices[k]) + ", and there are " +
+                         std::to_string(mesh.mNumVertices) + "; export it again");
+      }
       triangles += corners < 3 ? 0 : corners - 2;
-      mesh.mPrimitiveTypes |= AI_PRIMITIVE_TYPE_FOR_N_INDICES(corners);
+      mesh.mPrimitiveTypes |= AI_PRIMITIVE_TYPE_FOR_N_INDICES(std::max(corners, 1U));
     }
   }
   check_count(name, triangles, vertices);

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "core/file_name.h"
+#include "core/shown_text.h"
+#include "io/json_reason.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -15,8 +17,9 @@ StrictJson::StrictJson(const std::filesystem::path& file, std::string_view forma
     : file_(file.string()) {
   try {
     json_ = std::make_unique<json>(json::parse(read_text(file)));
-  } catch (const json::parse_error& error) {
-    throw InputError(file_ + ": not valid JSON near byte " + std::to_string(error.byte));
+  } catch (const json::exception& error) {
+    throw InputError(file_ + ": not valid JSON (" + shown_text(json_reason(error)) +
+                     "); correct it there.");
   }
   if (!json_->is_object()) throw InputError(file_ + ": must hold one JSON object");
   for (const auto& [name, value] : json_->items()) {

@@ -31,6 +31,14 @@ class RecordingProgress : public Progress {
   std::vector<std::string> warnings_;
 };
 
+/// Nothing to go on with.
+bool is_without_files(const fs::path& folder) {
+  std::error_code error;
+  const fs::recursive_directory_iterator entries(folder, error);
+  return std::none_of(begin(entries), end(entries),
+                      [](const auto& entry) { return !entry.is_directory(); });
+}
+
 }  // namespace
 
 fs::path RunFolder::prepared(const fs::path& folder, const fs::path& input) {
@@ -136,7 +144,7 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   try {
     work(files.partial(), recording);
   } catch (...) {
-    if (!stage.continues) files.discard();
+    if (!stage.continues || is_without_files(files.partial())) files.discard();
     throw;
   }
 

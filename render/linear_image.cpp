@@ -1,6 +1,5 @@
 #include "render/linear_image.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -21,12 +20,8 @@ Image<float> read_linear_image(const std::filesystem::path& file) {
   if (file.extension() == ".exr") {
     read = io::read_float_image(file);
   } else {
-    const Image<std::uint16_t> codes = io::read_code_image(file);
-    read = Image<float>(codes.width(), codes.height(), codes.channels());
-    const auto largest = *std::max_element(codes.values().begin(), codes.values().end());
-    const double white = largest > 255 ? 65535.0 : 255.0;
-    std::transform(codes.values().begin(), codes.values().end(), read.values().begin(),
-                   [&](std::uint16_t code) { return srgb_decoded(code / white); });
+    read = io::read_relative_image(file);
+    for (float& code : read.values()) code = static_cast<float>(srgb_decoded(code));
   }
   Image<float> image(read.width(), read.height(), 3);
   for (int y = 0; y < image.height(); ++y) {

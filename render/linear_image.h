@@ -8,8 +8,8 @@
 
 namespace kappamu::render {
 
-/// Three channels, finite and not negative. EXR files are linear; others hold sRGB code values of 8
-/// bits, or of 16 where one exceeds 255. Grey images give three equal channels. Throws InputError
+/// Three channels, finite and not negative. EXR files are linear; others hold sRGB code values of
+/// 8 or 16 bits, as the file states. Grey images give three equal channels. Throws InputError
 /// naming the file.
 Image<float> read_linear_image(const std::filesystem::path& file);
 

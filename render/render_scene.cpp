@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include "core/error.h"
+#include "core/process_memory.h"
 #include "render/light/incident_light.h"
 #include "render/scene/world.h"
 
@@ -40,17 +42,20 @@ struct Batch {
   std::vector<std::pair<std::size_t, std::size_t>> light_of_channel;  ///< channel, light
 };
 
-Batch batch_of(const WorldObject& object, const IncidentLight& light, std::size_t first_channel) {
-  Batch batch;
-  for (std::size_t c = first_channel; c < 3; ++c) {
-    if (object.media.channels[c] != object.media.channels[first_channel]) continue;
+std::vector<Batch> batches_of(const WorldObject& object, const IncidentLight& light) {
+  std::vector<Batch> batches;
+  for (std::size_t c = 0; c < 3; ++c) {
+    auto batch = std::find_if(batches.begin(), batches.end(), [&](const Batch& made) {
+      return object.media.channels[made.light_of_channel[0].first] == object.media.channels[c];
+    });
+    if (batch == batches.end()) batch = batches.emplace(batches.end());
     const auto found = std::find_if(
-        batch.lights.begin(), batch.lights.end(),
+        batch->lights.begin(), batch->lights.end(),
         [&](const forward::ObjectLight& seen) { return equal(seen, light.channels[c]); });
-    batch.light_of_channel.emplace_back(c, found - batch.lights.begin());
-    if (found == batch.lights.end()) batch.lights.push_back(light.channels[c]);
+    batch->light_of_channel.emplace_back(c, found - batch->lights.begin());
+    if (found == batch->lights.end()) batch->lights.push_back(light.channels[c]);
   }
-  return batch;
+  return batches;
 }
 
 class ObjectSolve {
@@ -69,21 +74,24 @@ class ObjectSolve {
                        Progress& progress) {
     ObjectExitance exitance;
     for (std::size_t c = 0; c < 3; ++c) exitance.diffuse[c] = light_.channels[c].diffuse;
-    for (std::size_t c = 0; c < 3; ++c) {
-      if (exitance.exitance[c].empty()) solve_from(c, exitance, report, warnings, progress);
+    const std::vector<Batch> batches = batches_of(object_, light_);
+    std::vector<forward::ObjectProblem> problems;
+    for (const Batch& batch : batches) {
+      problems.push_back({object_.mesh, object_.surface, *object_.rays,
+                          *object_.media.channels[batch.light_of_channel[0].first],
+                          object_.boundary.eta, batch.lights});
+    }
+    const std::vector<forward::ObjectResult> results =
+        model_.solve_channels(problems, options_, progress);
+    for (std::size_t k = 0; k < batches.size(); ++k) {
+      take(batches[k], results[k], exitance, report, warnings);
     }
     return exitance;
   }
 
  private:
-  void solve_from(std::size_t first_channel, ObjectExitance& exitance, ObjectReport& report,
-                  std::vector<std::string>& warnings, Progress& progress) {
-    const Batch batch = batch_of(object_, light_, first_channel);
-    const forward::ObjectProblem problem{
-        object_.mesh,         object_.surface,
-        *object_.rays,        *object_.media.channels[first_channel],
-        object_.boundary.eta, batch.lights};
-    const forward::ObjectResult result = model_.solve(problem, options_, progress);
+  void take(const Batch& batch, const forward::ObjectResult& result, ObjectExitance& exitance,
+            ObjectReport& report, std::vector<std::string>& warnings) const {
     const auto samples = static_cast<std::ptrdiff_t>(object_.surface.size());
     std::string names;
     for (const auto& [channel, light] : batch.light_of_channel) {
@@ -126,11 +134,28 @@ void append_samples(const WorldObject& object, const ObjectExitance& exitance,
 
 }  // namespace
 
+namespace {
+
+/// Throws before the work where the film does not fit the memory, and states what it needs.
+std::string film_memory(const Scene& scene) {
+  constexpr double usable_memory = 0.7;
+  const double bytes = picture_memory(scene.film);
+  if (bytes > usable_memory * main_memory()) {
+    throw InputError(scene.file.string() + ": film of " + std::to_string(scene.film.width) + " x " +
+                     std::to_string(scene.film.height) + " pixels needs " + gigabytes(bytes) +
+                     " of memory and this machine has " + gigabytes(main_memory()) +
+                     "; make it smaller");
+  }
+  return "film: " + gigabytes(bytes);
+}
+
+}  // namespace
+
 RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
                           const RenderOptions& options, Progress& progress) {
   Stopwatch watch;
   RenderResult result;
-  progress.update("scene", 0.0, scene.file.filename().string());
+  progress.update("scene", 0.0, film_memory(scene));
   const World world(scene, result.warnings);
   const LightSources sources = make_light_sources(scene.lights);
   const std::optional<Environment> environment = make_environment(scene.lights);

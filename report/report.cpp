@@ -1,6 +1,7 @@
 #include "report/report.h"
 
 #include "io/atomic_file.h"
+#include "report/drawing/slices.h"
 #include "report/sections.h"
 
 namespace kappamu::report {
@@ -15,7 +16,7 @@ body { margin: 0 auto; padding: 28px 32px 64px; max-width: 1200px; color: var(--
 h1 { font-size: 28px; font-weight: 600; margin: 0; }
 h2 { font-size: 20px; font-weight: 600; margin: 0 0 10px; }
 h3 { font-size: 15px; font-weight: 600; margin: 0 0 8px; }
-section { margin-top: 34px; padding-top: 18px; border-top: 1px solid var(--line); }
+section { overflow-x: auto; margin-top: 34px; padding-top: 18px; border-top: 1px solid var(--line); }
 .subsection { margin: 18px 0 8px; }
 .note, figcaption, .unit, .subtitle { color: var(--muted); font-size: 13px; }
 .note { max-width: 860px; }
@@ -44,7 +45,17 @@ td:nth-child(2):last-child { text-align: left; overflow-wrap: anywhere; max-widt
 .legend { margin: 6px 0 10px; } .legend .bar { image-rendering: auto; display: block; }
 .legend .marks { display: flex; justify-content: space-between; font-size: 12px; font-variant-numeric: tabular-nums; }
 .legend .unit { white-space: nowrap; }
+.stack > div { display: none; } .stack > .shown { display: block; }
+.slider { display: flex; gap: 14px; align-items: center; color: var(--muted); font-size: 13px; } .slider input { flex: 0 1 420px; }
+.first { display: flex; flex-wrap: wrap; gap: 20px 32px; } .first > div:first-child { flex: 1 1 420px; min-width: 0; }
+.first img { image-rendering: auto; background: none; max-width: 100%; height: auto; } .next { margin: 4px 0 0; padding-left: 20px; }
+code { font: 13px "DejaVu Sans Mono", monospace; background: #eef0f2; padding: 1px 5px; border-radius: 3px; overflow-wrap: anywhere; }
+details { margin-top: 12px; } summary { color: var(--muted); cursor: pointer; }
 .warnings { margin: 0; padding-left: 20px; }
+@media (max-width: 560px) {
+  body { padding: 16px 14px 40px; } .verdict { padding: 12px 14px; border-left-width: 6px; }
+  .criteria tr { display: grid; grid-template-columns: 24px 1fr; } .criteria td:last-child { grid-column: 2; }
+}
 @media print { section { break-inside: avoid-page; } }
 )";
 
@@ -59,10 +70,11 @@ std::string subject(const RunData& run) {
 void write_report(const std::filesystem::path& run, const std::filesystem::path& file) {
   const RunData data = read_run(run);
   const std::string title = "kappamu report: " + subject(data);
-  // Nothing is loaded and nothing runs, whatever a name in the data contains.
+  // Nothing is loaded and nothing but the slider runs, whatever a name in the data contains.
   const Html head = raw("<meta charset=\"utf-8\"/>\n") +
                     raw("<meta http-equiv=\"Content-Security-Policy\" content=\"default-src "
-                        "'none'; img-src data:; style-src 'unsafe-inline'\"/>\n") +
+                        "'none'; img-src data:; style-src 'unsafe-inline'; script-src 'sha256-" +
+                        std::string(slider_script_sha256) + "'\"/>\n") +
                     raw("<meta name=\"viewport\" content=\"width=device-width\"/>\n") +
                     element("title", text(title)) + element("style", raw(style));
   const Html body = element("h1", text(subject(data))) +
@@ -70,9 +82,10 @@ void write_report(const std::filesystem::path& run, const std::filesystem::path&
                             text("kappamu: acquisition of diffusion and absorption volumes · " +
                                  data.folder.parent_path().filename().string() + "/" +
                                  data.folder.filename().string())) +
-                    verdict_section(data) + comparison_section(data) + volumes_section(data) +
+                    verdict_section(data) + volumes_section(data) + comparison_section(data) +
                     uncertainty_section(data) + convergence_section(data) + capture_section(data) +
-                    calibration_section(data) + radiometry_section(data) + provenance_section(data);
+                    calibration_section(data) + radiometry_section(data) +
+                    provenance_section(data) + element("script", raw(slider_script));
   const Html page =
       raw("<!DOCTYPE html>\n") +
       element("html", {{"lang", "en"}}, element("head", head) + element("body", body));

@@ -19,6 +19,8 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+import numpy
+from matplotlib.collections import PolyCollection
 from matplotlib.ticker import LogFormatter
 
 # Okabe and Ito's palette (2008), distinguishable by colour-blind readers, and four darker colours.
@@ -590,6 +592,83 @@ def slabs(record):
 
 # ---- docs/limits.md
 
+def objects(record):
+    rows = record["rows"]
+    answered = [r for r in rows if "refused" not in r]
+    models = unique(rows, "model")
+    figure, (cost, sizes) = panels(2)
+    for number, model in enumerate(models):
+        own = [r for r in answered if r["model"] == model]
+        line(cost, number, [r["cpu_seconds"] for r in own], [r["error"] or None for r in own], model,
+             style=MARKS[number % len(MARKS)], markerfacecolor="none")
+        marble = [r for r in own if "-marble-" in r["name"] and not r["name"].endswith("-sky")]
+        across = sorted(unique(marble, "size_over_mean_free_path"))
+        of_size = [[r["error"] for r in marble if r["size_over_mean_free_path"] == size] for size in across]
+        line(sizes, number, across, [statistics.median(errors) or None for errors in of_size], model)
+        for size, errors in zip(across, of_size):
+            sizes.plot([size, size], [max(min(errors), 1e-4), max(errors)], color=COLOURS[number], linewidth=0.8)
+    dress(cost, "every scene", "processor time [s]", "error against Monte Carlo, 2-norm", "xy")
+    dress(sizes, "marble: median, smallest and largest of all shapes", "longest edge over mean free path",
+          "error against Monte Carlo, 2-norm", "xy")
+    sizes.xaxis.set_major_formatter(PlainNumbers())
+    lines = []
+    for name in unique(rows, "name"):
+        of_model = {r["model"]: r for r in rows if r["name"] == name}
+        some = next((r for r in of_model.values() if "refused" not in r), None)
+        cells = ["–"] * 5 if some is None else [some["triangles"], short(some["thickness_over_mean_free_path"]),
+                 f"{some['albedo']:.4f}", percent(some["validity_error"], 1), percent(some["reference_error"], 1)]
+        for model in models:
+            r = of_model.get(model)
+            cells += (["refused"] * 3 if r is None or "refused" in r else
+                      [percent(r["error"], 1), f"{percent(r['mean_difference'], 1)} ({percent(r['mean_difference_of_noise'], 1)})",
+                       f"{r['cpu_seconds']:.2g}"])
+        lines.append([name] + cells)
+    head = ["scene", "triangles", "2V/S, mean free paths", "albedo", "diffusion's error in such a slab", "reference's error"]
+    for model in models:
+        head += [f"{model}: error", "mean difference (of noise)", "s of processor"]
+    exact = [r for r in answered if "exact_error" in r and r["model"] != "montecarlo"]
+    text = provenance(record) + "\n" + table(head, lines)
+    if exact:
+        text += "\nAgainst the closed form of diffusion, even diffuse light:\n\n" + table(
+            ["scene", "model", "error"], [[r["name"], r["model"], short(r["exact_error"])] for r in exact])
+    return {"": figure}, {"": text}
+
+
+def object_map(name, values):
+    """Exitance of a model and its difference from the reference, patch by patch, on the lit side and the far one."""
+    # Of triangles: corners; exitance, its mean over the patch, the reference's.
+    corners, exitance, mean, reference = values[:, :9].reshape(-1, 3, 3), values[:, 9], values[:, 10], values[:, 11]
+    figure, axes = plt.subplots(2, 3, figsize=(9.0, 8.0), constrained_layout=True)
+    top = float(reference.max())
+    difference = 100.0 * (mean - reference) / reference.clip(1e-3 * top)
+    for row, sign, side in ((axes[0], 1.0, "lit side"), (axes[1], -1.0, "far side")):
+        ahead, right, up = frame_of([sign * x for x in (3.0, 5.0, 8.0)])  # towards the light
+        seen = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ahead > 0.0
+        order = numpy.flatnonzero(seen)[numpy.argsort(corners[seen].mean(axis=1) @ ahead)]
+        outlines = numpy.stack([corners[order] @ right, corners[order] @ up], axis=-1)
+        for ax, shown, title, colours, norm in (
+                (row[0], exitance, "exitance", "viridis", matplotlib.colors.LogNorm(0.02 * top, top)),
+                (row[1], reference, "Monte Carlo, patches", "viridis", matplotlib.colors.LogNorm(0.02 * top, top)),
+                (row[2], difference, "difference of patches [%]", "RdBu_r", matplotlib.colors.Normalize(-20.0, 20.0))):
+            patches = PolyCollection(outlines, array=shown[order].clip(norm.vmin, norm.vmax), cmap=colours, norm=norm,
+                                     edgecolors="face", linewidths=0.2)
+            ax.add_collection(patches)
+            ax.set(title=f"{title}, {side}", aspect="equal", xticks=[], yticks=[])
+            ax.autoscale_view()
+            ax.grid(False)
+            figure.colorbar(patches, ax=ax, shrink=0.8)
+    figure.suptitle(name)
+    return figure
+
+
+def frame_of(toward):
+    """Three axes: towards the eye, right, up, y being up."""
+    ahead = numpy.array(toward) / numpy.linalg.norm(toward)
+    right = numpy.cross([0.0, 1.0, 0.0], ahead)
+    right /= numpy.linalg.norm(right)
+    return ahead, right, numpy.cross(ahead, right)
+
+
 def iterations_or_failure(row):
     return f"{'' if row['ended'] == 'converged' else 'not in '}{row['iterations']}"
 
@@ -639,6 +718,9 @@ LIMITS = {
                                         "μ error"], {"κ error": percent, "μ error": percent}) + sentences(rows),
     "consistency": lambda rows: flat(rows, list(rows[0]), {f"reported: {what}": percent
                                                            for what in ("scale", "shift", "eta")}),
+    "objects": lambda rows: cross(rows, "object", "equivalent", lambda r: f"{iterations_or_failure(r)} "
+                                                                          f"({short(r['smallest volume fraction'])})"),
+    "objects-cost": lambda rows: flat(rows, list(rows[0])),
 }
 
 SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward-peers": peers,
@@ -648,6 +730,9 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
+            "objects": objects,
+            **{f"dipole-{name}": (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
+               for name in ("hierarchy", "form-factors", "profiles", "energy")},
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
 
@@ -678,6 +763,11 @@ def draw(folder):
         for end, text in made.items():
             write(folder / (stem + end + ("" if "." in end else ".md")), text)
             texts[stem + end] = text
+    for file in sorted(folder.glob("objects-map-*.npy")):
+        figure = object_map(file.stem.removeprefix("objects-map-"), numpy.load(file))
+        pictures[file.stem] = file.with_suffix(".png")
+        figure.savefig(pictures[file.stem], dpi=100, metadata={"Software": None})
+        plt.close(figure)
     return pictures, texts
 
 

@@ -10,11 +10,12 @@ build_packages=(
   libopencv-features2d-dev libopencv-flann-dev libopencv-photo-dev libopencv-contrib-dev
   libceres-dev libopenimageio-dev libimath-dev libopenvdb-dev libtbb-dev libboost-iostreams-dev
   libraw-dev libembree-dev libassimp-dev libxxhash-dev
+  libglfw3-dev libimgui-dev libepoxy-dev pkg-config libgl1-mesa-dri
   libcli11-dev nlohmann-json3-dev
 )
 test_packages=(
   libgtest-dev libgmock-dev python3 python3-numpy python3-matplotlib python3-openvdb python3-vtk9 python3-jsonschema
-  chromium fonts-dejavu-core clang clang-format clang-tidy libclang-rt-14-dev
+  chromium xvfb xauth fonts-dejavu-core clang clang-format clang-tidy libclang-rt-14-dev
 )
 peer_packages=()
 case ${1:-} in

@@ -103,7 +103,7 @@ void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
   if (command.continued) {
     const pipeline::FinishedFit finished(*command.continued);
     options.continue_from = finished.folder();
-    if (input.empty()) input = finished.input();
+    if (input.empty()) input = finished.present_input();
     if (out.empty()) out = finished.folder().string() + "_continued";
   }
   if (input.empty()) throw CLI::RequiredError("INPUT");

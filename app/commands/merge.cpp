@@ -3,14 +3,54 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "app/photograph_options.h"
 #include "app/session_command.h"
+#include "pipeline/output_folder.h"
 #include "pipeline/pipeline.h"
+#include "pipeline/stages/photographs.h"
 
 namespace kappamu::app {
 
 namespace {
 
-void run_merge(const SessionCommand& options, const Globals& globals) {
+struct BracketCommand {
+  std::optional<std::string> table;
+  bool linear = false;
+};
+
+void merge_bracket(const SessionCommand& options, const BracketCommand& bracket,
+                   const Globals& globals) {
+  const auto progress = make_progress();
+  pipeline::OutputFolder out(options.run, "merge", {options.session},
+                             {"radiance.exr", "response.yml"});
+  const pipeline::BracketSummary summary = pipeline::merge_photographs(
+      {options.session, bracket.table, options.follow_links},
+      bracket.linear ? capture::Encoding::linear : capture::Encoding::response, options.hdr,
+      out.partial(), *progress);
+  out.commit();
+  const std::string file = (out.path() / "radiance.exr").string();
+  if (globals.json) {
+    std::printf("%s\n", nlohmann::json{{"radiance", file},
+                                       {"frames", summary.frames},
+                                       {"dark_frames", summary.dark_frames},
+                                       {"saturated_share", summary.saturated_share},
+                                       {"dark_share", summary.dark_share},
+                                       {"darkest", summary.darkest},
+                                       {"brightest", summary.brightest}}
+                            .dump()
+                            .c_str());
+    return;
+  }
+  std::printf("%zu frames, %zu dark frames; radiance %.3g to %.3g full scales/s\n", summary.frames,
+              summary.dark_frames, summary.darkest, summary.brightest);
+  std::printf("%.2f %% of the values saturated in every frame, %.2f %% dark in every frame\n",
+              100.0 * summary.saturated_share, 100.0 * summary.dark_share);
+  std::printf("%s\n", file.c_str());
+}
+
+void run_merge(const SessionCommand& options, const BracketCommand& bracket,
+               const Globals& globals) {
+  if (!is_session(options.session)) return merge_bracket(options, bracket, globals);
   const auto progress = make_progress();
   pipeline::Pipeline stages(options.session, options.run, options.force, options.follow_links);
   stages.set_hdr_options(options.hdr);
@@ -46,10 +86,20 @@ void add_merge(CLI::App& app, Globals& globals) {
       "left out of the fit: add a shorter exposure when the report shows many.\n\n"
       "The frames of a stack must show one scene under one light: a frame that is brighter,\n"
       "shifted or partly changed against the rest is refused by name (docs/hdr.md). Give\n"
-      "`calibrate` and `merge` the same options; --response takes effect in `calibrate`.");
+      "`calibrate` and `merge` the same options; --response takes effect in `calibrate`.\n\n"
+      "A folder without session.json is taken as one bracket: every photograph in it a frame,\n"
+      "dark_0 ... frames of the covered lens (without any, black is estimated). Into RUN go\n"
+      "radiance.exr and response.yml; docs/howto/one-stage.md.");
   const auto options = add_session_options(*command);
-  command->footer("Example: kappamu merge demo/session -o demo/run");
-  command->callback([options, &globals] { run_merge(*options, globals); });
+  auto bracket = std::make_shared<BracketCommand>();
+  add_table(*command, bracket->table);
+  command->add_flag("--linear", bracket->linear,
+                    "PNG and TIFF of the bracket are linear in light; otherwise their response is "
+                    "recovered");
+  command->footer(
+      "Examples: kappamu merge demo/session -o demo/run\n"
+      "          kappamu merge photographs -o hdr --on-motion correct");
+  command->callback([options, bracket, &globals] { run_merge(*options, *bracket, globals); });
 }
 
 }  // namespace kappamu::app

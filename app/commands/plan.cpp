@@ -130,8 +130,9 @@ void add_plan(CLI::App& app, Globals& globals) {
       ->check(CLI::Range(1, 1000));
   option("--planes", request.planes, "Poses of the projector plane")->check(CLI::Range(1, 1000));
   option("--plane-light", a.plane_light,
-         "Projected on them: chessboard, gray-code (42 pictures each at 1024 x 768), both")
-      ->check(CLI::IsMember({"chessboard", "gray-code", "both"}));
+         "Projected on them: chessboard, gray-code (42 pictures each at 1024 x 768), both, "
+         "phase-shift (36 pictures)")
+      ->check(CLI::IsMember({"chessboard", "gray-code", "both", "phase-shift"}));
   option("--projector-levels", request.projector_levels,
          "Values between black and white on the white target, where patterns have such values")
       ->check(CLI::Range(0, 254));

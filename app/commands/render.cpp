@@ -5,8 +5,10 @@
 #include <string>
 
 #include "app/command.h"
+#include "core/error.h"
 #include "forward/object_models.h"
 #include "io/atomic_file.h"
+#include "pipeline/output_folder.h"
 #include "render/render_scene.h"
 #include "render/scene/new_scene.h"
 
@@ -20,6 +22,9 @@ struct RenderArguments {
 
 void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
   const std::filesystem::path file(arguments.out);
+  if (std::filesystem::exists(file)) {
+    throw InputError(file.string() + ": exists already; move it elsewhere or choose another (-o)");
+  }
   io::write_text_atomically(file, render::new_scene(arguments.new_scene, file.parent_path()));
   if (globals.json) {
     std::printf("%s\n", nlohmann::json{{"scene", file.string()}}.dump().c_str());
@@ -31,11 +36,15 @@ void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
 void run_render(const RenderArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
   const render::Scene scene = render::read_scene(arguments.scene);
+  const std::filesystem::path out(arguments.out);
+  pipeline::OutputFolder folder(
+      out, "render", render::files_of(scene),
+      {"picture.exr", "picture.png", "exitance.npy", "surface.npy", "summary.json"});
   const render::RenderOptions options{globals.device, globals.seed};
   const render::RenderResult result = render::render_scene(
       scene, *forward::make_object_model(scene.model.name), options, *progress);
-  const std::filesystem::path out(arguments.out);
-  const std::string summary = render::write_render(result, scene, options, out);
+  const std::string summary = render::write_render(result, scene, options, folder.partial());
+  folder.commit();
   for (const std::string& warning : result.warnings) progress->warn(warning);
   if (!result.converged) {
     progress->warn("the model did not reach its tolerance; outputs are kept and marked");

@@ -198,8 +198,8 @@ void add_simulate(CLI::App& app, Globals& globals) {
   command
       ->add_option("--plane-light", a.plane_light,
                    "Projected on the projector's planes: chessboard, gray-code (42 frames each), "
-                   "both")
-      ->check(CLI::IsMember({"chessboard", "gray-code", "both"}))
+                   "both, phase-shift (36 frames each)")
+      ->check(CLI::IsMember({"chessboard", "gray-code", "both", "phase-shift"}))
       ->capture_default_str();
   command
       ->add_option("--exposures", a.exposures_s,

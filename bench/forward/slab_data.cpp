@@ -40,7 +40,7 @@ MeasuredSlab header_of(const std::vector<double>& n) {
   slab.n_sample = n[0];
   slab.n_slide = n[1];
   slab.thickness = n[2];
-  slab.standard = slab.transmission_standard = n[5];
+  slab.standard = n[5];  // of reflectance alone: iad has 1 for transmission unless a column T says
   slab.spheres = static_cast<int>(n[6]);
   const auto sphere = [&n](std::size_t first) {
     Sphere s;

@@ -217,7 +217,7 @@ Subject slabs_subject() {
       "the .rxt files of github.com/scottprahl/iad it was made from.",
       {{"slabs", "all files", measure_slabs}},
       {{"data", "Folder of the measurements", Setting::Kind::words},
-       {"photons", "Per row (default 20000)", Setting::Kind::number, 100, 1e8},
+       {"photons", "Per row (default 100000)", Setting::Kind::number, 100, 1e8},
        {"every", "Of long spectra, one row in so many (default 1: all)", Setting::Kind::number,
         1}}};
 }

@@ -43,8 +43,8 @@ struct SlabComparison {
 struct SlabOptions {
   int every = 1;  ///< of files with more than `spectrum` rows: one row in so many
   std::size_t spectrum = 40;
-  std::uint64_t photons =
-      20'000;  ///< per row, and as many for diffuse light where a sphere needs it
+  /// Per row, and as many for diffuse light where a sphere needs it.
+  std::uint64_t photons = 100'000;
   std::uint64_t seed = 1;
 };
 

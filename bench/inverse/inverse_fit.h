@@ -49,7 +49,7 @@ Json score_of(const inverse::ChannelFit& fit, const SurfaceMeasurements& measure
               const inverse::CoefficientPair& fine_fields);
 
 /// Patterns kept out of the fit: none, or those that `kappamu fit` keeps out unless told otherwise
-/// and takes in again (inverse/judged_fit.h), a cost that a comparison of optimisers leaves out.
+/// and takes in again (validated_fit.h), a cost that a comparison of optimisers leaves out.
 enum class KeptOut { none, usual };
 
 /// Fits channel 0; score_of() with holdout_E (8 × 8 patches), single_voxel_E and, where

@@ -1,5 +1,5 @@
 // The measured edges of the grid solver and of the fit: every table of docs/limits.md, a section
-// each, in limits_*.cpp. No times: they belong to docs/benchmarks.md.
+// each, in limits_*.cpp. Times belong to docs/benchmarks.md, those of objects to docs/embedded.md.
 #pragma once
 
 #include "bench/subject.h"
@@ -20,5 +20,7 @@ void limit_stencil(const Request& request, Progress& progress, const Save& save)
 void limit_relaxation(const Request& request, Progress& progress, const Save& save);
 void limit_inverse(const Request& request, Progress& progress, const Save& save);
 void limit_consistency(const Request& request, Progress& progress, const Save& save);
+void limit_objects(const Request& request, Progress& progress, const Save& save);
+void limit_object_cost(const Request& request, Progress& progress, const Save& save);
 
 }  // namespace kappamu::bench

@@ -107,7 +107,7 @@ CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double s
   if (views.size() < 3) {
     throw InputError("camera calibration: " + std::to_string(views.size()) +
                      " board photographs given and at least 3 are needed (10 or more are good); "
-                     "add entries to calibration.camera_boards in session.json");
+                     "photograph the board in more poses (calibration.camera_boards of a session)");
   }
   CameraSetting setting{views, square_mm, everything(views)};
   CameraFit start = start_camera(setting, width, height);

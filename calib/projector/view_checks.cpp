@@ -8,15 +8,10 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::calib {
 namespace {
-
-std::string rounded(double value, const char* format = "%.1f") {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
 
 double angle_degrees(const Rigid& a, const Rigid& b) {
   const double cosine = std::abs(a.rotation.col(2).dot(b.rotation.col(2)));
@@ -64,12 +59,12 @@ void check_tilt(const std::vector<BoardView>& views, const CameraCalibration& ca
   // The negation also takes what is not a number.
   if (deviation <= uncertain) return;
   const std::string known =
-      "the focal length is known to " + rounded(100.0 * deviation) + " % only";
+      "the focal length is known to " + shown_number(100.0 * deviation, "%.1f") + " % only";
   const double tilt = largest_tilt_degrees(camera.camera_from_board);
   const std::string& view = views[most_parallel(camera.camera_from_board)].name;
   const std::string cause =
       "camera calibration: the boards of all " + std::to_string(views.size()) +
-      " views lie within " + rounded(tilt) + " degrees of parallel and " + known +
+      " views lie within " + shown_number(tilt, "%.1f") + " degrees of parallel and " + known +
       "; photograph the board tilted by 20 to 40 degrees in different directions, " + view +
       " first";
   if (!(deviation <= useless)) throw InputError(cause);
@@ -95,7 +90,7 @@ void check_coverage(const std::vector<BoardView>& views, const CameraCalibration
   const auto side = [&sides](const char* name, double part) {
     if (part <= unseen) return;
     sides += (sides.empty() ? "the " : ", the ") + std::string(name) + " " +
-             rounded(100.0 * part, "%.0f") + " %";
+             shown_number(100.0 * part, "%.0f") + " %";
   };
   side("left", left);
   side("right", 1.0 - right);
@@ -122,8 +117,9 @@ void check_blur(const std::vector<BoardView>& views, std::vector<std::string>& s
     const double blur = view.corners.blur_px;
     const bool against_others = blur > times_the_others * *middle;
     if (blur < harmless_px || (!against_others && *middle < 2.0 * harmless_px)) continue;
-    sentences.push_back(view.name + ": the board's edges are blurred over " + rounded(blur) +
-                        " px (standard deviation; " + rounded(*middle) +
+    sentences.push_back(view.name + ": the board's edges are blurred over " +
+                        shown_number(blur, "%.1f") + " px (standard deviation; " +
+                        shown_number(*middle, "%.1f") +
                         " px in the middle view): take it again, in focus and with the board at "
                         "rest.");
   }
@@ -136,16 +132,20 @@ void check_outliers(const CameraCalibration& camera, std::vector<std::string>& s
   std::nth_element(errors.begin(), middle, errors.end());
   for (const ViewResidual& view : camera.views) {
     if (!view.left_out.empty()) {
+      const std::size_t found = view.pixels.size(), many = found / 10;
       sentences.push_back(view.name + ": " + std::to_string(view.left_out.size()) + " of " +
-                          std::to_string(view.pixels.size()) +
+                          std::to_string(found) +
                           " corners lie further than six standard deviations from where the other "
-                          "views put them and were left out; take it again if they are many.");
+                          "views put them and were left out; " +
+                          (view.left_out.size() > many
+                               ? "take it again."
+                               : "up to " + std::to_string(many) + ", a tenth, do no harm."));
     }
     constexpr double times_the_others = 3.0;
     constexpr double smallest_px = 0.3;
     if (view.rms_px > std::max(smallest_px, times_the_others * *middle)) {
-      sentences.push_back(view.name + ": its corners fit " + rounded(view.rms_px, "%.2f") +
-                          " px badly where the middle view has " + rounded(*middle, "%.2f") +
+      sentences.push_back(view.name + ": its corners fit " + shown_number(view.rms_px, "%.2f") +
+                          " px badly where the middle view has " + shown_number(*middle, "%.2f") +
                           " px: a bent or moving board, or one of another size; take it again or "
                           "take it out of session.json.");
     }
@@ -207,9 +207,9 @@ std::vector<std::string> check_scale(const std::vector<Rigid>& station_from_plan
   constexpr double suspicious = 1.25;
   const double ratio = *middle / sample;
   if (ratio < suspicious && ratio > 1.0 / suspicious) return {};
-  return {"the projector's planes stand " + rounded(*middle, "%.0f") +
-          " mm from the camera and the sample " + rounded(sample, "%.0f") +
-          " mm: check calibration.board.square_mm (" + rounded(square_mm, "%.3g") +
+  return {"the projector's planes stand " + shown_number(*middle, "%.0f") +
+          " mm from the camera and the sample " + shown_number(sample, "%.0f") +
+          " mm: check calibration.board.square_mm (" + shown_number(square_mm, "%.3g") +
           ") and sample.voxel_mm in session.json, and put the planes where the sample stands."};
 }
 

@@ -137,10 +137,10 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
   std::vector<cv::Point2f> points;
   const bool found = detect(stretch_to_bytes(grey), cv::Size(columns, rows), points);
   if (!found) {
-    throw InputError(
-        name + ": no chessboard of " + std::to_string(columns) + " x " + std::to_string(rows) +
-        " inner corners found; take the picture again with the whole board in view, "
-        "sharp and evenly lit, or correct the board's columns and rows in session.json");
+    throw InputError(name + ": no chessboard of " + std::to_string(columns) + " x " +
+                     std::to_string(rows) +
+                     " inner corners found; take the picture again with the whole board in view, "
+                     "sharp and evenly lit, or correct the board's columns and rows");
   }
   BoardCorners corners{columns, rows, {}};
   for (const cv::Point2f& point : points) corners.pixels.emplace_back(point.x, point.y);

@@ -11,8 +11,6 @@
 #include "capture/session/session_files.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
-#include "io/image/image_file.h"
-#include "io/image/raw_file.h"
 #include "io/read_file.h"
 
 namespace kappamu::capture {
@@ -96,7 +94,8 @@ class Shots {
     const Photograph& odd = by_shot_.begin()->second.front();
     throw InputError(odd.path.string() + ": '" + odd.shot +
                      "' is no shot of the plan (a pattern's id, board, plane_<n>_board, "
-                     "plane_<n>_projected, plane_<n>_gray_<k>, sample_<station>, dark, white, "
+                     "plane_<n>_projected, plane_<n>_gray_<k>, plane_<n>_phase_<k>, "
+                     "sample_<station>, dark, white, "
                      "black, level_<value>, off, ambient_<n>, chart); rename the photograph, take "
                      "it out, or list the right ones in a table.");
   }
@@ -130,36 +129,6 @@ class Shots {
   std::vector<std::pair<std::string, fs::path>> copies_;
 };
 
-// Size, depth and encoding as the photographs have them; what they cannot tell stays the plan's.
-void read_camera(const Photograph& first, Camera& camera) {
-  if (io::is_raw_file(first.path)) {
-    const io::RawImage raw = io::read_raw(first.path);
-    camera.width = raw.mosaic.width();
-    camera.height = raw.mosaic.height();
-    camera.encoding = Encoding::linear;
-    camera.white_level = raw.white;
-    camera.bit_depth = 8;
-    while (raw.white >> camera.bit_depth != 0) ++camera.bit_depth;
-    return;
-  }
-  camera.white_level.reset();
-  if (is_float_frame({first.path.string(), 0.0})) {
-    const Image<float> image = io::read_float_image(first.path);
-    camera.width = image.width();
-    camera.height = image.height();
-    camera.encoding = Encoding::linear;
-    return;
-  }
-  const Image<std::uint16_t> image = io::read_code_image(first.path);
-  camera.width = image.width();
-  camera.height = image.height();
-  const std::string ending = first.path.extension().string();
-  if (ending.size() > 1 && (ending[1] == 'j' || ending[1] == 'J')) {
-    camera.bit_depth = 8;  // JPEG: eight bits behind a tone curve
-    camera.encoding = Encoding::response;
-  }
-}
-
 // The frames of a plane's Gray code, which the numbers in their names put in order; none where the
 // plane has no such photograph.
 std::vector<Frame> find_gray_code(const std::string& plane, const Projector& projector,
@@ -179,9 +148,24 @@ std::vector<Frame> find_gray_code(const std::string& plane, const Projector& pro
   return code;
 }
 
+// The frames of a plane's phase shifts as the plan's first plane has them, numbered through.
+std::vector<PhaseShift> find_phase_shift(const std::string& plane, std::vector<PhaseShift> sets,
+                                         Shots& shots) {
+  if (sets.empty() || !shots.has(plane + "_phase_0")) return {};
+  int k = 0;
+  for (PhaseShift& set : sets) {
+    for (Frame& frame : set.frames) {
+      const std::string name = plane + "_phase_" + std::to_string(k++);
+      frame = shots.need_one(name, "frame " + name + " of the phase-shifted light");
+    }
+  }
+  return sets;
+}
+
 void find_planes(const Session& plan, Shots& shots, Session& session) {
   Calibration& calibration = session.calibration;
   std::vector<ProjectorPlane>& planes = calibration.projector_planes;
+  const std::vector<ProjectorPlane>& planned = plan.calibration.projector_planes;
   planes.clear();
   // As many as there are, planned or not, numbered with gaps or without.
   const int last =
@@ -190,11 +174,12 @@ void find_planes(const Session& plan, Shots& shots, Session& session) {
     const std::string name = "plane_" + std::to_string(i);
     ProjectorPlane plane;
     plane.gray_code = find_gray_code(name, session.projector, shots);
-    if (plane.gray_code.empty() && !shots.has(name + "_board") && !shots.has(name + "_projected")) {
-      continue;
+    if (!planned.empty()) {
+      plane.phase_shift = find_phase_shift(name, planned.front().phase_shift, shots);
     }
+    if (!plane.coded() && !shots.has(name + "_board") && !shots.has(name + "_projected")) continue;
     plane.board = shots.need_one(name + "_board", "the printed board of " + name);
-    if (plane.gray_code.empty() || shots.has(name + "_projected")) {
+    if (!plane.coded() || shots.has(name + "_projected")) {
       plane.projected = shots.need_one(name + "_projected", "the projected board of " + name);
     }
     planes.push_back(std::move(plane));
@@ -278,11 +263,13 @@ Session import_session(const ImportOptions& options, Progress& progress) {
     throw InputError((options.out / "session.json").string() +
                      ": is there already; move it elsewhere or choose another session folder (-o)");
   }
-  std::vector<Photograph> photographs = find_photographs(options, progress);
+  std::vector<Photograph> photographs =
+      find_photographs({options.photographs, options.table, options.follow_links}, progress);
+  require_exposure_times(photographs);
   check_settings(photographs);
   Session session = plan;
   session.folder = options.out;
-  read_camera(photographs.front(), session.camera);
+  read_camera(photographs.front().path, session.camera);
 
   Shots shots(std::move(photographs), options);
   for (Pattern& pattern : session.patterns) {

@@ -9,9 +9,11 @@
 #include <set>
 #include <sstream>
 
+#include "capture/session/frames.h"
 #include "capture/session/session_files.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "io/image/image_file.h"
 #include "io/image/raw_file.h"
 #include "io/read_file.h"
 
@@ -38,7 +40,7 @@ bool is_photograph(const fs::path& file) {
 // The shot that a file name tells: fit_00_3.png is of fit_00, plane_02_board.jpg of plane_02_board.
 std::string shot_of(const fs::path& file) {
   const std::string stem = file.stem().string();
-  static const std::regex whole("plane_[0-9]+_(board|projected|gray_[0-9]+)|sample_.+");
+  static const std::regex whole("plane_[0-9]+_(board|projected|(gray|phase)_[0-9]+)|sample_.+");
   if (std::regex_match(stem, whole)) return stem;
   static const std::regex numbered("(.+)_[0-9]+");
   std::smatch match;
@@ -106,8 +108,8 @@ double seconds_in(const std::string& text, const std::string& where) {
   return value / divisor;
 }
 
-std::vector<Photograph> from_table(const ImportOptions& options) {
-  const fs::path& table = *options.table;
+std::vector<Photograph> from_table(const PhotographSource& source) {
+  const fs::path& table = *source.table;
   std::istringstream lines(io::read_text(table));
   std::string line;
   std::getline(lines, line);
@@ -136,8 +138,9 @@ std::vector<Photograph> from_table(const ImportOptions& options) {
       throw InputError(where + ": '" + shown_name(cells[file]) +
                        "' leaves the photographs' folder; write file names relative to it.");
     }
+    require_plain_name(cells[shot], where + ": the shot");
     Photograph photograph;
-    photograph.path = options.photographs / cells[file];
+    photograph.path = source.folder / cells[file];
     photograph.shot = cells[shot];
     std::error_code ignored;
     if (!fs::is_regular_file(photograph.path, ignored)) {
@@ -164,19 +167,19 @@ bool differ(double a, double b) {
 
 }  // namespace
 
-std::vector<Photograph> find_photographs(const ImportOptions& options, Progress& progress) {
+std::vector<Photograph> find_photographs(const PhotographSource& source, Progress& progress) {
   std::vector<Photograph> photographs;
-  if (options.table) {
-    photographs = from_table(options);
+  if (source.table) {
+    photographs = from_table(source);
   } else {
-    for (const fs::path& file : photographs_below(options.photographs, progress)) {
+    for (const fs::path& file : photographs_below(source.folder, progress)) {
       photographs.push_back({file, shot_of(file), {}, 0.0});
     }
   }
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     Photograph& photograph = photographs[i];
-    if (!options.follow_links) {
-      require_inside(options.photographs, photograph.path.lexically_relative(options.photographs));
+    if (!source.follow_links) {
+      require_inside(source.folder, photograph.path.lexically_relative(source.folder));
     }
     progress.update("import", 0.3 * static_cast<double>(i) / photographs.size(),
                     photograph.path.filename().string());
@@ -188,16 +191,50 @@ std::vector<Photograph> find_photographs(const ImportOptions& options, Progress&
                        " s; correct the table, or leave its exposure_s empty.");
     }
     if (photograph.exposure_s == 0.0) photograph.exposure_s = told.value_or(0.0);
+  }
+  std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
+    return std::tie(a.shot, a.exposure_s, a.path) < std::tie(b.shot, b.exposure_s, b.path);
+  });
+  return photographs;
+}
+
+void require_exposure_times(const std::vector<Photograph>& photographs) {
+  for (const Photograph& photograph : photographs) {
     if (photograph.exposure_s == 0.0) {
       throw InputError(photograph.path.string() +
                        ": neither EXIF nor a table tells its exposure time; give a CSV with the "
                        "columns file, shot, exposure_s (--table).");
     }
   }
-  std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
-    return std::tie(a.shot, a.exposure_s, a.path) < std::tie(b.shot, b.exposure_s, b.path);
-  });
-  return photographs;
+}
+
+void read_camera(const fs::path& photograph, Camera& camera) {
+  if (io::is_raw_file(photograph)) {
+    const io::RawImage raw = io::read_raw(photograph);
+    camera.width = raw.mosaic.width();
+    camera.height = raw.mosaic.height();
+    camera.encoding = Encoding::linear;
+    camera.white_level = raw.white;
+    camera.bit_depth = 8;
+    while (raw.white >> camera.bit_depth != 0) ++camera.bit_depth;
+    return;
+  }
+  camera.white_level.reset();
+  if (is_float_frame({photograph.string(), 0.0})) {
+    const Image<float> image = io::read_float_image(photograph);
+    camera.width = image.width();
+    camera.height = image.height();
+    camera.encoding = Encoding::linear;
+    return;
+  }
+  const Image<std::uint16_t> image = io::read_code_image(photograph);
+  camera.width = image.width();
+  camera.height = image.height();
+  const std::string ending = photograph.extension().string();
+  if (ending.size() > 1 && (ending[1] == 'j' || ending[1] == 'J')) {
+    camera.bit_depth = 8;  // JPEG: eight bits behind a tone curve
+    camera.encoding = Encoding::response;
+  }
 }
 
 void check_settings(const std::vector<Photograph>& photographs) {

@@ -70,7 +70,7 @@ class StackMerger {
     }
     // With two frames nobody can say which of them is wrong.
     if (2 * left_out.size() >= frames_.size() && !left_out.empty()) {
-      throw InputError((session_.folder / "session.json").string() + ": " + label_ + ": " +
+      throw InputError(shown_session(session_) + ": " + label_ + ": " +
                        std::to_string(left_out.size()) + " of its " +
                        std::to_string(frames_.size()) +
                        " frames show a scene that moved, too many to leave out; photograph the "
@@ -86,7 +86,7 @@ class StackMerger {
   }
 
   const std::vector<Exposed>& frames() const { return frames_; }
-  std::string name() const { return (session_.folder / "session.json").string() + ": " + label_; }
+  std::string name() const { return shown_session(session_) + ": " + label_; }
 
  private:
   std::vector<double> exposures() const {

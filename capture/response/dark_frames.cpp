@@ -10,6 +10,7 @@ namespace kappamu::capture {
 namespace {
 
 constexpr double outlier_deviations = 5.0;
+constexpr double deviations_per_median_distance = 1.4826;  // of a normal distribution
 constexpr double clipped_share = 1.0 / 6.0;  // below one standard deviation under the mean
 
 struct Moments {
@@ -44,6 +45,52 @@ std::size_t quantile(const std::vector<long>& histogram, double share) {
   return histogram.size() - 1;
 }
 
+std::vector<std::vector<long>> histograms_of(const Session& session, const Stack& frames) {
+  const std::size_t channels = session.channels.size();
+  std::vector<std::vector<long>> histograms(
+      channels, std::vector<long>(static_cast<std::size_t>(largest_code(session.camera)) + 1, 0));
+  for (const Frame& frame : frames) {
+    const Image<std::uint16_t> codes = load_sites(session, frame);
+    for (std::size_t i = 0; i < codes.size(); ++i) {
+      ++histograms[i % channels][codes.values()[i]];
+    }
+  }
+  return histograms;
+}
+
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Where the codes of two exposures meet at no exposure, one channel.
+DarkLevel level_at_no_exposure(const Image<std::uint16_t>& shorter, double t1,
+                               const Image<std::uint16_t>& longer, double t2, std::size_t channel,
+                               int saturated) {
+  struct Pixel {
+    int longer, shorter;
+  };
+  std::vector<Pixel> pixels;
+  const auto channels = static_cast<std::size_t>(shorter.channels());
+  for (std::size_t i = channel; i < shorter.size(); i += channels) {
+    const int z1 = shorter.values()[i], z2 = longer.values()[i];
+    if (z1 < saturated && z2 < saturated) pixels.push_back({z2, z1});
+  }
+  if (pixels.empty()) return {};
+  const std::size_t darkest = std::max<std::size_t>(pixels.size() / 10, 1);
+  std::nth_element(
+      pixels.begin(), pixels.begin() + static_cast<std::ptrdiff_t>(darkest - 1), pixels.end(),
+      [](const Pixel& a, const Pixel& b) { return a.longer + a.shorter < b.longer + b.shorter; });
+  std::vector<double> levels, distances;
+  for (std::size_t i = 0; i < darkest; ++i) {
+    levels.push_back((pixels[i].shorter * t2 - pixels[i].longer * t1) / (t2 - t1));
+  }
+  const double level = median_of(levels);
+  for (const double value : levels) distances.push_back(std::abs(value - level));
+  return {std::max(level, 0.0), deviations_per_median_distance * median_of(distances)};
+}
+
 }  // namespace
 
 DarkLevel dark_level(const std::vector<long>& histogram) {
@@ -59,18 +106,33 @@ DarkLevel dark_level(const std::vector<long>& histogram) {
 }
 
 std::vector<DarkLevel> dark_levels(const Session& session) {
-  const std::size_t channels = session.channels.size();
-  std::vector<std::vector<long>> histograms(
-      channels, std::vector<long>(static_cast<std::size_t>(largest_code(session.camera)) + 1, 0));
-  for (const Frame& frame : session.calibration.dark) {
-    const Image<std::uint16_t> codes = load_sites(session, frame);
-    for (std::size_t i = 0; i < codes.size(); ++i) {
-      ++histograms[i % channels][codes.values()[i]];
-    }
-  }
   std::vector<DarkLevel> levels;
-  levels.reserve(histograms.size());
-  for (const auto& histogram : histograms) levels.push_back(dark_level(histogram));
+  for (const auto& histogram : histograms_of(session, session.calibration.dark)) {
+    levels.push_back(dark_level(histogram));
+  }
+  return levels;
+}
+
+std::vector<DarkLevel> dark_levels_of_stack(const Session& session, const Stack& stack) {
+  constexpr double pedestal_share = 0.001;
+  constexpr double rounding = 0.29;  // 1/√12 codes
+  const auto [shortest, longest] = std::minmax_element(
+      stack.begin(), stack.end(),
+      [](const Frame& a, const Frame& b) { return a.exposure_s < b.exposure_s; });
+  std::vector<DarkLevel> levels;
+  if (session.camera.encoding == Encoding::linear && shortest->exposure_s < longest->exposure_s) {
+    const Image<std::uint16_t> shorter = load_sites(session, *shortest);
+    const Image<std::uint16_t> longer = load_sites(session, *longest);
+    const int top = session.camera.white_level.value_or(largest_code(session.camera));
+    for (std::size_t c = 0; c < session.channels.size(); ++c) {
+      levels.push_back(level_at_no_exposure(shorter, shortest->exposure_s, longer,
+                                            longest->exposure_s, c, top * 9 / 10));
+    }
+    return levels;
+  }
+  for (const auto& histogram : histograms_of(session, {*shortest})) {
+    levels.push_back({static_cast<double>(quantile(histogram, pedestal_share)), rounding});
+  }
   return levels;
 }
 

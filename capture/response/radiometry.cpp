@@ -9,6 +9,7 @@
 #include "capture/response/response_baselines.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::capture {
 namespace {
@@ -66,8 +67,7 @@ void recover_responses(const Session& session, Progress& progress, ResponseMetho
     }
   }
   for (std::size_t c = 0; c < channels; ++c) {
-    const std::string name =
-        (session.folder / "session.json").string() + ": channel " + session.channels[c];
+    const std::string name = shown_session(session) + ": channel " + session.channels[c];
     const int bits = radiometry.bit_depth;
     if (method != ResponseMethod::smooth) {
       radiometry.response.linear.push_back(
@@ -136,12 +136,21 @@ std::vector<double> linear_response(int bit_depth, double black_level,
 Radiometry find_radiometry(const Session& session, Progress& progress, ResponseMethod method) {
   Radiometry radiometry;
   radiometry.bit_depth = session.camera.bit_depth;
-  const std::vector<DarkLevel> dark = dark_levels(session);
+  const bool measured = !session.calibration.dark.empty();
+  const std::vector<DarkLevel> dark =
+      measured ? dark_levels(session)
+               : dark_levels_of_stack(session, session.patterns.front().frames);
+  if (!measured) {
+    progress.warn("there is no dark frame; the frames themselves put black at code " +
+                  shown_number(dark.front().code, "%.1f") +
+                  ": photograph the covered lens (dark_0) for dim light to be right.");
+  }
   for (std::size_t c = 0; c < dark.size(); ++c) {
     const double level = dark[c].code;
-    if (level > 0.5 * session.camera.white_level.value_or(largest_code(session.camera))) {
-      throw InputError((session.folder / "session.json").string() +
-                       ": calibration.dark shows light (channel " + session.channels[c] +
+    if (measured &&
+        level > 0.5 * session.camera.white_level.value_or(largest_code(session.camera))) {
+      throw InputError(shown_session(session) + ": calibration.dark shows light (channel " +
+                       session.channels[c] +
                        " is above half of full scale); cover the lens and shoot it again.");
     }
     radiometry.black_level.push_back(level);

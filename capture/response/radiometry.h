@@ -40,7 +40,8 @@ struct Radiometry {
   std::vector<ResponseReport> reports;  ///< [channel] of the recovery; empty if encoding is linear
 };
 
-/// Black level from the dark frames; the response by encoding (identity, or recovered from white
+/// Black level from the dark frames or, without any, from the first stack (dark_frames.h); the
+/// response by encoding (identity, or recovered from white
 /// target, chart and a few pattern stacks); noise from the session or, where it is silent,
 /// from dark frames and stack residuals (docs/hdr.md). Throws InputError if a frame is bad or
 /// there are too few exposures to recover a response.

@@ -74,6 +74,10 @@ std::string gray_code_image(std::size_t number) {
   return name;
 }
 
+std::string phase_image(std::size_t set, std::size_t step) {
+  return "calibration/phase_" + std::to_string(set) + "_" + std::to_string(step) + ".png";
+}
+
 class ShotList {
  public:
   explicit ShotList(const Session& session) : session_(session) {}
@@ -97,6 +101,7 @@ class ShotList {
         metered(*projected, unmoved, front, "calibration/projected_board.png");
       }
       gray_code(shots.projector_planes[i].gray_code, unmoved, front);
+      phase_shift(shots.projector_planes[i].phase_shift, unmoved, front);
     }
     if (shots.white_target) {
       add(shots.white_target->frames, "white target in the plane of the lit face, room light off",
@@ -147,6 +152,25 @@ class ShotList {
       add({code[k]}, subject, station, gray_code_image(k));
     }
   }
+  // The shortest period first: the time metered for it is the others'.
+  void phase_shift(const std::vector<PhaseShift>& sets, const std::string& subject,
+                   const std::string& station) {
+    if (sets.empty()) return;
+    const std::size_t finest = finest_set(sets);
+    const auto add_set = [&](std::size_t s) {
+      for (std::size_t n = 0; n < sets[s].frames.size(); ++n) {
+        if (s == finest && n == 0) {
+          metered(sets[s].frames[n], subject, station, phase_image(s, n));
+        } else {
+          add({sets[s].frames[n]}, subject, station, phase_image(s, n));
+        }
+      }
+    };
+    add_set(finest);
+    for (std::size_t s = 0; s < sets.size(); ++s) {
+      if (s != finest) add_set(s);
+    }
+  }
   void metered(const Frame& frame, const std::string& subject, const std::string& station,
                const std::string& show) {
     shots_.push_back({frame.file, subject, station, show, frame.exposure_s, true});
@@ -185,7 +209,8 @@ std::string text(const Plan& plan) {
   std::string out =
       "Lens, focus, aperture and sensitivity stay the same throughout; the sample does not move "
       "between its views and the patterns.\nMetered shots: the longest time of the plan that does "
-      "not saturate; the others as told, a Gray code's at the time of its white.\n" +
+      "not saturate; the others as told, a Gray code's at the time of its white, "
+      "phase-shifted light's at the time of its first.\n" +
       std::to_string(plan.shots.size()) + " photographs, " + number(plan.disk_bytes / 1e9, "%.2g") +
       " GB at most, about " + number(plan.working_s / 60.0, "%.0f") + " minutes.\n";
   std::string scene;
@@ -290,7 +315,17 @@ void write_plan(const Plan& plan) {
   for (const std::uint8_t value : plan.capture.projector_levels) {
     io::write_image(folder / level_image(value), make_uniform_image(plan.session.projector, value));
   }
-  if (plan.capture.plane_light != PlaneLight::chessboard) {
+  if (plan.capture.plane_light == PlaneLight::phase_shift) {
+    const std::vector<PhaseShift> sets = usual_phase_shift(plan.session.projector);
+    for (std::size_t s = 0; s < sets.size(); ++s) {
+      const auto images =
+          make_phase_shift_images(plan.session.projector, sets[s], usual_phase_steps);
+      for (std::size_t n = 0; n < images.size(); ++n) {
+        io::write_image(folder / phase_image(s, n), images[n]);
+      }
+    }
+  }
+  if (gray_codes(plan.capture.plane_light)) {
     const auto code = make_gray_code_images(plan.session.projector);
     for (std::size_t k = 0; k < code.size(); ++k) {
       io::write_image(folder / gray_code_image(k), code[k]);

@@ -5,6 +5,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <string>
 
 #include "capture/rig/shoot.h"
@@ -187,6 +188,42 @@ std::vector<Image<std::uint8_t>> make_gray_code_images(const Projector& projecto
   }
   images.push_back(make_uniform_image(projector, 255));
   images.push_back(make_uniform_image(projector, 0));
+  return images;
+}
+
+std::vector<PhaseShift> usual_phase_shift(const Projector& projector) {
+  constexpr double ratio = 8.0;
+  std::vector<PhaseShift> sets;
+  for (const auto along : {PhaseShift::Along::columns, PhaseShift::Along::rows}) {
+    const double extent = along == PhaseShift::Along::columns ? projector.width : projector.height;
+    for (const double parts : {1.0, ratio, ratio * ratio}) {
+      sets.push_back({along, extent / parts, {}});
+    }
+  }
+  return sets;
+}
+
+std::size_t finest_set(const std::vector<PhaseShift>& sets) {
+  const auto finest = std::min_element(
+      sets.begin(), sets.end(),
+      [](const PhaseShift& a, const PhaseShift& b) { return a.period_px < b.period_px; });
+  return static_cast<std::size_t>(finest - sets.begin());
+}
+
+std::vector<Image<std::uint8_t>> make_phase_shift_images(const Projector& projector,
+                                                         const PhaseShift& set, int steps) {
+  std::vector<Image<std::uint8_t>> images;
+  for (int n = 0; n < steps; ++n) {
+    Image<std::uint8_t>& image = images.emplace_back(projector.width, projector.height, 1);
+    for (int y = 0; y < projector.height; ++y) {
+      for (int x = 0; x < projector.width; ++x) {
+        const double u = set.along == PhaseShift::Along::columns ? x : y;
+        const double turn = u / set.period_px - static_cast<double>(n) / steps;
+        image(x, y) = static_cast<std::uint8_t>(
+            std::lround(127.5 + 127.5 * std::cos(2.0 * std::numbers::pi * turn)));
+      }
+    }
+  }
   return images;
 }
 

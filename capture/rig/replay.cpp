@@ -73,6 +73,13 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
           return {plane.gray_code[static_cast<std::size_t>(same - code.begin())]};
         }
       }
+      for (const PhaseShift& set : plane.phase_shift) {
+        const auto steps =
+            make_phase_shift_images(session_.projector, set, static_cast<int>(set.frames.size()));
+        for (std::size_t n = 0; n < steps.size(); ++n) {
+          if (steps[n].values() == shown_.values()) return {set.frames[n]};
+        }
+      }
       return plane.projected ? std::vector{*plane.projected} : std::vector<Frame>();
     }
     case Subject::white_target:

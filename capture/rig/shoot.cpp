@@ -66,7 +66,9 @@ class Shooter {
 
  private:
   bool rehearsing() const { return device_ == nullptr; }
-  bool chessboards() const { return plan_.plane_light != PlaneLight::gray_code; }
+  bool chessboards() const {
+    return plan_.plane_light == PlaneLight::chessboard || plan_.plane_light == PlaneLight::both;
+  }
 
   void go_through() {
     done_ = 0;
@@ -214,9 +216,37 @@ class Shooter {
         plane.projected = metered(stem + "_projected.png");
         projected_meter = meter_;
       }
-      if (plan_.plane_light != PlaneLight::chessboard) plane.gray_code = gray_code(stem);
+      if (gray_codes(plan_.plane_light)) plane.gray_code = gray_code(stem);
+      if (plan_.plane_light == PlaneLight::phase_shift) plane.phase_shift = phase_shift(stem);
       session_.calibration.projector_planes.push_back(plane);
     }
+  }
+
+  // All at one exposure time, that of the shortest period, which is bright all over the plane.
+  std::vector<PhaseShift> phase_shift(const std::string& stem) {
+    std::vector<PhaseShift> sets = usual_phase_shift(session_.projector);
+    const std::size_t finest = finest_set(sets);
+    const auto file = [&](std::size_t set, std::size_t n) {
+      return numbered(stem + "_phase_", set * usual_phase_steps + n) + ".png";
+    };
+    std::optional<Frame> first;
+    const auto shoot_set = [&](std::size_t s) {
+      std::vector<Image<std::uint8_t>> images;
+      if (!rehearsing()) {
+        images = make_phase_shift_images(session_.projector, sets[s], usual_phase_steps);
+      }
+      for (std::size_t n = 0; n < usual_phase_steps; ++n) {
+        if (!rehearsing()) show(images[n]);
+        sets[s].frames.push_back(first ? expose(file(s, n), first->exposure_s)
+                                       : metered(file(s, n)));
+        if (!first) first = sets[s].frames.front();
+      }
+    };
+    shoot_set(finest);
+    for (std::size_t s = 0; s < sets.size(); ++s) {
+      if (s != finest) shoot_set(s);
+    }
+    return sets;
   }
 
   // All at one exposure time, the white frame's, or codes would not compare.
@@ -316,17 +346,31 @@ class Shooter {
 
 }  // namespace
 
+bool gray_codes(PlaneLight light) {
+  return light == PlaneLight::gray_code || light == PlaneLight::both;
+}
+
 std::string to_string(PlaneLight light) {
-  if (light == PlaneLight::both) return "both";
-  return light == PlaneLight::chessboard ? "chessboard" : "gray-code";
+  switch (light) {
+    case PlaneLight::chessboard:
+      return "chessboard";
+    case PlaneLight::gray_code:
+      return "gray-code";
+    case PlaneLight::both:
+      return "both";
+    case PlaneLight::phase_shift:
+      break;
+  }
+  return "phase-shift";
 }
 
 PlaneLight plane_light_from_string(const std::string& text) {
-  for (const PlaneLight light : {PlaneLight::chessboard, PlaneLight::gray_code, PlaneLight::both}) {
+  for (const PlaneLight light :
+       {PlaneLight::chessboard, PlaneLight::gray_code, PlaneLight::both, PlaneLight::phase_shift}) {
     if (text == to_string(light)) return light;
   }
   throw InputError("the light on the projector's planes is '" + text +
-                   "'; write chessboard, gray-code or both.");
+                   "'; write chessboard, gray-code, both or phase-shift.");
 }
 
 Session shoot_session(RigDevice& device, const CapturePlan& plan,

@@ -25,9 +25,11 @@ struct PlannedPattern {
 enum class PlaneLight {
   chessboard,  ///< one picture a plane
   gray_code,   ///< two pictures a plane for each bit of column and row, white and black
-  both         ///< the Gray code calibrates, the chessboard checks it
+  both,        ///< the Gray code calibrates, the chessboard checks it
+  phase_shift  ///< sinusoids of three periods in both directions, six steps each
 };
-/// "chessboard", "gray-code", "both"; the latter throws InputError for another text.
+bool gray_codes(PlaneLight light);  ///< whether it has a Gray code
+/// "chessboard", "gray-code", "both", "phase-shift"; the latter throws InputError for another text.
 std::string to_string(PlaneLight light);
 PlaneLight plane_light_from_string(const std::string& text);
 
@@ -98,6 +100,18 @@ std::vector<PlannedPattern> make_patch_patterns(const Projector& projector,
 /// What the projector shows for a projected board: squares exact by area coverage, black top left
 /// square, one square of white around, black beyond.
 Image<std::uint8_t> make_chessboard_image(const Projector& projector, const ProjectedBoard& board);
+
+/// The sets of phase-shifted sinusoids that PlaneLight::phase_shift projects, without frames: a
+/// period over the frame, an eighth and a sixty-fourth of it, along columns, then along rows.
+std::vector<PhaseShift> usual_phase_shift(const Projector& projector);
+inline constexpr int usual_phase_steps = 6;  ///< harmonics two to four of the light drop out
+
+/// Which of the sets has the shortest period.
+std::size_t finest_set(const std::vector<PhaseShift>& sets);
+
+/// The `steps` pictures of a set.
+std::vector<Image<std::uint8_t>> make_phase_shift_images(const Projector& projector,
+                                                         const PhaseShift& set, int steps);
 
 /// The Gray code of ProjectorPlane::gray_code, in its order.
 std::vector<Image<std::uint8_t>> make_gray_code_images(const Projector& projector);

@@ -61,6 +61,12 @@ void check_codes(const Session& session, const std::filesystem::path& path,
 
 }  // namespace
 
+std::string shown_session(const Session& session) {
+  const std::filesystem::path file = session.folder / "session.json";
+  std::error_code ignored;
+  return (std::filesystem::exists(file, ignored) ? file : session.folder).string();
+}
+
 bool is_float_frame(const Frame& frame) {
   std::string extension = std::filesystem::path(frame.file).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "capture/session/session.h"
 #include "core/image.h"
@@ -13,6 +14,10 @@ namespace kappamu::capture {
 inline int largest_code(const Camera& camera) {
   return (1 << camera.bit_depth) - 1;
 }
+
+/// What errors about a session begin with: its session.json or, where it was made of photographs
+/// alone, their folder.
+std::string shown_session(const Session& session);
 
 /// Whether the frame is a linear float image (.exr) rather than code values.
 bool is_float_frame(const Frame& frame);

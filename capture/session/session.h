@@ -119,9 +119,18 @@ struct ProjectedBoard {
   std::array<double, 2> origin_px{};
 };
 
+/// A sinusoid over the projector's frame, moved on by a part of its period from frame to frame:
+/// frame n of N shows 1/2 + 1/2 cos 2π(u/period_px - n/N) at column or row u.
+struct PhaseShift {
+  enum class Along { columns, rows };
+  Along along = Along::columns;
+  double period_px = 0.0;
+  std::vector<Frame> frames;  ///< N >= 3, at one exposure time
+};
+
 /// A plane held before camera and projector: the printed board on it as the camera sees it, and on
-/// the same, unmoved plane what the projector throws: a chessboard on the blank part, a Gray code,
-/// or one after the other. All planes of a session have the one, or all the other.
+/// the same, unmoved plane what the projector throws: a chessboard on the blank part, a code over
+/// its whole frame, or one after the other. All planes of a session have the one, or all the other.
 struct ProjectorPlane {
   Frame board;
   std::optional<Frame> projected;
@@ -129,6 +138,16 @@ struct ProjectorPlane {
   /// column, most significant first, each followed by its inverse, the row's likewise, white, black
   /// (OpenCV's structured_light order).
   std::vector<Frame> gray_code{};
+  /// In both directions. The longest period of each spans the frame, unless a Gray code tells the
+  /// periods apart.
+  std::vector<PhaseShift> phase_shift{};
+  /// File with the projector pixel that each camera pixel sees, from any other code
+  /// (calib/projector/correspondences.h); relative to the session folder, or empty.
+  std::string correspondences{};
+
+  bool coded() const {
+    return !gray_code.empty() || !phase_shift.empty() || !correspondences.empty();
+  }
 };
 
 /// Frames of a Gray code of `projector`: two for each bit of its columns and rows, white, black.

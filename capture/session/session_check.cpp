@@ -226,30 +226,64 @@ class Checker {
       } else {
         without_board = i;
       }
-      const std::vector<Frame>& code = calibration.projector_planes[i].gray_code;
-      if (code.empty()) {
-        without_code = i;
-        continue;
-      }
-      frames(code, plane + ".gray_code");
+      if (!calibration.projector_planes[i].coded()) without_code = i;
+      code_of(calibration.projector_planes[i], plane);
+    }
+    if (without_board && without_code) {
+      fail(indexed(field, *without_board),
+           "has no projected chessboard and " + indexed(field, *without_code) +
+               " no code; all planes need 'projected', or all 'gray_code', 'phase_shift' or "
+               "'correspondences'");
+    }
+  }
+
+  void one_exposure(const std::vector<Frame>& code, const std::string& field) const {
+    frames(code, field);
+    for (const Frame& one : code) {
+      require(one.exposure_s == code.front().exposure_s, field,
+              "has exposure times of " + shown(code.front().exposure_s) + " s and " +
+                  shown(one.exposure_s) + " s (" + one.file +
+                  "); its frames are compared: take all at one exposure time");
+    }
+  }
+
+  void code_of(const ProjectorPlane& plane, const std::string& field) const {
+    if (const std::vector<Frame>& code = plane.gray_code; !code.empty()) {
+      one_exposure(code, field + ".gray_code");
       const int needed = gray_code_frames(session_.projector);
-      require(code.size() == static_cast<std::size_t>(needed), plane + ".gray_code",
+      require(code.size() == static_cast<std::size_t>(needed), field + ".gray_code",
               "has " + std::to_string(code.size()) + " entries; the Gray code of a " +
                   std::to_string(session_.projector.width) + " x " +
                   std::to_string(session_.projector.height) + " projector has " +
                   std::to_string(needed) +
                   ": two for each bit of columns and rows, white and black");
-      for (const Frame& one : code) {
-        require(one.exposure_s == code.front().exposure_s, plane + ".gray_code",
-                "has exposure times of " + shown(code.front().exposure_s) + " s and " +
-                    shown(one.exposure_s) + " s (" + one.file +
-                    "); its frames are compared: take all at one exposure time");
-      }
     }
-    if (without_board && without_code) {
-      fail(indexed(field, *without_board),
-           "has no projected chessboard and " + indexed(field, *without_code) +
-               " no Gray code; all planes need 'projected', or all 'gray_code'");
+    if (!plane.correspondences.empty()) {
+      relative_path(plane.correspondences, field + ".correspondences");
+    }
+    if (!plane.phase_shift.empty()) phase_shift(plane, field + ".phase_shift");
+  }
+
+  void phase_shift(const ProjectorPlane& plane, const std::string& field) const {
+    std::array<double, 2> longest{};
+    for (std::size_t i = 0; i < plane.phase_shift.size(); ++i) {
+      const PhaseShift& set = plane.phase_shift[i];
+      one_exposure(set.frames, indexed(field, i) + ".frames");
+      require(
+          set.frames.size() >= 3, indexed(field, i) + ".frames",
+          "has " + std::to_string(set.frames.size()) + " entries; a phase takes at least three");
+      positive(set.period_px, indexed(field, i) + ".period_px", " of pixels");
+      double& so_far = longest[set.along == PhaseShift::Along::columns ? 0 : 1];
+      so_far = std::max(so_far, set.period_px);
+    }
+    const std::array<int, 2> extent{session_.projector.width, session_.projector.height};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      const std::string along = axis == 0 ? "columns" : "rows";
+      require(longest[axis] > 0.0, field, "has no set along the " + along);
+      require(longest[axis] >= extent[axis] || !plane.gray_code.empty(), field,
+              "has no period along the " + along + " that spans the projector's " +
+                  std::to_string(extent[axis]) +
+                  " pixels, so that its periods cannot be told apart; add one, or a gray_code");
     }
   }
 

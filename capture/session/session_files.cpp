@@ -23,6 +23,8 @@ std::vector<std::string> named_files(const Session& session) {
     files.push_back(plane.board.file);
     if (plane.projected) files.push_back(plane.projected->file);
     add(plane.gray_code);
+    for (const PhaseShift& set : plane.phase_shift) add(set.frames);
+    if (!plane.correspondences.empty()) files.push_back(plane.correspondences);
   }
   for (const SampleView& view : calibration.sample_views) files.push_back(view.frame.file);
   add(calibration.dark);

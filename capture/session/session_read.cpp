@@ -123,6 +123,11 @@ Board read_board(const Node& node) {
   return board;
 }
 
+PhaseShift::Along read_along(const Node& node) {
+  return node.choice({"columns", "rows"}) == "columns" ? PhaseShift::Along::columns
+                                                       : PhaseShift::Along::rows;
+}
+
 Calibration read_calibration(const Node& node) {
   node.expect_fields({"board", "camera_boards", "projector_planes", "sample_views", "dark"},
                      {"projected_board", "white_target", "colour_chart", "ambient"});
@@ -137,10 +142,18 @@ Calibration read_calibration(const Node& node) {
                        projected["square_px"].number(), read_point(projected["origin_px"])};
   }
   for (const Node& plane : node["projector_planes"].items(1)) {
-    plane.expect_fields({"board"}, {"projected", "gray_code"});
+    plane.expect_fields({"board"}, {"projected", "gray_code", "phase_shift", "correspondences"});
     ProjectorPlane read{read_frame(plane["board"]), {}};
     if (plane.has("projected")) read.projected = read_frame(plane["projected"]);
     if (plane.has("gray_code")) read.gray_code = read_frames(plane["gray_code"]);
+    if (plane.has("phase_shift")) {
+      for (const Node& set : plane["phase_shift"].items(1)) {
+        set.expect_fields({"along", "period_px", "frames"});
+        read.phase_shift.push_back(
+            {read_along(set["along"]), set["period_px"].number(), read_frames(set["frames"])});
+      }
+    }
+    if (plane.has("correspondences")) read.correspondences = plane["correspondences"].text();
     calibration.projector_planes.push_back(std::move(read));
   }
   for (const Node& view : node["sample_views"].items(1)) {

@@ -73,6 +73,13 @@ json to_json(const Calibration& calibration) {
     planes.push_back({{"board", to_json(plane.board)}});
     if (plane.projected) planes.back()["projected"] = to_json(*plane.projected);
     if (!plane.gray_code.empty()) planes.back()["gray_code"] = to_json(plane.gray_code);
+    for (const PhaseShift& set : plane.phase_shift) {
+      planes.back()["phase_shift"].push_back(
+          {{"along", set.along == PhaseShift::Along::columns ? "columns" : "rows"},
+           {"period_px", set.period_px},
+           {"frames", to_json(set.frames)}});
+    }
+    if (!plane.correspondences.empty()) planes.back()["correspondences"] = plane.correspondences;
   }
   json views = json::array();
   for (const SampleView& view : calibration.sample_views) views.push_back(to_json(view));

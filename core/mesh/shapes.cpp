@@ -31,6 +31,18 @@ constexpr std::array<NamedShape, 9> shapes{
      {"box-with-void", "edge of the cubic void over that of the cube", 0.5},
      {"split-cube", "width of the gap over edge", 0.1}}};
 
+/// Whether the diagonal between the first and third of four corners runs below the second and
+/// fourth: on a body that bulges everywhere the other diagonal keeps the mesh convex.
+bool is_hollow(const TriangleMesh& mesh, const std::array<int, 4>& corners) {
+  const auto edge = [&](std::size_t k) -> Vector3d {
+    return mesh.vertices[static_cast<std::size_t>(corners[k])] -
+           mesh.vertices[static_cast<std::size_t>(corners[0])];
+  };
+  const Vector3d normal = edge(1).cross(edge(2));
+  constexpr double flat = 1e-9;  // rounding of corners that lie in a plane
+  return normal.dot(edge(3)) > flat * normal.norm() * edge(3).norm();
+}
+
 /// The surface of a box of `cells` cubes as squares of its lattice, each two triangles; `place`
 /// puts lattice points, given as fractions of the box in [-1, 1], where they belong.
 template <class Place>
@@ -64,6 +76,8 @@ TriangleMesh lattice_mesh(const std::array<int, 3>& cells, const Place& place) {
             corners[k] = vertex(at);
           }
           if (!far) std::swap(corners[1], corners[3]);
+          if (is_hollow(mesh, corners))
+            std::rotate(corners.begin(), corners.begin() + 1, corners.end());
           mesh.triangles.push_back({corners[0], corners[1], corners[2]});
           mesh.triangles.push_back({corners[0], corners[2], corners[3]});
         }

@@ -3,24 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.h"
-#include "core/optics.h"
+#include "forward/embedded/equations/row_ranges.h"
+#include "forward/light_entry.h"
 
 namespace kappamu::forward::embedded {
 
 namespace {
 
-/// A ray that starts on the surface leaves it by this, of the object's size, before it looks for
-/// the next surface.
-constexpr double off_surface = 1e-7;
-
-/// Snell's law; normal towards the incoming side.
-Eigen::Vector3d refracted(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
-                          double eta) {
-  const double cosine = -direction.dot(normal);
-  const double sin2 = (1.0 - cosine * cosine) / (eta * eta);
-  return (direction / eta + (cosine / eta - std::sqrt(1.0 - sin2)) * normal).normalized();
-}
+/// When no more than this share of a beam is left, the rest collides in the cube that it has
+/// reached.
+constexpr double negligible = 1e-9;
 
 /// Mean of each shape function over a chord of the unit cube along which light fades by e^−depth.
 std::array<double, 8> along_chord(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
@@ -51,6 +43,7 @@ class March {
     const double step_over = 1e-12;  // of the root, into the next cube
     const Eigen::Vector3d start = tree_.to_root(from);
     const double end = length / tree_.edge_mm();
+    const double least = negligible * power;
     double at = 0.0;
     while (at < end && power > 0.0) {
       const int leaf = tree_.leaf_at(start + (at + step_over) * direction);
@@ -62,7 +55,8 @@ class March {
         const auto index = static_cast<std::size_t>(k);
         const double sigma_t = 1.0 / (3.0 * coefficients_[index].kappa);
         const double depth = sigma_t * (next - at) * tree_.edge_mm();
-        const double collided = -power * std::expm1(-depth);
+        const double fades_to = power * std::exp(-depth);
+        const double collided = fades_to > least ? power - fades_to : power;
         const double absorbed = collided * std::min(1.0, coefficients_[index].mu / sigma_t);
         const Eigen::Vector3d corner(cube.at[0], cube.at[1], cube.at[2]);
         const double scale = std::ldexp(1.0, cube.level);
@@ -103,9 +97,23 @@ class March {
 
 }  // namespace
 
+std::vector<Chord> chords_of(const ObjectProblem& problem, const std::vector<Beam>& beams) {
+  std::vector<Chord> chords(beams.size());
+  const double size = bounding_box(problem.mesh).sizes().maxCoeff();
+  for_row_ranges(beams.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      Beam unit = beams[k];
+      unit.power = 1.0;
+      const BeamPath path = enter(problem, unit, size);
+      chords[k] = {path.from, path.direction, path.length, path.power};
+    }
+  });
+  return chords;
+}
+
 BeamPowers add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
-                     const std::vector<Coefficients>& coefficients, const ObjectProblem& problem,
-                     const std::vector<Beam>& beams, std::vector<double>& load) {
+                     const std::vector<Coefficients>& coefficients, const std::vector<Beam>& beams,
+                     const std::vector<Chord>& chords, std::vector<double>& load) {
   const March march(tree, mesh, space, coefficients);
   // A fixed number of parts, each with its own load: the same bits on any number of cores.
   constexpr std::size_t parts = 4;
@@ -115,21 +123,10 @@ BeamPowers add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& s
     const auto part = static_cast<std::size_t>(p);
     loads[part].assign(load.size(), 0.0);
     for (std::size_t k = part * beams.size() / parts; k < (part + 1) * beams.size() / parts; ++k) {
-      const Beam& beam = beams[k];
-      const Eigen::Vector3d& normal =
-          problem.surface.normal[static_cast<std::size_t>(beam.triangle)];
-      const double cosine = -beam.direction.dot(normal);
-      if (!(cosine > 0.0)) {
-        throw InputError("a beam meets triangle " + std::to_string(beam.triangle) +
-                         " from inside the object; lights must lie outside it");
-      }
-      const double power = beam.power * (1.0 - fresnel_external(problem.eta, cosine));
-      const Eigen::Vector3d inward = refracted(beam.direction, normal, problem.eta);
-      const double off = off_surface * tree.edge_mm();
-      const std::optional<RayHit> hit = problem.rays.first_hit(beam.position, inward, off);
+      const double power = beams[k].power * chords[k].transmitted;
       powers[part].entering += power;
-      // No surface ahead: the ray slipped out along an edge of the mesh.
-      march.run(beam.position, inward, hit ? hit->distance : 0.0, power, powers[part], loads[part]);
+      march.run(chords[k].from, chords[k].direction, chords[k].length, power, powers[part],
+                loads[part]);
     }
   });
   BeamPowers total;

@@ -2,7 +2,7 @@
 // coefficients constant in each (embedded.md).
 #pragma once
 
-#include "forward/embedded/fields.h"
+#include "forward/embedded/equations/fields.h"
 #include "forward/object_model.h"
 
 namespace kappamu::forward::embedded {
@@ -15,10 +15,19 @@ struct BeamPowers {
   double unscattered = 0.0;  ///< left without one
 };
 
+/// A beam refracted into the object, up to the surface that it meets next.
+struct Chord {
+  Eigen::Vector3d from, direction;  ///< [mm], unit
+  double length = 0.0;              ///< [mm]
+  double transmitted = 0.0;         ///< share of the power that enters
+};
+/// Throws InputError where a beam meets the surface from inside.
+std::vector<Chord> chords_of(const ObjectProblem& problem, const std::vector<Beam>& beams);
+
 /// Adds ∫ S N dV of every beam to the load; S = σs'/σt' of the power that collides in a cube,
-/// along the beam's chord through it. Throws InputError where a beam meets the surface from inside.
+/// along the beam's chord through it.
 BeamPowers add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
-                     const std::vector<Coefficients>& coefficients, const ObjectProblem& problem,
-                     const std::vector<Beam>& beams, std::vector<double>& load);
+                     const std::vector<Coefficients>& coefficients, const std::vector<Beam>& beams,
+                     const std::vector<Chord>& chords, std::vector<double>& load);
 
 }  // namespace kappamu::forward::embedded

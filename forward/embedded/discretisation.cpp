@@ -1,5 +1,9 @@
 #include "forward/embedded/discretisation.h"
 
+#include <algorithm>
+
+#include "forward/light_entry.h"
+
 namespace kappamu::forward::embedded {
 
 namespace {
@@ -7,58 +11,127 @@ namespace {
 /// Reached only where slits narrower than a coarse cube hold the cycle up.
 constexpr int most_iterations = 100;
 
-}  // namespace
-
-Discretisation::Discretisation(Octree octree, CutMesh cut, const ObjectMedium& medium, double A)
-    : tree(std::move(octree)),
-      mesh(std::move(cut)),
-      coefficients(cube_coefficients(mesh, tree, medium)),
-      hierarchy(make_hierarchy(mesh, cube_elements(mesh, coefficients, A))) {}
-
-double diffuse_transmittance(const BoundaryConstants& constants) {
-  return constants.eta * constants.eta * (1.0 - constants.r_phi);
+std::vector<std::vector<Coefficients>> coefficients_of(const CutMesh& mesh, const Octree& tree,
+                                                       std::span<const ObjectMedium* const> media) {
+  std::vector<std::vector<Coefficients>> result;
+  for (const ObjectMedium* medium : media) {
+    result.push_back(cube_coefficients(mesh, tree, *medium));
+  }
+  return result;
 }
 
-Answer answer(const Discretisation& d, const ObjectProblem& problem,
-              const BoundaryConstants& constants, double tolerance) {
-  const std::size_t lights = problem.lights.size(), samples = problem.surface.size();
-  const NodeSpace& space = d.hierarchy.space;
-  Answer result;
-  result.balance.resize(lights);
-  std::vector<std::vector<double>> load(lights, std::vector<double>(space.unknowns(), 0.0));
-  // What enters diffusely, E_t, and its share of the boundary condition's q = 4 E_t/(1 − R_φ).
-  std::vector<std::vector<double>> entering(lights);
-  for (std::size_t l = 0; l < lights; ++l) {
-    const BeamPowers beams =
-        add_beams(d.tree, d.mesh, space, d.coefficients, problem, problem.lights[l].beams, load[l]);
-    ObjectBalance& balance = result.balance[l];
-    balance.entering = beams.entering;
-    balance.unscattered = beams.unscattered;
-    balance.absorbed = beams.absorbed;
-    if (problem.lights[l].diffuse.empty()) continue;
-    entering[l] = problem.lights[l].diffuse;
-    std::vector<double> flux(samples);
-    for (std::size_t t = 0; t < samples; ++t) {
-      entering[l][t] *= diffuse_transmittance(constants);
-      flux[t] = 4.0 * entering[l][t] / (1.0 - constants.r_phi) / (2.0 * constants.A);
-      balance.entering += entering[l][t] * problem.surface.area[t];
-    }
-    add_surface_load(d.mesh, space, flux, load[l]);
+bool run_alike(const std::vector<Beam>& one, const std::vector<Beam>& other) {
+  return std::equal(
+      one.begin(), one.end(), other.begin(), other.end(), [](const Beam& a, const Beam& b) {
+        return a.triangle == b.triangle && a.position == b.position && a.direction == b.direction;
+      });
+}
+
+/// What enters diffusely, E_t, per triangle; empty where no diffuse light falls.
+std::vector<double> entering(const ObjectLight& light, const BoundaryConstants& constants) {
+  std::vector<double> result = light.diffuse;
+  for (double& irradiance : result) irradiance *= diffuse_transmittance(constants);
+  return result;
+}
+
+/// The light's share q of the boundary condition, from E_t.
+double boundary_source(double entering, const BoundaryConstants& constants) {
+  return 4.0 * entering / (1.0 - constants.r_phi);
+}
+
+Load load_of(const Discretisation& d, const Channels& channels, std::size_t channel,
+             std::size_t light, ObjectBalance& balance) {
+  const ObjectProblem& problem = channels.problems[channel];
+  const ObjectLight& from = problem.lights[light];
+  Load load{channel, std::vector<double>(d.space().unknowns(), 0.0)};
+  const BeamPowers beams = add_beams(d.tree, d.mesh, d.space(), d.coefficients[channel], from.beams,
+                                     *channels.chords[channel][light], load.power);
+  balance.entering = beams.entering;
+  balance.unscattered = beams.unscattered;
+  balance.absorbed = beams.absorbed;
+  if (from.diffuse.empty()) return load;
+  std::vector<double> flux = entering(from, channels.constants);
+  for (std::size_t t = 0; t < flux.size(); ++t) {
+    balance.entering += flux[t] * problem.surface.area[t];
+    flux[t] = boundary_source(flux[t], channels.constants) / (2.0 * channels.constants.A);
   }
-  result.report = solve(d.hierarchy, load, result.fluence, tolerance, most_iterations);
-  for (std::size_t l = 0; l < lights; ++l) {
-    std::vector<double> exitance = triangle_means(d.mesh, space, result.fluence[l], samples);
-    ObjectBalance& balance = result.balance[l];
-    for (std::size_t t = 0; t < samples; ++t) {
-      if (!entering[l].empty()) {
-        exitance[t] -= 4.0 * entering[l][t] / (1.0 - constants.r_phi);
-      }
-      exitance[t] /= 2.0 * constants.A;
-      if (!entering[l].empty()) exitance[t] += entering[l][t];
-      balance.exiting += exitance[t] * problem.surface.area[t];
+  add_surface_load(d.mesh, d.space(), flux, load.power);
+  return load;
+}
+
+std::vector<double> exitance_of(const Discretisation& d, const ObjectProblem& problem,
+                                const ObjectLight& light, const BoundaryConstants& constants,
+                                const std::vector<double>& fluence) {
+  std::vector<double> exitance = triangle_means(d.mesh, d.space(), fluence, problem.surface.size());
+  const std::vector<double> inward = entering(light, constants);
+  for (std::size_t t = 0; t < exitance.size(); ++t) {
+    if (!inward.empty()) exitance[t] -= boundary_source(inward[t], constants);
+    exitance[t] /= 2.0 * constants.A;
+    if (!inward.empty()) exitance[t] += inward[t];
+  }
+  return exitance;
+}
+
+}  // namespace
+
+Discretisation::Discretisation(Octree octree, CutMesh cut,
+                               std::span<const ObjectMedium* const> media, double A)
+    : tree(std::move(octree)),
+      mesh(std::move(cut)),
+      coefficients(coefficients_of(mesh, tree, media)),
+      levels(make_levels(mesh.cubes, cube_elements(mesh, coefficients, A))) {}
+
+Channels::Channels(std::span<const ObjectProblem> all)
+    : problems(all.begin(), all.end()), constants(boundary_constants(all[0].eta)) {
+  for (const ObjectProblem& problem : problems) {
+    auto& mine = chords.emplace_back();
+    for (std::size_t l = 0; l < problem.lights.size(); ++l) {
+      const std::vector<Beam>& beams = problem.lights[l].beams;
+      const bool known = l < problems[0].lights.size() && chords.size() > 1 &&
+                         run_alike(beams, problems[0].lights[l].beams);
+      mine.push_back(known ? chords[0][l]
+                           : std::make_shared<const std::vector<Chord>>(chords_of(problem, beams)));
     }
-    balance.absorbed += absorbed_power(d.mesh, space, d.coefficients, result.fluence[l]);
-    result.exitance.push_back(std::move(exitance));
+  }
+}
+
+std::vector<const ObjectMedium*> Channels::media() const {
+  std::vector<const ObjectMedium*> result;
+  for (const ObjectProblem& problem : problems) result.push_back(&problem.medium);
+  return result;
+}
+
+std::size_t Channels::lights() const {
+  std::size_t count = 0;
+  for (const ObjectProblem& problem : problems) count += problem.lights.size();
+  return count;
+}
+
+Answers answers(const Discretisation& d, const Channels& channels, LinearSolver& solver) {
+  Answers result;
+  std::vector<Load> loads;
+  for (std::size_t c = 0; c < channels.problems.size(); ++c) {
+    Answer& answer = result.channel.emplace_back();
+    answer.balance.resize(channels.problems[c].lights.size());
+    for (std::size_t l = 0; l < answer.balance.size(); ++l) {
+      loads.push_back(load_of(d, channels, c, l, answer.balance[l]));
+    }
+  }
+  std::vector<std::vector<double>> fluence;
+  result.report = solver.solve(loads, fluence, linear_tolerance, most_iterations);
+  for (std::size_t k = 0; k < loads.size(); ++k) {
+    const std::size_t c = loads[k].channel;
+    const ObjectProblem& problem = channels.problems[c];
+    Answer& answer = result.channel[c];
+    const std::size_t l = answer.exitance.size();
+    answer.exitance.push_back(
+        exitance_of(d, problem, problem.lights[l], channels.constants, fluence[k]));
+    ObjectBalance& balance = answer.balance[l];
+    for (std::size_t t = 0; t < problem.surface.size(); ++t) {
+      balance.exiting += answer.exitance[l][t] * problem.surface.area[t];
+    }
+    balance.absorbed += absorbed_power(d.mesh, d.space(), d.coefficients[c], fluence[k]);
+    answer.fluence.push_back(std::move(fluence[k]));
   }
   return result;
 }

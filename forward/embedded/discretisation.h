@@ -1,25 +1,49 @@
-// One object on one octree: from lights to exitances.
+// One object on one octree, in several media (colour channels) at once: from lights to exitances.
 #pragma once
+
+#include <memory>
+#include <span>
 
 #include "core/optics.h"
 #include "forward/embedded/beams.h"
-#include "forward/embedded/multigrid_cg.h"
+#include "forward/embedded/equations/levels.h"
+#include "forward/embedded/equations/linear_solver.h"
 
 namespace kappamu::forward::embedded {
 
 struct Discretisation {
   Octree tree;
   CutMesh mesh;
-  std::vector<Coefficients> coefficients;  ///< per cube
-  Hierarchy hierarchy;
+  std::vector<std::vector<Coefficients>> coefficients;  ///< [channel][cube]
+  Levels levels;
 
-  Discretisation(Octree octree, CutMesh cut, const ObjectMedium& medium, double A);
+  /// One channel per medium.
+  Discretisation(Octree octree, CutMesh cut, std::span<const ObjectMedium* const> media, double A);
+  const NodeSpace& space() const { return levels.space(); }
 };
 
+/// Problems that differ in medium and lights alone, one per channel, with the chords of their
+/// beams.
+struct Channels {
+  std::vector<ObjectProblem> problems;
+  BoundaryConstants constants;
+  /// [channel][light]; channels whose beams run alike share them.
+  std::vector<std::vector<std::shared_ptr<const std::vector<Chord>>>> chords;
+
+  explicit Channels(std::span<const ObjectProblem> problems);
+  std::vector<const ObjectMedium*> media() const;
+  std::size_t lights() const;  ///< of all channels together
+};
+
+/// Of one channel.
 struct Answer {
   std::vector<std::vector<double>> fluence;   ///< [light][unknown]
   std::vector<std::vector<double>> exitance;  ///< [light][triangle]
   std::vector<ObjectBalance> balance;
+};
+
+struct Answers {
+  std::vector<Answer> channel;
   CgReport report;
 };
 
@@ -27,10 +51,7 @@ struct Answer {
 /// balance whatever it is.
 inline constexpr double linear_tolerance = 1e-6;
 
-Answer answer(const Discretisation& discretisation, const ObjectProblem& problem,
-              const BoundaryConstants& constants, double tolerance = linear_tolerance);
-
-/// Of diffuse light from outside, the share that enters: η² (1 − R_φ), by reciprocity.
-double diffuse_transmittance(const BoundaryConstants& constants);
+Answers answers(const Discretisation& discretisation, const Channels& channels,
+                LinearSolver& solver);
 
 }  // namespace kappamu::forward::embedded

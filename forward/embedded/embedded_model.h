@@ -11,6 +11,11 @@ class EmbeddedModel : public ObjectModel {
  public:
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override;
+  /// One octree, one set of cut cubes and one hierarchy for all channels, refined until each is
+  /// within the tolerance.
+  std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
+                                           const ObjectOptions& options,
+                                           Progress& progress) override;
 };
 
 }  // namespace kappamu::forward

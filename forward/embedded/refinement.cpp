@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "forward/embedded/equations/row_ranges.h"
+
 namespace kappamu::forward::embedded {
 
 namespace {
@@ -21,6 +23,22 @@ Eigen::Vector3d mean_gradient(const std::array<double, 8>& values, double h) {
     }
   }
   return gradient;
+}
+
+/// ∫ κ |∇φ − mean ∇φ|² dV over the cubes [begin, end).
+double gradient_variation(const Discretisation& d, std::size_t channel,
+                          const std::vector<double>& field, std::size_t begin, std::size_t end) {
+  double weight = 0.0, squares = 0.0;
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t k = begin; k < end; ++k) {
+    const double h = d.mesh.h(k);
+    const double share = d.coefficients[channel][k].kappa * h * h * h * d.mesh.fraction(k);
+    const Eigen::Vector3d gradient = mean_gradient(corner_values(d.space(), k, field), h);
+    weight += share;
+    sum += share * gradient;
+    squares += share * gradient.squaredNorm();
+  }
+  return weight > 0.0 ? std::max(0.0, squares - sum.squaredNorm() / weight) : 0.0;
 }
 
 }  // namespace
@@ -51,37 +69,30 @@ Folds folds(const CutMesh& mesh, const Surface& surface) {
   return found;
 }
 
-Indicator gradient_indicator(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
-                             const std::vector<Coefficients>& coefficients,
-                             const std::vector<std::vector<double>>& fluence) {
+Indicator gradient_indicator(const Discretisation& d, const std::vector<Answer>& channels) {
+  // Cubes of one parent follow each other.
   Indicator result;
-  for (const std::vector<double>& field : fluence) {
-    Indicator mine;
-    double total = 0.0;
-    for (std::size_t k = 0; k < mesh.cubes.size();) {
-      const auto parent_of = [&](std::size_t cube) { return tree.parent(mesh.leaf[cube]); };
-      const int parent = parent_of(k);
-      double weight = 0.0, squares = 0.0;
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      for (; k < mesh.cubes.size() && parent_of(k) == parent; ++k) {
-        const double h = mesh.h(k);
-        const double share = coefficients[k].kappa * h * h * h * mesh.fraction(k);
-        const Eigen::Vector3d gradient = mean_gradient(corner_values(space, k, field), h);
-        weight += share;
-        sum += share * gradient;
-        squares += share * gradient.squaredNorm();
+  std::vector<std::size_t> first;
+  for (std::size_t k = 0; k < d.mesh.cubes.size(); ++k) {
+    const int parent = d.tree.parent(d.mesh.leaf[k]);
+    if (!result.node.empty() && result.node.back() == parent) continue;
+    result.node.push_back(parent);
+    first.push_back(k);
+  }
+  first.push_back(d.mesh.cubes.size());
+  result.value.assign(result.node.size(), 0.0);
+  std::vector<double> mine(result.node.size());
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    for (const std::vector<double>& field : channels[c].fluence) {
+      for_row_ranges(mine.size(), [&](std::size_t begin, std::size_t end) {
+        for (std::size_t n = begin; n < end; ++n) {
+          mine[n] = gradient_variation(d, c, field, first[n], first[n + 1]);
+        }
+      });
+      const double total = std::accumulate(mine.begin(), mine.end(), 0.0);
+      for (std::size_t n = 0; n < mine.size() && total > 0.0; ++n) {
+        result.value[n] += mine[n] / total;
       }
-      mine.node.push_back(parent);
-      mine.value.push_back(weight > 0.0 ? std::max(0.0, squares - sum.squaredNorm() / weight)
-                                        : 0.0);
-      total += mine.value.back();
-    }
-    if (result.node.empty()) {
-      result.node = mine.node;
-      result.value.assign(mine.node.size(), 0.0);
-    }
-    for (std::size_t i = 0; i < mine.value.size() && total > 0.0; ++i) {
-      result.value[i] += mine.value[i] / total;
     }
   }
   return result;

@@ -2,7 +2,7 @@
 // fluence changes most.
 #pragma once
 
-#include "forward/embedded/fields.h"
+#include "forward/embedded/discretisation.h"
 
 namespace kappamu::forward::embedded {
 
@@ -19,10 +19,9 @@ struct Indicator {
   std::vector<double> value;  ///< dimensionless
 };
 /// Energy ∫ κ |∇φ − mean ∇φ|² of the gradient's variation among the children of each cube, summed
-/// over lights, each relative to its light's sum.
-Indicator gradient_indicator(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
-                             const std::vector<Coefficients>& coefficients,
-                             const std::vector<std::vector<double>>& fluence);
+/// over channels and lights, each relative to its light's sum.
+Indicator gradient_indicator(const Discretisation& discretisation,
+                             const std::vector<Answer>& channels);
 
 /// The fewest nodes that hold `share` of the indicator's sum (Dörfler 1996).
 std::vector<int> largest(const Indicator& indicator, double share);

@@ -25,14 +25,12 @@ LayeredMedium halved_slices(LayeredMedium medium) {
 /// All trials on one grid.
 class Level {
  public:
-  Level(const std::vector<Problem>& ladder, int level, const ModelSearchOptions& options)
+  Level(const GridLevels& levels, int level, const ModelSearchOptions& options)
       : options_(options),
         level_(level),
         model_error_(level == 0 ? options.model_error : options.coarse_model_error),
-        objective_(ladder[static_cast<std::size_t>(level)], options.backend) {
-    if (!options.correct_grid) return;
-    const Problem* finer = level > 0 ? &ladder[static_cast<std::size_t>(level) - 1] : nullptr;
-    refinement_ = finer ? Refinement{finer->setup, finer->irradiance} : refine(ladder[0]);
+        objective_(levels[level], options.backend) {
+    if (options.correct_grid) refinement_ = levels.refinement(level);
   }
 
   int depth() const {
@@ -113,20 +111,18 @@ std::string name_of(int layers) {
 
 class Search {
  public:
-  Search(const std::vector<Problem>& ladder, double kappa, double mu,
-         const std::vector<double>& correction, const ModelSearchOptions& options,
-         const std::function<void(const std::string&)>& tell)
-      : ladder_(ladder),
+  Search(const GridLevels& levels, double kappa, double mu, const std::vector<double>& correction,
+         const ModelSearchOptions& options, const std::function<void(const std::string&)>& tell)
+      : levels_(levels),
         correction_(correction),
         options_(options),
         tell_(tell),
         best_{{0}, {std::log(kappa)}, {std::log(mu)}} {}
 
   ModelSearch run() {
-    const int coarsest = static_cast<int>(ladder_.size()) - 1;
-    for (int level = coarsest; level >= 0; --level) {
-      Level grid(ladder_, level, options_);
-      if (level == coarsest) grid.set_correction(best_, correction_);
+    for (int level = levels_.coarsest(); level >= 0; --level) {
+      Level grid(levels_, level, options_);
+      if (level == levels_.coarsest()) grid.set_correction(best_, correction_);
       const bool plausible = level > 0 ? screen(grid) : decide(grid);
       search_.solves.add(grid.solves());
       if (!plausible) break;
@@ -187,7 +183,7 @@ class Search {
     return fit;
   }
 
-  const std::vector<Problem>& ladder_;
+  const GridLevels& levels_;
   const std::vector<double>& correction_;
   const ModelSearchOptions& options_;
   const std::function<void(const std::string&)>& tell_;
@@ -197,11 +193,11 @@ class Search {
 
 }  // namespace
 
-ModelSearch search_simple_models(const std::vector<Problem>& ladder, double kappa, double mu,
+ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
                                  const std::vector<double>& correction,
                                  const ModelSearchOptions& options,
                                  const std::function<void(const std::string&)>& tell) {
-  return Search(ladder, kappa, mu, correction, options, tell).run();
+  return Search(levels, kappa, mu, correction, options, tell).run();
 }
 
 }  // namespace kappamu::inverse

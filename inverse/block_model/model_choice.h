@@ -10,6 +10,7 @@
 
 #include "inverse/block_model/block_model.h"
 #include "inverse/block_model/model_layers.h"
+#include "inverse/problem/grid_levels.h"
 #include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
@@ -42,11 +43,10 @@ struct ModelSearchOptions {
   Backend backend;
 };
 
-/// `ladder`: grids, finest first. `kappa` [mm] and `mu` [1/mm] are where to start, `correction` is
-/// r there on the coarsest. A model that the coarse grids reject is not tried on the finer ones,
-/// nor fitted to the end on them, unless it is asked for. `tell` is called before each trial with
-/// what is tried.
-ModelSearch search_simple_models(const std::vector<Problem>& ladder, double kappa, double mu,
+/// `kappa` [mm] and `mu` [1/mm] are where to start, `correction` is r there on the coarsest grid. A
+/// model that the coarse grids reject is not tried on the finer ones, nor fitted to the end there,
+/// unless it is asked for. `tell` is called before each trial with what is tried.
+ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
                                  const std::vector<double>& correction,
                                  const ModelSearchOptions& options,
                                  const std::function<void(const std::string&)>& tell);

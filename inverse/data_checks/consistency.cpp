@@ -62,11 +62,16 @@ ExposureFit fit_with_eta(const Grid& grid, double eta, const LayeredMedium& star
   return fit;
 }
 
-/// The axes of a face's arrays [v][u] (docs/conventions.md).
-const char* axis_name(Face face, bool along_u) {
-  const int axis = axis_of(face);
-  if (along_u) return axis == 0 ? "y" : "x";
-  return axis == 2 ? "y" : "z";
+/// The axes along u and v of a face's arrays [v][u] (docs/conventions.md).
+std::array<char, 2> array_axes(Face face) {
+  switch (axis_of(face)) {
+    case 0:
+      return {'y', 'z'};
+    case 1:
+      return {'x', 'z'};
+    default:
+      return {'x', 'y'};
+  }
 }
 
 std::string scale_sentence(const Consistency& c) {
@@ -86,17 +91,17 @@ std::string scale_sentence(const Consistency& c) {
 
 std::string shift_sentence(const Consistency& c, const Problem& problem) {
   std::string towards;
-  const auto part = [&](double shift, bool along_u) {
+  const auto part = [&](double shift, char axis) {
     if (std::abs(shift) < 0.5 * c.shift_limit) return;
     std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%s%.1f voxels (%.2f mm) towards %c%s",
+    std::snprintf(text.data(), text.size(), "%s%.1f voxels (%.2f mm) towards %c%c",
                   towards.empty() ? "" : " and ", std::abs(shift),
-                  std::abs(shift) * problem.setup.shape.voxel_mm, shift > 0.0 ? '+' : '-',
-                  axis_name(problem.seen_face, along_u));
+                  std::abs(shift) * problem.setup.shape.voxel_mm, shift > 0.0 ? '+' : '-', axis);
     towards += text.data();
   };
-  part(c.shift_u.value, true);
-  part(c.shift_v.value, false);
+  const auto [u, v] = array_axes(problem.seen_face);
+  part(c.shift_u.value, u);
+  part(c.shift_v.value, v);
   return "The images sit " + towards +
          " of where the light would put them: check the sample pose, the projector's calibration "
          "and that irradiance and values are of the same patterns, in the same order.";

@@ -1,19 +1,19 @@
-// The fit of one channel as it runs: what fit.cpp (steps), fit_path.cpp (grids and weights),
-// fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of it) share.
+// The fit of one channel as it runs: what fit.cpp (steps), fit_path.cpp (from one weight or grid to
+// the next), fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of it) share.
 #pragma once
 
-#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "core/progress.h"
 #include "inverse/fit/checkpoint.h"
 #include "inverse/fit/fit.h"
 #include "inverse/fit/fit_function.h"
 #include "inverse/fit/fit_state.h"
+#include "inverse/fit/regularisation_path.h"
 #include "inverse/optimise/basis.h"
+#include "inverse/problem/grid_levels.h"
 #include "inverse/problem/objective.h"
 #include "inverse/problem/problem.h"
 
@@ -30,6 +30,8 @@ class ChannelRun {
 
  private:
   using Clock = std::chrono::steady_clock;
+  /// What ended the steps at one weight.
+  enum class StepsEnd { minimum, stage_steps };
 
   void open_level();
   void set_basis();
@@ -42,31 +44,17 @@ class ChannelRun {
   void begin();
   bool settle_for_simple_model();
   void begin_continued(const Continuation& continued);
-  void begin_stage();
-  void iterate_stage();
-  void end_stage();
-  double first_weight(double chi2) const;
-  void finish_level();
-  void finish_path();
-  void conclude();
+  void begin_weight();
+  StepsEnd minimise();
+  void follow_path(StepsEnd end);
+  void refine();
+  void conclude(StepsEnd end);
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);
   ChannelFit result();
 
   double seconds() const {
     return state_.seconds + std::chrono::duration<double>(Clock::now() - start_).count();
-  }
-  Refinement refinement() const {
-    const auto level = static_cast<std::size_t>(state_.level);
-    if (state_.level == 0) return refine(ladder_[0]);
-    return {ladder_[level - 1].setup, ladder_[level - 1].irradiance};
-  }
-  /// Whether the first weight on the finest grid is the fit's last.
-  bool only_weight() const { return options_.path.weight.has_value() && !context_.interim; }
-  double stage_tolerance() const {
-    return state_.last_stage
-               ? std::min(options_.path.stage_tolerance, options_.path.final_tolerance)
-               : options_.path.stage_tolerance;
   }
   /// The regulariser of the grid that is fitted.
   Regulariser regulariser() const;
@@ -85,10 +73,11 @@ class ChannelRun {
   std::string stage_name_;
   CheckpointOrigin origin_;
   double per_value_;
-  std::vector<Problem> ladder_;
+  GridLevels levels_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_save_ = Clock::now();
   FitState state_;
+  RegularisationPath path_{options_.path, context_, state_.path};
   std::unique_ptr<Objective> objective_;
   std::unique_ptr<Basis> basis_;
   std::unique_ptr<FitFunction> function_;

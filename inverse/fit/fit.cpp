@@ -31,7 +31,7 @@ void ChannelRun::save() {
 }
 
 void ChannelRun::record() {
-  state_.report.history.push_back({state_.level, state_.weight, state_.stage_steps,
+  state_.report.history.push_back({state_.level, state_.path.weight, state_.stage_steps,
                                    objective_->solves(), state_.optimiser.value, state_.chi2,
                                    state_.roughness, seconds()});
   if (observer_) {
@@ -39,11 +39,11 @@ void ChannelRun::record() {
               basis_->to_fields(state_.optimiser.z));
   }
   // Each grid costs eight times the next coarser one: progress counts grids, then weights.
-  const double levels = static_cast<double>(ladder_.size());
+  const double levels = levels_.count();
   const double done = levels - 1.0 - state_.level;
   char detail[128];
   std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d",
-                static_cast<int>(done) + 1, static_cast<int>(levels), state_.weight, state_.chi2,
+                static_cast<int>(done) + 1, levels_.count(), state_.path.weight, state_.chi2,
                 state_.stage_steps);
   const double reach = 1.0 / std::max(1.0, std::sqrt(state_.chi2 / options_.path.target_chi2));
   progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
@@ -54,15 +54,15 @@ void ChannelRun::set_basis() {
   const Problem& problem = objective_->problem();
   const double depth = thickness();
   const Regulariser regulariser = this->regulariser();
-  const double metric = metric_weight(regulariser, state_.weight, problem.setup.shape, depth,
+  const double metric = metric_weight(regulariser, state_.path.weight, problem.setup.shape, depth,
                                       state_.report.homogeneous_kappa);
   basis_ = std::make_unique<Basis>(
       problem.setup.shape,
       BasisOptions{options_.solver.coordinates, axis_of(problem.setup.lit_face), depth,
                    options_.solver.smooth_length * depth, metric},
       state_.blocks);
-  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor(), state_.weight,
-                                            regulariser, state_.fields);
+  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor(),
+                                            state_.path.weight, regulariser, state_.fields);
 }
 
 /// On the finest grid, from another fit's volume, one step of the path above where it ended.
@@ -74,14 +74,12 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
   state_.fields = to_fields(continued.medium);
   refresh_correction();
-  state_.last_stage = only_weight();
-  state_.weight = options_.path.weight.value_or(
-      std::max(options_.path.last_weight, continued.weight / options_.path.weight_factor));
+  path_.start_from(continued.weight);
 }
 
 void ChannelRun::begin() {
   if (context_.continued) return begin_continued(*context_.continued);
-  state_.level = static_cast<int>(ladder_.size()) - 1;
+  state_.level = levels_.coarsest();
   open_level();
   HomogeneousFit start;
   try {
@@ -97,9 +95,9 @@ void ChannelRun::begin() {
     return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
   };
   if (options_.path.correct_grid) {
-    objective_->refresh_correction(refinement(), fields());
+    objective_->refresh_correction(levels_.refinement(state_.level), fields());
     start = refit_homogeneous(*objective_, start);
-    objective_->refresh_correction(refinement(), fields());
+    objective_->refresh_correction(levels_.refinement(state_.level), fields());
   }
   state_.correction = objective_->correction();
   state_.report.homogeneous_kappa = start.kappa;
@@ -108,9 +106,9 @@ void ChannelRun::begin() {
   if (!start.converged) {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
-  state_.report.consistency = check_consistency(ladder_[0], start.kappa, start.mu,
+  state_.report.consistency = check_consistency(levels_[0], start.kappa, start.mu,
                                                 options_.data.model_error, options_.solver.backend);
-  for (const std::string& sentence : warnings_of(state_.report.consistency, ladder_[0])) {
+  for (const std::string& sentence : warnings_of(state_.report.consistency, levels_[0])) {
     warn(sentence);
   }
   SolveCount solves = objective_->solves();
@@ -119,16 +117,15 @@ void ChannelRun::begin() {
   if (settle_for_simple_model()) return;
   state_.fields = fields();
   objective_->value(state_.fields);
-  state_.last_stage = state_.level == 0 && only_weight();
-  state_.weight = first_weight(objective_->chi2_per_value());
+  path_.start(objective_->chi2_per_value(), state_.level);
 }
 
-void ChannelRun::begin_stage() {
+void ChannelRun::begin_weight() {
   if (options_.solver.coordinates == Coordinates::informed) {
     // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
     // block, and a poor metric costs more steps than these solves.
     objective_->value(state_.fields);
-    state_.blocks = estimate_lateral_blocks(*objective_, axis_of(ladder_[0].setup.lit_face),
+    state_.blocks = estimate_lateral_blocks(*objective_, axis_of(levels_[0].setup.lit_face),
                                             options_.solver.metric_probes, options_.solver.seed);
   }
   const std::unique_ptr<Basis> basis_before = std::move(basis_);
@@ -140,25 +137,20 @@ void ChannelRun::begin_stage() {
           [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
   state_.roughness = function_->last_roughness();
   state_.chi2 = objective_->chi2_per_value();
-  state_.begun_chi2 = state_.chi2;
+  state_.path.begun_chi2 = state_.chi2;
   if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
   }
   state_.stage_steps = 0;
   state_.small_decreases = 0;
-  state_.in_stage = true;
   record();
   save();
 }
 
-void ChannelRun::iterate_stage() {
-  state_.ran_out = false;
+ChannelRun::StepsEnd ChannelRun::minimise() {
   // Two in a row: a single short step is often followed by a long one.
   while (state_.small_decreases < 2) {
-    if (state_.stage_steps >= options_.path.stage_steps) {
-      state_.ran_out = true;
-      break;
-    }
+    if (state_.stage_steps >= options_.path.stage_steps) return StepsEnd::stage_steps;
     const double before = state_.optimiser.value;
     const StepOutcome outcome = step(*function_, state_.optimiser, options_.solver.optimiser);
     if (outcome == StepOutcome::stalled) break;
@@ -166,7 +158,7 @@ void ChannelRun::iterate_stage() {
     state_.roughness = function_->last_roughness();
     state_.chi2 = objective_->chi2_per_value();
     const double after = state_.optimiser.value;
-    const bool small = before - after < stage_tolerance() * after;
+    const bool small = before - after < path_.tolerance() * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
     if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=
@@ -174,16 +166,16 @@ void ChannelRun::iterate_stage() {
       save();
     }
   }
+  return StepsEnd::minimum;
 }
 
 ChannelFit ChannelRun::run() {
   const bool resumed = resume();
-  if (!resumed) begin();
-  while (!state_.finished) {
-    if (!state_.in_stage) begin_stage();
-    iterate_stage();
-    end_stage();
+  if (!resumed) {
+    begin();
+    if (state_.path.phase != FitPhase::finished) begin_weight();
   }
+  while (state_.path.phase != FitPhase::finished) follow_path(minimise());
   ChannelFit fit = result();
   fit.report.resumed = resumed;
   return fit;

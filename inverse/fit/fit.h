@@ -110,7 +110,7 @@ struct Continuation {
 struct FitContext {
   /// Start from this volume, on the finest grid, instead of the homogeneous block.
   std::optional<Continuation> continued;
-  /// Another fit goes on from this one (judged_fit.h): the path alone, and no words on its volumes.
+  /// Another fit goes on from this one (validated_fit.h): the path alone, no words on its volumes.
   bool interim = false;
 };
 

@@ -24,14 +24,14 @@ std::string capitalised(std::string sentence) {
   return sentence;
 }
 
-/// Why the model of `accepted` was taken, or none.
-std::string reason_of(const ModelSearch& search, bool asked) {
+/// Why the model of `accepted` was taken, or none; the user asked for `asked`.
+std::string reason_of(const ModelSearch& search, Model asked) {
   if (search.accepted && search.accepted->trial.rejected) {
     return capitalised(described(search.accepted->trial)) +
            " was asked for, but does not explain the data to their noise: expect structure that "
            "this volume does not have.";
   }
-  if (asked) return "Asked for; it explains the data to their noise.";
+  if (asked != Model::automatic) return "Asked for; it explains the data to their noise.";
   if (search.accepted && search.accepted->medium.layers() == 1) {
     return capitalised(described(search.accepted->trial)) +
            " explains the data to their noise; more unknowns would only fit that.";
@@ -72,11 +72,11 @@ bool ChannelRun::settle_for_simple_model() {
   options.coarse_model_error = options_.data.coarse_model_error;
   options.backend = options_.solver.backend;
   ModelSearch search = search_simple_models(
-      ladder_, state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
+      levels_, state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
       objective_->correction(), options,
       [&](const std::string& what) { progress_.update(stage_name_, 0.0, "trying " + what); });
   choice.trials = search.trials;
-  choice.reason = reason_of(search, options_.path.model != Model::automatic);
+  choice.reason = reason_of(search, options_.path.model);
   SolveCount solves = objective_->solves();
   solves.add(search.solves);
   if (!search.accepted) {
@@ -92,13 +92,13 @@ bool ChannelRun::settle_for_simple_model() {
   objective_->restore(accepted.correction, solves);
   state_.correction = accepted.correction;
   state_.fields = std::move(accepted.fields);
-  state_.weight = 0.0;
-  state_.last_chi2 = accepted.trial.chi2_per_value;
-  state_.report.history.push_back({0, 0.0, 0, solves,
-                                   0.5 * state_.last_chi2 * static_cast<double>(ladder_[0].used()),
-                                   state_.last_chi2, 0.0, seconds()});
+  state_.path.weight = 0.0;
+  state_.path.last_chi2 = accepted.trial.chi2_per_value;
+  state_.report.history.push_back(
+      {0, 0.0, 0, solves, 0.5 * state_.path.last_chi2 * static_cast<double>(levels_[0].used()),
+       state_.path.last_chi2, 0.0, seconds()});
   if (observer_) {
-    observer_(state_.report.history.back(), ladder_[0].setup.shape, state_.fields);
+    observer_(state_.report.history.back(), levels_[0].setup.shape, state_.fields);
   }
   conclude_simple(accepted.trial);
   return true;

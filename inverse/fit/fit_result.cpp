@@ -32,11 +32,11 @@ std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_v
 }
 
 /// How and why the fit ended, once the finest grid is done.
-void ChannelRun::conclude() {
-  const double chi2 = state_.last_chi2;
+void ChannelRun::conclude(StepsEnd end) {
+  const double chi2 = state_.path.last_chi2;
   FitReport& report = state_.report;
   char sentence[200];
-  if (state_.ran_out) {
+  if (end == StepsEnd::stage_steps) {
     report.status = FitStatus::ran_out;
     std::snprintf(sentence, sizeof sentence,
                   "Stopped after %d steps at one weight, at chi2 per value %.3g.",
@@ -45,8 +45,7 @@ void ChannelRun::conclude() {
     report.status = FitStatus::converged;
     std::snprintf(sentence, sizeof sentence, "Converged at chi2 per value %.3g.", chi2);
   } else {
-    const bool lowest = !state_.stagnated &&
-                        state_.weight * options_.path.weight_factor < options_.path.last_weight;
+    const bool lowest = path_.at_lowest_weight();
     report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
     std::snprintf(sentence, sizeof sentence, "%s at chi2 per value %.3g.",
                   lowest ? "The lowest weight was reached"
@@ -60,8 +59,8 @@ void ChannelRun::conclude() {
 void ChannelRun::finish(double chi2) {
   FitReport& report = state_.report;
   report.chi2_per_value = chi2;
-  report.weight = state_.weight;
-  state_.finished = true;
+  report.weight = state_.path.weight;
+  state_.path.phase = FitPhase::finished;
   state_.optimiser = OptimiserState{};
   state_.blocks.clear();
   save();
@@ -69,7 +68,7 @@ void ChannelRun::finish(double chi2) {
 
 ChannelFit ChannelRun::result() {
   const CoefficientPair& fields = state_.fields;
-  const GridShape& shape = ladder_[0].setup.shape;
+  const GridShape& shape = levels_[0].setup.shape;
   objective_->value(fields);
   ChannelFit fit;
   fit.medium = to_medium(fields, shape);
@@ -91,17 +90,17 @@ ChannelFit ChannelRun::result() {
   }
   // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). [W]'s
   // regulariser leaves μ without a prior.
-  if (options_.uncertainty.samples > 0 && state_.weight > 0.0 &&
+  if (options_.uncertainty.samples > 0 && state_.path.weight > 0.0 &&
       options_.regulariser.kind != RegulariserKind::wang2008) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
-    if (spread_over_edge(regulariser(), state_.weight, shape, thickness()) > 1.0) {
+    if (spread_over_edge(regulariser(), state_.path.weight, shape, thickness()) > 1.0) {
       warn(
           "Standard deviations under huber-tv are too small here, by up to half: without edges "
           "neighbouring voxels would differ by more than --edge-slope allows; fit with a larger "
           "one or with h1 to know them.");
     }
     const Anchor anchor = this->anchor();
-    const Prior prior{state_.weight, state_.weight, thickness(), anchor.length_mm,
+    const Prior prior{state_.path.weight, state_.path.weight, thickness(), anchor.length_mm,
                       roughness(shape, thickness(), fields, anchor, regulariser()).diffusivity};
     fit.uncertainty =
         estimate_uncertainty(*objective_, prior, fitted_roughness(shape, prior, fields, anchor),
@@ -110,7 +109,7 @@ ChannelFit ChannelRun::result() {
   fit.simpler = state_.simpler;
   fit.report = state_.report;
   fit.report.backend = objective_->backend_name();
-  fit.report.data = ladder_[0].used();
+  fit.report.data = levels_[0].used();
   fit.report.solves = objective_->solves();
   fit.report.seconds = seconds();
   return fit;

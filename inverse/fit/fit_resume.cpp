@@ -70,19 +70,21 @@ void require_possible(const SolveCount& s) {
 /// `state` without reading or writing beyond an array. A checksum is no guard against intent.
 void ChannelRun::require_possible(const FitState& state) const {
   using inverse::require_possible;
-  const int levels = static_cast<int>(ladder_.size());
+  const int levels = levels_.count();
   require(state.level >= 0 && state.level < levels);
-  const Problem& problem = ladder_[static_cast<std::size_t>(state.level)];
+  const Problem& problem = levels_[state.level];
   const GridShape& shape = problem.setup.shape;
   const int axis = axis_of(problem.setup.lit_face);
 
   // It is saved within a weight or at the end.
-  require(state.in_stage != state.finished);
-  require(!state.finished || state.level == 0);
+  const bool finished = state.path.phase == FitPhase::finished;
+  const bool descends =
+      state.path.phase == FitPhase::descending || state.path.phase == FitPhase::descending_again;
+  require(descends || state.level == 0);
   require(state.stage_steps >= 0 && state.stage_steps <= options_.path.stage_steps);
   require(state.small_decreases >= 0 && state.small_decreases <= 2);
-  for (const double x : {state.begun_chi2, state.last_chi2, state.seconds, state.weight,
-                         state.roughness, state.chi2}) {
+  for (const double x : {state.path.begun_chi2, state.path.last_chi2, state.path.weight,
+                         state.seconds, state.roughness, state.chi2}) {
     require(std::isfinite(x));
   }
   require(has(state.fields, shape.cells()) && has(state.correction, problem.data.size()));
@@ -97,15 +99,15 @@ void ChannelRun::require_possible(const FitState& state) const {
     require(r.level >= 0 && r.level < levels);
     require_possible(r.solves);
   }
-  const int depth = ladder_[0].setup.shape.extent(axis);
+  const int depth = levels_[0].setup.shape.extent(axis);
   require(report.model.layers >= 0 && report.model.layers <= depth);
   for (const ModelTrial& t : report.model.trials) {
     require(t.level >= 0 && t.level < levels && t.layers >= 0 && t.layers <= depth);
   }
   for (const LayeredMedium& medium : state.simpler) require_possible(medium, depth);
 
-  require(state.weight >= 0.0);
-  if (state.finished) {
+  require(state.path.weight >= 0.0);
+  if (finished) {
     require(state.optimiser.z.empty() && state.blocks.empty());
     return;
   }
@@ -125,7 +127,7 @@ bool ChannelRun::become(FitState state) {
   open_level();
   objective_->restore(state_.correction, state_.solves);
   // What was solved last is solved anew and not counted: what comes next finds it at hand.
-  if (state_.in_stage) {
+  if (state_.path.phase != FitPhase::finished) {
     try {
       set_basis();
     } catch (const InternalError&) {

@@ -123,8 +123,10 @@ void read(ByteReader& in, FitReport& report) {
 std::vector<std::byte> FitState::bytes() const {
   ByteWriter out;
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
-  for (const bool b : {in_stage, finished, ran_out, repeated, stagnated, last_stage}) out.put(b);
-  for (const double x : {begun_chi2, last_chi2, seconds, weight, roughness, chi2}) out.put(x);
+  out.put(path.phase);
+  for (const double x : {path.weight, path.begun_chi2, path.last_chi2}) out.put(x);
+  out.put(path.stagnated);
+  for (const double x : {seconds, roughness, chi2}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
   out.put<std::uint64_t>(blocks.size());
@@ -149,14 +151,11 @@ FitState FitState::from(std::span<const std::byte> bytes) {
   ByteReader in(bytes);
   FitState state;
   for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
-  for (bool* b : {&state.in_stage, &state.finished, &state.ran_out, &state.repeated,
-                  &state.stagnated, &state.last_stage}) {
-    in.get(*b);
-  }
-  for (double* x : {&state.begun_chi2, &state.last_chi2, &state.seconds, &state.weight,
-                    &state.roughness, &state.chi2}) {
-    in.get(*x);
-  }
+  PathPosition& path = state.path;
+  in.get(path.phase, FitPhase::finished);
+  for (double* x : {&path.weight, &path.begun_chi2, &path.last_chi2}) in.get(*x);
+  in.get(path.stagnated);
+  for (double* x : {&state.seconds, &state.roughness, &state.chi2}) in.get(*x);
   in.get(state.fields.log_kappa);
   in.get(state.fields.log_mu);
   std::uint64_t count = 0;

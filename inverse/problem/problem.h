@@ -1,5 +1,5 @@
-// The data of one channel as the fit sees them on one grid of its coarse-to-fine ladder: exitance,
-// weights, light. Made from SurfaceMeasurements, then restricted level by level.
+// The data of one channel as the fit sees them on one grid: exitance, weights, light. Made from
+// SurfaceMeasurements, then restricted level by level.
 #pragma once
 
 #include <cstddef>

@@ -71,7 +71,14 @@ void copy_codes(const std::byte* from, std::size_t pixels, std::size_t stored, s
 
 }  // namespace
 
-Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected) {
+namespace {
+
+struct Codes {
+  Image<std::uint16_t> image;
+  int bits = 8;  ///< of each code in the file, 8 or 16
+};
+
+Codes read_codes(const fs::path& file, const SizeCheck& expected) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
@@ -111,6 +118,21 @@ Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expe
          &image(0, first));
   });
   if (!whole) fail("truncated or damaged " + name + " image; copy or photograph it again");
+  return {std::move(image), spec.format == OIIO::TypeUInt8 ? 8 : 16};
+}
+
+}  // namespace
+
+Image<std::uint16_t> read_code_image(const fs::path& file, const SizeCheck& expected) {
+  return read_codes(file, expected).image;
+}
+
+Image<float> read_relative_image(const fs::path& file) {
+  const Codes codes = read_codes(file, {});
+  const float white = codes.bits == 16 ? 65535.0F : 255.0F;
+  Image<float> image(codes.image.width(), codes.image.height(), codes.image.channels());
+  std::transform(codes.image.values().begin(), codes.image.values().end(), image.values().begin(),
+                 [&](std::uint16_t code) { return static_cast<float>(code) / white; });
   return image;
 }
 

@@ -19,6 +19,9 @@ namespace kappamu::io {
 Image<std::uint16_t> read_code_image(const std::filesystem::path& file,
                                      const SizeCheck& expected = {});
 
+/// The same over the largest code of the file's 8 or 16 bits: 0 ... 1.
+Image<float> read_relative_image(const std::filesystem::path& file);
+
 /// Linear EXR with channels R, G, B (three channels), or a single channel of any name.
 Image<float> read_float_image(const std::filesystem::path& file, const SizeCheck& expected = {});
 

@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <cstring>
+#include <map>
+#include <string_view>
 
 namespace kappamu::io {
 
@@ -182,6 +184,47 @@ std::optional<ImageSize> jpeg_size(Bytes bytes) {
   return size;
 }
 
+/// Whether OpenEXR's reader of the attribute's type takes exactly the bytes of its value: those of
+/// a fixed size do not look at the length, lists of channels end with an empty name.
+bool has_exr_length(std::string_view type, Bytes value) {
+  static const std::map<std::string_view, std::size_t> sizes{{"box2f", 16},
+                                                             {"box2i", 16},
+                                                             {"chromaticities", 32},
+                                                             {"compression", 1},
+                                                             {"deepImageState", 1},
+                                                             {"double", 8},
+                                                             {"envmap", 1},
+                                                             {"float", 4},
+                                                             {"int", 4},
+                                                             {"keycode", 28},
+                                                             {"lineOrder", 1},
+                                                             {"m33d", 72},
+                                                             {"m33f", 36},
+                                                             {"m44d", 128},
+                                                             {"m44f", 64},
+                                                             {"rational", 8},
+                                                             {"tiledesc", 9},
+                                                             {"timecode", 8},
+                                                             {"v2d", 16},
+                                                             {"v2f", 8},
+                                                             {"v2i", 8},
+                                                             {"v3d", 24},
+                                                             {"v3f", 12},
+                                                             {"v3i", 12}};
+  if (const auto fixed = sizes.find(type); fixed != sizes.end()) {
+    return value.size() == fixed->second;
+  }
+  if (type != "chlist") return true;
+  constexpr std::size_t channel = 16;  // [bytes] behind its name
+  while (!value.empty() && value.front() != std::byte{0}) {
+    const auto end = std::find(value.begin(), value.end(), std::byte{0});
+    const auto name = static_cast<std::size_t>(end - value.begin());
+    if (value.size() < name + 1 + channel) return false;
+    value = value.subspan(name + 1 + channel);
+  }
+  return value.size() == 1;
+}
+
 /// The header is a list of attributes (name, type, size, value) that ends with an empty name; of a
 /// file of several parts there is a list of such lists (OpenEXR file layout).
 bool holds_exr_header(Bytes bytes) {
@@ -189,9 +232,11 @@ bool holds_exr_header(Bytes bytes) {
   constexpr std::size_t entry = 8;              // [bytes]
   if (image_kind(bytes) != ImageKind::exr) return true;
   const bool several_parts = bytes.size() > 5 && (bytes[5] & std::byte{0x10}) != std::byte{0};
-  const auto text_end = [&](std::uint64_t at) {
-    while (at < bytes.size() && bytes[at] != std::byte{0}) ++at;
-    return at;
+  const auto text_at = [&](std::uint64_t at) {
+    const auto end =
+        std::find(bytes.begin() + static_cast<std::ptrdiff_t>(at), bytes.end(), std::byte{0});
+    return std::string_view(reinterpret_cast<const char*>(bytes.data()) + at,
+                            static_cast<std::size_t>(end - bytes.begin()) - at);
   };
   std::int64_t rows = 0;
   for (std::uint64_t at = 8; at + 1 < bytes.size();) {
@@ -199,13 +244,16 @@ bool holds_exr_header(Bytes bytes) {
       if (!several_parts || bytes[++at] == std::byte{0}) break;
       continue;
     }
-    const std::uint64_t type = text_end(at) + 1;
-    const std::uint64_t size = text_end(type) + 1;
+    const std::string_view name = text_at(at);
+    if (at + name.size() + 1 > bytes.size()) return false;
+    const std::string_view type = text_at(at + name.size() + 1);
+    const std::uint64_t size = at + name.size() + 1 + type.size() + 1;
     if (size + 4 > bytes.size()) return false;
     const std::uint64_t value = size + 4;
     const std::uint64_t length = number(bytes, size, 4, false);
     if (value + length > bytes.size()) return false;
-    if (length == 16 && starts_with(bytes.subspan(at), "dataWindow", 11)) {
+    if (!has_exr_length(type, bytes.subspan(value, length))) return false;
+    if (length == 16 && name == "dataWindow") {
       const auto signed_number = [&](std::uint64_t offset) {
         return std::int64_t{static_cast<std::int32_t>(number(bytes, value + offset, 4, false))};
       };

@@ -28,6 +28,20 @@ const char* reader_of(ImageKind kind) {
 
 }  // namespace
 
+std::size_t OiioInput::Memory::read(void* buffer, std::size_t size) {
+  const std::size_t taken = pread(buffer, size, tell());
+  seek(tell() + static_cast<std::int64_t>(taken));
+  return taken;
+}
+
+std::size_t OiioInput::Memory::pread(void* buffer, std::size_t size, std::int64_t offset) {
+  const auto end = static_cast<std::int64_t>(m_buf.size());
+  if (offset < 0 || offset >= end) return 0;
+  const std::size_t taken = std::min(size, static_cast<std::size_t>(end - offset));
+  std::copy_n(m_buf.data() + offset, taken, static_cast<unsigned char*>(buffer));
+  return taken;
+}
+
 OiioInput::OiioInput(const std::filesystem::path& file, std::vector<std::byte>& bytes)
     : memory_(bytes.data(), bytes.size()),
       input_(OIIO::ImageInput::create(reader_of(image_kind(bytes)))) {
@@ -82,6 +96,8 @@ bool OiioInput::read(OIIO::TypeDesc format,
 
 std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
                                         const void* pixels, const std::string& what) {
+  // A task of OpenEXR's own threads whose allocation fails leaves its lines out without a word.
+  [[maybe_unused]] static const bool alone = OIIO::attribute("exr_threads", -1);
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
   OIIO::Filesystem::IOProxy* proxy = &memory;

@@ -6,6 +6,7 @@
 #include <OpenImageIO/imageio.h>
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -32,7 +33,15 @@ class OiioInput {
             const std::function<void(int first, int rows, const std::byte* pixels)>& take);
 
  private:
-  OIIO::Filesystem::IOMemReader memory_;
+  /// OpenImageIO's own reads before and behind the bytes where a file tells it to.
+  class Memory : public OIIO::Filesystem::IOMemReader {
+   public:
+    using IOMemReader::IOMemReader;
+    std::size_t read(void* buffer, std::size_t size) override;
+    std::size_t pread(void* buffer, std::size_t size, std::int64_t offset) override;
+  };
+
+  Memory memory_;
   std::unique_ptr<OIIO::ImageInput> input_;
   bool opened_ = false;
 };

@@ -2,6 +2,7 @@
 //   0 "VOL", 3 version 3, 4 int32 1 (float32), 8 int32 nx ny nz, 20 int32 channels,
 //   24 float32 xmin ymin zmin xmax ymax zmax, 48 float32 data[((z ny + y) nx + x) channels + c].
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <ostream>
 
@@ -50,7 +51,8 @@ std::string volume_xml(const std::string& name, const std::string& file) {
          "      </volume>\n";
 }
 
-/// The block under even light from all around, seen from beyond z+, upright (docs/conventions.md).
+/// The block on a light table before black: an even area light behind z-, seen from beyond z+,
+/// upright (docs/conventions.md).
 std::string scene_xml(const VolumeSet& set, const std::string& suffix) {
   const GridShape& s = set.shape();
   const double size[] = {s.nx * s.voxel_mm, s.ny * s.voxel_mm, s.nz * s.voxel_mm};
@@ -62,7 +64,11 @@ std::string scene_xml(const VolumeSet& set, const std::string& suffix) {
   };
   const double x = size[0] / 2;
   const double y = size[1] / 2;
-  const double distance = 3.0 * std::max({size[0], size[1], size[2]});
+  constexpr double light_table = 0.9;  // of the face: none of its light passes beside the block
+  const double longest = std::max({size[0], size[1], size[2]});
+  const double distance = 3.0 * longest;
+  // The film is 1.33 times the longest edge wide, at the block's distance.
+  const double height = std::round(192.0 * (size[1] + 0.33 * longest) / (1.33 * longest));
   std::string xml =
       "<!-- Scene unit: mm. sigma_t in 1/mm (reduced extinction 1/(3 kappa)), albedo "
       "1 - 3 kappa mu,\n     isotropic phase function by similarity theory. Render with: mitsuba "
@@ -80,14 +86,23 @@ std::string scene_xml(const VolumeSet& set, const std::string& suffix) {
       "\" up=\"0, -1, 0\"/>\n"
       "    </transform>\n"
       "    <film type=\"hdrfilm\">\n"
-      "      <integer name=\"width\" value=\"256\"/>\n"
-      "      <integer name=\"height\" value=\"256\"/>\n"
+      "      <integer name=\"width\" value=\"192\"/>\n"
+      "      <integer name=\"height\" value=\"" +
+      number_text(height) +
+      "\"/>\n"
       "    </film>\n"
       "    <sampler type=\"independent\">\n"
-      "      <integer name=\"sample_count\" value=\"64\"/>\n"
+      "      <integer name=\"sample_count\" value=\"32\"/>\n"
       "    </sampler>\n"
       "  </sensor>\n"
-      "  <emitter type=\"constant\"/>\n"
+      "  <shape type=\"rectangle\">\n"
+      "    <transform name=\"to_world\">\n"
+      "      <scale " +
+      attributes(light_table * x, light_table * y, 1.0) + "/>\n      <translate " +
+      attributes(x, y, -0.25 * size[2]) +
+      "/>\n    </transform>\n"
+      "    <emitter type=\"area\"><rgb name=\"radiance\" value=\"2\"/></emitter>\n"
+      "  </shape>\n"
       "  <shape type=\"cube\">\n"
       "    <transform name=\"to_world\">\n"
       "      <scale " +

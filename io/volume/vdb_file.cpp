@@ -1,7 +1,5 @@
-// The only file that includes OpenVDB.
+// Volumes as OpenVDB files.
 #include <openvdb/io/Archive.h>
-#include <openvdb/io/GridDescriptor.h>
-#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
@@ -9,7 +7,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <set>
@@ -18,6 +15,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/atomic_file.h"
+#include "io/volume/vdb_content.h"
 #include "io/volume/volume_file.h"
 
 namespace kappamu::io {
@@ -41,28 +39,6 @@ class StreamArchive : public openvdb::io::Archive {
     constexpr std::streamoff uuid_offset = 21;
     out.seekp(uuid_offset);
     out << identity;
-  }
-};
-
-/// The size that a file must at least have by its own table of grids. Read before the grids are,
-/// since OpenVDB leaks what it has when a stream ends inside a grid.
-class SizeReader : public openvdb::io::Archive {
- public:
-  std::streamoff least_size(std::istream& in) {
-    readHeader(in);
-    if (!inputHasGridOffsets()) return 0;
-    setFormatVersion(in);
-    setLibraryVersion(in);
-    openvdb::MetaMap().readMeta(in);
-    std::streamoff size = 0;
-    const std::int32_t grids = readGridCount(in);
-    for (std::int32_t i = 0; i < grids; ++i) {
-      openvdb::io::GridDescriptor descriptor;
-      descriptor.read(in);
-      size = std::max<std::streamoff>(size, descriptor.getEndPos());
-      descriptor.seekToEnd(in);
-    }
-    return size;
   }
 };
 
@@ -124,6 +100,30 @@ openvdb::FloatGrid::Ptr make_grid(const std::string& name, const std::string& un
   return grid;
 }
 
+/// Three channels as one grid, as shaders of renderers take them.
+openvdb::Vec3SGrid::Ptr make_colour_grid(const std::string& name, const std::string& unit,
+                                         const std::array<const Volume<double>*, 3>& channels) {
+  const GridShape& shape = channels[0]->shape();
+  auto grid = openvdb::Vec3SGrid::create();
+  grid->setName(name);
+  grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  grid->setTransform(sample_from_index(shape.voxel_mm));
+  grid->insertMeta("units", openvdb::StringMetadata(unit));
+  grid->denseFill(box_of(shape), openvdb::Vec3s(0.0F), true);
+  auto accessor = grid->getAccessor();
+  for (int z = 0; z < shape.nz; ++z) {
+    for (int y = 0; y < shape.ny; ++y) {
+      for (int x = 0; x < shape.nx; ++x) {
+        const auto value = [&](std::size_t c) {
+          return static_cast<float>((*channels[c])(x, y, z));
+        };
+        accessor.setValueOnly(openvdb::Coord(x, y, z), {value(0), value(1), value(2)});
+      }
+    }
+  }
+  return grid;
+}
+
 openvdb::MetaMap file_metadata(const VolumeSet& set) {
   openvdb::MetaMap map;
   const GridShape& shape = set.shape();
@@ -149,15 +149,24 @@ openvdb::GridCPtrVec make_grids(const VolumeSet& set) {
     grids.push_back(make_grid(named.name, named.unit, *named.volume));
   }
   Volume<double> density(set.shape());
+  std::vector<ScatteringVolumes> scattering;
   for (std::size_t c = 0; c < set.channels.size(); ++c) {
-    const ScatteringVolumes scattering = scattering_volumes(set.media[c]);
-    grids.push_back(make_grid("sigma_t_" + set.channels[c], "1/mm", scattering.sigma_t));
-    grids.push_back(make_grid("albedo_" + set.channels[c], "1", scattering.albedo));
+    scattering.push_back(scattering_volumes(set.media[c]));
+    const Volume<double>& sigma_t = scattering.back().sigma_t;
+    grids.push_back(make_grid("sigma_t_" + set.channels[c], "1/mm", sigma_t));
+    grids.push_back(make_grid("albedo_" + set.channels[c], "1", scattering.back().albedo));
     for (std::size_t i = 0; i < density.size(); ++i) {
-      density[i] += scattering.sigma_t[i] / static_cast<double>(set.channels.size());
+      density[i] += sigma_t[i] / static_cast<double>(set.channels.size());
     }
   }
   grids.push_back(make_grid("density", "1/mm", density));
+  if (set.channels == std::vector<std::string>{"R", "G", "B"}) {
+    grids.push_back(
+        make_colour_grid("sigma_t", "1/mm",
+                         {&scattering[0].sigma_t, &scattering[1].sigma_t, &scattering[2].sigma_t}));
+    grids.push_back(make_colour_grid(
+        "color", "1", {&scattering[0].albedo, &scattering[1].albedo, &scattering[2].albedo}));
+  }
   return grids;
 }
 
@@ -165,17 +174,10 @@ openvdb::GridCPtrVec make_grids(const VolumeSet& set) {
 class VdbReader {
  public:
   explicit VdbReader(const fs::path& file) : file_(file) {
-    std::ifstream in(file, std::ios::binary);
     try {
-      // OpenVDB does not look at the stream's state; a truncated file must not pass for zeros.
-      in.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
-      const bool complete =
-          SizeReader().least_size(in) <= static_cast<std::streamoff>(fs::file_size(file));
-      if (!complete) throw std::runtime_error("truncated");
-      in.seekg(0);
-      openvdb::io::Stream stream(in, /*delayLoad=*/false);
-      metadata_ = stream.getMetadata();
-      for (const auto& grid : *stream.getGrids()) {
+      const VdbContent content = read_vdb_content(file);
+      metadata_ = content.metadata;
+      for (const auto& grid : content.grids) {
         if (auto floats = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) {
           grids_[grid->getName()] = floats;
         }

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
+#include "core/error.h"
 #include "device/device_info.h"
 
 #if __has_include(<opencv4/opencv2/core/version.hpp>)
@@ -44,9 +45,13 @@ std::map<std::string, std::string> library_versions() {
 #ifdef CERES_VERSION_STRING
   versions["Ceres"] = CERES_VERSION_STRING;
 #endif
-  for (const device::DeviceInfo& d : device::list_devices()) {
-    versions["OpenCL platform " + d.platform] = d.platform_version;
-    versions["OpenCL driver of " + d.name] = d.driver;
+  try {
+    for (const device::DeviceInfo& d : device::list_devices()) {
+      versions["OpenCL platform " + d.platform] = d.platform_version;
+      versions["OpenCL driver of " + d.name] = d.driver;
+    }
+  } catch (const InputError&) {
+    // OpenCL cannot be used: whoever needs a device is refused with the reason, nobody else.
   }
   return versions;
 }

@@ -43,6 +43,14 @@ FinishedFit::FinishedFit(const fs::path& folder)
   }
 }
 
+const fs::path& FinishedFit::present_input() const {
+  if (fs::exists(input_)) return input_;
+  throw InputError(
+      folder_.string() + ": was fitted to " + input_.string() +
+      ", which is no longer there; say where it is now: kappamu fit INPUT --continue " +
+      folder_.string());
+}
+
 void FinishedFit::set_options(FitStageOptions& options) const {
   try {
     pipeline::set_options(options, options_);

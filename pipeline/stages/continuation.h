@@ -17,7 +17,8 @@ class FinishedFit {
   explicit FinishedFit(const std::filesystem::path& folder);
 
   const std::filesystem::path& folder() const { return folder_; }  ///< of fit.json
-  const std::filesystem::path& input() const { return input_; }    ///< what it was fitted to
+  /// What it was fitted to. Throws InputError when that is no longer there.
+  const std::filesystem::path& present_input() const;
 
   /// Sets every option to what the fit was made with. Throws InputError for a damaged record.
   void set_options(FitStageOptions& options) const;

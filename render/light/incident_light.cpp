@@ -24,7 +24,7 @@ using Beams = std::array<std::vector<forward::Beam>, 3>;  ///< R, G, B
 class Illumination {
  public:
   Illumination(const World& world, std::size_t object, const LightSources& sources,
-               const Environment* environment, std::uint64_t seed)
+               const Environment* environment, std::uint64_t seed, double least_spacing)
       : world_(world),
         object_(world.objects()[object]),
         sources_(sources),
@@ -36,7 +36,7 @@ class Illumination {
     }
     const double free_path = 3.0 * kappa;
     const double size = bounding_box(object_.mesh).sizes().maxCoeff();
-    const double spacing = std::max(0.5 * free_path, size / 256.0);
+    const double spacing = std::max({0.5 * free_path, size / 256.0, least_spacing});
     area_per_beam_ = spacing * spacing;
     const double rays = environment_rays / static_cast<double>(object_.surface.size());
     environment_pairs_ = static_cast<std::uint32_t>(std::clamp(0.5 * rays, 8.0, 512.0));
@@ -135,11 +135,11 @@ Colour Illumination::environment_irradiance(std::size_t triangle) const {
 }  // namespace
 
 IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
-                             const Environment* environment, std::uint64_t seed,
-                             Progress& progress) {
+                             const Environment* environment, std::uint64_t seed, Progress& progress,
+                             double least_spacing_mm) {
   const std::size_t triangles = world.objects()[object].surface.size();
   const std::vector<double>& area = world.objects()[object].surface.area;
-  const Illumination illumination(world, object, sources, environment, seed);
+  const Illumination illumination(world, object, sources, environment, seed, least_spacing_mm);
   IncidentLight light;
   if (environment) {
     for (forward::ObjectLight& channel : light.channels) channel.diffuse.assign(triangles, 0.0);

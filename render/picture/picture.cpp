@@ -68,6 +68,12 @@ double standard_error(const std::vector<Sums>& pixels) {
 
 }  // namespace
 
+double picture_memory(const Film& film) {
+  // Sums, the picture, and its copies in the files' forms.
+  constexpr double bytes_per_pixel = sizeof(Sums) + 12 * sizeof(float);
+  return bytes_per_pixel * film.width * film.height;
+}
+
 Picture render_picture(const Shading& shading, const Camera& camera, const Film& film,
                        std::uint64_t seed, Progress& progress) {
   const LookAt look(camera.position_mm, camera.target_mm, camera.up, camera.fov_deg,

@@ -16,6 +16,9 @@ struct Picture {
                               ///< to their mean luminance
 };
 
+/// What pictures of this size need while they are made [bytes].
+double picture_memory(const Film& film);
+
 Picture render_picture(const Shading& shading, const Camera& camera, const Film& film,
                        std::uint64_t seed, Progress& progress);
 

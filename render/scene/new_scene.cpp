@@ -17,7 +17,7 @@ ordered_json block_object(const std::string& material, const std::filesystem::pa
   const GridShape shape = io::read_volume(io::find_volume(material)).shape();
   const double h = shape.voxel_mm;
   const std::filesystem::path absolute = std::filesystem::absolute(material).lexically_normal();
-  const std::filesystem::path from = std::filesystem::absolute(folder).lexically_normal();
+  const std::filesystem::path from = std::filesystem::absolute(folder / ".").lexically_normal();
   return {
       {"_comment",
        "the measured block, standing on its edge. For another shape write \"mesh\": a file (OBJ, "

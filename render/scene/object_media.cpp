@@ -13,19 +13,8 @@ namespace {
 using Eigen::Affine3d;
 using Eigen::Vector3d;
 
-/// The volume's own box [mm] to the object's frame.
-Affine3d object_from_volume(const VolumeMaterial& material, const Vector3d& volume_box,
-                            const Vector3d& object_box) {
-  const Eigen::Matrix3d turn = turn_matrix(material.turn_deg);
-  Vector3d scale = Vector3d::Ones();
-  if (material.placement == VolumeMaterial::Placement::stretch) {
-    // The turned volume's extents that hold the object's box: |Rᵀ| applied to it.
-    const Vector3d extents = turn.transpose().cwiseAbs() * object_box;
-    scale = extents.cwiseQuotient(volume_box);
-  }
-  Affine3d result = Affine3d::Identity();
-  result.translate(material.offset_mm).rotate(turn).scale(scale).translate(-0.5 * volume_box);
-  return result;
+Vector3d box_of(const GridShape& shape) {
+  return shape.voxel_mm * Vector3d(shape.nx, shape.ny, shape.nz);
 }
 
 Wrap wrap_of(VolumeMaterial::Placement placement) {
@@ -56,33 +45,6 @@ std::array<std::size_t, 3> channel_indices(const io::VolumeSet& set, const std::
   return indices;
 }
 
-ObjectMedia from_volume(const SceneObject& object, const VolumeMaterial& material,
-                        const Vector3d& box) {
-  ObjectMedia media;
-  const std::filesystem::path file = io::find_volume(material.volume);
-  io::VolumeSet set = io::read_volume(file);
-  media.source = file.string();
-  media.eta = set.eta;
-  const GridShape& shape = set.shape();
-  const Vector3d volume_box = shape.voxel_mm * Vector3d(shape.nx, shape.ny, shape.nz);
-  if (material.placement != VolumeMaterial::Placement::stretch && box.maxCoeff() < shape.voxel_mm) {
-    throw InputError("object '" + object.name + "' is smaller than a voxel of " + file.string() +
-                     "; make size_mm larger or write \"placement\": \"stretch\"");
-  }
-  const Affine3d volume_from_object = object_from_volume(material, volume_box, box).inverse();
-  const std::array<std::size_t, 3> indices = channel_indices(set, file.string());
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (c > 0 && indices[c] == indices[0]) {
-      media.channels[c] = media.channels[0];
-      continue;
-    }
-    auto volume = std::make_shared<const Medium>(std::move(set.media[indices[c]]));
-    media.channels[c] = std::make_shared<const ObjectMedium>(std::move(volume), volume_from_object,
-                                                             wrap_of(material.placement));
-  }
-  return media;
-}
-
 ObjectMedia homogeneous(const HomogeneousMaterial& material) {
   ObjectMedia media;
   media.eta = material.eta;
@@ -104,9 +66,50 @@ ObjectMedia homogeneous(const HomogeneousMaterial& material) {
 
 }  // namespace
 
+Affine3d object_from_volume(const VolumeMaterial& material, const GridShape& shape,
+                            const Vector3d& box) {
+  const Vector3d volume_box = box_of(shape);
+  const Eigen::Matrix3d turn = turn_matrix(material.turn_deg);
+  Vector3d scale = Vector3d::Ones();
+  if (material.placement == VolumeMaterial::Placement::stretch) {
+    // The turned volume's extents that hold the object's box: |Rᵀ| applied to it.
+    const Vector3d extents = turn.transpose().cwiseAbs() * box;
+    scale = extents.cwiseQuotient(volume_box);
+  }
+  Affine3d result = Affine3d::Identity();
+  result.translate(material.offset_mm).rotate(turn).scale(scale).translate(-0.5 * volume_box);
+  return result;
+}
+
+ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object, const Vector3d& box,
+                     const std::string& source) {
+  const auto& material = std::get<VolumeMaterial>(object.material);
+  ObjectMedia media;
+  media.source = source;
+  media.eta = set.eta;
+  const GridShape& shape = set.shape();
+  if (material.placement != VolumeMaterial::Placement::stretch && box.maxCoeff() < shape.voxel_mm) {
+    throw InputError("object '" + object.name + "' is smaller than a voxel of " + source +
+                     "; make size_mm larger or write \"placement\": \"stretch\"");
+  }
+  const Affine3d volume_from_object = object_from_volume(material, shape, box).inverse();
+  const std::array<std::size_t, 3> indices = channel_indices(set, source);
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (c > 0 && indices[c] == indices[0]) {
+      media.channels[c] = media.channels[0];
+      continue;
+    }
+    media.channels[c] =
+        std::make_shared<const ObjectMedium>(std::make_shared<const Medium>(set.media[indices[c]]),
+                                             volume_from_object, wrap_of(material.placement));
+  }
+  return media;
+}
+
 ObjectMedia make_object_media(const SceneObject& object, const Vector3d& box) {
-  if (const auto* volume = std::get_if<VolumeMaterial>(&object.material)) {
-    return from_volume(object, *volume, box);
+  if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
+    const std::filesystem::path file = io::find_volume(material->volume);
+    return media_of(io::read_volume(file), object, box, file.string());
   }
   return homogeneous(std::get<HomogeneousMaterial>(object.material));
 }

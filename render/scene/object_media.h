@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/object_medium.h"
+#include "io/volume/volume_set.h"
 #include "render/scene/scene.h"
 
 namespace kappamu::render {
@@ -21,5 +22,14 @@ struct ObjectMedia {
 /// Throws InputError naming the object and what is wrong: no channels R, G, B (a single channel
 /// serves all three), an object smaller than a voxel.
 ObjectMedia make_object_media(const SceneObject& object, const Eigen::Vector3d& box);
+
+/// Of a volume in memory, placed as the object's material says. `source` names it.
+ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object,
+                     const Eigen::Vector3d& box, const std::string& source);
+
+/// From the volume's own frame to the object's [mm to mm]: a turn after a stretch along the
+/// volume's axes.
+Eigen::Affine3d object_from_volume(const VolumeMaterial& material, const GridShape& shape,
+                                   const Eigen::Vector3d& box);
 
 }  // namespace kappamu::render

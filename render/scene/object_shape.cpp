@@ -17,10 +17,14 @@ using Eigen::Vector3d;
 constexpr int edges_per_size = 64;
 constexpr std::size_t most_refined_triangles = 4'000'000;
 
-/// In whatever unit and frame the file has.
+/// In whatever unit and frame a file has; a box of three edges in theirs, its triangles alike on
+/// all faces.
 TriangleMesh unsized_shape(const SceneObject& object, std::vector<std::string>& warnings) {
   const auto* file = std::get_if<std::filesystem::path>(&object.shape);
   if (!file) {
+    const auto* edges = std::get_if<Vector3d>(&object.size_mm);
+    if (edges && std::get<std::string>(object.shape) == "cube")
+      return box_mesh(*edges, edges_per_size);
     return make_shape(std::get<std::string>(object.shape), 1.0, edges_per_size, object.proportion);
   }
   CheckedMesh checked = check_mesh(io::read_mesh(*file), file->string());

@@ -108,7 +108,7 @@ struct Film {
 };
 
 struct ModelChoice {
-  std::string name = "embedded";      ///< "embedded" or "montecarlo"
+  std::string name = "embedded";      ///< as make_object_model() knows it
   double tolerance = 0.02;            ///< relative error of the exitance asked for
   std::uint64_t photons = 1'000'000;  ///< per channel, montecarlo
   bool follow_reentry = false;        ///< light that leaves an object and meets it again
@@ -122,6 +122,9 @@ struct Scene {
   Film film;
   ModelChoice model;
 };
+
+/// The scene's own and those it names: meshes, volumes, images.
+std::vector<std::filesystem::path> files_of(const Scene& scene);
 
 /// Throws InputError naming file, field and fix.
 Scene read_scene(const std::filesystem::path& file);

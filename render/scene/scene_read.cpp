@@ -4,6 +4,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "forward/object_models.h"
 #include "io/json_node.h"
 #include "render/scene/published_materials.h"
 #include "render/scene/scene.h"
@@ -230,7 +231,7 @@ Film read_film(const Node& node) {
 ModelChoice read_model(const Node& node) {
   node.expect_fields({"name"}, {"tolerance", "photons", "follow_reentry"});
   ModelChoice model;
-  model.name = node["name"].choice({"embedded", "montecarlo"});
+  model.name = node["name"].choice(forward::object_model_names());
   if (node.has("tolerance")) model.tolerance = node["tolerance"].number_between(1e-6, 1.0);
   if (node.has("photons")) {
     model.photons = static_cast<std::uint64_t>(node["photons"].number_between(2.0, 2147483648.0));
@@ -270,6 +271,26 @@ Scene read_scene(const std::filesystem::path& file) {
   scene.film = read_film(root["film"]);
   if (root.has("model")) scene.model = read_model(root["model"]);
   return scene;
+}
+
+std::vector<std::filesystem::path> files_of(const Scene& scene) {
+  std::vector<std::filesystem::path> files{scene.file};
+  for (const SceneObject& object : scene.objects) {
+    if (const auto* mesh = std::get_if<std::filesystem::path>(&object.shape))
+      files.push_back(*mesh);
+    if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
+      files.push_back(material->volume);
+    }
+  }
+  for (const Light& light : scene.lights) {
+    if (const auto* projector = std::get_if<ProjectorLight>(&light)) {
+      files.push_back(projector->image);
+    }
+    if (const auto* sky = std::get_if<EnvironmentLight>(&light); sky != nullptr && sky->image) {
+      files.push_back(*sky->image);
+    }
+  }
+  return files;
 }
 
 }  // namespace kappamu::render

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/process_memory.h"
 #include "render/embree_caster.h"
 #include "render/scene/object_shape.h"
 
@@ -27,12 +28,30 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
 
 }  // namespace
 
+namespace {
+
+/// Of meshes, samples, both casters and what pictures keep of corners.
+constexpr double bytes_per_triangle = 1000.0;
+constexpr double usable_memory = 0.7;
+
+void expect_memory(std::size_t triangles, const std::string& object) {
+  const double bytes = bytes_per_triangle * static_cast<double>(triangles);
+  if (bytes <= usable_memory * main_memory()) return;
+  throw InputError("object '" + object + "': with it the scene has " + std::to_string(triangles) +
+                   " triangles, which need " + gigabytes(bytes) +
+                   " of memory where this machine has " + gigabytes(main_memory()) +
+                   "; leave objects out or decimate their meshes");
+}
+
+}  // namespace
+
 World::World(const Scene& scene, std::vector<std::string>& warnings) {
   TriangleMesh all;
   for (const SceneObject& object : scene.objects) {
     objects_.push_back(make_world_object(object, warnings));
     const WorldObject& made = objects_.back();
     first_triangle_.push_back(all.triangles.size());
+    expect_memory(all.triangles.size() + made.mesh.triangles.size(), object.name);
     const int first = static_cast<int>(all.vertices.size());
     for (const Vector3d& vertex : made.mesh.vertices) {
       all.vertices.push_back(made.world_from_object * vertex);

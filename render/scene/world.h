@@ -43,6 +43,10 @@ class World {
   World(const Scene& scene, std::vector<std::string>& warnings);
 
   const std::vector<WorldObject>& objects() const { return objects_; }
+  /// An object's material, edited; its refractive index stays.
+  void set_media(std::size_t object, ObjectMedia media) {
+    objects_[object].media = std::move(media);
+  }
   /// Distances below this are rounding [mm].
   double skin() const { return skin_; }
   double diameter() const { return diameter_; }

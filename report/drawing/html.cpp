@@ -1,6 +1,7 @@
 #include "report/drawing/html.h"
 
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 
@@ -59,8 +60,18 @@ Html note(std::string_view plain) {
   return element("p", {{"class", "note"}}, text(plain));
 }
 
+std::string anchor(std::string_view title) {
+  std::string result;
+  for (const char letter : title) {
+    const auto byte = static_cast<unsigned char>(letter);
+    if (std::isalnum(byte) != 0) result += static_cast<char>(std::tolower(byte));
+    if (letter == ' ') result += '-';
+  }
+  return result;
+}
+
 Html section(std::string_view title, const Html& content) {
-  return element("section", element("h2", text(title)) + content);
+  return element("section", {{"id", anchor(title)}}, element("h2", text(title)) + content);
 }
 
 Html subsection(std::string_view title, const Html& content) {

@@ -46,6 +46,8 @@ Html empty_element(std::string_view tag, const Attributes& attributes);
 Html paragraph(std::string_view plain);
 /// A muted sentence: captions, and the note that says what a run folder lacks.
 Html note(std::string_view plain);
+/// What links to a section are made of: "#" and this.
+std::string anchor(std::string_view title);
 /// One section of the page under a heading.
 Html section(std::string_view title, const Html& content);
 /// Content under a smaller heading.

@@ -62,7 +62,8 @@ Html origin_table(const pipeline::RunRecord& record, const std::filesystem::path
   for (const auto& [name, value] : record.options)
     rows.push_back({text("option " + name), text(value)});
   for (const auto& [name, value] : record.versions) rows.push_back({text(name), text(value)});
-  return table({}, rows);
+  return element("details",
+                 element("summary", text("options, versions, inputs")) + table({}, rows));
 }
 
 }  // namespace
@@ -73,7 +74,7 @@ Html provenance_section(const RunData& run) {
     content += note("There is no run.json: times, options and device were not recorded.");
   else
     content += row({subsection("Times", timings_table(*run.record)),
-                    subsection("Device, versions, inputs", origin_table(*run.record, run.folder))});
+                    subsection("How it was made", origin_table(*run.record, run.folder))});
   return section("Warnings, times, provenance", content);
 }
 

@@ -6,7 +6,7 @@ namespace kappamu::report {
 Html volumes_section(const RunData& run) {
   if (!run.fit || run.fit->media.empty())
     return section("Volumes", note("This run has no fitted volumes yet."));
-  Html content;
+  Html content = slice_slider();
   for (std::size_t c = 0; c < run.fit->media.size(); ++c) {
     const Medium& medium = run.fit->media[c];
     content += subsection("κ, diffusion coefficient, channel " + run.fit->channels[c],
@@ -15,7 +15,7 @@ Html volumes_section(const RunData& run) {
                           slices(medium.mu, "μ", "1/mm"));
   }
   content += note(
-      "Slices across z, x to the right and y down, light entering at z = 0. Each block has its own "
+      "Light enters at z = 0; y points down. Each volume has its own "
       "scale, from the 0.5 % to the 99.5 % quantile. Continuous light does not determine κ and μ "
       "uniquely, least of all far from the surfaces: appearance under light that the "
       "fit did not see is what E compares.");

@@ -137,7 +137,19 @@ TEST_F(CliFailures, CacheFolderOfTheDriverThatCannotBeWritten) {
   }
 }
 
+TEST_F(CliFailures, CacheFolderOfTheDriverDoesNotMatterWithoutOpenCl) {
+  EXPECT_EQ(kappamu(forward_arguments(0.3F) + " --device reference", "POCL_CACHE_DIR=/proc/nothing")
+                .exit_code,
+            0);
+}
+
 TEST_F(CliFailures, NamesCannotSteerTheTerminal) {
+  for (const char* wrong : {"verify x --\x1b[2Joption", "export x -o y --format '\x1b[2J'"}) {
+    const ProcessResult usage = kappamu(wrong);
+    EXPECT_EQ(usage.exit_code, 2);
+    EXPECT_THAT(usage.standard_error, HasSubstr("\\x1b[2J"));
+    EXPECT_THAT(usage.standard_error, testing::Not(HasSubstr("\x1b")));
+  }
   expect_one_sentence(kappamu("verify 'a\x1b[2J\u202e"
                               "b'"),
                       "a\\x1b[2J\\u202eb: no such folder");

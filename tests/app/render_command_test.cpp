@@ -91,6 +91,11 @@ TEST_F(RenderCommand, NewSceneOfARunIsRendered) {
   ASSERT_EQ(kappamu("render --new-scene " + path("run") + " -o " + path("scene.json")).exit_code,
             0);
   json scene = json::parse(io::read_text(folder() / "scene.json"));
+  // As in the manual page: both names without a folder.
+  ASSERT_EQ(
+      kappamu("render --new-scene run -o here.json", "cd " + folder().string() + " &&").exit_code,
+      0);
+  EXPECT_EQ(json::parse(io::read_text(folder() / "here.json")), scene);
   EXPECT_TRUE(scene.contains("_comment"));
   scene["film"] = {{"width", 8}, {"height", 6}, {"samples", 1}};
   scene["model"]["tolerance"] = 0.3;

@@ -169,6 +169,8 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   expect_one_sentence(kappamu(onward + " --convention wang2008"), "fit anew");
   expect_one_sentence(kappamu(onward + " --hold-out 0,1"), "cannot be held out now");
   expect_one_sentence(kappamu("fit --continue " + (folder() / "a").string()), "no fit.json");
+  fs::rename(folder() / "a", folder() / "moved");
+  expect_one_sentence(kappamu(onward), "no longer there; say where it is now: kappamu fit INPUT");
 }
 
 TEST_F(RunTest, AnotherSessionIsRefused) {

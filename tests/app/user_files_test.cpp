@@ -264,6 +264,42 @@ TEST_F(UserFiles, FramesBehindLinksOutOfTheSessionAreRead_OnlyWhenAsked) {
   EXPECT_EQ(kappamu("merge --force " + arguments).exit_code, 0);
 }
 
+TEST_F(UserFiles, RenderKeepsTheRuleOfOtherCommands) {
+  write("scene.json", R"({"format": "kappamu-scene", "version": 1,
+    "objects": [{"name": "ball", "shape": "sphere", "size_mm": 20,
+                 "material": {"published": "whole milk"}}],
+    "lights": [{"kind": "directional", "direction": [0, 0, -1], "irradiance": 1}],
+    "camera": {"position_mm": [0, 0, 100], "target_mm": [0, 0, 0], "fov_deg": 20},
+    "film": {"width": 16, "height": 16, "samples": 1}, "model": {"name": "embedded", "tolerance": 0.3}})");
+  const std::string render = "render " + at("scene.json") + " --device reference -o ";
+  write("out/picture.png");
+  expect_one_sentence(kappamu(render + at("out")), "picture.png: is in the way");
+  EXPECT_EQ(read("out/picture.png"), "mine");
+  expect_one_sentence(kappamu(render + beside_.string()), "contains ");
+  fs::remove(at("out/picture.png"));
+  write("out/notes.txt");
+  const ProcessResult first = kappamu(render + at("out"));
+  EXPECT_THAT(first.exit_code, testing::AnyOf(0, 3)) << first.standard_error;
+  EXPECT_THAT(kappamu(render + at("out")).exit_code, testing::AnyOf(0, 3))
+      << "its own is made again";
+  EXPECT_EQ(read("out/notes.txt"), "mine");
+  EXPECT_EQ(kappamu("verify " + at("out")).exit_code, 0);
+  expect_one_sentence(kappamu("render --new-scene marble -o " + at("scene.json")),
+                      "exists already");
+}
+
+TEST_F(UserFiles, AWriteRefusedBySizeLeavesNoPartialFolder) {
+  const std::string arguments = session().string() + " -o " + at("run");
+  for (const char* command : {"calibrate ", "merge "}) {
+    expect_one_sentence(
+        run_process("ulimit -f 24; " KAPPAMU_PROGRAM " " + std::string(command) + arguments),
+        "cannot write ");
+    for (const auto& entry : fs::directory_iterator(at("run"))) {
+      EXPECT_THAT(entry.path().filename().string(), testing::Not(testing::HasSubstr("partial")));
+    }
+  }
+}
+
 TEST_F(UserFiles, PlanMayBeMadeAgainUntilItIsUsed) {
   const std::string plan =
       "plan --size 20 16 6 --projector-px-per-mm 20 --camera-width 1600 --camera-height 1200 "

@@ -75,6 +75,18 @@ TEST_F(VerifyCommand, ChangesBetweenStagesAreRefusedOrMadeAgain) {
   EXPECT_THAT(input.standard_output, HasSubstr("input changed  " + at("session/" + frame)));
 }
 
+TEST_F(VerifyCommand, RecordsOfOtherVersionsAreNamed) {
+  fs::create_directories(at("run"));
+  for (const char* record :
+       {R"({"format": "kappamu-run", "version": 1, "input": "s", "stages": {}})",
+        R"({"format": "kappamu-run", "version": 2})"}) {
+    io::write_text_atomically(at("run/run.json"), record);
+    expect_one_sentence(kappamu("verify " + at("run")), "another version of kappamu");
+    expect_one_sentence(kappamu("calibrate " + at("session") + " -o " + at("run")),
+                        "another version of kappamu");
+  }
+}
+
 TEST_F(VerifyCommand, AFolderWithoutRecordIsNamed) {
   expect_one_sentence(kappamu("verify " + at("session")), "neither run.json nor");
   expect_one_sentence(kappamu("verify " + at("nowhere")), "no such folder");

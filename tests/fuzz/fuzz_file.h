@@ -1,45 +1,57 @@
-// A fuzzer's bytes as a file for readers that take a path.
+// A fuzzer's bytes as files for readers that take paths, and small good files to begin from.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <filesystem>
-#include <fstream>
+#include <span>
 #include <string>
+#include <string_view>
+#include <vector>
 
-#include "core/error.h"
+namespace kappamu::fuzz {
 
-namespace kappamu {
+using Bytes = std::span<const std::uint8_t>;
 
-/// Writes the bytes to `name` in a folder of this process and gives the path.
-inline std::filesystem::path fuzz_file(const std::uint8_t* data, std::size_t size,
-                                       const std::string& name) {
-  static const std::filesystem::path folder = [] {
-    std::string made = (std::filesystem::temp_directory_path() / "kappamu-fuzz-XXXXXX").string();
-    if (mkdtemp(made.data()) == nullptr) std::terminate();
-    static const struct Remover {
-      std::filesystem::path path;
-      ~Remover() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path, ignored);
-      }
-    } remover{made};
-    return std::filesystem::path(made);
-  }();
-  const std::filesystem::path file = folder / name;
-  std::ofstream(file, std::ios::binary)
-      .write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
-  return file;
+/// A folder of this process, removed when it ends.
+const std::filesystem::path& folder();
+
+void write(const std::filesystem::path& file, Bytes bytes);
+inline Bytes bytes_of(std::string_view text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
-/// Bad input may be refused; any other exception is a bug and ends the fuzzer.
-template <class Act>
-void refused_or_read(const Act& act) {
-  try {
-    act();
-  } catch (const InputError&) {
+/// Files that belong together, all good but one, which the first byte chooses and the rest
+/// replaces.
+class Files {
+ public:
+  /// Relative to `folder`, which holds them.
+  Files(std::filesystem::path folder, const std::vector<std::string>& names);
+  /// Calls `read` with one file replaced, and puts the good one back.
+  template <class Read>
+  void with(Bytes bytes, const Read& read) const {
+    if (bytes.empty()) return;
+    const File& file = files_[bytes.front() % files_.size()];
+    const Restored restored{path_ / file.name, file.content};
+    write(path_ / file.name, bytes.subspan(1));
+    read();
   }
-}
+  /// Each good file as a seed.
+  void seed(const std::filesystem::path& seeds) const;
+  const std::filesystem::path& path() const { return path_; }
 
-}  // namespace kappamu
+ private:
+  struct File {
+    std::string name;
+    std::string content;
+  };
+  struct Restored {
+    std::filesystem::path file;
+    const std::string& content;
+    ~Restored() { write(file, bytes_of(content)); }
+  };
+  std::filesystem::path path_;
+  std::vector<File> files_;
+};
+
+}  // namespace kappamu::fuzz

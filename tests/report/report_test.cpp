@@ -12,7 +12,9 @@
 #include "io/image/image_file.h"
 #include "io/read_file.h"
 #include "report/drawing/chart.h"
+#include "report/drawing/cutaway.h"
 #include "report/drawing/picture.h"
+#include "report/drawing/slices.h"
 #include "report/sections.h"
 #include "tests/app/process.h"
 #include "tests/report/made_up_run.h"
@@ -81,7 +83,7 @@ TEST_F(ReportTest, AppearanceErrorIsOfWhatTheMaskAllows) {
 
 TEST_F(ReportTest, PageStandsAlone) {
   const std::string html = page({});
-  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_EQ(count(html, "<script"), 1U) << "the slider's";
   EXPECT_THAT(html, Not(HasSubstr("<link")));
   EXPECT_THAT(html, Not(HasSubstr("http:")));
   EXPECT_THAT(html, Not(HasSubstr("https:")));
@@ -93,6 +95,46 @@ TEST_F(ReportTest, PageStandsAlone) {
   EXPECT_EQ(count(html, "src="), count(html, "<img "));
   EXPECT_LT(html.size(), std::size_t{10} << 20);
   EXPECT_THAT(html, Not(HasSubstr(folder().string()))) << "the machine is no reader's business";
+}
+
+/// A browser runs the slider's script by its hash alone.
+TEST_F(ReportTest, PolicyAllowsTheSlidersScript) {
+  io::write_text_atomically(folder() / "slider.js", slider_script);
+  const std::string program =
+      "import base64, hashlib; print(base64.b64encode(hashlib.sha256(open('" +
+      (folder() / "slider.js").string() + "', 'rb').read()).digest()).decode())";
+  const std::string sum = (folder() / "sum.txt").string();
+  ASSERT_EQ(std::system(("python3 -c \"" + program + "\" > '" + sum + "'").c_str()), 0);
+  EXPECT_EQ(io::read_text(sum), std::string(slider_script_sha256) + "\n");
+  EXPECT_THAT(page({}), HasSubstr("script-src 'sha256-" + std::string(slider_script_sha256) + "'"));
+  EXPECT_THAT(page({}), HasSubstr("<script>" + std::string(slider_script) + "</script>"));
+}
+
+TEST_F(ReportTest, WhatIsNotGreenSaysWhatToDo) {
+  const std::string html = page({});
+  EXPECT_THAT(html, HasSubstr("What to do next"));
+  for (const char* link :
+       {"#measured-against-rerendered", "#geometric-calibration", "#warnings-times-provenance"}) {
+    EXPECT_THAT(html, HasSubstr("href=\"" + std::string(link) + "\""));
+    EXPECT_THAT(html, HasSubstr("<section id=\"" + std::string(link + 1) + "\""));
+  }
+}
+
+TEST(Cutaway, ShowsTheInsideOfTheCornerThatIsCutAway) {
+  const GridShape shape{16, 16, 16, 1.0};
+  const Medium pale{Volume<double>(shape, 0.3), Volume<double>(shape, 0.001)};
+  const auto darkest = [&](int x, int y, int z) {
+    Medium medium = pale;
+    medium.mu(x, y, z) = 1.0;
+    const Image<std::uint8_t> image = cutaway({medium}, 1.3, 200);
+    return *std::min_element(image.values().begin(), image.values().end());
+  };
+  const int usual = darkest(2, 13, 14);  // deep inside
+  EXPECT_EQ(darkest(12, 3, 3), usual) << "cut away";
+  EXPECT_LT(darkest(12, 3, 8), usual - 50) << "behind the corner";
+  EXPECT_LT(darkest(3, 8, 0), usual - 50) << "on the lit face";
+  EXPECT_LT(darkest(15, 12, 8), usual - 50) << "on the right";
+  EXPECT_EQ(darkest(8, 8, 15), usual) << "on the far face";
 }
 
 TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
@@ -115,8 +157,8 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
                               "the target, 1 % of the projector's white"));
   // Where the data say nothing, in words and in pictures.
   EXPECT_THAT(html, HasSubstr("Beyond 3 mm below the seen face the data say nothing about G."));
-  for (const char* picture : {"σ of log κ at depth", "σ of log μ at depth",
-                              "resolution of κ at depth", "resolution of μ at depth"})
+  for (const char* picture : {"σ of log κ at z = ", "σ of log μ at x = ", "resolution of κ at y = ",
+                              "resolution of μ at z = "})
     EXPECT_THAT(html, HasSubstr("alt=\"" + std::string(picture)));
 }
 

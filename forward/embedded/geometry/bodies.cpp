@@ -77,6 +77,25 @@ std::vector<Body> bodies(const TriangleMesh& mesh, const RayCaster& rays) {
   return result;
 }
 
+std::vector<ObjectLight> lights_of(const Body& body, const std::vector<int>& local,
+                                   const std::vector<ObjectLight>& lights) {
+  std::vector<ObjectLight> result;
+  for (const ObjectLight& light : lights) {
+    ObjectLight mine;
+    for (Beam beam : light.beams) {
+      beam.triangle = local[static_cast<std::size_t>(beam.triangle)];
+      if (beam.triangle >= 0) mine.beams.push_back(beam);
+    }
+    if (!light.diffuse.empty()) {
+      for (const int t : body.triangle) {
+        mine.diffuse.push_back(light.diffuse[static_cast<std::size_t>(t)]);
+      }
+    }
+    result.push_back(std::move(mine));
+  }
+  return result;
+}
+
 std::optional<RayHit> BodyRays::first_hit(const Eigen::Vector3d& origin,
                                           const Eigen::Vector3d& direction, double nearest,
                                           double farthest) const {

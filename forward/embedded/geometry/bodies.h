@@ -7,6 +7,7 @@
 
 #include "core/mesh/triangle_mesh.h"
 #include "core/ray_caster.h"
+#include "forward/object_model.h"
 
 namespace kappamu::forward::embedded {
 
@@ -17,10 +18,15 @@ struct Body {
 
 std::vector<Body> bodies(const TriangleMesh& mesh, const RayCaster& rays);
 
+/// The body's own lights. `local` gives per triangle of the whole mesh the body's, −1 where it is
+/// another's.
+std::vector<ObjectLight> lights_of(const Body& body, const std::vector<int>& local,
+                                   const std::vector<ObjectLight>& lights);
+
 /// Rays that see one body only.
 class BodyRays : public RayCaster {
  public:
-  /// `local` gives per triangle of the whole mesh the body's, −1 where it is another's.
+  /// `local` as for lights_of().
   BodyRays(const RayCaster& all, std::vector<int> local) : all_(all), local_(std::move(local)) {}
   std::optional<RayHit> first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                   double nearest, double farthest) const override;

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "device/device_info.h"
 #include "forward/forward_model.h"
+#include "tests/reference_data.h"
 
 namespace kappamu::bench {
 namespace {
@@ -141,6 +142,8 @@ TEST_F(SlabFolder, RowsOverruleTheHeaderAndUnconvergedOnesAreLeftOut) {
   EXPECT_DOUBLE_EQ(slabs[0].thickness, 2.0);
   EXPECT_EQ(slabs[0].spheres, 1);
   EXPECT_DOUBLE_EQ(slabs[0].transmission.wall_reflectance, 0.8);
+  EXPECT_DOUBLE_EQ(slabs[0].standard, 0.98);
+  EXPECT_DOUBLE_EQ(slabs[0].transmission_standard, 1.0);  // the header's is of reflectance alone
 }
 
 TEST_F(SlabFolder, SaysWhatItCannotRead) {
@@ -158,7 +161,7 @@ TEST_F(SlabFolder, SaysWhatItCannotRead) {
 /// The coefficients are an exact transport program's: Monte Carlo must give the measured values
 /// back, diffusion where it holds.
 TEST(RealSlabs, MonteCarloGivesTheMeasurementsBack) {
-  const fs::path folder = fs::path(KAPPAMU_SOURCE_DIR) / "../shared/data/slab-rt-iad";
+  const fs::path folder = reference_data("slab-rt-iad");
   if (!fs::exists(folder / "peer_iad.csv")) GTEST_SKIP() << "shared/data/slab-rt-iad is absent";
   SlabOptions options;
   options.every = 60;

@@ -13,6 +13,7 @@
 #include "calib/targets/board_shape.h"
 #include "calib/targets/chessboard.h"
 #include "io/image/image_file.h"
+#include "tests/reference_data.h"
 
 namespace kappamu::calib {
 namespace {
@@ -154,8 +155,7 @@ Spread spread_at(const CameraCalibration& camera, double distance_mm) {
 class RealBoards : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::filesystem::path folder =
-        std::filesystem::path(KAPPAMU_SOURCE_DIR) / "../shared/data/chessboard-opencv-left";
+    const std::filesystem::path folder = reference_data("chessboard-opencv-left");
     if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no real boards at " << folder;
     for (const char* number :
          {"01", "02", "03", "04", "05", "06", "07", "08", "09", "11", "12", "13", "14"}) {

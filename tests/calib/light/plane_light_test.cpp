@@ -117,7 +117,7 @@ TEST(PlaneLight, GrayCodeTellsTheProjectorsLensBetter) {
       const synthetic::Rig rig = synthetic::make_rig(options);
       const unsigned seed = 100 + static_cast<unsigned>(run);
       add_errors(rig, rig.projected_board, corner_noise_px, planes, seed, sums[0]);
-      add_errors(rig, gray_code_lattice(rig.projector_size), code_noise_px, planes, seed, sums[1]);
+      add_errors(rig, map_lattice(rig.projector_size), code_noise_px, planes, seed, sums[1]);
     }
     for (std::size_t k = 0; k < 2; ++k) {
       std::printf("%4zu    %s  %10.3f  %8.3f  (%.3f)  %10.2f\n", planes,

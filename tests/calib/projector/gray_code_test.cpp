@@ -18,39 +18,16 @@
 #include "data_synthetic/rig/targets.h"
 #include "io/image/image_file.h"
 #include "tests/calib/board_scene.h"
+#include "tests/calib/projector/coded_plane.h"
 #include "tests/sentence.h"
 
 namespace kappamu::calib {
 namespace {
 
 using ::testing::HasSubstr;
-
-/// The tiny rig's camera looking at one of its planes under the code, with a session's noise.
-std::vector<Image<float>> photographs(const synthetic::Rig& rig, const Rigid& world_from_plane,
-                                      unsigned seed) {
-  const synthetic::RayTable rays(rig.camera_lens, 2);
-  const synthetic::Quad plane =
-      synthetic::plain_quad(Eigen::Vector2d::Constant(6.0 * rig.size_mm), 0.85, world_from_plane);
-  std::mt19937 random(seed);
-  std::normal_distribution<float> noise(0.0F, 1.0F);
-  std::vector<Image<float>> frames;
-  for (const Image<std::uint8_t>& shown : capture::make_gray_code_images(rig.projector_size)) {
-    Image<float> light(shown.width(), shown.height(), 1);
-    for (std::size_t k = 0; k < shown.size(); ++k) {
-      light.values()[k] = static_cast<float>(shown.values()[k]) / 255.0F;
-    }
-    const Image<float> thrown = synthetic::thrown_image(rig.projector, light);
-    synthetic::Illumination illumination;
-    illumination.projector = &rig.projector;
-    illumination.thrown = &thrown;
-    frames.push_back(to_grey(synthetic::render_quads(
-        rays, rig.world_from_camera.at(synthetic::front_station), {plane}, illumination)));
-    for (float& value : frames.back().values()) {
-      value += (0.0007F + 0.005F * std::sqrt(std::max(value, 0.0F))) * noise(random);
-    }
-  }
-  return frames;
-}
+using testing::Misses;
+using testing::misses;
+using testing::photographs;
 
 cv::Mat bytes(const Image<float>& image, double white) {
   cv::Mat out(image.height(), image.width(), CV_8U);
@@ -83,8 +60,9 @@ TEST(GrayCode, FramesAreThoseOfOpenCv) {
 
 TEST(GrayCode, CodesAreOpenCvs) {
   const synthetic::Rig rig = synthetic::make_rig(synthetic::tiny_options());
-  const std::vector<Image<float>> frames = photographs(rig, rig.world_from_plane[2], 3);
-  const GrayCodeMap map = decode_gray_code(frames, rig.projector_size);
+  const std::vector<Image<float>> frames = photographs(
+      rig, rig.world_from_plane[2], capture::make_gray_code_images(rig.projector_size), 3);
+  const ProjectorMap map = decode_gray_code(frames, rig.projector_size);
   const auto code = cv::structured_light::GrayCodePattern::create(rig.projector_size.width,
                                                                   rig.projector_size.height);
   code->setWhiteThreshold(5);
@@ -114,33 +92,19 @@ TEST(GrayCode, CodesAreOpenCvs) {
 // On the second plane, tilted more, the finest bit is legible in half of the pixels only.
 TEST(GrayCode, PointsLieWhereTheProjectorThrowsThem) {
   const synthetic::Rig rig = synthetic::make_rig(synthetic::tiny_options());
-  const capture::ProjectedBoard lattice = gray_code_lattice(rig.projector_size);
+  const capture::ProjectedBoard lattice = map_lattice(rig.projector_size);
   for (const std::size_t p : {std::size_t{2}, std::size_t{3}}) {
-    const Rigid& world_from_plane = rig.world_from_plane[p];
-    const GrayCodeMap map =
-        decode_gray_code(photographs(rig, world_from_plane, 3), rig.projector_size);
-    const BoardCorners corners = gray_code_corners(map, lattice, "gray");
-    const Rigid projector_from_plane = rig.projector.projector_from_world * world_from_plane;
-    const Rigid camera_from_plane =
-        rig.world_from_camera.at(synthetic::front_station).inverse() * world_from_plane;
-    double sum = 0.0;
-    double largest = 0.0;
-    for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
-      const auto [i, j] = corners.place(k);
-      const Eigen::Vector2d shown(lattice.origin_px[0] + lattice.square_px * i,
-                                  lattice.origin_px[1] + lattice.square_px * j);
-      const Eigen::Vector3d point = meet_plane(rig.projector.lens, projector_from_plane, shown);
-      const double miss =
-          (rig.camera_lens.project(camera_from_plane * point) - corners.pixels[k]).norm();
-      sum += miss * miss / static_cast<double>(corners.pixels.size());
-      largest = std::max(largest, miss);
-    }
+    const Rigid& plane = rig.world_from_plane[p];
+    const ProjectorMap map = decode_gray_code(
+        photographs(rig, plane, capture::make_gray_code_images(rig.projector_size), 3),
+        rig.projector_size);
+    const Misses found = misses(rig, plane, lattice, mapped_corners(map, lattice, "gray"));
     std::printf("%zu of %d points, RMS %.4f px, largest %.4f px, legible in %.0f %%\n",
-                corners.pixels.size(), lattice.columns * lattice.rows, std::sqrt(sum), largest,
+                found.points, lattice.columns * lattice.rows, found.rms_px, found.largest_px,
                 100.0 * map.legible_share());
-    EXPECT_GT(corners.pixels.size(), 300U) << p;
-    EXPECT_LT(std::sqrt(sum), 0.04) << p;
-    EXPECT_LT(largest, 0.15) << p;
+    EXPECT_GT(found.points, 300U) << p;
+    EXPECT_LT(found.rms_px, 0.04) << p;
+    EXPECT_LT(found.largest_px, 0.15) << p;
   }
 }
 
@@ -150,10 +114,10 @@ TEST(GrayCode, DarkCodesAreOneSentenceNamingFileAndFix) {
       static_cast<std::size_t>(capture::gray_code_frames(projector)),
       Image<float>(80, 60, 1, 0.1F));
   const std::string sentence = sentence_of([&] {
-    gray_code_corners(decode_gray_code(dark, projector), gray_code_lattice(projector),
-                      "calibration/plane_02_gray_00.png");
+    mapped_corners(decode_gray_code(dark, projector), map_lattice(projector),
+                   "calibration/plane_02_gray_00.png");
   });
-  EXPECT_THAT(sentence, HasSubstr("calibration/plane_02_gray_00.png: the Gray code is legible in 0 "
+  EXPECT_THAT(sentence, HasSubstr("calibration/plane_02_gray_00.png: the code is legible in 0 "
                                   "% of the picture and locates 0 of"));
   EXPECT_THAT(sentence, HasSubstr("photograph the plane again with the room light off"));
 }
@@ -166,7 +130,7 @@ TEST(RealGrayCode, ProjectorAgreesWithThePeers) {
   const capture::Projector projector{1024, 768};
   // The rows' code is of 1024: ten bits, as 768 rows need.
   const capture::Board board{9, 7, 75.0};
-  const capture::ProjectedBoard lattice = gray_code_lattice(projector);
+  const capture::ProjectedBoard lattice = map_lattice(projector);
   std::vector<BoardView> views;
   std::vector<PlaneView> planes;
   for (int pose = 0; pose < 5; ++pose) {
@@ -182,9 +146,9 @@ TEST(RealGrayCode, ProjectorAgreesWithThePeers) {
     const std::string name = "capture_" + std::to_string(pose);
     const BoardCorners printed =
         find_chessboard(frames[frames.size() - 2], board.columns, board.rows, name);
-    const GrayCodeMap map = decode_gray_code(frames, projector);
+    const ProjectorMap map = decode_gray_code(frames, projector);
     const BoardCorners points =
-        points_on_plane(gray_code_corners(map, lattice, name), printed, 1280, name);
+        points_on_plane(mapped_corners(map, lattice, name), printed, 1280, name);
     std::printf("%s: legible in %.1f %%, %zu of %d points\n", name.c_str(),
                 100.0 * map.legible_share(), points.pixels.size(), lattice.columns * lattice.rows);
     views.push_back({name, printed});

@@ -292,6 +292,9 @@ TEST_F(Import, ATableThatContradictsExifIsRefused) {
   table = folder.path() / "shots.csv";
   write_text(*table, "file,shot,exposure_s\nday_1/fit_00_1.png,fit_00,0.5\n");
   EXPECT_THAT(refusal(), HasSubstr("the table says 0.5 s, EXIF says 0.2 s"));
+  // Longer than the stack is deep.
+  write_text(*table, "file,shot\nday_1/fit_00_1.png,plane_1" + std::string(2'000'000, 'x') + "\n");
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("line 2: the shot is 'plane_1xxx"), HasSubstr("use ")));
 }
 
 }  // namespace

@@ -88,13 +88,15 @@ class PlanUnder : public testing::TestWithParam<PlaneLight> {
     write_plan(plan);
     return plan;
   }
-  bool chessboards() const { return GetParam() != PlaneLight::gray_code; }
-  bool codes() const { return GetParam() != PlaneLight::chessboard; }
+  bool chessboards() const {
+    return GetParam() == PlaneLight::chessboard || GetParam() == PlaneLight::both;
+  }
+  bool codes() const { return gray_codes(GetParam()); }
   const TemporaryFolder folder;
 };
 INSTANTIATE_TEST_SUITE_P(Light, PlanUnder,
                          testing::Values(PlaneLight::chessboard, PlaneLight::gray_code,
-                                         PlaneLight::both),
+                                         PlaneLight::both, PlaneLight::phase_shift),
                          [](const auto& light) {
                            std::string name = to_string(light.param);
                            std::replace(name.begin(), name.end(), '-', '_');
@@ -121,6 +123,8 @@ TEST_P(PlanUnder, ListsEveryPhotographOfItsSessionOnce) {
     if (plane.projected) need({*plane.projected});
     EXPECT_EQ(plane.gray_code.size(), codes() ? 34U : 0U);  // 8 bits of columns, 8 of rows
     need(plane.gray_code);
+    EXPECT_EQ(plane.phase_shift.size(), GetParam() == PlaneLight::phase_shift ? 6U : 0U);
+    for (const PhaseShift& set : plane.phase_shift) need(set.frames);
   }
   for (const SampleView& view : shots.sample_views) need({view.frame});
   need(shots.white_target->frames);

@@ -206,8 +206,7 @@ std::vector<BadSession> bad_sessions() {
                s["calibration"]["projector_planes"][0]["gray_code"][7]["exposure_s"] = 0.2;
              });
   add("planes of two kinds", "calibration.projector_planes[0]",
-      "has no projected chessboard and calibration.projector_planes[1] no Gray code",
-      [code](json& s) {
+      "has no projected chessboard and calibration.projector_planes[1] no code", [code](json& s) {
         json& planes = s["calibration"]["projector_planes"];
         planes.push_back(planes[0]);
         planes[0].erase("projected");

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 
 #include "capture/radiance/merge.h"
 #include "capture/response/dark_frames.h"
@@ -108,6 +109,7 @@ TEST_F(Frames, ExrFramesAreLinearFractionsOfFullScale) {
 TEST_F(Frames, AStackSaturatedThroughoutNamesFilePatternAndFix) {
   io::write_image(path("a.png"), Image<std::uint16_t>(40, 30, 3, 4095));
   io::write_image(path("b.png"), Image<std::uint16_t>(40, 30, 3, 4095));
+  std::ofstream(path("session.json")) << "{}";  // without one, the folder is named
   Radiometry radiometry;
   radiometry.bit_depth = 12;
   radiometry.black_level.assign(3, 0.0);

@@ -71,6 +71,20 @@ TEST(Shapes, RoundBodiesConvergeAtSecondOrder) {
   }
 }
 
+// No triangle of it shades another.
+TEST(Shapes, SphereIsConvex) {
+  for (const int tessellation : {2, 7, 40}) {
+    const TriangleMesh mesh = make_shape("sphere", 2.0, tessellation);
+    const Surface surface = surface_of(mesh);
+    constexpr double rounding = 1e-9;
+    for (std::size_t t = 0; t < surface.size(); ++t) {
+      for (const Eigen::Vector3d& vertex : mesh.vertices) {
+        ASSERT_LT(surface.normal[t].dot(vertex - surface.position[t]), rounding) << tessellation;
+      }
+    }
+  }
+}
+
 TEST(Shapes, ProportionsAreWhatTheyAreCalled) {
   EXPECT_NEAR(enclosed_volume(make_shape("slab", 2.0, 10, 0.3)), 2.4, 1e-12);
   EXPECT_NEAR(enclosed_volume(make_shape("box-with-void", 2.0, 10, 0.3)), 8.0 - 0.216, 1e-12);

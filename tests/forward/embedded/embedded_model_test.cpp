@@ -11,6 +11,7 @@
 #include "exact_sphere.h"
 #include "forward/embedded/discretisation.h"
 #include "forward/embedded/embedded_model.h"
+#include "forward/light_entry.h"
 
 namespace kappamu::forward::embedded {
 namespace {
@@ -139,11 +140,12 @@ TEST(EmbeddedModel, BeamsLeaveTheirPowerByBeerAndLambert) {
   Octree tree(mesh);
   tree.refine_surface(4);
   CutMesh cut = cut_mesh(tree, mesh, *rays);
-  const Discretisation d(std::move(tree), std::move(cut), medium, boundary_constants(eta).A);
-  Values load(d.hierarchy.unknowns(), 0.0);
+  const std::array media{&medium};
+  const Discretisation d(std::move(tree), std::move(cut), media, boundary_constants(eta).A);
+  Values load(d.levels.unknowns(), 0.0);
   const BeamPowers powers =
-      add_beams(d.tree, d.mesh, d.hierarchy.space, d.coefficients,
-                {mesh, surface, *rays, medium, eta, lights}, light.beams, load);
+      add_beams(d.tree, d.mesh, d.space(), d.coefficients[0], light.beams,
+                chords_of({mesh, surface, *rays, medium, eta, lights}, light.beams), load);
   const double passed = std::exp(-2.0 / (3.0 * kappa));
   const double entering =
       static_cast<double>(light.beams.size()) * (1.0 - fresnel_external(eta, 1.0));
@@ -231,6 +233,50 @@ TEST(EmbeddedModel, BridgedSlitsAreReported) {
       joined(box({5.0, 5.0, 5.0}, 4), transformed(box({4.0, 4.0, 0.001}, 4), inside), true);
   const ObjectResult result = solve_object(mesh, ObjectMedium(wax), {sky(mesh)}, 0.1);
   EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("bridge slits")));
+}
+
+TEST(EmbeddedModel, LightThatMeetsAVoidsWallAgainIsTheGeometricSeries) {
+  // All that leaves the wall of a spherical void meets it again, evenly; nothing does on a convex
+  // body.
+  Eigen::Affine3d smaller(Eigen::Scaling(0.5));
+  const TriangleMesh ball = icosphere(5.0, 3, {0.0, 0.0, 0.0});
+  const TriangleMesh shell = joined(ball, transformed(ball, smaller), true);
+  const std::size_t half = ball.triangles.size();
+  ObjectLight light;
+  light.diffuse.assign(2 * half, 0.0);
+  std::fill(light.diffuse.begin() + static_cast<std::ptrdiff_t>(half), light.diffuse.end(), 1.0);
+  const Surface surface = surface_of(shell);
+  const auto rays = make_caster(shell);
+  const ObjectMedium medium(wax);
+  const std::vector<ObjectLight> lights{light};
+  const ObjectProblem problem{shell, surface, *rays, medium, eta, lights};
+  Progress progress;
+  ObjectOptions options;
+  const ObjectResult lost = EmbeddedModel().solve(problem, options, progress);
+  const auto inward = [&](const ObjectResult& result) {
+    double power = 0.0;
+    for (std::size_t t = half; t < 2 * half; ++t) power += surface.area[t] * result.exitance[t];
+    return power;
+  };
+  constexpr double facets = 0.01;
+  EXPECT_NEAR(lost.balance[0].reentering / inward(lost), 1.0, facets);
+
+  options.follow_reentry = true;
+  const ObjectResult followed = EmbeddedModel().solve(problem, options, progress);
+  EXPECT_TRUE(followed.converged);
+  const ObjectBalance& b = followed.balance[0];
+  EXPECT_NEAR((b.exiting + b.absorbed + b.unscattered) / b.entering, 1.0, 1e-6);
+  // Each round sends M = back · E off the wall and reflects (1 − T) E, all of which is the next E;
+  // the first E is that of the light, whose own reflection is not followed.
+  const double T = diffuse_transmittance(boundary_constants(eta));
+  double area = 0.0;
+  for (std::size_t t = half; t < 2 * half; ++t) area += surface.area[t];
+  const double back = inward(lost) / area;
+  const double expected = inward(lost) * T / (T - back);
+  EXPECT_NEAR(inward(followed) / expected, 1.0, 0.03);
+
+  const ObjectResult convex = solve_object(ball, medium, {sky(ball)});
+  EXPECT_LE(convex.balance[0].reentering, 1e-3 * convex.balance[0].exiting);
 }
 
 TEST(EmbeddedModel, RefusesInOneSentence) {

@@ -7,6 +7,7 @@
 
 #include "embedded_test_tools.h"
 #include "forward/embedded/discretisation.h"
+#include "forward/embedded/reference/reference_multigrid.h"
 
 namespace kappamu::forward::embedded {
 namespace {
@@ -56,12 +57,14 @@ int iterations(const TriangleMesh& mesh, const ObjectMedium& medium, int level) 
   Octree tree(mesh);
   tree.refine_surface(level);
   CutMesh cut = cut_mesh(tree, mesh, *rays);
-  const Discretisation d(std::move(tree), std::move(cut), medium, boundary_constants(1.3).A);
-  std::vector<std::vector<double>> b(1, std::vector<double>(d.hierarchy.unknowns(), 0.0)), x;
+  const std::array media{&medium};
+  const Discretisation d(std::move(tree), std::move(cut), media, boundary_constants(1.3).A);
+  std::vector<Load> b(1, {0, std::vector<double>(d.levels.unknowns(), 0.0)});
+  std::vector<std::vector<double>> x;
   std::vector<double> flux(mesh.triangles.size(), 0.0);
   flux[flux.size() / 2] = 1.0;
-  add_surface_load(d.mesh, d.hierarchy.space, flux, b[0]);
-  const CgReport report = solve(d.hierarchy, b, x, tolerance, 100);
+  add_surface_load(d.mesh, d.space(), flux, b[0].power);
+  const CgReport report = make_reference_multigrid(d.levels)->solve(b, x, tolerance, 100);
   EXPECT_TRUE(report.converged);
   return report.iterations;
 }

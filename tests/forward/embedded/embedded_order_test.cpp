@@ -8,7 +8,9 @@
 #include "embedded_test_tools.h"
 #include "exact_sphere.h"
 #include "forward/embedded/discretisation.h"
-#include "forward/embedded/reference_solver.h"
+#include "forward/embedded/reference/cube_by_cube.h"
+#include "forward/embedded/reference/reference_multigrid.h"
+#include "forward/embedded/reference/row_levels.h"
 
 namespace kappamu::forward::embedded {
 namespace {
@@ -29,19 +31,22 @@ struct Errors {
 };
 
 /// Errors of the mean fluence of every triangle against `exact` at its centroid's direction.
-template <class Load, class Exact>
-Errors sphere_errors(int level, const ExactSphere& sphere, const Load& load, const Exact& exact) {
+template <class Lighting, class Exact>
+Errors sphere_errors(int level, const ExactSphere& sphere, const Lighting& load,
+                     const Exact& exact) {
   const TriangleMesh mesh = icosphere(sphere.radius, level, centre);
   const Surface surface = surface_of(mesh);
   const auto rays = make_caster(mesh);
   const ObjectMedium medium(sphere.medium);
+  const std::array media{&medium};
   Octree tree = uniform_tree(mesh, level);
   CutMesh cut = cut_mesh(tree, mesh, *rays);
-  const Discretisation d(std::move(tree), std::move(cut), medium, sphere.A);
-  std::vector<std::vector<double>> b(1, std::vector<double>(d.hierarchy.unknowns(), 0.0)), x;
-  load(d, surface, b[0]);
-  EXPECT_TRUE(solve(d.hierarchy, b, x, solved, 50).converged);
-  const std::vector<double> means = triangle_means(d.mesh, d.hierarchy.space, x[0], surface.size());
+  const Discretisation d(std::move(tree), std::move(cut), media, sphere.A);
+  std::vector<Load> b(1, {0, std::vector<double>(d.levels.unknowns(), 0.0)});
+  std::vector<std::vector<double>> x;
+  load(d, surface, b[0].power);
+  EXPECT_TRUE(make_reference_multigrid(d.levels)->solve(b, x, solved, 50).converged);
+  const std::vector<double> means = triangle_means(d.mesh, d.space(), x[0], surface.size());
   double error = 0.0, norm = 0.0, most = 0.0, highest = 0.0;
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const double wanted = exact((surface.position[t] - centre).normalized());
@@ -81,7 +86,7 @@ TEST(EmbeddedOrder, TwoOnTheSphereLitFromOutside) {
             const double cosine = axis.dot((p - centre).normalized());
             flux.push_back(ExactSphere::legendre_sum(light, cosine) / (2.0 * sphere.A));
           }
-          add_surface_load(d.mesh, d.hierarchy.space, flux, b);
+          add_surface_load(d.mesh, d.space(), flux, b);
         },
         [&](const Eigen::Vector3d& direction) {
           return ExactSphere::legendre_sum(terms, axis.dot(direction));
@@ -104,7 +109,7 @@ TEST(EmbeddedOrder, TwoOnTheSphereLitFromInside) {
           const int leaf = d.tree.leaf_at(at);
           const Cube& cube = d.tree.cube(leaf);
           const Eigen::Vector3d corner(cube.at[0], cube.at[1], cube.at[2]);
-          add_load(d.hierarchy.space,
+          add_load(d.space(),
                    static_cast<std::size_t>(d.mesh.cube_of_leaf[static_cast<std::size_t>(leaf)]),
                    shape_functions(std::ldexp(1.0, cube.level) * at - corner), b);
         },
@@ -128,9 +133,10 @@ struct Small {
     tree.refine_surface(level);
     cut = cut_mesh(tree, mesh, *rays);
     const ObjectMedium medium(Coefficients{0.2, 0.02});
-    elements = cube_elements(cut, cube_coefficients(cut, tree, medium), 2.34);
+    elements = cube_elements(cut, {cube_coefficients(cut, tree, medium)}, 2.34);
     space = NodeSpace(cut.cubes);
   }
+  Levels levels() const { return make_levels(cut.cubes, elements); }
   std::vector<double> random(unsigned seed) const {
     std::mt19937 generator(seed);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
@@ -154,20 +160,22 @@ std::vector<double> product(const SparseRows<double>& matrix, const std::vector<
 
 TEST(EmbeddedEquations, RowsAreTheReference) {
   const Small small(5);
-  const Hierarchy hierarchy = make_hierarchy(small.cut, small.elements);
+  const Levels levels = small.levels();
+  const RowLevels rows = make_row_levels(levels, 0);
   const std::vector<double> x = small.random(1);
-  const std::vector<double> a = product(hierarchy.matrix, x);
-  const std::vector<double> b = reference_product(small.space, small.elements, x);
+  const std::vector<double> a = product(rows.matrix, x);
+  const std::vector<double> b = reference_product(small.space, small.elements, 0, x);
   for (std::size_t u = 0; u < a.size(); ++u) ASSERT_NEAR(a[u], b[u], 1e-12);
 }
 
 TEST(EmbeddedEquations, AreSymmetricAndPositive) {
   const Small small(5);
-  const Hierarchy hierarchy = make_hierarchy(small.cut, small.elements);
+  const Levels levels = small.levels();
+  const RowLevels rows = make_row_levels(levels, 0);
   for (const unsigned seed : {1U, 3U, 5U}) {
     const std::vector<double> x = small.random(seed), y = small.random(seed + 1);
-    const std::vector<double> a_x = product(hierarchy.matrix, x);
-    const std::vector<double> a_y = product(hierarchy.matrix, y);
+    const std::vector<double> a_x = product(rows.matrix, x);
+    const std::vector<double> a_y = product(rows.matrix, y);
     EXPECT_NEAR(dot(x, a_y), dot(y, a_x), 1e-11 * std::abs(dot(x, a_x)));
     EXPECT_GT(dot(x, a_x), 0.0);
   }
@@ -178,8 +186,8 @@ TEST(EmbeddedEquations, LinearFunctionsHaveNoFluxInside) {
   // the surface contributes to their equations.
   const Small small(5);
   Elements stiffness = small.elements;
-  stiffness =
-      cube_elements(small.cut, std::vector<Coefficients>(small.cut.cubes.size(), {0.2, 0.0}), 1e30);
+  stiffness = cube_elements(small.cut,
+                            {std::vector<Coefficients>(small.cut.cubes.size(), {0.2, 0.0})}, 1e30);
   const NodeSpace& space = small.space;
   std::vector<double> x(space.unknowns());
   std::vector<char> near_surface(space.unknowns(), 0);
@@ -197,7 +205,7 @@ TEST(EmbeddedEquations, LinearFunctionsHaveNoFluxInside) {
       for (const int u : parts) near_surface[static_cast<std::size_t>(u)] = 1;
     }
   }
-  const std::vector<double> y = reference_product(space, stiffness, x);
+  const std::vector<double> y = reference_product(space, stiffness, 0, x);
   int inside = 0;
   for (std::size_t u = 0; u < y.size(); ++u) {
     if (near_surface[u] != 0) continue;
@@ -209,17 +217,19 @@ TEST(EmbeddedEquations, LinearFunctionsHaveNoFluxInside) {
 
 TEST(EmbeddedEquations, MultigridSolvesAsTheReferenceDoes) {
   const Small small(4);
-  const Hierarchy hierarchy = make_hierarchy(small.cut, small.elements);
-  std::vector<std::vector<double>> b, x;
+  const Levels levels = small.levels();
+  std::vector<Load> b;
+  std::vector<std::vector<double>> x;
   for (unsigned light = 0; light < 3; ++light) {
-    b.push_back(reference_product(small.space, small.elements, small.random(10 + light)));
+    b.push_back({0, reference_product(small.space, small.elements, 0, small.random(10 + light))});
   }
-  EXPECT_TRUE(solve(hierarchy, b, x, 1e-10, 50).converged);
-  const std::vector<double> y = reference_solution(small.space, small.elements, b[2], 1e-11);
+  EXPECT_TRUE(make_reference_multigrid(levels)->solve(b, x, 1e-10, 50).converged);
+  const std::vector<double> y =
+      reference_solution(small.space, small.elements, 0, b[2].power, 1e-11);
   std::vector<double> error = y;
   for (std::size_t u = 0; u < y.size(); ++u) error[u] -= x[2][u];
   const auto energy = [&](const std::vector<double>& v) {
-    return dot(v, reference_product(small.space, small.elements, v));
+    return dot(v, reference_product(small.space, small.elements, 0, v));
   };
   constexpr double both_residuals = 1e-7;  // 1e-10 and 1e-11, times the root of the condition
   EXPECT_LE(std::sqrt(energy(error) / energy(y)), both_residuals);

@@ -10,6 +10,7 @@
 
 #include "core/optics.h"
 #include "tests/forward/montecarlo/test_tools.h"
+#include "tests/reference_data.h"
 
 namespace kappamu::forward {
 namespace {
@@ -19,8 +20,7 @@ using nlohmann::json;
 class MonteCarloReference : public testing::WithDevice {
  protected:
   void compare(const std::string& name, int voxels_per_mm, std::uint64_t photons) {
-    const auto path = std::filesystem::path(KAPPAMU_SOURCE_DIR) / "../shared/data" /
-                      "transport-reference" / (name + ".json");
+    const auto path = reference_data("transport-reference") / (name + ".json");
     std::ifstream in(path);
     if (!in) GTEST_SKIP() << "shared/data/transport-reference is absent";
     const json file = json::parse(in);

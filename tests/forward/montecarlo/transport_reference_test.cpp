@@ -15,6 +15,7 @@
 #include "device/device_info.h"
 #include "forward/grid/power_balance.h"
 #include "tests/forward/grid/test_tools.h"
+#include "tests/reference_data.h"
 
 namespace kappamu::forward {
 namespace {
@@ -58,8 +59,7 @@ class TransportReference : public ::testing::Test {
   static constexpr SolveOptions tight{1e-8, 300};
 
   static std::optional<Scene> load(const std::string& name) {
-    const auto path = std::filesystem::path(KAPPAMU_SOURCE_DIR) / "../shared/data" /
-                      "transport-reference" / (name + ".json");
+    const auto path = reference_data("transport-reference") / (name + ".json");
     std::ifstream in(path);
     if (!in) return std::nullopt;
     Scene scene;

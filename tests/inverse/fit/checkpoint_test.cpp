@@ -201,11 +201,11 @@ TEST(Checkpoint, ForgedStatesAreRefusedByWhatTheyHold) {
   const double nan = std::nan("");
   refused(within, "level", [](FitState& s) { s.level = 1000000; });
   refused(within, "negative level", [](FitState& s) { s.level = -1; });
-  refused(within, "neither within nor finished", [](FitState& s) { s.in_stage = false; });
-  refused(within, "finished too early", [](FitState& s) { s.finished = true; });
+  refused(within, "no phase", [](FitState& s) { s.path.phase = static_cast<FitPhase>(5); });
+  refused(within, "finished too early", [](FitState& s) { s.path.phase = FitPhase::finished; });
   refused(within, "steps", [](FitState& s) { s.stage_steps = -5; });
-  refused(within, "weight", [](FitState& s) { s.weight = -1.0; });
-  refused(within, "weight that is none", [&](FitState& s) { s.weight = nan; });
+  refused(within, "weight", [](FitState& s) { s.path.weight = -1.0; });
+  refused(within, "weight that is none", [&](FitState& s) { s.path.weight = nan; });
   refused(within, "fields", [](FitState& s) { s.fields.log_mu.pop_back(); });
   refused(within, "values of fields", [](FitState& s) { s.fields.log_mu[0] = 1e300; });
   refused(within, "correction", [](FitState& s) { s.correction.resize(1); });
@@ -224,6 +224,19 @@ TEST(Checkpoint, ForgedStatesAreRefusedByWhatTheyHold) {
   refused(within, "start", [&](FitState& s) { s.report.homogeneous_mu = nan; });
   refused(saved.back(), "end", [](FitState& s) { s.fields.log_kappa.clear(); });
   refused(saved.back(), "end on another grid", [](FitState& s) { s.level = 1; });
+}
+
+TEST(Checkpoint, ForgedEndsOfThePathOnACoarseGridAreRefused) {
+  const Case c = bright_block({8, 8, 8, 0.5});
+  const Bytes coarse = all_checkpoints(c).front();
+  ASSERT_EQ(FitState::from(unseal(coarse, origin_of(c))).level, 1);
+  for (const FitPhase phase :
+       {FitPhase::last_weight, FitPhase::last_weight_again, FitPhase::finished}) {
+    const FitReport report =
+        fit(c, from(forged(c, coarse, [&](FitState& s) { s.path.phase = phase; }))).report;
+    EXPECT_FALSE(report.resumed) << static_cast<int>(phase);
+    EXPECT_THAT(report.warnings, Contains(HasSubstr("A checkpoint is damaged")));
+  }
 }
 
 TEST(Checkpoint, AnySizeThatIsDeclaredAllocatesNoMoreThanThereIs) {

@@ -52,7 +52,7 @@ double score(const Medium& medium, SurfaceMeasurements light, const fs::path& tr
 }
 
 const fs::path root =
-    fs::path(KAPPAMU_SOURCE_DIR) / "../shared/data/transport-reference/block-32x32x10";
+    fs::path(KAPPAMU_SOURCE_DIR).parent_path() / "shared/data/transport-reference/block-32x32x10";
 
 /// As measurements.json states them.
 SurfaceMeasurements reference_measurements() {

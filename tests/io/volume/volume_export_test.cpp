@@ -127,6 +127,7 @@ TEST_F(VolumeExport, MitsubaSceneNamesItsVolumesAndUnit) {
   EXPECT_THAT(scene, HasSubstr("use_grid_bbox\" value=\"true\""));
   EXPECT_THAT(scene, HasSubstr("raw\" value=\"true\""));
   EXPECT_THAT(scene, HasSubstr("Scene unit: mm"));
+  EXPECT_THAT(scene, HasSubstr("emitter type=\"area\""));
   EXPECT_THAT(scene, HasSubstr("int_ior\" value=\"1.45\""));
   EXPECT_THAT(result.warnings, ElementsAre(HasSubstr("scene.xml shows channel R alone")));
 

@@ -116,6 +116,25 @@ TEST_F(VolumeFile, OpenVdbFindsTheMarkerWhereItIs) {
             "eta 1.45 session demo <a&b>\n");
 }
 
+/// For shaders that take all channels at once.
+TEST_F(VolumeFile, RedGreenAndBlueComeAsVectorGridsToo) {
+  KAPPAMU_NEED_PYTHON("pyopenvdb");
+  VolumeSet set;
+  const GridShape shape{2, 2, 2, 0.5};
+  set.channels = {"R", "G", "B"};
+  for (const double kappa : {0.5, 0.25, 0.125}) {
+    set.media.push_back({Volume<double>(shape, kappa), Volume<double>(shape, 0.1)});
+  }
+  write_vdb(folder_ / "rgb.vdb", set);
+  EXPECT_EQ(run_python("import pyopenvdb as v\n"
+                       "for name in ('sigma_t', 'color'):\n"
+                       "  print(*('%.4f' % x for x in v.read('rgb.vdb', "
+                       "name).getConstAccessor().getValue((1, 0, 1))))",
+                       folder_),
+            "0.6667 1.3333 2.6667\n0.8500 0.9250 0.9625\n");
+  EXPECT_THAT(read_vdb(folder_ / "rgb.vdb").channels, ElementsAre("R", "G", "B"));
+}
+
 TEST_F(VolumeFile, VdbOfAnotherProgramIsRead) {
   KAPPAMU_NEED_PYTHON("pyopenvdb");
   run_python(

@@ -1,0 +1,155 @@
+#include <stdlib.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "app/command.h"
+#include "app/viewer/viewer.h"
+#include "core/error.h"
+#include "forward/object_models.h"
+#include "io/atomic_file.h"
+#include "render/scene/new_scene.h"
+
+namespace kappamu::app {
+
+namespace {
+
+struct ViewArguments {
+  std::string scene;
+  std::optional<std::string> script, model;
+  std::optional<double> tolerance;
+  std::optional<int> width;
+  std::string out = ".";
+  std::optional<std::string> edits;
+};
+
+/// Removed with all it holds.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    path_ = (std::filesystem::temp_directory_path() / "kappamu-view-XXXXXX").string();
+    if (mkdtemp(path_.data()) == nullptr) {
+      throw InputError(path_ + ": cannot be made; set TMPDIR to a folder that can be written");
+    }
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::filesystem::path path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+/// A scene file, or the first scene of a run, its measured block between two lamps, which lies in
+/// `folder` as long as it is used.
+render::Scene scene_of(const std::string& path, std::optional<TemporaryFolder>& folder) {
+  if (!std::filesystem::is_directory(path)) return render::read_scene(path);
+  folder.emplace();
+  const std::filesystem::path file = folder->path() / "scene.json";
+  io::write_text_atomically(file, render::new_scene(path, folder->path()));
+  return render::read_scene(file);
+}
+
+void run_view(const ViewArguments& arguments, const Globals& globals) {
+  constexpr int usual_width = 960;
+  const auto progress = make_progress();
+  std::optional<TemporaryFolder> folder;
+  const render::Scene scene = scene_of(arguments.scene, folder);
+  ViewerOptions options;
+  options.script = arguments.script;
+  options.out = arguments.out;
+  options.edits = arguments.edits;
+  options.width = arguments.width.value_or(
+      options.script ? scene.film.width : std::max(usual_width, scene.film.width));
+  options.height = std::max(1, options.width * scene.film.height / scene.film.width);
+  std::vector<std::string> warnings;
+  render::LiveScene live(
+      scene, {arguments.model, arguments.tolerance, globals.device, globals.seed}, warnings);
+  for (const std::string& warning : warnings) progress->warn(warning);
+  const ViewerTimes times = view(scene, live, options);
+  for (const std::string& warning : times.warnings) progress->warn(warning);
+  if (globals.json) {
+    const nlohmann::json summary{{"model", live.model()},
+                                 {"answers", times.answers},
+                                 {"frames", times.frames},
+                                 {"light_ms", times.light_ms},
+                                 {"model_ms", times.model_ms},
+                                 {"frame_ms", times.frame_ms},
+                                 {"error_estimate", times.error_estimate},
+                                 {"screenshots", times.screenshots},
+                                 {"saved", times.saved},
+                                 {"warnings", times.warnings}};
+    std::printf("%s\n", summary.dump().c_str());
+    return;
+  }
+  std::printf("model                %s, estimated error %.2g %%\n", live.model().c_str(),
+              100.0 * times.error_estimate);
+  std::printf("medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms\n",
+              times.light_ms, times.model_ms, times.frame_ms);
+  for (const std::string& screenshot : times.screenshots) {
+    std::printf("screenshot           %s\n", screenshot.c_str());
+  }
+  for (const std::string& file : times.saved)
+    std::printf("saved                %s\n", file.c_str());
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, Globals& globals) {
+  auto* command = app.add_subcommand(
+      "view",
+      "Turn lights round objects in a window, their diffusion solved again each time.\n\n"
+      "SCENE is what `kappamu render` takes; of a RUN it is the measured block between two lamps.\n"
+      "Drag left: orbit; drag right: the light; wheel: nearer or farther. The panel states what "
+      "an\n"
+      "answer takes, the model's estimated error, and whether the picture lags behind the "
+      "light.\n\n"
+      "Seen is the light that diffusion lets out; reflections and single scattering are in\n"
+      "`kappamu render` alone.\n\n"
+      "A brush changes kappa or mu of a measured volume under it, down to a depth; strokes are "
+      "undone\n"
+      "and done again, and saved as `kappamu edit` does: a volume and the recipe that makes it.\n\n"
+      "A script has one command per line: lamp N, light AZ EL, orbit DX DY (degrees), exposure E,\n"
+      "panel on|off, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y ..., undo, redo,\n"
+      "slice NAME x|y|z N, save, screenshot NAME, quit.");
+  auto arguments = std::make_shared<ViewArguments>();
+  command->add_option("scene", arguments->scene, "What to look at")
+      ->required()
+      ->type_name("SCENE|RUN");
+  command
+      ->add_option("--model", arguments->model,
+                   "Model of light; by itself grid for boxes of whole voxels, else dipole-rotated "
+                   "where all is homogeneous, else embedded")
+      ->check(CLI::IsMember(forward::object_model_names()));
+  command
+      ->add_option("--tolerance", arguments->tolerance,
+                   "Relative error asked of models that refine; by itself 0.1")
+      ->check(CLI::Range(1e-6, 1.0));
+  command->add_option("--width", arguments->width, "Of the picture [px]")
+      ->check(CLI::Range(16, 16384));
+  command->add_option("--script", arguments->script, "Play this file with the window hidden")
+      ->check(CLI::ExistingFile)
+      ->type_name("FILE");
+  command->add_option("-o,--out", arguments->out, "Folder of the script's screenshots")
+      ->check(CLI::ExistingDirectory)
+      ->type_name("OUT");
+  command
+      ->add_option("--edits", arguments->edits,
+                   "Folder that painted volumes are saved to, with their recipe")
+      ->type_name("OUT");
+  command->footer(
+      "Example: kappamu view demo/run\n"
+      "         xvfb-run -a kappamu view scene.json --script turn.txt -o pictures");
+  command->callback([arguments, &globals] { run_view(*arguments, globals); });
+}
+
+}  // namespace kappamu::app

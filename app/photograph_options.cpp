@@ -1,0 +1,82 @@
+#include "app/photograph_options.h"
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+
+#include "core/error.h"
+#include "core/shown_text.h"
+
+namespace kappamu::app {
+
+namespace {
+
+constexpr std::array kinds{capture::BoardKind::chessboard, capture::BoardKind::circles,
+                           capture::BoardKind::asymmetric_circles};
+
+/// "9x6" as {9, 6}.
+std::array<int, 2> extent(const std::string& text, const std::string& option) {
+  std::array<int, 2> size{};
+  int used = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%n", &size[0], &size[1], &used) != 2 ||
+      used != static_cast<int>(text.size()) || size[0] < 2 || size[1] < 2) {
+    throw InputError(option + " is '" + shown_text(text) +
+                     "'; write columns x rows, both at least 2, such as 9x6.");
+  }
+  return size;
+}
+
+}  // namespace
+
+bool is_session(const std::filesystem::path& folder) {
+  std::error_code ignored;
+  return std::filesystem::exists(folder / "session.json", ignored);
+}
+
+void add_table(CLI::App& command, std::optional<std::string>& table) {
+  command
+      .add_option("--table", table,
+                  "Of photographs without a session: CSV with the columns file, shot and, where "
+                  "EXIF does not have it, exposure_s")
+      ->type_name("CSV");
+}
+
+capture::Board BoardOptions::board() const {
+  const std::array<int, 2> size = extent(corners, "--board");
+  if (!(square_mm > 0.0)) {
+    throw InputError("--square is missing; give the distance of two corners in mm.");
+  }
+  capture::Board board{size[0], size[1], square_mm};
+  for (const capture::BoardKind known : kinds) {
+    if (to_string(known) == kind) board.kind = known;
+  }
+  return board;
+}
+
+std::optional<capture::Projector> BoardOptions::projector_size() const {
+  if (projector.empty()) return std::nullopt;
+  const std::array<int, 2> size = extent(projector, "--projector");
+  return capture::Projector{size[0], size[1]};
+}
+
+void add_board_options(CLI::App& command, BoardOptions& options) {
+  command
+      .add_option("--board", options.corners,
+                  "Of photographs without a session: inner corners or dots of the printed board, "
+                  "columns x rows, such as 9x6")
+      ->type_name("NxM");
+  command.add_option("--square", options.square_mm, "Distance of two of its corners or dots")
+      ->type_name("MM");
+  std::vector<std::string> names;
+  for (const capture::BoardKind kind : kinds) names.push_back(to_string(kind));
+  command.add_option("--board-kind", options.kind, "What the board shows")
+      ->capture_default_str()
+      ->check(CLI::IsMember(names));
+  command
+      .add_option("--projector", options.projector,
+                  "Pixels of the projector whose Gray codes lie among the photographs, such as "
+                  "1024x768")
+      ->type_name("NxM");
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,32 @@
+// What commands ask of photographs that lie in a folder without a session.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/command.h"
+#include "capture/import/photograph_session.h"
+
+namespace kappamu::app {
+
+/// A folder is a session's if it has a session.json.
+bool is_session(const std::filesystem::path& folder);
+
+/// Adds --table.
+void add_table(CLI::App& command, std::optional<std::string>& table);
+
+struct BoardOptions {
+  std::string corners;  ///< "9x6"; empty: not given
+  double square_mm = 0.0;
+  std::string kind = "chessboard";
+  std::string projector;  ///< "1024x768"; empty: none
+
+  capture::Board board() const;
+  std::optional<capture::Projector> projector_size() const;
+};
+
+/// Adds --board, --square, --board-kind and --projector.
+void add_board_options(CLI::App& command, BoardOptions& options);
+
+}  // namespace kappamu::app

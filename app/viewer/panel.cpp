@@ -1,0 +1,150 @@
+#include "app/viewer/panel.h"
+
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kappamu::app {
+
+namespace {
+
+/// What an answer may take that keeps up with a moving light [ms]: thirty of them a second.
+constexpr double budget_ms = 1000.0 / 30.0;
+constexpr double degrees_per_pixel = 0.4;
+const ImVec4 amber{1.0F, 0.75F, 0.2F, 1.0F};
+
+void draw_handles(ViewState& state) {
+  if (state.lights.size() > 1) {
+    int lamp = static_cast<int>(state.lamp) + 1;
+    ImGui::SliderInt("light", &lamp, 1, static_cast<int>(state.lights.size()));
+    state.lamp = static_cast<std::size_t>(lamp - 1);
+  }
+  if (state.has_handle()) {
+    const render::LightAngles angles = render::angles_of(state.lights[state.lamp], state.centre);
+    auto azimuth = static_cast<float>(angles.azimuth_deg);
+    auto elevation = static_cast<float>(angles.elevation_deg);
+    const bool turned = ImGui::SliderFloat("azimuth", &azimuth, -180.0F, 180.0F, "%.0f deg");
+    const bool raised = ImGui::SliderFloat("elevation", &elevation, -89.0F, 89.0F, "%.0f deg");
+    if (turned || raised) {
+      state.turn_light({static_cast<double>(azimuth), static_cast<double>(elevation)});
+    }
+  } else {
+    ImGui::TextUnformatted("this light comes from everywhere");
+  }
+  auto exposure = static_cast<float>(state.exposure);
+  if (ImGui::SliderFloat("exposure", &exposure, 0.01F, 100.0F, "%.3g",
+                         ImGuiSliderFlags_Logarithmic)) {
+    state.exposure = static_cast<double>(exposure);
+  }
+}
+
+/// What f(v) of the operation makes of a coefficient v.
+const char* unit_of(const Brush& brush) {
+  if (brush.operation == render::Operation::multiply) return "times";
+  return brush.of == Brush::Of::kappa ? "mm" : "1/mm";
+}
+
+Asked draw_brush(const Painter& painter, ViewState& state) {
+  Asked asked = Asked::nothing;
+  int tool = static_cast<int>(state.tool);
+  ImGui::RadioButton("orbit", &tool, static_cast<int>(Tool::orbit));
+  ImGui::SameLine();
+  ImGui::RadioButton("brush", &tool, static_cast<int>(Tool::brush));
+  state.tool = static_cast<Tool>(tool);
+  if (state.tool == Tool::brush) {
+    Brush& brush = state.brush;
+    int of = static_cast<int>(brush.of), operation = static_cast<int>(brush.operation);
+    ImGui::Combo("coefficient", &of, "kappa\0mu\0");
+    ImGui::Combo("operation", &operation, "multiply\0add\0set\0blend\0");
+    brush.of = static_cast<Brush::Of>(of);
+    brush.operation = static_cast<render::Operation>(operation);
+    ImGui::InputDouble(unit_of(brush), &brush.amount, 0.0, 0.0, "%.4g");
+    const auto length = [](const char* name, double& value) {
+      auto shown = static_cast<float>(value);
+      if (ImGui::SliderFloat(name, &shown, 0.05F, 50.0F, "%.2f mm", ImGuiSliderFlags_Logarithmic)) {
+        value = static_cast<double>(shown);
+      }
+    };
+    length("radius", brush.radius_mm);
+    length("depth", brush.depth_mm);
+    int channel = brush.channel.empty()  ? 0
+                  : brush.channel == "R" ? 1
+                  : brush.channel == "G" ? 2
+                                         : 3;
+    ImGui::Combo("channel", &channel, "all\0R\0G\0B\0");
+    constexpr std::array<const char*, 4> channels{"", "R", "G", "B"};
+    brush.channel = channels[static_cast<std::size_t>(channel)];
+  }
+  const auto button = [&](const char* name, bool possible, Asked what) {
+    ImGui::BeginDisabled(!possible);
+    if (ImGui::Button(name)) asked = what;
+    ImGui::EndDisabled();
+  };
+  button("undo", painter.can_undo(), Asked::undo);
+  ImGui::SameLine();
+  button("redo", painter.can_redo(), Asked::redo);
+  ImGui::SameLine();
+  button("save", painter.can_undo(), Asked::save);
+  ImGui::SameLine();
+  ImGui::Checkbox("slices", &state.slice.shown);
+  return asked;
+}
+
+}  // namespace
+
+Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState& state) {
+  Asked asked = Asked::nothing;
+  ImGui::SetNextWindowPos({8.0F, 8.0F}, ImGuiCond_Once);
+  ImGui::Begin("kappamu view", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushItemWidth(160.0F);
+  draw_handles(state);
+  if (painter != nullptr) {
+    ImGui::Separator();
+    asked = draw_brush(*painter, state);
+    if (!numbers.saved.empty()) ImGui::TextUnformatted(numbers.saved.c_str());
+  }
+  ImGui::Separator();
+  ImGui::Text("model      %s", numbers.model.c_str());
+  if (numbers.answer != nullptr) {
+    const render::LiveAnswer& answer = *numbers.answer;
+    const double solve = answer.light_ms + answer.model_ms;
+    ImGui::Text("light      %.0f ms", answer.light_ms);
+    ImGui::Text("diffusion  %.0f ms", answer.model_ms);
+    ImGui::Text("drawing    %.1f ms", numbers.frame_ms);
+    ImGui::Text("error      %.2g %% estimated", 100.0 * answer.error_estimate);
+    if (answer.iterations > 0) ImGui::Text("iterations %d", answer.iterations);
+    if (!answer.converged) ImGui::TextColored(amber, "the tolerance is not reached");
+    if (solve > budget_ms) {
+      ImGui::TextColored(amber, "an answer takes %.0f ms, a frame has %.0f:", solve, budget_ms);
+      ImGui::TextColored(amber, "the picture lags behind a moving light");
+    }
+  }
+  if (numbers.waiting_ms > budget_ms) {
+    ImGui::TextColored(amber, "solving for %.1f s; shown is what was before",
+                       1e-3 * numbers.waiting_ms);
+  }
+  ImGui::PopItemWidth();
+  ImGui::End();
+  return asked;
+}
+
+void follow_mouse(ViewState& state) {
+  const ImGuiIO& io = ImGui::GetIO();
+  if (io.WantCaptureMouse) return;
+  const double x = static_cast<double>(io.MouseDelta.x), y = static_cast<double>(io.MouseDelta.y);
+  if (state.tool == Tool::orbit && ImGui::IsMouseDragging(ImGuiMouseButton_Left)) {
+    state.orbit(-degrees_per_pixel * x, degrees_per_pixel * y);
+  }
+  if (ImGui::IsMouseDragging(ImGuiMouseButton_Right) && (x != 0.0 || y != 0.0) &&
+      state.has_handle()) {
+    render::LightAngles angles = render::angles_of(state.lights[state.lamp], state.centre);
+    angles.azimuth_deg += degrees_per_pixel * x;
+    angles.elevation_deg = std::clamp(angles.elevation_deg - degrees_per_pixel * y, -89.0, 89.0);
+    state.turn_light(angles);
+  }
+  if (io.MouseWheel != 0.0F) state.zoom(std::pow(0.9, static_cast<double>(io.MouseWheel)));
+}
+
+}  // namespace kappamu::app

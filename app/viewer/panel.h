@@ -1,0 +1,28 @@
+// The numbers and handles over the picture, and what the mouse does.
+#pragma once
+
+#include <string>
+
+#include "app/viewer/view_state.h"
+#include "render/live/live_scene.h"
+
+namespace kappamu::app {
+
+struct PanelNumbers {
+  std::string model;
+  const render::LiveAnswer* answer = nullptr;  ///< that the picture shows; none yet
+  double frame_ms = 0.0;                       ///< drawing and panel
+  double waiting_ms = 0.0;                     ///< since something was asked that is not shown
+  std::string saved;                           ///< what the last saving wrote; empty: nothing yet
+};
+
+enum class Asked { nothing, undo, redo, save };
+
+/// Between ImGui's NewFrame and Render. `painter` is none where there is no volume to paint.
+Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState& state);
+
+/// Drag left: orbit, unless the brush is in hand; drag right: the light in hand; wheel: nearer or
+/// farther.
+void follow_mouse(ViewState& state);
+
+}  // namespace kappamu::app

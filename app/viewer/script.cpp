@@ -1,0 +1,100 @@
+#include "app/viewer/script.h"
+
+#include <optional>
+#include <sstream>
+
+#include "core/error.h"
+#include "io/read_file.h"
+
+namespace kappamu::app::script {
+
+namespace {
+
+std::optional<Command> brush_of(std::istringstream& words) {
+  using render::Operation;
+  Brush brush;
+  std::string operation, of;
+  if (!(words >> operation >> of >> brush.amount >> brush.radius_mm >> brush.depth_mm))
+    return std::nullopt;
+  if (of != "kappa" && of != "mu") return std::nullopt;
+  brush.of = of == "kappa" ? Brush::Of::kappa : Brush::Of::mu;
+  for (const Operation known :
+       {Operation::multiply, Operation::add, Operation::set, Operation::blend}) {
+    if (operation != render::to_string(known)) continue;
+    brush.operation = known;
+    if (brush.radius_mm > 0.0 && brush.depth_mm > 0.0) return brush;
+  }
+  return std::nullopt;
+}
+
+std::optional<Command> command_of(const std::string& name, std::istringstream& words) {
+  if (name == "lamp") {
+    Lamp lamp;
+    if (words >> lamp.number && lamp.number >= 1) return lamp;
+  } else if (name == "light") {
+    TurnLight turn;
+    if (words >> turn.azimuth_deg >> turn.elevation_deg) return turn;
+  } else if (name == "orbit") {
+    Orbit orbit;
+    if (words >> orbit.right_deg >> orbit.up_deg) return orbit;
+  } else if (name == "exposure") {
+    Exposure exposure;
+    if (words >> exposure.factor && exposure.factor > 0.0) return exposure;
+  } else if (name == "panel") {
+    std::string state;
+    words >> state;
+    if (state == "on") return Panel::on;
+    if (state == "off") return Panel::off;
+  } else if (name == "screenshot") {
+    Screenshot shot;
+    if (words >> shot.name) return shot;
+  } else if (name == "brush") {
+    return brush_of(words);
+  } else if (name == "paint") {
+    Paint paint;
+    for (double value = 0.0; words >> value;) paint.points.push_back(value);
+    if (words.eof() && !paint.points.empty() && paint.points.size() % 2 == 0) {
+      words.clear();
+      return paint;
+    }
+  } else if (name == "undo") {
+    return Undo{};
+  } else if (name == "redo") {
+    return Redo{};
+  } else if (name == "slice") {
+    ShowSlice show;
+    char axis = '?';
+    if (words >> show.volume >> axis >> show.index && axis >= 'x' && axis <= 'z') {
+      show.axis = axis - 'x';
+      return show;
+    }
+  } else if (name == "save") {
+    return Save{};
+  } else if (name == "quit") {
+    return Quit{};
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::vector<Command> read(const std::filesystem::path& file) {
+  std::istringstream text(io::read_text(file));
+  std::vector<Command> commands;
+  std::string line, rest;
+  for (int number = 1; std::getline(text, line); ++number) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string name;
+    if (!(words >> name)) continue;
+    const std::optional<Command> command = command_of(name, words);
+    if (!command || words >> rest) {
+      throw InputError(
+          file.string() + ": line " + std::to_string(number) + ": '" + line +
+          "' is no command of a script, or lacks a value; docs/howto/view.md lists them");
+    }
+    commands.push_back(*command);
+  }
+  return commands;
+}
+
+}  // namespace kappamu::app::script

@@ -1,0 +1,113 @@
+#include "app/viewer/slice_window.h"
+
+#include <epoxy/gl.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+namespace kappamu::app {
+
+namespace {
+
+constexpr float longest_edge_px = 260.0F;
+
+/// The two axes of a slice: columns, rows.
+std::array<int, 2> axes_across(int axis) {
+  return axis == 0 ? std::array{1, 2} : axis == 1 ? std::array{0, 2} : std::array{0, 1};
+}
+
+std::array<int, 3> voxel_at(const Slice& slice, int column, int row) {
+  const auto [u, v] = axes_across(slice.axis);
+  std::array<int, 3> voxel{};
+  voxel[static_cast<std::size_t>(slice.axis)] = slice.index;
+  voxel[static_cast<std::size_t>(u)] = column;
+  voxel[static_cast<std::size_t>(v)] = row;
+  return voxel;
+}
+
+/// Black at the volume's smallest value, white at its largest.
+std::vector<std::uint8_t> greys(const Volume<double>& volume, const Slice& slice, int columns,
+                                int rows) {
+  const auto [least, most] = std::minmax_element(volume.values().begin(), volume.values().end());
+  const double range = std::max(*most - *least, 1e-300);
+  std::vector<std::uint8_t> pixels;
+  for (int row = rows - 1; row >= 0; --row) {  // the first row at the top: rows grow upwards
+    for (int column = 0; column < columns; ++column) {
+      const auto [x, y, z] = voxel_at(slice, column, row);
+      const auto grey = static_cast<std::uint8_t>(255.0 * (volume(x, y, z) - *least) / range + 0.5);
+      pixels.insert(pixels.end(), {grey, grey, grey});
+    }
+  }
+  return pixels;
+}
+
+}  // namespace
+
+void SliceWindow::draw(const io::VolumeSet& set, Slice& slice) {
+  const std::vector<io::NamedVolume> volumes = io::named_volumes(set);
+  const GridShape& shape = set.shape();
+  slice.volume = std::min(slice.volume, volumes.size() - 1);
+  slice.index = std::clamp(slice.index, 0, shape.extent(slice.axis) - 1);
+  const io::NamedVolume& shown = volumes[slice.volume];
+
+  ImGui::SetNextWindowPos({ImGui::GetIO().DisplaySize.x - 8.0F, 8.0F}, ImGuiCond_Once,
+                          {1.0F, 0.0F});
+  ImGui::Begin("slice", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
+  ImGui::PushItemWidth(160.0F);
+  if (ImGui::BeginCombo("volume", shown.name.c_str())) {
+    for (std::size_t i = 0; i < volumes.size(); ++i) {
+      if (ImGui::Selectable(volumes[i].name.c_str(), i == slice.volume)) slice.volume = i;
+    }
+    ImGui::EndCombo();
+  }
+  ImGui::Combo("across", &slice.axis, "x\0y\0z\0");
+  slice.index = std::clamp(slice.index, 0, shape.extent(slice.axis) - 1);
+  ImGui::SliderInt("voxel", &slice.index, 0, shape.extent(slice.axis) - 1);
+  ImGui::PopItemWidth();
+
+  const auto [u, v] = axes_across(slice.axis);
+  const int columns = shape.extent(u), rows = shape.extent(v);
+  const std::vector<std::uint8_t> pixels = greys(*shown.volume, slice, columns, rows);
+  if (texture_ == 0) glGenTextures(1, &texture_);
+  glBindTexture(GL_TEXTURE_2D, texture_);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, columns, rows, 0, GL_RGB, GL_UNSIGNED_BYTE,
+               pixels.data());
+  const float scale = longest_edge_px / static_cast<float>(std::max(columns, rows));
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  const ImVec2 size{scale * static_cast<float>(columns), scale * static_cast<float>(rows)};
+  ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(texture_)), size);
+
+  const auto [least, most] =
+      std::minmax_element(shown.volume->values().begin(), shown.volume->values().end());
+  ImGui::Text("black %.4g, white %.4g %s", *least, *most, shown.unit.c_str());
+  int column = columns / 2, row = rows / 2;
+  if (ImGui::IsItemHovered() ||
+      ImGui::IsMouseHoveringRect(corner, {corner.x + size.x, corner.y + size.y})) {
+    const ImVec2 mouse = ImGui::GetMousePos();
+    column = std::clamp(static_cast<int>((mouse.x - corner.x) / scale), 0, columns - 1);
+    row = std::clamp(rows - 1 - static_cast<int>((mouse.y - corner.y) / scale), 0, rows - 1);
+  }
+  const auto [x, y, z] = voxel_at(slice, column, row);
+  const double h = shape.voxel_mm;
+  ImGui::Text("at %.2f, %.2f, %.2f mm", h * (x + 0.5), h * (y + 0.5), h * (z + 0.5));
+  for (std::size_t c = 0; c < set.channels.size(); ++c) {
+    const bool deviations = !set.kappa_std.empty() && !set.mu_std.empty();
+    ImGui::Text("%-4s kappa %.4g", set.channels[c].c_str(), set.media[c].kappa(x, y, z));
+    ImGui::SameLine();
+    if (deviations) ImGui::Text("+- %.2g", set.kappa_std[c](x, y, z));
+    if (deviations) ImGui::SameLine();
+    ImGui::Text("mm, mu %.4g", set.media[c].mu(x, y, z));
+    ImGui::SameLine();
+    if (deviations) ImGui::Text("+- %.2g", set.mu_std[c](x, y, z));
+    if (deviations) ImGui::SameLine();
+    ImGui::TextUnformatted("1/mm");
+  }
+  ImGui::End();
+}
+
+}  // namespace kappamu::app

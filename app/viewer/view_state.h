@@ -1,0 +1,44 @@
+// What a person or a script sets in the window.
+#pragma once
+
+#include <vector>
+
+#include "app/viewer/painter.h"
+#include "render/live/light_handle.h"
+#include "render/scene/scene.h"
+
+namespace kappamu::app {
+
+/// What dragging with the left button does.
+enum class Tool { orbit, brush };
+
+/// A slice through a volume.
+struct Slice {
+  bool shown = false;
+  std::size_t volume = 0;  ///< of io::named_volumes()
+  int axis = 2;            ///< that it lies across
+  int index = 0;           ///< voxel along the axis
+};
+
+struct ViewState {
+  std::vector<render::Light> lights;
+  std::size_t lamp = 0;                              ///< the light in hand
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< that lights turn about [mm]
+  render::Camera camera;
+  double exposure = 1.0;
+  bool panel = true;
+  Tool tool = Tool::orbit;
+  Brush brush;
+  Slice slice;
+
+  bool has_handle() const { return lamp < lights.size() && render::has_angles(lights[lamp]); }
+  void turn_light(const render::LightAngles& angles) {
+    lights[lamp] = render::turned_to(lights[lamp], centre, angles);
+  }
+  /// The camera about its target: to its right and upwards [degrees], short of the poles.
+  void orbit(double right_deg, double up_deg);
+  /// The camera's distance to its target, times `factor`.
+  void zoom(double factor);
+};
+
+}  // namespace kappamu::app

@@ -1,0 +1,32 @@
+// The window of `kappamu view`: objects under lights that a person turns, or a script.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "render/live/live_scene.h"
+
+namespace kappamu::app {
+
+struct ViewerOptions {
+  std::optional<std::filesystem::path> script;  ///< played with the window hidden
+  std::filesystem::path out = ".";              ///< folder of screenshots
+  std::optional<std::filesystem::path> edits;   ///< folder that edited volumes are saved to
+  int width = 960, height = 720;                ///< of the picture [px]
+};
+
+/// What a viewing cost and left: medians over answers and frames.
+struct ViewerTimes {
+  int answers = 0, frames = 0;
+  double light_ms = 0.0, model_ms = 0.0, frame_ms = 0.0;  ///< frame: drawing and panel
+  double error_estimate = 0.0;                            ///< of the last answer
+  std::vector<std::string> screenshots, saved, warnings;
+};
+
+/// Until the window is closed or the script ends. Throws InputError where no window can be opened,
+/// or this build has none.
+ViewerTimes view(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options);
+
+}  // namespace kappamu::app

@@ -1,0 +1,15 @@
+// `kappamu bench objects`: error, time and elements of every model of objects on the same scenes,
+// against Monte Carlo and, where there is one, the closed form of diffusion.
+#pragma once
+
+#include "bench/subject.h"
+
+namespace kappamu::bench {
+
+Subject objects_subject();
+
+/// Closed form: exitance of a sphere in even diffuse light of irradiance 1 by diffusion, φ ∝
+/// sinh(r √(μ/κ))/r.
+double exitance_of_lit_sphere(double radius_mm, double kappa_mm, double mu_per_mm, double eta);
+
+}  // namespace kappamu::bench

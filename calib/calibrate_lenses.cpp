@@ -1,0 +1,160 @@
+#include "calib/calibrate_lenses.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+
+#include "calib/linear_frame.h"
+#include "calib/projector/correspondences.h"
+#include "calib/projector/gray_code.h"
+#include "calib/projector/phase_shift.h"
+#include "calib/projector/view_checks.h"
+#include "calib/targets/chessboard.h"
+#include "calib/targets/find_board.h"
+#include "core/shown_text.h"
+
+namespace kappamu::calib {
+namespace {
+
+BoardCorners printed_corners(const capture::Session& session, const capture::Frame& frame,
+                             const capture::Radiometry& radiometry) {
+  return find_board(load_linear(session, frame, radiometry), session.calibration.board, frame.file);
+}
+
+/// What a plane's code tells, by whatever code it has.
+ProjectorMap read_code(const capture::Session& session, const capture::ProjectorPlane& plane,
+                       const capture::Radiometry& radiometry) {
+  if (!plane.correspondences.empty()) {
+    return read_correspondences(session.folder / plane.correspondences, session.camera,
+                                session.projector);
+  }
+  std::optional<ProjectorMap> map;
+  if (!plane.gray_code.empty()) {
+    std::vector<Image<float>> frames;
+    for (const capture::Frame& frame : plane.gray_code) {
+      frames.push_back(load_codes(session, frame));
+    }
+    map = decode_gray_code(frames, session.projector);
+  }
+  if (plane.phase_shift.empty()) return std::move(*map);
+  std::vector<PhaseFrames> sets;
+  for (const capture::PhaseShift& set : plane.phase_shift) {
+    sets.push_back({set.along, set.period_px, {}});
+    for (const capture::Frame& frame : set.frames) {
+      sets.back().frames.push_back(load_linear(session, frame, radiometry));
+    }
+  }
+  return decode_phase_shift(std::move(sets), session.projector, map);
+}
+
+std::string name_of_code(const capture::ProjectorPlane& plane) {
+  if (!plane.correspondences.empty()) return plane.correspondences;
+  return plane.gray_code.empty() ? plane.phase_shift.front().frames.front().file
+                                 : plane.gray_code.front().file;
+}
+
+/// The planes with the points that their codes locate for projected corners.
+std::vector<PlaneView> read_codes(const capture::Session& session,
+                                  const capture::ProjectedBoard& lattice,
+                                  std::vector<PlaneView> planes, CalibrationResult& result) {
+  constexpr int shown_px = 160;  // longest side of the quality map that is kept
+  for (std::size_t p = 0; p < planes.size(); ++p) {
+    const capture::ProjectorPlane& plane = session.calibration.projector_planes[p];
+    const ProjectorMap map = read_code(session, plane, result.radiometry);
+    planes[p].name = name_of_code(plane);
+    planes[p].projected = points_on_plane(mapped_corners(map, lattice, planes[p].name),
+                                          planes[p].printed, session.camera.width, planes[p].name);
+    result.gray_code.push_back({planes[p].name, map.legible_share(),
+                                static_cast<int>(planes[p].projected.pixels.size()),
+                                block_means(map.quality, shown_px)});
+  }
+  return planes;
+}
+
+}  // namespace
+
+JointCalibration calibrate_lenses(const capture::Session& session, Stages& stages,
+                                  CalibrationResult& result) {
+  JointCalibration joint;
+  const capture::Calibration& shots = session.calibration;
+  std::vector<BoardView> views;
+  std::vector<PlaneView> planes;
+  stages.run("camera", 0.3, [&] {
+    for (const capture::Frame& frame : shots.camera_boards) {
+      views.push_back({frame.file, printed_corners(session, frame, result.radiometry)});
+    }
+    // The planes' printed boards are seen through the same lens: they help it, too.
+    for (const capture::ProjectorPlane& plane : shots.projector_planes) {
+      views.push_back({plane.board.file, printed_corners(session, plane.board, result.radiometry)});
+    }
+    result.camera =
+        calibrate_camera(views, shots.board.square_mm, session.camera.width, session.camera.height);
+    for (const std::string& sentence : check_camera_views(views, result.camera)) {
+      stages.warn(sentence);
+    }
+  });
+  if (shots.projector_planes.empty()) return joint;
+  stages.run("projector", 0.5, [&] {
+    const auto all_planes = [&](const auto& have) {
+      return std::all_of(shots.projector_planes.begin(), shots.projector_planes.end(), have);
+    };
+    const bool coded =
+        all_planes([](const capture::ProjectorPlane& plane) { return plane.coded(); });
+    const bool boards = all_planes(
+        [](const capture::ProjectorPlane& plane) { return plane.projected.has_value(); });
+    for (std::size_t p = 0; p < shots.projector_planes.size(); ++p) {
+      planes.push_back({"", views[shots.camera_boards.size() + p].corners, {}});
+      if (!boards) continue;
+      planes[p].name = shots.projector_planes[p].projected->file;
+      planes[p].projected = find_projected_chessboard(
+          load_linear(session, *shots.projector_planes[p].projected, result.radiometry),
+          shots.projected_board->columns, shots.projected_board->rows, planes[p].printed,
+          planes[p].name);
+    }
+    for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);
+    const capture::ProjectedBoard shown =
+        coded ? map_lattice(session.projector) : *shots.projected_board;
+    const std::vector<PlaneView> seen = coded ? read_codes(session, shown, planes, result) : planes;
+    result.projector = calibrate_projector(result.camera.lens, shots.board, shown, seen,
+                                           session.projector.width, session.projector.height);
+    joint = adjust_jointly({views, shots.board, shown, seen}, result.camera, result.projector);
+    if (agrees(joint, result.camera)) {
+      result.camera = joint.camera;
+      result.projector = joint.projector;
+    } else {
+      stages.warn(
+          "the projected corners contradict the printed boards, whose residual would rise "
+          "from " +
+          shown_number(result.camera.rms_px, "%.3f") + " to " +
+          shown_number(joint.camera.rms_px, "%.3f") +
+          " px: camera and projector are calibrated one after the other; check that the "
+          "planes are flat beyond the printed board and did not move between their "
+          "pictures.");
+    }
+    if (coded && boards) {
+      result.gray_code_check_px =
+          projected_board_rms(result.camera.lens, result.projector, *shots.projected_board, planes);
+    }
+  });
+  constexpr double suspicious_rms_px = 1.0;
+  if (result.camera.rms_px > suspicious_rms_px) {
+    stages.warn("the camera's reprojection error is " + shown_number(result.camera.rms_px, "%.2f") +
+                " px: look for a bent board or a blurred picture among the views with the largest "
+                "error in calibration.json.");
+  }
+  if (result.gray_code_check_px.value_or(0.0) > suspicious_rms_px) {
+    stages.warn("the projected chessboards lie " +
+                shown_number(*result.gray_code_check_px, "%.2f") +
+                " px (of the projector) from where the codes put them: check projected_board "
+                "in session.json and that no plane moved between its pictures.");
+  }
+  if (result.projector.rms_px > suspicious_rms_px) {
+    stages.warn("the projector's reprojection error is " +
+                shown_number(result.projector.rms_px, "%.2f") +
+                " px: check projected_board in session.json and that no plane moved between its "
+                "pictures.");
+  }
+  return joint;
+}
+
+}  // namespace kappamu::calib

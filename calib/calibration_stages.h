@@ -1,0 +1,35 @@
+// Stages of a calibration: progress, time and warnings of each.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "calib/calibrate.h"
+#include "core/progress.h"
+
+namespace kappamu::calib {
+
+class Stages {
+ public:
+  Stages(CalibrationResult& result, Progress& progress) : result_(result), progress_(progress) {}
+
+  template <class Work>
+  void run(const std::string& stage, double from, const Work& work) {
+    progress_.update("calibrate", from, stage);
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    result_.seconds[stage] +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  void warn(const std::string& sentence) {
+    result_.warnings.push_back(sentence);
+    progress_.warn(sentence);
+  }
+
+ private:
+  CalibrationResult& result_;
+  Progress& progress_;
+};
+
+}  // namespace kappamu::calib

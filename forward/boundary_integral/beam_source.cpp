@@ -1,0 +1,99 @@
+#include "forward/boundary_integral/beam_source.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "forward/boundary_integral/layer_sum.h"
+#include "forward/boundary_integral/panels/panel_potentials.h"
+
+namespace kappamu::forward::boundary_integral {
+
+namespace {
+
+/// Gauss points on [0, 1].
+constexpr std::array<double, 4> node{0.0694318442029737, 0.3300094782075719, 0.6699905217924281,
+                                     0.9305681557970263};
+constexpr std::array<double, 4> weight{0.1739274225687269, 0.3260725774312731, 0.3260725774312731,
+                                       0.1739274225687269};
+/// The first interval, of the smallest panel's radius on the triangle that the beam meets.
+constexpr double first_interval = 0.5;
+/// Optical depth beyond which the light left (1e-6) needs no fine intervals.
+constexpr double deep = 14.0;
+
+/// Ends of intervals that double from `first` at 0 to the middle, and halve to `last` at the end.
+std::vector<double> graded(double length, double first, double last) {
+  std::vector<double> rising{0.0}, falling{length};
+  for (double t = first; t < 0.5 * length; t *= 2.0) rising.push_back(t);
+  for (double t = last; t < 0.5 * length; t *= 2.0) falling.push_back(length - t);
+  rising.insert(rising.end(), falling.rbegin(), falling.rend());
+  return rising;
+}
+
+}  // namespace
+
+BeamSource beam_source(const ObjectProblem& problem, const std::vector<Beam>& beams,
+                       const std::vector<Panel>& panels) {
+  const Coefficients medium = problem.medium.smallest();
+  const double sigma_t = 1.0 / (3.0 * medium.kappa);
+  const double albedo = 1.0 - std::min(1.0, medium.mu / sigma_t);
+  std::vector<double> radius(problem.mesh.triangles.size(), 1e300);
+  for (const Panel& panel : panels) {
+    double& r = radius[static_cast<std::size_t>(panel.sample)];
+    r = std::min(r, panel.radius);
+  }
+  const double size = bounding_box(problem.mesh).sizes().maxCoeff();
+  BeamSource source;
+  for (const Beam& beam : beams) {
+    const BeamPath path = enter(problem, beam, size);
+    const double depth = sigma_t * path.length;
+    source.powers.entering += path.power;
+    source.powers.unscattered += path.power * std::exp(-depth);
+    const double first = first_interval * radius[static_cast<std::size_t>(beam.triangle)];
+    const double last = path.meets && depth < deep
+                            ? first_interval * radius[static_cast<std::size_t>(*path.meets)]
+                            : path.length;
+    const std::vector<double> ends = graded(path.length, first, last);
+    for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+      const double collide = -std::expm1(-sigma_t * (ends[k + 1] - ends[k]));
+      const double share = path.power * std::exp(-sigma_t * ends[k]) * collide;
+      source.powers.scattered += albedo * share;
+      source.powers.absorbed += (1.0 - albedo) * share;
+      for (std::size_t g = 0; g < node.size(); ++g) {
+        const double t = ends[k] - std::log1p(-node[g] * collide) / sigma_t;
+        source.at.push_back(path.from + t * path.direction);
+        source.power.push_back(albedo * share * weight[g]);
+      }
+      if (sigma_t * ends[k] > deep) break;
+    }
+  }
+  return source;
+}
+
+Eigen::VectorXd beam_potentials(const BeamSource& source, const std::vector<Panel>& panels,
+                                const Coefficients& medium, int order) {
+  if (source.at.empty()) return Eigen::VectorXd::Zero(static_cast<Eigen::Index>(panels.size()));
+  const double decay = std::sqrt(medium.mu / medium.kappa);
+  SumSources points;
+  points.centre = points.at = source.at;
+  points.charge.assign(source.at.size(), 1.0);
+  SumElements targets;
+  targets.points = 3;
+  for (const Panel& panel : panels) {
+    targets.centre.push_back(panel.centre);
+    for (const Eigen::Vector3d& point : rule_points(panel)) targets.at.push_back(point);
+  }
+  const auto near = [&](int target, int point) -> std::optional<double> {
+    const Panel& panel = panels[static_cast<std::size_t>(target)];
+    const Eigen::Vector3d& y = source.at[static_cast<std::size_t>(point)];
+    const double reach = near_radii * panel.radius;
+    if ((y - panel.centre).squaredNorm() > reach * reach) return std::nullopt;
+    return panel_potentials(panel, y, decay).single_layer / panel.area;
+  };
+  const FastSum sum(std::move(points), std::move(targets), near,
+                    {decay, order, leaf_panels, FastSum::Keep::nothing});
+  return sum(Eigen::Map<const Eigen::VectorXd>(source.power.data(),
+                                               static_cast<Eigen::Index>(source.power.size())) /
+             medium.kappa);
+}
+
+}  // namespace kappamu::forward::boundary_integral

@@ -1,0 +1,38 @@
+// Light of collimated beams in the boundary integral equation: the free-space potential of their
+// first collisions.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "forward/boundary_integral/panels/panel.h"
+#include "forward/light_entry.h"
+
+namespace kappamu::forward::boundary_integral {
+
+/// Where the power of a light's beams goes, after Fresnel [mm²]; the last three sum to the first.
+struct BeamPowers {
+  double entering = 0.0;
+  double scattered = 0.0;    ///< the source of diffuse light
+  double absorbed = 0.0;     ///< at the first collision
+  double unscattered = 0.0;  ///< left without one
+};
+
+/// Points along the beams that stand for their collisions: along each interval (graded towards both
+/// ends, the first half a panel long) Gauss points in the share of the light that has collided. An
+/// interval's power is exact.
+struct BeamSource {
+  std::vector<Eigen::Vector3d> at;  ///< [mm]
+  std::vector<double> power;        ///< scattered [mm²]
+  BeamPowers powers;
+};
+
+/// `panels` cover the problem's mesh. Throws InputError where a beam meets the surface from inside.
+BeamSource beam_source(const ObjectProblem& problem, const std::vector<Beam>& beams,
+                       const std::vector<Panel>& panels);
+
+/// ∫ G S/κ dV, mean over each panel: exact over panels near a point of the source, by the panel's
+/// three points elsewhere. `order`: sum_order().
+Eigen::VectorXd beam_potentials(const BeamSource& source, const std::vector<Panel>& panels,
+                                const Coefficients& medium, int order);
+
+}  // namespace kappamu::forward::boundary_integral

@@ -1,0 +1,16 @@
+// Model `boundary_integral`: diffusion in homogeneous objects by integral equations on their
+// surface, [T] chapter 5, with fast summation, refined until two resolutions agree within the
+// tolerance (docs/boundary-integral.md).
+#pragma once
+
+#include "forward/object_model.h"
+
+namespace kappamu::forward {
+
+class BoundaryIntegralModel : public ObjectModel {
+ public:
+  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                     Progress& progress) override;
+};
+
+}  // namespace kappamu::forward

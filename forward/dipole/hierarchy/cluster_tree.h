@@ -1,0 +1,58 @@
+// Any triangle mesh as a hierarchy of clusters: a complete binary tree over a permutation of the
+// triangles, cut at the median of the centroids along the longest axis. Cluster k has the children
+// 2k + 1 and 2k + 2; on level l, cluster i holds the positions [iN/2^l, (i+1)N/2^l) of the
+// permutation. The tree is built once; where vertices move, only centres and extents are renewed.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+
+namespace kappamu::forward::dipole {
+
+/// Triangles of a leaf, at most.
+inline constexpr std::size_t leaf_triangles = 2;
+
+class ClusterTree {
+ public:
+  explicit ClusterTree(const TriangleMesh& mesh);
+  /// The same triangles with other vertices. Throws InputError where their number differs.
+  void refit(const TriangleMesh& mesh);
+
+  int depth() const { return depth_; }  ///< leaves are on this level
+  std::size_t clusters() const { return cluster_.size(); }
+  std::size_t triangles() const { return order_.size(); }
+  std::size_t first_leaf() const { return (std::size_t{1} << depth_) - 1; }
+  bool leaf(std::size_t k) const { return k >= first_leaf(); }
+  std::size_t begin(int level, std::size_t i) const { return (triangles() * i) >> level; }
+
+  /// Triangle of the mesh at each position.
+  const std::vector<int>& order() const { return order_; }
+  /// Per cluster: centre of area x, y, z and radius √(2 ⟨d²⟩), that of a disc with the same mean
+  /// squared distance [mm].
+  const std::vector<Eigen::Array4f>& cluster() const { return cluster_; }
+  /// Per position: centroid [mm] and area [mm²].
+  const std::vector<Eigen::Array4f>& point() const { return point_; }
+  /// Per position, two: mean of (x², y², z², ·) and (xy, xz, yz, radius) about the centroid [mm²],
+  /// [mm].
+  const std::vector<Eigen::Array4f>& spread() const { return spread_; }
+  /// Per position, three corners [mm].
+  const std::vector<Eigen::Array4f>& corner() const { return corner_; }
+
+ private:
+  void split(const std::vector<Eigen::Vector3f>& centroid, int level, std::size_t i);
+  void refit_triangle(const TriangleMesh& mesh, std::size_t position);
+  void refit_leaf(std::size_t k, std::size_t first, std::size_t last);
+  void refit_cluster(std::size_t k);
+  /// Adds a part to cluster k: its centre, and its area with Σ area · d² about that.
+  void add(std::size_t k, const Eigen::Array4f& centre, const Eigen::Array2f& weight);
+
+  int depth_ = 0;
+  std::vector<int> order_;
+  std::vector<Eigen::Array4f> cluster_, point_, spread_, corner_;
+  std::vector<Eigen::Array2f> weight_;  ///< per cluster: area [mm²], Σ area · d² [mm⁴]
+};
+
+}  // namespace kappamu::forward::dipole

@@ -1,0 +1,133 @@
+#include "forward/dipole/hierarchy/hierarchy.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+
+namespace kappamu::forward {
+extern const device::KernelSource hierarchy_cl;
+}
+
+namespace kappamu::forward::dipole {
+
+namespace {
+
+constexpr std::size_t moments_per_cluster = 10;
+/// Share of the opening for one triangle's moments, whose third ones do not vanish as a cluster's
+/// nearly do.
+constexpr float triangle_share = 0.8F;
+/// Work-items of a group; a CPU walks them one after the other.
+constexpr std::size_t cpu_group = 64, gpu_group = 64;
+
+/// Writes `values` to the buffer, which grows where it is too small.
+template <class T>
+void upload(device::Context& context, const std::vector<T>& values, device::Buffer& buffer) {
+  const std::size_t bytes = values.size() * sizeof(T);
+  if (buffer.bytes() < std::max<std::size_t>(bytes, 1)) {
+    buffer = context.allocate(std::max(bytes + bytes / 4, sizeof(T)));
+  }
+  if (bytes > 0) context.write(buffer, values.data(), bytes);
+}
+
+}  // namespace
+
+Hierarchy::Hierarchy(device::Context& context, const TriangleMesh& mesh,
+                     std::span<const Profile> profiles, const HierarchyOptions& options)
+    : context_(context),
+      options_(options),
+      tree_(mesh),
+      program_(&context.program(hierarchy_cl, "-DTABLE_BITS=" + std::to_string(table_bits))) {
+  const std::size_t vector = sizeof(Eigen::Array4f), triangles = tree_.triangles();
+  irradiance_ = context.allocate(triangles * vector);
+  power_ = context.allocate(triangles * vector);
+  exitance_ = context.allocate(triangles * vector);
+  moments_ = context.allocate(tree_.clusters() * moments_per_cluster * vector);
+  series_ = context.allocate(tree_.clusters() * moments_per_cluster * vector);
+  upload(context_, tree_.order(), order_);
+  renew(mesh, profiles);
+}
+
+device::Range Hierarchy::items(std::size_t count) const {
+  const std::size_t group =
+      context_.info().kind == device::Kind::gpu ? gpu_group : std::min(cpu_group, count);
+  return {count, 1, group, 1};
+}
+
+Oracle Hierarchy::oracle(float opening) const {
+  return {opening, table_.smooth, table_.decay, table_.least_decay};
+}
+
+void Hierarchy::set_mesh(const TriangleMesh& mesh) {
+  tree_.refit(mesh);
+  farthest_ = 1.01 * bounding_box(mesh).diagonal().norm();
+  upload(context_, tree_.cluster(), cluster_);
+  upload(context_, tree_.point(), point_);
+  upload(context_, tree_.spread(), spread_);
+  upload(context_, tree_.corner(), corner_);
+}
+
+void Hierarchy::set_profiles(std::span<const Profile> profiles) {
+  table_ = tabulate(profiles, farthest_);
+  upload(context_, table_.entries, profile_table_);
+}
+
+void Hierarchy::relink() {
+  links_ = link(tree_, oracle(options_.opening));
+  upload(context_, links_.of_cluster, cluster_range_);
+  upload(context_, links_.emitter, emitter_);
+  upload(context_, links_.of_leaf, leaf_range_);
+  upload(context_, links_.near, near_);
+  ++relinked_;
+}
+
+void Hierarchy::keep_or_relink() {
+  if (!hold(links_, tree_, oracle(options_.slack * options_.opening))) relink();
+}
+
+void Hierarchy::set_opening(float opening) {
+  options_.opening = opening;
+  relink();
+}
+
+void Hierarchy::update(std::span<const Profile> profiles) {
+  set_profiles(profiles);
+  keep_or_relink();
+}
+
+void Hierarchy::update(const TriangleMesh& mesh, std::span<const Profile> profiles) {
+  set_mesh(mesh);
+  update(profiles);
+}
+
+void Hierarchy::renew(const TriangleMesh& mesh, std::span<const Profile> profiles) {
+  set_mesh(mesh);
+  set_profiles(profiles);
+  relink();
+}
+
+std::vector<Eigen::Array4f> Hierarchy::exitance(std::span<const Eigen::Array4f> irradiance) {
+  check(irradiance.size() == tree_.triangles(), "one irradiance per triangle");
+  const int triangles = static_cast<int>(tree_.triangles()), depth = tree_.depth();
+  const std::size_t leaves = std::size_t{1} << depth;
+  context_.write(irradiance_, irradiance.data(), irradiance.size_bytes());
+  context_.launch(*program_, "pull_leaves", items(leaves), static_cast<int>(leaves), triangles,
+                  depth, order_, irradiance_, point_, spread_, cluster_, power_, moments_);
+  for (std::size_t width = leaves / 2; width > 0; width /= 2) {
+    context_.launch(*program_, "pull", items(width), static_cast<int>(width), cluster_, moments_);
+  }
+  context_.launch(*program_, "gather", items(tree_.clusters()), static_cast<int>(tree_.clusters()),
+                  table_.smooth2, profile_table_, cluster_range_, emitter_, cluster_, moments_,
+                  series_);
+  for (std::size_t width = 2; width <= leaves; width *= 2) {
+    context_.launch(*program_, "push", items(width), static_cast<int>(width), cluster_, series_);
+  }
+  context_.launch(*program_, "evaluate", items(leaves), static_cast<int>(leaves), triangles, depth,
+                  table_.smooth2, table_.smooth, triangle_share * options_.opening, table_.decay,
+                  profile_table_, leaf_range_, near_, order_, point_, spread_, corner_, cluster_,
+                  power_, series_, exitance_);
+  std::vector<Eigen::Array4f> result(irradiance.size());
+  context_.read(exitance_, result.data(), result.size() * sizeof(Eigen::Array4f));
+  return result;
+}
+
+}  // namespace kappamu::forward::dipole

@@ -1,0 +1,75 @@
+// The dipole's surface integral over a triangle mesh, M(x_o) = Σ_k E_k ∫_k R_d(|x_i − x_o|) dA_i
+// ([T] 3.9), by a hierarchical boundary element method after [M] on an OpenCL device: irradiance is
+// pulled up a tree of clusters, gathered over links and pushed down. Where [M] links by one point
+// sample and hands constants down, clusters here carry moments to the second order and links make
+// Taylor series to the second order, so that a tenth of the links reach 1 %. Form factors of
+// triangles near their receiver are edge integrals. Cost is log-linear in the triangles.
+//
+// [M]'s modes: light alone changes (static: exitance() again), material or geometry with it
+// (incremental: update(), links kept while they are good enough), all from nothing (on the fly:
+// renew()). Lengths in mm.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+#include "device/context.h"
+#include "forward/dipole/hierarchy/links.h"
+#include "forward/dipole/hierarchy/profile_table.h"
+
+namespace kappamu::forward::dipole {
+
+struct HierarchyOptions {
+  float opening = 0.68F;  ///< of the oracle: error falls with about its third power
+  float slack = 1.2F;     ///< kept links may exceed the opening by this factor
+};
+
+class Hierarchy {
+ public:
+  /// `profiles`: one to four, a lane each; the last also serves the lanes after it.
+  Hierarchy(device::Context& context, const TriangleMesh& mesh, std::span<const Profile> profiles,
+            const HierarchyOptions& options = {});
+
+  /// Other material, or vertices moved as well; the links stay where they are good enough still,
+  /// and are made anew otherwise. Throws InputError where the number of triangles differs.
+  void update(std::span<const Profile> profiles);
+  void update(const TriangleMesh& mesh, std::span<const Profile> profiles);
+  /// The same with all links made anew.
+  void renew(const TriangleMesh& mesh, std::span<const Profile> profiles);
+  void set_opening(float opening);
+
+  /// Exitance at the centroids from the transmitted irradiance on each triangle, in the mesh's
+  /// order.
+  std::vector<Eigen::Array4f> exitance(std::span<const Eigen::Array4f> irradiance);
+
+  std::size_t links() const { return links_.emitter.size(); }
+  std::size_t near_pairs() const { return links_.near.size(); }  ///< of leaves
+  int relinked() const { return relinked_; }                     ///< times, the first included
+  const ClusterTree& tree() const { return tree_; }
+
+ private:
+  Oracle oracle(float opening) const;
+  void set_mesh(const TriangleMesh& mesh);
+  void set_profiles(std::span<const Profile> profiles);
+  void relink();
+  void keep_or_relink();
+  device::Range items(std::size_t count) const;
+
+  device::Context& context_;
+  HierarchyOptions options_;
+  ClusterTree tree_;
+  double farthest_ = 0.0;  ///< two points of the mesh at most [mm]
+  ProfileTable table_;
+  Links links_;
+  int relinked_ = 0;
+  device::Program* program_ = nullptr;
+  device::Buffer order_, cluster_, point_, spread_, corner_, profile_table_;
+  device::Buffer cluster_range_, emitter_, leaf_range_, near_;
+  device::Buffer irradiance_, power_, moments_, series_, exitance_;
+};
+
+}  // namespace kappamu::forward::dipole

@@ -1,0 +1,123 @@
+#include "forward/embedded/reference/row_levels.h"
+
+#include <algorithm>
+
+namespace kappamu::forward::embedded {
+
+namespace {
+
+/// Rows filled from parts that are made independently.
+template <class Row, class Fill>
+SparseRows<double> make_rows(std::size_t rows, const Fill& fill) {
+  constexpr std::size_t range = 4096;
+  const std::size_t parts = (rows + range - 1) / range;
+  std::vector<SparseRows<double>> part(parts);
+  for_rows(static_cast<int>(parts), [&](int p) {
+    SparseRows<double>& mine = part[static_cast<std::size_t>(p)];
+    const std::size_t begin = static_cast<std::size_t>(p) * range;
+    Row row;
+    for (std::size_t i = begin; i < std::min(rows, begin + range); ++i) {
+      row.clear();
+      fill(i, row);
+      for (const auto& [column, value] : row.entries()) {
+        mine.column.push_back(column);
+        mine.value.push_back(value);
+      }
+      mine.start.push_back(mine.column.size());
+    }
+  });
+  SparseRows<double> all;
+  for (const SparseRows<double>& mine : part) {
+    const std::size_t before = all.column.size();
+    for (std::size_t i = 1; i < mine.start.size(); ++i) all.start.push_back(before + mine.start[i]);
+    all.column.insert(all.column.end(), mine.column.begin(), mine.column.end());
+    all.value.insert(all.value.end(), mine.value.begin(), mine.value.end());
+  }
+  return all;
+}
+
+/// A row under construction: some tens of entries.
+class RowSum {
+ public:
+  void clear() { entries_.clear(); }
+  void add(int column, double value) {
+    for (auto& entry : entries_) {
+      if (entry.first == column) {
+        entry.second += value;
+        return;
+      }
+    }
+    entries_.emplace_back(column, value);
+  }
+  const std::vector<std::pair<int, double>>& entries() const { return entries_; }
+
+ private:
+  std::vector<std::pair<int, double>> entries_;
+};
+
+SparseRows<double> assembled(const NodeSpace& space, const Elements& elements,
+                             std::size_t channel) {
+  const Incidence incidence(space);
+  return make_rows<RowSum>(space.unknowns(), [&](std::size_t u, RowSum& row) {
+    for (int k = incidence.start[u]; k < incidence.start[u + 1]; ++k) {
+      const auto slot = static_cast<std::size_t>(incidence.slot[static_cast<std::size_t>(k)]);
+      const std::size_t cube = slot / 8, i = slot % 8;
+      const double weight = NodeSpace::weight(space.parts(cube, i));
+      const Element& element = elements.of(cube, channel);
+      for (std::size_t j = 0; j < 8; ++j) {
+        const auto parts = space.parts(cube, j);
+        const double value = weight * NodeSpace::weight(parts) * element(i, j);
+        for (const int column : parts) row.add(column, value);
+      }
+    }
+  });
+}
+
+SparseRows<float> rounded(const SparseRows<double>& matrix) {
+  SparseRows<float> result;
+  result.start = matrix.start;
+  result.column = matrix.column;
+  result.value.assign(matrix.value.begin(), matrix.value.end());
+  return result;
+}
+
+/// Values of coarse functions at the fine unknowns.
+SparseRows<double> interpolation(const NodeSpace& fine, const NodeSpace& coarse,
+                                 const Coarser& coarser) {
+  const std::vector<int> owner = owner_slots(fine);
+  return make_rows<RowSum>(fine.unknowns(), [&](std::size_t u, RowSum& row) {
+    const auto k = static_cast<std::size_t>(owner[u] / 8),
+               i = static_cast<std::size_t>(owner[u] % 8);
+    const auto parent = static_cast<std::size_t>(coarser.parent[k]);
+    for (std::size_t j = 0; j < 8; ++j) {
+      const double weight =
+          coarser.octant[k] < 0
+              ? (i == j ? 1.0 : 0.0)
+              : parent_weight(coarser.octant[k], static_cast<int>(i), static_cast<int>(j));
+      if (weight == 0.0) continue;
+      const auto parts = coarse.parts(parent, j);
+      for (const int column : parts) row.add(column, weight * NodeSpace::weight(parts));
+    }
+  });
+}
+
+}  // namespace
+
+RowLevels make_row_levels(const Levels& levels, std::size_t channel) {
+  RowLevels result{levels, channel, {}, {}};
+  for (std::size_t l = 0; l < levels.level.size(); ++l) {
+    const Level& from = levels.level[l];
+    RowLevel& level = result.level.emplace_back();
+    if (l > 0 && l + 1 == levels.level.size()) break;
+    SparseRows<double> matrix = assembled(from.space, from.elements, channel);
+    level.matrix = rounded(matrix);
+    if (l == 0) result.matrix = std::move(matrix);
+    if (l + 1 == levels.level.size()) break;
+    const NodeSpace& coarse = levels.level[l + 1].space;
+    level.interpolation = rounded(interpolation(from.space, coarse, from.coarser));
+    level.restriction = transposed(level.interpolation, coarse.unknowns());
+  }
+  return result;
+}
+
+}  // namespace kappamu::forward::embedded

@@ -1,0 +1,27 @@
+// The levels of one medium as sparse matrices: rows with their columns, for the reference solver.
+#pragma once
+
+#include <vector>
+
+#include "forward/embedded/equations/levels.h"
+#include "forward/embedded/reference/sparse_rows.h"
+
+namespace kappamu::forward::embedded {
+
+struct RowLevel {
+  SparseRows<float> matrix;
+  SparseRows<float> interpolation;  ///< rows: unknowns here; columns: of the next coarser level
+  SparseRows<float> restriction;    ///< its transpose
+};
+
+struct RowLevels {
+  const Levels& levels;
+  std::size_t channel;
+  SparseRows<double> matrix;    ///< of the finest level
+  std::vector<RowLevel> level;  ///< finest first; the coarsest is solved for directly
+};
+
+/// Keeps a reference to `levels`.
+RowLevels make_row_levels(const Levels& levels, std::size_t channel);
+
+}  // namespace kappamu::forward::embedded

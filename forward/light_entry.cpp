@@ -1,0 +1,82 @@
+#include "forward/light_entry.h"
+
+#include <cmath>
+
+#include "core/error.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+/// A ray that starts on the surface leaves it by this, of the object's size, before it looks for
+/// the next surface.
+constexpr double off_surface = 1e-7;
+
+/// Snell's law; normal towards the incoming side.
+Eigen::Vector3d refracted(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
+                          double eta) {
+  const double cosine = -direction.dot(normal);
+  const double sin2 = (1.0 - cosine * cosine) / (eta * eta);
+  return (direction / eta + (cosine / eta - std::sqrt(1.0 - sin2)) * normal).normalized();
+}
+
+void require(bool holds, const std::string& sentence) {
+  if (!holds) throw InputError(sentence);
+}
+
+}  // namespace
+
+BeamPath enter(const ObjectProblem& problem, const Beam& beam, double size) {
+  const Eigen::Vector3d& normal = problem.surface.normal[static_cast<std::size_t>(beam.triangle)];
+  const double cosine = -beam.direction.dot(normal);
+  if (!(cosine > 0.0)) {
+    throw InputError("a beam meets triangle " + std::to_string(beam.triangle) +
+                     " from inside the object; lights must lie outside it");
+  }
+  BeamPath path;
+  path.from = beam.position;
+  path.direction = refracted(beam.direction, normal, problem.eta);
+  path.power = beam.power * (1.0 - fresnel_external(problem.eta, cosine));
+  if (const auto hit = problem.rays.first_hit(path.from, path.direction, off_surface * size)) {
+    path.length = hit->distance;
+    path.meets = hit->triangle;
+  }
+  return path;
+}
+
+double diffuse_transmittance(const BoundaryConstants& constants) {
+  return constants.eta * constants.eta * (1.0 - constants.r_phi);
+}
+
+void check_problem(const ObjectProblem& problem, const ObjectOptions& options) {
+  require(!problem.mesh.triangles.empty(), "the mesh has no triangles; give a closed mesh");
+  for (std::size_t v = 0; v < problem.mesh.vertices.size(); ++v) {
+    require(problem.mesh.vertices[v].allFinite(),
+            "vertex " + std::to_string(v) + " of the mesh is not finite; mend the mesh file");
+  }
+  require(problem.surface.size() == problem.mesh.triangles.size(),
+          "the surface has " + std::to_string(problem.surface.size()) + " samples but the mesh " +
+              std::to_string(problem.mesh.triangles.size()) + " triangles");
+  require(bounding_box(problem.mesh).sizes().maxCoeff() > 0.0,
+          "the mesh has no extent; give a closed mesh");
+  require(enclosed_volume(problem.mesh) > 0.0,
+          "the mesh encloses no volume; its triangles must be counter-clockwise seen from outside");
+  require(options.tolerance > 0.0 && options.tolerance < 1.0,
+          "the tolerance must lie between 0 and 1");
+  const Coefficients least = problem.medium.smallest(), most = problem.medium.largest();
+  require(least.kappa > 0.0 && std::isfinite(most.kappa), "kappa must be positive and finite");
+  require(least.mu >= 0.0 && std::isfinite(most.mu), "mu must be finite and not negative");
+  for (std::size_t l = 0; l < problem.lights.size(); ++l) {
+    const ObjectLight& light = problem.lights[l];
+    require(light.diffuse.empty() || light.diffuse.size() == problem.surface.size(),
+            "light " + std::to_string(l) + " has " + std::to_string(light.diffuse.size()) +
+                " irradiances for " + std::to_string(problem.surface.size()) + " surface samples");
+    for (const Beam& beam : light.beams) {
+      require(beam.triangle >= 0 && beam.triangle < static_cast<int>(problem.surface.size()),
+              "a beam of light " + std::to_string(l) + " names triangle " +
+                  std::to_string(beam.triangle) + ", which the mesh does not have");
+    }
+  }
+}
+
+}  // namespace kappamu::forward

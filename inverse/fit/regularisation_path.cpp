@@ -1,0 +1,105 @@
+#include "inverse/fit/regularisation_path.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
+/// path are made for.
+constexpr double usual_homogeneous_chi2 = 100.0;
+constexpr double usual_structured_chi2 = 1000.0;
+/// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
+/// to this share of what it was (docs/theory.md, section 4).
+constexpr double most_coarse_share = 0.5;
+
+/// χ² of the start counts how much sharper than its structure the data are: where it is large, a
+/// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
+/// whole steps of the path, so that where it ends does not hang on χ² of its start.
+double sharpened(double weight, double excess, double weight_factor) {
+  const double steps = std::ceil(std::log(std::max(1.0, excess)) / -std::log(weight_factor));
+  return weight / std::pow(weight_factor, steps);
+}
+
+}  // namespace
+
+/// A weight fixed by the user is the last at once on the finest grid.
+void RegularisationPath::open(int level) {
+  const bool last = level == 0 && fixed_by_user() && !context_.interim;
+  at_.phase = last ? FitPhase::last_weight : FitPhase::descending;
+  at_.last_chi2 = 0.0;
+  at_.stagnated = false;
+}
+
+void RegularisationPath::start(double chi2, int level) {
+  open(level);
+  at_.weight = options_.weight.value_or(
+      sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));
+}
+
+void RegularisationPath::start_from(double weight) {
+  open(0);
+  at_.weight =
+      options_.weight.value_or(std::max(options_.last_weight, weight / options_.weight_factor));
+}
+
+void RegularisationPath::refine(double chi2, int level) {
+  open(level);
+  if (fixed_by_user()) return;
+  const double usual = at_.weight / std::pow(options_.weight_factor, options_.restart_steps);
+  at_.weight = sharpened(usual, chi2 / usual_structured_chi2, options_.weight_factor);
+}
+
+NextStep RegularisationPath::minimum(double minimised, double renewed, int level) {
+  const double target = options_.target_chi2;
+  const bool first = at_.phase == FitPhase::descending || at_.phase == FitPhase::last_weight;
+  // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
+  // Not so where the user fixed it from the start, as [W] does.
+  const bool unsettled =
+      (!fixed_by_user() || context_.continued) && first && minimised <= target && renewed > target;
+  if (at_last_weight()) {
+    at_.last_chi2 = renewed;
+    if (!unsettled) return NextStep::conclude;
+    at_.phase = FitPhase::last_weight_again;
+    return NextStep::minimise;
+  }
+  // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
+  // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
+  const bool gained = renewed <= std::max(target, most_coarse_share * at_.begun_chi2);
+  if (level > 0 && !fixed_by_user() && !gained) {
+    at_.weight /= options_.weight_factor;
+    return NextStep::finer_grid_as_begun;
+  }
+  const bool stagnated =
+      !unsettled && at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2;
+  const double next = at_.weight * (unsettled ? 1.0 : options_.weight_factor);
+  if (fixed_by_user() || renewed <= target || stagnated || next < options_.last_weight) {
+    at_.last_chi2 = renewed;
+    at_.stagnated = stagnated;
+    return end_grid(level);
+  }
+  if (!unsettled) at_.last_chi2 = renewed;
+  at_.phase = unsettled ? FitPhase::descending_again : FitPhase::descending;
+  at_.weight = next;
+  return NextStep::minimise;
+}
+
+/// On the finest grid the last weight once more, with metric and correction renewed and more
+/// patience: those before it only lead there.
+NextStep RegularisationPath::end_grid(int level) {
+  if (level > 0) return NextStep::finer_grid;
+  if (context_.interim || options_.final_tolerance >= options_.stage_tolerance) {
+    return NextStep::conclude;
+  }
+  at_.phase = FitPhase::last_weight;
+  return NextStep::minimise;
+}
+
+double RegularisationPath::tolerance() const {
+  return at_last_weight() ? std::min(options_.stage_tolerance, options_.final_tolerance)
+                          : options_.stage_tolerance;
+}
+
+}  // namespace kappamu::inverse

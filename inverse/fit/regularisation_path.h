@@ -1,0 +1,72 @@
+// The regularisation path of a fit: from a strong weight α down to the noise level on each grid,
+// and at its end the last weight once more with more patience. It decides from χ² alone; what is
+// minimised, and how, is ChannelRun's.
+#pragma once
+
+#include "inverse/fit/fit.h"
+
+namespace kappamu::inverse {
+
+enum class FitPhase {
+  descending,         ///< towards lower weights
+  descending_again,   ///< the same weight a second time, with the correction r renewed
+  last_weight,        ///< the weight that ends the fit, to final_tolerance
+  last_weight_again,  ///< the same, with r renewed
+  finished
+};
+
+/// Where a fit stands on its path; part of a checkpoint.
+struct PathPosition {
+  FitPhase phase = FitPhase::descending;
+  double weight = 0.0;      ///< α
+  double begun_chi2 = 0.0;  ///< per value where the weight was begun
+  double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
+  bool stagnated = false;   ///< lower weights stopped helping before the noise level
+};
+
+/// What follows the minimum at one weight.
+enum class NextStep {
+  minimise,             ///< at PathPosition::weight, from the volume found
+  finer_grid,           ///< from the volume found
+  finer_grid_as_begun,  ///< from the volume this weight began with
+  conclude
+};
+
+/// Moves `position`, which may be replaced by a checkpoint's at any time.
+class RegularisationPath {
+ public:
+  RegularisationPath(const PathOptions& options, const FitContext& context, PathPosition& position)
+      : options_(options), context_(context), at_(position) {}
+
+  /// Levels are those of GridLevels: 0 is the finest. `chi2` is that of the homogeneous start.
+  void start(double chi2, int level);
+  /// From another fit's volume on the finest grid, one weight above where it ended.
+  void start_from(double weight);
+  /// On the next finer grid, `level`, where the volume so far has `chi2`.
+  void refine(double chi2, int level);
+
+  /// The minimum at this weight has `minimised` χ² per value by the correction r it was found with
+  /// and `renewed` by r at the minimum.
+  NextStep minimum(double minimised, double renewed, int level);
+
+  bool at_last_weight() const {
+    return at_.phase == FitPhase::last_weight || at_.phase == FitPhase::last_weight_again;
+  }
+  /// Relative decrease per step below which the minimum is found.
+  double tolerance() const;
+  /// Where the fit was ended by PathOptions::last_weight.
+  bool at_lowest_weight() const {
+    return !at_.stagnated && at_.weight * options_.weight_factor < options_.last_weight;
+  }
+
+ private:
+  bool fixed_by_user() const { return options_.weight.has_value(); }
+  void open(int level);
+  NextStep end_grid(int level);
+
+  const PathOptions& options_;
+  const FitContext& context_;
+  PathPosition& at_;
+};
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,45 @@
+#include "inverse/problem/grid_levels.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Along every axis: fewer resolve neither the decay along the light nor a patch.
+constexpr int fewest_voxels = 4;
+/// Masks leave a coarser grid fewer whole data than the fine one has.
+constexpr std::size_t fewest_data = 16;
+
+}  // namespace
+
+GridLevels::GridLevels(Problem finest, const ModelError& coarse_model_error, DataWeights weights,
+                       int most) {
+  const auto add = [&](Problem problem) {
+    if (weights == DataWeights::equal) equalise_weights(problem);
+    problems_.push_back(std::move(problem));
+  };
+  add(std::move(finest));
+  while (count() < most) {
+    const GridShape& s = problems_.back().setup.shape;
+    if (std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
+    Problem coarser = coarsen(problems_.back(), coarse_model_error);
+    if (coarser.used() < fewest_data) break;
+    add(std::move(coarser));
+  }
+}
+
+Refinement GridLevels::refinement(int level) const {
+  if (level == 0) return refine((*this)[0]);
+  const Problem& finer = (*this)[level - 1];
+  return {finer.setup, finer.irradiance};
+}
+
+CoefficientPair GridLevels::to_finer(const CoefficientPair& fields, int level) const {
+  const GridShape& coarse = (*this)[level].setup.shape;
+  const GridShape& fine = (*this)[level - 1].setup.shape;
+  return {prolong(fields.log_kappa, coarse, fine), prolong(fields.log_mu, coarse, fine)};
+}
+
+}  // namespace kappamu::inverse

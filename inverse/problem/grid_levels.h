@@ -1,0 +1,36 @@
+// The grids of a coarse-to-fine fit: the data's own is level 0, each next one has voxels of twice
+// the edge.
+#pragma once
+
+#include <vector>
+
+#include "inverse/problem/objective.h"
+#include "inverse/problem/problem.h"
+
+namespace kappamu::inverse {
+
+enum class DataWeights {
+  by_variance,  ///< 1/σ² of each datum
+  equal         ///< equalise_weights() on every grid
+};
+
+class GridLevels {
+ public:
+  /// At most `most` grids, at least one. Coarser ones keep four voxels along every axis and data
+  /// enough to fit; `coarse_model_error` is theirs.
+  GridLevels(Problem finest, const ModelError& coarse_model_error, DataWeights weights, int most);
+
+  int count() const { return static_cast<int>(problems_.size()); }
+  int coarsest() const { return count() - 1; }
+  const Problem& operator[](int level) const { return problems_[static_cast<std::size_t>(level)]; }
+
+  /// The next finer grid; of level 0 its own with every voxel split.
+  Refinement refinement(int level) const;
+  /// `fields` of a level above 0 on the next finer grid.
+  CoefficientPair to_finer(const CoefficientPair& fields, int level) const;
+
+ private:
+  std::vector<Problem> problems_;
+};
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,139 @@
+#include "io/volume/vdb_content.h"
+
+#include <openvdb/io/Archive.h>
+#include <openvdb/io/GridDescriptor.h>
+#include <openvdb/io/io.h>
+
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <stdexcept>
+#include <streambuf>
+
+namespace kappamu::io {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// A file that ends where a length in it leads beyond its end.
+class BoundedFile : public std::filebuf {
+ public:
+  explicit BoundedFile(const fs::path& file)
+      : size_(static_cast<std::streamoff>(fs::file_size(file))) {
+    open(file, std::ios::in | std::ios::binary);
+  }
+  std::streamoff left() { return size_ - seekoff(0, std::ios::cur, std::ios::in); }
+  /// While true, each number of eight bytes is the length of a compressed block: OpenVDB reads
+  /// nothing else of that size in a tree.
+  void expect_blocks(bool expected) { blocks_ = expected; }
+
+ protected:
+  std::streamsize xsgetn(char* to, std::streamsize count) override {
+    const std::streamsize taken = std::filebuf::xsgetn(to, count);
+    std::int64_t length = 0;
+    if (!blocks_ || taken != sizeof length) return taken;
+    std::memcpy(&length, to, sizeof length);
+    return length > left() ? 0 : taken;
+  }
+
+ private:
+  std::streamoff size_;
+  bool blocks_ = false;
+};
+
+class ContentReader : public openvdb::io::Archive {
+ public:
+  explicit ContentReader(const fs::path& file) : file_(file), in_(&file_) {
+    in_.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
+  }
+
+  VdbContent read() {
+    readHeader(in_);
+    setFormatVersion(in_);
+    setLibraryVersion(in_);
+    setDataCompression(in_);
+    VdbContent content{std::make_shared<openvdb::MetaMap>(), {}};
+    check_metadata();
+    content.metadata->readMeta(in_);
+    const std::int32_t grids = readGridCount(in_);
+    for (std::int32_t i = 0; i < grids; ++i) content.grids.push_back(read_grid());
+    return content;
+  }
+
+ private:
+  openvdb::GridBase::Ptr read_grid() {
+    looking_ahead([&] {
+      for (int text = 0; text < 3; ++text) skip();  // name, type, name of the instance's parent
+    });
+    openvdb::io::GridDescriptor descriptor;
+    openvdb::GridBase::Ptr grid = descriptor.read(in_);
+    // OpenVDB never frees what it has of a grid when the file ends in it.
+    if (descriptor.getEndPos() - descriptor.getGridPos() > file_.left()) {
+      throw std::runtime_error("truncated");
+    }
+    grid->setName(descriptor.gridName());
+    readGridCompression(in_);
+    check_metadata();
+    grid->readMeta(in_);
+    looking_ahead([&] { skip(); });  // the transform's type
+    grid->readTransform(in_);
+    if (descriptor.isInstance()) return grid;
+    file_.expect_blocks(true);
+    grid->readTopology(in_);
+    grid->readBuffers(in_);
+    file_.expect_blocks(false);
+    return grid;
+  }
+
+  /// Names, types and values of OpenVDB's metadata.
+  void check_metadata() {
+    looking_ahead([&] {
+      const std::uint32_t count = number();
+      for (std::uint32_t i = 0; i < count; ++i) {
+        skip();
+        const std::string type = text();
+        const std::streampos begin = in_.tellg();
+        skip();
+        if (!openvdb::Metadata::isRegisteredType(type)) continue;
+        // Values of a known type are read by their own size, whatever the file says.
+        in_.seekg(begin);
+        openvdb::Metadata::createMetadata(type)->read(in_);
+      }
+    });
+  }
+
+  template <class Look>
+  void looking_ahead(const Look& look) {
+    const std::streampos begin = in_.tellg();
+    look();
+    in_.seekg(begin);
+  }
+  std::uint32_t number() {
+    std::uint32_t value = 0;
+    in_.read(reinterpret_cast<char*>(&value), sizeof value);
+    return value;
+  }
+  std::uint32_t length() {
+    const std::uint32_t value = number();
+    if (std::streamoff{value} > file_.left()) throw std::runtime_error("truncated");
+    return value;
+  }
+  std::string text() {
+    std::string value(length(), '\0');
+    in_.read(value.data(), static_cast<std::streamsize>(value.size()));
+    return value;
+  }
+  void skip() { in_.seekg(length(), std::ios::cur); }
+
+  BoundedFile file_;
+  std::istream in_;
+};
+
+}  // namespace
+
+VdbContent read_vdb_content(const fs::path& file) {
+  return ContentReader(file).read();
+}
+
+}  // namespace kappamu::io

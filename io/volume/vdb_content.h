@@ -1,0 +1,20 @@
+// What an OpenVDB file holds. Only vdb_*.cpp include OpenVDB.
+#pragma once
+
+#include <openvdb/openvdb.h>
+
+#include <filesystem>
+
+namespace kappamu::io {
+
+struct VdbContent {
+  openvdb::MetaMap::Ptr metadata;  ///< of the file
+  openvdb::GridPtrVec grids;
+};
+
+/// As openvdb::io::Stream reads it, but no length is believed that ends behind the file: OpenVDB
+/// itself makes room for whatever a text or a compressed block claims, and takes what a truncated
+/// file lacks for zeros. Throws std::exception where the file is damaged or truncated.
+VdbContent read_vdb_content(const std::filesystem::path& file);
+
+}  // namespace kappamu::io

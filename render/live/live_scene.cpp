@@ -1,0 +1,151 @@
+#include "render/live/live_scene.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include "forward/dipole/relight.h"
+#include "forward/object_models.h"
+#include "render/light/incident_light.h"
+#include "render/live/live_block.h"
+
+namespace kappamu::render {
+
+namespace {
+
+constexpr const char* kept_links = "dipole-rotated";
+constexpr const char* kept_equations = "grid";
+/// Relative error that a model which refines is asked for, coarse for the sake of time.
+constexpr double usual_tolerance = 0.1;
+
+using Clock = std::chrono::steady_clock;
+using Lights = std::array<forward::ObjectLight, 3>;
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+bool all_homogeneous(const World& world) {
+  return std::all_of(world.objects().begin(), world.objects().end(), [](const WorldObject& object) {
+    return std::all_of(object.media.channels.begin(), object.media.channels.end(),
+                       [](const auto& medium) { return medium->homogeneous(); });
+  });
+}
+
+bool all_blocks(const World& world) {
+  return std::all_of(world.objects().begin(), world.objects().end(), [](const WorldObject& object) {
+    return std::all_of(object.media.channels.begin(), object.media.channels.end(),
+                       [&](const auto& medium) {
+                         return forward::block::block_grid(object.mesh, *medium).has_value();
+                       });
+  });
+}
+
+}  // namespace
+
+/// One object's model: a block's equations or the dipole's links kept, or a model that starts anew.
+struct LiveScene::Solver {
+  Solver(const WorldObject& lit, const std::string& name, const LiveOptions& asked) : object(lit) {
+    options.device = asked.device;
+    options.seed = asked.seed;
+    options.tolerance = asked.tolerance.value_or(usual_tolerance);
+    if (name == kept_equations) {
+      block = std::make_unique<LiveBlock>(lit, asked.device);
+    } else if (name == kept_links) {
+      const auto& media = lit.media.channels;
+      relight = std::make_unique<forward::dipole::Relight>(
+          lit.mesh, lit.surface, std::array{media[0].get(), media[1].get(), media[2].get()},
+          lit.boundary.eta, options);
+    } else {
+      model = forward::make_object_model(name);
+    }
+  }
+
+  std::array<std::vector<double>, 3> solve(const Lights& light, LiveAnswer& answer,
+                                           Progress& progress) {
+    const auto start = Clock::now();
+    std::array<std::vector<double>, 3> exitance;
+    if (block) {
+      LiveBlock::Answer solved = block->solve(light);
+      exitance = std::move(solved.exitance);
+      answer.iterations = std::max(answer.iterations, solved.iterations);
+      answer.converged = answer.converged && solved.converged;
+    } else {
+      exitance = relight ? relight->exitance(light) : solve_anew(light, answer, progress);
+    }
+    answer.model_ms += milliseconds_since(start);
+    if (model) return exitance;
+    if (!measured) {
+      measured =
+          block ? block->measured_error(light, exitance) : relight->measured_error(light, exitance);
+    }
+    answer.error_estimate = std::max(answer.error_estimate, *measured);
+    return exitance;
+  }
+
+  std::array<std::vector<double>, 3> solve_anew(const Lights& light, LiveAnswer& answer,
+                                                Progress& progress) {
+    const ChannelProblems problems(object, light);
+    std::vector<forward::ObjectResult> results =
+        model->solve_channels(problems.of, options, progress);
+    std::array<std::vector<double>, 3> exitance;
+    for (std::size_t c = 0; c < 3; ++c) {
+      exitance[c] = std::move(results[c].exitance);
+      answer.error_estimate = std::max(answer.error_estimate, results[c].error_estimate[0]);
+      answer.iterations = std::max(answer.iterations, results[c].iterations);
+      answer.converged = answer.converged && results[c].converged;
+    }
+    return exitance;
+  }
+
+  const WorldObject& object;
+  forward::ObjectOptions options;
+  std::unique_ptr<LiveBlock> block;
+  std::unique_ptr<forward::dipole::Relight> relight;
+  std::optional<double> measured;  ///< error of the first answer
+  std::unique_ptr<forward::ObjectModel> model;
+};
+
+LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
+                     std::vector<std::string>& warnings)
+    : world_(scene, warnings), options_(options) {
+  model_name_ = options.model.value_or(all_blocks(world_)        ? kept_equations
+                                       : all_homogeneous(world_) ? kept_links
+                                                                 : "embedded");
+  const std::optional<Environment> environment = make_environment(scene.lights);
+  Progress silent;
+  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
+    solvers_.push_back(std::make_unique<Solver>(world_.objects()[i], model_name_, options));
+    diffuse_.emplace_back();
+    if (!environment) continue;
+    IncidentLight light = incident_light(world_, i, {}, &*environment, options.seed, silent);
+    for (std::size_t c = 0; c < 3; ++c) {
+      diffuse_.back()[c] = std::move(light.channels[c].diffuse);
+    }
+  }
+}
+
+LiveScene::~LiveScene() = default;
+
+LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
+  for (const auto& [object, media] : question.media) world_.set_media(object, media);
+  LiveAnswer answer;
+  const auto start = Clock::now();
+  const LightSources sources = make_light_sources(question.lights);
+  std::vector<Lights> incident;
+  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
+    const double spacing = solvers_[i]->block ? solvers_[i]->block->beam_spacing_mm() : 0.0;
+    incident.push_back(std::move(
+        incident_light(world_, i, sources, nullptr, options_.seed, progress, spacing).channels));
+    for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];
+  }
+  answer.light_ms = milliseconds_since(start);
+  for (std::size_t i = 0; i < world_.objects().size(); ++i) {
+    ObjectExitance exitance;
+    exitance.diffuse = diffuse_[i];
+    exitance.exitance = solvers_[i]->solve(incident[i], answer, progress);
+    answer.exitance.push_back(std::move(exitance));
+  }
+  return answer;
+}
+
+}  // namespace kappamu::render

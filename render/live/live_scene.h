@@ -1,0 +1,69 @@
+// A scene whose lights move and whose volumes are edited: what does not depend on them is prepared
+// once, and every question is answered by the objects' exitance.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/progress.h"
+#include "render/picture/shading.h"
+#include "render/scene/scene.h"
+#include "render/scene/world.h"
+
+namespace kappamu::render {
+
+struct LiveOptions {
+  /// As make_object_model() knows it, or none: `grid` where every object is a box of whole voxels,
+  /// `dipole-rotated` where every object is homogeneous, else `embedded`.
+  std::optional<std::string> model;
+  std::optional<double> tolerance;  ///< of models that refine; none: 0.1
+  std::string device = "auto";
+  std::uint64_t seed = 1;
+};
+
+/// What light comes from where, and what the objects are made of.
+struct LiveQuestion {
+  std::vector<Light> lights;  ///< the scene's, those with a place or direction moved as one likes
+  std::map<std::size_t, ObjectMedia> media;  ///< of objects whose volume is edited
+};
+
+/// One answer; what it cost is wall time.
+struct LiveAnswer {
+  std::vector<ObjectExitance> exitance;  ///< one per object
+  double light_ms = 0.0, model_ms = 0.0;
+  /// Worst relative error that the models estimate of their numerics. Of `grid` and
+  /// `dipole-rotated` it is measured, for the first lights answered.
+  double error_estimate = 0.0;
+  int iterations = 0;  ///< of the linear solver; 0 where there is none
+  bool converged = true;
+};
+
+class LiveScene {
+ public:
+  /// Reads what the scene names and prepares its models. Throws InputError as World does, and
+  /// for a model that does not answer for these objects.
+  LiveScene(const Scene& scene, const LiveOptions& options, std::vector<std::string>& warnings);
+  ~LiveScene();
+
+  const World& world() const { return world_; }
+  const std::string& model() const { return model_name_; }
+
+  /// The scene's environment stays as it is. A light inside an object lights nothing. Media stay
+  /// until others are asked for.
+  LiveAnswer answer(const LiveQuestion& question, Progress& progress);
+
+ private:
+  struct Solver;
+
+  World world_;
+  std::string model_name_;
+  LiveOptions options_;
+  /// Irradiance of the environment on each object's triangles, R, G, B; empty: none.
+  std::vector<std::array<std::vector<double>, 3>> diffuse_;
+  std::vector<std::unique_ptr<Solver>> solvers_;
+};
+
+}  // namespace kappamu::render

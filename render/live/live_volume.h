@@ -1,0 +1,42 @@
+// A scene's object of measured material while its volume is edited: where on it a brush paints, and
+// the media that result.
+#pragma once
+
+#include "render/edit/history.h"
+#include "render/scene/object_media.h"
+#include "render/scene/world.h"
+
+namespace kappamu::render {
+
+class LiveVolume {
+ public:
+  /// Reads the object's volume. `made` is the object in the world, which outlives this. Throws
+  /// InputError where the object's material is no volume.
+  LiveVolume(const SceneObject& object, const WorldObject& made);
+
+  EditHistory& history() { return history_; }
+  const EditHistory& history() const { return history_; }
+  const std::filesystem::path& source() const { return source_; }
+
+  /// Of history().volume() as it is now.
+  ObjectMedia media() const;
+
+  /// Adds where a ray met the object to a brush's stroke.
+  void add_point(const WorldHit& hit, Stroke& stroke) const;
+  /// As BrushSelection has it.
+  Eigen::Vector3d stretch() const { return stretch_; }
+
+ private:
+  LiveVolume(const SceneObject& object, const WorldObject& made,
+             const std::filesystem::path& source);
+
+  SceneObject object_;
+  const WorldObject& made_;
+  std::filesystem::path source_;
+  EditHistory history_;
+  Eigen::Affine3d volume_from_object_;
+  Eigen::Vector3d
+      stretch_;  ///< millimetres of the object per millimetre of the volume, along its axes
+};
+
+}  // namespace kappamu::render

@@ -1,0 +1,213 @@
+// Patches, references and errors of the bench of objects by their laws, and every model there is on
+// a toy scene.
+#include "bench/objects/object_bench.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "bench/objects/object_case.h"
+#include "bench/objects/object_reference.h"
+#include "core/mesh/shapes.h"
+#include "forward/object_models.h"
+#include "tests/bench/bench_tools.h"
+#include "tests/sentence.h"
+
+namespace kappamu::bench {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr double rounding = 1e-12;
+constexpr const char* meshes = KAPPAMU_SOURCE_DIR "/scenes/meshes";
+constexpr const char* volume = KAPPAMU_SOURCE_DIR "/bench/objects/volume";
+
+TEST(Patches, HoldTheWholeSurfaceAndKeepIntegrals) {
+  const TriangleMesh mesh = make_shape("torus", 3.0, 20);
+  const Surface surface = surface_of(mesh);
+  const Patches patches = make_patches(surface, bounding_box(mesh), 6);
+  EXPECT_GT(patches.size(), 50U);
+  EXPECT_LT(patches.size(), surface.size() / 4);
+  const double area = std::accumulate(surface.area.begin(), surface.area.end(), 0.0);
+  EXPECT_NEAR(std::accumulate(patches.area.begin(), patches.area.end(), 0.0), area,
+              rounding * area);
+  std::vector<double> height;
+  for (const Eigen::Vector3d& p : surface.position) height.push_back(5.0 + p.z());
+  double of_samples = 0.0, of_patches = 0.0;
+  for (std::size_t i = 0; i < surface.size(); ++i) of_samples += surface.area[i] * height[i];
+  const std::vector<double> means = patches.mean(height, surface);
+  for (std::size_t p = 0; p < patches.size(); ++p) of_patches += patches.area[p] * means[p];
+  EXPECT_NEAR(of_patches, of_samples, rounding * of_samples);
+}
+
+TEST(Patches, SeparateTheTwoSidesOfASheet) {
+  const TriangleMesh mesh = make_shape("sheet", 3.0, 40);
+  const Surface surface = surface_of(mesh);
+  const Patches patches = make_patches(surface, bounding_box(mesh), 4);
+  std::vector<double> side;
+  for (const Eigen::Vector3d& normal : surface.normal) side.push_back(normal.z());
+  for (const double mean : patches.mean(side, surface)) {
+    EXPECT_NEAR(std::abs(std::abs(mean) - 0.5), 0.5, rounding);  // 1, -1, or 0 on the rim
+  }
+}
+
+TEST(ObjectError, IsTheDifferencesShareAndLeavesOutTheNoise) {
+  const Patches patches{{}, {1.0, 3.0}};
+  const ObjectReference exact{{2.0, 2.0}, {0.0, 0.0}};
+  EXPECT_EQ(error_against(exact, patches, {2.0, 2.0}, 0.0).two_norm, 0.0);
+  const ObjectError tenth = error_against(exact, patches, {2.2, 2.2}, 0.05);
+  EXPECT_NEAR(tenth.two_norm, 0.1, rounding);
+  EXPECT_NEAR(tenth.mean, 0.1, rounding);
+  EXPECT_EQ(tenth.outside, 1.0);
+  EXPECT_EQ(error_against(exact, patches, {2.2, 2.2}, 0.11).outside, 0.0);
+  EXPECT_NEAR(error_against(exact, patches, {2.2, 2.0}, 0.05).outside, 0.25, rounding);
+  // A difference as large as the noise is none.
+  const ObjectReference noisy{{2.0, 2.0}, {0.1, 0.1}};
+  const ObjectError none = error_against(noisy, patches, {2.1, 1.9}, 0.0);
+  EXPECT_NEAR(none.two_norm, 0.0, 1e-7);
+  EXPECT_NEAR(none.reference_error, 0.1 / std::sqrt(4.0 - 0.01), rounding);
+  EXPECT_EQ(none.outside, 0.0);
+}
+
+TEST(LitSphere, LetsOutAllWithoutAbsorptionAndLessWithMore) {
+  const BoundaryConstants constants = boundary_constants(1.4);
+  const double entering = 1.4 * 1.4 * (1.0 - constants.r_phi);
+  EXPECT_NEAR(exitance_of_lit_sphere(3.0, 0.2, 1e-9, 1.4), entering, 1e-6);
+  double last = entering;
+  for (const double mu : {1e-3, 1e-2, 1e-1}) {
+    const double exitance = exitance_of_lit_sphere(3.0, 0.2, mu, 1.4);
+    EXPECT_LT(exitance, last);
+    last = exitance;
+  }
+  // Lengths scale: nothing else does.
+  EXPECT_NEAR(exitance_of_lit_sphere(3.0, 0.2, 0.1, 1.4),
+              exitance_of_lit_sphere(6.0, 0.4, 0.05, 1.4), rounding);
+}
+
+TEST(ObjectCases, AreNamedOnceAndUnknownOnesRefused) {
+  std::vector<std::string> names;
+  for (const ObjectCase& c : object_cases({})) names.push_back(c.name);
+  std::sort(names.begin(), names.end());
+  EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
+  EXPECT_THAT(names, testing::IsSupersetOf({"nefertiti-marble-24", "box-with-void-skin1-24",
+                                            "sphere-marble-8-sky", "bob-block-24"}));
+  EXPECT_THAT(sentence_of([] { object_cases({"bunny"}); }), HasSubstr("begins with 'bunny'"));
+}
+
+TEST(ObjectCases, HaveTheirSizeInMeanFreePaths) {
+  Progress silent;
+  for (const char* name : {"sphere-marble-8-sky", "bob-block-24"}) {
+    const ObjectCase c = object_cases({name}).front();
+    const ObjectBench bench = make_object_bench(c, meshes, volume, silent);
+    const double longest = bounding_box(bench.object().mesh).sizes().maxCoeff();
+    EXPECT_NEAR(longest / (3.0 * bench.kappa_mm), c.size, 1e-9 * c.size);
+    EXPECT_GT(bench.power, 0.0);
+    if (c.sky) {
+      EXPECT_NEAR(bench.thickness, c.size / 3.0, 1e-3 * c.size) << "a sphere's 2V/S is 2R/3";
+      EXPECT_NEAR(bench.power, EIGEN_PI * longest * longest, 1e-3 * bench.power);
+    }
+  }
+}
+
+/// Whatever the shape and the medium, light that arrives is reflected, or enters and is absorbed,
+/// leaves scattered or leaves unscattered: each part counted by itself.
+TEST(ObjectPower, InIsAbsorbedOrLeaves) {
+  constexpr double balanced = 1e-5;
+  Progress silent;
+  for (const char* name : {"torus-skin1-24", "box-with-void-marble-8", "bob-block-24"}) {
+    const ObjectBench bench =
+        make_object_bench(object_cases({name}).front(), meshes, volume, silent);
+    const Surface& surface = bench.object().surface;
+    double entering = 0.0;
+    for (const forward::Beam& beam : bench.lights[0].beams) {
+      const double cosine =
+          -beam.direction.dot(surface.normal[static_cast<std::size_t>(beam.triangle)]);
+      entering += beam.power * (1.0 - fresnel_external(bench.object().boundary.eta, cosine));
+    }
+    for (const char* model : {"embedded", "montecarlo"}) {
+      forward::ObjectOptions options;
+      options.tolerance = 0.3;
+      options.photons = 2000;
+      const forward::ObjectResult result =
+          forward::make_object_model(model)->solve(bench.problem(), options, silent);
+      const forward::ObjectBalance& balance = result.balance.front();
+      double exiting = 0.0;
+      for (std::size_t i = 0; i < surface.size(); ++i) {
+        exiting += surface.area[i] * result.exitance[i];
+      }
+      EXPECT_NEAR(balance.entering, entering, balanced * entering) << name << " " << model;
+      EXPECT_NEAR(balance.exiting, exiting, balanced * entering) << name << " " << model;
+      EXPECT_NEAR(exiting + balance.absorbed + balance.unscattered, entering, balanced * entering)
+          << name << " " << model;
+      EXPECT_GT(balance.unscattered, 0.0) << name << " " << model;
+      EXPECT_LT(entering, bench.power) << "a part is reflected";
+    }
+  }
+}
+
+class ObjectsTest : public RecordTest {
+ protected:
+  static Request asked(const std::vector<std::string>& scenes) {
+    Request request;
+    request.settings = {{"scenes", scenes}, {"meshes", {meshes}}, {"volume", {volume}}};
+    return request;
+  }
+};
+
+TEST_F(ObjectsTest, EveryModelAnswersOrRefusesInASentence) {
+  const Json record =
+      quick_record("objects", "objects", asked({"sphere-marble-8-sky", "box-with-void-marble-8"}));
+  const Json& rows = record.at("rows");
+  EXPECT_EQ(rows.size(), 2 * forward::object_model_names().size());
+  for (const Json& row : rows) {
+    const std::string what = row.at("name").get<std::string>() + " " + row.at("model").dump();
+    if (row.contains("refused")) {
+      EXPECT_THAT(row.at("refused").get<std::string>(), HasSubstr(" ")) << what;
+      continue;
+    }
+    for (const char* key : {"error", "reference_error", "seconds", "elements", "iterations",
+                            "triangles", "size_over_mean_free_path", "balance"}) {
+      EXPECT_TRUE(row.at(key).is_number()) << what << " " << key;
+    }
+    if (row.at("model") == "embedded") {
+      EXPECT_NEAR(row.at("balance").get<double>(), 0.0, 1e-5) << what;
+      EXPECT_LT(row.value("exact_error", 0.0), 1e-3) << what;
+    }
+    // Toy references: a gross difference all the same.
+    if (row.at("model") == "montecarlo") {
+      EXPECT_LT(row.at("mean_difference").get<double>(),
+                6.0 * row.at("mean_difference_of_noise").get<double>())
+          << what;
+    }
+  }
+  EXPECT_EQ(summary(subject("objects"), {record}, folder()), rows);
+  expect_charts({"objects"}, {"objects"});
+}
+
+TEST_F(ObjectsTest, ReferencesAreReadAgainAndThoseOfOtherScenesRefused) {
+  const Request request = asked({"sphere-marble-8-sky"});
+  const auto error_of_embedded = [&] {
+    return quick_record("objects", "objects", request).at("rows").at(0).at("error");
+  };
+  const Json first = error_of_embedded();
+  const auto file = folder() / "references" / "sphere-marble-8-sky.json";
+  ASSERT_TRUE(std::filesystem::exists(file));
+  const auto written = std::filesystem::last_write_time(file);
+  // Recorded with four digits.
+  EXPECT_NEAR(error_of_embedded().get<double>(), first.get<double>(), 1e-3);
+  EXPECT_EQ(std::filesystem::last_write_time(file), written);
+
+  std::ifstream in(file);
+  Json other = Json::parse(in);
+  other["kappa_mm"] = 2.0 * other["kappa_mm"].get<double>();
+  std::ofstream(file) << other;
+  EXPECT_THAT(sentence_of(error_of_embedded), HasSubstr("kappa_mm is"));
+  std::ofstream(file) << "{\"format\":";
+  EXPECT_THAT(sentence_of(error_of_embedded), HasSubstr("is damaged"));
+}
+
+}  // namespace
+}  // namespace kappamu::bench

@@ -1,0 +1,240 @@
+// The hierarchy against the direct sum, its links against every pair of triangles, and [M]'s three
+// modes. Times are in docs/dipole.md.
+#include "forward/dipole/hierarchy/hierarchy.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+#include "core/error.h"
+#include "core/mesh/shapes.h"
+#include "forward/dipole/direct/direct_sum.h"
+
+namespace kappamu::forward::dipole {
+namespace {
+
+device::Context& context() {
+  return device::Context::of(device::choose(device::list_devices(), "auto").index);
+}
+
+/// Jensen et al. 2001 at η = 1.3, red, green, blue.
+std::vector<Profile> marble(double scale = 1.0, const char* name = "dipole") {
+  std::vector<Profile> profiles;
+  for (const auto& [scattering, absorption] :
+       {std::pair{2.19, 0.0021}, std::pair{2.62, 0.0041}, std::pair{3.00, 0.0071}}) {
+    profiles.push_back(
+        make_profile(name, {scale / (3.0 * (scattering + absorption)), absorption / scale}, 1.3));
+  }
+  return profiles;
+}
+
+/// Light from (1, 1, 1), of another strength in each lane.
+std::vector<Eigen::Array4f> sunlight(const Surface& surface) {
+  const Eigen::Vector3d sun = Eigen::Vector3d(1, 1, 1).normalized();
+  std::vector<Eigen::Array4f> light;
+  for (const Eigen::Vector3d& normal : surface.normal) {
+    const auto e = static_cast<float>(std::max(0.0, normal.dot(sun)));
+    light.emplace_back(e, 0.7F * e, 0.2F * e, 0.0F);
+  }
+  return light;
+}
+
+/// Relative 2-norm of the hierarchy's error on the surface, of the worst lane, at every `stride`th
+/// triangle.
+double error_of(const std::vector<Eigen::Array4f>& exitance, const TriangleMesh& mesh,
+                const std::vector<Profile>& profiles, std::size_t stride) {
+  const Surface surface = surface_of(mesh);
+  const std::vector<Eigen::Array4f> light = sunlight(surface);
+  std::vector<std::size_t> receivers;
+  for (std::size_t t = stride / 2; t < surface.size(); t += stride) receivers.push_back(t);
+  double worst = 0.0;
+  for (std::size_t lane = 0; lane < profiles.size(); ++lane) {
+    const auto l = static_cast<Eigen::Index>(lane);
+    std::vector<double> irradiance;
+    for (const Eigen::Array4f& e : light) irradiance.push_back(static_cast<double>(e[l]));
+    const std::vector<double> exact =
+        direct_sum(mesh, surface, profiles[lane], Placement::rotated, irradiance, receivers);
+    double difference = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+      const double area = surface.area[receivers[i]];
+      const double found = static_cast<double>(exitance[receivers[i]][l]);
+      difference += area * (found - exact[i]) * (found - exact[i]);
+      size += area * exact[i] * exact[i];
+    }
+    worst = std::max(worst, std::sqrt(difference / size));
+  }
+  return worst;
+}
+
+constexpr double promised = 0.01;
+
+struct Case {
+  const char* shape;
+  int tessellation;
+  double size_mm;
+  const char* profile;
+};
+
+class HierarchyError : public testing::TestWithParam<Case> {};
+
+// From triangles as large as two mean free paths, where form factors do the work, to a sixth of
+// one; objects of five to two hundred mean free paths.
+TEST_P(HierarchyError, IsBelowOnePerCentOfTheDirectSum) {
+  const Case& c = GetParam();
+  const TriangleMesh mesh = make_shape(c.shape, c.size_mm, c.tessellation);
+  const std::vector<Profile> profiles = marble(1.0, c.profile);
+  Hierarchy hierarchy(context(), mesh, profiles);
+  const std::size_t stride = std::max<std::size_t>(1, mesh.triangles.size() / 60);
+  const double error =
+      error_of(hierarchy.exitance(sunlight(surface_of(mesh))), mesh, profiles, stride);
+  EXPECT_LT(error, promised) << mesh.triangles.size() << " triangles, " << hierarchy.links()
+                             << " links";
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Shapes, HierarchyError,
+    testing::Values(Case{"sphere", 8, 2.5, "dipole"}, Case{"sphere", 20, 25.0, "dipole"},
+                    Case{"cube", 24, 12.0, "dipole"}, Case{"cube", 8, 100.0, "dipole"},
+                    Case{"torus", 60, 25.0, "dipole"}, Case{"sheet", 30, 25.0, "dipole"},
+                    Case{"spike", 30, 25.0, "dipole"}, Case{"cylinder", 24, 25.0, "better-dipole"},
+                    Case{"torus", 24, 25.0, "beam-diffusion"}));
+
+TEST(Hierarchy, ErrorFallsWithTheThirdPowerOfTheOpening) {
+  const TriangleMesh mesh = make_shape("torus", 25.0, 60);
+  const std::vector<Profile> profiles = marble();
+  const auto error = [&](float opening) {
+    Hierarchy hierarchy(context(), mesh, profiles, {opening, 1.0F});
+    return error_of(hierarchy.exitance(sunlight(surface_of(mesh))), mesh, profiles, 97);
+  };
+  const double wide = error(0.9F), narrow = error(0.45F);
+  EXPECT_LT(narrow, wide / 4.0) << wide << " " << narrow;  // order 3: 8, down to the table's 2e-3
+}
+
+TEST(Hierarchy, LinksCoverEveryPairOfTrianglesOnce) {
+  const TriangleMesh mesh = make_shape("cylinder", 25.0, 9);
+  const ClusterTree tree(mesh);
+  const Links links = link(tree, {0.7F, 0.33F, 0.25F, 0.12F});
+  const std::size_t n = tree.triangles();
+  std::vector<int> met(n * n, 0);
+  const auto place = [&](std::size_t k) {
+    int level = 0;
+    while (k >= (std::size_t{2} << level) - 1) ++level;
+    const std::size_t i = k - ((std::size_t{1} << level) - 1);
+    return std::pair{tree.begin(level, i), tree.begin(level, i + 1)};
+  };
+  const auto meet = [&](std::size_t receiver, std::size_t emitter) {
+    const auto [r0, r1] = place(receiver);
+    const auto [e0, e1] = place(emitter);
+    for (std::size_t r = r0; r < r1; ++r) {
+      for (std::size_t e = e0; e < e1; ++e) ++met[n * r + e];
+    }
+  };
+  for (std::size_t k = 0; k < tree.clusters(); ++k) {
+    const LinkRange range = links.of_cluster[k];
+    for (int l = range.first; l < range.first + range.count; ++l) {
+      meet(k, static_cast<std::size_t>(links.emitter[static_cast<std::size_t>(l)]));
+    }
+  }
+  for (std::size_t leaf = 0; leaf < links.of_leaf.size(); ++leaf) {
+    const LinkRange range = links.of_leaf[leaf];
+    for (int l = range.first; l < range.first + range.count; ++l) {
+      meet(tree.first_leaf() + leaf,
+           tree.first_leaf() + static_cast<std::size_t>(links.near[static_cast<std::size_t>(l)]));
+    }
+  }
+  EXPECT_THAT(met, testing::Each(1));
+}
+
+TEST(Hierarchy, LinksGrowInProportionToTheTriangles) {
+  const auto links_per_triangle = [](int tessellation) {
+    const TriangleMesh mesh = make_shape("sphere", 25.0, tessellation);
+    Hierarchy hierarchy(context(), mesh, marble());
+    return static_cast<double>(hierarchy.links() + 4 * hierarchy.near_pairs()) /
+           static_cast<double>(mesh.triangles.size());
+  };
+  // Triangles 16 times as many; a direct sum would have 16 times as many pairs each.
+  EXPECT_LT(links_per_triangle(64), 1.5 * links_per_triangle(16));
+}
+
+TEST(Hierarchy, OneTriangleAndAPrimeNumberOfThemAreMeshesToo) {
+  TriangleMesh mesh = make_shape("sphere", 10.0, 6);
+  for (const std::size_t count : {std::size_t{1}, std::size_t{5}, std::size_t{197}}) {
+    ASSERT_LE(count, mesh.triangles.size());
+    TriangleMesh part = mesh;
+    part.triangles.erase(part.triangles.begin(),
+                         part.triangles.end() - static_cast<std::ptrdiff_t>(count));
+    part.triangles[0] = mesh.triangles.back();
+    const std::vector<Profile> profiles = marble();
+    Hierarchy hierarchy(context(), part, profiles);
+    std::vector<Eigen::Array4f> ones(count, Eigen::Array4f::Ones());
+    const Surface surface = surface_of(part);
+    const std::vector<double> irradiance(count, 1.0);
+    const std::vector<std::size_t> last{count - 1};
+    const double exact =
+        direct_sum(part, surface, profiles[0], Placement::rotated, irradiance, last)[0];
+    EXPECT_NEAR(static_cast<double>(hierarchy.exitance(ones)[count - 1][0]) / exact, 1.0, promised);
+  }
+}
+
+class HierarchyModes : public testing::Test {
+ protected:
+  TriangleMesh mesh_ = make_shape("torus", 25.0, 60);
+  std::vector<Eigen::Array4f> light_ = sunlight(surface_of(mesh_));
+};
+
+TEST_F(HierarchyModes, StaticGivesTheSameBitsAgain) {
+  Hierarchy hierarchy(context(), mesh_, marble());
+  const auto first = hierarchy.exitance(light_), again = hierarchy.exitance(light_);
+  for (std::size_t t = 0; t < first.size(); ++t) EXPECT_TRUE((first[t] == again[t]).all());
+  EXPECT_EQ(hierarchy.relinked(), 1);
+}
+
+TEST_F(HierarchyModes, IncrementalKeepsTheLinksOfAMeshThatBendsALittle) {
+  const std::vector<Profile> profiles = marble();
+  Hierarchy hierarchy(context(), mesh_, profiles);
+  TriangleMesh bent = mesh_;
+  for (Eigen::Vector3d& v : bent.vertices) v.z() += 0.3 * std::sin(0.3 * v.x());
+  hierarchy.update(bent, profiles);
+  EXPECT_EQ(hierarchy.relinked(), 1);
+  EXPECT_LT(error_of(hierarchy.exitance(sunlight(surface_of(bent))), bent, profiles, 97),
+            1.5 * promised);
+  // Folded in two, what was far is near.
+  for (Eigen::Vector3d& v : bent.vertices) v.x() *= 0.1;
+  hierarchy.update(bent, profiles);
+  EXPECT_EQ(hierarchy.relinked(), 2);
+  EXPECT_LT(error_of(hierarchy.exitance(sunlight(surface_of(bent))), bent, profiles, 97), promised);
+}
+
+TEST_F(HierarchyModes, IncrementalFollowsTheMaterial) {
+  Hierarchy hierarchy(context(), mesh_, marble());
+  for (const double scale : {1.05, 8.0, 0.3}) {
+    const std::vector<Profile> profiles = marble(scale);
+    hierarchy.update(profiles);
+    EXPECT_LT(error_of(hierarchy.exitance(light_), mesh_, profiles, 97), 1.5 * promised) << scale;
+  }
+}
+
+TEST_F(HierarchyModes, RefuseAMeshOfOtherTriangles) {
+  Hierarchy hierarchy(context(), mesh_, marble());
+  mesh_.triangles.pop_back();
+  EXPECT_THROW(hierarchy.update(mesh_, marble()), InputError);
+}
+
+// One triangle's light at another is the other's at the one, per area: the rotated dipole's
+// reciprocity through all of tree, links and form factors.
+TEST_F(HierarchyModes, ExchangeBetweenTrianglesIsReciprocal) {
+  Hierarchy hierarchy(context(), mesh_, marble());
+  const Surface surface = surface_of(mesh_);
+  const std::size_t a = 11, b = mesh_.triangles.size() / 2;
+  const auto from = [&](std::size_t lit, std::size_t seen) {
+    std::vector<Eigen::Array4f> light(surface.size(), Eigen::Array4f::Zero());
+    light[lit].setConstant(static_cast<float>(1.0 / surface.area[lit]));
+    return static_cast<double>(hierarchy.exitance(light)[seen][0]);
+  };
+  EXPECT_NEAR(from(a, b) / from(b, a), 1.0, 0.02);
+}
+
+}  // namespace
+}  // namespace kappamu::forward::dipole

@@ -1,0 +1,71 @@
+// Which grids a fit descends through, and what goes from one to the next.
+#include "inverse/problem/grid_levels.h"
+
+#include <gtest/gtest.h>
+
+namespace kappamu::inverse {
+namespace {
+
+Problem lit_block(const GridShape& shape) {
+  Problem p;
+  p.setup.shape = shape;
+  p.patterns = 1;
+  p.irradiance.assign(p.lit_shape().cells(), 1.0);
+  p.data.assign(p.seen_shape().cells(), 1.0);
+  p.weight.assign(p.data.size(), 4.0);
+  return p;
+}
+
+GridLevels levels_of(const Problem& problem, DataWeights weights = DataWeights::by_variance) {
+  return {problem, ModelError{}, weights, 4};
+}
+
+TEST(GridLevels, HalveUntilAnAxisWouldHaveFewerThanFourVoxels) {
+  const GridLevels levels = levels_of(lit_block({33, 20, 16, 0.5}));
+  ASSERT_EQ(levels.count(), 3);
+  EXPECT_EQ(levels[1].setup.shape, (GridShape{17, 10, 8, 1.0}));
+  EXPECT_EQ(levels[2].setup.shape, (GridShape{9, 5, 4, 2.0}));
+  EXPECT_EQ(levels_of(lit_block({33, 20, 7, 0.5})).count(), 1);
+}
+
+TEST(GridLevels, AreNoMoreThanAskedFor) {
+  EXPECT_EQ(GridLevels(lit_block({64, 64, 64, 0.5}), {}, DataWeights::by_variance, 2).count(), 2);
+}
+
+TEST(GridLevels, EndWhereMasksLeaveTooFewWholeData) {
+  Problem masked = lit_block({16, 16, 16, 0.5});
+  for (std::size_t i = 0; i < masked.weight.size(); i += 2) masked.weight[i] = 0.0;
+  EXPECT_EQ(levels_of(masked).count(), 1) << "no coarse datum covers four used ones";
+}
+
+TEST(GridLevels, EqualWeightsHoldOnEveryGrid) {
+  Problem problem = lit_block({16, 16, 16, 0.5});
+  for (std::size_t i = 0; i < problem.weight.size(); ++i) {
+    problem.weight[i] = 1.0 + static_cast<double>(i % 5);
+  }
+  const GridLevels levels = levels_of(problem, DataWeights::equal);
+  for (int level = 0; level < levels.count(); ++level) {
+    const std::vector<double>& weight = levels[level].weight;
+    for (const double w : weight) EXPECT_EQ(w, weight.front()) << level;
+  }
+}
+
+TEST(GridLevels, RefineToTheNextFinerGridAndTheFinestToItsOwnHalf) {
+  const GridLevels levels = levels_of(lit_block({16, 12, 8, 0.5}));
+  ASSERT_EQ(levels.count(), 2);
+  EXPECT_EQ(levels.refinement(1).setup.shape, levels[0].setup.shape);
+  EXPECT_EQ(levels.refinement(1).irradiance, levels[0].irradiance);
+  EXPECT_EQ(levels.refinement(0).setup.shape, (GridShape{32, 24, 16, 0.25}));
+}
+
+TEST(GridLevels, EvenFieldsStayEvenOnTheFinerGrid) {
+  const GridLevels levels = levels_of(lit_block({15, 12, 8, 0.5}));
+  const auto even = [](const Problem& problem) {
+    const std::size_t cells = problem.setup.shape.cells();
+    return CoefficientPair{std::vector<double>(cells, -0.5), std::vector<double>(cells, -3.0)};
+  };
+  EXPECT_EQ(levels.to_finer(even(levels[1]), 1), even(levels[0]));
+}
+
+}  // namespace
+}  // namespace kappamu::inverse

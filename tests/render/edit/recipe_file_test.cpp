@@ -1,0 +1,159 @@
+// Recipes on disk: what the reader takes and refuses, and docs/edit.schema.json against it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "render/edit/edit.h"
+
+namespace kappamu::render {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+/// Every kind of everything.
+json full_recipe() {
+  return json::parse(R"({
+    "format": "kappamu-edit", "version": 1, "_comment": "all kinds",
+    "edits": [
+      {"operation": "multiply", "kappa": 1.5, "mu": 0, "channels": ["R"], "where": {"kind": "all"}},
+      {"operation": "add", "mu": -0.01, "where": {"kind": "brush", "radius_mm": 2, "depth_mm": 1, "hardness": 0.3,
+       "stretch": [1, 2, 1], "strokes": [{"points_mm": [[1, 2, 3], [2, 2, 3]], "inward": [[0, 0, -1]]}]}},
+      {"operation": "set", "kappa": 0.2, "where": {"kind": "depth", "from_mm": 0, "to_mm": 1, "faces": ["z+"]}},
+      {"operation": "blend", "share": 0.5, "mu": 0.1,
+       "where": {"kind": "box", "from_mm": [0, 0, 0], "to_mm": [1, 1, 1]}},
+      {"operation": "copy", "offset_mm": [5, 0, 0],
+       "where": {"kind": "texture", "image": "leaf.png", "face": "z+", "depth_mm": 1}}]})");
+}
+
+struct BadRecipe {
+  std::string name;
+  std::function<void(json&)> spoil;
+  std::string sentence;  ///< part of it
+  bool schema_sees_it = true;
+};
+
+std::vector<BadRecipe> bad_recipes() {
+  return {
+      {"another format", [](json& r) { r["format"] = "kappamu-scene"; }, "format is"},
+      {"another version", [](json& r) { r["version"] = 2; }, "version is not 1"},
+      {"no edits", [](json& r) { r.erase("edits"); }, "edits is missing"},
+      {"no operation", [](json& r) { r["edits"][0].erase("operation"); }, "edits[0] has no field"},
+      {"unknown operation", [](json& r) { r["edits"][0]["operation"] = "divide"; },
+       "edits[0].operation is 'divide'"},
+      {"unknown field", [](json& r) { r["edits"][0]["k"] = 1; }, "edits[0].k is an unknown field"},
+      {"changes nothing", [](json& r) { r["edits"][1].erase("mu"); }, "edits[1] changes nothing"},
+      {"factor 0 of kappa", [](json& r) { r["edits"][0]["kappa"] = 0; }, "edits[0].kappa is 0"},
+      {"negative mu", [](json& r) { r["edits"][3]["mu"] = -1; }, "edits[3].mu is -1"},
+      {"share of two", [](json& r) { r["edits"][3]["share"] = 2; }, "edits[3].share is 2"},
+      {"kappa of a copy", [](json& r) { r["edits"][4]["kappa"] = 2; }, "edits[4].kappa is an unk"},
+      {"no place", [](json& r) { r["edits"][0].erase("where"); }, "edits[0].where is missing"},
+      {"unknown place", [](json& r) { r["edits"][0]["where"]["kind"] = "lasso"; },
+       "edits[0].where.kind is 'lasso'"},
+      {"no radius", [](json& r) { r["edits"][1]["where"]["radius_mm"] = 0; }, "radius_mm is 0"},
+      {"no point",
+       [](json& r) { r["edits"][1]["where"]["strokes"][0]["points_mm"] = json::array(); },
+       "points_mm has 0 entries"},
+      {"no length",
+       [](json& r) {
+         r["edits"][1]["where"]["strokes"][0]["inward"][0] = json{0, 0, 0};
+       },
+       "inward[0] has no length", false},
+      {"too many directions",
+       [](json& r) {
+         json& inward = r["edits"][1]["where"]["strokes"][0]["inward"];
+         inward = json{{0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+       },
+       "inward has 3 directions for 2 points", false},
+      {"no face", [](json& r) { r["edits"][4]["where"]["face"] = "top"; }, "where.face is 'top'"},
+      {"depth backwards", [](json& r) { r["edits"][2]["where"]["from_mm"] = 3; },
+       "to_mm is not beyond from_mm", false},
+      {"box backwards",
+       [](json& r) {
+         r["edits"][3]["where"]["to_mm"] = json{1, 1, -1};
+       },
+       "to_mm is not beyond from_mm", false}};
+}
+
+class RecipeFile : public testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path write(const std::string& name, const json& recipe) const {
+    std::ofstream(folder_ / name) << recipe.dump();
+    return folder_ / name;
+  }
+  const std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("kappamu_recipes_" + std::to_string(::getpid()));
+};
+
+TEST_F(RecipeFile, ReadsEveryKind) {
+  const Recipe recipe = read_recipe(write("r.json", full_recipe()));
+  ASSERT_EQ(recipe.edits.size(), 5U);
+  EXPECT_EQ(recipe.edits[0].channels, std::vector<std::string>{"R"});
+  EXPECT_EQ(std::get<BrushSelection>(recipe.edits[1].where).stretch.y(), 2.0);
+  EXPECT_EQ(std::get<DepthSelection>(recipe.edits[2].where).faces.size(), 1U);
+  EXPECT_EQ(recipe.edits[3].share, 0.5);
+  EXPECT_EQ(std::get<TextureSelection>(recipe.edits[4].where).image, folder_ / "leaf.png");
+}
+
+TEST_F(RecipeFile, RefusesByFileAndField) {
+  for (const BadRecipe& bad : bad_recipes()) {
+    json recipe = full_recipe();
+    bad.spoil(recipe);
+    try {
+      read_recipe(write("r.json", recipe));
+      ADD_FAILURE() << bad.name;
+    } catch (const InputError& error) {
+      const std::string sentence = error.what();
+      EXPECT_THAT(sentence, HasSubstr(bad.sentence)) << bad.name;
+      EXPECT_THAT(sentence, HasSubstr("r.json")) << bad.name;
+      EXPECT_EQ(sentence.find('\n'), std::string::npos) << bad.name;
+    }
+  }
+}
+
+TEST_F(RecipeFile, SchemaAgreesWithTheReader) {
+  std::map<std::string, std::string> expected;
+  const auto add = [&](const std::string& name, const json& recipe, bool valid) {
+    const std::string stem = "r" + std::to_string(100 + expected.size());
+    write(stem + ".json", recipe);
+    expected[stem] = (valid ? "valid " : "invalid ") + name;
+  };
+  add("all kinds", full_recipe(), true);
+  const Recipe read = read_recipe(write("whole.json", full_recipe()));
+  std::filesystem::remove(folder_ / "whole.json");
+  add("written", json::parse(recipe_json(read, folder_)), true);
+  for (const BadRecipe& bad : bad_recipes()) {
+    json recipe = full_recipe();
+    bad.spoil(recipe);
+    add(bad.name, recipe, !bad.schema_sees_it);
+  }
+  const std::string source = KAPPAMU_SOURCE_DIR;
+  const std::filesystem::path verdicts = folder_ / "verdicts.txt";
+  const std::string command =
+      "/usr/bin/python3 '" + source + "/tests/capture/session/validate_sessions.py' '" + source +
+      "/docs/edit.schema.json' '" + folder_.string() + "' > '" + verdicts.string() + "' 2>&1";
+  const int status = std::system(command.c_str());  // NOLINT(bugprone-command-processor): fixed
+  ASSERT_TRUE(WIFEXITED(status));
+  constexpr int package_absent = 77;
+  if (WEXITSTATUS(status) == package_absent) GTEST_SKIP() << "python3-jsonschema is not installed";
+  ASSERT_EQ(WEXITSTATUS(status), 0);
+  std::ifstream lines(verdicts);
+  std::size_t seen = 0;
+  for (std::string stem, verdict; lines >> stem >> verdict; ++seen) {
+    EXPECT_THAT(expected[stem], testing::StartsWith(verdict + " ")) << stem;
+  }
+  EXPECT_EQ(seen, expected.size());
+}
+
+}  // namespace
+}  // namespace kappamu::render

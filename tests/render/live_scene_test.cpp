@@ -1,0 +1,89 @@
+// Lights that move: handles keep what they must, and a live answer is the model's own.
+#include "render/live/live_scene.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "forward/object_models.h"
+#include "render/light/incident_light.h"
+#include "render/live/light_handle.h"
+#include "render/scene/published_materials.h"
+
+namespace kappamu::render {
+namespace {
+
+constexpr double rounding = 1e-9;
+/// Of two hierarchies, one with wider links than the other: each sums within 2 %.
+constexpr double sum_tolerance = 0.02;
+
+Scene lit_ball() {
+  SceneObject ball;
+  ball.name = "ball";
+  ball.shape = std::string("sphere");
+  ball.size_mm = 20.0;
+  ball.material = published_material("marble");
+  Scene scene;
+  scene.file = "scene.json";
+  scene.objects = {ball};
+  scene.lights = {DirectionalLight{-Eigen::Vector3d::UnitZ(), {1.0, 0.9, 0.8}},
+                  EnvironmentLight{std::nullopt, Colour::Constant(0.1), 0.0, true}};
+  scene.camera.position_mm = {0.0, 0.0, 80.0};
+  return scene;
+}
+
+TEST(LightHandle, TurnsAtItsDistanceAndBack) {
+  const Eigen::Vector3d centre(1.0, 2.0, 3.0);
+  PointLight point;
+  point.position_mm = {10.0, 5.0, -7.0};
+  SpotLight spot;
+  spot.point = point;
+  for (const Light& light : {Light(point), Light(spot), Light(DirectionalLight())}) {
+    const Light turned = turned_to(light, centre, {40.0, -25.0});
+    EXPECT_NEAR(angles_of(turned, centre).azimuth_deg, 40.0, rounding);
+    EXPECT_NEAR(angles_of(turned, centre).elevation_deg, -25.0, rounding);
+    if (const auto* at = std::get_if<PointLight>(&turned)) {
+      EXPECT_NEAR((at->position_mm - centre).norm(), (point.position_mm - centre).norm(), rounding);
+    }
+  }
+  const Light home =
+      turned_to(turned_to(point, centre, {40.0, -25.0}), centre, angles_of(point, centre));
+  EXPECT_LT((std::get<PointLight>(home).position_mm - point.position_mm).norm(), rounding);
+  EXPECT_FALSE(has_angles(EnvironmentLight()));
+  EXPECT_THROW(turned_to(EnvironmentLight(), centre, {}), InputError);
+}
+
+TEST(LiveScene, AnswersAsTheModelForMovedLights) {
+  const Scene scene = lit_ball();
+  std::vector<std::string> warnings;
+  LiveScene live(scene, {}, warnings);
+  EXPECT_EQ(live.model(), "dipole-rotated");
+  Progress progress;
+  std::vector<Light> lights = scene.lights;
+  live.answer({lights, {}}, progress);
+  lights[0] = turned_to(lights[0], Eigen::Vector3d::Zero(), {120.0, 30.0});
+  const LiveAnswer moved = live.answer({lights, {}}, progress);
+  EXPECT_LT(moved.error_estimate, sum_tolerance);
+
+  const WorldObject& ball = live.world().objects()[0];
+  const std::optional<Environment> environment = make_environment(lights);
+  const IncidentLight light =
+      incident_light(live.world(), 0, make_light_sources(lights), &*environment, 1, progress);
+  const auto model = forward::make_object_model("dipole-rotated");
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::vector<forward::ObjectLight> one{light.channels[c]};
+    const forward::ObjectResult fresh = model->solve(
+        {ball.mesh, ball.surface, *ball.rays, *ball.media.channels[c], ball.boundary.eta, one}, {},
+        progress);
+    double difference = 0.0, size = 0.0;
+    for (std::size_t t = 0; t < ball.surface.size(); ++t) {
+      const double apart = moved.exitance[0].exitance[c][t] - fresh.exitance[t];
+      difference += ball.surface.area[t] * apart * apart;
+      size += ball.surface.area[t] * fresh.exitance[t] * fresh.exitance[t];
+    }
+    EXPECT_LT(difference, sum_tolerance * sum_tolerance * size) << c;
+  }
+}
+
+}  // namespace
+}  // namespace kappamu::render
