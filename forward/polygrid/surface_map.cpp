@@ -2,94 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
-#include "core/mesh/box_tree.h"
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/polygrid/equations/cell_integrals.h"
+#include "forward/polygrid/nearest_facet.h"
 
 namespace kappamu::forward::polygrid {
 
 namespace {
 
 using Eigen::Vector3d;
-using Facet = std::array<Vector3d, 3>;
 
 /// Rows of pieces that a triangle is divided into, so that a piece is not longer than a side.
 constexpr int most_rows = 16;
 const std::array<double, 2> gauss{0.5 - std::sqrt(1.0 / 12.0), 0.5 + std::sqrt(1.0 / 12.0)};
-
-/// Barycentric weights of the triangle's point nearest to p (Ericson 2005, 5.1.5).
-Vector3d nearest_weights(const Facet& facet, const Vector3d& p) {
-  const auto& [a, b, c] = facet;
-  const Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp), d5 = ab.dot(cp),
-               d6 = ac.dot(cp);
-  if (d1 <= 0.0 && d2 <= 0.0) return {1, 0, 0};
-  if (d3 >= 0.0 && d4 <= d3) return {0, 1, 0};
-  if (d6 >= 0.0 && d5 <= d6) return {0, 0, 1};
-  const double vc = d1 * d4 - d3 * d2, vb = d5 * d2 - d1 * d6, va = d3 * d6 - d5 * d4;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
-    const double v = d1 / (d1 - d3);
-    return {1 - v, v, 0};
-  }
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
-    const double w = d2 / (d2 - d6);
-    return {1 - w, 0, w};
-  }
-  if (va <= 0.0 && d4 >= d3 && d5 >= d6) {
-    const double w = (d4 - d3) / (d4 - d3 + d5 - d6);
-    return {0, 1 - w, w};
-  }
-  const double sum = va + vb + vc;
-  return {va / sum, vb / sum, vc / sum};
-}
-
-/// The nearest of many triangles.
-class Facets {
- public:
-  Facets(std::vector<Facet> facets, double start)
-      : facets_(std::move(facets)), tree_(boxes_of(facets_)), start_(start) {}
-
-  struct Nearest {
-    int facet = 0;
-    Vector3d weights;
-  };
-  Nearest nearest(const Vector3d& p) const {
-    for (double radius = start_;; radius *= 2.0) {
-      Nearest best;
-      double distance = radius * radius;
-      bool found = false;
-      tree_.visit(
-          [&](const Eigen::AlignedBox3d& box) { return box.squaredExteriorDistance(p) < distance; },
-          [&](int i) {
-            const Facet& facet = facets_[static_cast<std::size_t>(i)];
-            const Vector3d weights = nearest_weights(facet, p);
-            const Vector3d at =
-                weights[0] * facet[0] + weights[1] * facet[1] + weights[2] * facet[2];
-            const double d = (at - p).squaredNorm();
-            if (d >= distance) return;
-            distance = d;
-            best = {i, weights};
-            found = true;
-          });
-      if (found) return best;
-    }
-  }
-
- private:
-  static std::vector<Eigen::AlignedBox3d> boxes_of(const std::vector<Facet>& facets) {
-    std::vector<Eigen::AlignedBox3d> boxes(facets.size());
-    for (std::size_t i = 0; i < facets.size(); ++i) {
-      for (const Vector3d& p : facets[i]) boxes[i].extend(p);
-    }
-    return boxes;
-  }
-
-  std::vector<Facet> facets_;
-  BoxTree tree_;
-  double start_;
-};
 
 /// Corners of the boundary's sides, as side_corners() orders them.
 std::vector<std::array<int, 4>> sides_of(const Polygrid& grid) {
@@ -129,18 +55,12 @@ SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Sur
   for (const double a : grid.area) area += a;
   const double edge = std::sqrt(area / static_cast<double>(std::max<std::size_t>(1, sides.size())));
 
-  std::vector<Facet> of_sides, of_mesh;
+  std::vector<Facet> of_sides;
+  const std::vector<Facet> of_mesh = facets_of(mesh);
   for (const auto& side : sides) {
     for (const auto& half : halves) {
       of_sides.push_back({corner(side[half[0]]), corner(side[half[1]]), corner(side[half[2]])});
     }
-  }
-  for (const auto& triangle : mesh.triangles) {
-    Facet facet;
-    for (std::size_t i = 0; i < 3; ++i) {
-      facet[i] = mesh.vertices[static_cast<std::size_t>(triangle[i])];
-    }
-    of_mesh.push_back(facet);
   }
   const Facets side_facets(of_sides, edge), mesh_facets(of_mesh, edge);
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "forward/polygrid/equations/cell_integrals.h"
+#include "forward/polygrid/split_polygrid.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -10,59 +11,31 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 Polygrid mapped_box(const Vector3i& n, const Map& map) {
-  Polygrid grid;
+  std::vector<Vector3d> corner;
   for (int z = 0; z <= n[2]; ++z) {
     for (int y = 0; y <= n[1]; ++y) {
       for (int x = 0; x <= n[0]; ++x) {
-        grid.corner.push_back(map(Vector3d(x, y, z).cwiseQuotient(n.cast<double>())));
+        corner.push_back(map(Vector3d(x, y, z).cwiseQuotient(n.cast<double>())));
       }
     }
   }
-  const auto index = [](const Vector3i& at, const Vector3i& extent) {
-    return (at[2] * extent[1] + at[1]) * extent[0] + at[0];
-  };
+  std::vector<Vector3i> cell;
+  std::vector<std::array<int, 8>> cell_corners;
   for (int z = 0; z < n[2]; ++z) {
     for (int y = 0; y < n[1]; ++y) {
       for (int x = 0; x < n[0]; ++x) {
-        const Vector3i at(x, y, z);
         std::array<int, 8> corners{};
-        Vector3d middle = Vector3d::Zero();
         for (int c = 0; c < 8; ++c) {
+          const Vector3i at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2 & 1));
           corners[static_cast<std::size_t>(c)] =
-              index(at + Vector3i(c & 1, c >> 1 & 1, c >> 2 & 1), n + Vector3i::Ones());
-          middle += grid.corner[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])] / 8;
+              (at[2] * (n[1] + 1) + at[1]) * (n[0] + 1) + at[0];
         }
-        std::array<int, 6> links{};
-        for (int side = 0; side < 6; ++side) {
-          Vector3i beside = at;
-          beside[side / 2] += (side & 1) != 0 ? 1 : -1;
-          const bool inside = (beside.array() >= 0).all() && (beside.array() < n.array()).all();
-          links[static_cast<std::size_t>(side)] =
-              inside ? index(beside, n) : ~static_cast<int>(grid.boundary_cell.size());
-          if (inside) continue;
-          const std::array<int, 4> of_side = side_corners(side);
-          std::array<Vector3d, 4> p;
-          for (std::size_t i = 0; i < 4; ++i) {
-            const int corner = corners[static_cast<std::size_t>(of_side[i])];
-            p[i] = grid.corner[static_cast<std::size_t>(corner)];
-          }
-          const Vector3d area = 0.5 * (p[3] - p[0]).cross(p[2] - p[1]);
-          const Vector3d centre = 0.25 * (p[0] + p[1] + p[2] + p[3]);
-          grid.boundary_node.push_back(centre);
-          grid.normal.push_back((area.dot(centre - middle) > 0.0 ? 1.0 : -1.0) *
-                                area.normalized());
-          grid.area.push_back(area.norm());
-          grid.boundary_cell.push_back(static_cast<int>(grid.cell.size()));
-          grid.boundary_side.push_back(side);
-        }
-        grid.cell.push_back(at);
-        grid.cell_corners.push_back(corners);
-        grid.link.push_back(links);
-        grid.node.push_back(middle);
+        cell.push_back({x, y, z});
+        cell_corners.push_back(corners);
       }
     }
   }
-  return grid;
+  return linked(std::move(cell), std::move(cell_corners), std::move(corner));
 }
 
 Polygrid box_polygrid(const Vector3i& n, const Vector3d& size) {
