@@ -1,6 +1,6 @@
-// Polycubes: sets of cells of the integer lattice, mapped roughly into an object ([W] 5.1; Tarini et al.
-// 2004). A polycube is valid where it is one piece, is not empty, and its surface is a manifold: no two
-// of its cells meet in an edge or a corner alone.
+// Polycubes: sets of cells of the integer lattice, mapped roughly into an object ([W] 5.1; Tarini
+// et al. 2004). A polycube is valid where it is one piece, is not empty, and its surface is a
+// manifold: no two of its cells meet in an edge or a corner alone.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,6 +23,10 @@ inline constexpr std::size_t most_polycube_cells = 2'000'000;
 
 /// What is wrong with the set of cells, in words that follow "the polycube"; nothing: it is valid.
 std::optional<std::string> polycube_problem(const std::vector<Eigen::Vector3i>& cells);
+
+/// Whether the surface is a manifold at a corner, by which of the eight cells there are filled (bit
+/// by the cell's place in x, y, z).
+bool manifold_corner(unsigned filled);
 
 /// Handles through the cells of a valid polycube, by the Euler characteristic of its surface.
 int genus(const std::vector<Eigen::Vector3i>& cells);
