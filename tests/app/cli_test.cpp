@@ -39,7 +39,8 @@ TEST_P(EverySubcommand, UnknownOptionIsUsageError) {
 
 INSTANTIATE_TEST_SUITE_P(Cli, EverySubcommand,
                          testing::Values("simulate", "plan", "import", "run", "calibrate", "merge",
-                                         "fit", "export", "report", "forward", "score", "doctor"),
+                                         "chart", "fit", "export", "report", "forward", "score",
+                                         "doctor"),
                          [](const auto& parameter) { return parameter.param; });
 
 TEST(Cli, NoSubcommandIsUsageError) {
@@ -65,8 +66,8 @@ TEST(Cli, HelpIsOneScreenWithALinePerCommand) {
   for (const char* group : {"Capture:", "Fit:", "Use:", "Check:"})
     EXPECT_THAT(help, HasSubstr(group));
   for (const char* command :
-       {"plan", "import", "simulate", "calibrate", "merge", "run", "fit", "export", "forward",
-        "report", "score", "check-gradient", "bench", "doctor"})
+       {"plan", "import", "simulate", "calibrate", "merge", "chart", "run", "fit", "export",
+        "forward", "report", "score", "check-gradient", "bench", "doctor"})
     EXPECT_THAT(help, HasSubstr("\n  " + std::string(command) + " "));
 }
 
