@@ -1,4 +1,6 @@
 // The kappamu command: parses, dispatches, and turns failures into one sentence and an exit code.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -52,11 +54,23 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error) {
   std::abort();
 }
 
+/// Libraries may crash where an allocation fails. Whatever was finished is whole, since files are
+/// renamed when they are complete; the user is told so.
+extern "C" void end_of_crash(int) {
+  constexpr char sentence[] =
+      "kappamu: the program crashed, perhaps for want of memory; what it had not finished is left "
+      "as "
+      "after a kill, the same command does it again\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, sentence, sizeof sentence - 1);
+  _exit(1);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace kappamu;
   std::set_terminate(end_of_thread);
+  for (const int crash : {SIGSEGV, SIGBUS, SIGABRT}) std::signal(crash, end_of_crash);
   // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
   std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{
