@@ -29,8 +29,26 @@ void report_failure(const std::exception& error) {
                       : kappamu::shown_text(kappamu::io::json_reason(error)).c_str());
 }
 
+/// All options at once that the command needs and was not given; empty: none.
+std::string missing_options(const CLI::App& app) {
+  std::string missing;
+  for (const CLI::App* command : app.get_subcommands()) {
+    for (const CLI::Option* option : command->get_options()) {
+      if (!option->get_required() || option->count() > 0) continue;
+      missing += (missing.empty() ? "" : ", ") + option->get_name(option->get_positional());
+    }
+  }
+  return missing;
+}
+
 /// Help, or what is wrong with the arguments, which are shown as text of others is.
 int report_usage(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string missing = missing_options(app);
+  if (error.get_name() == "RequiredError" && !missing.empty()) {
+    std::fprintf(stderr, "required and missing: %s\nRun with --help for more information.\n",
+                 missing.c_str());
+    return 2;
+  }
   std::ostringstream help, usage;
   const bool asked = app.exit(error, help, usage) == 0;
   std::printf("%s", help.str().c_str());

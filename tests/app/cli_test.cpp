@@ -43,6 +43,15 @@ INSTANTIATE_TEST_SUITE_P(Cli, EverySubcommand,
                                          "doctor"),
                          [](const auto& parameter) { return parameter.param; });
 
+TEST(Cli, MissingOptionsAreNamedAtOnce) {
+  const ProcessResult result = kappamu("plan --size 20 16 6 --camera-width 1600");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.standard_error,
+              HasSubstr("required and missing: --projector-px-per-mm, --camera-height, "
+                        "--projector-width, --projector-height, --out"));
+  EXPECT_THAT(kappamu("fit").standard_error, HasSubstr("--out"));
+}
+
 TEST(Cli, NoSubcommandIsUsageError) {
   EXPECT_EQ(kappamu("").exit_code, 2);
   EXPECT_EQ(kappamu("no-such-command").exit_code, 2);
