@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "capture/session/frames.h"
+#include "core/median.h"
 
 namespace kappamu::capture {
 namespace {
@@ -58,12 +59,6 @@ std::vector<std::vector<long>> histograms_of(const Session& session, const Stack
   return histograms;
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// Where the codes of two exposures meet at no exposure, one channel.
 DarkLevel level_at_no_exposure(const Image<std::uint16_t>& shorter, double t1,
                                const Image<std::uint16_t>& longer, double t2, std::size_t channel,
@@ -86,9 +81,9 @@ DarkLevel level_at_no_exposure(const Image<std::uint16_t>& shorter, double t1,
   for (std::size_t i = 0; i < darkest; ++i) {
     levels.push_back((pixels[i].shorter * t2 - pixels[i].longer * t1) / (t2 - t1));
   }
-  const double level = median_of(levels);
+  const double level = upper_median(levels);
   for (const double value : levels) distances.push_back(std::abs(value - level));
-  return {std::max(level, 0.0), deviations_per_median_distance * median_of(distances)};
+  return {std::max(level, 0.0), deviations_per_median_distance * upper_median(distances)};
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
 
@@ -18,9 +19,7 @@ constexpr double seconds_per_arrangement = 30.0;  // a person moves something
 constexpr double patch_overhang = 0.5;
 
 std::string number(double value, const char* format = "%.6g") {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
+  return shown_number(value, format);
 }
 
 // Extents [mm] of the lit face along its two axes.
