@@ -92,9 +92,7 @@ void add_render(CLI::App& app, Globals& globals) {
                                 "or of a published material such as marble")
                    ->type_name("RUN|NAME");
   scene->excludes(made);
-  command->add_option("-o,--out", arguments->out, "Folder for the files; with --new-scene the file")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, arguments->out, "Folder for the files; with --new-scene the file");
   command->footer(
       "Exit code 3: the model did not reach its tolerance; outputs are kept and marked.\n"
       "Example: kappamu render --new-scene demo/run -o scene.json && kappamu render scene.json -o "

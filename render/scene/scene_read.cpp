@@ -243,13 +243,10 @@ ModelChoice read_model(const Node& node) {
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file) {
-  const io::JsonDocument document(file, "docs/scene.md", true);
+  const io::JsonDocument document(file, "docs/scene.md", io::JsonComments::allowed);
   const Node root = document.root();
   root.expect_fields({"format", "version", "objects", "lights", "camera", "film"}, {"model"});
-  root["format"].choice({"kappamu-scene"});
-  if (root["version"].number() != 1.0) {
-    root["version"].fail("is not 1; this program reads version 1");
-  }
+  root.expect_format("kappamu-scene");
   Scene scene;
   scene.file = file;
   const std::filesystem::path folder = file.parent_path();
