@@ -45,7 +45,9 @@ Vector3d point_from(const JsonNode& node) {
   return point;
 }
 
-json place_to(const Vector3i& place) { return {place.x(), place.y(), place.z()}; }
+json place_to(const Vector3i& place) {
+  return {place.x(), place.y(), place.z()};
+}
 
 void add_box(const JsonNode& box, std::vector<Vector3i>& cells) {
   box.expect_fields({"from", "to"});

@@ -7,8 +7,9 @@
 
 namespace kappamu::io {
 
-/// Throws InputError naming file, field and what is wrong: fields unknown, missing or of another kind,
-/// more cells than `most_polycube_cells`, cells that are no valid polycube, corners that no cell has.
+/// Throws InputError naming file, field and what is wrong: fields unknown, missing or of another
+/// kind, more cells than `most_polycube_cells`, cells that are no valid polycube, corners that no
+/// cell has.
 Polycube read_polycube(const std::filesystem::path& file);
 
 /// So that read_polycube() gives the same cells, and corners equal to 1e-9 of a cell's edge.

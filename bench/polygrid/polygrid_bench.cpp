@@ -40,8 +40,8 @@ std::vector<Object> objects_of(const Request& request) {
   return objects;
 }
 
-/// What scripts/polygrid_picture.py draws: corners of the boundary nodes' faces, and each cell's scaled
-/// Jacobian there.
+/// What scripts/polygrid_picture.py draws: corners of the boundary nodes' faces, and each cell's
+/// scaled Jacobian there.
 void write_surface(const forward::Polygrid& grid, const std::string& stem) {
   std::vector<float> faces, jacobians;
   for (std::size_t k = 0; k < grid.boundary_cell.size(); ++k) {
@@ -60,8 +60,8 @@ void write_surface(const forward::Polygrid& grid, const std::string& stem) {
 Json measured(const Object& object, int cells, const Request& request, Progress& progress) {
   Json row{{"object", object.name}, {"asked", cells}};
   try {
-    const forward::MadePolygrid made =
-        forward::make_polygrid(object.mesh, {cells, forward::PolygridOptions{}.first_layer}, progress);
+    const forward::MadePolygrid made = forward::make_polygrid(
+        object.mesh, {cells, forward::PolygridOptions{}.first_layer}, progress);
     const forward::PolygridQuality& q = made.quality;
     row.update({{"cells", q.cells},
                 {"boundary", q.boundary_nodes},
@@ -103,10 +103,10 @@ void measure(const Request& request, Progress& progress, const Save& save) {
   Json rows = Json::array();
   for (const int cells : counts) {
     for (const Object& object : objects) {
-      progress.update("bench polygrid",
-                      static_cast<double>(rows.size()) /
-                          static_cast<double>(counts.size() * objects.size()),
-                      object.name);
+      progress.update(
+          "bench polygrid",
+          static_cast<double>(rows.size()) / static_cast<double>(counts.size() * objects.size()),
+          object.name);
       rows.push_back(measured(object, cells, request, progress));
       save({{"size_mm", size_mm}, {"rows", rows}});
     }

@@ -17,7 +17,9 @@ namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-fs::path place() { return fs::path(testing::TempDir()) / "polycube.json"; }
+fs::path place() {
+  return fs::path(testing::TempDir()) / "polycube.json";
+}
 
 Polycube read_text(const std::string& fields) {
   std::ofstream(place()) << R"({"format": "kappamu-polycube", "version": 1, )" << fields << "}";
@@ -79,7 +81,8 @@ TEST(PolycubeFile, WhatIsWrongIsNamed) {
          "boxes[0].to lies below 'from'");
   expect(refused(lattice + R"("boxes": [{"from": [0, 0, 0], "to": [999, 999, 999]}])"),
          "boxes[0] brings more than 2000000 cells");
-  expect(refused(lattice + R"("boxes": [{"from": [0, 0, 0], "to": [0, 0, 1e9]}])"), "boxes[0].to[2]");
+  expect(refused(lattice + R"("boxes": [{"from": [0, 0, 0], "to": [0, 0, 1e9]}])"),
+         "boxes[0].to[2]");
   expect(refused(lattice + R"("boxes": [{"from": [0, 0, 0], "to": [0, 0, 0]},
                                         {"from": [1, 1, 0], "to": [1, 1, 0]}])"),
          "make a polycube that is in several pieces");
