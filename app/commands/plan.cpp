@@ -27,9 +27,19 @@ void run_plan(Arguments arguments, const Globals& globals) {
   capture::PlanRequest& request = arguments.request;
   capture::Sample& sample = request.sample;
   sample.voxel_mm = arguments.voxel_mm;
+  std::vector<std::string> warnings;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    sample.grid[axis] =
-        std::max(1, static_cast<int>(std::lround(arguments.size_mm[axis] / arguments.voxel_mm)));
+    const double size = arguments.size_mm[axis];
+    sample.grid[axis] = std::max(1, static_cast<int>(std::lround(size / arguments.voxel_mm)));
+    const double planned = sample.grid[axis] * arguments.voxel_mm;
+    if (std::abs(planned - size) <= 1e-6 * size) continue;
+    char text[200];
+    std::snprintf(
+        text, sizeof text,
+        "the block's %g mm along %c are no whole number of voxels of %g mm: it is planned "
+        "as %g mm; give --voxel an edge that divides the size",
+        size, "xyz"[axis], arguments.voxel_mm, planned);
+    warnings.emplace_back(text);
   }
   request.setup =
       arguments.setup == "back-lit" ? capture::Setup::back_lit : capture::Setup::front_lit;
@@ -40,10 +50,13 @@ void run_plan(Arguments arguments, const Globals& globals) {
   request.period_s = 1.0 / arguments.refresh_hz;
   pipeline::OutputFolder out(arguments.out, "plan", {},
                              {"session.json", "patterns", "calibration", "frames", "shots.txt",
-                              "shots.csv", "shots.json"});
+                              "shots.csv", "shots.json", "board.pdf", "rig.svg"});
   const capture::Plan plan = capture::make_plan(request, out.partial());
   capture::write_plan(plan);
   out.commit();
+  for (const std::string& warning : warnings) {
+    std::fprintf(stderr, "warning: %s\n", warning.c_str());
+  }
   if (globals.json) {
     std::printf("%s\n", nlohmann::json{{"plan", arguments.out},
                                        {"photographs", plan.shots.size()},
@@ -52,7 +65,8 @@ void run_plan(Arguments arguments, const Globals& globals) {
                                        {"exposures_s", plan.capture.exposures_s},
                                        {"disk_bytes", plan.disk_bytes},
                                        {"exposing_s", plan.exposing_s},
-                                       {"working_s", plan.working_s}}
+                                       {"working_s", plan.working_s},
+                                       {"warnings", warnings}}
                             .dump()
                             .c_str());
     return;
@@ -66,7 +80,9 @@ void run_plan(Arguments arguments, const Globals& globals) {
   std::printf("disk          %.2g GB at most\n", plan.disk_bytes / 1e9);
   std::printf("time          %.0f min, of which %.0f min exposing\n", plan.working_s / 60.0,
               plan.exposing_s / 60.0);
-  std::printf("%s/shots.txt\n", arguments.out.c_str());
+  for (const char* file : {"rig.svg", "board.pdf", "shots.txt"}) {
+    std::printf("%s/%s\n", arguments.out.c_str(), file);
+  }
 }
 
 }  // namespace
@@ -76,7 +92,8 @@ void add_plan(CLI::App& app, Globals& globals) {
       "plan",
       "Plan a capture: what to photograph, how long, in which order.\n\n"
       "Writes PLAN: session.json as it will be, patterns/ and calibration/ with the projector's\n"
-      "images, and the shot list as shots.txt (to follow by hand), shots.csv and shots.json (for\n"
+      "images, board.pdf to print, rig.svg (where things stand), and the shot list as shots.txt "
+      "(to follow by hand), shots.csv and shots.json (for\n"
       "a script). Exposure times are multiples of the projector's period, since others catch part\n"
       "of a colour wheel's turn, and at least 1/30 s.\n\n"
       "Save the photographs under the names listed and `kappamu run PLAN` works; where the camera\n"

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "capture/rig/printables.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
@@ -331,6 +332,9 @@ void write_plan(const Plan& plan) {
       io::write_image(folder / gray_code_image(k), code[k]);
     }
   }
+  io::write_text_atomically(folder / "board.pdf", board_pdf(plan.capture.board));
+  io::write_text_atomically(folder / "rig.svg",
+                            rig_sketch(plan.capture.sample, plan.capture.setup));
   io::write_text_atomically(folder / "shots.csv", csv(plan.shots));
   io::write_text_atomically(folder / "shots.json", json(plan).dump(2) + "\n");
   io::write_text_atomically(folder / "shots.txt", text(plan));

@@ -60,8 +60,8 @@ struct Plan {
 Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder);
 
 /// Writes session.json, patterns/, calibration/projected_board.png or gray_code_NN.png (what the
-/// planes are shown), shots.csv, shots.json and shots.txt into the plan's folder. `kappamu run`
-/// accepts it once the photographs are there.
+/// planes are shown), board.pdf, rig.svg (printables.h), shots.csv, shots.json and shots.txt into
+/// the plan's folder. `kappamu run` accepts it once the photographs are there.
 void write_plan(const Plan& plan);
 
 }  // namespace kappamu::capture

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
 #include <string>
 
 #include "core/error.h"
@@ -106,6 +107,9 @@ std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec
   check(output != nullptr, std::string("OpenImageIO has no writer of ") + format);
   const bool written =
       output->open(what, spec) && output->write_image(spec.format, pixels) && output->close();
+  // Encoders say in words that an allocation failed.
+  if (!written && output->geterror(false).find("memory") != std::string::npos)
+    throw std::bad_alloc();
   check(written, "OpenImageIO cannot encode " + what + ": " + output->geterror());
   return bytes;
 }

@@ -121,14 +121,14 @@ TEST(LayeredLattice, RefinementKeepsTheSurfaceAndHalvesPlaces) {
   }
   // The rule by which coarser levels are found (polygrid.h).
   const auto keys = [](const Polygrid& grid, int shift) {
-    std::set<std::tuple<int, int, int, int>> keys;
+    std::set<std::tuple<int, int, int, int>> found;
     for (std::size_t i = 0; i < grid.cell.size(); ++i) {
       int outer = 6;
       for (int s = 0; s < 6; ++s) outer = grid.link[i][at(s)] < 0 ? s : outer;
-      keys.emplace(grid.cell[i].x() >> shift, grid.cell[i].y() >> shift, grid.cell[i].z() >> shift,
+      found.emplace(grid.cell[i].x() >> shift, grid.cell[i].y() >> shift, grid.cell[i].z() >> shift,
                    outer);
     }
-    return keys;
+    return found;
   };
   EXPECT_EQ(keys(refined(coarse, 2).grid, 1), keys(coarse.grid, 0));
 }
