@@ -605,33 +605,57 @@ def objects(record):
         across = sorted(unique(marble, "size_over_mean_free_path"))
         of_size = [[r["error"] for r in marble if r["size_over_mean_free_path"] == size] for size in across]
         line(sizes, number, across, [statistics.median(errors) or None for errors in of_size], model)
-        for size, errors in zip(across, of_size):
-            sizes.plot([size, size], [max(min(errors), 1e-4), max(errors)], color=COLOURS[number], linewidth=0.8)
     dress(cost, "every scene", "processor time [s]", "error against Monte Carlo, 2-norm", "xy")
-    dress(sizes, "marble: median, smallest and largest of all shapes", "longest edge over mean free path",
+    dress(sizes, "marble: median of all shapes", "longest edge over mean free path",
           "error against Monte Carlo, 2-norm", "xy")
     sizes.xaxis.set_major_formatter(PlainNumbers())
     lines = []
     for name in unique(rows, "name"):
         of_model = {r["model"]: r for r in rows if r["name"] == name}
         some = next((r for r in of_model.values() if "refused" not in r), None)
-        cells = ["–"] * 5 if some is None else [some["triangles"], short(some["thickness_over_mean_free_path"]),
-                 f"{some['albedo']:.4f}", percent(some["validity_error"], 1), percent(some["reference_error"], 1)]
+        cells = ["–"] * 4 if some is None else [short(some["thickness_over_mean_free_path"]), f"{some['albedo']:.4f}",
+                                                percent(some["validity_error"], 1), percent(some["reference_error"], 1)]
         for model in models:
             r = of_model.get(model)
-            cells += (["refused"] * 3 if r is None or "refused" in r else
-                      [percent(r["error"], 1), f"{percent(r['mean_difference'], 1)} ({percent(r['mean_difference_of_noise'], 1)})",
-                       f"{r['cpu_seconds']:.2g}"])
+            cells.append("" if r is None else "refused" if "refused" in r else
+                         f"{percent(r['error'], 1)} ({r['cpu_seconds']:.2g} s)")
         lines.append([name] + cells)
-    head = ["scene", "triangles", "2V/S, mean free paths", "albedo", "diffusion's error in such a slab", "reference's error"]
-    for model in models:
-        head += [f"{model}: error", "mean difference (of noise)", "s of processor"]
+    head = ["scene", "2V/S, mean free paths", "albedo", "diffusion's error in such a slab", "reference's error"]
+    text = (provenance(record) + "\n" + table(["model", "scenes", "median error", "largest", "median s of processor"], [
+        [model, len(own), percent(statistics.median(r["error"] for r in own), 1), percent(max(r["error"] for r in own), 1),
+         f"{statistics.median(r['cpu_seconds'] for r in own):.2g}"]
+        for model in models if (own := [r for r in answered if r["model"] == model])])
+        + "\nError, and in brackets seconds of processor, of every scene:\n\n" + table(head + models, lines))
     exact = [r for r in answered if "exact_error" in r and r["model"] != "montecarlo"]
-    text = provenance(record) + "\n" + table(head, lines)
     if exact:
         text += "\nAgainst the closed form of diffusion, even diffuse light:\n\n" + table(
             ["scene", "model", "error"], [[r["name"], r["model"], short(r["exact_error"])] for r in exact])
     return {"": figure}, {"": text}
+
+
+def automatic(record):
+    """What model auto took, over all scenes and one by one."""
+    rows = record["rows"]
+    lines = []
+    for tolerance in unique(rows, "tolerance"):
+        own = [r for r in rows if r["tolerance"] == tolerance]
+        said = [r for r in own if r["within_tolerance"]]
+        met = [r for r in said if r["met"]]
+        ratios = sorted(r["cost_ratio"] for r in met if r["cost_ratio"])
+        over = [r["error"] / tolerance for r in said if not r["met"]]
+        taken = ", ".join(f"{model} {sum(r['model'] == model for r in own)}" for model in unique(own, "model"))
+        lines.append([percent(tolerance), len(own), f"{len(met)} of {len(said)}", f"{max(over):.2g}" if over else "–",
+                      f"{statistics.median(ratios):.2g}" if ratios else "–", f"{max(ratios):.2g}" if ratios else "–",
+                      sum(ratio > 3.0 for ratio in ratios), taken])
+    text = provenance(record) + "\n" + table(
+        ["tolerance", "scenes", "met, of those said to be", "error over tolerance where not, most",
+         "cost over the cheapest that met it: median", "most", "above 3", "taken"], lines)
+    text += "\n" + table(
+        ["scene", "tolerance", "taken", "error expected", "error", "s of processor", "cheapest that met it", "cost ratio"],
+        [[r["name"], percent(r["tolerance"]), r["model"], percent(r["expected_error"], 1),
+          percent(r["error"], 1) + ("" if r["met"] else " (above)"), f"{r['cpu_seconds']:.2g}", r["cheapest"] or "none",
+          "–" if r["cost_ratio"] is None else f"{r['cost_ratio']:.2g}"] for r in rows])
+    return {}, {"": text}
 
 
 def object_map(name, values):
@@ -730,7 +754,7 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
-            "objects": objects,
+            "objects-models": objects, "objects-auto": automatic,
             **{f"dipole-{name}": (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("hierarchy", "form-factors", "profiles", "energy")},
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
