@@ -63,14 +63,11 @@ forward::MachineCosts read_machine_costs(const std::string& device) {
 MeasuredCosts measure_machine_costs(const std::string& device, Progress& progress) {
   const std::unique_ptr<RayCaster> rays = make_embree_caster(forward::probe_mesh());
   MeasuredCosts measured;
-  measured.seconds = forward::probe_seconds(*rays, device, repetitions, progress);
-  measured.costs = forward::machine_costs(measured.seconds);
+  measured.times = forward::probe_times(*rays, device, repetitions, progress);
+  measured.costs = forward::machine_costs(measured.times);
   if (const std::optional<std::filesystem::path> file = machine_costs_file()) {
-    const json record{{"format", format},
-                      {"version", 1},
-                      {"device", device},
-                      {"seconds", measured.seconds},
-                      {"costs", measured.costs}};
+    const json record{
+        {"format", format}, {"version", 1}, {"device", device}, {"costs", measured.costs}};
     io::write_text_atomically(*file, record.dump(2) + "\n");
   }
   return measured;

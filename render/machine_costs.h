@@ -17,8 +17,8 @@ std::optional<std::filesystem::path> machine_costs_file();
 forward::MachineCosts read_machine_costs(const std::string& device);
 
 struct MeasuredCosts {
-  forward::MachineCosts seconds;  ///< of the probe, wall
-  forward::MachineCosts costs;    ///< over the table's
+  std::map<std::string, forward::ProbeTime> times;  ///< of the probe
+  forward::MachineCosts costs;
 };
 
 /// Minutes; leave the machine alone. Writes the file where there is one.

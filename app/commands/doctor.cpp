@@ -135,14 +135,20 @@ void measure_costs(const Globals& globals, Json& json) {
   const auto progress = make_progress();
   const render::MeasuredCosts measured = render::measure_machine_costs(globals.device, *progress);
   const auto file = render::machine_costs_file();
-  json["model_costs"] = {{"seconds", measured.seconds}, {"costs", measured.costs}};
-  json["model_costs"]["file"] = file ? Json(file->string()) : Json();
-  if (globals.json) return;
-  std::printf("\nModels of objects: seconds of a probe, and over those of the shipped table\n");
-  for (const auto& [model, seconds] : measured.seconds) {
+  Json models = Json::array();
+  for (const auto& [model, time] : measured.times) {
     const auto cost = measured.costs.find(model);
-    std::printf("  %-18s  %8.3f s  %s\n", model.c_str(), seconds,
-                cost == measured.costs.end() ? "" : std::to_string(cost->second).c_str());
+    models.push_back({{"model", model},
+                      {"wall_seconds", time.wall},
+                      {"processor_seconds", time.processor},
+                      {"cost", cost == measured.costs.end() ? Json() : Json(cost->second)}});
+  }
+  json["model_costs"] = {{"models", models}, {"file", file ? Json(file->string()) : Json()}};
+  if (globals.json) return;
+  std::printf("\nModels of objects: seconds of a probe, and over processor seconds of the table\n");
+  for (const Json& row : models) {
+    std::printf("  %-18s  %8.3f s  %s\n", row["model"].get<std::string>().c_str(),
+                row["wall_seconds"].get<double>(), row["cost"].dump().c_str());
   }
   std::printf("  %s\n", file ? ("kept in " + file->string()).c_str()
                              : "not kept: neither XDG_CACHE_HOME nor HOME is set");

@@ -11,8 +11,9 @@ namespace kappamu::forward {
 
 namespace {
 
-/// Of the tolerance, for the model's numerics.
-constexpr double numerics_share = 0.5;
+/// Of the tolerance: what a model's numerics are asked for, and what they then leave at most.
+/// Models state more than they err by.
+constexpr double numerics_share = 0.5, numerics_left = 0.25;
 /// Standard deviations of the scenes measured that an error is taken above its law.
 constexpr double margin = 1.3;
 /// Noise is known better than physics.
@@ -34,12 +35,17 @@ std::string number(double value) {
   return text.data();
 }
 
+/// Noise of the triangles after one photon.
+double noise_of_one(const MeasuredModel& model, const ObjectFeatures& features) {
+  return error_by(model.error, features) * std::sqrt(static_cast<double>(features.triangles));
+}
+
 /// Photons of the channel that needs most, or those allowed.
 double photons_for(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
                    const ObjectOptions& asked) {
   double most = fewest_photons;
   for (const ObjectFeatures& features : channels) {
-    const double noise = value_of(model.error, features, asked.tolerance);
+    const double noise = noise_of_one(model, features);
     most = std::max(most, std::pow(noise / (noise_share * asked.tolerance), 2.0));
   }
   return std::min(most, static_cast<double>(asked.photons));
@@ -71,12 +77,13 @@ double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> chan
                 const ObjectOptions& asked) {
   double worst = 0.0;
   for (const ObjectFeatures& features : channels) {
-    const double law = value_of(model.error, features, asked.tolerance);
     if (model.name == random_walks) {
-      worst = std::max(worst, law / std::sqrt(photons_for(model, channels, asked)));
+      worst = std::max(
+          worst, noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)));
     } else {
-      worst = std::max(worst, std::hypot(law * std::exp(margin * model.error.spread),
-                                         numerics_share * asked.tolerance));
+      worst = std::max(
+          worst, std::hypot(error_by(model.error, features) * std::exp(margin * model.error.spread),
+                            numerics_left * asked.tolerance));
     }
   }
   return worst;
@@ -86,7 +93,7 @@ double seconds_of(const MeasuredModel& model, std::span<const ObjectFeatures> ch
                   const ObjectOptions& asked, const MachineCosts& costs) {
   double seconds = 0.0;
   for (const ObjectFeatures& features : channels) {
-    seconds += value_of(model.seconds, features, numerics_share * asked.tolerance);
+    seconds += seconds_by(model.seconds, features, numerics_share * asked.tolerance);
   }
   if (model.name == random_walks) seconds *= photons_for(model, channels, asked);
   const auto here = costs.find(std::string(model.name));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "core/error.h"
 #include "core/mesh/shapes.h"
@@ -36,8 +37,8 @@ TriangleMesh probe_mesh() {
   return make_shape("cube", 3.0 * kappa_mm * mean_free_paths, tessellation);
 }
 
-MachineCosts probe_seconds(const RayCaster& rays, const std::string& device, int repetitions,
-                           Progress& progress) {
+std::map<std::string, ProbeTime> probe_times(const RayCaster& rays, const std::string& device,
+                                             int repetitions, Progress& progress) {
   const TriangleMesh mesh = probe_mesh();
   const Surface surface = surface_of(mesh);
   const ObjectMedium medium({kappa_mm, mu_per_mm});
@@ -47,30 +48,35 @@ MachineCosts probe_seconds(const RayCaster& rays, const std::string& device, int
   options.device = device;
   options.tolerance = tolerance;
   options.photons = photons;
-  MachineCosts seconds;
+  std::map<std::string, ProbeTime> times;
   for (const MeasuredModel& model : measured_models()) {
     const std::string name(model.name);
     try {
       for (int repetition = 0; repetition < repetitions; ++repetition) {
+        const std::clock_t processor = std::clock();
         const auto start = std::chrono::steady_clock::now();
         make_object_model(name)->solve(problem, options, progress);
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-        const auto [entry, fresh] = seconds.try_emplace(name, spent.count());
-        if (!fresh) entry->second = std::min(entry->second, spent.count());
+        const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+        const ProbeTime time{wall.count(),
+                             static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC};
+        const auto [entry, fresh] = times.try_emplace(name, time);
+        if (fresh) continue;
+        entry->second = {std::min(entry->second.wall, time.wall),
+                         std::min(entry->second.processor, time.processor)};
       }
     } catch (const InputError& refusal) {
       progress.warn("model " + name + " is not measured: " + refusal.what());
     }
   }
-  return seconds;
+  return times;
 }
 
-MachineCosts machine_costs(const MachineCosts& seconds) {
+MachineCosts machine_costs(const std::map<std::string, ProbeTime>& times) {
   MachineCosts costs;
   for (const MeasuredModel& model : measured_models()) {
-    const auto found = seconds.find(std::string(model.name));
-    if (found != seconds.end() && model.probe_seconds > 0.0) {
-      costs.emplace(found->first, found->second / model.probe_seconds);
+    const auto found = times.find(std::string(model.name));
+    if (found != times.end() && model.probe_seconds > 0.0) {
+      costs.emplace(found->first, found->second.wall / model.probe_seconds);
     }
   }
   return costs;

@@ -10,18 +10,25 @@
 
 namespace kappamu::forward {
 
-/// Seconds here over seconds of the table, by model; a model that is absent counts as 1.
+/// Seconds here over processor seconds of the table, by model; a model that is absent counts as 1.
 using MachineCosts = std::map<std::string, double>;
+
+/// The least of several runs [s].
+struct ProbeTime {
+  double wall = 0.0;
+  double processor = 0.0;  ///< of all threads together
+};
 
 /// The probe: a marble cube of 24 mean free paths in parallel light, of few triangles.
 TriangleMesh probe_mesh();
 
-/// Solves the probe by every measured model: wall seconds, the best of `repetitions`. `rays` is of
-/// probe_mesh(). Models that cannot run here are absent.
-MachineCosts probe_seconds(const RayCaster& rays, const std::string& device, int repetitions,
-                           Progress& progress);
+/// Solves the probe by every measured model, `repetitions` times. `rays` is of probe_mesh(). Models
+/// that cannot run here are absent.
+std::map<std::string, ProbeTime> probe_times(const RayCaster& rays, const std::string& device,
+                                             int repetitions, Progress& progress);
 
-/// Those seconds over the table's.
-MachineCosts machine_costs(const MachineCosts& seconds);
+/// Wall seconds of the probe over the table's processor seconds: what turns its costs into waiting
+/// here.
+MachineCosts machine_costs(const std::map<std::string, ProbeTime>& times);
 
 }  // namespace kappamu::forward

@@ -10,8 +10,6 @@ namespace {
 
 #include "forward/choice/measured_models.inc"
 
-constexpr double smooth = 0.003;  // edges of an object without sharp ones
-
 }  // namespace
 
 std::span<const MeasuredModel> measured_models() {
@@ -22,15 +20,23 @@ MeasuredRange measured_range() {
   return range;
 }
 
-double value_of(const Law& law, const ObjectFeatures& features, double tolerance) {
+double error_by(const ErrorLaw& law, const ObjectFeatures& features) {
   const double thickness = std::clamp(features.thickness, range.thinnest, range.thickest);
+  const double absorbed =
+      1.0 - std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
+  return law.constant + law.inverse_thickness / thickness +
+         law.inverse_root_thickness / std::sqrt(thickness) + law.absorbed * absorbed +
+         law.root_absorbed * std::sqrt(absorbed) + law.edges * features.edges +
+         law.inverse_size / features.size;
+}
+
+double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance) {
   const double albedo = std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
   const double contrast = std::clamp(features.contrast, 1.0, range.highest_contrast);
-  return std::exp(
-      law.constant + law.thickness * std::log(thickness) + law.absorption * std::log(1.0 - albedo) +
-      law.edges * std::log(features.edges + smooth) + law.contrast * std::log(contrast) +
-      law.triangles * std::log(static_cast<double>(features.triangles)) +
-      law.tolerance * std::log(tolerance));
+  return std::exp(law.constant + law.size * std::log(features.size) +
+                  law.absorbed * std::log(1.0 - albedo) + law.contrast * std::log(contrast) +
+                  law.triangles * std::log(static_cast<double>(features.triangles)) +
+                  law.tolerance * std::log(tolerance));
 }
 
 }  // namespace kappamu::forward

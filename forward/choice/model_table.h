@@ -10,16 +10,22 @@
 
 namespace kappamu::forward {
 
-/// log(value) = constant + the sum of slopes times logarithms, natural ones.
-struct Law {
+/// Error: a sum of terms, each a coefficient, not negative, times what its name says.
+struct ErrorLaw {
   double constant = 0.0;
-  double thickness = 0.0;   ///< slope in log(thickness)
-  double absorption = 0.0;  ///< in log(1 − albedo)
-  double edges = 0.0;       ///< in log(edges + 0.003)
-  double contrast = 0.0;    ///< in log(contrast)
-  double triangles = 0.0;   ///< in log(triangles)
-  double tolerance = 0.0;   ///< in log(tolerance) that the model is asked for
-  double spread = 0.0;      ///< standard deviation of log(value) about the law, dimensionless
+  double inverse_thickness = 0.0, inverse_root_thickness = 0.0;
+  double absorbed = 0.0, root_absorbed = 0.0;  ///< 1 − albedo and its root
+  double edges = 0.0;
+  double inverse_size = 0.0;
+  /// Standard deviation of log(error measured / law) over the tuning scenes, dimensionless.
+  double spread = 0.0;
+};
+
+/// Seconds: log(value) = constant + slopes times natural logarithms of what their names say.
+struct CostLaw {
+  double constant = 0.0;
+  double size = 0.0, absorbed = 0.0, contrast = 0.0, triangles = 0.0;
+  double tolerance = 0.0;  ///< that the model is asked for
 };
 
 struct MeasuredModel {
@@ -28,10 +34,10 @@ struct MeasuredModel {
   bool any_shape = false;   ///< else only boxes of whole voxels
   bool reentry = false;     ///< follows light that meets the object again
   /// Relative error in the 2-norm, of physics: the model's numerics were 1 % or better.
-  /// `montecarlo`: the noise of the triangles, times the square root of the photons.
-  Law error;
-  Law seconds;  ///< of processor, of one channel and light; `montecarlo`: per photon
-  /// That the probe of forward/choice/machine_costs.h took on the table's machine [s].
+  /// `montecarlo`: the noise, times the root of photons over triangles.
+  ErrorLaw error;
+  CostLaw seconds;  ///< of processor, of one channel and light; `montecarlo`: per photon
+  /// Of processor, that the probe of forward/choice/machine_costs.h took on the table's machine.
   double probe_seconds = 0.0;
 };
 
@@ -46,6 +52,7 @@ std::span<const MeasuredModel> measured_models();
 MeasuredRange measured_range();
 
 /// Features beyond the measured range count as its end.
-double value_of(const Law& law, const ObjectFeatures& features, double tolerance);
+double error_by(const ErrorLaw& law, const ObjectFeatures& features);
+double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance);
 
 }  // namespace kappamu::forward

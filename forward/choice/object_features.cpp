@@ -12,6 +12,7 @@ namespace {
 
 constexpr double sharp_cosine = 0.766;  // of 40°, as pictures keep corners sharp from
 constexpr int lattice = 16;
+constexpr double most_edges = 3.0;
 
 Coefficients mean_coefficients(const ObjectMedium& medium, const Eigen::AlignedBox3d& box) {
   if (medium.homogeneous()) return medium.smallest();
@@ -68,7 +69,8 @@ ObjectFeatures features_of(const ObjectProblem& problem) {
   features.size = longest / mean_free_path;
   features.thickness = 2.0 * enclosed_volume(problem.mesh) / area / mean_free_path;
   features.albedo = 1.0 - mean.mu * mean_free_path;
-  features.edges = sharp_length(problem.mesh, problem.surface) * mean_free_path / area;
+  features.edges = std::min(sharp_length(problem.mesh, problem.surface) * mean_free_path / area,
+                            most_edges / features.size);
   features.surface = area / (longest * longest);
   features.contrast = contrast_of(problem.medium);
   features.block = block::block_grid(problem.mesh, problem.medium).has_value();

@@ -13,11 +13,13 @@ struct ObjectFeatures {
   double size = 0.0;       ///< longest edge of the box
   double thickness = 0.0;  ///< 2V/S: the thickness of a slab, two thirds of a sphere's radius
   double albedo = 1.0;     ///< σs'/(σs' + μ)
-  double edges = 0.0;      ///< length of edges sharper than 40°, times a mean free path, over S
-  double surface = 0.0;    ///< S over the square of the box's longest edge
-  double contrast = 1.0;   ///< largest over smallest κ or μ, the greater; 1: homogeneous
-  bool block = false;      ///< a box of whole voxels, as the model `grid` needs
-  bool beams = true;       ///< at least one light is collimated
+  /// Length of edges sharper than 40°, times a mean free path, over S; at most 3 over `size`, as a
+  /// flat box has: creases of a rough mesh are no such edges.
+  double edges = 0.0;
+  double surface = 0.0;   ///< S over the square of the box's longest edge
+  double contrast = 1.0;  ///< largest over smallest κ or μ, the greater; 1: homogeneous
+  bool block = false;     ///< a box of whole voxels, as the model `grid` needs
+  bool beams = true;      ///< at least one light is collimated
   std::size_t triangles = 0;
 };
 
