@@ -599,14 +599,16 @@ def objects(record):
     figure, (cost, sizes) = panels(2)
     for number, model in enumerate(models):
         own = [r for r in answered if r["model"] == model]
-        line(cost, number, [r["cpu_seconds"] for r in own], [r["error"] or None for r in own], model,
+        line(cost, number, [r["cpu_seconds"] for r in own], [min(r["error"], 10.0) or None for r in own], model,
              style=MARKS[number % len(MARKS)], markerfacecolor="none")
         marble = [r for r in own if "-marble-" in r["name"] and not r["name"].endswith("-sky")]
         across = sorted(unique(marble, "size_over_mean_free_path"))
         of_size = [[r["error"] for r in marble if r["size_over_mean_free_path"] == size] for size in across]
+        if min(map(len, of_size), default=0) < len(unique(marble, "name")) / 4 or len(marble) < 9:
+            continue  # too few shapes for a median
         line(sizes, number, across, [statistics.median(errors) or None for errors in of_size], model)
     dress(cost, "every scene", "processor time [s]", "error against Monte Carlo, 2-norm", "xy")
-    dress(sizes, "marble: median of all shapes", "longest edge over mean free path",
+    dress(sizes, "marble: median over the shapes of models with three or more", "longest edge over mean free path",
           "error against Monte Carlo, 2-norm", "xy")
     sizes.xaxis.set_major_formatter(PlainNumbers())
     lines = []
@@ -618,12 +620,13 @@ def objects(record):
         for model in models:
             r = of_model.get(model)
             cells.append("" if r is None else "refused" if "refused" in r else
-                         f"{percent(r['error'], 1)} ({r['cpu_seconds']:.2g} s)")
+                         f"{percent(r['error'], 1) if r['error'] < 10.0 else 'above 1000 %'} ({r['cpu_seconds']:.3g} s)")
         lines.append([name] + cells)
     head = ["scene", "2V/S, mean free paths", "albedo", "diffusion's error in such a slab", "reference's error"]
     text = (provenance(record) + "\n" + table(["model", "scenes", "median error", "largest", "median s of processor"], [
-        [model, len(own), percent(statistics.median(r["error"] for r in own), 1), percent(max(r["error"] for r in own), 1),
-         f"{statistics.median(r['cpu_seconds'] for r in own):.2g}"]
+        [model, len(own), percent(statistics.median(r["error"] for r in own), 1),
+         percent(worst, 1) if (worst := max(r["error"] for r in own)) < 10.0 else "above 1000 %",
+         f"{statistics.median(r['cpu_seconds'] for r in own):.3g}"]
         for model in models if (own := [r for r in answered if r["model"] == model])])
         + "\nError, and in brackets seconds of processor, of every scene:\n\n" + table(head + models, lines))
     exact = [r for r in answered if "exact_error" in r and r["model"] != "montecarlo"]
@@ -651,7 +654,7 @@ def thesis_table(answered):
             continue
         some = next(iter(own.values()))
         lines.append([title, short(some["thickness_over_mean_free_path"]), percent(some["reference_error"], 1)]
-                     + [f"{percent(own[m]['error'], 1)} ({own[m]['cpu_seconds']:.2g} s)" if m in own else "" for m in models])
+                     + [f"{percent(own[m]['error'], 1)} ({own[m]['cpu_seconds']:.3g} s)" if m in own else "" for m in models])
     return table(["[T] Table 5.1", "2V/S, mean free paths", "reference's error"] + models, lines)
 
 

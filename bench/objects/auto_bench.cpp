@@ -10,9 +10,9 @@ namespace kappamu::bench {
 
 namespace {
 
-/// A model that is expected to take so many times longer than the one taken is not measured: it
-/// cannot be the cheapest.
-constexpr double hopeless_cost = 10.0;
+/// A model that is expected to take so many times longer than the one taken, or so many seconds, is
+/// not measured.
+constexpr double hopeless_cost = 4.0, hopeless_seconds = 20.0;
 
 /// Random walks beyond these are not made: their seconds grow with the photons, and their noise
 /// follows from the reference's.
@@ -31,7 +31,7 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
     if (!tried.empty()) {
       const double expected = candidate.seconds.value_or(0.0);
       if (expected > hopeless_cost * tried.front().seconds) continue;
-      if (!candidate.seconds && candidate.model == "boundary_integral") continue;
+      if (expected > hopeless_seconds && candidate.model != "montecarlo") continue;
     }
     forward::ObjectOptions options =
         forward::options_for(candidate.model, std::span(&measurement.features(), 1), asked);
