@@ -11,7 +11,7 @@ namespace {
 
 struct EditOptions {
   std::string volume, recipe;
-  std::filesystem::path out;
+  std::string out;
   std::size_t most_voxels = io::default_most_voxels;
 };
 

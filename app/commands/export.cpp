@@ -13,7 +13,7 @@ namespace {
 
 struct ExportOptions {
   std::string volume;
-  std::filesystem::path out;
+  std::string out;
   std::vector<std::string> formats{"all"};
   std::size_t most_voxels = io::default_most_voxels;
 };
@@ -25,7 +25,7 @@ void run_export(const ExportOptions& options, const Globals& globals) {
                              pipeline::Former::kept);
   io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
                                                      *progress, options.most_voxels);
-  for (auto& file : result.files) file = options.out / file.lexically_relative(out.partial());
+  for (auto& file : result.files) file = std::filesystem::path(options.out) / file.lexically_relative(out.partial());
   out.commit();
   if (globals.json) {
     nlohmann::ordered_json json{{"volume", io::find_volume(options.volume).string()},

@@ -206,7 +206,7 @@ TEST(Joint, LensesSampleAndPoseSpreadAsStated) {
     const Shots shots = shots_of(rig, random, boards, plane_count);
     const Both both = calibrated(rig, shots, std::nullopt);
     const JointCalibration& joint = both.joint;
-    JointCalibration sequential{both.camera, both.projector, {}, 0.0, 0.0, true};
+    JointCalibration sequential{both.camera, both.projector, {}, true};
     for (std::size_t p = 0; p < plane_count; ++p) {
       sequential.camera.camera_from_board[boards + p] = both.projector.station_from_plane[p];
     }
