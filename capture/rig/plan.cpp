@@ -138,7 +138,12 @@ class ShotList {
   void add(const std::vector<Frame>& frames, const std::string& subject, const std::string& station,
            const std::string& show) {
     for (const Frame& frame : frames) {
-      shots_.push_back({frame.file, subject, station, show, frame.exposure_s, false});
+      shots_.push_back({.file = frame.file,
+                        .subject = subject,
+                        .station = station,
+                        .show = show,
+                        .exposure_s = frame.exposure_s,
+                        .metered = false});
     }
   }
   // White first: the time metered for it is the others'.
@@ -173,7 +178,8 @@ class ShotList {
   }
   void metered(const Frame& frame, const std::string& subject, const std::string& station,
                const std::string& show) {
-    shots_.push_back({frame.file, subject, station, show, frame.exposure_s, true});
+    add({frame}, subject, station, show);
+    shots_.back().metered = true;
   }
 
   const Session& session_;
