@@ -42,6 +42,7 @@ void add_fit(CLI::App& app, Globals& globals);
 void add_forward(CLI::App& app, Globals& globals);
 void add_import(CLI::App& app, Globals& globals);
 void add_merge(CLI::App& app, Globals& globals);
+void add_chart(CLI::App& app, Globals& globals);
 void add_plan(CLI::App& app, Globals& globals);
 void add_render(CLI::App& app, Globals& globals);
 void add_view(CLI::App& app, Globals& globals);

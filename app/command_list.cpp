@@ -38,7 +38,7 @@ void add_out(CLI::App& command, std::string& out, const std::string& text,
 void add_commands(CLI::App& app, Globals& globals) {
   app.formatter(std::make_shared<OneLineEach>());
   const std::vector<Group> groups{
-      {"Capture", {add_plan, add_import, add_simulate, add_calibrate, add_merge}},
+      {"Capture", {add_plan, add_import, add_simulate, add_calibrate, add_merge, add_chart}},
       {"Fit", {add_run, add_fit}},
       {"Use", {add_edit, add_export, add_render, add_view, add_forward}},
       {"Check", {add_report, add_verify, add_score, add_check_gradient, add_bench, add_doctor}}};

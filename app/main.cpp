@@ -1,4 +1,6 @@
 // The kappamu command: parses, dispatches, and turns failures into one sentence and an exit code.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
@@ -27,8 +29,26 @@ void report_failure(const std::exception& error) {
                       : kappamu::shown_text(kappamu::io::json_reason(error)).c_str());
 }
 
+/// All options at once that the command needs and was not given; empty: none.
+std::string missing_options(const CLI::App& app) {
+  std::string missing;
+  for (const CLI::App* command : app.get_subcommands()) {
+    for (const CLI::Option* option : command->get_options()) {
+      if (!option->get_required() || option->count() > 0) continue;
+      missing += (missing.empty() ? "" : ", ") + option->get_name(option->get_positional());
+    }
+  }
+  return missing;
+}
+
 /// Help, or what is wrong with the arguments, which are shown as text of others is.
 int report_usage(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string missing = missing_options(app);
+  if (error.get_name() == "RequiredError" && !missing.empty()) {
+    std::fprintf(stderr, "required and missing: %s\nRun with --help for more information.\n",
+                 missing.c_str());
+    return 2;
+  }
   std::ostringstream help, usage;
   const bool asked = app.exit(error, help, usage) == 0;
   std::printf("%s", help.str().c_str());
@@ -52,11 +72,23 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error) {
   std::abort();
 }
 
+/// Libraries may crash where an allocation fails. Whatever was finished is whole, since files are
+/// renamed when they are complete; the user is told so.
+extern "C" void end_of_crash(int) {
+  constexpr char sentence[] =
+      "kappamu: the program crashed, perhaps for want of memory; what it had not finished is left "
+      "as "
+      "after a kill, the same command does it again\n";
+  [[maybe_unused]] const auto written = write(STDERR_FILENO, sentence, sizeof sentence - 1);
+  _exit(1);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   using namespace kappamu;
   std::set_terminate(end_of_thread);
+  for (const int crash : {SIGSEGV, SIGBUS, SIGABRT}) std::signal(crash, end_of_crash);
   // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
   std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app{

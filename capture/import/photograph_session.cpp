@@ -112,6 +112,18 @@ Session bracket_session(const PhotographSource& source, Encoding encoding, Progr
   return session;
 }
 
+Session photograph_session(const fs::path& photograph, Encoding encoding) {
+  Session session;
+  session.folder = photograph.parent_path();
+  session.camera.encoding = encoding;
+  Pattern pattern;
+  pattern.id = "photograph";
+  pattern.frames = {{photograph.filename().string(), 1.0}};
+  describe_camera(photograph, session);
+  session.patterns.push_back(std::move(pattern));
+  return session;
+}
+
 Session board_session(const PhotographSource& source, const Board& board,
                       const std::optional<Projector>& projector, Progress& progress) {
   std::vector<Photograph> photographs = find_photographs(source, progress);

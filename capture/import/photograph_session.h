@@ -2,6 +2,7 @@
 // boards and Gray codes to calibrate from. They live in memory and are valid for that stage only.
 #pragma once
 
+#include <filesystem>
 #include <optional>
 
 #include "capture/import/import_photographs.h"
@@ -15,6 +16,9 @@ namespace kappamu::capture {
 /// linear; RAW and EXR are linear, deeper PNG and TIFF as `encoding` says, of the fewest bits that
 /// hold their largest code. Throws InputError as import_session() does.
 Session bracket_session(const PhotographSource& source, Encoding encoding, Progress& progress);
+
+/// One photograph, the pattern "photograph"; its camera as in bracket_session().
+Session photograph_session(const std::filesystem::path& photograph, Encoding encoding);
 
 /// Photographs of a printed board and, with `projector`, of its Gray codes: shots
 /// plane_<n>_gray_<k> and plane_<n>_board are projector planes (session.h), all others boards. A

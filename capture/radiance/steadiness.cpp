@@ -227,8 +227,12 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
     double radiance;
     double variance;
   };
-  std::vector<double> changed(frames.size(), 0.0);
-  std::vector<double> compared(frames.size(), 0.0);
+  struct Difference {
+    double deviations;
+    bool large;
+    double blame;
+  };
+  std::vector<std::vector<Difference>> differences(frames.size());
   for (std::size_t i = 0; i < frames.front().signal.size(); ++i) {
     std::vector<Seen> seen;
     std::vector<double> radiances;
@@ -255,16 +259,24 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
         alone ? 0.5 * (radiances[0] + radiances[1]) : upper_median(std::move(radiances));
     for (const Seen& one : seen) {
       if (!bright(one, middle)) continue;
-      const double floor = changed_relative * std::abs(middle);
       const double off = std::abs(one.radiance - middle);
-      compared[one.frame] += 1.0;
-      if (off > changed_deviations * std::sqrt(one.variance) && off > floor) {
-        changed[one.frame] += alone ? 0.5 : 1.0;
-      }
+      differences[one.frame].push_back({off / std::sqrt(one.variance),
+                                        off > changed_relative * std::abs(middle),
+                                        alone ? 0.5 : 1.0});
     }
   }
   for (std::size_t j = 0; j < frames.size(); ++j) {
-    if (states[j] && compared[j] > 0.0) states[j]->changed_share = changed[j] / compared[j];
+    if (!states[j] || differences[j].empty()) continue;
+    // What all blocks differ by is the noise model's error (grain, scans), not a change.
+    std::vector<double> sizes;
+    for (const Difference& difference : differences[j]) sizes.push_back(difference.deviations);
+    const double spread = std::max(1.0, upper_median(std::move(sizes)) / 0.6745);
+    double changed = 0.0;
+    for (const Difference& difference : differences[j]) {
+      const bool beyond = difference.deviations > changed_deviations * spread && difference.large;
+      changed += beyond ? difference.blame : 0.0;
+    }
+    states[j]->changed_share = changed / static_cast<double>(differences[j].size());
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "capture/response/response.h"
 #include "capture/session/frames.h"
 #include "core/median.h"
 
@@ -12,6 +13,7 @@ namespace {
 
 constexpr double outlier_deviations = 5.0;
 constexpr double deviations_per_median_distance = 1.4826;  // of a normal distribution
+constexpr double rounding = 0.29;                          // 1/√12 codes
 constexpr double clipped_share = 1.0 / 6.0;  // below one standard deviation under the mean
 
 struct Moments {
@@ -57,6 +59,39 @@ std::vector<std::vector<long>> histograms_of(const Session& session, const Stack
     }
   }
   return histograms;
+}
+
+/// [channel] the shortest frame's codes where the longest is darkest: what little light falls there
+/// is next to nothing in the shortest.
+std::vector<DarkLevel> levels_of_darkest(const Image<std::uint16_t>& shortest,
+                                         const Image<std::uint16_t>& longest, int saturated) {
+  constexpr double darkest_share = 0.01;
+  const auto channels = static_cast<std::size_t>(shortest.channels());
+  std::vector<DarkLevel> levels;
+  for (std::size_t c = 0; c < channels; ++c) {
+    std::vector<std::pair<int, int>> codes;  // in the longest, in the shortest frame
+    for (std::size_t i = c; i < longest.size(); i += channels) {
+      const int here = longest.values()[i];
+      const int there = shortest.values()[i];
+      if (here < saturated && there < saturated) codes.emplace_back(here, there);
+    }
+    if (codes.empty()) {
+      levels.push_back({0.0, rounding});
+      continue;
+    }
+    const auto darkest = static_cast<std::ptrdiff_t>(
+        std::max(1.0, darkest_share * static_cast<double>(codes.size())));
+    std::nth_element(codes.begin(), codes.begin() + darkest - 1, codes.end());
+    std::vector<double> black;
+    for (auto code = codes.begin(); code != codes.begin() + darkest; ++code) {
+      black.push_back(code->second);
+    }
+    const double level = upper_median(black);
+    for (double& code : black) code = std::abs(code - level);
+    levels.push_back(
+        {level, std::max(rounding, deviations_per_median_distance * upper_median(black))});
+  }
+  return levels;
 }
 
 /// Where the codes of two exposures meet at no exposure, one channel.
@@ -110,7 +145,7 @@ std::vector<DarkLevel> dark_levels(const Session& session) {
 
 std::vector<DarkLevel> dark_levels_of_stack(const Session& session, const Stack& stack) {
   constexpr double pedestal_share = 0.001;
-  constexpr double rounding = 0.29;  // 1/√12 codes
+  constexpr double wide_bracket = 100.0;
   const auto [shortest, longest] = std::minmax_element(
       stack.begin(), stack.end(),
       [](const Frame& a, const Frame& b) { return a.exposure_s < b.exposure_s; });
@@ -124,6 +159,10 @@ std::vector<DarkLevel> dark_levels_of_stack(const Session& session, const Stack&
                                             longest->exposure_s, c, top * 9 / 10));
     }
     return levels;
+  }
+  if (longest->exposure_s >= wide_bracket * shortest->exposure_s) {
+    return levels_of_darkest(load_sites(session, *shortest), load_sites(session, *longest),
+                             saturation_code(session.camera.bit_depth));
   }
   for (const auto& histogram : histograms_of(session, {*shortest})) {
     levels.push_back({static_cast<double>(quantile(histogram, pedestal_share)), rounding});

@@ -24,8 +24,10 @@ std::vector<DarkLevel> dark_levels(const Session& session);
 
 /// [channel] without dark frames, from one stack. Linear: where the codes z of shortest and longest
 /// exposure t meet at t = 0, (z₁ t₂ - z₂ t₁)/(t₂ - t₁), median over the darkest tenth of the pixels
-/// that saturate in neither. An unknown response: the code that a thousandth of the shortest frame
-/// lies below, which is 0 for most files and a pedestal where there is one.
+/// that saturate in neither. An unknown response: the shortest frame's median code at the hundredth
+/// of the pixels that are darkest in the longest, where the times span a factor of 100; else the
+/// code that a thousandth of the shortest frame lies below. Either is 0 for most files and a
+/// pedestal where there is one.
 std::vector<DarkLevel> dark_levels_of_stack(const Session& session, const Stack& stack);
 
 }  // namespace kappamu::capture

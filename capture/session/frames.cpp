@@ -6,6 +6,7 @@
 #include <string>
 
 #include "capture/session/bayer.h"
+#include "capture/session/filled_border.h"
 #include "core/error.h"
 #include "io/image/image_file.h"
 
@@ -139,6 +140,7 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
   Image<std::uint16_t> image = io::read_code_image(
       path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
   check_codes(session, path, image);
+  if (session.camera.encoding == Encoding::response) saturate_filled_border(image, top);
   return image;
 }
 

@@ -24,9 +24,10 @@ bool is_float_frame(const Frame& frame);
 
 /// Code values 0 ... largest_code, [y][x][channel], the session's channels. EXR frames hold linear
 /// light as fractions of full scale; here they are rounded to codes (no black level) and cut to the
-/// range. RAW frames are demosaiced bilinearly, linear, black not subtracted. Throws InputError
-/// naming the file if it is missing, truncated, of another size or number of channels than the
-/// session tells, or holds codes beyond the bit depth.
+/// range. RAW frames are demosaiced bilinearly, linear, black not subtracted. Where the camera's
+/// encoding is a response, borders that software filled in are saturated (filled_border.h). Throws
+/// InputError naming the file if it is missing, truncated, of another size or number of channels
+/// than the session tells, or holds codes beyond the bit depth.
 Image<std::uint16_t> load_frame(const Session& session, const Frame& frame);
 
 /// Codes that no interpolation has touched, for statistics of black and noise: of a RAW frame the

@@ -1,6 +1,9 @@
 #include "io/image/exr.h"
 
 #include <algorithm>
+#include <cstring>
+#include <new>
+#include <span>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
@@ -12,8 +15,10 @@ namespace kappamu::io {
 
 namespace fs = std::filesystem;
 
-ExrImage read_exr(const fs::path& file, const SizeCheck& expected) {
-  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+namespace {
+
+ExrImage decode_exr(const fs::path& file, std::vector<std::byte>& bytes,
+                    const SizeCheck& expected) {
   const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
   if (image_kind(bytes) != ImageKind::exr) fail("not an EXR file");
   OiioInput input(file, bytes);
@@ -55,6 +60,31 @@ ExrImage read_exr(const fs::path& file, const SizeCheck& expected) {
   return image;
 }
 
+bool equal_bits(const ExrImage& written, const ExrImage& image) {
+  if (written.width != image.width || written.height != image.height ||
+      written.channels.size() != image.channels.size()) {
+    return false;
+  }
+  for (const auto& [name, values] : image.channels) {
+    const auto other = written.channels.find(name);
+    if (other == written.channels.end() ||
+        std::memcmp(other->second.data(), values.data(), values.size() * sizeof(float)) != 0) {
+      return false;
+    }
+  }
+  return std::all_of(image.attributes.begin(), image.attributes.end(), [&](const auto& attribute) {
+    const auto other = written.attributes.find(attribute.first);
+    return other != written.attributes.end() && other->second == attribute.second;
+  });
+}
+
+}  // namespace
+
+ExrImage read_exr(const fs::path& file, const SizeCheck& expected) {
+  std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+  return decode_exr(file, bytes, expected);
+}
+
 void write_exr(const fs::path& file, const ExrImage& image) {
   check(image.width > 0 && image.height > 0 && !image.channels.empty(),
         "EXR image for " + file.string() + " is empty");
@@ -77,7 +107,11 @@ void write_exr(const fs::path& file, const ExrImage& image) {
   spec.attribute("DateTime", "");  // else the present time: equal images, equal bytes
   for (const auto& [name, text] : image.attributes) spec.attribute(name, text);
   const auto bytes = encode_image("openexr", spec, interleaved.data(), file.string());
-  write_bytes_atomically(file, std::as_bytes(std::span(bytes)));
+  // Where an allocation fails, OpenEXR leaves out scan lines and attributes without a word.
+  const auto encoded = std::as_bytes(std::span(bytes));
+  std::vector<std::byte> copy(encoded.begin(), encoded.end());
+  if (!equal_bits(decode_exr(file, copy, {}), image)) throw std::bad_alloc();
+  write_bytes_atomically(file, encoded);
 }
 
 }  // namespace kappamu::io

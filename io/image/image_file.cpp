@@ -8,6 +8,7 @@
 #include "io/image/exr.h"
 #include "io/image/image_integrity.h"
 #include "io/image/oiio_input.h"
+#include "io/image/png_writer.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -23,16 +24,18 @@ OIIO::ImageSpec spec_of(const Image<Code>& image) {
   return {image.width(), image.height(), image.channels(), OIIO::BaseTypeFromC<Code>::value};
 }
 
+template <class Code>
+PngPixels png_pixels(const Image<Code>& image) {
+  const OIIO::ImageSpec spec = spec_of(image);
+  return {image.values().data(), spec.width, spec.height, spec.nchannels,
+          static_cast<int>(8 * sizeof(Code))};
+}
+
 /// For camera frames: noise hardly compresses, and looking for runs only is a third faster than
 /// zlib's default search and gives smaller files (measured on 16-bit frames with shot noise).
 template <class Code>
-std::vector<unsigned char> encode_frame_png(const Image<Code>& image, const std::string& what) {
-  constexpr int differences_along_rows = 0x10;  // libpng's PNG_FILTER_SUB
-  OIIO::ImageSpec spec = spec_of(image);
-  spec.attribute("png:compressionLevel", 1);
-  spec.attribute("compression", "rle");
-  spec.attribute("png:filter", differences_along_rows);
-  return encode_image("png", spec, image.values().data(), what);
+std::vector<unsigned char> encode_frame_png(const Image<Code>& image) {
+  return write_png(png_pixels(image), PngEffort::fast);
 }
 
 template <class Code>
@@ -52,8 +55,8 @@ void write_by_extension(const fs::path& file, const Image<Code>& image) {
     throw InputError("cannot write " + file.string() +
                      ": images are written as .png, .tif or .tiff, choose one of these endings");
   }
-  const auto bytes = extension == ".png" ? encode_frame_png(image, file.string())
-                                         : encode_tiff(image, file.string());
+  const auto bytes =
+      extension == ".png" ? encode_frame_png(image) : encode_tiff(image, file.string());
   write_bytes_atomically(file, std::as_bytes(std::span(bytes)));
 }
 
@@ -199,7 +202,7 @@ void write_code_image(const fs::path& file, const Image<std::uint16_t>& image, i
 }
 
 std::vector<std::uint8_t> encode_png(const Image<std::uint8_t>& image) {
-  return encode_image("png", spec_of(image), image.values().data(), "a picture");
+  return write_png(png_pixels(image), PngEffort::small);
 }
 
 std::vector<std::uint8_t> encode_jpeg(const Image<std::uint8_t>& image, int quality) {

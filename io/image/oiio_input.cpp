@@ -1,8 +1,5 @@
 #include "io/image/oiio_input.h"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <exception>
 #include <new>
@@ -98,31 +95,6 @@ bool OiioInput::read(OIIO::TypeDesc format,
   return !input_->has_error();  // libjpeg goes on with grey where data are missing, and warns
 }
 
-namespace {
-
-/// libpng writes its own line to the standard error before OpenImageIO hears of a failure; the program
-/// says the same in its one sentence.
-class StandardErrorAway {
- public:
-  StandardErrorAway() : kept_(dup(STDERR_FILENO)) {
-    const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (kept_ >= 0 && nowhere >= 0) dup2(nowhere, STDERR_FILENO);
-    if (nowhere >= 0) close(nowhere);
-  }
-  ~StandardErrorAway() {
-    if (kept_ < 0) return;
-    dup2(kept_, STDERR_FILENO);
-    close(kept_);
-  }
-  StandardErrorAway(const StandardErrorAway&) = delete;
-  StandardErrorAway& operator=(const StandardErrorAway&) = delete;
-
- private:
-  int kept_;
-};
-
-}  // namespace
-
 std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
                                         const void* pixels, const std::string& what) {
   // A task of OpenEXR's own threads whose allocation fails leaves its lines out without a word.
@@ -133,12 +105,11 @@ std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec
   spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   const auto output = OIIO::ImageOutput::create(format);
   check(output != nullptr, std::string("OpenImageIO has no writer of ") + format);
-  const bool written = [&] {
-    const StandardErrorAway quiet;
-    return output->open(what, spec) && output->write_image(spec.format, pixels) && output->close();
-  }();
+  const bool written =
+      output->open(what, spec) && output->write_image(spec.format, pixels) && output->close();
   // Encoders say in words that an allocation failed.
-  if (!written && output->geterror(false).find("memory") != std::string::npos) throw std::bad_alloc();
+  if (!written && output->geterror(false).find("memory") != std::string::npos)
+    throw std::bad_alloc();
   check(written, "OpenImageIO cannot encode " + what + ": " + output->geterror());
   return bytes;
 }

@@ -47,7 +47,8 @@ class OiioInput {
 };
 
 /// The bytes of a file that OpenImageIO writes from `pixels` of the spec's format, [y][x][channel].
-/// `format` is "png", "tiff", "jpeg" or "openexr"; `what` names the picture where that fails.
+/// `format` is "tiff", "jpeg" or "openexr" (PNG: png_writer.h); `what` names the picture where that
+/// fails.
 std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
                                         const void* pixels, const std::string& what);
 

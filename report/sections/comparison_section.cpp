@@ -1,5 +1,6 @@
 // Measured against re-rendered surfaces, pattern by pattern.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "report/drawing/picture.h"
@@ -18,6 +19,29 @@ Image<float> irradiance_image(const SurfaceMeasurements& measured, std::size_t p
   std::copy_n(measured.irradiance.begin() + static_cast<std::ptrdiff_t>(pattern * shape.cells()),
               shape.cells(), image.values().begin());
   return image;
+}
+
+/// Maps have u to the right and v down (core/grid.h); so drawn, these faces are seen from inside.
+bool drawn_from_inside(Face face) {
+  return face == Face::x_plus || face == Face::y_minus || face == Face::z_plus;
+}
+
+/// A map of the seen face as someone before that face sees it.
+Image<float> from_outside(Image<float> map, Face face) {
+  if (!drawn_from_inside(face)) return map;
+  Image<float> turned(map.width(), map.height(), map.channels());
+  for (int y = 0; y < map.height(); ++y)
+    for (int x = 0; x < map.width(); ++x)
+      for (int c = 0; c < map.channels(); ++c) turned(map.width() - 1 - x, y, c) = map(x, y, c);
+  return turned;
+}
+
+std::string axes_of(Face face) {
+  constexpr std::array<const char*, 3> u{"y", "x", "x"};
+  constexpr std::array<const char*, 3> v{"z", "z", "y"};
+  const auto axis = static_cast<std::size_t>(axis_of(face));
+  return std::string(u[axis]) + (drawn_from_inside(face) ? " to the left, " : " to the right, ") +
+         v[axis] + " down";
 }
 
 /// (predicted − measured) of one channel, not a number where the mask leaves the value out.
@@ -64,11 +88,14 @@ Html pattern_row(const Comparison& comparison, std::size_t pattern, double scale
   const double white = brightest(measured, pattern);
   const std::string& name = comparison.patterns[pattern];
   const auto shown = [&](const std::vector<float>& values, const std::string& what) {
-    return picture(
-        tone_mapped(reduced(pattern_image(measured, values, pattern), stored_pixels), white),
-        shown_width, what + " of " + name);
+    return picture(tone_mapped(reduced(from_outside(pattern_image(measured, values, pattern),
+                                                    measured.seen_face),
+                                       stored_pixels),
+                               white),
+                   shown_width, what + " of " + name);
   };
-  const Image<float> light = reduced(irradiance_image(measured, pattern), stored_pixels);
+  const Image<float> light =
+      reduced(from_outside(irradiance_image(measured, pattern), measured.lit_face), stored_pixels);
   Html cells =
       element("th", text(name)) +
       element("td", picture(tone_mapped(light, std::max(1e-30, quantile(light.values(), 1.0))),
@@ -77,10 +104,12 @@ Html pattern_row(const Comparison& comparison, std::size_t pattern, double scale
   if (comparison.predicted.empty()) return element("tr", cells);
   cells += element("td", shown(comparison.predicted, "re-rendered"));
   for (std::size_t c = 0; c < std::min<std::size_t>(measured.channels.size(), 3); ++c)
-    cells += element(
-        "td", picture(coloured(reduced(residual_image(comparison, c, pattern), stored_pixels),
-                               ColourMap::diverging, -scale * white, scale * white),
-                      shown_width, "residual " + measured.channels[c] + " of " + name));
+    cells +=
+        element("td", picture(coloured(reduced(from_outside(residual_image(comparison, c, pattern),
+                                                            measured.seen_face),
+                                               stored_pixels),
+                                       ColourMap::diverging, -scale * white, scale * white),
+                              shown_width, "residual " + measured.channels[c] + " of " + name));
   const AppearanceError error = appearance_error(comparison, pattern);
   const double used = static_cast<double>(error.count) /
                       static_cast<double>(measured.channels.size() * measured.seen_shape().cells());
@@ -108,8 +137,14 @@ Html group(const std::string& title, const Comparison& comparison) {
   Html rows;
   for (std::size_t pattern = 0; pattern < comparison.patterns.size(); ++pattern)
     rows += pattern_row(comparison, pattern, scale);
-  Html content = element("table", {{"class", "pictures"}},
-                         element("thead", element("tr", head)) + element("tbody", rows));
+  const SurfaceMeasurements& measured = comparison.measured;
+  const std::string whence =
+      "Light as seen from the projector, before face " + to_string(measured.lit_face) + ": " +
+      axes_of(measured.lit_face) + ". The other pictures as seen by the camera, before face " +
+      to_string(measured.seen_face) + ": " + axes_of(measured.seen_face) + ".";
+  Html content =
+      note(whence) + element("table", {{"class", "pictures"}},
+                             element("thead", element("tr", head)) + element("tbody", rows));
   if (has_prediction) {
     content = legend(ColourMap::diverging, -100.0 * scale, 100.0 * scale,
                      "residual, re-rendered − measured [% of the pattern's brightest value]") +

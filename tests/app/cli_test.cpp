@@ -39,8 +39,18 @@ TEST_P(EverySubcommand, UnknownOptionIsUsageError) {
 
 INSTANTIATE_TEST_SUITE_P(Cli, EverySubcommand,
                          testing::Values("simulate", "plan", "import", "run", "calibrate", "merge",
-                                         "fit", "export", "report", "forward", "score", "doctor"),
+                                         "chart", "fit", "export", "report", "forward", "score",
+                                         "doctor"),
                          [](const auto& parameter) { return parameter.param; });
+
+TEST(Cli, MissingOptionsAreNamedAtOnce) {
+  const ProcessResult result = kappamu("plan --size 20 16 6 --camera-width 1600");
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.standard_error,
+              HasSubstr("required and missing: --projector-px-per-mm, --camera-height, "
+                        "--projector-width, --projector-height, --out"));
+  EXPECT_THAT(kappamu("fit").standard_error, HasSubstr("--out"));
+}
 
 TEST(Cli, NoSubcommandIsUsageError) {
   EXPECT_EQ(kappamu("").exit_code, 2);
@@ -65,8 +75,8 @@ TEST(Cli, HelpIsOneScreenWithALinePerCommand) {
   for (const char* group : {"Capture:", "Fit:", "Use:", "Check:"})
     EXPECT_THAT(help, HasSubstr(group));
   for (const char* command :
-       {"plan", "import", "simulate", "calibrate", "merge", "run", "fit", "export", "forward",
-        "report", "score", "check-gradient", "bench", "doctor"})
+       {"plan", "import", "simulate", "calibrate", "merge", "chart", "run", "fit", "export",
+        "forward", "report", "score", "check-gradient", "bench", "doctor"})
     EXPECT_THAT(help, HasSubstr("\n  " + std::string(command) + " "));
 }
 

@@ -4,12 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "calib/calibration_file.h"
 #include "capture/session/session.h"
 #include "core/error.h"
+#include "io/image/image_file.h"
 #include "pipeline/stages/hdr_file.h"
 #include "tests/app/process.h"
 #include "tests/app/tiny_session.h"
@@ -80,6 +84,61 @@ TEST_F(Photographs, WithoutDarkFramesBlackIsFoundInTheBracket) {
   ASSERT_EQ(found.size(), measured.size());
   const double full = std::ldexp(1.0, session.camera.bit_depth);
   for (std::size_t c = 0; c < found.size(); ++c) EXPECT_NEAR(found[c], measured[c], 0.01 * full);
+}
+
+/// A frame as a scanner leaves it: film's bent response above a pedestal, grain, and a border of
+/// pure blue where registering the scans moved the picture.
+Image<std::uint16_t> scanned_frame(double exposure_s, int border, unsigned seed) {
+  constexpr std::array<double, 3> pedestal{13.0, 18.0, 16.0};
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal;
+  Image<std::uint16_t> codes(192, 128, 3);
+  for (int y = 0; y < codes.height(); ++y) {
+    for (int x = 0; x < codes.width(); ++x) {
+      const double radiance =
+          1e-3 * std::pow(10.0, 4.5 * x / codes.width()) * (1.0 + 0.2 * std::sin(0.3 * y));
+      for (int c = 0; c < 3; ++c) {
+        const double light = 0.02 * radiance * exposure_s * (1.0 + 0.04 * normal(random));
+        const double film = std::pow(1.0 - std::exp(-light), 0.7);
+        const double base = pedestal[static_cast<std::size_t>(c)];
+        const double code = base + (255.0 - base) * film + normal(random);
+        codes(x, y, c) = static_cast<std::uint16_t>(std::clamp(std::lround(code), 0L, 255L));
+      }
+      if (y < border || x < border / 2) {
+        codes(x, y, 0) = codes(x, y, 1) = 0;
+        codes(x, y, 2) = 255;
+      }
+    }
+  }
+  return codes;
+}
+
+TEST_F(Photographs, AScannedBracketWithBordersAndGrainIsNotAccused) {
+  fs::create_directories(folder() / "photographs");
+  std::string table = "file,shot,exposure_s\n";
+  for (int i = 0; i < 14; ++i) {
+    const double exposure_s = std::ldexp(16.0, -i);
+    const std::string name = "scan_" + std::to_string(i) + ".png";
+    io::write_code_image(folder() / "photographs" / name,
+                         scanned_frame(exposure_s, (7 * i) % 9, 3U + static_cast<unsigned>(i)), 8);
+    table += name + ",lit," + std::to_string(exposure_s) + "\n";
+  }
+  std::ofstream(folder() / "table.csv") << table;
+  const capture::PhotographSource scans{folder() / "photographs", folder() / "table.csv"};
+  merge_photographs(scans, capture::Encoding::response, {}, folder() / "out", silent_);
+  const capture::HdrImage merged = read_hdr(folder() / "out" / "radiance.exr", {"R", "G", "B"});
+  // Radiance up to one factor, along the picture's lower middle, over three decades.
+  std::vector<double> ratios;
+  for (int x = 40; x < 180; ++x) {
+    double sum = 0.0;
+    for (int y = 90; y < 100; ++y) {
+      sum += merged.radiance(x, y, 1) / (1.0 + 0.2 * std::sin(0.3 * y)) / 10.0;
+    }
+    ratios.push_back(std::log(sum / (1e-3 * std::pow(10.0, 4.5 * x / 192.0))));
+  }
+  std::nth_element(ratios.begin(), ratios.begin() + 70, ratios.end());
+  const double middle = ratios[70];
+  for (const double ratio : ratios) EXPECT_NEAR(ratio, middle, 0.1);
 }
 
 TEST_F(Photographs, BoardsAloneGiveTheSessionsCamera) {

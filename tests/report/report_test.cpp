@@ -155,6 +155,8 @@ TEST_F(ReportTest, ShowsEveryPatternChannelAndSection) {
   EXPECT_THAT(html, HasSubstr("white target under 4 pixel values"));
   EXPECT_THAT(html, HasSubstr("The projector's black is 1 : 2000 of its white. The room's light on "
                               "the target, 1 % of the projector's white"));
+  EXPECT_THAT(html, HasSubstr("before face z-: x to the right, y down. The other pictures as seen "
+                              "by the camera, before face z+: x to the left, y down."));
   // Where the data say nothing, in words and in pictures.
   EXPECT_THAT(html, HasSubstr("Beyond 3 mm below the seen face the data say nothing about G."));
   for (const char* picture : {"σ of log κ at z = ", "σ of log μ at x = ", "resolution of κ at y = ",

@@ -6,18 +6,9 @@
 
 #include "device/context.h"
 #include "forward/embedded/equations/levels.h"
+#include "forward/embedded/opencl/lanes.h"
 
 namespace kappamu::forward::embedded {
-
-/// How lights lie in a batch: `width` lanes (1, 2, 4 or 8), which share one medium or have one
-/// each.
-struct Lanes {
-  std::size_t width = 1;
-  std::vector<std::size_t> channels;  ///< one for all lanes, or one per lane in use
-  bool own() const { return channels.size() > 1; }
-  /// Numbers per value that depends on the medium.
-  std::size_t media() const { return own() ? width : 1; }
-};
 
 /// Cubes, unknowns and transfers of a level, whatever the medium.
 struct LevelStructure {

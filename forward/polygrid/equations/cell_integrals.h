@@ -1,0 +1,42 @@
+// Integrals of trilinear functions over a deformed cell and over its sides: what the equations of a
+// polygrid are made of, whatever the medium.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "forward/embedded/equations/element.h"
+
+namespace kappamu::forward::polygrid {
+
+/// Corners of a cell as Polygrid has them [mm].
+using CellCorners = std::array<Eigen::Vector3d, 8>;
+
+struct CellIntegrals {
+  /// ∫ ∇u·∇v dV [mm], in mimetic form: exact for gradients that are constant, by the mean gradient
+  /// of the trilinear functions; what is left of u, which no constant gradient explains, is weighed
+  /// by `edge` (polygrid-diffusion.md). Exact on every deformed cell for linear u, so that the
+  /// equations are of second order; on a box all couplings are of the sign that keeps the maximum
+  /// principle.
+  embedded::Element stiffness;
+  embedded::Element mass;  ///< ∫ u v dV [mm³]
+  /// Conductance of each of the four edges along x, y and z of the cell [mm], for κ = 1: the
+  /// seven-point form on the same unknowns.
+  std::array<double, 3> edge{};
+  double volume = 0.0;  ///< [mm³]
+};
+
+/// Throws InputError where the cell has no positive volume.
+CellIntegrals cell_integrals(const CellCorners& corners);
+
+/// Of the trilinear functions at a point of the cell, its own coordinates in [0, 1].
+std::array<double, 8> shape_functions(const Eigen::Vector3d& local);
+
+/// Corners of a cell's side in the order of their two other coordinates: (0,0), (1,0), (0,1), (1,1).
+std::array<int, 4> side_corners(int side);
+
+/// ∫ u v dA over a side [mm²], by two Gauss points each way; row by row.
+using SideMass = std::array<std::array<double, 4>, 4>;
+SideMass side_mass(const std::array<Eigen::Vector3d, 4>& corners);
+
+}  // namespace kappamu::forward::polygrid

@@ -1,0 +1,161 @@
+#include "forward/polygrid/equations/equations.h"
+
+#include <algorithm>
+
+#include "forward/embedded/equations/row_ranges.h"
+
+namespace kappamu::forward::polygrid {
+
+namespace {
+
+using embedded::for_row_ranges;
+
+CellCorners corners_of(const Polygrid& grid, std::size_t cell) {
+  CellCorners corners;
+  for (std::size_t c = 0; c < 8; ++c) {
+    corners[c] = grid.corner[static_cast<std::size_t>(grid.cell_corners[cell][c])];
+  }
+  return corners;
+}
+
+/// Place of a column within its row.
+std::size_t place_in_row(const Pattern& pattern, std::size_t row, int column) {
+  const auto begin = pattern.column.begin() + pattern.start[row];
+  const auto end = pattern.column.begin() + pattern.start[row + 1];
+  return static_cast<std::size_t>(std::lower_bound(begin, end, column) - begin);
+}
+
+void append_row(Pattern& pattern, std::vector<int>& columns) {
+  std::sort(columns.begin(), columns.end());
+  columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
+  pattern.column.insert(pattern.column.end(), columns.begin(), columns.end());
+  pattern.start.push_back(static_cast<int>(pattern.column.size()));
+}
+
+}  // namespace
+
+Equations::Equations(const Polygrid& grid, double A) {
+  const std::size_t cells = grid.cell.size(), corners = grid.corner.size();
+  integrals_.resize(cells);
+  for_row_ranges(cells, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) integrals_[k] = cell_integrals(corners_of(grid, k));
+  });
+
+  slot_start_.assign(corners + 1, 0);
+  place_.assign(corners, Eigen::Vector3i::Zero());
+  for (const auto& of_cell : grid.cell_corners) {
+    for (const int corner : of_cell) ++slot_start_[static_cast<std::size_t>(corner) + 1];
+  }
+  for (std::size_t i = 0; i < corners; ++i) slot_start_[i + 1] += slot_start_[i];
+  slot_.resize(8 * cells);
+  std::vector<int> next(slot_start_.begin(), slot_start_.end() - 1);
+  for (std::size_t k = 0; k < cells; ++k) {
+    for (int c = 0; c < 8; ++c) {
+      const auto corner = static_cast<std::size_t>(grid.cell_corners[k][static_cast<std::size_t>(c)]);
+      if (next[corner] == slot_start_[corner]) {
+        place_[corner] = grid.cell[k] + Eigen::Vector3i(c & 1, c >> 1 & 1, c >> 2 & 1);
+      }
+      slot_[static_cast<std::size_t>(next[corner]++)] = static_cast<int>(8 * k) + c;
+    }
+  }
+  std::vector<int> row, linked;
+  for (std::size_t i = 0; i < corners; ++i) {
+    row.clear();
+    linked.clear();
+    for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
+      const int slot = slot_[static_cast<std::size_t>(s)];
+      const auto& others = grid.cell_corners[static_cast<std::size_t>(slot / 8)];
+      row.insert(row.end(), others.begin(), others.end());
+      for (int a = 0; a < 3; ++a) {
+        linked.push_back(others[static_cast<std::size_t>((slot & 7) ^ 1 << a)]);
+      }
+    }
+    append_row(matrix_, row);
+    append_row(links_, linked);
+  }
+  in_row_.resize(slot_.size());
+  in_links_.resize(slot_.size());
+  for (std::size_t i = 0; i < corners; ++i) {
+    for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
+      const auto at = static_cast<std::size_t>(s);
+      const auto& others = grid.cell_corners[static_cast<std::size_t>(slot_[at] / 8)];
+      for (std::size_t c = 0; c < 8; ++c) {
+        in_row_[at][c] = static_cast<std::uint8_t>(place_in_row(matrix_, i, others[c]));
+      }
+      for (std::size_t a = 0; a < 3; ++a) {
+        const auto other = static_cast<std::size_t>((slot_[at] & 7) ^ 1 << a);
+        in_links_[at][a] = static_cast<std::uint8_t>(place_in_row(links_, i, others[other]));
+      }
+    }
+  }
+
+  boundary_.assign(matrix_.column.size(), 0.0);
+  boundary_share_.assign(corners, 0.0);
+  for (std::size_t b = 0; b < grid.boundary_cell.size(); ++b) {
+    const auto& of_cell = grid.cell_corners[static_cast<std::size_t>(grid.boundary_cell[b])];
+    std::array<std::size_t, 4> corner{};
+    std::array<Eigen::Vector3d, 4> at;
+    const std::array<int, 4> of_side = side_corners(grid.boundary_side[b]);
+    for (std::size_t i = 0; i < 4; ++i) {
+      corner[i] = static_cast<std::size_t>(of_cell[static_cast<std::size_t>(of_side[i])]);
+      at[i] = grid.corner[corner[i]];
+    }
+    const SideMass mass = side_mass(at);
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j < 4; ++j) {
+        const std::size_t place = place_in_row(matrix_, corner[i], static_cast<int>(corner[j]));
+        boundary_[static_cast<std::size_t>(matrix_.start[corner[i]]) + place] +=
+            mass[i][j] / (2.0 * A);
+        boundary_share_[corner[i]] += mass[i][j];
+      }
+    }
+  }
+}
+
+MediumValues Equations::values(std::span<const Coefficients> of_cell) const {
+  MediumValues result{boundary_, std::vector<double>(links_.column.size(), 0.0),
+                      std::vector<double>(unknowns(), 0.0)};
+  for_row_ranges(unknowns(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      double* row = result.value.data() + matrix_.start[i];
+      double* linked = result.link.data() + links_.start[i];
+      for (int k = matrix_.start[i]; k < matrix_.start[i + 1]; ++k) {
+        result.leak[i] += boundary_[static_cast<std::size_t>(k)];
+      }
+      for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
+        const auto at = static_cast<std::size_t>(s);
+        const auto cell = static_cast<std::size_t>(slot_[at] / 8);
+        const auto mine = static_cast<std::size_t>(slot_[at] % 8);
+        const CellIntegrals& integrals = integrals_[cell];
+        const auto [kappa, mu] = of_cell[cell];
+        for (std::size_t c = 0; c < 8; ++c) {
+          const std::size_t entry = embedded::Element::place(mine, c);
+          const double absorbed = mu * integrals.mass.entry[entry];
+          row[in_row_[at][c]] += kappa * integrals.stiffness.entry[entry] + absorbed;
+          result.leak[i] += absorbed;
+        }
+        for (std::size_t a = 0; a < 3; ++a) linked[in_links_[at][a]] += kappa * integrals.edge[a];
+      }
+    }
+  });
+  return result;
+}
+
+std::vector<double> Equations::absorption(std::span<const Coefficients> of_cell) const {
+  std::vector<double> result(unknowns(), 0.0);
+  for_row_ranges(unknowns(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
+        const int slot = slot_[static_cast<std::size_t>(s)];
+        const auto cell = static_cast<std::size_t>(slot / 8);
+        for (std::size_t c = 0; c < 8; ++c) {
+          result[i] += of_cell[cell].mu *
+                       integrals_[cell].mass(static_cast<std::size_t>(slot % 8), c);
+        }
+      }
+    }
+  });
+  return result;
+}
+
+}  // namespace kappamu::forward::polygrid

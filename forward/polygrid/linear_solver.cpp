@@ -1,0 +1,20 @@
+#include "forward/polygrid/linear_solver.h"
+
+#include "device/context.h"
+#include "forward/polygrid/opencl/opencl_solver.h"
+
+namespace kappamu::forward::polygrid {
+
+std::unique_ptr<LinearSolver> make_linear_solver(const Equations& equations,
+                                                 const Hierarchy& hierarchy,
+                                                 const std::string& device) {
+  const auto devices = device::list_devices();
+  if (device == "reference" || (device == "auto" && devices.empty())) {
+    return make_reference_solver(equations);
+  }
+  return make_opencl_solver(equations, hierarchy,
+                            device::Context::of(device::choose(devices, device).index),
+                            Precision::single);
+}
+
+}  // namespace kappamu::forward::polygrid

@@ -1,0 +1,21 @@
+// The solver in OpenCL: conjugate gradients on the matrix by rows, preconditioned by one V-cycle on
+// aggregates (equations/hierarchy.h). Fields stay on the device, lights and channels are the lanes
+// of vectors; only sums are read. Equal input gives equal bits.
+#pragma once
+
+#include "device/context.h"
+#include "forward/polygrid/linear_solver.h"
+
+namespace kappamu::forward::polygrid {
+
+/// Of fields and matrix. Sums are in double where the device has it. `twofold` is for tests of the
+/// kernels, and for residuals below 1e-6.
+enum class Precision { single, twofold };
+
+/// Keeps references to all three. Throws InputError where memory is too little or the device lacks
+/// double precision that is asked for.
+std::unique_ptr<LinearSolver> make_opencl_solver(const Equations& equations,
+                                                 const Hierarchy& hierarchy,
+                                                 device::Context& context, Precision precision);
+
+}  // namespace kappamu::forward::polygrid

@@ -1,0 +1,43 @@
+#include "forward/polygrid/polygrid_model.h"
+
+#include <chrono>
+
+#include "forward/light_entry.h"
+#include "forward/polygrid/polygrid_solve.h"
+#include "forward/polygrid/shape/make_polygrid.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+/// Cells of the first polygrid; the answer comes from eight times as many, or more.
+constexpr int first_cells = 6000;
+using Clock = std::chrono::steady_clock;
+
+}  // namespace
+
+std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectProblem> problems,
+                                                        const ObjectOptions& options,
+                                                        Progress& progress) {
+  for (const ObjectProblem& problem : problems) check_problem(problem, options);
+  if (problems.empty()) return {};
+  const auto start = Clock::now();
+  PolygridOptions asked;
+  asked.cells = first_cells;
+  MadePolygrid made = make_polygrid(problems[0].mesh, asked, progress);
+  const std::chrono::duration<double> making = Clock::now() - start;
+  std::vector<ObjectResult> results =
+      solve_on_polygrid(std::move(made.grid), problems, options, progress);
+  for (ObjectResult& result : results) {
+    result.setup_seconds += making.count();
+    result.warnings.insert(result.warnings.end(), made.warnings.begin(), made.warnings.end());
+  }
+  return results;
+}
+
+ObjectResult PolygridModel::solve(const ObjectProblem& problem, const ObjectOptions& options,
+                                  Progress& progress) {
+  return solve_channels({&problem, 1}, options, progress).front();
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,18 @@
+// Model `polygrid` of objects ([W] 5): diffusion on the deformed cells of a polycube, split in eight
+// until two resolutions agree within the tolerance.
+#pragma once
+
+#include "forward/object_model.h"
+
+namespace kappamu::forward {
+
+class PolygridModel : public ObjectModel {
+ public:
+  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                     Progress& progress) override;
+  std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
+                                           const ObjectOptions& options,
+                                           Progress& progress) override;
+};
+
+}  // namespace kappamu::forward

@@ -1,0 +1,97 @@
+#include <algorithm>
+#include <cmath>
+
+#include "forward/polygrid/linear_solver.h"
+
+namespace kappamu::forward::polygrid {
+
+namespace {
+
+using Vector = std::vector<double>;
+
+double dot(const Vector& a, const Vector& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+class ReferenceSolver final : public LinearSolver {
+ public:
+  explicit ReferenceSolver(const Pattern& pattern) : pattern_(pattern) {}
+
+  void set_media(const std::vector<MediumValues>& media) override {
+    value_.clear();
+    for (const MediumValues& medium : media) value_.push_back(medium.value);
+  }
+
+  CgReport solve(const std::vector<Load>& loads, std::vector<Vector>& x, double tolerance,
+                 int most_iterations) override {
+    CgReport report;
+    x.resize(loads.size());
+    for (std::size_t l = 0; l < loads.size(); ++l) {
+      x[l].resize(pattern_.rows(), 0.0);
+      solve_one(value_[loads[l].channel], loads[l].power, x[l], tolerance, most_iterations, report);
+    }
+    return report;
+  }
+
+ private:
+  Vector product(const Vector& value, const Vector& x) const {
+    Vector y(x.size(), 0.0);
+    for (std::size_t i = 0; i < y.size(); ++i) {
+      for (int k = pattern_.start[i]; k < pattern_.start[i + 1]; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        y[i] += value[at] * x[static_cast<std::size_t>(pattern_.column[at])];
+      }
+    }
+    return y;
+  }
+
+  Vector diagonal(const Vector& value) const {
+    Vector result(pattern_.rows());
+    for (std::size_t i = 0; i < result.size(); ++i) {
+      for (int k = pattern_.start[i]; k < pattern_.start[i + 1]; ++k) {
+        const auto at = static_cast<std::size_t>(k);
+        if (pattern_.column[at] == static_cast<int>(i)) result[i] = value[at];
+      }
+    }
+    return result;
+  }
+
+  void solve_one(const Vector& value, const Vector& b, Vector& x, double tolerance,
+                 int most_iterations, CgReport& report) const {
+    const Vector scale = diagonal(value);
+    const double size = std::sqrt(dot(b, b));
+    Vector r = product(value, x), p(x.size(), 0.0), z(x.size());
+    for (std::size_t i = 0; i < r.size(); ++i) r[i] = b[i] - r[i];
+    double before = 0.0, residual = std::sqrt(dot(r, r));
+    int iteration = 0;
+    for (; iteration < most_iterations && residual > tolerance * size; ++iteration) {
+      for (std::size_t i = 0; i < z.size(); ++i) z[i] = r[i] / scale[i];
+      const double r_z = dot(r, z), along = iteration == 0 ? 0.0 : r_z / before;
+      for (std::size_t i = 0; i < p.size(); ++i) p[i] = z[i] + along * p[i];
+      const Vector image = product(value, p);
+      const double step = r_z / dot(p, image);
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        x[i] += step * p[i];
+        r[i] -= step * image[i];
+      }
+      before = r_z;
+      residual = std::sqrt(dot(r, r));
+    }
+    report.iterations = std::max(report.iterations, iteration);
+    report.residual.push_back(size > 0.0 ? residual / size : 0.0);
+    report.converged = report.converged && residual <= tolerance * size;
+  }
+
+  const Pattern& pattern_;
+  std::vector<Vector> value_;  ///< [channel]
+};
+
+}  // namespace
+
+std::unique_ptr<LinearSolver> make_reference_solver(const Equations& equations) {
+  return std::make_unique<ReferenceSolver>(equations.matrix());
+}
+
+}  // namespace kappamu::forward::polygrid

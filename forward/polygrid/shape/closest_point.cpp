@@ -1,0 +1,102 @@
+#include "forward/polygrid/shape/closest_point.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+namespace kappamu::forward {
+
+using Eigen::AlignedBox3d;
+using Eigen::Vector3d;
+
+namespace {
+
+std::size_t at(int index) {
+  return static_cast<std::size_t>(index);
+}
+
+std::vector<AlignedBox3d> boxes_of(const TriangleMesh& mesh) {
+  std::vector<AlignedBox3d> boxes;
+  for (const auto& t : mesh.triangles) {
+    AlignedBox3d box;
+    for (const int v : t) box.extend(mesh.vertices[at(v)]);
+    boxes.push_back(box);
+  }
+  return boxes;
+}
+
+}  // namespace
+
+Vector3d closest_in_triangle(const Vector3d& point, const Vector3d& a, const Vector3d& b,
+                             const Vector3d& c) {
+  const Vector3d ab = b - a, ac = c - a, ap = point - a, bp = point - b, cp = point - c;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return a;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return b;
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return c;
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
+  const double va = d3 * d6 - d5 * d4;
+  if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  }
+  return a + (vb * ab + vc * ac) / (va + vb + vc);
+}
+
+ClosestPoint::ClosestPoint(const TriangleMesh& mesh)
+    : mesh_(mesh), tree_(boxes_of(mesh)), vertex_normal_(mesh.vertices.size(), Vector3d::Zero()) {
+  for (const auto& t : mesh.triangles) {
+    const std::array<Vector3d, 3> v{mesh.vertices[at(t[0])], mesh.vertices[at(t[1])],
+                                    mesh.vertices[at(t[2])]};
+    normal_.push_back((v[1] - v[0]).cross(v[2] - v[0]).stableNormalized());
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vector3d a = (v[(k + 1) % 3] - v[k]).stableNormalized();
+      const Vector3d b = (v[(k + 2) % 3] - v[k]).stableNormalized();
+      vertex_normal_[at(t[k])] += std::acos(std::clamp(a.dot(b), -1.0, 1.0)) * normal_.back();
+    }
+  }
+  for (Vector3d& normal : vertex_normal_) normal = normal.stableNormalized();
+}
+
+ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near) const {
+  Found best;
+  const auto look_at = [&](int triangle) {
+    const auto& t = mesh_.triangles[at(triangle)];
+    const Vector3d there = closest_in_triangle(point, mesh_.vertices[at(t[0])],
+                                               mesh_.vertices[at(t[1])], mesh_.vertices[at(t[2])]);
+    const double squared = (there - point).squaredNorm();
+    if (squared < best.distance) best = {triangle, there, squared};
+  };
+  best.distance = std::numeric_limits<double>::infinity();
+  look_at(near);
+  tree_.visit(
+      [&](const AlignedBox3d& box) { return box.squaredExteriorDistance(point) < best.distance; },
+      look_at);
+  best.distance = std::sqrt(best.distance);
+  return best;
+}
+
+Vector3d ClosestPoint::smooth_normal(const Found& found) const {
+  const auto& t = mesh_.triangles[at(found.triangle)];
+  const Vector3d &a = mesh_.vertices[at(t[0])], &b = mesh_.vertices[at(t[1])],
+                 &c = mesh_.vertices[at(t[2])];
+  const Vector3d& n = normal(found.triangle);
+  const Vector3d weights((b - found.point).cross(c - found.point).dot(n),
+                         (c - found.point).cross(a - found.point).dot(n),
+                         (a - found.point).cross(b - found.point).dot(n));
+  const Vector3d smooth = weights[0] * vertex_normal_[at(t[0])] +
+                          weights[1] * vertex_normal_[at(t[1])] +
+                          weights[2] * vertex_normal_[at(t[2])];
+  return smooth.squaredNorm() > 0.0 ? Vector3d(smooth.stableNormalized()) : n;
+}
+
+const Vector3d& ClosestPoint::normal(int triangle) const {
+  return normal_[at(triangle)];
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,217 @@
+#include "forward/polygrid/shape/make_polygrid.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <optional>
+#include <utility>
+
+#include "core/error.h"
+#include "core/mesh/edges.h"
+#include "forward/polygrid/shape/closest_point.h"
+#include "forward/polygrid/shape/layered_lattice.h"
+#include "forward/polygrid/shape/map_cells.h"
+#include "forward/polygrid/shape/measure_quality.h"
+#include "forward/polygrid/shape/place_nodes.h"
+#include "forward/polygrid/shape/voxel_polycube.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+constexpr int least_cells = 100, most_cells = 4'000'000;
+/// Cells of the grid along an edge of a cell of the polycube, in the order they are tried: the
+/// fewer cells the polycube has, the more regular the grid.
+constexpr std::array<int, 3> refinements{4, 2, 1};
+constexpr int finest_drawn_refinement = 64;
+/// What is asked of a grid. Where no refinement reaches it, the best is returned with a warning.
+constexpr double good_jacobian = 0.2, good_gap = 1.5;
+/// Area of a mended voxel surface over the object's: 1.5 is the mean over directions, mending evens
+/// it.
+constexpr double voxel_area = 1.3;
+
+constexpr MapEffort of_polycube{20, 0.3, 30.0, 1, false};
+constexpr MapEffort of_refined{10, 10.0, 30.0, 1, false};
+constexpr MapEffort of_grid{10, 10.0, 3000.0, 2, true};
+
+double processor_seconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+std::string to_text(double number) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2g", number);
+  return text.data();
+}
+
+void refuse_unless_closed(const TriangleMesh& mesh) {
+  if (mesh.triangles.empty()) throw InputError("The mesh has no triangles.");
+  const std::vector<Edge> edges = edges_of(mesh.triangles);
+  for_each_edge(edges, [&](std::size_t begin, std::size_t end) {
+    if (end - begin == 2 && edges[begin].rises != edges[begin + 1].rises) return;
+    throw InputError(
+        "A polygrid is made of a closed mesh whose triangles face outwards; an edge of triangle " +
+        std::to_string(edges[begin].triangle) + " is open or shared by triangles that disagree.");
+  });
+  const int components = oriented_alike(mesh.triangles).components;
+  if (components != 1) {
+    throw InputError("A polygrid is made of a mesh in one piece; this one has " +
+                     std::to_string(components) + ".");
+  }
+}
+
+class Maker {
+ public:
+  Maker(const TriangleMesh& mesh, const PolygridOptions& options, Progress& progress)
+      : mesh_(mesh), options_(options), progress_(progress), start_(processor_seconds()) {
+    if (options.cells < least_cells || options.cells > most_cells) {
+      throw InputError("A polygrid has " + std::to_string(least_cells) + " to " +
+                       std::to_string(most_cells) + " cells, not " + std::to_string(options.cells) +
+                       ".");
+    }
+    if (!(options.first_layer >= 0.0 && options.first_layer <= 1.0)) {
+      throw InputError("The polygrid's first layer lies 0 to 1 spacings below the surface, not " +
+                       to_text(options.first_layer) + ".");
+    }
+    refuse_unless_closed(mesh);
+    const double volume = enclosed_volume(mesh);
+    if (!(volume > 0.0)) {
+      throw InputError(
+          "A polygrid is made of a mesh whose triangles face outwards; these face in.");
+    }
+    surface_.emplace(mesh);
+    const Surface samples = surface_of(mesh);
+    target_.emplace(MapTarget{*surface_, mesh.vertices, volume});
+    for (const double area : samples.area) area_ += area;
+    target_->samples.insert(target_->samples.end(), samples.position.begin(),
+                            samples.position.end());
+  }
+
+  /// Edge of voxels that gives as many cells as asked for, the layer upon them included [mm].
+  double cell_edge() const {
+    constexpr int passes = 50;
+    double edge = std::cbrt(target_->volume / options_.cells);
+    for (int pass = 0; pass < passes; ++pass) {
+      edge = std::cbrt((target_->volume + voxel_area * area_ * edge) / options_.cells);
+    }
+    return edge;
+  }
+
+  /// Nothing: the map leaves inverted cells.
+  std::optional<MadePolygrid> from(const Polycube& polycube, int refinement) {
+    LayeredLattice lattice = layered_lattice(polycube, 0.5);
+    const auto map = [&](const MapEffort& effort) {
+      progress_.update("polygrid", 0.9 * lattice.cells_across / refinement,
+                       std::to_string(lattice.grid.cell.size()) + " cells");
+      return map_cells(lattice, *target_, effort);
+    };
+    if (!map(of_polycube)) return std::nullopt;
+    MadePolygrid made;
+    made.polycube = polycube;
+    std::copy_n(lattice.grid.corner.begin(), polycube.mapped.size(), made.polycube.mapped.begin());
+    while (lattice.cells_across < refinement) {
+      int factor = 2;
+      while (refinement / lattice.cells_across % factor != 0) ++factor;
+      lattice = refined(lattice, factor);
+      if (lattice.cells_across < refinement && !map(of_refined)) return std::nullopt;
+    }
+    if (!map(of_grid)) return std::nullopt;
+    made.grid = std::move(lattice.grid);
+    place_nodes(made.grid, *surface_, options_.first_layer);
+    made.quality = measure_quality(made.grid, mesh_);
+    made.quality.refinement = refinement;
+    made.quality.cpu_seconds = processor_seconds() - start_;
+    if (made.quality.inverted > 0) return std::nullopt;
+    return made;
+  }
+
+  MadePolygrid with_warnings(MadePolygrid made) const {
+    const PolygridQuality& quality = made.quality;
+    if (quality.least_jacobian < good_jacobian) {
+      made.warnings.push_back("The polygrid's worst cell has a scaled Jacobian of " +
+                              to_text(quality.least_jacobian) + ", below " +
+                              to_text(good_jacobian) + ": the solution is less accurate there.");
+    }
+    if (quality.largest_gap > good_gap) {
+      made.warnings.push_back("The polygrid leaves parts of the object out, up to " +
+                              to_text(quality.largest_gap * boundary_spacing(made.grid)) +
+                              " mm away from it: they are too thin for its cells, take more.");
+    }
+    for (const std::string& warning : made.warnings) progress_.warn(warning);
+    return made;
+  }
+
+ private:
+  const TriangleMesh& mesh_;
+  const PolygridOptions& options_;
+  Progress& progress_;
+  double start_, area_ = 0.0;
+  std::optional<ClosestPoint> surface_;
+  std::optional<MapTarget> target_;
+};
+
+bool good(const PolygridQuality& quality) {
+  return quality.least_jacobian >= good_jacobian && quality.largest_gap <= good_gap;
+}
+
+/// Up to 2, larger is better.
+double score(const PolygridQuality& quality) {
+  return std::min(1.0, quality.least_jacobian / good_jacobian) +
+         std::min(1.0, good_gap / quality.largest_gap);
+}
+
+}  // namespace
+
+MadePolygrid make_polygrid(const TriangleMesh& mesh, const PolygridOptions& options,
+                           Progress& progress) {
+  Maker maker(mesh, options, progress);
+  const int handles = genus(mesh);
+  const double edge = maker.cell_edge();
+  std::optional<MadePolygrid> best;
+  bool mapped_none = true;
+  for (const int refinement : refinements) {
+    const auto polycube = voxel_polycube(mesh, refinement * edge, handles);
+    if (!polycube) continue;
+    mapped_none = false;
+    auto made = maker.from(*polycube, refinement);
+    if (!made) continue;
+    if (!best || score(made->quality) > score(best->quality)) best = std::move(made);
+    if (good(best->quality)) break;
+  }
+  if (best) return maker.with_warnings(std::move(*best));
+  throw InputError(mapped_none
+                       ? "No polycube of " + std::to_string(options.cells) +
+                             " cells has the object's topology, genus " + std::to_string(handles) +
+                             ": its parts or holes are too thin for them; take more cells."
+                       : "Every polygrid of " + std::to_string(options.cells) +
+                             " cells has inverted ones in this object: take more cells.");
+}
+
+MadePolygrid make_polygrid(const TriangleMesh& mesh, const Polycube& polycube,
+                           const PolygridOptions& options, Progress& progress) {
+  if (const auto problem = polycube_problem(polycube.cells)) {
+    throw InputError("The polycube " + *problem + ".");
+  }
+  Maker maker(mesh, options, progress);
+  if (genus(polycube.cells) != genus(mesh)) {
+    throw InputError("The polycube has genus " + std::to_string(genus(polycube.cells)) +
+                     ", the mesh " + std::to_string(genus(mesh)) + ".");
+  }
+  const LayeredLattice lattice = layered_lattice(polycube, 0.5);
+  const auto layer = static_cast<double>(lattice.grid.boundary_cell.size());
+  const double core = static_cast<double>(polycube.cells.size());
+  int refinement = 1;
+  // Of the two counts about the one asked for, the closer.
+  const auto count = [&](double n) { return core * n * n * n + layer * n * n; };
+  while (refinement < finest_drawn_refinement && std::abs(count(refinement + 1) - options.cells) <
+                                                     std::abs(count(refinement) - options.cells)) {
+    ++refinement;
+  }
+  auto made = maker.from(polycube, refinement);
+  if (!made) throw InputError("The polycube's map into the object leaves inverted cells.");
+  return maker.with_warnings(std::move(*made));
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,43 @@
+// Between a mesh's surface and the boundary of its polygrid, which lie within a small part of a cell
+// of each other: for points of either, the nearest of the other.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+#include "forward/polygrid/polygrid.h"
+
+namespace kappamu::forward::polygrid {
+
+class SurfaceMap {
+ public:
+  SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Surface& surface);
+
+  /// Means over the triangles of what is given at the corners of the cells and bilinear on the
+  /// boundary's sides.
+  std::vector<double> on_triangles(std::span<const double> at_corners) const;
+  /// ∫ f N dA of every corner's function over the boundary [mm² f], of f given per triangle.
+  std::vector<double> loads(std::span<const double> on_triangles) const;
+  /// The boundary side nearest to a triangle's middle.
+  int side_of(std::size_t triangle) const { return side_of_[triangle]; }
+
+ private:
+  struct Share {
+    int corner = 0;
+    double weight = 0.0;  ///< those of a triangle sum to one
+  };
+  std::vector<std::size_t> first_{0};  ///< of each triangle's shares, and the end of the last
+  std::vector<Share> shares_;
+  std::vector<int> side_of_;
+  /// Points of the boundary's sides, four of each.
+  struct SidePoint {
+    int triangle = 0;
+    std::array<int, 4> corner{};
+    std::array<double, 4> area{};  ///< weight times the corner's function [mm²]
+  };
+  std::vector<SidePoint> points_;
+  std::size_t corners_ = 0;
+};
+
+}  // namespace kappamu::forward::polygrid

@@ -1,0 +1,154 @@
+// Answers on polygrids, split until they are within the tolerance: against closed forms and against
+// `embedded`, which shares no discretisation with them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "../embedded/embedded_test_tools.h"
+#include "../embedded/exact_sphere.h"
+#include "core/error.h"
+#include "core/mesh/shapes.h"
+#include "core/mesh/surface_norm.h"
+#include "forward/embedded/embedded_model.h"
+#include "forward/light_entry.h"
+#include "forward/polygrid/polygrid_solve.h"
+#include "forward/polygrid/split_polygrid.h"
+#include "made_polygrid.h"
+
+namespace kappamu::forward::polygrid {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double eta = 1.3, radius = 5.0;
+
+/// Voxels of 1.25 mm drawn within a factor of three either way.
+ObjectMedium random_medium() {
+  const GridShape shape{8, 8, 8, 1.25};
+  auto volume = std::make_shared<Medium>(Medium{Volume<double>(shape), Volume<double>(shape)});
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> factor(-std::log(3.0), std::log(3.0));
+  for (std::size_t k = 0; k < shape.cells(); ++k) {
+    volume->kappa[k] = 0.2 * std::exp(factor(random));
+    volume->mu[k] = 0.02 * std::exp(factor(random));
+  }
+  Eigen::Affine3d volume_from_object = Eigen::Affine3d::Identity();
+  volume_from_object.translation().setConstant(radius);
+  return ObjectMedium(volume, volume_from_object, Wrap::clamp);
+}
+
+struct Ball {
+  explicit Ball(const ObjectMedium& filling)
+      : mesh(sphere_mesh(radius, 40)),
+        surface(surface_of(mesh)),
+        rays(embedded::make_caster(mesh)),
+        medium(filling) {
+    const Vector3d direction = Vector3d(1, -2, -2) / 3.0;
+    lights.resize(2);
+    for (std::size_t t = 0; t < surface.size(); ++t) {
+      const double cosine = -surface.normal[t].dot(direction);
+      if (cosine > 0.0) {
+        lights[0].beams.push_back(
+            {static_cast<int>(t), surface.position[t], direction, cosine * surface.area[t]});
+      }
+      lights[1].diffuse.push_back(1.0 + surface.normal[t][0]);
+    }
+  }
+  ObjectProblem problem() const { return {mesh, surface, *rays, medium, eta, lights}; }
+
+  TriangleMesh mesh;
+  Surface surface;
+  std::unique_ptr<RayCaster> rays;
+  ObjectMedium medium;
+  std::vector<ObjectLight> lights;
+};
+
+void expect_as_embedded(const Ball& ball, double tolerance) {
+  const ObjectProblem problem = ball.problem();
+  ObjectOptions options;
+  options.tolerance = tolerance;
+  Progress silent;
+  const ObjectResult ours =
+      solve_on_polygrid(ball_polygrid(8, radius), {&problem, 1}, options, silent).front();
+  options.tolerance = 0.5 * tolerance;
+  const ObjectResult theirs = EmbeddedModel().solve(problem, options, silent);
+  EXPECT_TRUE(ours.converged) << ours.message;
+  const std::size_t samples = ball.surface.size();
+  for (std::size_t l = 0; l < ball.lights.size(); ++l) {
+    const std::span a = std::span(ours.exitance).subspan(l * samples, samples);
+    const std::span b = std::span(theirs.exitance).subspan(l * samples, samples);
+    EXPECT_LE(surface_difference(ball.surface, a, b) / surface_norm(ball.surface, b),
+              ours.error_estimate[l] + theirs.error_estimate[l])
+        << "light " << l << ": " << ours.error_estimate[l] << ", " << theirs.error_estimate[l];
+    const ObjectBalance& balance = ours.balance[l];
+    EXPECT_NEAR(balance.exiting + balance.absorbed + balance.unscattered, balance.entering,
+                1e-4 * balance.entering);
+  }
+}
+
+TEST(PolygridModel, AnswersAsEmbeddedOnOneMaterial) {
+  expect_as_embedded(Ball(ObjectMedium({0.2, 0.02})), 0.02);
+}
+
+TEST(PolygridModel, AnswersAsEmbeddedOnAVolume) { expect_as_embedded(Ball(random_medium()), 0.06); }
+
+TEST(PolygridModel, ChannelsTogetherAreChannelsAlone) {
+  const Ball red(ObjectMedium({0.3, 0.01})), blue(ObjectMedium({0.1, 0.1}));
+  const std::vector<ObjectProblem> problems{red.problem(), blue.problem()};
+  ObjectOptions options;
+  options.tolerance = 0.2;
+  Progress silent;
+  const auto together = solve_on_polygrid(ball_polygrid(6, radius), problems, options, silent);
+  for (std::size_t c = 0; c < 2; ++c) {
+    const auto alone =
+        solve_on_polygrid(ball_polygrid(6, radius), {&problems[c], 1}, options, silent).front();
+    constexpr double linear = 1e-3;  // both within the solver's tolerance of the same answer
+    for (std::size_t i = 0; i < alone.exitance.size(); ++i) {
+      EXPECT_NEAR(together[c].exitance[i], alone.exitance[i], linear);
+    }
+  }
+}
+
+TEST(PolygridModel, SaysWhereItStopped) {
+  const Ball ball(ObjectMedium({0.2, 0.02}));
+  const ObjectProblem problem = ball.problem();
+  ObjectOptions options;
+  options.tolerance = 1e-5;
+  options.max_elements = 4000;
+  Progress silent;
+  const ObjectResult result =
+      solve_on_polygrid(ball_polygrid(6, radius), {&problem, 1}, options, silent).front();
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.elements, 1728U);
+  EXPECT_THAT(result.message, testing::HasSubstr("stopped at 1728 cells"));
+  options.max_elements = 1000;
+  EXPECT_THROW(solve_on_polygrid(ball_polygrid(6, radius), {&problem, 1}, options, silent),
+               InputError);
+}
+
+TEST(PolygridSplit, IsTheBoxOfHalvedCells) {
+  const Vector3d size(3, 2, 1);
+  const Polygrid coarse = box_polygrid({3, 2, 2}, size);
+  const Polygrid fine = split(coarse, surface_mesh(coarse));
+  const Polygrid expected = box_polygrid({6, 4, 4}, size);
+  ASSERT_EQ(fine.cell, expected.cell);
+  EXPECT_EQ(fine.cell_corners, expected.cell_corners);
+  EXPECT_EQ(fine.link, expected.link);
+  for (std::size_t i = 0; i < fine.corner.size(); ++i) {
+    EXPECT_LE((fine.corner[i] - expected.corner[i]).norm(), 1e-12);
+  }
+}
+
+TEST(PolygridSplit, BringsNewCornersToTheSurface) {
+  const Polygrid coarse = ball_polygrid(6, radius);
+  const TriangleMesh sphere = sphere_mesh(radius, 60);
+  const Polygrid fine = split(coarse, sphere);
+  const auto volume = [](const Polygrid& grid) { return enclosed_volume(surface_mesh(grid)); };
+  const double exact = enclosed_volume(sphere);
+  // By half the edge a quarter of what is missing.
+  EXPECT_NEAR((exact - volume(fine)) / (exact - volume(coarse)), 0.25, 0.06);
+}
+
+}  // namespace
+}  // namespace kappamu::forward::polygrid

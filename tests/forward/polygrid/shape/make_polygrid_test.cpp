@@ -1,0 +1,152 @@
+// Polygrids of shapes whose volume, area and topology are known, and of meshes that admit none.
+// Not tested here: real meshes (`kappamu bench polygrid`).
+#include "forward/polygrid/shape/make_polygrid.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/mesh/shapes.h"
+#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/shape/place_nodes.h"
+
+namespace kappamu::forward {
+namespace {
+
+using Eigen::Vector3d;
+using std::numbers::pi;
+
+MadePolygrid made(const TriangleMesh& mesh, int cells, double first_layer = 0.1) {
+  Progress progress;
+  return make_polygrid(mesh, {cells, first_layer}, progress);
+}
+
+std::string refused(const std::function<void()>& act) {
+  try {
+    act();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "not refused";
+}
+
+std::size_t at(int index) {
+  return static_cast<std::size_t>(index);
+}
+
+TEST(MakePolygrid, QualityIsThatAskedFor) {
+  const std::vector<std::pair<std::string, TriangleMesh>> shapes{
+      {"sphere", sphere_mesh(10.0, 40)},
+      {"torus", torus_mesh(10.0, 4.0, 60)},
+      {"cylinder", cylinder_mesh(5.0, 16.0, 40)},
+      {"box", box_mesh({10.0, 7.0, 4.0}, 20)}};
+  for (const auto& [name, mesh] : shapes) {
+    const MadePolygrid grid = made(mesh, 3000);
+    const PolygridQuality& quality = grid.quality;
+    EXPECT_EQ(quality.inverted, 0) << name;
+    EXPECT_GE(quality.least_jacobian, 0.2) << name;
+    EXPECT_GE(quality.mean_jacobian, 0.85) << name;
+    EXPECT_NEAR(quality.cells, 3000, 1000) << name;
+    EXPECT_NEAR(quality.volume_ratio, 1.0, 0.03) << name;
+    EXPECT_LE(quality.largest_gap, 1.0) << name;
+    EXPECT_TRUE(grid.warnings.empty()) << name << ": " << grid.warnings[0];
+    EXPECT_EQ(genus(surface_of_grid(grid.grid)), name == "torus" ? 1 : 0) << name;
+  }
+}
+
+TEST(MakePolygrid, VolumeAndAreaOfASphereConvergeAtOrderTwo) {
+  // The faces' corners lie on the sphere, so both errors are of the squared edge; cells as 1, 8.
+  const TriangleMesh mesh = sphere_mesh(10.0, 120);
+  double volume_error[2], area_error[2];
+  for (int level = 0; level < 2; ++level) {
+    const MadePolygrid grid = made(mesh, level == 0 ? 1000 : 8000);
+    double area = 0.0;
+    for (const double a : grid.grid.area) area += a;
+    volume_error[level] = 1.0 - grid.quality.volume_ratio;
+    area_error[level] = 1.0 - area / (400.0 * pi);
+  }
+  EXPECT_NEAR(std::log2(volume_error[0] / volume_error[1]), 2.0, 0.5);
+  EXPECT_NEAR(std::log2(area_error[0] / area_error[1]), 2.0, 0.5);
+}
+
+TEST(MakePolygrid, BoundaryNodesLieOnTheSurfaceAndTheFirstLayerBelowThem) {
+  const TriangleMesh mesh = sphere_mesh(10.0, 60);
+  const Polygrid grid = made(mesh, 2000).grid;
+  const double depth = 0.1 * boundary_spacing(grid);
+  const ClosestPoint surface(mesh);
+  Vector3d sum = Vector3d::Zero();
+  for (std::size_t k = 0; k < grid.boundary_node.size(); ++k) {
+    EXPECT_LT(surface.from(grid.boundary_node[k]).distance, 1e-12);
+    EXPECT_GT(grid.normal[k].dot(grid.boundary_node[k].normalized()), 0.99);
+    const Vector3d& node = grid.node[at(grid.boundary_cell[k])];
+    EXPECT_NEAR((grid.boundary_node[k] - node).norm(), depth, 1e-9);
+    sum += side_area(grid, at(grid.boundary_cell[k]), grid.boundary_side[k]);
+  }
+  EXPECT_LT(sum.norm(), 1e-9) << "closed: area vectors add up to nothing";
+  for (std::size_t i = 0; i < grid.node.size(); ++i) {
+    EXPECT_TRUE(place_in_cell(grid, i, grid.node[i])) << i;
+  }
+}
+
+TEST(MakePolygrid, WithoutAFirstLayerNodesAreInTheMiddle) {
+  const Polygrid grid = made(sphere_mesh(10.0, 30), 1000, 0.0).grid;
+  for (std::size_t i = 0; i < grid.node.size(); ++i) {
+    EXPECT_EQ(grid.node[i], within_cell(grid, i, Vector3d::Constant(0.5)));
+  }
+}
+
+TEST(MakePolygrid, IsTheSameForEqualInputAndForAnotherUnit) {
+  const TriangleMesh mesh = torus_mesh(10.0, 4.0, 40);
+  TriangleMesh larger = mesh;
+  for (Vector3d& vertex : larger.vertices) vertex *= 1024.0;
+  const Polygrid one = made(mesh, 1000).grid, again = made(mesh, 1000).grid,
+                 other = made(larger, 1000).grid;
+  EXPECT_EQ(one.corner, again.corner);
+  EXPECT_EQ(one.cell, other.cell);
+  double off = 0.0;
+  for (std::size_t c = 0; c < one.corner.size(); ++c) {
+    off = std::max(off, (1024.0 * one.corner[c] - other.corner[c]).norm());
+  }
+  EXPECT_LT(off, 1e-6 * 10240.0);
+}
+
+TEST(MakePolygrid, TakesAPolycubeDrawnByAPerson) {
+  // One cell drawn around a sphere, far from its surface.
+  const Polycube drawn = lattice_polycube({{0, 0, 0}}, Vector3d(-4.0, -4.0, -4.0), 8.0);
+  Progress progress;
+  const MadePolygrid grid = make_polygrid(sphere_mesh(10.0, 40), drawn, {1500, 0.1}, progress);
+  EXPECT_EQ(grid.quality.inverted, 0);
+  EXPECT_EQ(grid.quality.refinement, 10);
+  EXPECT_EQ(grid.quality.cells, 1000 + 600);
+  EXPECT_GE(grid.quality.least_jacobian, 0.2);
+  const std::string sentence = refused([&] {
+    make_polygrid(torus_mesh(10.0, 4.0, 20), drawn, {1500, 0.1}, progress);
+  });
+  EXPECT_EQ(sentence, "The polycube has genus 0, the mesh 1.");
+}
+
+TEST(MakePolygrid, RefusesWhatItCannotUseInOneSentence) {
+  const TriangleMesh sphere = sphere_mesh(10.0, 20);
+  EXPECT_NE(refused([&] { made(sphere, 99); }).find("100 to 4000000 cells, not 99"),
+            std::string::npos);
+  EXPECT_NE(refused([&] { made(sphere, 1000, 1.5); }).find("first layer"), std::string::npos);
+  TriangleMesh open = sphere;
+  open.triangles.pop_back();
+  EXPECT_NE(refused([&] { made(open, 1000); }).find("closed mesh"), std::string::npos);
+  EXPECT_NE(refused([&] { made(turned_inside_out(sphere), 1000); }).find("face in"),
+            std::string::npos);
+  EXPECT_NE(refused([&] {
+              made(joined(sphere, moved(sphere, {30.0, 0.0, 0.0})), 1000);
+            }).find("one piece; this one has 2"),
+            std::string::npos);
+  EXPECT_NE(refused([&] { made({}, 1000); }).find("no triangles"), std::string::npos);
+  // A ring so thin that no cells of this number show its hole and its tube.
+  const std::string thin = refused([&] { made(torus_mesh(10.0, 0.05, 400), 100); });
+  EXPECT_NE(thin.find("take more cells"), std::string::npos) << thin;
+}
+
+}  // namespace
+}  // namespace kappamu::forward
