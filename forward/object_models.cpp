@@ -9,6 +9,7 @@
 #include "forward/dipole/dipole_model.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/montecarlo/object_monte_carlo.h"
+#include "forward/polygrid/polygrid_model.h"
 
 namespace kappamu::forward {
 
@@ -21,9 +22,10 @@ struct NamedModel {
   Made (*make)(std::string_view name);
 };
 
-constexpr std::array<NamedModel, 8> models{{
+constexpr std::array<NamedModel, 9> models{{
     {"embedded", [](std::string_view) -> Made { return std::make_unique<EmbeddedModel>(); }},
     {"grid", [](std::string_view) -> Made { return std::make_unique<BlockModel>(); }},
+    {"polygrid", [](std::string_view) -> Made { return std::make_unique<PolygridModel>(); }},
     {"boundary_integral",
      [](std::string_view) -> Made { return std::make_unique<BoundaryIntegralModel>(); }},
     {"montecarlo", [](std::string_view) { return make_object_monte_carlo(); }},

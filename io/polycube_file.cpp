@@ -73,7 +73,7 @@ struct ByPlace {
 }  // namespace
 
 Polycube read_polycube(const std::filesystem::path& file) {
-  const JsonDocument document(file, "docs/formats.md", true);
+  const JsonDocument document(file, "docs/formats.md", JsonComments::allowed);
   const JsonNode root = document.root();
   root.expect_fields({"format", "version", "origin_mm", "edge_mm", "boxes"}, {"corners"});
   root["format"].choice({format_name});

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 /// number of cores.
 constexpr std::size_t parts = 4;
 /// A step over the shortest of a cell's three middle lines.
-constexpr double step_of_cell = 0.35;
+constexpr double step_of_cell = 0.5;
 constexpr int most_steps = 100'000;
 
 /// Shortest distance between the middles of opposite sides.

@@ -18,7 +18,8 @@ constexpr double slack = 1e-6;
 constexpr int newton_steps = 6, most_cells = 64;
 /// Newton's steps stay near the cell, where its map is one to one.
 constexpr double reach = 1.5;
-constexpr double settled = 1e-7;
+/// Newton's method squares what is left.
+constexpr double settled = 1e-4;
 
 struct Mapped {
   Vector3d point;

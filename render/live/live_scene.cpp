@@ -7,6 +7,7 @@
 #include "forward/object_models.h"
 #include "render/light/incident_light.h"
 #include "render/live/live_block.h"
+#include "render/live/live_polygrid.h"
 
 namespace kappamu::render {
 
@@ -14,6 +15,7 @@ namespace {
 
 constexpr const char* kept_links = "dipole-rotated";
 constexpr const char* kept_equations = "grid";
+constexpr const char* kept_polygrid = "polygrid";
 /// Relative error that a model which refines is asked for, coarse for the sake of time.
 constexpr double usual_tolerance = 0.1;
 
@@ -42,7 +44,8 @@ bool all_blocks(const World& world) {
 
 }  // namespace
 
-/// One object's model: a block's equations or the dipole's links kept, or a model that starts anew.
+/// One object's model: a block's or polygrid's equations or the dipole's links kept, or a model that
+/// starts anew.
 struct LiveScene::Solver {
   Solver(const WorldObject& lit, const std::string& name, const LiveOptions& asked) : object(lit) {
     options.device = asked.device;
@@ -50,6 +53,8 @@ struct LiveScene::Solver {
     options.tolerance = asked.tolerance.value_or(usual_tolerance);
     if (name == kept_equations) {
       block = std::make_unique<LiveBlock>(lit, asked.device);
+    } else if (name == kept_polygrid) {
+      polygrid = std::make_unique<LivePolygrid>(lit, asked.device);
     } else if (name == kept_links) {
       const auto& media = lit.media.channels;
       relight = std::make_unique<forward::dipole::Relight>(
@@ -64,8 +69,8 @@ struct LiveScene::Solver {
                                            Progress& progress) {
     const auto start = Clock::now();
     std::array<std::vector<double>, 3> exitance;
-    if (block) {
-      LiveBlock::Answer solved = block->solve(light);
+    if (block || polygrid) {
+      LiveBlock::Answer solved = block ? block->solve(light) : polygrid->solve(light);
       exitance = std::move(solved.exitance);
       answer.iterations = std::max(answer.iterations, solved.iterations);
       answer.converged = answer.converged && solved.converged;
@@ -75,8 +80,9 @@ struct LiveScene::Solver {
     answer.model_ms += milliseconds_since(start);
     if (model) return exitance;
     if (!measured) {
-      measured =
-          block ? block->measured_error(light, exitance) : relight->measured_error(light, exitance);
+      measured = block      ? block->measured_error(light, exitance)
+                 : polygrid ? polygrid->measured_error(light, exitance)
+                            : relight->measured_error(light, exitance);
     }
     answer.error_estimate = std::max(answer.error_estimate, *measured);
     return exitance;
@@ -97,9 +103,14 @@ struct LiveScene::Solver {
     return exitance;
   }
 
+  double beam_spacing_mm() const {
+    return block ? block->beam_spacing_mm() : polygrid ? polygrid->beam_spacing_mm() : 0.0;
+  }
+
   const WorldObject& object;
   forward::ObjectOptions options;
   std::unique_ptr<LiveBlock> block;
+  std::unique_ptr<LivePolygrid> polygrid;
   std::unique_ptr<forward::dipole::Relight> relight;
   std::optional<double> measured;  ///< error of the first answer
   std::unique_ptr<forward::ObjectModel> model;
@@ -133,7 +144,7 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   const LightSources sources = make_light_sources(question.lights);
   std::vector<Lights> incident;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    const double spacing = solvers_[i]->block ? solvers_[i]->block->beam_spacing_mm() : 0.0;
+    const double spacing = solvers_[i]->beam_spacing_mm();
     incident.push_back(std::move(
         incident_light(world_, i, sources, nullptr, options_.seed, progress, spacing).channels));
     for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];

@@ -34,8 +34,8 @@ struct LiveQuestion {
 struct LiveAnswer {
   std::vector<ObjectExitance> exitance;  ///< one per object
   double light_ms = 0.0, model_ms = 0.0;
-  /// Worst relative error that the models estimate of their numerics. Of `grid` and
-  /// `dipole-rotated` it is measured, for the first lights answered.
+  /// Worst relative error that the models estimate of their numerics. Of `grid`,
+  /// `polygrid` and `dipole-rotated` it is measured, for the first lights answered.
   double error_estimate = 0.0;
   int iterations = 0;  ///< of the linear solver; 0 where there is none
   bool converged = true;

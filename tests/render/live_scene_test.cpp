@@ -85,5 +85,29 @@ TEST(LiveScene, AnswersAsTheModelForMovedLights) {
   }
 }
 
+// The equations of the polygrid stay: a light that comes back finds its answer, and one nearby takes
+// fewer iterations than the first.
+TEST(LiveScene, KeepsThePolygridFromLightToLight) {
+  const Scene scene = lit_ball();
+  std::vector<std::string> warnings;
+  LiveOptions options;
+  options.model = "polygrid";
+  LiveScene live(scene, options, warnings);
+  Progress progress;
+  std::vector<Light> lights = scene.lights;
+  const LiveAnswer first = live.answer({lights, {}}, progress);
+  EXPECT_TRUE(first.converged);
+  EXPECT_GT(first.iterations, 2);
+  constexpr double stated = 0.05;
+  EXPECT_LT(first.error_estimate, stated);
+  EXPECT_EQ(live.answer({lights, {}}, progress).iterations, 0);
+  lights[0] = turned_to(lights[0], Eigen::Vector3d::Zero(), {2.0, 0.0});
+  live.answer({lights, {}}, progress);
+  lights[0] = turned_to(lights[0], Eigen::Vector3d::Zero(), {4.0, 0.0});
+  const LiveAnswer moved = live.answer({lights, {}}, progress);
+  EXPECT_LE(moved.iterations, first.iterations);
+  EXPECT_GT(moved.iterations, 0);
+}
+
 }  // namespace
 }  // namespace kappamu::render

@@ -1,0 +1,165 @@
+// The paper's scheme on polygrids: its weights, and how many nodes its relaxations process beside
+// ours (figure 15 of [W]).
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/optics.h"
+#include "forward/polygrid/linear_solver.h"
+#include "forward/polygrid/reference/relaxation.h"
+#include "made_polygrid.h"
+
+namespace kappamu::forward::polygrid {
+namespace {
+
+using Eigen::Vector3d;
+
+const double A = boundary_constants(1.3).A;
+
+TEST(PolygridWeights, AreExactForSquaresOnABox) {
+  const NodeGrid grid = node_grid(box_polygrid({5, 4, 6}, {2.0, 1.5, 3.0}));
+  const LaplacianWeights weights = laplacian_weights(grid, false);
+  EXPECT_EQ(weights.negative, 0);
+  EXPECT_EQ(weights.ill_conditioned, 0);
+  const auto f = [](const Vector3d& p) {
+    return p[0] * p[0] + 2.0 * p[1] * p[1] - 0.5 * p[2] * p[2] + p[0] - 3.0 * p[2];
+  };
+  for (std::size_t k = 0; k < grid.node.size(); ++k) {
+    double laplacian = 0.0;
+    for (std::size_t s = 0; s < 6; ++s) {
+      const int link = grid.link[k][s];
+      const Vector3d& beside = link >= 0 ? grid.node[static_cast<std::size_t>(link)]
+                                         : grid.boundary_node[static_cast<std::size_t>(~link)];
+      laplacian += weights.weight[k][s] * (f(beside) - f(grid.node[k]));
+    }
+    EXPECT_NEAR(laplacian, 5.0, 1e-9);
+  }
+}
+
+// Links that lean on each other have negative weights; a flux form takes their place.
+TEST(PolygridWeights, AreReplacedWhereNegative) {
+  Polygrid grid = bent_polygrid({8, 6, 5});
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> shift(-0.15, 0.15);
+  for (Vector3d& node : grid.node) node += Vector3d(shift(random), shift(random), shift(random));
+  const LaplacianWeights kept = laplacian_weights(node_grid(grid), false);
+  const LaplacianWeights replaced = laplacian_weights(node_grid(grid), true);
+  EXPECT_GT(kept.negative, 0);
+  EXPECT_EQ(kept.negative, replaced.negative);
+  int still = 0, were = 0;
+  for (std::size_t k = 0; k < grid.node.size(); ++k) {
+    for (const double w : replaced.weight[k]) still += w < 0.0;
+    bool any = false;
+    for (const double w : kept.weight[k]) any = any || w < 0.0;
+    were += any;
+  }
+  EXPECT_EQ(still, 0);
+  EXPECT_EQ(were, kept.negative);
+}
+
+TEST(PolygridWeights, CoarserLevelsHaveTheirChildrensMeans) {
+  NodeGrid fine = node_grid(box_polygrid({6, 4, 8}, {6, 4, 8}));
+  const NodeGrid coarse = coarser(fine), expected = node_grid(box_polygrid({3, 2, 4}, {6, 4, 8}));
+  ASSERT_EQ(coarse.node.size(), expected.node.size());
+  for (std::size_t k = 0; k < coarse.node.size(); ++k) {
+    EXPECT_LE((coarse.node[k] - expected.node[k]).norm(), 1e-12);
+  }
+  EXPECT_EQ(coarse.boundary_node.size(), expected.boundary_node.size());
+}
+
+/// A cube with light on one side: the paper's relaxations and ours, each against its own converged
+/// answer, as figure 15 has it.
+struct Trial {
+  static constexpr int n = 16;
+  static constexpr double target = 0.005;  ///< Σ (L − L₀)²/Σ L₀²
+  Polygrid grid = box_polygrid({n, n, n}, {10, 10, 10});
+  std::vector<Coefficients> of_cell =
+      std::vector<Coefficients>(grid.cell.size(), Coefficients{0.3, 0.003});
+  std::vector<double> q = lit();
+  std::vector<RelaxationLevel> levels = relaxation_levels(grid, of_cell, q, 3, true);
+
+  std::vector<double> lit() const {
+    std::vector<double> result;
+    for (const Vector3d& p : grid.boundary_node) result.push_back(p[2] > 9.99 ? 1.0 : 0.0);
+    return result;
+  }
+  NodeFluence dark(const RelaxationLevel& level) const {
+    return {std::vector<double>(level.grid.node.size(), 0.0),
+            std::vector<double>(level.grid.boundary_node.size(), 0.0)};
+  }
+  /// Of L = φ − q, up to a factor.
+  double error(const NodeFluence& at, const NodeFluence& exact) const {
+    double difference = 0.0, size = 0.0;
+    for (std::size_t b = 0; b < q.size(); ++b) {
+      difference += std::pow(at.boundary[b] - exact.boundary[b], 2);
+      size += std::pow(exact.boundary[b] - q[b], 2);
+    }
+    return difference / size;
+  }
+  /// Nodes processed on the finest level and before until the error is below the target; 0: never.
+  std::size_t until_target(NodeFluence fluence, int depth, std::size_t processed,
+                           const NodeFluence& exact, int most_steps) const {
+    std::size_t reached = 0;
+    for (int step = 0; step < most_steps && reached == 0; ++step) {
+      relax(levels[0], A, 1, depth, fluence, [&](std::size_t nodes) { processed += nodes; });
+      if (error(fluence, exact) <= target) reached = processed;
+    }
+    return reached;
+  }
+};
+
+TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
+  const Trial trial;
+  NodeFluence exact = trial.dark(trial.levels[0]);
+  relax(trial.levels[0], A, 4000, 0, exact, {});
+  const std::size_t plain =
+      trial.until_target(trial.dark(trial.levels[0]), 0, 0, exact, 4000);
+  // From the coarsest level on, 60 steps each.
+  std::size_t processed = 0;
+  const auto count = [&](std::size_t nodes) { processed += nodes; };
+  NodeFluence fluence = trial.dark(trial.levels[2]);
+  relax(trial.levels[2], A, 60, 0, fluence, count);
+  fluence = from_coarser(trial.levels[1], fluence);
+  relax(trial.levels[1], A, 60, 0, fluence, count);
+  fluence = from_coarser(trial.levels[0], fluence);
+  const std::size_t hierarchical = trial.until_target(fluence, 0, processed, exact, 4000);
+  const std::size_t adaptive = trial.until_target(fluence, 4, processed, exact, 4000);
+  ASSERT_GT(plain, 0U);
+  ASSERT_GT(hierarchical, 0U);
+  EXPECT_LT(3 * hierarchical, plain);
+  EXPECT_GT(adaptive, 0U);
+  EXPECT_LT(adaptive, hierarchical);
+  RecordProperty("plain", static_cast<int>(plain));
+  RecordProperty("hierarchical", static_cast<int>(hierarchical));
+  RecordProperty("adaptive", static_cast<int>(adaptive));
+
+  // The relaxation's converged answer is ours within its own discretisation.
+  const Equations equations(trial.grid, A);
+  const auto solver = make_reference_solver(equations);
+  solver->set_media({equations.values(trial.of_cell)});
+  std::vector<double> load(equations.unknowns(), 0.0);
+  for (std::size_t b = 0; b < trial.q.size(); ++b) {
+    const auto& corners =
+        trial.grid.cell_corners[static_cast<std::size_t>(trial.grid.boundary_cell[b])];
+    for (const int c : side_corners(trial.grid.boundary_side[b])) {
+      load[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])] +=
+          0.25 * trial.grid.area[b] * trial.q[b] / (2.0 * A);
+    }
+  }
+  std::vector<std::vector<double>> x;
+  solver->solve({{0, load}}, x, 1e-8, 2000);
+  NodeFluence ours = exact;
+  for (std::size_t b = 0; b < trial.q.size(); ++b) {
+    const auto& corners =
+        trial.grid.cell_corners[static_cast<std::size_t>(trial.grid.boundary_cell[b])];
+    ours.boundary[b] = 0.0;
+    for (const int c : side_corners(trial.grid.boundary_side[b])) {
+      ours.boundary[b] +=
+          0.25 * x[0][static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])];
+    }
+  }
+  EXPECT_LE(trial.error(exact, ours), 0.05 * 0.05);
+}
+
+}  // namespace
+}  // namespace kappamu::forward::polygrid
