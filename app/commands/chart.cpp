@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
+#include "pipeline/chart_photograph.h"
 #include "pipeline/output_folder.h"
-#include "pipeline/stages/chart_photograph.h"
 
 namespace kappamu::app {
 

@@ -1,5 +1,5 @@
 // The chart in one photograph: patches where they are, codes as they are, in any quarter turn.
-#include "pipeline/stages/chart_photograph.h"
+#include "pipeline/chart_photograph.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "pipeline/stages/chart_photograph.h"
+#include "pipeline/chart_photograph.h"
 
 #include <algorithm>
 #include <cmath>
