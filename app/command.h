@@ -27,6 +27,10 @@ struct Globals {
 /// standard error.
 std::unique_ptr<Progress> make_progress();
 
+/// Adds the required option -o of a file or folder to write.
+void add_out(CLI::App& command, std::string& out, const std::string& text,
+             const std::string& type = "OUT");
+
 // Each adds its subcommand to `app`; `globals` outlives the parse.
 void add_bench(CLI::App& app, Globals& globals);
 void add_calibrate(CLI::App& app, Globals& globals);

@@ -30,6 +30,11 @@ struct Group {
 
 }  // namespace
 
+void add_out(CLI::App& command, std::string& out, const std::string& text,
+             const std::string& type) {
+  command.add_option("-o,--out", out, text)->required()->type_name(type);
+}
+
 void add_commands(CLI::App& app, Globals& globals) {
   app.formatter(std::make_shared<OneLineEach>());
   const std::vector<Group> groups{

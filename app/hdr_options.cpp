@@ -24,17 +24,11 @@ void add_choice(CLI::App& command, const std::string& option, const Names<Value,
 
 }  // namespace
 
-void add_hdr_options(CLI::App& command, capture::HdrOptions& options) {
-  add_choice(command, "--response", pipeline::responses, options.response,
-             "Recovery of the camera's response: smooth (ours), or the papers' debevec (Debevec "
-             "and Malik 1997) or robertson (Robertson et al. 2003)");
-  add_choice(command, "--merge", pipeline::weights, options.merge.weight,
-             "Weights of the merge: variance (inverse variance of shot, read and rounding noise), "
-             "or the papers' debevec (hat) or robertson (bell)");
-  add_choice(command, "--on-flicker", pipeline::actions, options.merge.on_flicker,
+void add_hdr_options(CLI::App& command, capture::MergeOptions& options) {
+  add_choice(command, "--on-flicker", pipeline::actions, options.on_flicker,
              "A frame brighter or darker than the rest of its stack, or of a mislabelled "
              "exposure: refuse it by name, correct its exposure from the frames, or ignore");
-  add_choice(command, "--on-motion", pipeline::actions, options.merge.on_motion,
+  add_choice(command, "--on-motion", pipeline::actions, options.on_motion,
              "A frame shifted against the rest of its stack, or partly changed: refuse it by "
              "name, correct by leaving it out, or ignore");
 }

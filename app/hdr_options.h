@@ -7,8 +7,7 @@
 
 namespace kappamu::app {
 
-/// Adds --response, --merge, --on-flicker and --on-motion to `command`; `options` outlives the
-/// parse.
-void add_hdr_options(CLI::App& command, capture::HdrOptions& options);
+/// Adds --on-flicker and --on-motion to `command`; `options` outlives the parse.
+void add_hdr_options(CLI::App& command, capture::MergeOptions& options);
 
 }  // namespace kappamu::app

@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 
+#include "app/command.h"
 #include "app/hdr_options.h"
 
 namespace kappamu::app {
@@ -12,9 +13,7 @@ std::shared_ptr<SessionCommand> add_session_options(CLI::App& command) {
   command.add_option("session", options->session, "Folder with session.json")
       ->required()
       ->type_name("SESSION");
-  command.add_option("-o,--out", options->run, "Run folder; made if missing")
-      ->required()
-      ->type_name("RUN");
+  add_out(command, options->run, "Run folder; made if missing", "RUN");
   command.add_flag("--force", options->force, "Do it again even if it is up to date");
   add_follow_links(command, options->follow_links);
   add_hdr_options(command, options->hdr);

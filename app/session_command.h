@@ -14,7 +14,7 @@ struct SessionCommand {
   std::string run;
   bool force = false;
   bool follow_links = false;
-  capture::HdrOptions hdr;
+  capture::MergeOptions hdr;
 };
 
 /// Adds SESSION, --out RUN, --force and the options between frames and radiance to `command`.

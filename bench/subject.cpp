@@ -18,6 +18,7 @@
 #include "bench/inverse/uncertainty_bench.h"
 #include "bench/limits/limits.h"
 #include "bench/objects/object_bench.h"
+#include "bench/polygrid/polygrid_bench.h"
 #include "bench/record.h"
 #include "core/error.h"
 
@@ -83,7 +84,8 @@ const std::vector<Subject>& subjects() {
   static const std::vector<Subject> all{
       forward_subject(), validity_subject(),    slabs_subject(),  inverse_subject(),
       limits_subject(),  uncertainty_subject(), views_subject(),  rig_subject(),
-      hdr_subject(),     objects_subject(),     dipole_subject(), boundary_subject()};
+      hdr_subject(),     objects_subject(),     dipole_subject(), boundary_subject(),
+      polygrid_subject()};
   return all;
 }
 

@@ -8,8 +8,8 @@
 #include "calib/linear_frame.h"
 #include "calib/projector/view_checks.h"
 #include "calib/sample/face.h"
-#include "calib/targets/chessboard.h"
 #include "capture/radiance/ambient.h"
+#include "capture/radiance/chart_search.h"
 #include "capture/radiance/merge.h"
 #include "capture/response/radiometry.h"
 #include "core/error.h"
@@ -59,23 +59,25 @@ capture::HdrImage calibrate_white(const capture::Session& session,
   const capture::WhiteTarget& target = *session.calibration.white_target;
   const std::string name =
       (session.folder / "session.json").string() + ": calibration.white_target";
-  const auto picture = [&](const capture::Stack& frames, const std::string& label, bool lit) {
+  enum class Light { expected, none };
+  const auto picture = [&](const capture::Stack& frames, const std::string& label, Light light) {
     capture::MergeOptions options = merge;
-    options.require_light = lit;
+    options.require_light = light == Light::expected;
     return capture::merge_stack(session, frames, label, result.radiometry, options, &notes);
   };
-  capture::HdrImage white = picture(target.frames, "white target", true);
+  capture::HdrImage white = picture(target.frames, "white target", Light::expected);
   capture::HdrImage projected = white;
   std::optional<capture::HdrImage> black;
   if (session.calibration.white_target_black.empty()) {
     stages.warn(
         "no white_target.black_frames: light from the projector's black pixels is taken as zero.");
   } else {
-    black = picture(session.calibration.white_target_black, "white target under black", false);
+    black =
+        picture(session.calibration.white_target_black, "white target under black", Light::none);
   }
   std::optional<capture::HdrImage> off;
   if (!target.off_frames.empty()) {
-    off = picture(target.off_frames, "white target, projector off", false);
+    off = picture(target.off_frames, "white target, projector off", Light::none);
     capture::take_off(*off, projected);
     if (black) capture::take_off(*off, *black);
   }
@@ -102,8 +104,8 @@ capture::HdrImage calibrate_white(const capture::Session& session,
                                                  : std::vector<double>(room.size(), 0.0)};
   for (const capture::ProjectorLevel& level : target.levels) {
     values.push_back(level.value);
-    signals.push_back(
-        signal(picture(level.frames, "white target under " + std::to_string(level.value), false)));
+    signals.push_back(signal(
+        picture(level.frames, "white target under " + std::to_string(level.value), Light::none)));
     for (std::size_t c = 0; c < room.size(); ++c) signals.back()[c] -= room[c];
   }
   values.push_back(255);
@@ -119,6 +121,21 @@ capture::HdrImage calibrate_white(const capture::Session& session,
   return white;
 }
 
+/// Centres [px] of the chart's corner patches, as told or found.
+std::array<std::array<double, 2>, 4> chart_corners(const capture::Session& session,
+                                                   const capture::ColourChart& chart,
+                                                   const std::string& name) {
+  if (chart.corners_px) return *chart.corners_px;
+  const auto place = capture::find_chart_place(session, chart.frames);
+  if (!place) {
+    throw InputError(name +
+                     ": no colour chart found; show all 24 patches, sharp and in colour, or give "
+                     "the centres of its corner patches in calibration.colour_chart.corners_px of "
+                     "session.json");
+  }
+  return place->corners_px;
+}
+
 void calibrate_light(const capture::Session& session, const capture::MergeOptions& merge,
                      Stages& stages, CalibrationResult& result) {
   std::vector<std::string> notes;
@@ -131,16 +148,11 @@ void calibrate_light(const capture::Session& session, const capture::MergeOption
     const std::string name = json + ": calibration.colour_chart";
     const capture::HdrImage chart = capture::merge_stack(
         session, shots.colour_chart->frames, "colour chart", result.radiometry, merge, &notes);
-    ChartPatches patches;
-    if (const auto& given = shots.colour_chart->corners_px) {
-      std::array<Eigen::Vector2d, 4> corners;
-      for (std::size_t k = 0; k < 4; ++k) corners[k] = {(*given)[k][0], (*given)[k][1]};
-      patches = chart_from_corners(corners);
-    } else {
-      patches = find_chart(to_grey(chart.radiance), name);
-    }
-    result.chart =
-        measure_chart(chart, patches, white ? &*white : nullptr, reflectance, result.white.scale);
+    std::array<Eigen::Vector2d, 4> corners;
+    const auto corners_px = chart_corners(session, *shots.colour_chart, name);
+    for (std::size_t k = 0; k < 4; ++k) corners[k] = {corners_px[k][0], corners_px[k][1]};
+    result.chart = measure_chart(chart, chart_from_corners(corners), white ? &*white : nullptr,
+                                 reflectance, result.white.scale);
     if (!white) {
       if (result.chart->scale.empty()) {
         throw InputError(name + ": no neutral patch can be used; add shorter exposures");
@@ -171,7 +183,7 @@ void calibrate_light(const capture::Session& session, const capture::MergeOption
 }  // namespace
 
 void calibrate_sample(const capture::Session& session, CalibrationResult& result,
-                      Progress& progress, const capture::HdrOptions& hdr) {
+                      Progress& progress, const capture::MergeOptions& hdr) {
   Stages stages(result, progress);
   stages.run("pose", 0.7, [&] {
     const Face lit = session.sample.lit_face;
@@ -190,16 +202,15 @@ void calibrate_sample(const capture::Session& session, CalibrationResult& result
     result.projector_from_sample =
         result.projector.projector_from_station * result.calibration_pose.camera_from_sample;
   });
-  stages.run("light", 0.8, [&] { calibrate_light(session, hdr.merge, stages, result); });
+  stages.run("light", 0.8, [&] { calibrate_light(session, hdr, stages, result); });
 }
 
 CalibrationResult calibrate(const capture::Session& session, Progress& progress,
-                            const capture::HdrOptions& hdr) {
+                            const capture::MergeOptions& hdr) {
   CalibrationResult result;
   Stages stages(result, progress);
-  stages.run("response", 0.0, [&] {
-    result.radiometry = capture::find_radiometry(session, progress, hdr.response);
-  });
+  stages.run("response", 0.0,
+             [&] { result.radiometry = capture::find_radiometry(session, progress); });
   const JointCalibration joint = calibrate_lenses(session, stages, result);
   calibrate_sample(session, result, progress, hdr);
   const GridShape grid = session.sample.shape();

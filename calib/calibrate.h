@@ -65,12 +65,12 @@ struct CalibrationResult {
 /// not found, too few views, views that do not determine what is asked, and a session with neither
 /// white target nor colour chart. `hdr` says how stacks are merged.
 CalibrationResult calibrate(const capture::Session& session, Progress& progress,
-                            const capture::HdrOptions& hdr = {});
+                            const capture::MergeOptions& hdr = {});
 
 /// What calibrate() does once camera response, camera and projector are known, which `result` has:
 /// finds the sample in its views and the scale of light. Throws as calibrate() does.
 void calibrate_sample(const capture::Session& session, CalibrationResult& result,
-                      Progress& progress, const capture::HdrOptions& hdr = {});
+                      Progress& progress, const capture::MergeOptions& hdr = {});
 
 /// Camera and, where the session has projector planes, projector, of a session that needs nothing
 /// else (capture::board_session). Codes of an unknown response are read as sRGB's, which boards

@@ -147,7 +147,6 @@ json chart_json(const ChartReference& chart) {
   json middles = json::array();
   for (const auto& middle : chart.patches.middles) middles.push_back(points_json(middle));
   return {{"residual_rms", chart.residual_rms},
-          {"found", chart.patches.found},
           {"scale", chart.scale},
           {"centres", points_json(chart.patches.centres)},
           {"middles", middles},
@@ -157,7 +156,6 @@ json chart_json(const ChartReference& chart) {
 ChartReference chart_from(const json& object) {
   ChartReference chart;
   chart.residual_rms = object.at("residual_rms").get<double>();
-  chart.patches.found = object.at("found").get<int>();
   chart.scale = object.at("scale").get<std::vector<double>>();
   for (std::size_t p = 0; p < chart.patches.centres.size(); ++p) {
     chart.patches.centres[p] = point_from(object.at("centres").at(p));

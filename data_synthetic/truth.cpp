@@ -1,6 +1,8 @@
 #include "data_synthetic/truth.h"
 
 #include <nlohmann/json.hpp>
+#include <tuple>
+#include <utility>
 
 #include "core/error.h"
 #include "core/file_name.h"
@@ -22,25 +24,38 @@ GridShape grid_from(const Json& json) {
   return {voxels[0], voxels[1], voxels[2], json.at("voxel_mm").get<double>()};
 }
 
-Json to_json(const calib::Lens& lens) {
-  return {{"width", lens.width},
-          {"height", lens.height},
-          {"fx", lens.fx},
-          {"fy", lens.fy},
-          {"cx", lens.cx},
-          {"cy", lens.cy},
-          {"distortion", lens.distortion}};
+// The plain fields of a model, once for writing and reading.
+constexpr auto lens_fields = std::make_tuple(
+    std::pair{"width", &calib::Lens::width}, std::pair{"height", &calib::Lens::height},
+    std::pair{"fx", &calib::Lens::fx}, std::pair{"fy", &calib::Lens::fy},
+    std::pair{"cx", &calib::Lens::cx}, std::pair{"cy", &calib::Lens::cy},
+    std::pair{"distortion", &calib::Lens::distortion});
+constexpr auto sensor_fields =
+    std::make_tuple(std::pair{"bit_depth", &SensorModel::bit_depth},
+                    std::pair{"electrons_full_scale", &SensorModel::electrons_full_scale},
+                    std::pair{"read_noise_electrons", &SensorModel::read_noise_electrons},
+                    std::pair{"noise_scale", &SensorModel::noise_scale},
+                    std::pair{"black_level", &SensorModel::black_level},
+                    std::pair{"response_strength", &SensorModel::response_strength},
+                    std::pair{"seed", &SensorModel::seed});
+constexpr auto projector_fields =
+    std::make_tuple(std::pair{"black_level", &ProjectorModel::black_level},
+                    std::pair{"gamma", &ProjectorModel::gamma},
+                    std::pair{"defocus_px", &ProjectorModel::defocus_px},
+                    std::pair{"falloff", &ProjectorModel::falloff},
+                    std::pair{"intensity", &ProjectorModel::intensity});
+
+template <class Model, class Fields>
+Json json_of(const Model& model, const Fields& fields) {
+  Json json;
+  std::apply([&](const auto&... field) { ((json[field.first] = model.*field.second), ...); },
+             fields);
+  return json;
 }
-calib::Lens lens_from(const Json& json) {
-  calib::Lens lens;
-  json.at("width").get_to(lens.width);
-  json.at("height").get_to(lens.height);
-  json.at("fx").get_to(lens.fx);
-  json.at("fy").get_to(lens.fy);
-  json.at("cx").get_to(lens.cx);
-  json.at("cy").get_to(lens.cy);
-  json.at("distortion").get_to(lens.distortion);
-  return lens;
+template <class Model, class Fields>
+void read_fields(const Json& json, const Fields& fields, Model& model) {
+  std::apply([&](const auto&... field) { (json.at(field.first).get_to(model.*field.second), ...); },
+             fields);
 }
 
 Json to_json(const Rigid& pose) {
@@ -61,49 +76,16 @@ Rigid rigid_from(const Json& json) {
 }
 
 Json to_json(const SensorModel& sensor) {
-  return {{"bit_depth", sensor.bit_depth},
-          {"encoding", sensor.encoding == capture::Encoding::linear ? "linear" : "response"},
-          {"electrons_full_scale", sensor.electrons_full_scale},
-          {"read_noise_electrons", sensor.read_noise_electrons},
-          {"noise_scale", sensor.noise_scale},
-          {"black_level", sensor.black_level},
-          {"response_strength", sensor.response_strength},
-          {"seed", sensor.seed}};
-}
-SensorModel sensor_from(const Json& json) {
-  SensorModel sensor;
-  json.at("bit_depth").get_to(sensor.bit_depth);
-  sensor.encoding = json.at("encoding").get<std::string>() == "linear"
-                        ? capture::Encoding::linear
-                        : capture::Encoding::response;
-  json.at("electrons_full_scale").get_to(sensor.electrons_full_scale);
-  json.at("read_noise_electrons").get_to(sensor.read_noise_electrons);
-  json.at("noise_scale").get_to(sensor.noise_scale);
-  json.at("black_level").get_to(sensor.black_level);
-  json.at("response_strength").get_to(sensor.response_strength);
-  json.at("seed").get_to(sensor.seed);
-  return sensor;
+  Json json = json_of(sensor, sensor_fields);
+  json["encoding"] = sensor.encoding == capture::Encoding::linear ? "linear" : "response";
+  return json;
 }
 
 Json to_json(const ProjectorModel& projector) {
-  return {{"lens", to_json(projector.lens)},
-          {"projector_from_world", to_json(projector.projector_from_world)},
-          {"black_level", projector.black_level},
-          {"gamma", projector.gamma},
-          {"defocus_px", projector.defocus_px},
-          {"falloff", projector.falloff},
-          {"intensity", projector.intensity}};
-}
-ProjectorModel projector_from(const Json& json) {
-  ProjectorModel projector;
-  projector.lens = lens_from(json.at("lens"));
-  projector.projector_from_world = rigid_from(json.at("projector_from_world"));
-  json.at("black_level").get_to(projector.black_level);
-  json.at("gamma").get_to(projector.gamma);
-  json.at("defocus_px").get_to(projector.defocus_px);
-  json.at("falloff").get_to(projector.falloff);
-  json.at("intensity").get_to(projector.intensity);
-  return projector;
+  Json json = json_of(projector, projector_fields);
+  json["lens"] = json_of(projector.lens, lens_fields);
+  json["projector_from_world"] = to_json(projector.projector_from_world);
+  return json;
 }
 
 }  // namespace
@@ -128,7 +110,7 @@ void write_truth(const std::filesystem::path& folder, const Truth& truth) {
                   {"seen_face", to_string(truth.seen_face)},
                   {"sides", to_string(truth.sides)},
                   {"holdout", truth.holdout},
-                  {"camera", to_json(truth.camera_lens)},
+                  {"camera", json_of(truth.camera_lens, lens_fields)},
                   {"projector", to_json(truth.projector)},
                   {"world_from_sample", to_json(truth.world_from_sample)},
                   {"world_from_camera", stations},
@@ -164,15 +146,21 @@ Truth read_truth(const std::filesystem::path& folder) {
     truth.seen_face = face_from_string(json.at("seen_face"));
     truth.sides = sides_from_string(json.at("sides"));
     json.at("holdout").get_to(truth.holdout);
-    truth.camera_lens = lens_from(json.at("camera"));
-    truth.projector = projector_from(json.at("projector"));
+    read_fields(json.at("camera"), lens_fields, truth.camera_lens);
+    const Json& projector = json.at("projector");
+    read_fields(projector, projector_fields, truth.projector);
+    read_fields(projector.at("lens"), lens_fields, truth.projector.lens);
+    truth.projector.projector_from_world = rigid_from(projector.at("projector_from_world"));
     truth.world_from_sample = rigid_from(json.at("world_from_sample"));
     for (const auto& [name, pose] : json.at("world_from_camera").items()) {
       truth.world_from_camera[name] = rigid_from(pose);
     }
     json.at("calibration_station").get_to(truth.calibration_station);
     json.at("pattern_station").get_to(truth.pattern_station);
-    truth.sensor = sensor_from(json.at("sensor"));
+    const Json& sensor = json.at("sensor");
+    read_fields(sensor, sensor_fields, truth.sensor);
+    truth.sensor.encoding =
+        sensor.at("encoding") == "linear" ? capture::Encoding::linear : capture::Encoding::response;
     json.at("responsivity").get_to(truth.responsivity);
     return truth;
   } catch (const Json::exception& error) {

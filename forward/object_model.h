@@ -61,6 +61,16 @@ struct ObjectBalance {
   double reentering = 0.0;  ///< of what left, the share that meets the object again
 };
 
+/// What model `auto` knows of a model for an object.
+struct ModelCandidate {
+  std::string model;
+  /// Relative error against transport that it is not expected to exceed, 2-norm over the surface;
+  /// none: it cannot answer, or was not measured on such objects.
+  std::optional<double> error;
+  std::optional<double> seconds;  ///< expected; none as above
+  std::string reason;             ///< why it was taken or left, one phrase
+};
+
 struct ObjectResult {
   std::vector<double> exitance;        ///< [light][sample], scattered light
   std::vector<double> standard_error;  ///< of `exitance`; empty: the model draws no random numbers
@@ -72,6 +82,7 @@ struct ObjectResult {
   bool converged = false;  ///< the tolerance is met by the model's own estimate
   std::string message;     ///< one sentence: why it stopped
   std::vector<std::string> warnings;
+  std::vector<ModelCandidate> candidates;  ///< of model `auto`, the one taken first; else empty
 };
 
 class ObjectModel {

@@ -70,7 +70,7 @@ void JsonNode::fail(const std::string& what) const {
 void JsonNode::expect_fields(Names required, Names optional) const {
   if (!value_->is_object()) fail("is " + kind() + "; write an object in braces");
   for (const auto& [name, unused] : value_->items()) {
-    if (document_->comments_ && name == "_comment") continue;
+    if (document_->comments_ == JsonComments::allowed && name == "_comment") continue;
     if (!contains(required, name) && !contains(optional, name)) {
       JsonNode(*value_, child_path(name), *document_)
           .fail("is an unknown field; allowed here are " + list(required, optional));
@@ -84,12 +84,27 @@ void JsonNode::expect_fields(Names required, Names optional) const {
   }
 }
 
+void JsonNode::expect_format(const char* name) const {
+  (*this)["format"].choice({name});
+  const JsonNode version = (*this)["version"];
+  if (version.number() != 1.0) version.fail("is not 1; this program reads version 1");
+}
+
 bool JsonNode::has(std::string_view name) const {
   return value_->contains(name);
 }
 
 JsonNode JsonNode::operator[](const char* name) const {
   return {value_->at(name), child_path(name), *document_};
+}
+
+std::vector<std::pair<std::string, JsonNode>> JsonNode::members() const {
+  if (!value_->is_object()) fail("is " + kind() + "; write an object in braces");
+  std::vector<std::pair<std::string, JsonNode>> nodes;
+  for (const auto& [name, value] : value_->items()) {
+    nodes.emplace_back(name, JsonNode(value, child_path(name), *document_));
+  }
+  return nodes;
 }
 
 std::vector<JsonNode> JsonNode::items(std::size_t at_least) const {
@@ -168,6 +183,29 @@ std::string JsonNode::choice(const std::vector<std::string>& choices) const {
   return value;
 }
 
+std::array<int, 3> JsonNode::grid() const {
+  std::array<int, 3> extents{};
+  const std::vector<JsonNode> nodes = exactly(3);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    nodes[axis].number_between(1, 65536);
+    extents[axis] = nodes[axis].integer();
+  }
+  return extents;
+}
+
+std::vector<std::string> JsonNode::names() const {
+  std::vector<std::string> result;
+  for (const JsonNode& node : items(1)) {
+    const std::string name = node.text();
+    require_plain_name(name, document_->file_ + ": " + node.path_);
+    if (std::find(result.begin(), result.end(), name) != result.end()) {
+      fail("names '" + name + "' twice; keep one");
+    }
+    result.push_back(name);
+  }
+  return result;
+}
+
 std::string JsonNode::child_path(std::string_view name) const {
   return path_.empty() ? std::string(name) : path_ + "." + std::string(name);
 }
@@ -179,7 +217,8 @@ std::string JsonNode::kind() const {
   return quoted(*value_);
 }
 
-JsonDocument::JsonDocument(const std::filesystem::path& file, std::string hint, bool comments)
+JsonDocument::JsonDocument(const std::filesystem::path& file, std::string hint,
+                           JsonComments comments)
     : file_(file.string()),
       hint_(std::move(hint)),
       comments_(comments),

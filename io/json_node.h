@@ -2,17 +2,24 @@
 // message names both; unknown, missing, doubled and mistyped fields are refused.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <initializer_list>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
+
+#include "core/error.h"
 
 namespace kappamu::io {
 
 class JsonDocument;
+
+/// Whether every object may have a field "_comment" beside those expected of it.
+enum class JsonComments { refused, allowed };
 
 /// Valid as long as its document. Every accessor throws InputError where the value is of another
 /// kind.
@@ -26,6 +33,11 @@ class JsonNode {
   bool has(std::string_view name) const;
   JsonNode operator[](const char* name) const;
 
+  /// Refuses anything but the format `name` in version 1, by the fields "format" and "version".
+  void expect_format(const char* name) const;
+
+  /// Of an object: its fields by name.
+  std::vector<std::pair<std::string, JsonNode>> members() const;
   std::vector<JsonNode> items(std::size_t at_least) const;
   std::vector<JsonNode> exactly(std::size_t count) const;
   bool is_number() const;
@@ -38,6 +50,20 @@ class JsonNode {
   /// A text out of a fixed list.
   std::string choice(std::initializer_list<std::string_view> choices) const;
   std::string choice(const std::vector<std::string>& choices) const;
+  /// A text through one of core's readers of names.
+  template <class T>
+  T named(T (*from_string)(const std::string&)) const {
+    const std::string value = text();
+    try {
+      return from_string(value);
+    } catch (const InputError& error) {
+      fail(std::string("is wrong: ") + error.what());
+    }
+  }
+  /// [nx, ny, nz], each from 1 to 65536.
+  std::array<int, 3> grid() const;
+  /// One or more different names (core/file_name.h).
+  std::vector<std::string> names() const;
 
  private:
   friend class JsonDocument;
@@ -54,8 +80,8 @@ class JsonNode {
 class JsonDocument {
  public:
   /// Throws InputError unless `file` holds JSON. `hint` names the page that describes the format.
-  /// Where `comments` is set, every object may have a field "_comment" beside those expected of it.
-  JsonDocument(const std::filesystem::path& file, std::string hint, bool comments = false);
+  JsonDocument(const std::filesystem::path& file, std::string hint,
+               JsonComments comments = JsonComments::refused);
   ~JsonDocument();
   JsonDocument(const JsonDocument&) = delete;
   JsonDocument& operator=(const JsonDocument&) = delete;
@@ -65,7 +91,7 @@ class JsonDocument {
  private:
   friend class JsonNode;
   std::string file_, hint_;
-  bool comments_;
+  JsonComments comments_;
   std::unique_ptr<nlohmann::json> json_;
 };
 

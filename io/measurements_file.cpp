@@ -1,13 +1,12 @@
 #include "io/measurements_file.h"
 
 #include <nlohmann/json.hpp>
-#include <string_view>
 #include <vector>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/json_node.h"
 #include "io/npy.h"
-#include "io/strict_json.h"
 
 namespace kappamu::io {
 
@@ -15,25 +14,26 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view format_name = "kappamu-measurements";
-const std::vector<std::string_view> field_names{"format", "version",  "voxel_mm",  "grid",
-                                                "eta",    "lit_face", "seen_face", "quantity",
-                                                "light",  "sides",    "channels"};
+constexpr const char* format_name = "kappamu-measurements";
 
 }  // namespace
 
 SurfaceMeasurements read_measurements(const fs::path& folder) {
-  const StrictJson header(folder / "measurements.json", format_name, field_names);
+  const JsonDocument document(folder / "measurements.json", "docs/formats.md");
+  const JsonNode header = document.root();
+  header.expect_fields({"format", "version", "voxel_mm", "grid", "eta", "lit_face", "seen_face",
+                        "quantity", "light", "sides", "channels"});
+  header.expect_format(format_name);
   SurfaceMeasurements m;
-  const auto [nx, ny, nz] = header.grid("grid");
-  m.grid = {nx, ny, nz, header.number("voxel_mm")};
-  m.eta = header.number("eta");
-  m.lit_face = header.named("lit_face", face_from_string);
-  m.seen_face = header.named("seen_face", face_from_string);
-  m.quantity = header.named("quantity", quantity_from_string);
-  m.light = header.named("light", light_from_string);
-  m.sides = header.named("sides", sides_from_string);
-  m.channels = header.names("channels");
+  const auto [nx, ny, nz] = header["grid"].grid();
+  m.grid = {nx, ny, nz, header["voxel_mm"].number()};
+  m.eta = header["eta"].number();
+  m.lit_face = header["lit_face"].named(face_from_string);
+  m.seen_face = header["seen_face"].named(face_from_string);
+  m.quantity = header["quantity"].named(quantity_from_string);
+  m.light = header["light"].named(light_from_string);
+  m.sides = header["sides"].named(sides_from_string);
+  m.channels = header["channels"].names();
 
   const auto lit_v = static_cast<std::size_t>(m.lit_shape().nv);
   const auto lit_u = static_cast<std::size_t>(m.lit_shape().nu);

@@ -153,7 +153,7 @@ OutputFolder::OutputFolder(const fs::path& folder, const std::string& command,
              [this] { write_record(folder_, claims_); }) {
   remove_stale_record(folder_ / files_record_name, format_name);
   files_.recover();
-  files_.require_room(outputs, true);
+  files_.require_room(outputs, Changed::refused);
   files_.begin(key, continues);
 }
 

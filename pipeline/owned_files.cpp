@@ -126,7 +126,7 @@ void StagedFiles::require_own(const fs::path& file) const {
   }
 }
 
-void StagedFiles::require_room(const std::vector<std::string>& outputs, bool unchanged) const {
+void StagedFiles::require_room(const std::vector<std::string>& outputs, Changed changed) const {
   const bool begun = claim_.status == StageStatus::started || claim_.status == StageStatus::moving;
   if (is_there(partial()) && !(begun && is_folder(partial()))) fail_in_the_way(partial());
   for (const std::string& name : outputs) {
@@ -139,7 +139,7 @@ void StagedFiles::require_room(const std::vector<std::string>& outputs, bool unc
       if (!is_folder(entry.path())) require_own(entry.path());
     }
   }
-  if (!unchanged) return;
+  if (changed == Changed::replaced) return;
   for (const OwnedFile& file : claim_.files) {
     const fs::path path = root_ / file.path;
     if (is_file(path) && state_of(root_, file) == FileState::changed) {

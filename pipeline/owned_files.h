@@ -58,6 +58,9 @@ Claim claim_from_json(const nlohmann::json& object);
 /// What becomes of files of the list that a stage does not write again.
 enum class Former { removed, kept };
 
+/// What becomes of our own files that somebody changed after they were written.
+enum class Changed { replaced, refused };
+
 /// The files of one stage while it works.
 class StagedFiles {
  public:
@@ -68,8 +71,8 @@ class StagedFiles {
   /// Finishes a move that was cut short.
   void recover();
   /// Throws InputError naming the first file in the way: one at or below `outputs` (names in the
-  /// folder) that is not on the list, or, with `unchanged`, is not as it was written.
-  void require_room(const std::vector<std::string>& outputs, bool unchanged) const;
+  /// folder) that is not on the list, or is changed where that is refused.
+  void require_room(const std::vector<std::string>& outputs, Changed changed) const;
   /// Makes partial(), empty, or as an interrupted attempt of the same key left it if `continues`.
   void begin(const std::string& key, bool continues);
   std::filesystem::path partial() const { return root_ / (name_ + ".partial"); }

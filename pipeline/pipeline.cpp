@@ -70,8 +70,8 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder, bool follow_links) 
                    "(docs/formats.md)");
 }
 
-Pipeline::Pipeline(const fs::path& input, const fs::path& run, bool force, bool follow_links)
-    : Pipeline(open_input(input, follow_links), run, force) {}
+Pipeline::Pipeline(const fs::path& input, const fs::path& run, const Permissions& permissions)
+    : Pipeline(open_input(input, permissions.follow_links), run, permissions.replace_other_run) {}
 
 Pipeline::Pipeline(Input input, const fs::path& run, bool force)
     : session_(std::move(input.session)),
@@ -87,7 +87,7 @@ const capture::Session& Pipeline::require_session() const {
                    "measurements go to `kappamu run` or `kappamu fit`");
 }
 
-void Pipeline::set_hdr_options(const capture::HdrOptions& options) {
+void Pipeline::set_hdr_options(const capture::MergeOptions& options) {
   hdr_ = options;
   std::map<std::string, std::string> recorded = folder_.record().options;
   for (const auto& [name, value] : options_by_name(options)) recorded[name] = value;

@@ -15,16 +15,21 @@
 
 namespace kappamu::pipeline {
 
+/// What a run is let do.
+struct Permissions {
+  bool replace_other_run = false;  ///< `run` may hold results of another input
+  bool follow_links = false;       ///< a session's files may lie behind links out of it
+};
+
 class Pipeline {
  public:
   /// `input` is a folder with session.json or with measurements.json. Throws InputError when it is
-  /// neither or damaged, when a file of the session lies behind a link out of it and not
-  /// `follow_links`, or when `run` holds results of another input and not `force`.
-  Pipeline(const std::filesystem::path& input, const std::filesystem::path& run, bool force,
-           bool follow_links);
+  /// neither or damaged, or needs a permission it does not have.
+  Pipeline(const std::filesystem::path& input, const std::filesystem::path& run,
+           const Permissions& permissions = {});
 
   /// How frames become radiance; before the first stage. Recorded in run.json.
-  void set_hdr_options(const capture::HdrOptions& options);
+  void set_hdr_options(const capture::MergeOptions& options);
 
   RunFolder& folder() { return folder_; }
   const std::optional<capture::Session>& session() const { return session_; }
@@ -59,7 +64,7 @@ class Pipeline {
                                       const std::string& options, std::vector<std::string> outputs);
 
   std::optional<capture::Session> session_;
-  capture::HdrOptions hdr_;
+  capture::MergeOptions hdr_;
   std::string fingerprint_;  ///< of the input with all its files, and of this program
   RunFolder folder_;
   RunFolder::Stage fit_stage_;  ///< set by fit(), for the stages after it

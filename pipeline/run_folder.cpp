@@ -89,7 +89,7 @@ void RunFolder::recover() {
 
 void RunFolder::require_room(const Stage& stage) {
   const bool known = record_.stages.contains(stage.name);
-  files_of(stage.name).require_room(stage.outputs, false);
+  files_of(stage.name).require_room(stage.outputs, Changed::replaced);
   if (!known) record_.stages.erase(stage.name);
 }
 

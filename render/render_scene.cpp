@@ -83,6 +83,7 @@ class ObjectSolve {
     }
     const std::vector<forward::ObjectResult> results =
         model_.solve_channels(problems, options_, progress);
+    report.candidates = results.front().candidates;
     for (std::size_t k = 0; k < batches.size(); ++k) {
       take(batches[k], results[k], exitance, report, warnings);
     }

@@ -34,6 +34,7 @@ struct ObjectReport {
   std::size_t first_sample = 0;  ///< of the object in `exitance` and `surface`
   std::size_t samples = 0;       ///< one per triangle
   std::array<ChannelReport, 3> channels;
+  std::vector<forward::ModelCandidate> candidates;  ///< of model `auto`, the one taken first
 };
 
 struct RenderResult {

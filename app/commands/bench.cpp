@@ -65,9 +65,7 @@ void add_subject(CLI::App& bench_command, const bench::Subject& subject, Globals
       bench_command.add_subcommand(subject.name, subject.sentence + ".\n\n" + subject.manual);
   auto options = std::make_shared<Options>();
   bench::Request& request = options->request;
-  command->add_option("-o,--out", options->out, "Folder for the records; made if missing")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, options->out, "Folder for the records; made if missing");
   auto* small = command->add_flag_callback(
       "--small", [&request] { request.size = bench::Size::small; }, "Smaller problems: minutes");
   command

@@ -79,7 +79,9 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
                    const Globals& globals) {
   if (!photographs.board.corners.empty()) return calibrate_lenses(options, photographs, globals);
   const auto progress = make_progress();
-  pipeline::Pipeline stages(options.session, options.run, options.force, options.follow_links);
+  pipeline::Pipeline stages(
+      options.session, options.run,
+      {.replace_other_run = options.force, .follow_links = options.follow_links});
   stages.set_hdr_options(options.hdr);
   const bool worked = stages.calibrate(*progress);
   const auto data = report::read_calibration(stages.folder().path());

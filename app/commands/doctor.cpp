@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -13,6 +14,7 @@
 #include "device/device_info.h"
 #include "forward/grid/solver_self_test.h"
 #include "pipeline/records/versions.h"
+#include "render/machine_costs.h"
 
 namespace kappamu::app {
 
@@ -128,6 +130,30 @@ void print(const Examination& found, const HostMemory& memory) {
   }
 }
 
+/// Costs of the models of objects, for `model: auto`.
+void measure_costs(const Globals& globals, Json& json) {
+  const auto progress = make_progress();
+  const render::MeasuredCosts measured = render::measure_machine_costs(globals.device, *progress);
+  const auto file = render::machine_costs_file();
+  Json models = Json::array();
+  for (const auto& [model, time] : measured.times) {
+    const auto cost = measured.costs.find(model);
+    models.push_back({{"model", model},
+                      {"wall_seconds", time.wall},
+                      {"processor_seconds", time.processor},
+                      {"cost", cost == measured.costs.end() ? Json() : Json(cost->second)}});
+  }
+  json["model_costs"] = {{"models", models}, {"file", file ? Json(file->string()) : Json()}};
+  if (globals.json) return;
+  std::printf("\nModels of objects: seconds of a probe, and over processor seconds of the table\n");
+  for (const Json& row : models) {
+    std::printf("  %-18s  %8.3f s  %s\n", row["model"].get<std::string>().c_str(),
+                row["wall_seconds"].get<double>(), row["cost"].dump().c_str());
+  }
+  std::printf("  %s\n", file ? ("kept in " + file->string()).c_str()
+                             : "not kept: neither XDG_CACHE_HOME nor HOME is set");
+}
+
 }  // namespace
 
 void add_doctor(CLI::App& app, Globals& globals) {
@@ -140,17 +166,22 @@ void add_doctor(CLI::App& app, Globals& globals) {
       "The self-test runs kernels whose answers are known (reductions, prefix sums, a small grid\n"
       "solve held against the serial reference in double precision). A device that fails is never\n"
       "used: every command then says so and solves with the reference.\n"
-      "The marked (*) device is the one chosen. --json prints the same as one object.");
+      "The marked (*) device is the one chosen. --json prints the same as one object.\n\n"
+      "--measure solves a marble cube by every model of objects, the best of three times, and\n"
+      "keeps what they cost here beside the shipped costs in $XDG_CACHE_HOME/kappamu or\n"
+      "~/.cache/kappamu, by device: \"model\": {\"name\": \"auto\"} of scenes chooses by them.\n"
+      "A minute; leave the machine alone meanwhile.");
+  auto measure = std::make_shared<bool>(false);
+  command->add_flag("--measure", *measure, "Measure what models of objects cost on this machine");
   command->footer(
       "Exit codes: 0 all well, 1 no usable device: none matches, or the self-test failed.");
-  command->callback([&globals] {
+  command->callback([&globals, measure] {
     const Examination found = examine(globals.device);
     const HostMemory memory = host_memory();
-    if (globals.json) {
-      std::printf("%s\n", to_json(found, memory).dump().c_str());
-    } else {
-      print(found, memory);
-    }
+    Json json = to_json(found, memory);
+    if (!globals.json) print(found, memory);
+    if (*measure) measure_costs(globals, json);
+    if (globals.json) std::printf("%s\n", json.dump().c_str());
     const bool well = globals.device == "reference" || (found.choice && found.verdict.trusted);
     globals.exit_code = well ? 0 : 1;
   });

@@ -56,9 +56,7 @@ void add_edit(CLI::App& app, Globals& globals) {
   auto options = std::make_shared<EditOptions>();
   command->add_option("volume", options->volume, "What to edit")->required()->type_name("VOLUME");
   command->add_option("--recipe", options->recipe, "The edits")->required()->type_name("FILE");
-  command->add_option("-o,--out", options->out, "Folder for the files; made if missing")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, options->out, "Folder for the files; made if missing");
   command
       ->add_option("--max-voxels", options->most_voxels,
                    "Refuse a VOLUME with more numbers than this in all its volumes together")

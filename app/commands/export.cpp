@@ -59,9 +59,7 @@ void add_export(CLI::App& app, Globals& globals) {
       "A volume with a NaN or with kappa <= 0 is refused (exit code 1).");
   auto options = std::make_shared<ExportOptions>();
   command->add_option("volume", options->volume, "What to export")->required()->type_name("VOLUME");
-  command->add_option("-o,--out", options->out, "Folder for the files; made if missing")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, options->out, "Folder for the files; made if missing");
   std::vector<std::string> names = pipeline::export_formats();
   names.emplace_back("all");
   command

@@ -183,9 +183,7 @@ void add_forward(CLI::App& app, Globals& globals) {
   command->add_option("--irradiance", files.irradiance, "Light on the lit face, .npy")
       ->required()
       ->type_name("FILE");
-  command->add_option("-o,--out", options->out, "Folder for the maps; made if missing")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, options->out, "Folder for the maps; made if missing");
   command
       ->add_option("--light-mask", files.light_mask,
                    "Mask of the lit face, .npy [v][u] or [M][v][u]")

@@ -78,11 +78,9 @@ void add_import(CLI::App& app, Globals& globals) {
   command->add_option("--plan", arguments->plan, "Folder with the session.json to fill")
       ->required()
       ->type_name("PLAN");
-  command
-      ->add_option("-o,--out", arguments->out,
-                   "Session folder; photographs are copied into it unless they lie there already")
-      ->required()
-      ->type_name("SESSION");
+  add_out(*command, arguments->out,
+          "Session folder; photographs are copied into it unless they lie there already",
+          "SESSION");
   command->add_option("--table", arguments->table, "CSV: file, shot, exposure_s")->type_name("CSV");
   add_follow_links(*command, arguments->follow_links);
   command->footer("Example: kappamu import photographs --plan plan -o session");

@@ -52,7 +52,9 @@ void run_merge(const SessionCommand& options, const BracketCommand& bracket,
                const Globals& globals) {
   if (!is_session(options.session)) return merge_bracket(options, bracket, globals);
   const auto progress = make_progress();
-  pipeline::Pipeline stages(options.session, options.run, options.force, options.follow_links);
+  pipeline::Pipeline stages(
+      options.session, options.run,
+      {.replace_other_run = options.force, .follow_links = options.follow_links});
   stages.set_hdr_options(options.hdr);
   const bool worked = stages.merge(*progress);
   const std::filesystem::path& run = stages.folder().path();

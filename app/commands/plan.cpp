@@ -122,7 +122,7 @@ void add_plan(CLI::App& app, Globals& globals) {
   command->add_option("--camera-height", request.camera.height, "[px]")->required();
   command->add_option("--projector-width", request.projector.width, "[px]")->required();
   command->add_option("--projector-height", request.projector.height, "[px]")->required();
-  command->add_option("-o,--out", a.out, "Folder of the plan")->required()->type_name("PLAN");
+  add_out(*command, a.out, "Folder of the plan", "PLAN");
   option("--name", request.sample.name, "Of the sample");
   option("--voxel", a.voxel_mm, "Edge of a voxel [mm]")->check(CLI::PositiveNumber);
   option("--eta", request.sample.eta, "Refractive index of the sample");

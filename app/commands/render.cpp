@@ -6,9 +6,11 @@
 
 #include "app/command.h"
 #include "core/error.h"
+#include "forward/choice/auto_model.h"
 #include "forward/object_models.h"
 #include "io/atomic_file.h"
 #include "pipeline/output_folder.h"
+#include "render/machine_costs.h"
 #include "render/render_scene.h"
 #include "render/scene/new_scene.h"
 
@@ -41,8 +43,11 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
       out, "render", render::files_of(scene),
       {"picture.exr", "picture.png", "exitance.npy", "surface.npy", "summary.json"});
   const render::RenderOptions options{globals.device, globals.seed};
-  const render::RenderResult result = render::render_scene(
-      scene, *forward::make_object_model(scene.model.name), options, *progress);
+  const std::unique_ptr<forward::ObjectModel> model =
+      scene.model.name == forward::auto_model_name
+          ? forward::make_auto_model(render::read_machine_costs(globals.device))
+          : forward::make_object_model(scene.model.name);
+  const render::RenderResult result = render::render_scene(scene, *model, options, *progress);
   const std::string summary = render::write_render(result, scene, options, folder.partial());
   folder.commit();
   for (const std::string& warning : result.warnings) progress->warn(warning);
@@ -58,6 +63,9 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
     const render::ChannelReport& green = object.channels[1];
     std::printf("%-20s %zu triangles, %zu elements, estimated error %.2g %%\n", object.name.c_str(),
                 object.samples, green.elements, 100.0 * green.error_estimate);
+    for (const forward::ModelCandidate& candidate : object.candidates) {
+      std::printf("  %-18s %s\n", candidate.model.c_str(), candidate.reason.c_str());
+    }
   }
   std::printf("seconds              scene %.1f, light %.1f, model %.1f, picture %.1f\n",
               result.scene_seconds, result.light_seconds, result.model_seconds,
@@ -92,9 +100,7 @@ void add_render(CLI::App& app, Globals& globals) {
                                 "or of a published material such as marble")
                    ->type_name("RUN|NAME");
   scene->excludes(made);
-  command->add_option("-o,--out", arguments->out, "Folder for the files; with --new-scene the file")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, arguments->out, "Folder for the files; with --new-scene the file");
   command->footer(
       "Exit code 3: the model did not reach its tolerance; outputs are kept and marked.\n"
       "Example: kappamu render --new-scene demo/run -o scene.json && kappamu render scene.json -o "

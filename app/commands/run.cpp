@@ -21,7 +21,7 @@ struct RunOptions {
   std::string run;
   bool force = false;
   bool follow_links = false;
-  capture::HdrOptions hdr;
+  capture::MergeOptions hdr;
   pipeline::FitStageOptions fit = pipeline::usual_options();
 };
 
@@ -70,7 +70,9 @@ void run_run(const CLI::App& app, RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
   take_globals(app, globals, options.fit);
   const pipeline::FitStageOptions fit = pipeline::resolve(options.fit);
-  pipeline::Pipeline stages(options.input, options.run, options.force, options.follow_links);
+  pipeline::Pipeline stages(
+      options.input, options.run,
+      {.replace_other_run = options.force, .follow_links = options.follow_links});
   stages.require_room();
   stages.folder().set_options(pipeline::options_by_name(fit));
   if (stages.session()) stages.set_hdr_options(options.hdr);
@@ -117,9 +119,7 @@ void add_run(CLI::App& app, Globals& globals) {
   command->add_option("input", options->input, "Session folder, or folder of measurements")
       ->required()
       ->type_name("INPUT");
-  command->add_option("-o,--out", options->run, "Run folder; made if missing")
-      ->required()
-      ->type_name("RUN");
+  add_out(*command, options->run, "Run folder; made if missing", "RUN");
   command->add_flag("--force", options->force, "Do every stage again, replacing what RUN holds");
   add_follow_links(*command, options->follow_links);
   add_hdr_options(*command, options->hdr);

@@ -132,9 +132,7 @@ void add_simulate(CLI::App& app, Globals& globals) {
                    "(128 x 128 x 41, back-lit), tiny (12 x 10 x 6, back-lit)")
       ->type_name("NAME")
       ->capture_default_str();
-  command->add_option("-o,--out", a.out, "Folder to write session/ and truth/ into")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, a.out, "Folder to write session/ and truth/ into");
   add_fit_light(*command, a.options.light);
   command->add_flag("!--no-validation", a.options.validation,
                     "Leave out the patterns kept from the fit (4 small patches, cross, checker)");

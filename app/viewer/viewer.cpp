@@ -18,6 +18,7 @@
 #include "app/viewer/view_state.h"
 #include "app/viewer/window.h"
 #include "core/error.h"
+#include "core/median.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::app {
@@ -32,9 +33,7 @@ double milliseconds_since(Clock::time_point start) {
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  return upper_median(std::move(values));
 }
 
 /// How long the window waits for a person before it looks for an answer [s].

@@ -106,8 +106,7 @@ RigTrial RigTrial::with_exposures(int count) const {
     pattern.frames = frames;
   }
   Progress silent;
-  fewer.calibration_.radiometry =
-      capture::find_radiometry(fewer.session_, silent, capture::HdrOptions{}.response);
+  fewer.calibration_.radiometry = capture::find_radiometry(fewer.session_, silent);
   calib::calibrate_sample(fewer.session_, fewer.calibration_, silent);
   fewer.merge();
   return fewer;

@@ -11,6 +11,7 @@
 
 #include "bench/record.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::bench {
 
@@ -104,9 +105,7 @@ PeerRun run_peer(const Problem& problem, const std::string& peer, int patterns,
                         " " + quoted(folder.string()) + " " + peer + " " +
                         std::to_string(repetitions);
   for (const double tolerance : tolerances) {
-    char text[32];
-    std::snprintf(text, sizeof text, " %g", tolerance);
-    command += text;
+    command += shown_number(tolerance, " %g");
   }
   const fs::path errors = folder / "stderr.txt";
   const Ended ended = run(command + " 2>" + quoted(errors.string()));

@@ -163,12 +163,8 @@ std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Prog
         std::to_string(exposures) + " exposures");
     const Bracket bracket = shoot(sensor, scene, exposures);
     if (options.frames) write_frames(bracket, *options.frames);
-    const auto ours = [&](capture::MergeWeight weight) {
-      return [&, weight] {
-        capture::MergeOptions merge;
-        merge.weight = weight;
-        return capture::merge_frames(bracket.frames, radiometry, "bench", merge).radiance.values();
-      };
+    const auto ours = [&] {
+      return capture::merge_frames(bracket.frames, radiometry, "bench").radiance.values();
     };
     const auto opencv = [&](const cv::Ptr<cv::MergeExposures>& merge) {
       return [&, merge] {
@@ -178,9 +174,7 @@ std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Prog
       };
     };
     const std::vector<std::pair<std::string, std::function<std::vector<float>()>>> methods{
-        {"ours, inverse variance", ours(capture::MergeWeight::inverse_variance)},
-        {"ours, Debevec hat", ours(capture::MergeWeight::debevec_hat)},
-        {"ours, Robertson bell", ours(capture::MergeWeight::robertson)},
+        {"ours", ours},
         {"OpenCV MergeDebevec", opencv(cv::createMergeDebevec())},
         {"OpenCV MergeRobertson", opencv(cv::createMergeRobertson())}};
     for (const auto& [name, merge] : methods) {

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "bench/cases/inverse_case.h"
 #include "bench/inverse/inverse_fit.h"
+#include "core/shown_text.h"
 #include "inverse/problem/held_out.h"
 
 namespace kappamu::bench {
@@ -100,12 +100,6 @@ void measure_ablations(const std::vector<Ablation>& ablations, const Request& re
   }
 }
 
-std::string with_number(const char* format, double value) {
-  char name[32];
-  std::snprintf(name, sizeof name, format, value);
-  return name;
-}
-
 }  // namespace
 
 void measure_held_out(const Request& request, Progress& progress, const Save& save) {
@@ -128,13 +122,13 @@ void measure_regularisers(const Request& request, Progress& progress, const Save
     FitOptions options;
     options.regulariser.kind = inverse::RegulariserKind::huber_tv;
     options.regulariser.edge_slope = slope;
-    ablations.push_back({with_number("huber-tv, t = %g", slope), options, {}, {}});
+    ablations.push_back({shown_number(slope, "huber-tv, t = %g"), options, {}, {}});
   }
   for (const double lambda : {1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
     FitOptions options;
     options.regulariser.kind = inverse::RegulariserKind::wang2008;
     options.path.weight = lambda;
-    ablations.push_back({with_number("wang2008, %g", lambda), options, {}, {}});
+    ablations.push_back({shown_number(lambda, "wang2008, %g"), options, {}, {}});
   }
   measure_ablations(ablations, request, progress, save);
 }

@@ -66,7 +66,6 @@ std::vector<Variant> inverse_variants() {
   using inverse::Method;
   add("smooth", "L-BFGS, smooth", Coordinates::smooth, Method::lbfgs);
   add("voxels", "L-BFGS, voxels", Coordinates::voxels, Method::lbfgs);
-  add("gauss-newton", "Gauss-Newton-CG, informed", Coordinates::informed, Method::gauss_newton);
   add("wang2008", "[W]'s optimiser, our path", Coordinates::voxels, Method::wang2008);
   Variant& scheme = add("wang2008-scheme", "[W]'s scheme: one grid, one weight",
                         Coordinates::voxels, Method::wang2008);

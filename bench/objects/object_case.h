@@ -12,16 +12,29 @@
 
 namespace kappamu::bench {
 
+/// Of irradiance 1: parallel from a direction, or even and diffuse from everywhere.
+enum class CaseLight { aslant, side, below, sky };
+
 struct ObjectCase {
-  std::string name;      ///< "<shape>-<material>-<size>", "-sky" behind it where that is the light
-  std::string shape;     ///< a named shape, or a mesh file's stem
+  std::string name;      ///< "<shape>-<material>-<size>", "-<light>" behind it unless aslant
+  std::string shape;     ///< a named shape, one made of it, or a mesh file's stem
   std::string material;  ///< a published one, its red channel; "block": a measured volume
   double size = 0.0;     ///< longest edge of the box over the mean free path
-  bool sky = false;      ///< even diffuse light of irradiance 1; else parallel light, aslant
+  CaseLight light = CaseLight::aslant;
+  std::filesystem::path file = {};  ///< of the mesh, where it is the user's
 };
 
-/// All of them, or those whose names begin with one of `wanted`; throws InputError where none does.
-std::vector<ObjectCase> object_cases(const std::vector<std::string>& wanted);
+/// What the choice of a model is tuned on, and what it is judged on: other shapes, or other
+/// materials, sizes and lights.
+enum class Population { tuning, validation };
+
+/// All of a population, or of both those whose names begin with one of `wanted`; throws InputError
+/// where none does.
+std::vector<ObjectCase> object_cases(Population population, const std::vector<std::string>& wanted);
+
+/// Each file's object in marble of 8, 24 and 72 mean free paths and in skin2 of 24, named by its
+/// stem.
+std::vector<ObjectCase> cases_of_files(const std::vector<std::string>& files);
 
 /// A case made ready for a model.
 struct ObjectBench {

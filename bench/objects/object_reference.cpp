@@ -2,13 +2,13 @@
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "bench/record.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "forward/object_models.h"
 #include "io/atomic_file.h"
 
@@ -24,9 +24,7 @@ constexpr double rounding = 1e-6;
 Json numbers(const std::vector<double>& values) {
   Json list = Json::array();
   for (const double value : values) {
-    std::array<char, 32> text{};
-    std::snprintf(text.data(), text.size(), "%.4g", value);
-    list.push_back(std::stod(text.data()));
+    list.push_back(std::stod(shown_number(value, "%.4g")));
   }
   return list;
 }

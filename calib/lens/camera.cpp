@@ -8,6 +8,7 @@
 #include "calib/lens/lens_model.h"
 #include "calib/lens/opencv_convert.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::calib {
 namespace {
@@ -28,10 +29,8 @@ std::vector<std::vector<double>> distances(const CameraSetting& setting, const C
 CornerMask within_six_deviations(const std::vector<std::vector<double>>& distances) {
   std::vector<double> all;
   for (const auto& view : distances) all.insert(all.end(), view.begin(), view.end());
-  const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-  std::nth_element(all.begin(), middle, all.end());
   constexpr double smallest_px = 0.05;  // no corner is wrong by less
-  const double bound = std::max(6.0 * *middle / 1.1774, smallest_px);
+  const double bound = std::max(6.0 * upper_median(std::move(all)) / 1.1774, smallest_px);
   CornerMask mask;
   for (const auto& view : distances) {
     mask.emplace_back();
@@ -43,14 +42,14 @@ CornerMask within_six_deviations(const std::vector<std::vector<double>>& distanc
 /// Sets the mask and returns the fit that found it. Where plain least squares shows corners too far
 /// off, Cauchy's loss finds where the others want the lens, and the mask is drawn about that.
 CameraFit leave_out_outliers(CameraSetting& setting, const CameraFit& start, LensModel model) {
-  CameraProblem plain(setting, start, model, false);
+  CameraProblem plain(setting, start, model, Bend::none);
   plain.solve();
   CameraFit fit = plain.fit();
   const CornerMask all = setting.mask;
   CornerMask mask = within_six_deviations(distances(setting, fit));
   if (mask == all) return fit;
   constexpr double cauchy_px = 0.5;  // a few times the scatter of a clean corner
-  CameraProblem robust(setting, fit, model, false, cauchy_px);
+  CameraProblem robust(setting, fit, model, Bend::none, cauchy_px);
   robust.solve();
   setting.mask = within_six_deviations(distances(setting, robust.fit()));
   constexpr int passes = 3;
@@ -60,7 +59,7 @@ CameraFit leave_out_outliers(CameraSetting& setting, const CameraFit& start, Len
       // A view left with nothing has no pose; it keeps all and shows in its residual.
       if (std::count(view.begin(), view.end(), 1) < 6) std::fill(view.begin(), view.end(), 1);
     }
-    CameraProblem problem(setting, fit, model, false);
+    CameraProblem problem(setting, fit, model, Bend::none);
     problem.solve();
     fit = problem.fit();
     mask = within_six_deviations(distances(setting, fit));
@@ -122,7 +121,8 @@ CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double s
     start = std::move(choice.fit);
     result.scores = std::move(choice.scores);
   }
-  CameraProblem problem(setting, start, model.value_or(start.model), start.bent);
+  CameraProblem problem(setting, start, model.value_or(start.model),
+                        start.bent ? Bend::free : Bend::none);
   problem.solve();
   const CameraFit& fit = problem.fit();
   result.joint_covariance = problem.covariance();

@@ -47,13 +47,13 @@ struct Ladder {
   std::size_t best = 0;
 };
 
-Ladder climb(const CameraSetting& setting, CameraFit start, bool bent, LensModel last_model) {
+Ladder climb(const CameraSetting& setting, CameraFit start, Bend bend, LensModel last_model) {
   Ladder ladder;
   std::fill(start.numbers.begin() + 4, start.numbers.end(), 0.0);
   for (const LensModel model :
        {LensModel::pinhole, LensModel::radial1, LensModel::radial2, LensModel::radial2_tangential,
         LensModel::full, LensModel::rational}) {
-    CameraProblem problem(setting, start, model, bent);
+    CameraProblem problem(setting, start, model, bend);
     problem.solve(tolerance, iterations);
     ladder.candidates.push_back({problem.fit(), problem.leave_one_out()});
     start = problem.fit();
@@ -71,8 +71,8 @@ Ladder climb(const CameraSetting& setting, CameraFit start, bool bent, LensModel
 }  // namespace
 
 CameraChoice choose_camera(const CameraSetting& setting, const CameraFit& start) {
-  const Ladder flat = climb(setting, start, false, LensModel::rational);
-  const Ladder bent = climb(setting, start, true, flat.candidates[flat.best].fit.model);
+  const Ladder flat = climb(setting, start, Bend::none, LensModel::rational);
+  const Ladder bent = climb(setting, start, Bend::free, flat.candidates[flat.best].fit.model);
   const Candidate& best_flat = flat.candidates[flat.best];
   const Candidate& best_bent = bent.candidates[bent.best];
   const bool bend = deviations_won(best_flat, best_bent) > needed_of_bend;

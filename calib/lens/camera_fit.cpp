@@ -182,13 +182,13 @@ Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& f
 }
 
 CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& start, LensModel model,
-                             bool bent, double cauchy_px)
+                             Bend bend, double cauchy_px)
     : setting_(setting),
       fit_(start),
       problem_(std::make_unique<ceres::Problem>()),
       blocks_(setting.views.size()) {
   fit_.model = model;
-  fit_.bent = bent;
+  fit_.bent = bend == Bend::free;
   for (std::size_t v = 0; v < setting.views.size(); ++v) {
     const BoardCorners& corners = setting.views[v].corners;
     for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
@@ -201,7 +201,7 @@ CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& star
           fit_.bend_mm.data(), fit_.poses[v].data()));
     }
   }
-  if (!bent) problem_->SetParameterBlockConstant(fit_.bend_mm.data());
+  if (!fit_.bent) problem_->SetParameterBlockConstant(fit_.bend_mm.data());
   if (has_prior()) {
     problem_->AddResidualBlock(new TangentialPrior(setting.noise_px / tangential_spread), nullptr,
                                fit_.numbers.data());

@@ -58,10 +58,13 @@ CameraFit start_camera(const CameraSetting& setting, int width, int height);
 Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& fit,
                                 std::size_t view, std::size_t corner);
 
+/// Whether the board's bend is a number to be found.
+enum class Bend { none, free };
+
 class CameraProblem {
  public:
   /// `cauchy_px` > 0 weighs corners further off than that down (Cauchy's loss).
-  CameraProblem(const CameraSetting& setting, const CameraFit& start, LensModel model, bool bent,
+  CameraProblem(const CameraSetting& setting, const CameraFit& start, LensModel model, Bend bend,
                 double cauchy_px = 0.0);
   ~CameraProblem();
 

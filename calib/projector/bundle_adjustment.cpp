@@ -12,6 +12,7 @@
 #include "calib/projector/bundle_numbers.h"
 #include "calib/targets/board_shape.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::calib {
 namespace {
@@ -153,21 +154,8 @@ class Adjustment {
     return summary.IsSolutionUsable();
   }
 
-  /// Standard deviation of one kind's weighted residuals, from their median so that no outlier
-  /// counts; with the share of the parameters in its degrees of freedom.
-  double scatter(bool printed) const {
-    ceres::Problem::EvaluateOptions options;
-    options.apply_loss_function = false;
-    options.residual_blocks = printed ? printed_ : projected_;
-    std::vector<double> residuals;
-    problem_->Evaluate(options, nullptr, &residuals, nullptr, nullptr);
-    for (double& value : residuals) value = std::abs(value);
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    constexpr double median_of_normal = 0.6745;
-    const double rows = 2.0 * static_cast<double>(printed_.size() + projected_.size());
-    return *middle / median_of_normal / std::sqrt(1.0 - free_numbers() / rows);
-  }
+  double printed_scatter() const { return scatter(printed_); }
+  double projected_scatter() const { return scatter(projected_); }
 
   /// Of all numbers, in the order of JointCalibration; what is held has none.
   Eigen::MatrixXd covariance(double variance_of_unit_weight) const {
@@ -212,6 +200,21 @@ class Adjustment {
   bool converged() const { return converged_; }
 
  private:
+  /// Standard deviation of one kind's weighted residuals, from their median so that no outlier
+  /// counts; with the share of the parameters in its degrees of freedom.
+  double scatter(const std::vector<ceres::ResidualBlockId>& blocks) const {
+    ceres::Problem::EvaluateOptions options;
+    options.apply_loss_function = false;
+    options.residual_blocks = blocks;
+    std::vector<double> residuals;
+    problem_->Evaluate(options, nullptr, &residuals, nullptr, nullptr);
+    for (double& value : residuals) value = std::abs(value);
+    constexpr double median_of_normal = 0.6745;
+    const double rows = 2.0 * static_cast<double>(printed_.size() + projected_.size());
+    return upper_median(std::move(residuals)) / median_of_normal /
+           std::sqrt(1.0 - free_numbers() / rows);
+  }
+
   double free_numbers() const {
     const int held = static_cast<int>(camera_fixed_.size() + projector_fixed_.size());
     return 2.0 * lens_numbers - held + (bent_ ? 2.0 : 0.0) + 6.0 +
@@ -300,14 +303,12 @@ JointCalibration adjust_jointly(const JointSetting& setting, const CameraCalibra
     if (pass + 1 == passes) break;
     // Corners without noise (in tests) must not weigh infinitely.
     constexpr double smallest_px = 1e-6;
-    printed_px = std::max(smallest_px, printed_px * adjustment.scatter(true));
-    projected_px = std::max(smallest_px, projected_px * adjustment.scatter(false));
+    printed_px = std::max(smallest_px, printed_px * adjustment.printed_scatter());
+    projected_px = std::max(smallest_px, projected_px * adjustment.projected_scatter());
   }
   const JointNumbers& numbers = adjustment.numbers();
   JointCalibration joint;
   joint.converged = adjustment.converged();
-  joint.printed_deviation_px = printed_px * adjustment.scatter(true);
-  joint.projected_deviation_px = projected_px * adjustment.scatter(false);
   joint.covariance = adjustment.covariance(1.0);
 
   joint.camera = camera;

@@ -32,8 +32,6 @@ struct JointCalibration {
   /// (rotation vector [rad], translation [mm]); camera.joint_covariance is the part without the
   /// projector.
   Eigen::MatrixXd covariance;
-  double printed_deviation_px = 0.0;    ///< scatter of printed corners per coordinate
-  double projected_deviation_px = 0.0;  ///< the same of projected ones, in camera pixels
   bool converged = false;
 };
 

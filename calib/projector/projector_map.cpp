@@ -11,6 +11,7 @@
 
 #include "calib/targets/board_picture.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::calib {
 namespace {
@@ -95,9 +96,8 @@ void drop_odd_points(const std::vector<cv::Point2f>& shown, const std::vector<cv
     for (Eigen::Index r = 0; r < rows; ++r) {
       sizes[static_cast<std::size_t>(r)] = residuals.row(r).norm();
     }
-    std::vector<double> sorted = sizes;
     constexpr double smallest_px = 0.4;
-    const double bound = std::max(smallest_px, 5.0 * median(sorted));
+    const double bound = std::max(smallest_px, 5.0 * upper_median(sizes));
     bool dropped = false;
     for (std::size_t r = 0; r < in.size(); ++r) {
       if (sizes[r] <= bound) continue;

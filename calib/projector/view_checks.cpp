@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/median.h"
 #include "core/shown_text.h"
 
 namespace kappamu::calib {
@@ -109,17 +110,16 @@ void check_blur(const std::vector<BoardView>& views, std::vector<std::string>& s
     if (view.corners.blur_px > 0.0) widths.push_back(view.corners.blur_px);
   }
   if (widths.empty()) return;
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
+  const double middle = upper_median(std::move(widths));
   constexpr double harmless_px = 1.5;
   constexpr double times_the_others = 1.8;
   for (const BoardView& view : views) {
     const double blur = view.corners.blur_px;
-    const bool against_others = blur > times_the_others * *middle;
-    if (blur < harmless_px || (!against_others && *middle < 2.0 * harmless_px)) continue;
+    const bool against_others = blur > times_the_others * middle;
+    if (blur < harmless_px || (!against_others && middle < 2.0 * harmless_px)) continue;
     sentences.push_back(view.name + ": the board's edges are blurred over " +
                         shown_number(blur, "%.1f") + " px (standard deviation; " +
-                        shown_number(*middle, "%.1f") +
+                        shown_number(middle, "%.1f") +
                         " px in the middle view): take it again, in focus and with the board at "
                         "rest.");
   }
@@ -128,8 +128,7 @@ void check_blur(const std::vector<BoardView>& views, std::vector<std::string>& s
 void check_outliers(const CameraCalibration& camera, std::vector<std::string>& sentences) {
   std::vector<double> errors;
   for (const ViewResidual& view : camera.views) errors.push_back(view.rms_px);
-  const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
-  std::nth_element(errors.begin(), middle, errors.end());
+  const double middle = upper_median(std::move(errors));
   for (const ViewResidual& view : camera.views) {
     if (!view.left_out.empty()) {
       const std::size_t found = view.pixels.size(), many = found / 10;
@@ -143,9 +142,9 @@ void check_outliers(const CameraCalibration& camera, std::vector<std::string>& s
     }
     constexpr double times_the_others = 3.0;
     constexpr double smallest_px = 0.3;
-    if (view.rms_px > std::max(smallest_px, times_the_others * *middle)) {
+    if (view.rms_px > std::max(smallest_px, times_the_others * middle)) {
       sentences.push_back(view.name + ": its corners fit " + shown_number(view.rms_px, "%.2f") +
-                          " px badly where the middle view has " + shown_number(*middle, "%.2f") +
+                          " px badly where the middle view has " + shown_number(middle, "%.2f") +
                           " px: a bent or moving board, or one of another size; take it again or "
                           "take it out of session.json.");
     }
@@ -201,13 +200,12 @@ std::vector<std::string> check_scale(const std::vector<Rigid>& station_from_plan
                                      const Rigid& camera_from_sample, double square_mm) {
   std::vector<double> distances;
   for (const Rigid& plane : station_from_plane) distances.push_back(plane.translation.norm());
-  const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
-  std::nth_element(distances.begin(), middle, distances.end());
+  const double middle = upper_median(std::move(distances));
   const double sample = camera_from_sample.translation.norm();
   constexpr double suspicious = 1.25;
-  const double ratio = *middle / sample;
+  const double ratio = middle / sample;
   if (ratio < suspicious && ratio > 1.0 / suspicious) return {};
-  return {"the projector's planes stand " + shown_number(*middle, "%.0f") +
+  return {"the projector's planes stand " + shown_number(middle, "%.0f") +
           " mm from the camera and the sample " + shown_number(sample, "%.0f") +
           " mm: check calibration.board.square_mm (" + shown_number(square_mm, "%.3g") +
           ") and sample.voxel_mm in session.json, and put the planes where the sample stands."};

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::calib {
 namespace {
@@ -194,11 +195,7 @@ std::vector<std::vector<Eigen::Vector2d>> edge_points(
     // Weak drops are not the edge.
     std::vector<Eigen::Vector2d> kept;
     if (!slopes.empty()) {
-      std::vector<double> sorted = slopes;
-      std::nth_element(sorted.begin(),
-                       sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2),
-                       sorted.end());
-      const double median = sorted[sorted.size() / 2];
+      const double median = upper_median(slopes);
       for (std::size_t k = 0; k < points.size(); ++k) {
         if (slopes[k] > 0.3 * median && slopes[k] > 0.0) kept.push_back(points[k]);
       }

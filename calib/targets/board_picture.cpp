@@ -53,13 +53,6 @@ double profile_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Ei
   return (*high - *low) * 2.0 * span * step / steepest / root_two_pi;
 }
 
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 double smallest_spacing(const BoardCorners& corners) {
   const std::vector<double> nearest = nearest_distances(corners.pixels);
   return *std::min_element(nearest.begin(), nearest.end());

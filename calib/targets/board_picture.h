@@ -20,9 +20,6 @@ double bilinear(const Image<float>& image, const Eigen::Vector2d& at);
 /// √(2π) standard deviations of a Gaussian.
 double profile_blur(const Image<float>& grey, const Eigen::Vector2d& a, const Eigen::Vector2d& b);
 
-/// Reorders; 0 for none.
-double median(std::vector<double>& values);
-
 /// Between neighbouring corners [px].
 double smallest_spacing(const BoardCorners& corners);
 

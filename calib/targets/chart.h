@@ -3,11 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
-#include <optional>
-#include <string>
 #include <vector>
-
-#include "core/image.h"
 
 namespace kappamu::calib {
 
@@ -25,15 +21,9 @@ struct ChartPatches {
   /// chart's own upright sense.
   std::array<std::array<Eigen::Vector2d, 4>, 24> middles;
   std::array<Eigen::Vector2d, 24> centres;
-  int found = 24;  ///< patches seen as such; the others follow from the lattice
 };
 
-/// Finds the chart in a linear picture, in any of the four quarter turns: quadrilaterals brighter
-/// than what surrounds them, arranged in a 6 x 4 lattice, turned so that the neutrals fall from
-/// white to black. Throws InputError naming `name` if there is none.
-ChartPatches find_chart(const Image<float>& grey, const std::string& name);
-
-/// The same from the centres of the dark skin, bluish green, black and white patches.
+/// From the centres of the dark skin, bluish green, black and white patches.
 ChartPatches chart_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px);
 
 /// Pixels (x, y) whose centres lie in a convex quadrilateral.

@@ -9,6 +9,7 @@
 #include "calib/targets/board_picture.h"
 #include "calib/targets/corner_fit.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::calib {
 namespace {
@@ -166,7 +167,7 @@ BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
     const Eigen::Vector2d across = margin * Eigen::Vector2d(along.y(), -along.x()).normalized();
     blurs.push_back(profile_blur(grey, middle - across, middle + across));
   }
-  corners.blur_px = median(blurs);
+  corners.blur_px = blurs.empty() ? 0.0 : upper_median(std::move(blurs));
   return corners;
 }
 

@@ -8,6 +8,7 @@
 #include "calib/targets/board_picture.h"
 #include "calib/targets/corner_fit.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::calib {
 namespace {
@@ -60,7 +61,7 @@ double median_blur(const Image<float>& grey, const BoardCorners& corners) {
       blurs.push_back(edge_blur(grey, corners.at(i, j), corners.at(i + 1, j)));
     }
   }
-  return median(blurs);
+  return upper_median(std::move(blurs));
 }
 
 std::optional<bool> first_square_dark(const Image<float>& grey, const BoardCorners& corners) {

@@ -10,6 +10,7 @@
 #include "calib/targets/board_shape.h"
 #include "calib/targets/chessboard.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::calib {
 namespace {
@@ -129,7 +130,7 @@ BoardCorners find_circles(const Image<float>& grey, const capture::Board& board,
     const Vector2d& dot = corners.pixels[k];
     blurs.push_back(profile_blur(grey, dot, dot + Vector2d(0.5 * nearest[k], 0.0)));
   }
-  corners.blur_px = median(blurs);
+  corners.blur_px = upper_median(std::move(blurs));
   return corners;
 }
 

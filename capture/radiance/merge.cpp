@@ -2,13 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "capture/response/frame_reader.h"
 #include "capture/response/noise_model.h"
-#include "capture/response/response_baselines.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::capture {
 namespace {
@@ -27,9 +26,8 @@ struct Sum {
 template <class Reader>
 class PixelMerger {
  public:
-  PixelMerger(Reader reader, const NoiseModel& noise, const std::vector<float>& exposures,
-              MergeWeight weight)
-      : reader_(std::move(reader)), noise_(noise), exposures_(exposures), weight_(weight) {
+  PixelMerger(Reader reader, const NoiseModel& noise, const std::vector<float>& exposures)
+      : reader_(std::move(reader)), noise_(noise), exposures_(exposures) {
     limit_ = reader_.saturation() -
              saturation_margin_sigmas * std::sqrt(noise_.variance(reader_.saturation()));
     dark_deviation_ = std::sqrt(noise_.variance(0.0F));
@@ -60,24 +58,12 @@ class PixelMerger {
     }
     const float first = moment / squares;
     const float longest = exposures_[usable - 1];
-    Sum sum = weighted(value, usable, first);
+    Sum sum = by_variance(value, usable, first);
     if (sum.radiance * longest < dark_deviation_) sum.flags = pixel_dark;
     return sum;
   }
 
  private:
-  template <class Value>
-  Sum weighted(const Value& value, std::size_t usable, float first) const {
-    switch (weight_) {
-      case MergeWeight::debevec_hat:
-        return by_hat(value, usable, first);
-      case MergeWeight::robertson:
-        return by_bell(value, usable, first);
-      default:
-        return by_variance(value, usable, first);
-    }
-  }
-
   template <class Value>
   Sum by_variance(const Value& value, std::size_t usable, float first) const {
     float weighted = 0.0F;
@@ -92,57 +78,12 @@ class PixelMerger {
     return {weighted / weights, 1.0F / weights};
   }
 
-  // Debevec & Malik 1997, eq. (4) and (6): hat of the code, mean of logarithms.
-  template <class Value>
-  Sum by_hat(const Value& value, std::size_t usable, float first) const {
-    float logarithms = 0.0F;
-    float weights = 0.0F;
-    float squares = 0.0F;
-    for (std::size_t j = 0; j < usable; ++j) {
-      const float signal = reader_.linear(value(j));
-      const float share = reader_.share(value(j));
-      const float weight = std::min(share, 1.0F - share);
-      if (!(signal > 0.0F) || !(weight > 0.0F)) continue;
-      logarithms += weight * (std::log(signal) - std::log(exposures_[j]));
-      weights += weight;
-      squares += weight * weight * noise_.variance(signal) / (signal * signal);
-    }
-    if (weights == 0.0F) return by_variance(value, usable, first);
-    const float radiance = std::exp(logarithms / weights);
-    return {radiance, radiance * radiance * squares / (weights * weights)};
-  }
-
-  // Robertson, Borman & Stevenson 2003: bell of the code times t².
-  template <class Value>
-  Sum by_bell(const Value& value, std::size_t usable, float first) const {
-    float weighted = 0.0F;
-    float weights = 0.0F;
-    float squares = 0.0F;
-    for (std::size_t j = 0; j < usable; ++j) {
-      const float t = exposures_[j];
-      const float bell = robertson_bell(reader_.share(value(j)));
-      if (!(bell > 0.0F)) continue;
-      weighted += bell * t * reader_.linear(value(j));
-      weights += bell * t * t;
-      squares += bell * bell * t * t * noise_.variance(reader_.linear(value(j)));
-    }
-    if (weights == 0.0F) return by_variance(value, usable, first);
-    return {weighted / weights, squares / (weights * weights)};
-  }
-
   Reader reader_;
   const NoiseModel& noise_;
   const std::vector<float>& exposures_;
-  MergeWeight weight_;
   float limit_ = 0.0F;
   float dark_deviation_ = 0.0F;
 };
-
-std::string seconds(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g s", value);
-  return text;
-}
 
 void check_light(const HdrImage& image, const std::vector<float>& exposures,
                  const std::string& name, bool require_light) {
@@ -153,11 +94,12 @@ void check_light(const HdrImage& image, const std::vector<float>& exposures,
   const std::string frames = "in all " + std::to_string(exposures.size()) + " frames";
   if (all(pixel_saturated)) {
     throw InputError(name + ": every pixel is saturated " + frames +
-                     "; add exposures shorter than " + seconds(exposures.front()) + ".");
+                     "; add exposures shorter than " + shown_number(exposures.front(), "%.4g s") +
+                     ".");
   }
   if (require_light && all(pixel_dark)) {
     throw InputError(name + ": every pixel is darker than the noise " + frames +
-                     "; add exposures longer than " + seconds(exposures.back()) +
+                     "; add exposures longer than " + shown_number(exposures.back(), "%.4g s") +
                      " or check that the projector was on.");
   }
 }
@@ -185,7 +127,7 @@ HdrImage merge_sorted(const std::vector<const Image<T>*>& images,
     const auto channel = static_cast<std::size_t>(c);
     const NoiseModel noise(radiometry.response.linear[channel], radiometry.noise[channel],
                            Reader::rounds);
-    const PixelMerger<Reader> merger(Reader(radiometry, c), noise, exposures, options.weight);
+    const PixelMerger<Reader> merger(Reader(radiometry, c), noise, exposures);
     for (std::size_t i = channel; i < shape.size(); i += static_cast<std::size_t>(channels)) {
       const Sum sum = merger.merge([&](std::size_t j) { return pixels[j][i]; });
       out.radiance.values()[i] = sum.radiance;

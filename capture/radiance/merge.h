@@ -13,17 +13,10 @@
 
 namespace kappamu::capture {
 
-enum class MergeWeight {
-  inverse_variance,  ///< shot, read and quantisation noise at the merged estimate: the default
-  debevec_hat,       ///< Debevec & Malik 1997, eq. (4) and (6): baseline
-  robertson          ///< Robertson, Borman & Stevenson 2003: baseline
-};
-
 /// What to do about frames that do not fit the rest of their stack (capture/radiance/steadiness.h).
 enum class OnFault { refuse, correct, ignore };
 
 struct MergeOptions {
-  MergeWeight weight = MergeWeight::inverse_variance;
   /// Whether a stack without any pixel above the noise is an error (it is not for black frames).
   bool require_light = true;
   /// merge_stack() only: flicker, drift and mislabelled exposures. Corrected, exposure times are
@@ -31,12 +24,6 @@ struct MergeOptions {
   OnFault on_flicker = OnFault::refuse;
   /// merge_stack() only: frames shifted or partly changed. Corrected, they are left out.
   OnFault on_motion = OnFault::refuse;
-};
-
-/// Everything the user chooses between frames and radiance.
-struct HdrOptions {
-  ResponseMethod response = ResponseMethod::smooth;
-  MergeOptions merge;
 };
 
 /// Radiance in full scales per second. Unbiased in the dark: black-subtracted values keep their

@@ -1,10 +1,10 @@
 // What the states of a stack's frames mean, in words. Declared in steadiness.h.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 #include "capture/radiance/steadiness.h"
+#include "core/shown_text.h"
 
 namespace kappamu::capture {
 namespace {
@@ -18,18 +18,12 @@ constexpr double unremarkable = 0.05;
 constexpr double drift_residual_share = 0.1;
 constexpr std::size_t least_drift_frames = 4;
 
-std::string text(const char* format, double value) {
-  char buffer[48];
-  std::snprintf(buffer, sizeof buffer, format, value);
-  return buffer;
-}
-
 std::string percent(double log_gain) {
-  return text("%.1f %%", 100.0 * std::abs(std::expm1(log_gain)));
+  return shown_number(100.0 * std::abs(std::expm1(log_gain)), "%.1f %%");
 }
 
 std::string seconds(double value) {
-  return text("%.4g s", value);
+  return shown_number(value, "%.4g s");
 }
 
 const char* brighter(double log_gain) {
@@ -102,16 +96,17 @@ std::optional<Fault> motion_fault(const FrameState& state, std::size_t frame,
                                   const SteadyTolerance& tolerance) {
   const double shift = std::hypot(state.shift_px[0], state.shift_px[1]);
   if (beyond(shift, state.shift_sigma_px, tolerance.shift_px)) {
-    return Fault{Fault::Kind::moved, frame,
-                 "its picture is shifted by " + text("%.2f", shift) + " px (" +
-                     text("%+.2f, ", state.shift_px[0]) + text("%+.2f", state.shift_px[1]) +
-                     "; standard deviation " + text("%.2g", state.shift_sigma_px) +
-                     " px) against " + which(known, "the other frames of its stack") +
-                     ": sample, camera or projector moved"};
+    return Fault{
+        Fault::Kind::moved, frame,
+        "its picture is shifted by " + shown_number(shift, "%.2f") + " px (" +
+            shown_number(state.shift_px[0], "%+.2f, ") + shown_number(state.shift_px[1], "%+.2f") +
+            "; standard deviation " + shown_number(state.shift_sigma_px, "%.2g") + " px) against " +
+            which(known, "the other frames of its stack") + ": sample, camera or projector moved"};
   }
   if (state.changed_share > tolerance.changed_share) {
     return Fault{Fault::Kind::changed, frame,
-                 text("%.0f %%", 100.0 * state.changed_share) + " of its picture differ from " +
+                 shown_number(100.0 * state.changed_share, "%.0f %%") +
+                     " of its picture differ from " +
                      which(known, "the other frames of its stack") +
                      " by more than light or a shift explain: something moved in front of it"};
   }

@@ -6,6 +6,7 @@
 
 #include "capture/response/response.h"
 #include "capture/session/frames.h"
+#include "core/median.h"
 
 namespace kappamu::capture {
 namespace {
@@ -60,12 +61,6 @@ std::vector<std::vector<long>> histograms_of(const Session& session, const Stack
   return histograms;
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// [channel] the shortest frame's codes where the longest is darkest: what little light falls there
 /// is next to nothing in the shortest.
 std::vector<DarkLevel> levels_of_darkest(const Image<std::uint16_t>& shortest,
@@ -91,10 +86,10 @@ std::vector<DarkLevel> levels_of_darkest(const Image<std::uint16_t>& shortest,
     for (auto code = codes.begin(); code != codes.begin() + darkest; ++code) {
       black.push_back(code->second);
     }
-    const double level = median_of(black);
+    const double level = upper_median(black);
     for (double& code : black) code = std::abs(code - level);
     levels.push_back(
-        {level, std::max(rounding, deviations_per_median_distance * median_of(black))});
+        {level, std::max(rounding, deviations_per_median_distance * upper_median(black))});
   }
   return levels;
 }
@@ -121,9 +116,9 @@ DarkLevel level_at_no_exposure(const Image<std::uint16_t>& shorter, double t1,
   for (std::size_t i = 0; i < darkest; ++i) {
     levels.push_back((pixels[i].shorter * t2 - pixels[i].longer * t1) / (t2 - t1));
   }
-  const double level = median_of(levels);
+  const double level = upper_median(levels);
   for (const double value : levels) distances.push_back(std::abs(value - level));
-  return {std::max(level, 0.0), deviations_per_median_distance * median_of(distances)};
+  return {std::max(level, 0.0), deviations_per_median_distance * upper_median(distances)};
 }
 
 }  // namespace

@@ -26,10 +26,6 @@ class CodeReader {
   float linear(std::uint16_t code) const { return linear_[code]; }
   bool saturated(std::uint16_t code) const { return code >= saturated_from_; }
   float saturation() const { return linear_[saturated_from_]; }
-  /// Place in the code range, 0 to 1, of which the papers' weights are functions.
-  float share(std::uint16_t code) const {
-    return static_cast<float>(code) / static_cast<float>(linear_.size() - 1);
-  }
 
  private:
   std::vector<float> linear_;
@@ -49,7 +45,6 @@ class FloatReader {
   float linear(float value) const { return (value - black_) / (1.0F - black_); }
   bool saturated(float value) const { return value >= saturation(); }
   float saturation() const { return 0.99F; }
-  float share(float value) const { return std::clamp(value, 0.0F, 1.0F); }
 
  private:
   float black_;

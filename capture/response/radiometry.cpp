@@ -6,7 +6,6 @@
 
 #include "capture/response/dark_frames.h"
 #include "capture/response/photon_transfer.h"
-#include "capture/response/response_baselines.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
 #include "core/shown_text.h"
@@ -41,44 +40,24 @@ std::vector<const Stack*> informative_stacks(const Session& session) {
   return stacks;
 }
 
-// Pixels of a stack that the baselines are given: more do not change their curves.
-constexpr std::size_t baseline_pixels = 4000;
-constexpr double debevec_smoothness = 10.0;  // OpenCV's default too
-constexpr int robertson_rounds = 30;
-
-void recover_responses(const Session& session, Progress& progress, ResponseMethod method,
-                       Radiometry& radiometry) {
+void recover_responses(const Session& session, Progress& progress, Radiometry& radiometry) {
   const std::size_t channels = session.channels.size();
   const ResponseOptions options;
   std::vector<std::vector<ResponseSample>> samples(channels);
-  std::vector<std::vector<PixelSamples>> pixels(channels);
   const std::vector<const Stack*> stacks = informative_stacks(session);
   for (std::size_t i = 0; i < stacks.size(); ++i) {
     progress.update("response", static_cast<double>(i) / static_cast<double>(stacks.size()),
                     "stack " + std::to_string(i + 1) + " of " + std::to_string(stacks.size()));
     const std::vector<ExposedFrame> frames = load_stack(session, *stacks[i]);
     for (std::size_t c = 0; c < channels; ++c) {
-      if (method == ResponseMethod::smooth) {
-        collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, options,
-                                 samples[c]);
-      } else {
-        pixels[c].push_back(sample_pixels(frames, static_cast<int>(c), baseline_pixels));
-      }
+      collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, options,
+                               samples[c]);
     }
   }
   for (std::size_t c = 0; c < channels; ++c) {
     const std::string name = shown_session(session) + ": channel " + session.channels[c];
-    const int bits = radiometry.bit_depth;
-    if (method != ResponseMethod::smooth) {
-      radiometry.response.linear.push_back(
-          normalised_response(method == ResponseMethod::debevec_malik
-                                  ? recover_debevec_malik(pixels[c], bits, debevec_smoothness, name)
-                                  : recover_robertson(pixels[c], bits, robertson_rounds, name),
-                              radiometry.black_level[c]));
-      continue;
-    }
-    RecoveredResponse recovered =
-        recover_response(samples[c], bits, radiometry.black_level[c], options, name);
+    RecoveredResponse recovered = recover_response(samples[c], radiometry.bit_depth,
+                                                   radiometry.black_level[c], options, name);
     radiometry.response.linear.push_back(std::move(recovered.linear));
     radiometry.reports.push_back(recovered.report);
   }
@@ -133,7 +112,7 @@ std::vector<double> linear_response(int bit_depth, double black_level,
   return linear;
 }
 
-Radiometry find_radiometry(const Session& session, Progress& progress, ResponseMethod method) {
+Radiometry find_radiometry(const Session& session, Progress& progress) {
   Radiometry radiometry;
   radiometry.bit_depth = session.camera.bit_depth;
   const bool measured = !session.calibration.dark.empty();
@@ -161,7 +140,7 @@ Radiometry find_radiometry(const Session& session, Progress& progress, ResponseM
           linear_response(radiometry.bit_depth, level, session.camera.white_level));
     }
   } else {
-    recover_responses(session, progress, method, radiometry);
+    recover_responses(session, progress, radiometry);
   }
   find_noise(session, dark, radiometry, progress);
   return radiometry;

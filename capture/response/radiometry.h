@@ -25,13 +25,6 @@ struct Noise {
   bool estimated = false;             ///< found from frames, not told by the session
 };
 
-/// How the response is recovered where camera.encoding is "response".
-enum class ResponseMethod {
-  smooth,         ///< ours (capture/response/response.h): the default
-  debevec_malik,  ///< capture/response/response_baselines.h
-  robertson       ///< capture/response/response_baselines.h
-};
-
 struct Radiometry {
   int bit_depth = 8;
   Response response;
@@ -45,8 +38,7 @@ struct Radiometry {
 /// target, chart and a few pattern stacks); noise from the session or, where it is silent,
 /// from dark frames and stack residuals (docs/hdr.md). Throws InputError if a frame is bad or
 /// there are too few exposures to recover a response.
-Radiometry find_radiometry(const Session& session, Progress& progress,
-                           ResponseMethod method = ResponseMethod::smooth);
+Radiometry find_radiometry(const Session& session, Progress& progress);
 
 /// A linear response: 0 at black_level, 1 at white_level (absent: the largest code) and above, a
 /// straight line below, also below black.

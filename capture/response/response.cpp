@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "capture/response/response_baselines.h"
 #include "core/error.h"
+#include "core/median.h"
 
 namespace kappamu::capture {
 namespace {
@@ -174,10 +174,8 @@ double weigh_down_outliers(std::vector<Group>& groups, const Curve& curve, Robus
     sizes.push_back(std::abs(residual) * std::sqrt(seen.weight));
   });
   if (sizes.empty()) return 0.0;
-  std::vector<double> sorted = sizes;
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const double spread = std::max(*middle / 0.6745, 1.0);  // never below the noise itself
+  const double spread =
+      std::max(upper_median(sizes) / 0.6745, 1.0);  // never below the noise itself
   const double cut = (robust == Robust::tukey ? tukey_constant : huber_constant) * spread;
   std::size_t beyond = 0;
   std::size_t at = 0;
@@ -297,6 +295,37 @@ double solve(std::vector<Group>& groups, Curve& curve) {
   }
   curve = best;
   return best_weight;
+}
+
+// Pools adjacent violators, then keeps the smallest slope that leaves the table invertible.
+// Returns the number of codes changed.
+int make_rising(std::vector<double>& linear) {
+  struct Pool {
+    double sum;
+    int count;
+  };
+  std::vector<Pool> pools;
+  for (const double value : linear) {
+    pools.push_back({value, 1});
+    while (pools.size() > 1) {
+      const Pool last = pools.back();
+      const Pool before = pools[pools.size() - 2];
+      if (before.sum / before.count < last.sum / last.count) break;
+      pools.pop_back();
+      pools.back() = {before.sum + last.sum, before.count + last.count};
+    }
+  }
+  int changed = 0;
+  std::size_t at = 0;
+  for (const Pool& pool : pools) {
+    if (pool.count > 1) changed += pool.count;
+    for (int i = 0; i < pool.count; ++i) linear[at++] = pool.sum / pool.count;
+  }
+  const double least_step = 1e-9;
+  for (std::size_t code = 1; code < linear.size(); ++code) {
+    linear[code] = std::max(linear[code], linear[code - 1] + least_step);
+  }
+  return changed;
 }
 
 }  // namespace

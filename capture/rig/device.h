@@ -21,14 +21,20 @@ enum class Subject {
   lens_covered   ///< no light reaches the camera
 };
 
+/// What lights the subject.
+enum class Lighting {
+  projector,  ///< the room is dark
+  room,       ///< the room's lamps: even light on the subject, dark background
+  none        ///< projector off, or its lens capped: not even its black reaches the subject
+};
+
 /// One unchanging arrangement of subject, camera station and room light.
 struct Scene {
   Subject subject = Subject::sample;
-  std::string station;         ///< camera station, one of the plan's two
-  bool ambient = false;        ///< room light on (even light on the subject, dark background)
-  int pose = 0;                ///< board and plane: which pose, 0 ... poses - 1; otherwise 0
-  int poses = 1;               ///< how many poses the series has, so that a driver can spread them
-  bool projector_off = false;  ///< off, or its lens capped: not even its black reaches the subject
+  std::string station;  ///< camera station, one of the plan's two
+  Lighting lighting = Lighting::projector;
+  int pose = 0;   ///< board and plane: which pose, 0 ... poses - 1; otherwise 0
+  int poses = 1;  ///< how many poses the series has, so that a driver can spread them
 };
 
 /// Driver of one rig. Failures are thrown as InputError.

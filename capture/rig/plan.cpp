@@ -7,6 +7,7 @@
 
 #include "capture/rig/printables.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
 
@@ -19,9 +20,7 @@ constexpr double seconds_per_arrangement = 30.0;  // a person moves something
 constexpr double patch_overhang = 0.5;
 
 std::string number(double value, const char* format = "%.6g") {
-  char text[32];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
+  return shown_number(value, format);
 }
 
 // Extents [mm] of the lit face along its two axes.
@@ -139,7 +138,12 @@ class ShotList {
   void add(const std::vector<Frame>& frames, const std::string& subject, const std::string& station,
            const std::string& show) {
     for (const Frame& frame : frames) {
-      shots_.push_back({frame.file, subject, station, show, frame.exposure_s, false});
+      shots_.push_back({.file = frame.file,
+                        .subject = subject,
+                        .station = station,
+                        .show = show,
+                        .exposure_s = frame.exposure_s,
+                        .metered = false});
     }
   }
   // White first: the time metered for it is the others'.
@@ -174,7 +178,8 @@ class ShotList {
   }
   void metered(const Frame& frame, const std::string& subject, const std::string& station,
                const std::string& show) {
-    shots_.push_back({frame.file, subject, station, show, frame.exposure_s, true});
+    add({frame}, subject, station, show);
+    shots_.back().metered = true;
   }
 
   const Session& session_;

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "capture/rig/shoot.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::capture {
@@ -17,12 +17,6 @@ constexpr double equal_times = 1e-6;
 bool is_uniform(const Image<std::uint8_t>& image, std::uint8_t value) {
   return std::all_of(image.values().begin(), image.values().end(),
                      [value](std::uint8_t pixel) { return pixel == value; });
-}
-
-std::string seconds(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g s", value);
-  return text;
 }
 
 }  // namespace
@@ -63,7 +57,7 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
     case Subject::plane: {
       if (!first_of(shots.projector_planes)) return {};
       const ProjectorPlane& plane = shots.projector_planes[pose];
-      if (scene_.ambient) return {plane.board};
+      if (scene_.lighting == Lighting::room) return {plane.board};
       if (!plane.gray_code.empty()) {
         const std::vector<Image<std::uint8_t>> code = make_gray_code_images(session_.projector);
         const auto same = std::find_if(code.begin(), code.end(), [&](const auto& image) {
@@ -84,7 +78,7 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
     }
     case Subject::white_target:
       if (!shots.white_target) return {};
-      if (scene_.projector_off) return shots.white_target->off_frames;
+      if (scene_.lighting == Lighting::none) return shots.white_target->off_frames;
       if (is_uniform(shown_, 0)) return shots.white_target_black;
       for (const ProjectorLevel& level : shots.white_target->levels) {
         if (is_uniform(shown_, static_cast<std::uint8_t>(level.value))) return level.frames;
@@ -95,13 +89,13 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
     default:
       break;
   }
-  if (scene_.ambient) {
+  if (scene_.lighting == Lighting::room) {
     for (const SampleView& view : shots.sample_views) {
       if (view.station == scene_.station) return {view.frame};
     }
     return {};
   }
-  if (scene_.projector_off) {
+  if (scene_.lighting == Lighting::none) {
     return pose < shots.ambient.size() ? shots.ambient[pose] : std::vector<Frame>();
   }
   const Pattern* pattern = shown_pattern();
@@ -129,7 +123,8 @@ Image<std::uint16_t> FolderReplay::expose(double exposure_s) {
             static_cast<int>(session_.channels.size()), white};
   }
   throw InputError(file + ": " + frames.front().file + " and its stack have no exposure of " +
-                   seconds(exposure_s) + "; replay with the plan it was photographed by.");
+                   shown_number(exposure_s, "%.6g s") +
+                   "; replay with the plan it was photographed by.");
 }
 
 }  // namespace kappamu::capture

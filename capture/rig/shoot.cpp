@@ -109,17 +109,9 @@ class Shooter {
     }
   }
 
-  // What lights the subject: the room's lamps, the projector, or neither.
-  void place_in_room_light(Subject subject, const std::string& station, int pose = 0,
-                           int poses = 1) {
-    if (!rehearsing()) device_->place({subject, station, true, pose, poses});
-  }
-  void place_in_projector_light(Subject subject, const std::string& station, int pose = 0,
-                                int poses = 1) {
-    if (!rehearsing()) device_->place({subject, station, false, pose, poses});
-  }
-  void place_unlit(Subject subject, const std::string& station, int pose = 0, int poses = 1) {
-    if (!rehearsing()) device_->place({subject, station, false, pose, poses, true});
+  void place(Subject subject, const std::string& station, Lighting lighting, int pose = 0,
+             int poses = 1) {
+    if (!rehearsing()) device_->place({subject, station, lighting, pose, poses});
   }
   void show(const Image<std::uint8_t>& image) {
     if (!rehearsing()) device_->show(image);
@@ -178,7 +170,7 @@ class Shooter {
   void reset_meter() { meter_ = all_exposures_.size(); }
 
   void dark() {
-    place_in_projector_light(Subject::lens_covered, plan_.calibration_station);
+    place(Subject::lens_covered, plan_.calibration_station, Lighting::projector);
     for (const double exposure : {all_exposures_.front(), all_exposures_.back()}) {
       for (int repeat = 0; repeat < plan_.dark_repeats; ++repeat) {
         std::vector<Frame>& frames = session_.calibration.dark;
@@ -190,8 +182,8 @@ class Shooter {
   void boards() {
     reset_meter();
     for (int view = 0; view < plan_.camera_board_views; ++view) {
-      place_in_room_light(Subject::board, plan_.calibration_station, view,
-                          plan_.camera_board_views);
+      place(Subject::board, plan_.calibration_station, Lighting::room, view,
+            plan_.camera_board_views);
       session_.calibration.camera_boards.push_back(
           metered(numbered("calibration/board_", static_cast<std::size_t>(view)) + ".png"));
     }
@@ -203,13 +195,13 @@ class Shooter {
     for (int pose = 0; pose < plan_.projector_plane_poses; ++pose) {
       const std::string stem = numbered("calibration/plane_", static_cast<std::size_t>(pose));
       ProjectorPlane plane;
-      place_in_room_light(Subject::plane, plan_.calibration_station, pose,
-                          plan_.projector_plane_poses);
+      place(Subject::plane, plan_.calibration_station, Lighting::room, pose,
+            plan_.projector_plane_poses);
       meter_ = ambient_meter;
       plane.board = metered(stem + "_board.png");
       ambient_meter = meter_;
-      place_in_projector_light(Subject::plane, plan_.calibration_station, pose,
-                               plan_.projector_plane_poses);
+      place(Subject::plane, plan_.calibration_station, Lighting::projector, pose,
+            plan_.projector_plane_poses);
       meter_ = projected_meter;
       if (chessboards()) {
         if (!rehearsing()) show(make_chessboard_image(session_.projector, plan_.projected_board));
@@ -274,7 +266,7 @@ class Shooter {
   void targets() {
     const Image<std::uint8_t> white = make_uniform_image(session_.projector, 255);
     if (plan_.white_reflectance) {
-      place_in_projector_light(Subject::white_target, plan_.calibration_station);
+      place(Subject::white_target, plan_.calibration_station, Lighting::projector);
       show(white);
       session_.calibration.white_target =
           WhiteTarget{*plan_.white_reflectance, stack("calibration/white", target_exposures_)};
@@ -286,12 +278,12 @@ class Shooter {
             {value, stack("calibration/level_" + std::to_string(value), target_exposures_)});
       }
       if (plan_.ambient) {
-        place_unlit(Subject::white_target, plan_.calibration_station);
+        place(Subject::white_target, plan_.calibration_station, Lighting::none);
         session_.calibration.white_target->off_frames = stack("calibration/off", target_exposures_);
       }
     }
     if (plan_.colour_chart) {
-      place_in_projector_light(Subject::colour_chart, plan_.calibration_station);
+      place(Subject::colour_chart, plan_.calibration_station, Lighting::projector);
       show(white);
       session_.calibration.colour_chart =
           ColourChart{stack("calibration/chart", target_exposures_), std::nullopt};
@@ -306,7 +298,7 @@ class Shooter {
     }
     for (const auto& [station, face] : stations) {
       reset_meter();
-      place_in_room_light(Subject::sample, station);
+      place(Subject::sample, station, Lighting::room);
       session_.calibration.sample_views.push_back(
           {station, face, metered("calibration/sample_" + station + ".png"), std::nullopt});
     }
@@ -314,14 +306,14 @@ class Shooter {
 
   void ambient(int time) {
     if (!plan_.ambient) return;
-    place_unlit(Subject::sample, plan_.pattern_station, time, 2);
+    place(Subject::sample, plan_.pattern_station, Lighting::none, time, 2);
     session_.calibration.ambient.push_back(
         stack("calibration/ambient_" + std::to_string(time), exposures_));
   }
 
   void patterns() {
     ambient(0);
-    place_in_projector_light(Subject::sample, plan_.pattern_station);
+    place(Subject::sample, plan_.pattern_station, Lighting::projector);
     for (const PlannedPattern& planned : plan_.patterns) {
       const std::string image = "patterns/" + planned.id + ".png";
       show(planned.image);

@@ -201,10 +201,7 @@ Session read_document(const Node& node) {
   node.expect_fields({"format", "version", "units", "setup", "channels", "sample", "camera",
                       "projector", "stations", "patterns", "calibration"},
                      {"description"});
-  node["format"].choice({"kappamu-session"});
-  if (node["version"].number() != 1.0) {
-    node["version"].fail("is not 1; this program reads version 1");
-  }
+  node.expect_format("kappamu-session");
   const Node units = node["units"];
   units.expect_fields({"length", "time"});
   expect_unit(units["length"], "mm");

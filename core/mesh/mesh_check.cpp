@@ -12,6 +12,7 @@
 #include "core/mesh/crossings.h"
 #include "core/mesh/edges.h"
 #include "core/mesh/weld.h"
+#include "core/shown_text.h"
 
 namespace kappamu {
 
@@ -295,11 +296,7 @@ class MeshCheck {
         " each other, the first being " + where + "; less than " + percent(most_hidden_surface) +
         " of the surface is wrong by it");
   }
-  static std::string percent(double share) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2g %%", 100.0 * share);
-    return text;
-  }
+  static std::string percent(double share) { return shown_number(100.0 * share, "%.2g %%"); }
 
   void drop_unused_vertices() {
     std::vector<int> number(result_.mesh.vertices.size());

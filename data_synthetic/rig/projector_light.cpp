@@ -23,8 +23,11 @@ std::vector<double> gaussian_kernel(double sigma) {
   return kernel;
 }
 
-/// One pass along x or y; the image continues beyond its edge with its last pixels.
-Image<float> blur(const Image<float>& image, const std::vector<double>& kernel, bool along_x) {
+enum class Along { x, y };
+
+/// One pass; the image continues beyond its edge with its last pixels.
+Image<float> blur(const Image<float>& image, const std::vector<double>& kernel, Along axis) {
+  const bool along_x = axis == Along::x;
   Image<float> out(image.width(), image.height(), 1);
   const int radius = static_cast<int>(kernel.size() / 2);
   for_rows(image.height(), [&](int y) {
@@ -54,7 +57,7 @@ Image<float> thrown_image(const ProjectorModel& projector, const Image<float>& s
       value = static_cast<float>(std::pow(static_cast<double>(value), projector.gamma));
     }
   }
-  Image<float> out = blur(blur(light, kernel, true), kernel, false);
+  Image<float> out = blur(blur(light, kernel, Along::x), kernel, Along::y);
   for (float& value : out.values()) {
     value = static_cast<float>(projector.black_level + (1.0 - projector.black_level) * value);
   }

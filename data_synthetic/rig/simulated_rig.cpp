@@ -82,7 +82,8 @@ void SimulatedRig::show(const Image<std::uint8_t>& image) {
                      std::to_string(rig_.projector_size.height) + " pixels");
   }
   shown_ = image;
-  if (scene_.subject == Subject::sample && !scene_.ambient) ++patterns_shown_;
+  if (scene_.subject == Subject::sample && scene_.lighting != capture::Lighting::room)
+    ++patterns_shown_;
   picture_.reset();
 }
 
@@ -210,11 +211,11 @@ Image<float> SimulatedRig::picture() {
     return Image<float>(rig_.camera_lens.width, rig_.camera_lens.height, 3);
   }
   Illumination light;
-  light.ambient = scene_.ambient ? ambient_ : room_light();
+  light.ambient = scene_.lighting == capture::Lighting::room ? ambient_ : room_light();
   Rigid world_from_camera = rig_.world_from_camera.at(scene_.station);
   std::vector<Quad> quads;
   const Image<float> thrown = thrown_image(rig_.projector, as_float(shown_));
-  light.projector = scene_.projector_off ? nullptr : &rig_.projector;
+  light.projector = scene_.lighting == capture::Lighting::none ? nullptr : &rig_.projector;
   light.thrown = &thrown;
   const double s = rig_.size_mm;
   const GridShape& grid = rig_.sample.grid;
@@ -244,11 +245,12 @@ Image<float> SimulatedRig::picture() {
       quads.push_back(chart_quad(1.6 * s, rig_.world_from_target()));
       break;
     case Subject::sample: {
-      if (!scene_.ambient && scene_.station != rig_.pattern_station()) {
+      if (scene_.lighting != capture::Lighting::room && scene_.station != rig_.pattern_station()) {
         throw InputError("the simulated sample's patterns are seen from station \"" +
                          rig_.pattern_station() + "\" only");
       }
-      if (!scene_.ambient && light.ambient == 0.0 && !scene_.projector_off) {
+      if (scene_.lighting != capture::Lighting::room && light.ambient == 0.0 &&
+          scene_.lighting != capture::Lighting::none) {
         return sample_radiance(shown_);
       }
       Rigid sample_from_face{Eigen::Matrix3d::Identity(),
@@ -266,7 +268,7 @@ Image<float> SimulatedRig::picture() {
       break;
   }
   Image<float> picture = to_full_scales(render_quads(rays(), world_from_camera, quads, light));
-  if (scene_.subject == Subject::sample && !scene_.ambient && !scene_.projector_off) {
+  if (scene_.subject == Subject::sample && scene_.lighting == capture::Lighting::projector) {
     const Image<float> through = sample_radiance(shown_);
     for (std::size_t i = 0; i < picture.size(); ++i) picture.values()[i] += through.values()[i];
   }
@@ -276,8 +278,9 @@ Image<float> SimulatedRig::picture() {
 double SimulatedRig::room_light() const {
   if (scene_.subject != Subject::sample) return options_.room_light;
   const double patterns = std::max<double>(1.0, static_cast<double>(solved_.size()) - 1.0);
-  const double share =
-      scene_.projector_off ? scene_.pose : std::clamp((patterns_shown_ - 1) / patterns, 0.0, 1.0);
+  const double share = scene_.lighting == capture::Lighting::none
+                           ? scene_.pose
+                           : std::clamp((patterns_shown_ - 1) / patterns, 0.0, 1.0);
   return options_.room_light * (1.0 + options_.room_change * share);
 }
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/numbers/cosine_transform.h"
 #include "forward/grid/grid_physics.h"
 
 namespace kappamu::forward {
@@ -19,37 +20,6 @@ using std::numbers::pi;
 constexpr int alias_rings = 12;
 /// Coefficients of a layer may differ by this much, relatively: what a float file rounds away.
 constexpr double uniform_within = 1e-6;
-
-/// Orthonormal discrete cosine transform (DCT-II) as a matrix [frequency][sample].
-class CosineTransform {
- public:
-  explicit CosineTransform(int n) : n_(static_cast<std::size_t>(n)), row_(n_ * n_) {
-    for (std::size_t m = 0; m < n_; ++m) {
-      const double scale = std::sqrt((m == 0 ? 1.0 : 2.0) / static_cast<double>(n_));
-      for (std::size_t i = 0; i < n_; ++i) {
-        row_[m * n_ + i] =
-            scale * std::cos(pi * static_cast<double>(m) * (static_cast<double>(i) + 0.5) /
-                             static_cast<double>(n_));
-      }
-    }
-  }
-  /// In place on n values `stride` apart.
-  void forward(double* values, std::size_t stride) const { multiply(values, stride, false); }
-  void backward(double* values, std::size_t stride) const { multiply(values, stride, true); }
-
- private:
-  void multiply(double* values, std::size_t stride, bool transposed) const {
-    std::vector<double> out(n_, 0.0);
-    for (std::size_t m = 0; m < n_; ++m) {
-      for (std::size_t i = 0; i < n_; ++i) {
-        out[m] += row_[transposed ? i * n_ + m : m * n_ + i] * values[i * stride];
-      }
-    }
-    for (std::size_t m = 0; m < n_; ++m) values[m * stride] = out[m];
-  }
-  std::size_t n_;
-  std::vector<double> row_;
-};
 
 /// The frequencies that a pixel grid of n pixels of edge h cannot tell from m, with the weight of
 /// each in the mean over a pixel of light that is constant on pixels.
@@ -108,28 +78,19 @@ class LateralModes {
 
   /// Exitance [v][u] of the lit face and the one opposite.
   std::array<std::vector<double>, 2> exitance(const double* irradiance) const {
-    std::vector<double> near(irradiance, irradiance + face_.cells());
-    transform(near, true);
-    std::vector<double> far = near;
-    for (std::size_t k = 0; k < near.size(); ++k) {
-      near[k] *= response_[k].near;
-      far[k] *= response_[k].far;
-    }
-    transform(near, false);
-    transform(far, false);
-    return {near, far};
+    // Column-major: [u][v] of a map [v][u].
+    const Eigen::Map<const Eigen::MatrixXd> map(irradiance, face_.nu, face_.nv);
+    const Eigen::MatrixXd waves = v_.forward(u_.forward(map).transpose()).transpose();
+    const auto back = [&](double Response::*share) {
+      Eigen::MatrixXd answer = waves;
+      for (std::size_t k = 0; k < response_.size(); ++k) answer.data()[k] *= response_[k].*share;
+      answer = v_.inverse(u_.inverse(answer).transpose()).transpose().eval();
+      return std::vector<double>(answer.data(), answer.data() + answer.size());
+    };
+    return {back(&Response::near), back(&Response::far)};
   }
 
  private:
-  void transform(std::vector<double>& map, bool forward) const {
-    const auto nu = static_cast<std::size_t>(face_.nu), nv = static_cast<std::size_t>(face_.nv);
-    for (std::size_t v = 0; v < nv; ++v) {
-      forward ? u_.forward(&map[v * nu], 1) : u_.backward(&map[v * nu], 1);
-    }
-    for (std::size_t u = 0; u < nu; ++u) {
-      forward ? v_.forward(&map[u], nu) : v_.backward(&map[u], nu);
-    }
-  }
   FaceShape face_;
   CosineTransform u_, v_;
   std::vector<Response> response_;

@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <utility>
 
 #include "core/error.h"
+#include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
 #include "forward/boundary_integral/boundary_solve.h"
 #include "forward/boundary_integral/layer_sum.h"
 #include "forward/boundary_integral/panels/closed_mesh.h"
 #include "forward/embedded/geometry/bodies.h"
+#include "forward/object_verdict.h"
 
 namespace kappamu::forward {
 
@@ -23,16 +24,6 @@ constexpr double solved_better = 0.02, most_accurate = 1e-6, least_accurate = 1e
 /// Memory of a panel with its share of the sum's matrices [bytes], measured.
 constexpr double bytes_per_panel = 9000.0;
 constexpr double usable_memory = 0.7;
-
-/// √(∫ (a − b)² dA).
-double difference(const Surface& surface, const std::vector<double>& a,
-                  const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t t = 0; t < surface.size(); ++t) {
-    sum += surface.area[t] * (a[t] - b[t]) * (a[t] - b[t]);
-  }
-  return std::sqrt(sum);
-}
 
 /// The answer for one body on its last panels.
 struct BodyAnswer {
@@ -77,8 +68,9 @@ class BodySolve {
       double worst = 0.0;
       const std::vector<double> dark(problem_.surface.size(), 0.0);
       for (std::size_t l = 0; l < finer.exitance.size(); ++l) {
-        finer.error.push_back(difference(problem_.surface, finer.exitance[l], best.exitance[l]));
-        const double size = difference(problem_.surface, finer.exitance[l], dark);
+        finer.error.push_back(
+            surface_difference(problem_.surface, finer.exitance[l], best.exitance[l]));
+        const double size = surface_difference(problem_.surface, finer.exitance[l], dark);
         if (size > 0.0) worst = std::max(worst, finer.error.back() / size);
       }
       finer.within_tolerance = worst <= options_.tolerance;
@@ -169,7 +161,7 @@ ObjectResult BoundaryIntegralModel::solve(const ObjectProblem& problem,
   result.exitance.assign(lights * samples, 0.0);
   result.error_estimate.assign(lights, 0.0);
   result.balance.resize(lights);
-  bool within_tolerance = true, solved = true;
+  Ended ended;
   for (const embedded::Body& body : embedded::bodies(problem.mesh, problem.rays)) {
     std::vector<int> local(samples, -1);
     for (std::size_t t = 0; t < body.triangle.size(); ++t) {
@@ -195,30 +187,10 @@ ObjectResult BoundaryIntegralModel::solve(const ObjectProblem& problem,
     result.iterations = std::max(result.iterations, answer.iterations);
     result.setup_seconds += answer.setup_seconds;
     result.seconds += answer.seconds;
-    within_tolerance = within_tolerance && answer.within_tolerance;
-    solved = solved && answer.converged;
+    ended.within_tolerance = ended.within_tolerance && answer.within_tolerance;
+    ended.solved = ended.solved && answer.converged;
   }
-  double worst = 0.0;
-  for (std::size_t l = 0; l < lights; ++l) {
-    const auto first = result.exitance.begin() + static_cast<std::ptrdiff_t>(l * samples);
-    const double size =
-        difference(problem.surface, {first, first + static_cast<std::ptrdiff_t>(samples)},
-                   std::vector<double>(samples, 0.0));
-    result.error_estimate[l] = size > 0.0 ? std::sqrt(result.error_estimate[l]) / size : 0.0;
-    worst = std::max(worst, result.error_estimate[l]);
-  }
-  result.converged = within_tolerance && solved;
-  std::ostringstream estimate;
-  estimate << worst;
-  if (!solved) {
-    result.message = "the linear solver stopped before its tolerance";
-  } else if (!within_tolerance) {
-    result.message = "stopped at " + std::to_string(result.elements) +
-                     " panels, the most allowed, with an estimated error of " + estimate.str();
-  } else {
-    result.message = "the estimated error " + estimate.str() + " is within the tolerance";
-  }
-  if (!result.converged) result.warnings.push_back(result.message);
+  conclude(problem.surface, ended, "panels", result);
   return result;
 }
 

@@ -2,14 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "core/error.h"
-#include "core/mesh/surface_norm.h"
 #include "forward/embedded/body_solve.h"
 #include "forward/embedded/geometry/bodies.h"
 #include "forward/embedded/reentry.h"
 #include "forward/light_entry.h"
+#include "forward/object_verdict.h"
 
 namespace kappamu::forward {
 
@@ -59,31 +58,8 @@ BodyAnswer solve_part(const Body& body, std::span<const ObjectProblem> problems,
   return solve_body(parts, options, progress);
 }
 
-/// Turns the sums of squares into relative errors and states how it ended.
-void finish(const ObjectProblem& problem, bool within_tolerance, bool solved, int slits,
-            ObjectResult& result) {
-  const std::size_t samples = problem.surface.size();
-  double worst = 0.0;
-  for (std::size_t l = 0; l < problem.lights.size(); ++l) {
-    const auto first = result.exitance.begin() + static_cast<std::ptrdiff_t>(l * samples);
-    const double size = surface_norm(
-        problem.surface, std::vector<double>(first, first + static_cast<std::ptrdiff_t>(samples)));
-    double& error = result.error_estimate[l];
-    error = size > 0.0 ? std::sqrt(error) / size : 0.0;
-    worst = std::max(worst, error);
-  }
-  result.converged = within_tolerance && solved;
-  std::ostringstream estimate;
-  estimate << worst;
-  if (!solved) {
-    result.message = "the linear solver stopped before its tolerance";
-  } else if (!within_tolerance) {
-    result.message = "stopped at " + std::to_string(result.elements) +
-                     " cubes, the most allowed, with an estimated error of " + estimate.str();
-  } else {
-    result.message = "the estimated error " + estimate.str() + " is within the tolerance";
-  }
-  if (!result.converged) result.warnings.push_back(result.message);
+void finish(const ObjectProblem& problem, const Ended& ended, int slits, ObjectResult& result) {
+  conclude(problem.surface, ended, "cubes", result);
   if (slits > 0) {
     result.warnings.push_back(
         std::to_string(slits) +
@@ -103,17 +79,17 @@ std::vector<ObjectResult> solve_once(std::span<const ObjectProblem> problems,
     results[c].error_estimate.assign(lights, 0.0);
     results[c].balance.resize(lights);
   }
-  bool within_tolerance = true, solved = true;
+  Ended ended;
   int slits = 0;
   for (const Body& body : bodies(problems[0].mesh, problems[0].rays)) {
     const BodyAnswer answer = solve_part(body, problems, options, progress);
     for (std::size_t c = 0; c < problems.size(); ++c) add(body, answer, c, samples, results[c]);
-    within_tolerance = within_tolerance && answer.within_tolerance;
-    solved = solved && answer.solved;
+    ended.within_tolerance = ended.within_tolerance && answer.within_tolerance;
+    ended.solved = ended.solved && answer.solved;
     slits += answer.slits;
   }
   for (std::size_t c = 0; c < problems.size(); ++c) {
-    finish(problems[c], within_tolerance, solved, slits, results[c]);
+    finish(problems[c], ended, slits, results[c]);
   }
   return results;
 }

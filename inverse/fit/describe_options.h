@@ -112,8 +112,8 @@ template <class Path, class Visitor>
 void path(Path& options, Visitor& visit) {
   constexpr OptionGroup group = OptionGroup::path;
   auto& [model, start_kappa, start_mu, weight, first_weight, last_weight, weight_factor,
-         restart_steps, target_chi2, stagnation, stage_tolerance, final_tolerance, stage_steps,
-         max_levels, correct_grid] = options;
+         target_chi2, stagnation, stage_tolerance, final_tolerance, stage_steps, max_levels,
+         correct_grid] = options;
   visit(Option{"model", group, "--model", "", bounds::any,
                "homogeneous, layered (even layers across the light), volume, or auto: the simplest "
                "that the data do not reject, channel by channel"},
@@ -136,10 +136,6 @@ void path(Path& options, Visitor& visit) {
         last_weight);
   visit(Option{"weight_factor", group, "", "", bounds::below_one, "From one weight to the next"},
         weight_factor);
-  visit(Option{"restart_steps", group, "", "", bounds::not_negative,
-               "A finer grid starts at the coarser one's last weight over weight_factor to this "
-               "power"},
-        restart_steps);
   visit(Option{"target_chi2", group, "--target-chi2", "", bounds::positive,
                "The weight is lowered until chi2 per value is this; above 1 for a smoother volume"},
         target_chi2);
@@ -167,13 +163,13 @@ template <class Solver, class Visitor>
 void solver(Solver& options, Visitor& visit) {
   constexpr OptionGroup group = OptionGroup::solver;
   auto& [optimiser, coordinates, smooth_length, metric_probes, seed, backend] = options;
-  auto& [method, memory, first_step, longest_step, max_backtracks, golden_tolerance,
-         newton_iterations, newton_forcing] = optimiser;
-  visit(Option{"optimiser", group, "--optimiser", "", bounds::any,
-               "lbfgs; gauss-newton: matrix-free, by truncated conjugate gradients; or wang2008: "
-               "the paper's Polak-Ribière conjugate gradients with golden-section search, many "
-               "times slower"},
-        method, method_names);
+  auto& [method, memory, first_step, longest_step, max_backtracks, golden_tolerance] = optimiser;
+  visit(
+      Option{
+          "optimiser", group, "--optimiser", "", bounds::any,
+          "lbfgs, or wang2008: the paper's Polak-Ribière conjugate gradients with golden-section "
+          "search, many times slower"},
+      method, method_names);
   visit(Option{"optimiser_memory", group, "", "", bounds::at_least_one, "Pairs that L-BFGS keeps"},
         memory);
   visit(Option{"optimiser_first_step", group, "", "log units", bounds::positive,
@@ -188,12 +184,6 @@ void solver(Solver& options, Visitor& visit) {
   visit(Option{"optimiser_golden_tolerance", group, "", "", bounds::positive,
                "Final width of golden section's bracket over the step found"},
         golden_tolerance);
-  visit(Option{"optimiser_newton_iterations", group, "", "", bounds::at_least_one,
-               "Most iterations of conjugate gradients in a Gauss-Newton step"},
-        newton_iterations);
-  visit(Option{"optimiser_newton_forcing", group, "", "", bounds::below_one,
-               "Relative residual at which a Gauss-Newton step is good enough"},
-        newton_forcing);
   visit(Option{"coordinates", group, "", "", bounds::any,
                "Coordinates the fit moves in: voxels, smooth (the regulariser's metric), informed "
                "(the data's too)"},

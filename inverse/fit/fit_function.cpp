@@ -60,11 +60,6 @@ Vector FitFunction::gradient() {
   return basis_.gradient(sum);
 }
 
-Vector FitFunction::curvature(const Vector& direction) {
-  const Prior prior{weight_, weight_, thickness_mm_, anchor_.length_mm, roughness_.diffusivity};
-  return basis_.gradient(hessian_product(objective_, prior, basis_.to_fields(direction)));
-}
-
 void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change) const {
   const CoefficientPair moved = before.basis_.to_fields(step);
   CoefficientPair by_field = before.basis_.gradient_by_field(change);

@@ -20,8 +20,6 @@ class FitFunction final : public Function {
 
   double value(const Vector& z) override;
   Vector gradient() override;
-  /// BᵀJᵀWJB + α BᵀR''B, for H1 and Huber-TV (its diffusivity lagged) and Gaussian data.
-  Vector curvature(const Vector& direction) override;
   double amplitude(const Vector& z, const Vector& direction) override;
   double last_roughness() const { return roughness_.value; }
   /// An L-BFGS pair of `before`, the same fields' function at another weight, in other coordinates

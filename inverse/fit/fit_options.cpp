@@ -55,11 +55,6 @@ void validate(const FitOptions& o) {
   require(o.path.start_kappa.has_value() == o.path.start_mu.has_value(),
           "start_kappa and start_mu must be given together");
   require(o.path.last_weight <= o.path.first_weight, "last_weight must be at most first_weight");
-  require(
-      o.solver.optimiser.method != Method::gauss_newton ||
-          (o.regulariser.kind != RegulariserKind::wang2008 && o.data.term.loss == Loss::gaussian),
-      "the gauss-newton optimiser knows the regularisers h1 and huber-tv and the gaussian "
-      "loss; choose lbfgs for others");
 }
 
 std::string to_string(FitStatus status) {

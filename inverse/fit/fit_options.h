@@ -39,8 +39,6 @@ struct PathOptions {
   double first_weight = 3000.0;
   double last_weight = 1e-3;
   double weight_factor = 0.3;
-  /// One step more costs a weight on every grid and lowers E by nothing (docs/theory.md).
-  double restart_steps = 0.0;
   double target_chi2 = 1.0;
   /// Below it what is left of χ² is not the regulariser's doing.
   double stagnation = 0.03;

@@ -48,7 +48,7 @@ void RegularisationPath::start_from(double weight) {
 void RegularisationPath::refine(double chi2, int level) {
   open(level);
   if (fixed_by_user()) return;
-  const double usual = at_.weight / std::pow(options_.weight_factor, options_.restart_steps);
+  const double usual = at_.weight;
   at_.weight = sharpened(usual, chi2 / usual_structured_chi2, options_.weight_factor);
 }
 

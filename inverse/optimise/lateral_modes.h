@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/grid.h"
-#include "inverse/optimise/cosine_transform.h"
+#include "core/numbers/cosine_transform.h"
 #include "inverse/problem/adjoint.h"
 
 namespace kappamu::inverse {

@@ -204,40 +204,6 @@ StepOutcome lbfgs_step(Function& function, OptimiserState& state, const Optimise
   return lbfgs_step(function, state, options);
 }
 
-/// H p = −g by conjugate gradients from zero, until the forcing term is met
-/// (Nocedal & Wright, algorithm 7.1). In informed coordinates H is near the
-/// identity: no preconditioner.
-Vector newton_direction(Function& function, const Vector& g, const OptimiserOptions& options) {
-  Vector p(g.size(), 0.0);
-  Vector r = negative(g);
-  Vector d = r;
-  double square = dot(r, r);
-  const double enough = std::pow(options.newton_forcing, 2) * square;
-  for (int k = 0; k < options.newton_iterations && square > enough; ++k) {
-    const Vector image = function.curvature(d);
-    const double curvature = dot(d, image);
-    if (!(curvature > 0.0)) break;  // rounding: H is positive semidefinite
-    add_scaled(p, square / curvature, d);
-    add_scaled(r, -square / curvature, image);
-    const double before = std::exchange(square, dot(r, r));
-    for (std::size_t i = 0; i < d.size(); ++i) d[i] = r[i] + square / before * d[i];
-  }
-  return p;
-}
-
-StepOutcome gauss_newton_step(Function& function, OptimiserState& state,
-                              const OptimiserOptions& options) {
-  // After a resume nothing has been evaluated here yet.
-  function.value(state.z);
-  const Vector direction = newton_direction(function, state.gradient, options);
-  if (!(dot(direction, state.gradient) < 0.0)) return StepOutcome::stalled;
-  std::optional<Trial> trial = backtrack(
-      function, state, direction, bounded_length(function, state.z, direction, options), options);
-  if (!trial) return StepOutcome::stalled;
-  accept(function, state, std::move(*trial));
-  return StepOutcome::progressed;
-}
-
 StepOutcome wang2008_step(Function& function, OptimiserState& state,
                           const OptimiserOptions& options) {
   Vector p = negative(state.gradient);
@@ -357,14 +323,8 @@ void restart(Function& function, OptimiserState& state, const PairTranslation& t
 }
 
 StepOutcome step(Function& function, OptimiserState& state, const OptimiserOptions& options) {
-  switch (options.method) {
-    case Method::gauss_newton:
-      return gauss_newton_step(function, state, options);
-    case Method::wang2008:
-      return wang2008_step(function, state, options);
-    default:
-      return lbfgs_step(function, state, options);
-  }
+  return options.method == Method::wang2008 ? wang2008_step(function, state, options)
+                                            : lbfgs_step(function, state, options);
 }
 
 }  // namespace kappamu::inverse

@@ -18,22 +18,16 @@ class Function {
   virtual ~Function() = default;
   virtual double value(const Vector& z) = 0;
   virtual Vector gradient() = 0;  ///< at the z of the last value()
-  /// H `direction`, H the Gauss-Newton Hessian at the z of the last value().
-  virtual Vector curvature(const Vector& direction) = 0;
   /// Largest change of log κ or log μ from z to z + `direction` [log units].
   virtual double amplitude(const Vector& z, const Vector& direction) = 0;
 };
 
 enum class Method {
-  lbfgs,         ///< limited-memory BFGS with Armijo backtracking
-  gauss_newton,  ///< H p = −g by truncated conjugate gradients, matrix-free;
-                 ///< Armijo backtracking
-  wang2008       ///< [W] Table I: Polak-Ribière conjugate gradients, golden-section
-                 ///< search
+  lbfgs,    ///< limited-memory BFGS with Armijo backtracking
+  wang2008  ///< [W] Table I: Polak-Ribière conjugate gradients, golden-section search
 };
-inline constexpr Names<Method, 3> method_names{{{"lbfgs", Method::lbfgs},
-                                                {"gauss-newton", Method::gauss_newton},
-                                                {"wang2008", Method::wang2008}}};
+inline constexpr Names<Method, 2> method_names{
+    {{"lbfgs", Method::lbfgs}, {"wang2008", Method::wang2008}}};
 
 struct OptimiserOptions {
   Method method = Method::lbfgs;
@@ -42,8 +36,6 @@ struct OptimiserOptions {
   double longest_step = 2.0;      ///< and in any step
   int max_backtracks = 12;        ///< halvings of a step before the search gives up
   double golden_tolerance = 0.1;  ///< final width of the bracket over the step found
-  int newton_iterations = 12;     ///< most of conjugate gradients in a Gauss-Newton step
-  double newton_forcing = 0.3;    ///< ‖H p + g‖/‖g‖ that is good enough for one
 };
 
 /// Of one L-BFGS pair: step · change, and both squares.

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/numbers/fnv.h"
 
 namespace kappamu::inverse {
 
@@ -91,28 +92,24 @@ class ByteReader {
   std::span<const std::byte> bytes_;
 };
 
-/// FNV-1a, 64 bit: tells inputs apart that a checkpoint must not be mixed with.
+/// Tells inputs apart that a checkpoint must not be mixed with.
 class Fingerprint {
  public:
   template <class T>
   void add(const T& value) {
     static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
-    add_bytes(&value, sizeof(T));
+    hash_.add(&value, sizeof(T));
   }
   template <class T>
   void add(std::span<const T> values) {
     add(static_cast<std::uint64_t>(values.size()));
-    add_bytes(values.data(), values.size_bytes());
+    hash_.add(values.data(), values.size_bytes());
   }
   void add(const std::string& text) { add(std::span<const char>(text.data(), text.size())); }
-  std::uint64_t value() const { return hash_; }
+  std::uint64_t value() const { return hash_.value(); }
 
  private:
-  void add_bytes(const void* data, std::size_t count) {
-    const auto* byte = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < count; ++i) hash_ = (hash_ ^ byte[i]) * 0x100000001b3ULL;
-  }
-  std::uint64_t hash_ = 0xcbf29ce484222325ULL;
+  Fnv hash_;
 };
 
 }  // namespace kappamu::inverse

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <cstring>
 #include <map>
@@ -20,10 +21,10 @@ bool starts_with(Bytes bytes, const char* text, std::size_t size) {
 }
 
 /// Unsigned number of `size` bytes at `at`, which must lie inside.
-std::uint64_t number(Bytes bytes, std::uint64_t at, std::size_t size, bool big_endian) {
+std::uint64_t number(Bytes bytes, std::uint64_t at, std::size_t size, std::endian order) {
   std::uint64_t value = 0;
   for (std::size_t i = 0; i < size; ++i) {
-    const std::size_t k = big_endian ? i : size - 1 - i;
+    const std::size_t k = order == std::endian::big ? i : size - 1 - i;
     value = value << 8 | std::to_integer<std::uint64_t>(bytes[at + k]);
   }
   return value;
@@ -36,12 +37,12 @@ Integrity check_png(Bytes bytes) {
   int texts = 0;
   std::uint64_t at = 8;
   while (at + 12 <= bytes.size()) {
-    const std::uint64_t length = number(bytes, at, 4, true);
+    const std::uint64_t length = number(bytes, at, 4, std::endian::big);
     if (length >> 31 != 0) return Integrity::damaged;
     if (at + 12 + length > bytes.size()) return Integrity::truncated;
     const auto* type = reinterpret_cast<const unsigned char*>(bytes.data() + at + 4);
     if (::crc32(0, type, static_cast<unsigned>(length + 4)) !=
-        number(bytes, at + 8 + length, 4, true)) {
+        number(bytes, at + 8 + length, 4, std::endian::big)) {
       return Integrity::damaged;
     }
     if (std::memcmp(type, "IEND", 4) == 0) return Integrity::complete;
@@ -60,8 +61,8 @@ std::optional<std::uint64_t> walk_jpeg(Bytes bytes, const Visit& visit) {
   constexpr std::uint64_t start_of_scan = 0xDA;
   std::uint64_t at = 2;
   while (at + 4 <= bytes.size()) {
-    const std::uint64_t marker = number(bytes, at + 1, 1, true);
-    const std::uint64_t length = number(bytes, at + 2, 2, true);
+    const std::uint64_t marker = number(bytes, at + 1, 1, std::endian::big);
+    const std::uint64_t length = number(bytes, at + 2, 2, std::endian::big);
     if (bytes[at] != std::byte{0xFF}) return std::nullopt;
     if (marker == 0xFF) {  // a fill byte
       ++at;
@@ -87,7 +88,7 @@ Integrity check_jpeg(Bytes bytes) {
 }
 
 struct TiffFormat {
-  bool big_endian = false;
+  std::endian order = std::endian::little;
   bool big_tiff = false;
 };
 constexpr std::uint64_t exif_tag = 34665;
@@ -96,25 +97,25 @@ constexpr std::uint64_t exif_tag = 34665;
 /// tag, type, count and value have 12 bytes, or 20 in BigTIFF.
 Integrity check_directory(Bytes bytes, std::uint64_t at, TiffFormat format,
                           std::optional<std::uint64_t> child_tag) {
-  const auto [big_endian, big_tiff] = format;
+  const auto [order, big_tiff] = format;
   constexpr std::array<std::uint64_t, 19> type_sizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4,
                                                      8, 4, 8, 4, 0, 0, 8, 8, 8};
   const std::size_t word = big_tiff ? 8 : 4;
   const std::size_t head = big_tiff ? 8 : 2;
   const std::size_t entry_size = 4 + 2 * word;
   if (at > bytes.size() || bytes.size() - at < head) return Integrity::truncated;
-  const std::uint64_t entries = number(bytes, at, head, big_endian);
+  const std::uint64_t entries = number(bytes, at, head, order);
   if (entries > (bytes.size() - at - head) / entry_size) return Integrity::truncated;
   std::uint64_t total = 0;
   for (std::uint64_t e = 0; e < entries; ++e) {
     const std::uint64_t entry = at + head + e * entry_size;
-    const std::uint64_t tag = number(bytes, entry, 2, big_endian);
-    const std::uint64_t type = number(bytes, entry + 2, 2, big_endian);
-    const std::uint64_t count = number(bytes, entry + 4, word, big_endian);
+    const std::uint64_t tag = number(bytes, entry, 2, order);
+    const std::uint64_t type = number(bytes, entry + 2, 2, order);
+    const std::uint64_t count = number(bytes, entry + 4, word, order);
     if (count > bytes.size()) return Integrity::truncated;
     total += type < type_sizes.size() ? count * type_sizes[type] : 0;
     if (total > bytes.size()) return Integrity::damaged;
-    const std::uint64_t offset = number(bytes, entry + 4 + word, word, big_endian);
+    const std::uint64_t offset = number(bytes, entry + 4 + word, word, order);
     if (child_tag == tag) {
       child_tag.reset();  // libtiff ignores a second one
       const Integrity child = check_directory(bytes, offset, format, std::nullopt);
@@ -126,10 +127,10 @@ Integrity check_directory(Bytes bytes, std::uint64_t at, TiffFormat format,
 
 Integrity check_tiff(Bytes bytes) {
   if (bytes.size() < 16) return Integrity::truncated;
-  TiffFormat format{bytes[0] == std::byte{'M'}, false};
-  format.big_tiff = number(bytes, 2, 2, format.big_endian) == 43;
-  const std::uint64_t directory = format.big_tiff ? number(bytes, 8, 8, format.big_endian)
-                                                  : number(bytes, 4, 4, format.big_endian);
+  TiffFormat format{bytes[0] == std::byte{'M'} ? std::endian::big : std::endian::little, false};
+  format.big_tiff = number(bytes, 2, 2, format.order) == 43;
+  const std::uint64_t directory =
+      format.big_tiff ? number(bytes, 8, 8, format.order) : number(bytes, 4, 4, format.order);
   return check_directory(bytes, directory, format, exif_tag);
 }
 
@@ -177,9 +178,9 @@ std::optional<ImageSize> jpeg_size(Bytes bytes) {
   walk_jpeg(bytes, [&](std::uint64_t marker, std::uint64_t at) {
     // Start of frame: 0xC0 to 0xCF, but for 4, 8 and 12, which are tables.
     if (marker > 0xCF || (marker % 4 == 0 && marker != 0xC0) || at + 10 > bytes.size()) return;
-    size = {static_cast<int>(number(bytes, at + 7, 2, true)),
-            static_cast<int>(number(bytes, at + 5, 2, true)),
-            static_cast<int>(number(bytes, at + 9, 1, true))};
+    size = {static_cast<int>(number(bytes, at + 7, 2, std::endian::big)),
+            static_cast<int>(number(bytes, at + 5, 2, std::endian::big)),
+            static_cast<int>(number(bytes, at + 9, 1, std::endian::big))};
   });
   return size;
 }
@@ -250,12 +251,13 @@ bool holds_exr_header(Bytes bytes) {
     const std::uint64_t size = at + name.size() + 1 + type.size() + 1;
     if (size + 4 > bytes.size()) return false;
     const std::uint64_t value = size + 4;
-    const std::uint64_t length = number(bytes, size, 4, false);
+    const std::uint64_t length = number(bytes, size, 4, std::endian::little);
     if (value + length > bytes.size()) return false;
     if (!has_exr_length(type, bytes.subspan(value, length))) return false;
     if (length == 16 && name == "dataWindow") {
       const auto signed_number = [&](std::uint64_t offset) {
-        return std::int64_t{static_cast<std::int32_t>(number(bytes, value + offset, 4, false))};
+        return std::int64_t{
+            static_cast<std::int32_t>(number(bytes, value + offset, 4, std::endian::little))};
       };
       rows = std::max(rows, signed_number(12) - signed_number(4) + 1);
     }

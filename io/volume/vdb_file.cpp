@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/numbers/fnv.h"
 #include "io/atomic_file.h"
 #include "io/volume/vdb_content.h"
 #include "io/volume/volume_file.h"
@@ -45,26 +46,23 @@ class StreamArchive : public openvdb::io::Archive {
 /// A UUID (version 8 of RFC 9562, which leaves its bits free) from all numbers and texts of a set,
 /// by the 64-bit hash FNV-1a.
 std::string identity_of(const VolumeSet& set) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  const auto add = [&](const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const unsigned char*>(data);
-    for (std::size_t i = 0; i < size; ++i) hash = (hash ^ bytes[i]) * 0x100000001b3;
-  };
+  Fnv hash;
   for (const NamedVolume& named : named_volumes(set)) {
-    add(named.name.data(), named.name.size());
-    add(named.volume->values().data(), named.volume->size() * sizeof(double));
+    hash.add(named.name.data(), named.name.size());
+    hash.add(named.volume->values().data(), named.volume->size() * sizeof(double));
   }
   for (const auto& [name, text] : set.metadata) {
-    add(name.data(), name.size());
-    add(text.data(), text.size());
+    hash.add(name.data(), name.size());
+    hash.add(text.data(), text.size());
   }
-  const std::uint64_t high = hash;
-  add(&high, sizeof high);
+  const std::uint64_t high = hash.value();
+  hash.add(&high, sizeof high);
+  const std::uint64_t low = hash.value();
   std::array<char, 40> text{};
   std::snprintf(text.data(), text.size(), "%08x-%04x-8%03x-8%03x-%012llx",
                 static_cast<unsigned>(high >> 32), static_cast<unsigned>(high >> 16 & 0xFFFF),
-                static_cast<unsigned>(high & 0xFFF), static_cast<unsigned>(hash >> 52),
-                static_cast<unsigned long long>(hash & 0xFFFFFFFFFFFF));
+                static_cast<unsigned>(high & 0xFFF), static_cast<unsigned>(low >> 52),
+                static_cast<unsigned long long>(low & 0xFFFFFFFFFFFF));
   return text.data();
 }
 

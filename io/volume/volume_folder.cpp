@@ -2,7 +2,7 @@
 
 #include "core/error.h"
 #include "io/atomic_file.h"
-#include "io/strict_json.h"
+#include "io/json_node.h"
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 
@@ -12,10 +12,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr std::string_view format_name = "kappamu-volume";
-const std::vector<std::string_view> field_names{"format", "version",   "grid",  "voxel_mm",
-                                                "eta",    "channels",  "units", "order",
-                                                "frame",  "provenance"};
+constexpr const char* format_name = "kappamu-volume";
 
 }  // namespace
 
@@ -57,27 +54,31 @@ void check_voxels(const fs::path& file, const GridShape& shape, std::size_t volu
 }
 
 VolumeSet read_volume_folder(const fs::path& folder, std::size_t most_voxels) {
-  const StrictJson header(folder / "volume.json", format_name, field_names);
-  const auto [nx, ny, nz] = header.grid("grid");
-  const GridShape shape{nx, ny, nz, header.number("voxel_mm")};
-  if (!(shape.voxel_mm > 0.0)) header.fail("voxel_mm", "must be positive");
+  const JsonDocument document(folder / "volume.json", "docs/formats.md");
+  const JsonNode header = document.root();
+  header.expect_fields({"format", "version", "grid", "voxel_mm", "channels", "units"},
+                       {"eta", "order", "frame", "provenance"});
+  header.expect_format(format_name);
+  const auto [nx, ny, nz] = header["grid"].grid();
+  const GridShape shape{nx, ny, nz, header["voxel_mm"].number()};
+  if (!(shape.voxel_mm > 0.0)) header["voxel_mm"].fail("must be positive");
   VolumeSet set;
-  set.channels = header.names("channels");
-  if (header.has("eta")) set.eta = header.number("eta");
+  set.channels = header["channels"].names();
+  if (header.has("eta")) set.eta = header["eta"].number();
   if (header.has("provenance")) {
-    for (const auto& [name, value] : header.object("provenance").items()) {
-      if (!value.is_string()) header.fail("provenance", "must hold strings");
-      set.metadata[name] = value.get<std::string>();
+    for (const auto& [name, value] : header["provenance"].members()) {
+      set.metadata[name] = value.text();
     }
   }
-  check_voxels(folder / "volume.json", shape, header.object("units").size(), most_voxels);
+  const JsonNode units = header["units"];
+  check_voxels(folder / "volume.json", shape, units.members().size(), most_voxels);
   for (const std::string& channel : set.channels) {
     set.media.push_back({read_npy_volume(folder / ("kappa_" + channel + ".npy"), shape),
                          read_npy_volume(folder / ("mu_" + channel + ".npy"), shape)});
     // volume.json lists what belongs to it; other arrays may be left over from an older volume.
     const auto read_extra = [&](const std::string& prefix, std::vector<Volume<double>>& volumes) {
       const std::string name = prefix + channel;
-      if (header.object("units").contains(name)) {
+      if (units.has(name)) {
         volumes.push_back(read_npy_volume(folder / (name + ".npy"), shape));
       }
     };

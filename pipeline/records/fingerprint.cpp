@@ -24,22 +24,10 @@ std::string hexadecimal(std::uint64_t value) {
 }  // namespace
 
 Fingerprint& Fingerprint::add(std::string_view piece) {
-  return add_bytes(piece).add_length(piece.size());
-}
-
-Fingerprint& Fingerprint::add_bytes(std::string_view bytes) {
-  constexpr std::uint64_t prime = 1099511628211ULL;
-  for (const char c : bytes) state_ = (state_ ^ static_cast<unsigned char>(c)) * prime;
+  hash_.add(piece.data(), piece.size());
+  const std::uint64_t length = piece.size();
+  hash_.add(&length, sizeof length);
   return *this;
-}
-
-Fingerprint& Fingerprint::add_length(std::size_t length) {
-  std::array<char, 8> digits{};
-  for (char& digit : digits) {
-    digit = static_cast<char>(length & 0xFFU);
-    length >>= 8U;
-  }
-  return add_bytes({digits.data(), digits.size()});
 }
 
 Fingerprint& Fingerprint::add_file(const std::filesystem::path& file) {
@@ -50,7 +38,7 @@ Fingerprint& Fingerprint::add_file(const std::filesystem::path& file) {
 }
 
 std::string Fingerprint::text() const {
-  return hexadecimal(state_);
+  return hexadecimal(hash_.value());
 }
 
 std::string content_fingerprint(const std::filesystem::path& file) {

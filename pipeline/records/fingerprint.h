@@ -7,9 +7,11 @@
 #include <string_view>
 #include <vector>
 
+#include "core/numbers/fnv.h"
+
 namespace kappamu::pipeline {
 
-/// FNV-1a, 64 bit (Fowler, Noll, Vo): tells edits apart, does not guard against intent.
+/// Of 64 bits (core/numbers/fnv.h).
 class Fingerprint {
  public:
   /// Adds a piece of text; ("ab", "c") and ("a", "bc") differ.
@@ -20,10 +22,7 @@ class Fingerprint {
   std::string text() const;
 
  private:
-  Fingerprint& add_bytes(std::string_view bytes);
-  Fingerprint& add_length(std::size_t length);
-
-  std::uint64_t state_ = 14695981039346656037ULL;
+  Fnv hash_;
 };
 
 /// XXH3 of a file's contents (64 bit, 16 hexadecimal digits). Throws InputError when it cannot be

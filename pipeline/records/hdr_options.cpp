@@ -2,14 +2,12 @@
 
 namespace kappamu::pipeline {
 
-std::map<std::string, std::string> options_by_name(const capture::HdrOptions& options) {
-  return {{"response", name_of(responses, options.response)},
-          {"merge", name_of(weights, options.merge.weight)},
-          {"on_flicker", name_of(actions, options.merge.on_flicker)},
-          {"on_motion", name_of(actions, options.merge.on_motion)}};
+std::map<std::string, std::string> options_by_name(const capture::MergeOptions& options) {
+  return {{"on_flicker", name_of(actions, options.on_flicker)},
+          {"on_motion", name_of(actions, options.on_motion)}};
 }
 
-std::string options_text(const capture::HdrOptions& options) {
+std::string options_text(const capture::MergeOptions& options) {
   std::string text;
   for (const auto& [name, value] : options_by_name(options)) text += name + "=" + value + ";";
   return text;

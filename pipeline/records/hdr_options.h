@@ -9,22 +9,14 @@
 
 namespace kappamu::pipeline {
 
-inline constexpr Names<capture::ResponseMethod, 3> responses{
-    {{"smooth", capture::ResponseMethod::smooth},
-     {"debevec", capture::ResponseMethod::debevec_malik},
-     {"robertson", capture::ResponseMethod::robertson}}};
-inline constexpr Names<capture::MergeWeight, 3> weights{
-    {{"variance", capture::MergeWeight::inverse_variance},
-     {"debevec", capture::MergeWeight::debevec_hat},
-     {"robertson", capture::MergeWeight::robertson}}};
 inline constexpr Names<capture::OnFault, 3> actions{{{"refuse", capture::OnFault::refuse},
                                                      {"correct", capture::OnFault::correct},
                                                      {"ignore", capture::OnFault::ignore}}};
 
 /// The options by name, for run.json.
-std::map<std::string, std::string> options_by_name(const capture::HdrOptions& options);
+std::map<std::string, std::string> options_by_name(const capture::MergeOptions& options);
 
 /// The same in one text, equal for equal options: part of the stages' keys.
-std::string options_text(const capture::HdrOptions& options);
+std::string options_text(const capture::MergeOptions& options);
 
 }  // namespace kappamu::pipeline

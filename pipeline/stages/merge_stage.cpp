@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <condition_variable>
-#include <cstdio>
 #include <exception>
 #include <mutex>
 #include <optional>
@@ -14,6 +13,7 @@
 #include "calib/measure.h"
 #include "capture/radiance/ambient.h"
 #include "capture/radiance/merge.h"
+#include "core/shown_text.h"
 #include "io/measurements_file.h"
 #include "pipeline/stages/hdr_file.h"
 
@@ -152,11 +152,7 @@ void warn_of_changing_room(const capture::AmbientLight& ambient, double pattern_
                            Progress& progress) {
   constexpr double worth_a_warning = 0.001;  // of a pattern's light
   if (!(ambient.half_range > worth_a_warning * pattern_light)) return;
-  const auto percent = [](double share) {
-    char text[16];
-    std::snprintf(text, sizeof text, "%.2g", 100.0 * share);
-    return std::string(text);
-  };
+  const auto percent = [](double share) { return shown_number(100.0 * share, "%.2g"); };
   progress.warn("the room's light was " + percent(ambient.total / pattern_light) +
                 " % of a pattern's in the photographs and changed by " +
                 percent(2.0 * ambient.half_range / ambient.total) +
@@ -186,15 +182,14 @@ void measure_patterns(const capture::Session& session, const calib::CalibrationR
 
 }  // namespace
 
-void run_merge_stage(const capture::Session& session, const capture::HdrOptions& hdr,
+void run_merge_stage(const capture::Session& session, const capture::MergeOptions& hdr,
                      const std::optional<fs::path>& calibrated, const fs::path& output,
                      Progress& progress) {
   std::optional<calib::CalibrationResult> calibration;
   if (calibrated) calibration = calib::load_calibration(*calibrated);
   const capture::Radiometry radiometry =
-      calibration ? calibration->radiometry
-                  : capture::find_radiometry(session, progress, hdr.response);
-  MergedPatterns merged(session, radiometry, hdr.merge, output, in_order(session), progress);
+      calibration ? calibration->radiometry : capture::find_radiometry(session, progress);
+  MergedPatterns merged(session, radiometry, hdr, output, in_order(session), progress);
   if (!calibration) {
     while (!merged.done()) merged.take();
     progress.warn(
@@ -203,7 +198,7 @@ void run_merge_stage(const capture::Session& session, const capture::HdrOptions&
     return;
   }
   std::vector<std::string> notes;
-  const auto ambient = capture::merge_ambient(session, radiometry, hdr.merge, &notes);
+  const auto ambient = capture::merge_ambient(session, radiometry, hdr, &notes);
   for (const std::string& note : notes) progress.warn(note);
   measure_patterns(session, *calibration, ambient, PatternRole::fit, merged,
                    output / "measurements", progress);

@@ -16,7 +16,7 @@ namespace kappamu::pipeline {
 /// response and writes output/measurements and, where the session has validate patterns,
 /// output/measurements_validate; without, the response is recovered from the session. Frames that
 /// were corrected are warned of. Throws InputError for frames that cannot be used.
-void run_merge_stage(const capture::Session& session, const capture::HdrOptions& hdr,
+void run_merge_stage(const capture::Session& session, const capture::MergeOptions& hdr,
                      const std::optional<std::filesystem::path>& calibration,
                      const std::filesystem::path& output, Progress& progress);
 

@@ -34,13 +34,13 @@ BracketSummary summary_of(const capture::Session& session, const capture::HdrIma
 }  // namespace
 
 BracketSummary merge_photographs(const capture::PhotographSource& source,
-                                 capture::Encoding encoding, const capture::HdrOptions& hdr,
+                                 capture::Encoding encoding, const capture::MergeOptions& hdr,
                                  const std::filesystem::path& output, Progress& progress) {
   const capture::Session session = capture::bracket_session(source, encoding, progress);
-  const capture::Radiometry radiometry = capture::find_radiometry(session, progress, hdr.response);
+  const capture::Radiometry radiometry = capture::find_radiometry(session, progress);
   std::vector<std::string> notes;
   const capture::HdrImage image = capture::merge_stack(session, session.patterns.front().frames,
-                                                       "bracket", radiometry, hdr.merge, &notes);
+                                                       "bracket", radiometry, hdr, &notes);
   for (const std::string& note : notes) progress.warn(note);
   write_hdr(output / "radiance.exr", image, session.channels, notes);
   calib::save_response(output, radiometry);

@@ -24,7 +24,7 @@ struct BracketSummary {
 /// recovered response to output/response.yml. Throws InputError for photographs that cannot be
 /// used.
 BracketSummary merge_photographs(const capture::PhotographSource& source,
-                                 capture::Encoding encoding, const capture::HdrOptions& hdr,
+                                 capture::Encoding encoding, const capture::MergeOptions& hdr,
                                  const std::filesystem::path& output, Progress& progress);
 
 /// Calibrates a camera and, with a projector's size, a projector; writes output/camera.yml,

@@ -56,7 +56,6 @@ class EditHistory {
 
   bool can_undo() const { return done_ > 0; }
   bool can_redo() const { return done_ < steps_.size(); }
-  bool on_trial() const { return trial_.has_value(); }
   /// Coefficients held within bounds by the last edit done or on trial.
   std::size_t held() const;
   /// The edits done, the one on trial apart.

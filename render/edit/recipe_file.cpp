@@ -231,13 +231,10 @@ std::string to_string(Operation operation) {
 }
 
 Recipe read_recipe(const std::filesystem::path& file) {
-  const io::JsonDocument document(file, "docs/formats.md", true);
+  const io::JsonDocument document(file, "docs/formats.md", io::JsonComments::allowed);
   const Node root = document.root();
   root.expect_fields({"format", "version", "edits"});
-  root["format"].choice({"kappamu-edit"});
-  if (root["version"].number() != 1.0) {
-    root["version"].fail("is not 1; this program reads version 1");
-  }
+  root.expect_format("kappamu-edit");
   Recipe recipe;
   for (const Node& node : root["edits"].items(0)) {
     recipe.edits.push_back(edit_of(node, file.parent_path()));

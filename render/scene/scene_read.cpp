@@ -4,6 +4,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "forward/choice/auto_model.h"
 #include "forward/object_models.h"
 #include "io/json_node.h"
 #include "render/scene/published_materials.h"
@@ -231,7 +232,9 @@ Film read_film(const Node& node) {
 ModelChoice read_model(const Node& node) {
   node.expect_fields({"name"}, {"tolerance", "photons", "follow_reentry"});
   ModelChoice model;
-  model.name = node["name"].choice(forward::object_model_names());
+  std::vector<std::string> names = forward::object_model_names();
+  names.insert(names.begin(), forward::auto_model_name);
+  model.name = node["name"].choice(names);
   if (node.has("tolerance")) model.tolerance = node["tolerance"].number_between(1e-6, 1.0);
   if (node.has("photons")) {
     model.photons = static_cast<std::uint64_t>(node["photons"].number_between(2.0, 2147483648.0));
@@ -243,13 +246,10 @@ ModelChoice read_model(const Node& node) {
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file) {
-  const io::JsonDocument document(file, "docs/scene.md", true);
+  const io::JsonDocument document(file, "docs/scene.md", io::JsonComments::allowed);
   const Node root = document.root();
   root.expect_fields({"format", "version", "objects", "lights", "camera", "film"}, {"model"});
-  root["format"].choice({"kappamu-scene"});
-  if (root["version"].number() != 1.0) {
-    root["version"].fail("is not 1; this program reads version 1");
-  }
+  root.expect_format("kappamu-scene");
   Scene scene;
   scene.file = file;
   const std::filesystem::path folder = file.parent_path();

@@ -123,8 +123,9 @@ struct Frame {
   double left = 64, right = 0, top = 12, bottom = 0;
 };
 
-Frame frame_of(int width, int height, bool has_x_label) {
-  return {64.0, width - 14.0, 14.0, height - (has_x_label ? 42.0 : 26.0)};
+/// `below`: what the ticks and labels of the x axis take.
+Frame frame_of(int width, int height, double below) {
+  return {64.0, width - 14.0, 14.0, height - below};
 }
 
 Html y_axis(const Axis& axis, const Frame& frame, const std::string& title) {
@@ -194,7 +195,7 @@ Html render(const LineChart& chart) {
   if (chart.reference && is_drawable(*chart.reference, chart.log_y))
     y_range.include(*chart.reference);
 
-  Frame frame = frame_of(chart.width, chart.height, true);
+  Frame frame = frame_of(chart.width, chart.height, 42.0);
   const bool has_legend = std::any_of(chart.series.begin(), chart.series.end(),
                                       [](const Series& series) { return !series.name.empty(); });
   constexpr double letter = 7.0;  // CSS px, about
@@ -237,7 +238,7 @@ Html render(const BarChart& chart) {
   if (chart.reference) range.include(*chart.reference);
   if (chart.values.empty()) return {};
 
-  const Frame frame = frame_of(chart.width, chart.height, false);
+  const Frame frame = frame_of(chart.width, chart.height, 26.0);
   const Axis y(0.0, range.high > 0.0 ? 1.08 * range.high : 1.0, false, frame.bottom, frame.top);
   Html content = y_axis(y, frame, chart.y_label);
   const double pitch = (frame.right - frame.left) / static_cast<double>(chart.values.size());

@@ -21,7 +21,7 @@ Html convergence_section(const RunData& run) {
     const std::string colour = channel_colour(channel.channel, c);
     objective.series.push_back(
         {channel.channel, colour, channel.adjoint_solves, channel.objective, false});
-    chi2.series.push_back({channel.channel, colour, channel.adjoint_solves, channel.chi2, false});
+    chi2.series.push_back({channel.channel, colour, channel.adjoint_solves, channel.chi2});
     rows.push_back(
         {text(channel.channel), text(channel.model.empty() ? "–" : channel.model),
          text(channel.status), text(channel.reason),

@@ -75,7 +75,11 @@ Html projector_block(const RunData& run) {
     series.y = curve.light[c];
     chart.series.push_back(series);
   }
-  chart.series.push_back({"proportional", "#888888", {0.0, 255.0}, {0.0, 1.0}, true});
+  chart.series.push_back({.name = "proportional",
+                          .colour = "#888888",
+                          .x = {0.0, 255.0},
+                          .y = {0.0, 1.0},
+                          .dashed = true});
   return element(
       "figure",
       render(chart) + element("figcaption",

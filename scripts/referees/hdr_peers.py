@@ -89,7 +89,7 @@ def simulated(out, scratch):
     pfs_response(linear, scratch / "response.m")
     x = (np.arange(scene["width"]) + 0.5) / scene["width"]
     truth = np.broadcast_to((darkest * (brightest / darkest)**x)[None, :, None], (scene["height"], scene["width"], 3))
-    ours = {row["exposures"]: row for row in record["rows"] if row["method"] == "ours, inverse variance"}
+    ours = {row["exposures"]: row for row in record["rows"] if row["method"] == "ours"}
     names = "ours | pfstools | pfstools, green | HDRutils"
     print(f"| exposures | {names} | darkest decade: {names} | CPU: ours | pfstools | HDRutils |\n|" + "---|" * 12)
     for count in (2, 3, 4, 6, 9):

@@ -221,8 +221,8 @@ TEST_F(UserFiles, NamesDoNotLeaveTheOutputFolder) {
     json document = json::parse(text);
     document["channels"][0] = name;
     write("m/measurements.json", document.dump());
-    expect_one_sentence(kappamu("fit " + m + " -o " + at("out")), "a name in field 'channels' is");
-    expect_one_sentence(kappamu("run " + m + " -o " + at("run")), "a name in field 'channels' is");
+    expect_one_sentence(kappamu("fit " + m + " -o " + at("out")), "channels[0] is");
+    expect_one_sentence(kappamu("run " + m + " -o " + at("run")), "channels[0] is");
     fs::remove_all(at("run"));
   }
   EXPECT_EQ(read("outside/pwn.npy"), "mine");

@@ -83,22 +83,20 @@ TEST_F(MeasurementsFile, AMaskOfAnOlderMeasurementDoesNotSurvive) {
 }
 
 TEST_F(MeasurementsFile, WrongFieldsAreNamed) {
-  EXPECT_THAT(after("\"eta\"", "\"etta\""), HasSubstr("unknown field 'etta'"));
-  EXPECT_THAT(after("\"eta\": [0-9.]+,", ""), HasSubstr("field 'eta' is missing"));
+  EXPECT_THAT(after("\"eta\"", "\"etta\""), HasSubstr("etta is an unknown field"));
+  EXPECT_THAT(after("\"eta\": [0-9.]+,", ""), HasSubstr("eta is missing"));
   EXPECT_THAT(after("\"eta\": [0-9.]+", "\"eta\": \"1.3\""),
-              HasSubstr("field 'eta' must be a number"));
+              HasSubstr("eta is a text; write a number"));
   EXPECT_THAT(after("kappamu-measurements", "kappamu-session"),
-              HasSubstr("field 'format' is not \"kappamu-measurements\""));
-  EXPECT_THAT(after("\"version\": 1", "\"version\": 2"), HasSubstr("field 'version' must be 1"));
-  EXPECT_THAT(after("\"z-\"", "\"top\""),
-              HasSubstr("field 'lit_face' is wrong: face 'top' is not one of"));
-  EXPECT_THAT(after("radiance_normal", "flux"),
-              HasSubstr("field 'quantity' is wrong: quantity 'flux'"));
-  EXPECT_THAT(after("\"R\"", "\"G\""), HasSubstr("field 'channels' names 'G' twice"));
-  EXPECT_THAT(after("\"R\"", "3"), HasSubstr("field 'channels' must hold names"));
-  EXPECT_THAT(after("3,\\s+2,\\s+4", "3, 2"), HasSubstr("field 'grid' must be [nx, ny, nz]"));
+              HasSubstr("format is 'kappamu-session'; write 'kappamu-measurements'"));
+  EXPECT_THAT(after("\"version\": 1", "\"version\": 2"), HasSubstr("version is not 1"));
+  EXPECT_THAT(after("\"z-\"", "\"top\""), HasSubstr("lit_face is wrong: face 'top' is not one of"));
+  EXPECT_THAT(after("radiance_normal", "flux"), HasSubstr("quantity is wrong: quantity 'flux'"));
+  EXPECT_THAT(after("\"R\"", "\"G\""), HasSubstr("channels names 'G' twice"));
+  EXPECT_THAT(after("\"R\"", "3"), HasSubstr("channels[0] is 3; write a text"));
+  EXPECT_THAT(after("3,\\s+2,\\s+4", "3, 2"), HasSubstr("grid has 2 entries; it needs exactly 3"));
   EXPECT_THAT(after("3,\\s+2,\\s+4", "3, 2.5, 4"),
-              HasSubstr("field 'grid' must be three whole numbers"));
+              HasSubstr("grid[1] is 2.5; write a whole number"));
   EXPECT_THAT(after("\\}", ""), HasSubstr("not valid JSON ("));
 }
 

@@ -35,7 +35,7 @@ class LibraryTest : public TemporaryFolderTest {
     options_.fit.solver.backend.device = "reference";
   }
   void fit(const std::string& run, Progress& progress) {
-    Pipeline(folder() / "measurements", folder() / run, false, false).fit(options_, progress);
+    Pipeline(folder() / "measurements", folder() / run).fit(options_, progress);
   }
   FitStageOptions options_;
 };

@@ -22,6 +22,9 @@ constexpr SmoothingStep smoothing_step(int k) {
   return {(2.0F * n - 3.0F) / (2.0F * n + 1.0F), (8.0F * n - 4.0F) / (2.0F * n + 1.0F)};
 }
 
+/// What a smoother's x begins with.
+enum class Start { zero, given };
+
 struct CgReport {
   int iterations = 0;
   bool converged = true;

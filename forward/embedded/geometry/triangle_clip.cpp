@@ -8,8 +8,11 @@ namespace kappamu::forward::embedded {
 
 namespace {
 
-/// The part of `polygon` with x[axis] ≥ 0 (`upper` false) or ≤ 1 (`upper` true).
-Polygon cut_by_plane(const Polygon& polygon, int axis, bool upper) {
+enum class Plane { at_zero, at_one };
+
+/// The part of `polygon` with x[axis] ≥ 0 or ≤ 1.
+Polygon cut_by_plane(const Polygon& polygon, int axis, Plane side) {
+  const bool upper = side == Plane::at_one;
   const double plane = upper ? 1.0 : 0.0;
   const auto depth = [&](const Eigen::Vector3d& p) { return upper ? 1.0 - p[axis] : p[axis]; };
   Polygon part;
@@ -62,8 +65,8 @@ Polygon clipped_to_unit_cube(const Triangle& triangle) {
   polygon.size = 3;
   std::copy(triangle.begin(), triangle.end(), polygon.vertex.begin());
   for (int axis = 0; axis < 3 && polygon.size > 0; ++axis) {
-    polygon = cut_by_plane(polygon, axis, false);
-    if (polygon.size > 0) polygon = cut_by_plane(polygon, axis, true);
+    polygon = cut_by_plane(polygon, axis, Plane::at_zero);
+    if (polygon.size > 0) polygon = cut_by_plane(polygon, axis, Plane::at_one);
   }
   return polygon;
 }

@@ -172,11 +172,11 @@ class BatchSolve {
          n.element, n.z, n.slots);
   }
 
-  void smooth(std::size_t l, bool x_is_zero) {
+  void smooth(std::size_t l, Start start) {
     const LevelStructure& s = structure_[l];
     const LevelNumbers& n = numbers_[l];
     const auto unknowns = static_cast<std::size_t>(s.unknowns);
-    over(unknowns, single_, "smooth_first", smoothing_step(1).gain, x_is_zero ? 1 : 0,
+    over(unknowns, single_, "smooth_first", smoothing_step(1).gain, start == Start::zero ? 1 : 0,
          n.inverse_scale, n.r, n.z, n.x);
     for (int k = 2; k <= smoothing_degree; ++k) {
       level_product(l);
@@ -201,7 +201,7 @@ class BatchSolve {
       over(unknowns, single_, "solve_directly", inverse_, n.r, n.x);
       return;
     }
-    smooth(l, true);
+    smooth(l, Start::zero);
     subtract_product(l);
     const LevelStructure& coarse = structure_[l + 1];
     const LevelNumbers& below = numbers_[l + 1];
@@ -213,7 +213,7 @@ class BatchSolve {
     over(unknowns, single_, "prolong", s.owner, s.parent, s.octant, coarse.corner, coarse.masters,
          below.x, n.z, n.x);
     subtract_product(l);
-    smooth(l, false);
+    smooth(l, Start::given);
   }
 
   device::Context& context_;

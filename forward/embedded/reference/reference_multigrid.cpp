@@ -42,7 +42,7 @@ class VCycle {
     const RowLevel& level = rows_.level[l];
     const std::vector<float>& inverse_scale = rows_.levels.level[l].inverse_scale[rows_.channel];
     Work& coarse = work_[l + 1];
-    smooth(level, inverse_scale, w, true);
+    smooth(level, inverse_scale, w, Start::zero);
     subtract_product(level, w);
     for_products<lanes>(level.restriction, w.r.data(), [&](std::size_t row, const auto& sum) {
       std::copy(sum.begin(), sum.end(),
@@ -57,7 +57,7 @@ class VCycle {
                           }
                         });
     subtract_product(level, w);
-    smooth(level, inverse_scale, w, false);
+    smooth(level, inverse_scale, w, Start::given);
   }
 
   /// r −= A z.
@@ -67,16 +67,16 @@ class VCycle {
     });
   }
 
-  /// Adds the smoother's steps to x (`from_zero`: x was zero). The last step stays in z, not yet
+  /// Adds the smoother's steps to x. The last step stays in z, not yet
   /// subtracted from r.
   void smooth(const RowLevel& level, const std::vector<float>& inverse_scale, Work& w,
-              bool from_zero) {
+              Start start) {
     for_row_ranges(level.matrix.rows(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t row = begin; row < end; ++row) {
         const float scale = smoothing_step(1).gain * inverse_scale[row];
         for (std::size_t i = row * lanes; i < (row + 1) * lanes; ++i) {
           w.z[i] = scale * w.r[i];
-          w.x[i] = from_zero ? w.z[i] : w.x[i] + w.z[i];
+          w.x[i] = start == Start::zero ? w.z[i] : w.x[i] + w.z[i];
         }
       }
     });

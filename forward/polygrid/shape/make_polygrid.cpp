@@ -108,6 +108,9 @@ class Maker {
       return map_cells(lattice, *target_, effort);
     };
     if (!map(of_polycube)) return std::nullopt;
+    MadePolygrid made;
+    made.polycube = polycube;
+    std::copy_n(lattice.grid.corner.begin(), polycube.mapped.size(), made.polycube.mapped.begin());
     while (lattice.cells_across < refinement) {
       int factor = 2;
       while (refinement / lattice.cells_across % factor != 0) ++factor;
@@ -115,8 +118,6 @@ class Maker {
       if (lattice.cells_across < refinement && !map(of_refined)) return std::nullopt;
     }
     if (!map(of_grid)) return std::nullopt;
-    MadePolygrid made;
-    made.polycube = polycube;
     made.grid = std::move(lattice.grid);
     place_nodes(made.grid, *surface_, options_.first_layer);
     made.quality = measure_quality(made.grid, mesh_);

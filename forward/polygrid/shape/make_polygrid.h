@@ -44,7 +44,7 @@ struct PolygridQuality {
 
 struct MadePolygrid {
   Polygrid grid;
-  Polycube polycube;  ///< what the grid was refined from
+  Polycube polycube;  ///< what the grid was refined from, its corners as mapped first
   PolygridQuality quality;
   std::vector<std::string> warnings;  ///< sentences
 };

@@ -89,23 +89,37 @@ TEST(LitSphere, LetsOutAllWithoutAbsorptionAndLessWithMore) {
 
 TEST(ObjectCases, AreNamedOnceAndUnknownOnesRefused) {
   std::vector<std::string> names;
-  for (const ObjectCase& c : object_cases({})) names.push_back(c.name);
+  for (const Population population : {Population::tuning, Population::validation}) {
+    for (const ObjectCase& c : object_cases(population, {})) names.push_back(c.name);
+  }
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::adjacent_find(names.begin(), names.end()), names.end());
   EXPECT_THAT(names, testing::IsSupersetOf({"nefertiti-marble-24", "box-with-void-skin1-24",
                                             "sphere-marble-8-sky", "bob-block-24"}));
-  EXPECT_THAT(sentence_of([] { object_cases({"bunny"}); }), HasSubstr("begins with 'bunny'"));
+  EXPECT_THAT(sentence_of([] { object_cases(Population::tuning, {"bunny"}); }),
+              HasSubstr("begins with 'bunny'"));
+}
+
+TEST(ObjectCases, OfAFileAreNamedByIt) {
+  Progress silent;
+  const std::vector<ObjectCase> cases = cases_of_files({std::string(meshes) + "/spot.ply"});
+  ASSERT_EQ(cases.size(), 4U);
+  EXPECT_EQ(cases[0].name, "spot-marble-8");
+  const ObjectBench named = make_object_bench(
+      object_cases(Population::tuning, {"spot-marble-8"}).front(), meshes, volume, silent);
+  const ObjectBench of_file = make_object_bench(cases[0], "nowhere", volume, silent);
+  EXPECT_EQ(named.power, of_file.power);
 }
 
 TEST(ObjectCases, HaveTheirSizeInMeanFreePaths) {
   Progress silent;
   for (const char* name : {"sphere-marble-8-sky", "bob-block-24"}) {
-    const ObjectCase c = object_cases({name}).front();
+    const ObjectCase c = object_cases(Population::tuning, {name}).front();
     const ObjectBench bench = make_object_bench(c, meshes, volume, silent);
     const double longest = bounding_box(bench.object().mesh).sizes().maxCoeff();
     EXPECT_NEAR(longest / (3.0 * bench.kappa_mm), c.size, 1e-9 * c.size);
     EXPECT_GT(bench.power, 0.0);
-    if (c.sky) {
+    if (c.light == CaseLight::sky) {
       EXPECT_NEAR(bench.thickness, c.size / 3.0, 1e-3 * c.size) << "a sphere's 2V/S is 2R/3";
       EXPECT_NEAR(bench.power, EIGEN_PI * longest * longest, 1e-3 * bench.power);
     }
@@ -119,7 +133,7 @@ TEST(ObjectPower, InIsAbsorbedOrLeaves) {
   Progress silent;
   for (const char* name : {"torus-skin1-24", "box-with-void-marble-8", "bob-block-24"}) {
     const ObjectBench bench =
-        make_object_bench(object_cases({name}).front(), meshes, volume, silent);
+        make_object_bench(object_cases(Population::tuning, {name}).front(), meshes, volume, silent);
     const Surface& surface = bench.object().surface;
     double entering = 0.0;
     for (const forward::Beam& beam : bench.lights[0].beams) {
@@ -159,7 +173,7 @@ class ObjectsTest : public RecordTest {
 
 TEST_F(ObjectsTest, EveryModelAnswersOrRefusesInASentence) {
   const Json record =
-      quick_record("objects", "objects", asked({"sphere-marble-8-sky", "box-with-void-marble-8"}));
+      quick_record("objects", "models", asked({"sphere-marble-8-sky", "box-with-void-marble-8"}));
   const Json& rows = record.at("rows");
   EXPECT_EQ(rows.size(), 2 * forward::object_model_names().size());
   for (const Json& row : rows) {
@@ -184,13 +198,29 @@ TEST_F(ObjectsTest, EveryModelAnswersOrRefusesInASentence) {
     }
   }
   EXPECT_EQ(summary(subject("objects"), {record}, folder()), rows);
-  expect_charts({"objects"}, {"objects"});
+  expect_charts({"objects-models"}, {"objects-models"});
+}
+
+TEST_F(ObjectsTest, AutoIsHeldAgainstTheCheapestThatMetTheTolerance) {
+  const Json record = quick_record("objects", "auto", asked({"brick-potato-16-side"}));
+  const Json& row = record.at("rows").at(0);
+  const double tolerance = row.at("tolerance");
+  EXPECT_EQ(row.at("met"), row.at("error").get<double>() <= tolerance);
+  EXPECT_TRUE(row.at("within_tolerance").get<bool>());
+  if (!row.at("cheapest").is_null()) {
+    const std::string cheapest = row.at("cheapest");
+    EXPECT_LE(row.at(cheapest + "_error").get<double>(), tolerance);
+    EXPECT_NEAR(
+        row.at("cost_ratio").get<double>() * row.at(cheapest + "_cpu_seconds").get<double>(),
+        row.at("cpu_seconds").get<double>(), 1e-9 * row.at("cpu_seconds").get<double>());
+  }
+  expect_charts({}, {"objects-auto"});
 }
 
 TEST_F(ObjectsTest, ReferencesAreReadAgainAndThoseOfOtherScenesRefused) {
   const Request request = asked({"sphere-marble-8-sky"});
   const auto error_of_embedded = [&] {
-    return quick_record("objects", "objects", request).at("rows").at(0).at("error");
+    return quick_record("objects", "models", request).at("rows").at(0).at("error");
   };
   const Json first = error_of_embedded();
   const auto file = folder() / "references" / "sphere-marble-8-sky.json";

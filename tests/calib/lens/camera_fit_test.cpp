@@ -30,7 +30,7 @@ class Derivatives {
 
   /// Row per residual of view 0, columns lens, bend, pose.
   Eigen::MatrixXd exact() {
-    CameraProblem problem(setting_, fit_, fit_.model, true);
+    CameraProblem problem(setting_, fit_, fit_.model, Bend::free);
     return problem.jacobian(0);
   }
 

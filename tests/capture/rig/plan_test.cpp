@@ -186,7 +186,7 @@ TEST(FolderReplay, AnExposureThatWasNotTakenIsRefused) {
   const Plan plan = make_plan(small_request(), folder.path());
   write_plan(plan);
   FolderReplay device(folder.path());
-  device.place({Subject::white_target, "front", false, 0, 1});
+  device.place({Subject::white_target, "front", Lighting::projector, 0, 1});
   EXPECT_THAT(sentence_of([&] { device.expose(0.7); }),
               HasSubstr("have no exposure of 0.7 s; replay with the plan"));
 }

@@ -35,7 +35,7 @@ class RampRig final : public RigDevice {
   void place(const Scene& scene) override {
     ++placed;
     scene_ = scene;
-    level_ = scene.ambient ? 1.0 : 0.0;
+    level_ = scene.lighting == Lighting::room ? 1.0 : 0.0;
   }
   void show(const Image<std::uint8_t>& image) override {
     double sum = 0.0;

@@ -117,29 +117,35 @@ TEST(SimulatedRig, ShowsEachSubjectInItsLight) {
   Progress silent;
   rig.prepare({white}, silent);
   const double black = rig.rig().sensor.black_level * 4095.0;
-  const auto photograph = [&](capture::Subject subject, const std::string& station, bool ambient,
-                              bool lit, double exposure_s) {
-    rig.place({subject, station, ambient, 0, 8});
+  using capture::Lighting;
+  const auto photograph = [&](capture::Subject subject, const std::string& station,
+                              Lighting lighting, bool lit, double exposure_s) {
+    rig.place({subject, station, lighting, 0, 8});
     if (lit) rig.show(white);
     return mean(rig.expose(exposure_s));
   };
   using capture::Subject;
   constexpr double one_code = 1.0;
-  EXPECT_NEAR(photograph(Subject::lens_covered, "front", true, true, 8.0), black, one_code);
-  EXPECT_GT(photograph(Subject::board, "front", true, false, 0.1), black + 200.0);
-  EXPECT_NEAR(photograph(Subject::board, "front", false, false, 0.1), black, one_code);
-  EXPECT_GT(photograph(Subject::plane, "front", true, false, 0.1), black + 400.0);
+  EXPECT_NEAR(photograph(Subject::lens_covered, "front", Lighting::room, true, 8.0), black,
+              one_code);
+  EXPECT_GT(photograph(Subject::board, "front", Lighting::room, false, 0.1), black + 200.0);
+  EXPECT_NEAR(photograph(Subject::board, "front", Lighting::projector, false, 0.1), black,
+              one_code);
+  EXPECT_GT(photograph(Subject::plane, "front", Lighting::room, false, 0.1), black + 400.0);
   const double exposure = rig.white_exposure_s(0.8);
-  const double target = photograph(Subject::white_target, "front", false, true, exposure);
+  const double target =
+      photograph(Subject::white_target, "front", Lighting::projector, true, exposure);
   EXPECT_GT(target, black + 100.0);
   // The projector's black: 4500 times less light, so as many times the exposure.
-  EXPECT_NEAR(photograph(Subject::white_target, "front", false, false, 4500.0 * exposure), target,
-              one_code);
-  EXPECT_GT(photograph(Subject::colour_chart, "front", false, true, exposure), black + 50.0);
-  EXPECT_GT(photograph(Subject::sample, "front", true, false, 0.1), black + 50.0);
-  EXPECT_GT(photograph(Subject::sample, "back", true, false, 0.1), black + 400.0);
-  EXPECT_GT(photograph(Subject::sample, "back", false, true, 0.1), black + 400.0);
-  EXPECT_THROW(rig.place({Subject::sample, "side", false, 0, 1}), InputError);
+  EXPECT_NEAR(
+      photograph(Subject::white_target, "front", Lighting::projector, false, 4500.0 * exposure),
+      target, one_code);
+  EXPECT_GT(photograph(Subject::colour_chart, "front", Lighting::projector, true, exposure),
+            black + 50.0);
+  EXPECT_GT(photograph(Subject::sample, "front", Lighting::room, false, 0.1), black + 50.0);
+  EXPECT_GT(photograph(Subject::sample, "back", Lighting::room, false, 0.1), black + 400.0);
+  EXPECT_GT(photograph(Subject::sample, "back", Lighting::projector, true, 0.1), black + 400.0);
+  EXPECT_THROW(rig.place({Subject::sample, "side", Lighting::projector, 0, 1}), InputError);
   EXPECT_THROW(rig.show(Image<std::uint8_t>(10, 10, 1)), InputError);
 }
 

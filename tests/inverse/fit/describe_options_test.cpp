@@ -104,10 +104,6 @@ TEST(FitOptionsDescription, OptionsThatContradictEachOtherAreRefused) {
   options = {};
   options.path.last_weight = 2.0 * options.path.first_weight;
   EXPECT_THAT(complaint(options), HasSubstr("at most first_weight"));
-  options = {};
-  options.solver.optimiser.method = Method::gauss_newton;
-  options.data.term.loss = Loss::huber;
-  EXPECT_THAT(complaint(options), HasSubstr("choose lbfgs"));
 }
 
 }  // namespace

@@ -202,7 +202,6 @@ class Denoising final : public Function {
     }
     return g;
   }
-  Vector curvature(const Vector&) override { throw InternalError("L-BFGS asks for no curvature"); }
   double amplitude(const Vector&, const Vector& direction) override {
     double largest = 0.0;
     for (const double x : direction) largest = std::max(largest, std::abs(x));

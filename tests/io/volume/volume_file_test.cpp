@@ -217,7 +217,7 @@ TEST_F(VolumeFolder, WrongFieldsAndArraysAreNamed) {
   text.replace(text.find("0.25"), 4, "-1.0");
   write_text_atomically(folder_ / "volume.json", text);
   EXPECT_THAT(sentence_of([&] { read_volume(folder_); }),
-              HasSubstr("volume.json: field 'voxel_mm' must be positive"));
+              HasSubstr("volume.json: voxel_mm must be positive"));
   std::filesystem::remove(folder_ / "volume.json");
   EXPECT_THAT(sentence_of([&] { read_volume(folder_); }),
               HasSubstr("volume.json: there is no such file"));

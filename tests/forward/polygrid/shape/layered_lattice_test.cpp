@@ -126,7 +126,7 @@ TEST(LayeredLattice, RefinementKeepsTheSurfaceAndHalvesPlaces) {
       int outer = 6;
       for (int s = 0; s < 6; ++s) outer = grid.link[i][at(s)] < 0 ? s : outer;
       found.emplace(grid.cell[i].x() >> shift, grid.cell[i].y() >> shift, grid.cell[i].z() >> shift,
-                   outer);
+                    outer);
     }
     return found;
   };

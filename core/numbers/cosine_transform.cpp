@@ -1,11 +1,11 @@
-#include "inverse/optimise/cosine_transform.h"
+#include "core/numbers/cosine_transform.h"
 
 #include <cmath>
 #include <numbers>
 
-#include "inverse/optimise/dense_product.h"
+#include "core/numbers/dense_product.h"
 
-namespace kappamu::inverse {
+namespace kappamu {
 
 namespace {
 
@@ -54,4 +54,4 @@ Eigen::MatrixXd CosineTransform::inverse(const Eigen::MatrixXd& frequencies) con
   return out;
 }
 
-}  // namespace kappamu::inverse
+}  // namespace kappamu

@@ -6,7 +6,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-namespace kappamu::inverse {
+namespace kappamu {
 
 class CosineTransform {
  public:
@@ -24,4 +24,4 @@ class CosineTransform {
   Eigen::MatrixXd transposed_;
 };
 
-}  // namespace kappamu::inverse
+}  // namespace kappamu

@@ -4,10 +4,10 @@
 
 #include <Eigen/Core>
 
-namespace kappamu::inverse {
+namespace kappamu {
 
 /// a · b. The same bits on any machine: every sum runs over the inner index in order, without fused
 /// multiply-adds.
 Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b);
 
-}  // namespace kappamu::inverse
+}  // namespace kappamu

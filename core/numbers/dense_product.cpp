@@ -1,4 +1,4 @@
-#include "inverse/optimise/dense_product.h"
+#include "core/numbers/dense_product.h"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 #define KAPPAMU_WIDEST
 #endif
 
-namespace kappamu::inverse {
+namespace kappamu {
 
 namespace {
 
@@ -66,4 +66,4 @@ Eigen::MatrixXd product(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
   return out;
 }
 
-}  // namespace kappamu::inverse
+}  // namespace kappamu

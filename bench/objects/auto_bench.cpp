@@ -1,0 +1,105 @@
+#include "bench/objects/auto_bench.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "bench/objects/object_measurement.h"
+#include "forward/choice/choice.h"
+
+namespace kappamu::bench {
+
+namespace {
+
+/// A model that is expected to take so many times longer than the one taken, or so many seconds, is
+/// not measured.
+constexpr double hopeless_cost = 4.0, hopeless_seconds = 20.0;
+
+/// Random walks beyond these are not made: their seconds grow with the photons, and their noise
+/// follows from the reference's.
+constexpr std::uint64_t walked_photons = 50'000;
+
+struct Tried {
+  std::string model;
+  double error = 0.0, seconds = 0.0;  ///< of processor
+};
+
+/// Every candidate that answers, the one taken first.
+std::vector<Tried> try_all(const ObjectMeasurement& measurement,
+                           const forward::ObjectOptions& asked, const forward::Choice& choice) {
+  std::vector<Tried> tried;
+  for (const forward::ModelCandidate& candidate : choice.candidates) {
+    if (!tried.empty()) {
+      const double expected = candidate.seconds.value_or(0.0);
+      if (expected > hopeless_cost * tried.front().seconds) continue;
+      if (expected > hopeless_seconds && candidate.model != "montecarlo") continue;
+    }
+    forward::ObjectOptions options =
+        forward::options_for(candidate.model, std::span(&measurement.features(), 1), asked);
+    const auto photons = options.photons;
+    const bool random = candidate.model == "montecarlo";
+    if (random) options.photons = std::min(photons, walked_photons);
+    const Json row = measurement.row(candidate.model, options);
+    if (row.contains("refused")) continue;
+    Tried one{candidate.model, row.at("error"), row.at("cpu_seconds")};
+    if (random) {
+      one.error = measurement.noise_of_triangles(photons);
+      one.seconds *= static_cast<double>(photons) / static_cast<double>(options.photons);
+    }
+    tried.push_back(one);
+  }
+  return tried;
+}
+
+Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, double tolerance) {
+  forward::ObjectOptions asked = measurement.options();
+  asked.tolerance = tolerance;
+  asked.photons = 1ULL << 31;
+  const forward::Choice choice =
+      forward::choose_model(std::span(&measurement.features(), 1), asked, {});
+  const forward::ModelCandidate& taken = choice.candidates.front();
+  const std::vector<Tried> tried = try_all(measurement, asked, choice);
+  std::optional<Tried> cheapest;
+  Json measured = Json::object();
+  for (const forward::MeasuredModel& model : forward::measured_models()) {
+    measured[std::string(model.name) + "_error"] = nullptr;
+    measured[std::string(model.name) + "_cpu_seconds"] = nullptr;
+  }
+  for (const Tried& one : tried) {
+    measured[one.model + "_error"] = one.error;
+    measured[one.model + "_cpu_seconds"] = one.seconds;
+    if (one.error <= tolerance && (!cheapest || one.seconds < cheapest->seconds)) cheapest = one;
+  }
+  Json row{{"name", object.name},
+           {"tolerance", tolerance},
+           {"model", taken.model},
+           {"expected_error", taken.error.value_or(0.0)},
+           {"within_tolerance", choice.within_tolerance},
+           {"error", tried.front().error},
+           {"met", tried.front().error <= tolerance},
+           {"expected_seconds", taken.seconds.value_or(0.0)},
+           {"cpu_seconds", tried.front().seconds}};
+  row["cheapest"] = cheapest ? Json(cheapest->model) : Json();
+  row["cost_ratio"] = cheapest ? Json(tried.front().seconds / cheapest->seconds) : Json();
+  row.update(measured);
+  return row;
+}
+
+}  // namespace
+
+void measure_auto(const Request& request, Progress& progress, const Save& save) {
+  const ObjectSettings settings = object_settings(request);
+  std::vector<std::string> wanted = request.words("scenes");
+  const bool quick = request.size == Size::quick;
+  if (wanted.empty() && quick) wanted = {"brick-potato-16-side"};
+  const std::vector<double> tolerances = quick ? std::vector{0.2} : std::vector{0.03, 0.06, 0.12};
+  Json rows = Json::array();
+  for (const ObjectCase& object : object_cases(Population::validation, wanted)) {
+    const ObjectMeasurement measurement(object, settings, request, progress);
+    for (const double tolerance : tolerances) {
+      rows.push_back(row_of(object, measurement, tolerance));
+      save({{"rows", rows}});
+    }
+  }
+}
+
+}  // namespace kappamu::bench

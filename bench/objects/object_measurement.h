@@ -1,0 +1,54 @@
+// One scene of objects with its reference: what a model answers is held against it.
+#pragma once
+
+#include "bench/objects/object_case.h"
+#include "bench/objects/object_reference.h"
+#include "bench/objects/patches.h"
+#include "bench/subject.h"
+#include "forward/choice/object_features.h"
+
+namespace kappamu::bench {
+
+/// Of the subject's request.
+struct ObjectSettings {
+  std::vector<std::string> models;
+  std::filesystem::path meshes, volume, references;
+  double tolerance = 0.0;  ///< that models are asked for
+  std::uint64_t photons = 0, reference_photons = 0;
+  bool maps = false;
+};
+ObjectSettings object_settings(const Request& request);
+
+class ObjectMeasurement {
+ public:
+  /// Makes the scene and reads its reference, or measures and records it.
+  ObjectMeasurement(const ObjectCase& object, const ObjectSettings& settings,
+                    const Request& request, Progress& progress);
+
+  const forward::ObjectFeatures& features() const { return features_; }
+  /// Tolerance and photons of the settings, device and seed of the request.
+  forward::ObjectOptions options() const;
+  /// Noise of the exitance of triangles after so many photons, relative 2-norm, by the reference's
+  /// standard errors: a mean's variance falls with its area.
+  double noise_of_triangles(std::uint64_t photons) const;
+  /// "name" and "model", and what was measured, or "refused" with the sentence.
+  Json row(const std::string& model, const forward::ObjectOptions& options) const;
+
+ private:
+  ObjectReference reference() const;
+  void add(const forward::ObjectResult& result, const forward::ObjectOptions& options,
+           double seconds, double cpu, Json& row) const;
+  double exact_error(const forward::ObjectResult& result) const;
+  void write_map(const std::string& model, const forward::ObjectResult& result) const;
+
+  const ObjectCase& object_;
+  const ObjectSettings& settings_;
+  const Request& request_;
+  Progress& progress_;
+  ObjectBench bench_;
+  Patches patches_;
+  ObjectReference reference_;
+  forward::ObjectFeatures features_;
+};
+
+}  // namespace kappamu::bench

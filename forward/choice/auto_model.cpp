@@ -1,0 +1,68 @@
+#include "forward/choice/auto_model.h"
+
+#include <algorithm>
+
+#include "core/error.h"
+#include "forward/choice/choice.h"
+#include "forward/object_models.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+class AutoModel final : public ObjectModel {
+ public:
+  explicit AutoModel(MachineCosts costs) : costs_(std::move(costs)) {}
+
+  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                     Progress& progress) override {
+    return solve_channels({&problem, 1}, options, progress).front();
+  }
+
+  std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
+                                           const ObjectOptions& asked,
+                                           Progress& progress) override {
+    if (problems.empty()) return {};
+    std::vector<ObjectFeatures> features;
+    for (const ObjectProblem& problem : problems) features.push_back(features_of(problem));
+    Choice choice = choose_model(features, asked, costs_);
+    auto next = choice.candidates.begin();
+    while (true) {
+      try {
+        progress.update("choice of a model", 1.0, next->model + ": " + next->reason);
+        std::vector<ObjectResult> results =
+            make_object_model(next->model)
+                ->solve_channels(problems, options_for(next->model, features, asked), progress);
+        std::rotate(choice.candidates.begin(), next, next + 1);
+        for (ObjectResult& result : results) finish(asked, choice, result);
+        return results;
+      } catch (const InputError& refusal) {
+        const auto follows = next + 1;
+        if (follows == choice.candidates.end() || !follows->error) throw;
+        next->reason = std::string("refused: ") + refusal.what();
+        next = follows;
+        next->reason = "the next after a refusal: " + next->reason;
+      }
+    }
+  }
+
+ private:
+  static void finish(const ObjectOptions& asked, const Choice& choice, ObjectResult& result) {
+    result.candidates = choice.candidates;
+    const ModelCandidate& taken = choice.candidates.front();
+    if (!(taken.error.value() <= asked.tolerance)) {
+      result.warnings.push_back("no model is expected to answer within the tolerance; " +
+                                taken.model + " comes nearest: " + taken.reason);
+    }
+  }
+
+  MachineCosts costs_;
+};
+
+}  // namespace
+
+std::unique_ptr<ObjectModel> make_auto_model(const MachineCosts& costs) {
+  return std::make_unique<AutoModel>(costs);
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,163 @@
+#include "forward/choice/choice.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "core/error.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+/// Of the tolerance: what a model's numerics are asked for, and what they then leave at most.
+/// Models state more than they err by.
+constexpr double numerics_share = 0.5, numerics_left = 0.25;
+/// Standard deviations of the scenes measured that an error is taken above its law.
+constexpr double margin = 1.3;
+/// Noise is known better than physics.
+constexpr double noise_share = 0.9;
+constexpr double fewest_photons = 2e4;
+/// Thinner than the thinnest measured by more than this factor, errors are not known.
+constexpr double beyond = 1.25;
+constexpr const char* random_walks = "montecarlo";
+
+std::string percent(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2g %%", 100.0 * value);
+  return text.data();
+}
+
+std::string number(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.2g", value);
+  return text.data();
+}
+
+/// Noise of the triangles after one photon.
+double noise_of_one(const MeasuredModel& model, const ObjectFeatures& features) {
+  return error_by(model.error, features) * std::sqrt(static_cast<double>(features.triangles));
+}
+
+/// Photons of the channel that needs most, or those allowed.
+double photons_for(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
+                   const ObjectOptions& asked) {
+  double most = fewest_photons;
+  for (const ObjectFeatures& features : channels) {
+    const double noise = noise_of_one(model, features);
+    most = std::max(most, std::pow(noise / (noise_share * asked.tolerance), 2.0));
+  }
+  return std::min(most, static_cast<double>(asked.photons));
+}
+
+/// Why errors of the model on this object are not known; empty where they are.
+std::string unmeasured(const MeasuredModel& model, const ObjectFeatures& features,
+                       const ObjectOptions& asked) {
+  if (!model.any_medium && features.contrast > 1.0) return "the medium is not the same everywhere";
+  if (!model.any_shape && !features.block) return "the object is no box of whole voxels";
+  if (!model.reentry && asked.follow_reentry)
+    return "does not follow light that meets the object again";
+  if (model.name == random_walks) return "";
+  const MeasuredRange range = measured_range();
+  if (features.thickness * beyond < range.thinnest) {
+    return "not measured on objects as thin as " + number(features.thickness) +
+           " mean free paths (2V/S)";
+  }
+  if (1.0 - features.albedo > beyond * (1.0 - range.lowest_albedo)) {
+    return "not measured at an albedo as low as " + number(features.albedo);
+  }
+  if (features.contrast > beyond * range.highest_contrast) {
+    return "not measured in media of contrast " + number(features.contrast);
+  }
+  return "";
+}
+
+double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
+                const ObjectOptions& asked) {
+  double worst = 0.0;
+  for (const ObjectFeatures& features : channels) {
+    if (model.name == random_walks) {
+      worst = std::max(
+          worst, noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)));
+    } else {
+      worst = std::max(
+          worst, std::hypot(error_by(model.error, features) * std::exp(margin * model.error.spread),
+                            numerics_left * asked.tolerance));
+    }
+  }
+  return worst;
+}
+
+double seconds_of(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
+                  const ObjectOptions& asked, const MachineCosts& costs) {
+  double seconds = 0.0;
+  for (const ObjectFeatures& features : channels) {
+    seconds += seconds_by(model.seconds, features, numerics_share * asked.tolerance);
+  }
+  if (model.name == random_walks) seconds *= photons_for(model, channels, asked);
+  const auto here = costs.find(std::string(model.name));
+  return here == costs.end() ? seconds : seconds * here->second;
+}
+
+ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
+                         const ObjectOptions& asked, const MachineCosts& costs) {
+  ModelCandidate result;
+  result.model = model.name;
+  for (const ObjectFeatures& features : channels) {
+    result.reason = unmeasured(model, features, asked);
+    if (!result.reason.empty()) return result;
+  }
+  result.error = error_of(model, channels, asked);
+  result.seconds = seconds_of(model, channels, asked, costs);
+  return result;
+}
+
+}  // namespace
+
+Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
+                    const MachineCosts& costs) {
+  check(!channels.empty(), "choose_model: no channel");
+  Choice choice;
+  for (const MeasuredModel& model : measured_models()) {
+    choice.candidates.push_back(candidate(model, channels, asked, costs));
+  }
+  const auto rank = [&](const ModelCandidate& c) {
+    return !c.error ? 2 : *c.error <= asked.tolerance ? 0 : 1;
+  };
+  // Within the tolerance by cost; those beyond it by error.
+  std::stable_sort(choice.candidates.begin(), choice.candidates.end(),
+                   [&](const ModelCandidate& a, const ModelCandidate& b) {
+                     if (rank(a) != rank(b) || rank(a) == 2) return rank(a) < rank(b);
+                     return rank(a) == 0 ? *a.seconds < *b.seconds : *a.error < *b.error;
+                   });
+  choice.within_tolerance = rank(choice.candidates.front()) == 0;
+  for (ModelCandidate& c : choice.candidates) {
+    if (!c.error) continue;
+    const bool first = &c == &choice.candidates.front();
+    const std::string expected =
+        "error at most " + percent(*c.error) + ", " + number(*c.seconds) + " s expected";
+    if (first) {
+      c.reason = (choice.within_tolerance ? "the cheapest within the tolerance: "
+                                          : "none is within the tolerance, the nearest: ") +
+                 expected;
+    } else {
+      c.reason = (rank(c) == 0 ? "takes longer: " : "beyond the tolerance: ") + expected;
+    }
+  }
+  return choice;
+}
+
+ObjectOptions options_for(const std::string& name, std::span<const ObjectFeatures> channels,
+                          const ObjectOptions& asked) {
+  ObjectOptions options = asked;
+  options.tolerance = numerics_share * asked.tolerance;
+  for (const MeasuredModel& model : measured_models()) {
+    if (model.name != name || model.name != random_walks) continue;
+    options.tolerance = asked.tolerance;
+    options.photons = static_cast<std::uint64_t>(photons_for(model, channels, asked));
+  }
+  return options;
+}
+
+}  // namespace kappamu::forward

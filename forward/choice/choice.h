@@ -1,0 +1,28 @@
+// The program that chooses: the cheapest model of those that were measured to err no more than the
+// tolerance on objects like this one.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "forward/choice/machine_costs.h"
+#include "forward/choice/model_table.h"
+
+namespace kappamu::forward {
+
+struct Choice {
+  std::vector<ModelCandidate> candidates;  ///< the one to take first, then by cost, then the others
+  bool within_tolerance = false;  ///< the first is expected to err no more than the tolerance
+};
+
+/// `channels` are the same object in the media of its colour channels, which one model answers.
+/// The tolerance is `asked`'s: of physics and numerics together.
+Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
+                    const MachineCosts& costs);
+
+/// What to ask of a model for the error that choose_model() expects: half the tolerance of its
+/// numerics; of `montecarlo` the tolerance, and the photons that bring its noise below it.
+ObjectOptions options_for(const std::string& model, std::span<const ObjectFeatures> channels,
+                          const ObjectOptions& asked);
+
+}  // namespace kappamu::forward

@@ -1,0 +1,85 @@
+#include "forward/choice/machine_costs.h"
+
+#include <algorithm>
+#include <chrono>
+#include <ctime>
+
+#include "core/error.h"
+#include "core/mesh/shapes.h"
+#include "forward/choice/model_table.h"
+#include "forward/object_models.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+constexpr double kappa_mm = 0.152, mu_per_mm = 0.0021, eta = 1.5;  // marble, red
+constexpr double mean_free_paths = 24.0;
+constexpr int tessellation = 10;
+constexpr double tolerance = 0.03;
+constexpr std::uint64_t photons = 20'000;
+
+ObjectLight parallel_light(const Surface& surface) {
+  const Eigen::Vector3d direction = Eigen::Vector3d(-3.0, -5.0, -8.0).normalized();
+  ObjectLight light;
+  for (std::size_t t = 0; t < surface.size(); ++t) {
+    const double cosine = -direction.dot(surface.normal[t]);
+    if (cosine <= 0.0) continue;
+    light.beams.push_back(
+        {static_cast<int>(t), surface.position[t], direction, cosine * surface.area[t]});
+  }
+  return light;
+}
+
+}  // namespace
+
+TriangleMesh probe_mesh() {
+  return make_shape("cube", 3.0 * kappa_mm * mean_free_paths, tessellation);
+}
+
+std::map<std::string, ProbeTime> probe_times(const RayCaster& rays, const std::string& device,
+                                             int repetitions, Progress& progress) {
+  const TriangleMesh mesh = probe_mesh();
+  const Surface surface = surface_of(mesh);
+  const ObjectMedium medium({kappa_mm, mu_per_mm});
+  const std::vector<ObjectLight> lights{parallel_light(surface)};
+  const ObjectProblem problem{mesh, surface, rays, medium, eta, lights};
+  ObjectOptions options;
+  options.device = device;
+  options.tolerance = tolerance;
+  options.photons = photons;
+  std::map<std::string, ProbeTime> times;
+  for (const MeasuredModel& model : measured_models()) {
+    const std::string name(model.name);
+    try {
+      for (int repetition = 0; repetition < repetitions; ++repetition) {
+        const std::clock_t processor = std::clock();
+        const auto start = std::chrono::steady_clock::now();
+        make_object_model(name)->solve(problem, options, progress);
+        const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
+        const ProbeTime time{wall.count(),
+                             static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC};
+        const auto [entry, fresh] = times.try_emplace(name, time);
+        if (fresh) continue;
+        entry->second = {std::min(entry->second.wall, time.wall),
+                         std::min(entry->second.processor, time.processor)};
+      }
+    } catch (const InputError& refusal) {
+      progress.warn("model " + name + " is not measured: " + refusal.what());
+    }
+  }
+  return times;
+}
+
+MachineCosts machine_costs(const std::map<std::string, ProbeTime>& times) {
+  MachineCosts costs;
+  for (const MeasuredModel& model : measured_models()) {
+    const auto found = times.find(std::string(model.name));
+    if (found != times.end() && model.probe_seconds > 0.0) {
+      costs.emplace(found->first, found->second.wall / model.probe_seconds);
+    }
+  }
+  return costs;
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,42 @@
+#include "forward/choice/model_table.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace kappamu::forward {
+
+namespace {
+
+#include "forward/choice/measured_models.inc"
+
+}  // namespace
+
+std::span<const MeasuredModel> measured_models() {
+  return models;
+}
+
+MeasuredRange measured_range() {
+  return range;
+}
+
+double error_by(const ErrorLaw& law, const ObjectFeatures& features) {
+  const double thickness = std::clamp(features.thickness, range.thinnest, range.thickest);
+  const double absorbed =
+      1.0 - std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
+  return law.constant + law.inverse_thickness / thickness +
+         law.inverse_root_thickness / std::sqrt(thickness) + law.absorbed * absorbed +
+         law.root_absorbed * std::sqrt(absorbed) + law.edges * features.edges +
+         law.inverse_size / features.size;
+}
+
+double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance) {
+  const double albedo = std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
+  const double contrast = std::clamp(features.contrast, 1.0, range.highest_contrast);
+  return std::exp(law.constant + law.size * std::log(features.size) +
+                  law.absorbed * std::log(1.0 - albedo) + law.contrast * std::log(contrast) +
+                  law.triangles * std::log(static_cast<double>(features.triangles)) +
+                  law.tolerance * std::log(tolerance));
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,58 @@
+// What models of objects were measured to err and to cost against transport, as laws in a few
+// features of the object. The numbers are in measured_models.inc, written by scripts/fit_choice.py
+// from the record of `kappamu bench objects` on its tuning scenes; docs/objects-bench.md.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+#include "forward/choice/object_features.h"
+
+namespace kappamu::forward {
+
+/// Error: a sum of terms, each a coefficient, not negative, times what its name says.
+struct ErrorLaw {
+  double constant = 0.0;
+  double inverse_thickness = 0.0, inverse_root_thickness = 0.0;
+  double absorbed = 0.0, root_absorbed = 0.0;  ///< 1 − albedo and its root
+  double edges = 0.0;
+  double inverse_size = 0.0;
+  /// Standard deviation of log(error measured / law) over the tuning scenes, dimensionless.
+  double spread = 0.0;
+};
+
+/// Seconds: log(value) = constant + slopes times natural logarithms of what their names say.
+struct CostLaw {
+  double constant = 0.0;
+  double size = 0.0, absorbed = 0.0, contrast = 0.0, triangles = 0.0;
+  double tolerance = 0.0;  ///< that the model is asked for
+};
+
+struct MeasuredModel {
+  std::string_view name;    ///< as make_object_model() knows it
+  bool any_medium = false;  ///< takes κ and μ that vary
+  bool any_shape = false;   ///< else only boxes of whole voxels
+  bool reentry = false;     ///< follows light that meets the object again
+  /// Relative error in the 2-norm, of physics: the model's numerics were 1 % or better.
+  /// `montecarlo`: the noise, times the root of photons over triangles.
+  ErrorLaw error;
+  CostLaw seconds;  ///< of processor, of one channel and light; `montecarlo`: per photon
+  /// Of processor, that the probe of forward/choice/machine_costs.h took on the table's machine.
+  double probe_seconds = 0.0;
+};
+
+/// Of the scenes measured; beyond, errors are not known.
+struct MeasuredRange {
+  double thinnest = 0.0, thickest = 0.0;  ///< thickness
+  double lowest_albedo = 0.0, highest_albedo = 1.0;
+  double highest_contrast = 1.0;
+};
+
+std::span<const MeasuredModel> measured_models();
+MeasuredRange measured_range();
+
+/// Features beyond the measured range count as its end.
+double error_by(const ErrorLaw& law, const ObjectFeatures& features);
+double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance);
+
+}  // namespace kappamu::forward

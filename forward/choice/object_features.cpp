@@ -1,0 +1,83 @@
+#include "forward/choice/object_features.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/mesh/edges.h"
+#include "forward/block/block_grid.h"
+
+namespace kappamu::forward {
+
+namespace {
+
+constexpr double sharp_cosine = 0.766;  // of 40°, as pictures keep corners sharp from
+constexpr int lattice = 16;
+constexpr double most_edges = 3.0;
+
+Coefficients mean_coefficients(const ObjectMedium& medium, const Eigen::AlignedBox3d& box) {
+  if (medium.homogeneous()) return medium.smallest();
+  double extinction = 0.0, mu = 0.0;
+  for (int z = 0; z < lattice; ++z) {
+    for (int y = 0; y < lattice; ++y) {
+      for (int x = 0; x < lattice; ++x) {
+        const Eigen::Array3d at = (Eigen::Array3d(x, y, z) + 0.5) / lattice;
+        const Coefficients here = medium.at(box.min() + (at * box.sizes().array()).matrix());
+        extinction += 1.0 / here.kappa;
+        mu += here.mu;
+      }
+    }
+  }
+  constexpr double n = lattice * lattice * lattice;
+  return {n / extinction, mu / n};
+}
+
+/// Length of the edges whose two triangles turn by more than 40° [mm].
+double sharp_length(const TriangleMesh& mesh, const Surface& surface) {
+  double length = 0.0;
+  const std::vector<Edge> edges = edges_of(mesh.triangles);
+  for_each_edge(edges, [&](std::size_t begin, std::size_t end) {
+    if (end - begin != 2) return;
+    const auto normal = [&](std::size_t side) -> const Eigen::Vector3d& {
+      return surface.normal[static_cast<std::size_t>(edges[side].triangle)];
+    };
+    if (normal(begin).dot(normal(begin + 1)) >= sharp_cosine) return;
+    const auto corner = [&](int vertex) -> const Eigen::Vector3d& {
+      return mesh.vertices[static_cast<std::size_t>(vertex)];
+    };
+    length += (corner(edges[begin].low) - corner(edges[begin].high)).norm();
+  });
+  return length;
+}
+
+double contrast_of(const ObjectMedium& medium) {
+  if (medium.homogeneous()) return 1.0;
+  const Coefficients low = medium.smallest(), high = medium.largest();
+  const double least_mu = std::max(low.mu, 1e-3 / (3.0 * high.kappa));  // less hardly absorbs
+  return std::max(high.kappa / low.kappa, std::max(high.mu, least_mu) / least_mu);
+}
+
+}  // namespace
+
+ObjectFeatures features_of(const ObjectProblem& problem) {
+  const Eigen::AlignedBox3d box = bounding_box(problem.mesh);
+  const Coefficients mean = mean_coefficients(problem.medium, box);
+  const double mean_free_path = 3.0 * mean.kappa;
+  const double longest = box.sizes().maxCoeff();
+  double area = 0.0;
+  for (const double a : problem.surface.area) area += a;
+  ObjectFeatures features;
+  features.size = longest / mean_free_path;
+  features.thickness = 2.0 * enclosed_volume(problem.mesh) / area / mean_free_path;
+  features.albedo = 1.0 - mean.mu * mean_free_path;
+  features.edges = std::min(sharp_length(problem.mesh, problem.surface) * mean_free_path / area,
+                            most_edges / features.size);
+  features.surface = area / (longest * longest);
+  features.contrast = contrast_of(problem.medium);
+  features.block = block::block_grid(problem.mesh, problem.medium).has_value();
+  features.beams = std::any_of(problem.lights.begin(), problem.lights.end(),
+                               [](const ObjectLight& light) { return !light.beams.empty(); });
+  features.triangles = problem.surface.size();
+  return features;
+}
+
+}  // namespace kappamu::forward

@@ -1,0 +1,30 @@
+// What the errors and costs of models of objects depend on: a few numbers of shape and medium.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "forward/object_model.h"
+
+namespace kappamu::forward {
+
+/// All but `triangles` are dimensionless; lengths are in mean free paths 3κ.
+struct ObjectFeatures {
+  double size = 0.0;       ///< longest edge of the box
+  double thickness = 0.0;  ///< 2V/S: the thickness of a slab, two thirds of a sphere's radius
+  double albedo = 1.0;     ///< σs'/(σs' + μ)
+  /// Length of edges sharper than 40°, times a mean free path, over S; at most 3 over `size`, as a
+  /// flat box has: creases of a rough mesh are no such edges.
+  double edges = 0.0;
+  double surface = 0.0;   ///< S over the square of the box's longest edge
+  double contrast = 1.0;  ///< largest over smallest κ or μ, the greater; 1: homogeneous
+  bool block = false;     ///< a box of whole voxels, as the model `grid` needs
+  bool beams = true;      ///< at least one light is collimated
+  std::size_t triangles = 0;
+};
+
+/// Of a medium that varies: κ the harmonic mean and μ the mean, over points of a lattice in the
+/// object's box.
+ObjectFeatures features_of(const ObjectProblem& problem);
+
+}  // namespace kappamu::forward

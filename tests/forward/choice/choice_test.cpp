@@ -1,0 +1,250 @@
+// What model `auto` knows of an object, and what it takes: laws that hold whatever the table says.
+#include "forward/choice/choice.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "../embedded/embedded_test_tools.h"
+#include "core/mesh/shapes.h"
+#include "forward/choice/auto_model.h"
+#include "forward/object_models.h"
+
+namespace kappamu::forward {
+namespace {
+
+using testing::HasSubstr;
+
+struct Lit {
+  Lit(TriangleMesh its_mesh, const ObjectMedium& filling)
+      : mesh(std::move(its_mesh)),
+        surface(surface_of(mesh)),
+        rays(embedded::make_caster(mesh)),
+        medium(filling),
+        lights(1) {
+    const Eigen::Vector3d direction = Eigen::Vector3d(-1.0, -2.0, -3.0).normalized();
+    for (std::size_t t = 0; t < surface.size(); ++t) {
+      const double cosine = -direction.dot(surface.normal[t]);
+      if (cosine <= 0.0) continue;
+      lights[0].beams.push_back(
+          {static_cast<int>(t), surface.position[t], direction, cosine * surface.area[t]});
+    }
+  }
+  ObjectProblem problem() const { return {mesh, surface, *rays, medium, 1.3, lights}; }
+
+  TriangleMesh mesh;
+  Surface surface;
+  std::unique_ptr<RayCaster> rays;
+  ObjectMedium medium;
+  std::vector<ObjectLight> lights;
+};
+
+ObjectMedium two_halves(double contrast) {
+  const GridShape shape{2, 1, 1, 1.0};
+  auto volume =
+      std::make_shared<Medium>(Medium{Volume<double>(shape, 0.2), Volume<double>(shape, 0.01)});
+  volume->kappa[1] *= contrast;
+  return {volume, Eigen::Affine3d::Identity(), Wrap::clamp};
+}
+
+TEST(ObjectFeatures, AreWhatGeometrySays) {
+  const ObjectMedium medium(Coefficients{0.1, 0.02});  // a mean free path of 0.3 mm
+  const ObjectFeatures cube = features_of(Lit(make_shape("cube", 3.0, 8), medium).problem());
+  EXPECT_NEAR(cube.size, 10.0, 1e-9);
+  EXPECT_NEAR(cube.thickness, 2.0 * 10.0 / 6.0, 1e-9);
+  EXPECT_NEAR(cube.albedo, 1.0 - 0.02 * 0.3, 1e-12);
+  EXPECT_NEAR(cube.edges, 12.0 * 3.0 * 0.3 / (6.0 * 9.0), 1e-9);
+  EXPECT_NEAR(cube.surface, 6.0, 1e-9);
+  EXPECT_EQ(cube.contrast, 1.0);
+  EXPECT_TRUE(cube.block);
+  EXPECT_TRUE(cube.beams);
+  const ObjectFeatures ball = features_of(Lit(make_shape("sphere", 3.0, 24), medium).problem());
+  EXPECT_NEAR(ball.thickness, 10.0 / 3.0, 0.01 * ball.thickness);
+  EXPECT_EQ(ball.edges, 0.0);
+  EXPECT_FALSE(ball.block);
+  EXPECT_EQ(features_of(Lit(make_shape("cube", 3.0, 8), two_halves(7.0)).problem()).contrast, 7.0);
+}
+
+TEST(ObjectFeatures, DoNotDependOnScaleOrTessellation) {
+  const auto features = [](double scale, int tessellation) {
+    return features_of(Lit(make_shape("cylinder", 4.0 * scale, tessellation),
+                           ObjectMedium(Coefficients{0.2 * scale, 0.01 / scale}))
+                           .problem());
+  };
+  const ObjectFeatures one = features(1.0, 24), large = features(1000.0, 24),
+                       fine = features(1.0, 48);
+  constexpr double rounding = 1e-9, facets = 0.02;
+  for (const auto member : {&ObjectFeatures::size, &ObjectFeatures::thickness,
+                            &ObjectFeatures::albedo, &ObjectFeatures::edges}) {
+    EXPECT_NEAR(large.*member, one.*member, rounding * one.*member);
+    EXPECT_NEAR(fine.*member, one.*member, facets * one.*member);
+  }
+}
+
+ObjectFeatures features(double thickness, double albedo) {
+  ObjectFeatures result;
+  result.size = 3.0 * thickness;
+  result.thickness = thickness;
+  result.albedo = albedo;
+  result.edges = 0.05;
+  result.surface = 3.0;
+  result.triangles = 20'000;
+  return result;
+}
+
+Choice choice_of(const ObjectFeatures& object, double tolerance, const MachineCosts& costs = {}) {
+  ObjectOptions asked;
+  asked.tolerance = tolerance;
+  asked.photons = 1ULL << 40;
+  return choose_model({&object, 1}, asked, costs);
+}
+
+const ModelCandidate& candidate(const Choice& choice, const std::string& name) {
+  for (const ModelCandidate& c : choice.candidates) {
+    if (c.model == name) return c;
+  }
+  throw std::logic_error(name);
+}
+
+TEST(Choice, IsTheCheapestWithinTheToleranceAndNeverDearerForALooserOne) {
+  for (const double thickness : {1.5, 5.0, 20.0}) {
+    for (const double albedo : {0.8, 0.97, 0.999}) {
+      std::optional<double> last;
+      for (const double tolerance : {0.01, 0.03, 0.1, 0.3}) {
+        const Choice choice = choice_of(features(thickness, albedo), tolerance);
+        const ModelCandidate& taken = choice.candidates.front();
+        ASSERT_TRUE(choice.within_tolerance);  // random walks always can
+        EXPECT_LE(taken.error.value(), tolerance);
+        for (const ModelCandidate& other : choice.candidates) {
+          if (other.error && *other.error <= tolerance) {
+            EXPECT_LE(taken.seconds.value(), other.seconds.value());
+          }
+        }
+        if (last) {
+          EXPECT_LE(taken.seconds.value(), *last);
+        }
+        last = taken.seconds;
+      }
+    }
+  }
+}
+
+TEST(Choice, HasEveryMeasuredModelOnceWithAReason) {
+  std::map<std::string, int> seen;
+  for (const ModelCandidate& c : choice_of(features(5.0, 0.99), 0.1).candidates) {
+    ++seen[c.model];
+    EXPECT_FALSE(c.reason.empty()) << c.model;
+  }
+  EXPECT_EQ(seen.size(), measured_models().size());
+  for (const auto& [name, times] : seen) {
+    EXPECT_EQ(times, 1) << name;
+    EXPECT_THAT(object_model_names(), testing::Contains(name));
+  }
+}
+
+TEST(Choice, LeavesOutWhatCannotAnswer) {
+  ObjectFeatures mixed = features(5.0, 0.99);
+  mixed.contrast = 2.0;
+  const Choice choice = choice_of(mixed, 0.2);
+  EXPECT_FALSE(candidate(choice, "dipole-rotated").error);
+  EXPECT_THAT(candidate(choice, "dipole-rotated").reason, HasSubstr("not the same everywhere"));
+  EXPECT_THAT(candidate(choice, "grid").reason, HasSubstr("no box"));
+  EXPECT_TRUE(candidate(choice, "embedded").error);
+  // Where nothing was measured only transport is known to be right.
+  const Choice dark = choice_of(features(5.0, 0.2), 0.2);
+  EXPECT_EQ(dark.candidates.front().model, "montecarlo");
+  EXPECT_THAT(candidate(dark, "embedded").reason, HasSubstr("albedo"));
+  const Choice thin = choice_of(features(0.1, 0.99), 0.2);
+  EXPECT_EQ(thin.candidates.front().model, "montecarlo");
+  EXPECT_THAT(candidate(thin, "embedded").reason, HasSubstr("thin"));
+  ObjectOptions asked;
+  asked.tolerance = 0.2;
+  asked.follow_reentry = true;
+  const ObjectFeatures usual = features(5.0, 0.99);
+  EXPECT_THAT(candidate(choose_model({&usual, 1}, asked, {}), "dipole-rotated").reason,
+              HasSubstr("again"));
+}
+
+TEST(Choice, FollowsTheCostsOfThisMachine) {
+  const ObjectFeatures thick = features(20.0, 0.98);
+  const Choice usual = choice_of(thick, 0.3);
+  ASSERT_TRUE(usual.candidates[1].error && *usual.candidates[1].error <= 0.3);
+  const Choice other = choice_of(thick, 0.3, {{usual.candidates[0].model, 1e4}});
+  EXPECT_EQ(other.candidates[0].model, usual.candidates[1].model);
+}
+
+TEST(Choice, AsksTheWorstChannel) {
+  const std::vector<ObjectFeatures> channels{features(20.0, 0.999), features(2.0, 0.8)};
+  ObjectOptions asked;
+  asked.tolerance = 0.1;
+  const double both = candidate(choose_model(channels, asked, {}), "embedded").error.value();
+  EXPECT_EQ(both, candidate(choice_of(channels[1], 0.1), "embedded").error.value());
+  EXPECT_GT(both, candidate(choice_of(channels[0], 0.1), "embedded").error.value());
+}
+
+TEST(Choice, PhotonsGrowWithTheToleranceSquared) {
+  const ObjectFeatures object = features(5.0, 0.99);
+  const auto photons = [&](double tolerance) {
+    ObjectOptions asked;
+    asked.tolerance = tolerance;
+    asked.photons = 1ULL << 40;
+    return static_cast<double>(options_for("montecarlo", {&object, 1}, asked).photons);
+  };
+  EXPECT_NEAR(photons(0.005) / photons(0.01), 4.0, 1e-3);
+}
+
+/// Absorbs so strongly that only random walks are known to be right.
+ObjectMedium dark() {
+  return ObjectMedium(Coefficients{0.2, 0.9});
+}
+
+TEST(AutoModel, IsTheModelItTakes) {
+  const Lit ball(make_shape("sphere", 5.0, 12), ObjectMedium(Coefficients{0.1, 0.01}));
+  ObjectOptions asked;
+  asked.tolerance = 0.2;
+  Progress silent;
+  const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
+  ASSERT_EQ(result.candidates.size(), measured_models().size());
+  const std::string& taken = result.candidates.front().model;
+  EXPECT_THAT(result.candidates.front().reason, HasSubstr("cheapest"));
+  const ObjectFeatures object = features_of(ball.problem());
+  const ObjectResult same = make_object_model(taken)->solve(
+      ball.problem(), options_for(taken, {&object, 1}, asked), silent);
+  EXPECT_EQ(result.exitance, same.exitance);
+  EXPECT_TRUE(same.candidates.empty());
+}
+
+TEST(AutoModel, PassesOverModelsThatRefuse) {
+  const Lit ball(make_shape("sphere", 5.0, 12), ObjectMedium(Coefficients{0.1, 0.01}));
+  ObjectOptions asked;
+  asked.tolerance = 0.2;
+  asked.max_elements = 10;  // fewer than any surface has; photons do not count
+  Progress silent;
+  const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
+  EXPECT_EQ(result.candidates.front().model, "montecarlo");
+  EXPECT_THAT(result.candidates[1].reason, HasSubstr("refused: "));
+}
+
+TEST(AutoModel, WalksThePhotonsThatTheToleranceNeeds) {
+  const Lit ball(make_shape("sphere", 5.0, 16), dark());
+  ObjectOptions asked;
+  asked.tolerance = 0.2;
+  asked.photons = 1 << 30;
+  Progress silent;
+  const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
+  ASSERT_EQ(result.candidates.front().model, "montecarlo");
+  // The table's law of noise, on an object far from those it was made from.
+  EXPECT_LT(result.error_estimate[0], 1.5 * asked.tolerance);
+  EXPECT_GT(result.error_estimate[0], 0.3 * asked.tolerance);
+  asked.photons = 30'000;
+  asked.tolerance = 0.01;
+  const ObjectResult few = make_auto_model({})->solve(ball.problem(), asked, silent);
+  EXPECT_EQ(few.elements, 30'000U);
+  EXPECT_FALSE(few.converged);
+  EXPECT_THAT(few.warnings, testing::Contains(HasSubstr("no model is expected")));
+}
+
+}  // namespace
+}  // namespace kappamu::forward
