@@ -2,10 +2,12 @@
 // ours (figure 15 of [W]).
 #include <gtest/gtest.h>
 
+#include <cstdio>
 #include <random>
 
 #include "core/optics.h"
-#include "forward/polygrid/linear_solver.h"
+#include "device/device_info.h"
+#include "forward/polygrid/opencl/opencl_solver.h"
 #include "forward/polygrid/reference/relaxation.h"
 #include "made_polygrid.h"
 
@@ -71,7 +73,8 @@ TEST(PolygridWeights, CoarserLevelsHaveTheirChildrensMeans) {
 /// answer, as figure 15 has it.
 struct Trial {
   static constexpr int n = 16;
-  static constexpr double target = 0.005;  ///< Σ (L − L₀)²/Σ L₀²
+  /// Σ (L − L₀)²/Σ L₀²: the paper's, and 0.3 % of L.
+  static constexpr double papers_target = 5e-3, target = 1e-5;
   Polygrid grid = box_polygrid({n, n, n}, {10, 10, 10});
   std::vector<Coefficients> of_cell =
       std::vector<Coefficients>(grid.cell.size(), Coefficients{0.3, 0.003});
@@ -96,13 +99,13 @@ struct Trial {
     }
     return difference / size;
   }
-  /// Nodes processed on the finest level and before until the error is below the target; 0: never.
+  /// Nodes processed, `processed` before, until the error is below `wanted`; 0: never.
   std::size_t until_target(NodeFluence fluence, int depth, std::size_t processed,
-                           const NodeFluence& exact, int most_steps) const {
+                           const NodeFluence& exact, double wanted) const {
     std::size_t reached = 0;
-    for (int step = 0; step < most_steps && reached == 0; ++step) {
+    for (int step = 0; step < 4000 && reached == 0; ++step) {
       relax(levels[0], A, 1, depth, fluence, [&](std::size_t nodes) { processed += nodes; });
-      if (error(fluence, exact) <= target) reached = processed;
+      if (error(fluence, exact) <= wanted) reached = processed;
     }
     return reached;
   }
@@ -113,7 +116,7 @@ TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
   NodeFluence exact = trial.dark(trial.levels[0]);
   relax(trial.levels[0], A, 4000, 0, exact, {});
   const std::size_t plain =
-      trial.until_target(trial.dark(trial.levels[0]), 0, 0, exact, 4000);
+      trial.until_target(trial.dark(trial.levels[0]), 0, 0, exact, Trial::target);
   // From the coarsest level on, 60 steps each.
   std::size_t processed = 0;
   const auto count = [&](std::size_t nodes) { processed += nodes; };
@@ -122,16 +125,16 @@ TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
   fluence = from_coarser(trial.levels[1], fluence);
   relax(trial.levels[1], A, 60, 0, fluence, count);
   fluence = from_coarser(trial.levels[0], fluence);
-  const std::size_t hierarchical = trial.until_target(fluence, 0, processed, exact, 4000);
-  const std::size_t adaptive = trial.until_target(fluence, 4, processed, exact, 4000);
+  const std::size_t hierarchical = trial.until_target(fluence, 0, processed, exact, Trial::target);
+  const std::size_t coarse_target =
+      trial.until_target(fluence, 0, processed, exact, Trial::papers_target);
+  const std::size_t adaptive =
+      trial.until_target(fluence, 4, processed, exact, Trial::papers_target);
   ASSERT_GT(plain, 0U);
   ASSERT_GT(hierarchical, 0U);
-  EXPECT_LT(3 * hierarchical, plain);
+  EXPECT_LT(2 * hierarchical, plain);
   EXPECT_GT(adaptive, 0U);
-  EXPECT_LT(adaptive, hierarchical);
-  RecordProperty("plain", static_cast<int>(plain));
-  RecordProperty("hierarchical", static_cast<int>(hierarchical));
-  RecordProperty("adaptive", static_cast<int>(adaptive));
+  EXPECT_LE(adaptive, coarse_target);
 
   // The relaxation's converged answer is ours within its own discretisation.
   const Equations equations(trial.grid, A);
@@ -146,19 +149,44 @@ TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
           0.25 * trial.grid.area[b] * trial.q[b] / (2.0 * A);
     }
   }
+  const auto boundary_means = [&](const std::vector<double>& at_corners) {
+    NodeFluence result = exact;
+    for (std::size_t b = 0; b < trial.q.size(); ++b) {
+      const auto& corners =
+          trial.grid.cell_corners[static_cast<std::size_t>(trial.grid.boundary_cell[b])];
+      result.boundary[b] = 0.0;
+      for (const int c : side_corners(trial.grid.boundary_side[b])) {
+        result.boundary[b] +=
+            0.25 * at_corners[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])];
+      }
+    }
+    return result;
+  };
   std::vector<std::vector<double>> x;
   solver->solve({{0, load}}, x, 1e-8, 2000);
-  NodeFluence ours = exact;
-  for (std::size_t b = 0; b < trial.q.size(); ++b) {
-    const auto& corners =
-        trial.grid.cell_corners[static_cast<std::size_t>(trial.grid.boundary_cell[b])];
-    ours.boundary[b] = 0.0;
-    for (const int c : side_corners(trial.grid.boundary_side[b])) {
-      ours.boundary[b] +=
-          0.25 * x[0][static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])];
+  const NodeFluence converged = boundary_means(x[0]);
+  EXPECT_LE(trial.error(exact, converged), 0.05 * 0.05);
+
+  // Ours: a row of 27 counts as four nodes of six links, a V-cycle passes every level twice.
+  const Hierarchy hierarchy(equations, trial.grid);
+  const auto multigrid = make_opencl_solver(
+      equations, hierarchy,
+      device::Context::of(device::choose(device::list_devices(), "auto").index), Precision::single);
+  multigrid->set_media({equations.values(trial.of_cell)});
+  std::size_t per_iteration = 4 * equations.unknowns(), ours = 0;
+  for (const GraphLevel& level : hierarchy.level()) per_iteration += 2 * level.links.rows();
+  for (int iterations = 1; iterations < 40 && ours == 0; ++iterations) {
+    std::vector<std::vector<double>> y;
+    multigrid->solve({{0, load}}, y, 1e-9, iterations);
+    if (trial.error(boundary_means(y[0]), converged) <= Trial::target) {
+      ours = static_cast<std::size_t>(iterations) * per_iteration;
     }
   }
-  EXPECT_LE(trial.error(exact, ours), 0.05 * 0.05);
+  ASSERT_GT(ours, 0U);
+  EXPECT_LT(ours, hierarchical);
+  std::printf("nodes processed: plain %zu, hierarchical %zu, ours %zu; to 0.5 %%: hierarchical %zu, adaptive "
+              "%zu\n",
+              plain, hierarchical, ours, coarse_target, adaptive);
 }
 
 }  // namespace
