@@ -22,9 +22,10 @@ namespace kappamu::forward {
 namespace {
 
 constexpr int least_cells = 100, most_cells = 4'000'000;
-/// Cells of the grid along an edge of a cell of the polycube, in the order they are tried: the
-/// fewer cells the polycube has, the more regular the grid.
-constexpr std::array<int, 3> refinements{4, 2, 1};
+/// Cells of the grid along an edge of a cell of the polycube, in the order they are tried. The fewer
+/// cells the polycube has, the more regular is the grid and the worse are the cells of thin parts: 2
+/// is the largest that keeps them good on most objects (docs/polygrid.md).
+constexpr std::array<int, 3> refinements{2, 1, 4};
 constexpr int finest_drawn_refinement = 64;
 /// What is asked of a grid. Where no refinement reaches it, the best is returned with a warning.
 constexpr double good_jacobian = 0.2, good_gap = 1.5;
@@ -34,7 +35,7 @@ constexpr double voxel_area = 1.3;
 
 constexpr MapEffort of_polycube{20, 0.3, 30.0, 1, false};
 constexpr MapEffort of_refined{10, 10.0, 30.0, 1, false};
-constexpr MapEffort of_grid{10, 10.0, 3000.0, 2, true};
+constexpr MapEffort of_grid{10, 10.0, 3000.0, 3, true};
 
 double processor_seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
