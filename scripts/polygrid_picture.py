@@ -25,10 +25,10 @@ def draw(axes, stem):
     light = np.array([0.4, -0.8, 0.5])
     shade = 0.5 + 0.5 * np.clip(normal @ light / np.linalg.norm(light), 0, 1)
     colour = plt.cm.viridis(jacobian)[:, :3] * shade[:, None]
-    axes.add_collection3d(Poly3DCollection(faces[seen], facecolors=colour[seen], edgecolors="k", linewidths=0.1))
+    axes.add_collection3d(Poly3DCollection(faces[seen], facecolors=colour[seen], edgecolors="k", linewidths=0.15))
     low, high = faces.reshape(-1, 3).min(0), faces.reshape(-1, 3).max(0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=1.5)
+    axes.set_box_aspect(high - low, zoom=1.1)
     axes.view_init(15, -60)
     axes.set_axis_off()
     axes.set_title(f"{pathlib.Path(stem).name}: least {jacobian.min():.2f} on the surface", fontsize=9)
@@ -44,7 +44,7 @@ def main():
     bar = figure.add_axes([0.35, 0.05, 0.3, 0.02])
     figure.colorbar(plt.cm.ScalarMappable(cmap="viridis"), cax=bar, orientation="horizontal", label="scaled Jacobian")
     figure.subplots_adjust(0, 0.08, 1, 0.95, 0, 0)
-    figure.savefig(sys.argv[1], dpi=110)
+    figure.savefig(sys.argv[1], dpi=100)
 
 
 if __name__ == "__main__":
