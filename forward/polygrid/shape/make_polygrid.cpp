@@ -22,19 +22,20 @@ namespace kappamu::forward {
 namespace {
 
 constexpr int least_cells = 100, most_cells = 4'000'000;
-/// Cells of the grid along an edge of a cell of the polycube, in the order they are tried: the
-/// fewer cells the polycube has, the more regular the grid.
-constexpr std::array<int, 3> refinements{4, 2, 1};
+/// Cells of the grid along an edge of a cell of the polycube, in the order they are tried. The
+/// fewer cells the polycube has, the more regular is the grid and the worse are the cells of thin
+/// parts: 2 is the largest that keeps them good on most objects (docs/polygrid.md).
+constexpr std::array<int, 3> refinements{2, 1, 4};
 constexpr int finest_drawn_refinement = 64;
 /// What is asked of a grid. Where no refinement reaches it, the best is returned with a warning.
-constexpr double good_jacobian = 0.2, good_gap = 1.5;
+constexpr double good_jacobian = 0.2, good_gap = 1.5, good_volume = 0.1;  // of |ratio - 1|
 /// Area of a mended voxel surface over the object's: 1.5 is the mean over directions, mending evens
 /// it.
 constexpr double voxel_area = 1.3;
 
 constexpr MapEffort of_polycube{20, 0.3, 30.0, 1, false};
 constexpr MapEffort of_refined{10, 10.0, 30.0, 1, false};
-constexpr MapEffort of_grid{10, 10.0, 3000.0, 2, true};
+constexpr MapEffort of_grid{10, 10.0, 3000.0, 3, true};
 
 double processor_seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
@@ -139,6 +140,11 @@ class Maker {
                               to_text(quality.largest_gap * boundary_spacing(made.grid)) +
                               " mm away from it: they are too thin for its cells, take more.");
     }
+    if (std::abs(quality.volume_ratio - 1.0) > good_volume) {
+      made.warnings.push_back("The polygrid has " + to_text(quality.volume_ratio) +
+                              " times the object's volume, where parts are too thin for its cells: "
+                              "take more.");
+    }
     for (const std::string& warning : made.warnings) progress_.warn(warning);
     return made;
   }
@@ -153,13 +159,15 @@ class Maker {
 };
 
 bool good(const PolygridQuality& quality) {
-  return quality.least_jacobian >= good_jacobian && quality.largest_gap <= good_gap;
+  return quality.least_jacobian >= good_jacobian && quality.largest_gap <= good_gap &&
+         std::abs(quality.volume_ratio - 1.0) <= good_volume;
 }
 
-/// Up to 2, larger is better.
+/// Up to 3, larger is better.
 double score(const PolygridQuality& quality) {
   return std::min(1.0, quality.least_jacobian / good_jacobian) +
-         std::min(1.0, good_gap / quality.largest_gap);
+         std::min(1.0, good_gap / quality.largest_gap) +
+         std::min(1.0, good_volume / std::abs(quality.volume_ratio - 1.0));
 }
 
 }  // namespace

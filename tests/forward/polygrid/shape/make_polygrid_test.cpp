@@ -1,4 +1,4 @@
-// Polygrids of shapes whose volume, area and topology are known, and of meshes that admit none.
+// Polygrids of shapes whose volume and topology are known, and of meshes that admit none.
 // Not tested here: real meshes (`kappamu bench polygrid`).
 #include "forward/polygrid/shape/make_polygrid.h"
 
@@ -6,18 +6,18 @@
 
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "core/error.h"
+#include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/place_nodes.h"
 
 namespace kappamu::forward {
 namespace {
 
 using Eigen::Vector3d;
-using std::numbers::pi;
 
 MadePolygrid made(const TriangleMesh& mesh, int cells, double first_layer = 0.1) {
   Progress progress;
@@ -44,12 +44,12 @@ TEST(MakePolygrid, QualityIsThatAskedFor) {
       {"cylinder", cylinder_mesh(5.0, 16.0, 40)},
       {"box", box_mesh({10.0, 7.0, 4.0}, 20)}};
   for (const auto& [name, mesh] : shapes) {
-    const MadePolygrid grid = made(mesh, 3000);
+    const MadePolygrid grid = made(mesh, 2000);
     const PolygridQuality& quality = grid.quality;
     EXPECT_EQ(quality.inverted, 0) << name;
     EXPECT_GE(quality.least_jacobian, 0.2) << name;
     EXPECT_GE(quality.mean_jacobian, 0.85) << name;
-    EXPECT_NEAR(quality.cells, 3000, 1000) << name;
+    EXPECT_NEAR(quality.cells, 2000, 667) << name;
     EXPECT_NEAR(quality.volume_ratio, 1.0, 0.03) << name;
     EXPECT_LE(quality.largest_gap, 1.0) << name;
     EXPECT_TRUE(grid.warnings.empty()) << name << ": " << grid.warnings[0];
@@ -57,19 +57,14 @@ TEST(MakePolygrid, QualityIsThatAskedFor) {
   }
 }
 
-TEST(MakePolygrid, VolumeAndAreaOfASphereConvergeAtOrderTwo) {
-  // The faces' corners lie on the sphere, so both errors are of the squared edge; cells as 1, 8.
+TEST(MakePolygrid, VolumeOfASphereConvergesAtOrderTwo) {
+  // The faces' corners lie on the sphere, so the error is of the squared edge; cells as 1, 8.
   const TriangleMesh mesh = sphere_mesh(10.0, 120);
-  double volume_error[2], area_error[2];
-  for (int level = 0; level < 2; ++level) {
-    const MadePolygrid grid = made(mesh, level == 0 ? 1000 : 8000);
-    double area = 0.0;
-    for (const double a : grid.grid.area) area += a;
-    volume_error[level] = 1.0 - grid.quality.volume_ratio;
-    area_error[level] = 1.0 - area / (400.0 * pi);
-  }
-  EXPECT_NEAR(std::log2(volume_error[0] / volume_error[1]), 2.0, 0.5);
-  EXPECT_NEAR(std::log2(area_error[0] / area_error[1]), 2.0, 0.5);
+  const double coarse = 1.0 - made(mesh, 1000).quality.volume_ratio;
+  const double fine = 1.0 - made(mesh, 8000).quality.volume_ratio;
+  // Each grid has a polycube of its own, whose cells are not similar.
+  constexpr double other_polycube = 0.5;
+  EXPECT_NEAR(std::log2(coarse / fine), 2.0, other_polycube);
 }
 
 TEST(MakePolygrid, BoundaryNodesLieOnTheSurfaceAndTheFirstLayerBelowThem) {
@@ -111,6 +106,31 @@ TEST(MakePolygrid, IsTheSameForEqualInputAndForAnotherUnit) {
     off = std::max(off, (1024.0 * one.corner[c] - other.corner[c]).norm());
   }
   EXPECT_LT(off, 1e-6 * 10240.0);
+}
+
+TEST(MakePolygrid, KeepsFourHandles) {
+  // A slab with four square holes: the surface of a polycube is a mesh as well.
+  std::vector<Eigen::Vector3i> cells;
+  for (int y = 0; y < 3; ++y) {
+    for (int x = 0; x < 9; ++x) {
+      if (y != 1 || x % 2 == 0) cells.emplace_back(x, y, 0);
+    }
+  }
+  const Polycube slab = lattice_polycube(cells, Vector3d::Zero(), 3.0);
+  const TriangleMesh mesh =
+      check_mesh(surface_of_grid(layered_lattice(slab, 0.1).grid), "slab").mesh;
+  ASSERT_EQ(genus(mesh), 4);
+  const MadePolygrid grid = made(mesh, 3000);
+  EXPECT_EQ(grid.quality.inverted, 0);
+  EXPECT_GE(grid.quality.least_jacobian, 0.2);
+  EXPECT_EQ(genus(surface_of_grid(grid.grid)), 4);
+}
+
+TEST(MakePolygrid, ReportsASpikeThinnerThanItsCells) {
+  const MadePolygrid grid = made(make_shape("spike", 40.0, 40), 1000);
+  EXPECT_EQ(grid.quality.inverted, 0);
+  ASSERT_EQ(grid.warnings.size(), 1U);
+  EXPECT_NE(grid.warnings[0].find("leaves parts of the object out"), std::string::npos);
 }
 
 TEST(MakePolygrid, TakesAPolycubeDrawnByAPerson) {
