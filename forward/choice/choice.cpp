@@ -31,7 +31,7 @@ std::string percent(double value) {
 
 std::string number(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2g", value);
+  std::snprintf(text.data(), text.size(), value < 100.0 ? "%.2g" : "%.0f", value);
   return text.data();
 }
 
