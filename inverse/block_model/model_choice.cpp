@@ -15,6 +15,7 @@ namespace {
 /// A refreshed correction that moves χ² by less than this share needs no further descent.
 constexpr double settled = 0.003;
 constexpr int most_corrections = 4;
+constexpr int most_by_transport = 12;
 
 /// The same layers in slices of half the depth.
 LayeredMedium halved_slices(LayeredMedium medium) {
@@ -42,7 +43,7 @@ class Level {
   const SolveCount& solves() const { return objective_.solves(); }
 
   /// r at `medium` is known.
-  void set_correction(const LayeredMedium& medium, const std::vector<double>& correction) {
+  void set_correction(const LayeredMedium& medium, const Correction& correction) {
     objective_.set_correction(correction);
     corrected_at_ = fields(medium);
   }
@@ -51,7 +52,8 @@ class Level {
     refresh(start);
     LayerFitter fitter(objective_, start);
     LayeredFit found = fitter.descend(useful());
-    for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {
+    const int most = refinement_.photons ? most_by_transport : most_corrections;
+    for (int k = 1; options_.correct_grid && k < most; ++k) {
       const double chi2 = refresh(found.medium);
       if (std::abs(chi2 - found.chi2_per_value) <= settled * found.chi2_per_value) break;
       found = fitter.descend(useful());
@@ -111,7 +113,7 @@ std::string name_of(int layers) {
 
 class Search {
  public:
-  Search(const GridLevels& levels, double kappa, double mu, const std::vector<double>& correction,
+  Search(const GridLevels& levels, double kappa, double mu, const Correction& correction,
          const ModelSearchOptions& options, const std::function<void(const std::string&)>& tell)
       : levels_(levels),
         correction_(correction),
@@ -184,7 +186,7 @@ class Search {
   }
 
   const GridLevels& levels_;
-  const std::vector<double>& correction_;
+  const Correction& correction_;
   const ModelSearchOptions& options_;
   const std::function<void(const std::string&)>& tell_;
   LayeredMedium best_;  ///< of the last trial, in slices of the grid at hand
@@ -194,8 +196,7 @@ class Search {
 }  // namespace
 
 ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
-                                 const std::vector<double>& correction,
-                                 const ModelSearchOptions& options,
+                                 const Correction& correction, const ModelSearchOptions& options,
                                  const std::function<void(const std::string&)>& tell) {
   return Search(levels, kappa, mu, correction, options, tell).run();
 }
