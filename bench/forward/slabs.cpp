@@ -38,10 +38,6 @@ SlabTotals unscattered(const OpticalSlab& slab) {
   return {r + down * pass * r * pass * t, down * pass * t, 0.0, 0.0};
 }
 
-OpticalSlab optical(const MeasuredSlab& m) {
-  return {m.n_sample, m.n_slide, m.thickness, m.sigma_a, m.sigma_s_prime, m.anisotropy};
-}
-
 SlabPrediction measured_by(const MeasuredSlab& m, const OpticalSlab& slab, const SlabTotals& total,
                            const SlabTotals& diffuse) {
   if (m.spheres != 1) {
@@ -128,20 +124,6 @@ SlabTotals diffuse_slab(const OpticalSlab& slab, Incidence incidence) {
   return totals;
 }
 
-SlabPrediction predict_by_diffusion(const MeasuredSlab& m) {
-  const OpticalSlab slab = optical(m);
-  return measured_by(m, slab, diffuse_slab(slab, Incidence::normal),
-                     m.spheres == 1 ? diffuse_slab(slab, Incidence::diffuse) : SlabTotals{});
-}
-
-SlabPrediction predict_by_photons(const MeasuredSlab& m, std::uint64_t photons,
-                                  std::uint64_t seed) {
-  const OpticalSlab slab = optical(m);
-  return measured_by(
-      m, slab, trace_slab(slab, Incidence::normal, photons, seed),
-      m.spheres == 1 ? trace_slab(slab, Incidence::diffuse, photons, seed + 1) : SlabTotals{});
-}
-
 std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs,
                                           const SlabOptions& options, Progress& progress) {
   std::map<std::string, std::size_t> count, seen;
@@ -154,8 +136,17 @@ std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs
     if (seen[m.file]++ % step != 0) continue;
     progress.update("slabs", static_cast<double>(i) / static_cast<double>(slabs.size()),
                     m.file + " " + m.row);
-    rows.push_back(
-        {m, predict_by_diffusion(m), predict_by_photons(m, options.photons, options.seed + 2 * i)});
+    OpticalSlab slab{m.n_sample, m.n_slide, m.thickness, m.sigma_a, m.sigma_s_prime, m.anisotropy};
+    const std::uint64_t seed = options.seed + 2 * i;
+    SlabComparison row;
+    row.measured = m;
+    const bool sphere = m.spheres == 1;
+    row.diffusion = measured_by(m, slab, diffuse_slab(slab, Incidence::normal),
+                                sphere ? diffuse_slab(slab, Incidence::diffuse) : SlabTotals{});
+    row.monte_carlo = measured_by(
+        m, slab, trace_slab(slab, Incidence::normal, options.photons, seed),
+        sphere ? trace_slab(slab, Incidence::diffuse, options.photons, seed + 1) : SlabTotals{});
+    rows.push_back(row);
   }
   return rows;
 }

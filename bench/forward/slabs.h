@@ -35,11 +35,6 @@ struct SlabPrediction {
   double reflectance_error = 0.0, transmittance_error = 0.0;  ///< standard errors
 };
 
-/// What is measured, from the coefficients of `slab`; diffusion's standard errors are 0.
-SlabPrediction predict_by_diffusion(const MeasuredSlab& slab);
-SlabPrediction predict_by_photons(const MeasuredSlab& slab, std::uint64_t photons,
-                                  std::uint64_t seed);
-
 struct SlabComparison {
   MeasuredSlab measured;
   SlabPrediction diffusion, monte_carlo;

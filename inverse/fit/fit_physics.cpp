@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "inverse/block_model/fixed_point.h"
 #include "inverse/data_checks/physics_choice.h"
 #include "inverse/fit/channel_run.h"
 
@@ -42,17 +43,16 @@ void ChannelRun::choose_physics(double kappa, double mu) {
 }
 
 HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
-  const std::size_t cells = objective_->problem().setup.shape.cells();
+  const auto cells = static_cast<std::size_t>(objective_->problem().setup.shape.cells());
+  FixedPoint iteration;
+  Eigen::Vector2d at(std::log(start.kappa), std::log(start.mu));
   for (int k = 0; k < most_starts; ++k) {
-    const HomogeneousFit before = start;
-    objective_->refresh_correction(
-        levels_.refinement(state_.level),
-        {Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))});
+    objective_->refresh_correction(levels_.refinement(state_.level),
+                                   {Vector(cells, at[0]), Vector(cells, at[1])});
     start = refit_homogeneous(*objective_, start);
-    if (std::hypot(std::log(start.kappa / before.kappa), std::log(start.mu / before.mu)) <
-        start_tolerance) {
-      break;
-    }
+    const Eigen::Vector2d found(std::log(start.kappa), std::log(start.mu));
+    if ((found - at).cwiseAbs().maxCoeff() < start_tolerance) break;
+    at = iteration.next(at, found);
   }
   return start;
 }

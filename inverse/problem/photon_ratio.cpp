@@ -14,8 +14,8 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr std::uint64_t fewest_photons = 20'000;  // of each pattern
-constexpr std::uint64_t most_photons = 4'000'000;
+constexpr std::uint64_t fewest_photons = 1 << 14;  // of each pattern
+constexpr std::uint64_t most_photons = 1 << 22;
 /// Variance of a smoothed pixel over its datum's: smoothing goes no further.
 constexpr double tolerated_noise = 0.25;
 /// Relative deviation tolerated where no datum says what is.
@@ -67,7 +67,8 @@ std::uint64_t enough_photons(const PhotonProblem& problem) {
   const double wanted =
       std::clamp(upper_median(std::move(needed)), static_cast<double>(fewest_photons),
                  static_cast<double>(most_photons));
-  return static_cast<std::uint64_t>(wanted);
+  // Steps of two: chance must not change with every small change of χ².
+  return static_cast<std::uint64_t>(std::exp2(std::ceil(std::log2(wanted))));
 }
 
 /// Σ over pixels of a Gaussian of `width` pixels to `power` (its middle 1) times `map` [v][u].

@@ -54,10 +54,10 @@ struct PhotonRatio {
 };
 
 /// Photons per pattern are chosen so that a pixel's noise is, in the median, as large as its
-/// datum's deviation (within 2·10⁴ and 4·10⁶). Ratio of Gaussian means of both maps over the face,
-/// its width for each pixel the least of 0, ½, ½√2, 1, … voxels that brings the noise to half of
-/// that deviation. Voxels that leave no scattering (3κμ ≥ 1) are followed as almost pure absorbers.
-/// Throws InputError where there is no OpenCL device.
+/// datum's deviation (a power of two, 2¹⁴ to 2²²). Ratio of Gaussian means of both maps over the
+/// face, its width for each pixel the least of 0, ½, ½√2, 1, … voxels that brings the noise to half
+/// of that deviation. Voxels that leave no scattering (3κμ ≥ 1) are followed as almost pure
+/// absorbers. Throws InputError where there is no OpenCL device.
 PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& options);
 
 }  // namespace kappamu::inverse
