@@ -224,8 +224,9 @@ SurfaceMeasurements measure(const Block& block, const CoefficientPair& fine_fiel
   return m;
 }
 
-double appearance_error(const Medium& medium, const SurfaceMeasurements& exposed) {
-  const std::vector<float> predicted = inverse::predict(medium, exposed, {});
+double appearance_error(const Medium& medium, const SurfaceMeasurements& exposed,
+                        const inverse::PredictOptions& how) {
+  const std::vector<float> predicted = inverse::predict(medium, exposed, how);
   AppearanceError error;
   for (std::size_t i = 0; i < predicted.size(); ++i) {
     if (lit(exposed, i) || (!exposed.mask.empty() && exposed.mask[i] == 0)) continue;

@@ -10,6 +10,7 @@
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 #include "inverse/problem/adjoint.h"
+#include "inverse/problem/predict.h"
 
 namespace kappamu::bench {
 
@@ -71,9 +72,10 @@ void add_noise(SurfaceMeasurements& measurements, double noise, std::uint64_t se
 SurfaceMeasurements measure(const Block& block, const inverse::CoefficientPair& fine_fields,
                             int side = 4, std::uint64_t seed = 7);
 
-/// E = Σ(L' − L)²/ΣL² ([W] 6.1) of `medium`, every voxel split in 2³ and nothing corrected, against
-/// what expose() gave; where one face is lit and seen, over the unlit pixels. Masked ones are left
-/// out.
-double appearance_error(const Medium& medium, const SurfaceMeasurements& exposed);
+/// E = Σ(L' − L)²/ΣL² ([W] 6.1) of `medium`, every voxel split in 2³ and nothing corrected but
+/// diffusion itself where `how` asks for photons, against what expose() gave; where one face is lit
+/// and seen, over the unlit pixels. Masked ones are left out.
+double appearance_error(const Medium& medium, const SurfaceMeasurements& exposed,
+                        const inverse::PredictOptions& how = {});
 
 }  // namespace kappamu::bench

@@ -58,6 +58,14 @@ InverseLimit by_transport(InverseLimit limit) {
   return limit;
 }
 
+InverseLimit fitted_by_transport(InverseLimit limit, double anisotropy = 0.0) {
+  limit = by_transport(std::move(limit));
+  limit.name += anisotropy > 0.0 ? " of g = 0.8, --physics auto" : ", --physics auto";
+  limit.anisotropy = anisotropy;
+  limit.options.data.physics = inverse::Physics::automatic;
+  return limit;
+}
+
 void mask_half(SurfaceMeasurements& m) {
   const FaceShape face = m.seen_shape();
   if (m.mask.empty()) m.mask.assign(m.value.size(), 1);
@@ -77,11 +85,12 @@ void judge(const InverseLimit& limit, double stated_eta, InverseLimitOutcome& ou
   outcome.kappa_error = upper_median(std::move(of_kappa));
   outcome.mu_error = upper_median(std::move(of_mu));
   SurfaceMeasurements held_out =
-      limit.transport ? expose_photons(limit.block, limit.figure, judging, 2)
+      limit.transport ? expose_photons(limit.block, limit.figure, judging, 2, limit.anisotropy)
                       : expose_figure(limit.block, limit.figure, judging, fine, limit.eta);
   // As whoever uses the volume would light it: with the eta that was stated.
   held_out.eta = stated_eta;
-  outcome.error = appearance_error(found, held_out);
+  outcome.error = appearance_error(
+      found, held_out, inverse::predict_options(limit.options, outcome.fit->report.physics));
 }
 
 }  // namespace
@@ -108,8 +117,12 @@ std::vector<InverseLimit> inverse_limits() {
       {"inclusions of contrast 100", block, inclusions(kappa, mu, 10.0)},
       absorbing,
       by_transport(absorbing),
+      fitted_by_transport(absorbing),
       thin,
       by_transport(thin),
+      fitted_by_transport(thin),
+      fitted_by_transport(thin, 0.8),
+      fitted_by_transport({"1 mean free path thick", {.grid = {12, 12, 4, 0.15}}, thin.figure}),
       half_masked("front-lit, half the face masked", front),
       dark("all dark", block),
       wild("1 % of wild pixels", block, inverse::Loss::gaussian),
@@ -128,7 +141,7 @@ InverseLimit inverse_limit(const std::string& name) {
 
 InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::string& device) {
   SurfaceMeasurements m =
-      limit.transport ? expose_photons(limit.block, limit.figure, limit.side, 1)
+      limit.transport ? expose_photons(limit.block, limit.figure, limit.side, 1, limit.anisotropy)
                       : expose_figure(limit.block, limit.figure, limit.side, fine, limit.eta);
   const std::vector<float> photons = m.variance;
   spoil(m, limit.block.noise, limit.mistake);

@@ -19,6 +19,7 @@ struct InverseLimit {
   double eta = 1.3;          ///< of the block
   bool half_masked = false;  ///< nothing is measured beyond the middle of the seen face, along u
   bool transport = false;    ///< data by Monte Carlo instead of diffusion
+  double anisotropy = 0.0;   ///< g of that transport
   bool dark = false;         ///< no light reached the camera
   inverse::FitOptions options{};
 };

@@ -117,7 +117,7 @@ SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int
 }
 
 SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, int side,
-                                   std::uint64_t seed) {
+                                   std::uint64_t seed, double anisotropy) {
   constexpr std::uint64_t photons = 400'000;  // a pattern
   constexpr double unknown_noise = 0.25;      // standard error over value; 16 photons
   SurfaceMeasurements m = light_up(block, patch_light(block.grid, block.lit, side * side), 1.3);
@@ -131,6 +131,7 @@ SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, in
   forward::ForwardOptions how;
   how.seed = seed;
   how.photons = photons;
+  how.anisotropy = anisotropy;
   Progress silent;
   const forward::ForwardResult result =
       forward::make_monte_carlo_model()->solve(problem, how, silent);

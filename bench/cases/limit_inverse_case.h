@@ -47,9 +47,10 @@ SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure, int
                                   double eta = 1.3);
 
 /// The same by Monte Carlo transport on the block's own voxels, with the variances of its noise. η
-/// is 1.3. Pixels that too few photons reach to know their noise are masked.
+/// is 1.3, `anisotropy` g of the phase function. Pixels that too few photons reach to know their
+/// noise are masked.
 SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, int side,
-                                   std::uint64_t seed);
+                                   std::uint64_t seed, double anisotropy = 0.0);
 
 /// The figure at the cell centres of `shape`.
 inverse::CoefficientPair on_grid(const GridShape& shape, const Figure3& figure);

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "inverse/block_model/fixed_point.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 
@@ -15,6 +16,9 @@ namespace {
 /// A refreshed correction that moves χ² by less than this share needs no further descent.
 constexpr double settled = 0.003;
 constexpr int most_corrections = 4;
+/// The same by photons: none of the unknowns [log units] moved by more.
+constexpr double settled_move = 0.01;
+constexpr int most_by_transport = 15;
 
 /// The same layers in slices of half the depth.
 LayeredMedium halved_slices(LayeredMedium medium) {
@@ -42,7 +46,7 @@ class Level {
   const SolveCount& solves() const { return objective_.solves(); }
 
   /// r at `medium` is known.
-  void set_correction(const LayeredMedium& medium, const std::vector<double>& correction) {
+  void set_correction(const LayeredMedium& medium, const Correction& correction) {
     objective_.set_correction(correction);
     corrected_at_ = fields(medium);
   }
@@ -51,10 +55,14 @@ class Level {
     refresh(start);
     LayerFitter fitter(objective_, start);
     LayeredFit found = fitter.descend(useful());
-    for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {
-      const double chi2 = refresh(found.medium);
-      if (std::abs(chi2 - found.chi2_per_value) <= settled * found.chi2_per_value) break;
-      found = fitter.descend(useful());
+    if (refinement_.photons) {
+      found = settle_by_photons(fitter, start, std::move(found));
+    } else {
+      for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {
+        const double chi2 = refresh(found.medium);
+        if (std::abs(chi2 - found.chi2_per_value) <= settled * found.chi2_per_value) break;
+        found = fitter.descend(useful());
+      }
     }
     SimpleFit simple;
     simple.normal = fitter.normal();
@@ -80,6 +88,31 @@ class Level {
     const forward::GridSetup& setup = objective_.problem().setup;
     return to_fields(medium, setup.shape, axis_of(setup.lit_face));
   }
+  /// `found` with r made at `at`, made right: r made where it is.
+  LayeredFit settle_by_photons(LayerFitter& fitter, LayeredMedium at, LayeredFit found) {
+    FixedPoint iteration;
+    for (int k = 1; k < most_by_transport; ++k) {
+      const Eigen::VectorXd x = unknowns(at);
+      const Eigen::VectorXd g = unknowns(found.medium);
+      if ((g - x).cwiseAbs().maxCoeff() < settled_move) break;
+      const Eigen::VectorXd next = iteration.next(x, g);
+      for (int l = 0; l < at.layers(); ++l) {
+        at.log_kappa[static_cast<std::size_t>(l)] = next[l];
+        at.log_mu[static_cast<std::size_t>(l)] = next[at.layers() + l];
+      }
+      refresh(at);
+      found = fitter.descend(useful());
+    }
+    return found;
+  }
+  static Eigen::VectorXd unknowns(const LayeredMedium& medium) {
+    Eigen::VectorXd p(2 * medium.layers());
+    for (int l = 0; l < medium.layers(); ++l) {
+      p[l] = medium.log_kappa[static_cast<std::size_t>(l)];
+      p[medium.layers() + l] = medium.log_mu[static_cast<std::size_t>(l)];
+    }
+    return p;
+  }
   /// χ² per value with the correction at `medium`.
   double refresh(const LayeredMedium& medium) {
     CoefficientPair at = fields(medium);
@@ -93,7 +126,8 @@ class Level {
   }
   /// χ² per value that a model of this grid may have: coarse grids only screen.
   double useful() const {
-    const bool screens = level_ > 0 && options_.asked == Model::automatic;
+    // Where r is by photons it is not right before the model is fitted to the end.
+    const bool screens = level_ > 0 && options_.asked == Model::automatic && !refinement_.photons;
     return screens ? chi2_limit(used(), options_.tolerated) : 0.0;
   }
 
@@ -111,7 +145,7 @@ std::string name_of(int layers) {
 
 class Search {
  public:
-  Search(const GridLevels& levels, double kappa, double mu, const std::vector<double>& correction,
+  Search(const GridLevels& levels, double kappa, double mu, const Correction& correction,
          const ModelSearchOptions& options, const std::function<void(const std::string&)>& tell)
       : levels_(levels),
         correction_(correction),
@@ -184,7 +218,7 @@ class Search {
   }
 
   const GridLevels& levels_;
-  const std::vector<double>& correction_;
+  const Correction& correction_;
   const ModelSearchOptions& options_;
   const std::function<void(const std::string&)>& tell_;
   LayeredMedium best_;  ///< of the last trial, in slices of the grid at hand
@@ -194,8 +228,7 @@ class Search {
 }  // namespace
 
 ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
-                                 const std::vector<double>& correction,
-                                 const ModelSearchOptions& options,
+                                 const Correction& correction, const ModelSearchOptions& options,
                                  const std::function<void(const std::string&)>& tell) {
   return Search(levels, kappa, mu, correction, options, tell).run();
 }

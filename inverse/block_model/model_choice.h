@@ -19,7 +19,7 @@ struct SimpleFit {
   LayeredMedium medium;
   Eigen::MatrixXd normal;          ///< LayerFitter::normal()
   CoefficientPair fields;          ///< of the finest grid
-  std::vector<double> correction;  ///< r at them
+  Correction correction;           ///< r at them
   std::vector<double> prediction;  ///< r M [M][v][u]
   ModelTrial trial;
 };
@@ -47,8 +47,7 @@ struct ModelSearchOptions {
 /// model that the coarse grids reject is not tried on the finer ones, nor fitted to the end there,
 /// unless it is asked for. `tell` is called before each trial with what is tried.
 ModelSearch search_simple_models(const GridLevels& levels, double kappa, double mu,
-                                 const std::vector<double>& correction,
-                                 const ModelSearchOptions& options,
+                                 const Correction& correction, const ModelSearchOptions& options,
                                  const std::function<void(const std::string&)>& tell);
 
 }  // namespace kappamu::inverse

@@ -43,7 +43,9 @@ Evidence weigh(const Problem& problem, const std::vector<double>& prediction,
         ++evidence.data;
         squares += residual[i] * residual[i];
         const double relative = model_error.relative * problem.data[i];
-        systematic += problem.weight[i] * (relative * relative + floor * floor);
+        const double of_r =
+            problem.correction_variance.empty() ? 0.0 : problem.correction_variance[i];
+        systematic += problem.weight[i] * (relative * relative + floor * floor + of_r);
         if (u + 1 < face.nu) add(i, i + 1);
         if (v + 1 < face.nv) add(i, i + static_cast<std::size_t>(face.nu));
       }

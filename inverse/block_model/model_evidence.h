@@ -17,7 +17,8 @@ struct Evidence {
   /// misfit shows here whatever the stated variances, as its share of χ².
   double coherence = 0.0;
   double coherence_error = 1.0;  ///< its standard deviation under noise alone
-  double systematic = 0.0;       ///< mean share of the variances that is the model's own error
+  double systematic =
+      0.0;  ///< mean share of the variances that is the model's own error, r's noise with it
 
   /// Variance of the misfit that neighbours share, in those stated.
   double coherent() const { return coherence * chi2_per_value; }

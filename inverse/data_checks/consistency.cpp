@@ -120,9 +120,10 @@ bool Consistency::is_shifted() const {
 namespace {
 
 Consistency judge(const Problem& problem, double kappa, double mu, const ModelError& model_error,
-                  const Backend& backend) {
+                  const Backend& backend, const std::optional<PhotonOptions>& photons) {
   Consistency result;
-  const Grid grid = suitable_grid(problem, model_error);
+  Grid grid = suitable_grid(problem, model_error);
+  grid.finer.photons = photons;
   const LayeredMedium start{{0}, {std::log(kappa)}, {std::log(mu)}};
   const double eta = problem.setup.eta;
   const ExposureFit fit = fit_with_eta(grid, eta, start, model_error, backend, result.solves);
@@ -154,10 +155,11 @@ Consistency judge(const Problem& problem, double kappa, double mu, const ModelEr
 }  // namespace
 
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
-                              const ModelError& model_error, const Backend& backend) {
+                              const ModelError& model_error, const Backend& backend,
+                              const std::optional<PhotonOptions>& photons) {
   if (problem.patterns < fewest_patterns) return {};
   try {
-    return judge(problem, kappa, mu, model_error, backend);
+    return judge(problem, kappa, mu, model_error, backend, photons);
   } catch (const InputError&) {
     return {};  // a fit must not end because its check cannot be made; warnings_of() says so
   }

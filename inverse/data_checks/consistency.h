@@ -29,10 +29,11 @@ struct Consistency {
   bool is_shifted() const;
 };
 
-/// Of `problem`, the finest grid's; `kappa` [mm] and `mu` [1/mm] are where to start. `model_error`
-/// is what it was made with.
+/// Of `problem`, the finest grid's, by transport where `photons` are given; `kappa` [mm] and `mu`
+/// [1/mm] are where to start. `model_error` is what it was made with.
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
-                              const ModelError& model_error, const Backend& backend);
+                              const ModelError& model_error, const Backend& backend,
+                              const std::optional<PhotonOptions>& photons = std::nullopt);
 
 /// A sentence for each finding: what, by how much, what to check.
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);

@@ -38,10 +38,13 @@ class ChannelRun {
   double thickness() const;
   Anchor anchor() const;
   double refresh_correction();
+  void set_physics(Physics physics);
+  void choose_physics(double kappa, double mu);
   bool resume();
   void require_possible(const FitState& state) const;
   bool become(FitState state);
   void begin();
+  HomogeneousFit refit_by_transport(HomogeneousFit start);
   bool settle_for_simple_model();
   void begin_continued(const Continuation& continued);
   void begin_weight();

@@ -51,6 +51,9 @@ struct Option {
 
 inline constexpr Names<forward::Convention, 2> convention_names{
     {{"physical", forward::Convention::physical}, {"wang2008", forward::Convention::wang2008}}};
+inline constexpr Names<Physics, 3> physics_names{{{"diffusion", Physics::diffusion},
+                                                  {"transport", Physics::transport},
+                                                  {"auto", Physics::automatic}}};
 inline constexpr Names<forward::Precision, 2> precision_names{
     {{"single", forward::Precision::single_precision},
      {"double", forward::Precision::double_precision}}};
@@ -60,7 +63,7 @@ namespace description {
 template <class Data, class Visitor>
 void data(Data& options, Visitor& visit) {
   constexpr OptionGroup group = OptionGroup::data;
-  auto& [term, convention, model_error, coarse_model_error] = options;
+  auto& [term, convention, physics, model_error, coarse_model_error] = options;
   auto& [loss, huber_threshold, student_freedom] = term;
   visit(Option{"loss", group, "--loss", "", bounds::any,
                "What a residual costs: gaussian (half its square), or huber or student, which are "
@@ -76,6 +79,11 @@ void data(Data& options, Visitor& visit) {
   visit(Option{"convention", group, "--convention", "", bounds::any,
                "physical, or wang2008: the paper's boundary condition, C = 2.1489"},
         convention, convention_names);
+  visit(
+      Option{"physics", group, "--physics", "", bounds::any,
+             "diffusion; transport: predictions end at those of Monte Carlo, by a ratio renewed at "
+             "every weight; or auto: transport where diffusion's error exceeds the data's"},
+      physics, physics_names);
   auto& [relative, of_maximum] = model_error;
   visit(Option{"model_error_relative", group, "--model-error", "", bounds::not_negative,
                "Error of the model relative to each value, added to its standard deviation"},

@@ -73,6 +73,7 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   state_.report.homogeneous_mu = continued.homogeneous_mu;
   state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
   state_.fields = to_fields(continued.medium);
+  choose_physics(continued.homogeneous_kappa, continued.homogeneous_mu);
   refresh_correction();
   path_.start_from(continued.weight);
 }
@@ -97,6 +98,10 @@ void ChannelRun::begin() {
   if (options_.path.correct_grid) {
     objective_->refresh_correction(levels_.refinement(state_.level), fields());
     start = refit_homogeneous(*objective_, start);
+  }
+  choose_physics(start.kappa, start.mu);
+  if (state_.report.physics == Physics::transport) start = refit_by_transport(start);
+  if (options_.path.correct_grid) {
     objective_->refresh_correction(levels_.refinement(state_.level), fields());
   }
   state_.correction = objective_->correction();
@@ -106,8 +111,9 @@ void ChannelRun::begin() {
   if (!start.converged) {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
-  state_.report.consistency = check_consistency(levels_[0], start.kappa, start.mu,
-                                                options_.data.model_error, options_.solver.backend);
+  state_.report.consistency =
+      check_consistency(levels_[0], start.kappa, start.mu, options_.data.model_error,
+                        options_.solver.backend, levels_.photons());
   for (const std::string& sentence : warnings_of(state_.report.consistency, levels_[0])) {
     warn(sentence);
   }

@@ -2,8 +2,8 @@
 //
 // Minimises ½ Σ w (r M(κ, μ) − d)² + α R over (log κ, log μ): from the best homogeneous block,
 // coarse grid to fine, the weight α lowered from strong to the noise level and the minimum found at
-// each weight; r corrects for the grid's own error and is refreshed at every weight (objective.h,
-// basis.h, docs/theory.md).
+// each weight; r corrects for the grid's own error, and for diffusion's where transport is asked
+// for, and is refreshed at every weight (objective.h, basis.h, docs/theory.md).
 #pragma once
 
 #include <cstddef>
@@ -23,6 +23,7 @@
 #include "inverse/fit/fit_options.h"
 #include "inverse/optimise/optimiser.h"
 #include "inverse/problem/objective.h"
+#include "inverse/problem/predict.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/uncertainty.h"
 
@@ -53,6 +54,8 @@ struct FitReport {
   std::string backend;
   std::vector<StepRecord> history;
   std::vector<std::string> warnings;
+  Physics physics = Physics::diffusion;  ///< the one taken
+  std::string physics_reason;            ///< one sentence; empty where nothing was to decide
   ModelChoice model;
   Consistency consistency;
   double homogeneous_kappa = 0.0;         ///< [mm]
@@ -114,9 +117,12 @@ struct FitContext {
   bool interim = false;
 };
 
-/// What a reader of the volumes should know: χ² far above the noise, coefficients that diffusion or
-/// the grid describe poorly.
-std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_value,
+/// How volumes that a fit by `physics`, none of them Physics::automatic, found predict light.
+PredictOptions predict_options(const FitOptions& options, Physics physics);
+
+/// What a reader of the volumes should know: χ² far above the noise, coefficients that the
+/// physics taken or the grid describe poorly.
+std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options);
 

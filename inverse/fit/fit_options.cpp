@@ -55,6 +55,9 @@ void validate(const FitOptions& o) {
   require(o.path.start_kappa.has_value() == o.path.start_mu.has_value(),
           "start_kappa and start_mu must be given together");
   require(o.path.last_weight <= o.path.first_weight, "last_weight must be at most first_weight");
+  require(o.data.physics == Physics::diffusion ||
+              (o.data.convention == forward::Convention::physical && o.path.correct_grid),
+          "physics other than diffusion needs the physical convention and the grid correction");
 }
 
 std::string to_string(FitStatus status) {

@@ -18,6 +18,7 @@ namespace kappamu::inverse {
 struct DataOptions {
   DataTermOptions term;
   forward::Convention convention = forward::Convention::physical;
+  Physics physics = Physics::diffusion;
   ModelError model_error{0.001, 5e-5};        ///< on the finest grid
   ModelError coarse_model_error{0.03, 3e-3};  ///< on the others
 };

@@ -1,6 +1,7 @@
 // What comes of a fit: how it ended, in a sentence, and its volumes.
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "forward/diffusion_warnings.h"
 #include "inverse/fit/channel_run.h"
@@ -13,19 +14,38 @@ namespace {
 /// χ² per value above which stopping there is worth a warning.
 constexpr double suspicious_chi2 = 1.5;
 
+/// What photons were followed in had other coefficients there (photon_ratio.h).
+std::optional<std::string> no_scattering(const Medium& medium) {
+  std::size_t without = 0;
+  for (std::size_t i = 0; i < medium.kappa.size(); ++i) {
+    without += 3.0 * medium.kappa[i] * medium.mu[i] >= 1.0 ? 1 : 0;
+  }
+  if (without == 0) return std::nullopt;
+  return "In " + std::to_string(without) +
+         " voxels no scattering is left (3 kappa mu >= 1), which transport cannot read: it took "
+         "them for almost pure absorbers.";
+}
+
 }  // namespace
 
-std::vector<std::string> volume_warnings(const Medium& medium, double chi2_per_value,
+std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
                                          const SurfaceMeasurements& measurements,
                                          const FitOptions& options) {
-  std::vector<std::string> warnings = forward::diffusion_warnings(
-      make_setup(measurements, options.data.convention), medium, options.solver.backend.precision);
+  const double chi2_per_value = report.chi2_per_value;
+  const forward::GridSetup setup = make_setup(measurements, options.data.convention);
+  std::vector<std::string> warnings;
+  if (report.physics == Physics::diffusion) {
+    warnings = forward::diffusion_warnings(setup, medium, options.solver.backend.precision);
+  } else if (const auto sentence = no_scattering(medium)) {
+    warnings.push_back(*sentence);
+  }
   if (chi2_per_value > suspicious_chi2) {
     char sentence[200];
     std::snprintf(sentence, sizeof sentence,
                   "The volumes explain the data only to %.2g times their stated noise (chi2 per "
-                  "datum %.3g): variances, calibration or the diffusion model do not hold.",
-                  std::sqrt(chi2_per_value), chi2_per_value);
+                  "datum %.3g): variances, calibration or the %s model do not hold.",
+                  std::sqrt(chi2_per_value), chi2_per_value,
+                  report.physics == Physics::diffusion ? "diffusion" : "transport");
     warnings.insert(warnings.begin(), sentence);
   }
   return warnings;
@@ -74,12 +94,13 @@ ChannelFit ChannelRun::result() {
   fit.medium = to_medium(fields, shape);
   if (!context_.interim) {
     for (const std::string& sentence :
-         volume_warnings(fit.medium, state_.report.chi2_per_value, measurements_, options_)) {
+         volume_warnings(fit.medium, state_.report, measurements_, options_)) {
       warn(sentence);
     }
   }
   const std::vector<double> prediction = objective_->prediction();
   for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
+  objective_->count_pixel_noise();
   if (options_.uncertainty.sensitivity_probes > 0) {
     CoefficientPair root = estimate_sensitivity(
         *objective_, options_.uncertainty.sensitivity_probes, options_.solver.seed);

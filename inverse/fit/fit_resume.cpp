@@ -61,7 +61,7 @@ void require_possible(const LayeredMedium& medium, int depth) {
 
 void require_possible(const SolveCount& s) {
   for (const int n : {s.forward, s.adjoint, s.refined, s.tangent}) require(n >= 0);
-  require(std::isfinite(s.voxel_iterations));
+  require(std::isfinite(s.photons) && std::isfinite(s.voxel_iterations));
 }
 
 }  // namespace
@@ -87,7 +87,17 @@ void ChannelRun::require_possible(const FitState& state) const {
                          state.seconds, state.roughness, state.chi2}) {
     require(std::isfinite(x));
   }
-  require(has(state.fields, shape.cells()) && has(state.correction, problem.data.size()));
+  require(has(state.fields, shape.cells()));
+  const Correction& correction = state.correction;
+  const std::size_t noisy = state.report.physics == Physics::transport ? problem.data.size() : 0;
+  require(has(correction.ratio, problem.data.size()) && has(correction.variance, noisy) &&
+          has(correction.pixel_variance, noisy));
+  for (const Vector* v : {&correction.variance, &correction.pixel_variance}) {
+    require(std::all_of(v->begin(), v->end(), [](double x) { return x >= 0.0; }));
+  }
+  require(
+      state.report.physics == options_.data.physics ||
+      (options_.data.physics == Physics::automatic && state.report.physics != Physics::automatic));
   require_possible(state.solves);
 
   const FitReport& report = state.report;
@@ -124,6 +134,7 @@ void ChannelRun::require_possible(const FitState& state) const {
 /// of it.
 bool ChannelRun::become(FitState state) {
   state_ = std::move(state);
+  set_physics(state_.report.physics);
   open_level();
   objective_->restore(state_.correction, state_.solves);
   // What was solved last is solved anew and not counted: what comes next finds it at hand.
@@ -159,7 +170,10 @@ bool ChannelRun::resume() {
     resumed = become(std::move(*state));
     if (!resumed) unusable.emplace_back(impossible);
   }
-  if (!resumed) state_ = FitState{};
+  if (!resumed) {
+    state_ = FitState{};
+    levels_.set_photons(std::nullopt);
+  }
   for (const std::string& sentence : state_.report.warnings) tell(sentence);
   for (const std::string& reason : unusable) {
     warn("A checkpoint " + reason +

@@ -15,12 +15,12 @@ constexpr std::uint64_t most_rows = std::uint64_t{1} << 31;
 
 void write(ByteWriter& out, const SolveCount& solves) {
   for (const int n : {solves.forward, solves.adjoint, solves.refined, solves.tangent}) out.put(n);
-  out.put(solves.voxel_iterations);
+  for (const double x : {solves.photons, solves.voxel_iterations}) out.put(x);
 }
 
 void read(ByteReader& in, SolveCount& solves) {
   for (int* n : {&solves.forward, &solves.adjoint, &solves.refined, &solves.tangent}) in.get(*n);
-  in.get(solves.voxel_iterations);
+  for (double* x : {&solves.photons, &solves.voxel_iterations}) in.get(*x);
 }
 
 void write(ByteWriter& out, const ModelChoice& choice) {
@@ -91,6 +91,8 @@ void write(ByteWriter& out, const FitReport& report) {
                          report.homogeneous_log_residual, report.chi2_per_value, report.weight}) {
     out.put(x);
   }
+  out.put(report.physics);
+  out.put(report.physics_reason);
   write(out, report.model);
   write(out, report.consistency);
 }
@@ -114,6 +116,8 @@ void read(ByteReader& in, FitReport& report) {
                     &report.homogeneous_log_residual, &report.chi2_per_value, &report.weight}) {
     in.get(*x);
   }
+  in.get(report.physics, Physics::automatic);
+  in.get(report.physics_reason);
   read(in, report.model);
   read(in, report.consistency);
 }
@@ -135,7 +139,9 @@ std::vector<std::byte> FitState::bytes() const {
     out.put(std::vector<double>(block.data(), block.data() + block.size()));
   }
   optimiser.write(out);
-  out.put(correction);
+  for (const Vector* v : {&correction.ratio, &correction.variance, &correction.pixel_variance}) {
+    out.put(*v);
+  }
   write(out, solves);
   write(out, report);
   out.put<std::uint64_t>(simpler.size());
@@ -172,7 +178,8 @@ FitState FitState::from(std::span<const std::byte> bytes) {
     state.blocks.emplace_back(Eigen::Map<const Eigen::MatrixXd>(values.data(), size, size));
   }
   state.optimiser.read(in);
-  in.get(state.correction);
+  Correction& r = state.correction;
+  for (Vector* v : {&r.ratio, &r.variance, &r.pixel_variance}) in.get(*v);
   read(in, state.solves);
   read(in, state.report);
   in.get(count);
@@ -193,7 +200,7 @@ std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m, const FitOptions
   const double bins = std::max({m.grid.nx, m.grid.ny, m.grid.nz}) * 2.0 + 1.0;
   const double doubles = 2.0 * cells * (1.0 + 4.0 + options.solver.optimiser.memory + 1.0) +
                          bins * 4.0 * depth * depth +
-                         static_cast<double>(m.seen_shape().cells()) * m.patterns;
+                         3.0 * static_cast<double>(m.seen_shape().cells()) * m.patterns;
   constexpr double history_bytes = 64.0 * 1048576.0;  // of a million steps
   return static_cast<std::size_t>(8.0 * doubles + history_bytes);
 }

@@ -24,7 +24,7 @@ struct FitState {
   CoefficientPair fields;   ///< where the weight was begun
   LateralBlocks blocks;     ///< the data's Hessian on this grid, for the metric
   OptimiserState optimiser;
-  Vector correction;
+  Correction correction;
   SolveCount solves;                   ///< on this grid
   std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
   FitReport report;                    ///< so far

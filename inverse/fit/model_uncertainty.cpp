@@ -81,14 +81,17 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   const Clock::time_point start = Clock::now();
   Problem problem =
       make_problem(fitted, channel, options.data.convention, options.data.model_error);
-  const Refinement finer = refine(problem);
+  Refinement finer = refine(problem);
+  finer.photons = predict_options(options, fit.report.physics).photons;
   const GridShape shape = problem.setup.shape;
   const int axis = axis_of(problem.setup.lit_face);
   const Face seen_face = problem.seen_face;
   const LayeredMedium medium = layers_of(fit.medium, axis);
   Objective objective(std::move(problem), options.solver.backend);
-  if (options.path.correct_grid)
+  if (options.path.correct_grid) {
     objective.refresh_correction(finer, to_fields(medium, shape, axis));
+    objective.count_pixel_noise();
+  }
   const Eigen::MatrixXd covariance = LayerFitter(objective, medium).covariance();
 
   LayeredMedium of_kappa = medium;  // deviations in place of values

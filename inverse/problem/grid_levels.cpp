@@ -31,9 +31,10 @@ GridLevels::GridLevels(Problem finest, const ModelError& coarse_model_error, Dat
 }
 
 Refinement GridLevels::refinement(int level) const {
-  if (level == 0) return refine((*this)[0]);
-  const Problem& finer = (*this)[level - 1];
-  return {finer.setup, finer.irradiance};
+  const Problem& finer = (*this)[std::max(0, level - 1)];
+  Refinement refinement = level == 0 ? refine(finer) : Refinement{finer.setup, finer.irradiance};
+  refinement.photons = photons_;
+  return refinement;
 }
 
 CoefficientPair GridLevels::to_finer(const CoefficientPair& fields, int level) const {

@@ -2,6 +2,7 @@
 // the edge.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "inverse/problem/objective.h"
@@ -24,6 +25,10 @@ class GridLevels {
   int coarsest() const { return count() - 1; }
   const Problem& operator[](int level) const { return problems_[static_cast<std::size_t>(level)]; }
 
+  /// r of every level by photons too, or not.
+  void set_photons(const std::optional<PhotonOptions>& photons) { photons_ = photons; }
+  const std::optional<PhotonOptions>& photons() const { return photons_; }
+
   /// The next finer grid; of level 0 its own with every voxel split.
   Refinement refinement(int level) const;
   /// `fields` of a level above 0 on the next finer grid.
@@ -31,6 +36,7 @@ class GridLevels {
 
  private:
   std::vector<Problem> problems_;
+  std::optional<PhotonOptions> photons_;
 };
 
 }  // namespace kappamu::inverse

@@ -17,10 +17,6 @@ namespace {
 using forward::SolveReport;
 using forward::Termination;
 
-/// r outside is no grid error but noise of vanishing light.
-constexpr double min_correction = 0.25;
-constexpr double max_correction = 4.0;
-
 bool within_range(const CoefficientPair& fields) {
   const auto ok = [](double x) { return std::abs(x) <= max_log_coefficient; };  // false for NaN
   return std::all_of(fields.log_kappa.begin(), fields.log_kappa.end(), ok) &&
@@ -96,7 +92,8 @@ Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term
       forward::make_grid_solver(problem_.setup, backend_.device, backend_.precision);
   solver_ = std::move(choice.solver);
   warning_ = std::move(choice.warning);
-  correction_.assign(problem_.data.size(), 1.0);
+  stated_weight_ = problem_.weight;
+  correction_.ratio.assign(problem_.data.size(), 1.0);
 }
 
 /// False where there is no solution to speak of. Solves nothing where it has just solved.
@@ -146,14 +143,14 @@ double Objective::value(const CoefficientPair& fields) {
 
 CoefficientPair Objective::gradient() {
   std::vector<double> by_exitance = data_term_.by_prediction;
-  for (std::size_t i = 0; i < by_exitance.size(); ++i) by_exitance[i] *= correction_[i];
+  for (std::size_t i = 0; i < by_exitance.size(); ++i) by_exitance[i] *= correction_.ratio[i];
   return adjoint(by_exitance);
 }
 
 CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) {
   std::vector<double> by_exitance(exitance_.size());
   for (std::size_t i = 0; i < exitance_.size(); ++i) {
-    by_exitance[i] = probe[i] * correction_[i] * data_term_.root_weight[i];
+    by_exitance[i] = probe[i] * correction_.ratio[i] * data_term_.root_weight[i];
   }
   return adjoint(by_exitance);
 }
@@ -190,7 +187,7 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
   for (std::size_t i = 0; i < change.size(); ++i) {
     const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
     change[i] += tangent.observed[i % seen] * (exitance_[i] - entered);
-    change[i] *= correction_[i] * data_term_.root_weight[i];
+    change[i] *= correction_.ratio[i] * data_term_.root_weight[i];
   }
   return change;
 }
@@ -240,41 +237,9 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
 
 std::vector<double> Objective::prediction() const {
   std::vector<double> corrected(exitance_.size());
-  for (std::size_t i = 0; i < exitance_.size(); ++i) corrected[i] = correction_[i] * exitance_[i];
+  for (std::size_t i = 0; i < exitance_.size(); ++i)
+    corrected[i] = correction_.ratio[i] * exitance_[i];
   return corrected;
-}
-
-double Objective::refresh_correction(const Refinement& refinement, const CoefficientPair& fields) {
-  ++solves_.refined;
-  const GridShape& shape = refinement.setup.shape;
-  const GridShape& own = problem_.setup.shape;
-  const forward::SolverChoice finer =
-      forward::make_grid_solver(refinement.setup, backend_.device, backend_.precision);
-  finer.solver->set_medium(split_voxels(exponential(fields.log_kappa), own, shape, 2),
-                           split_voxels(exponential(fields.log_mu), own, shape, 2));
-  const int batch =
-      bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
-  const std::vector<double> fine = restrict_face(
-      solve_exitance(*finer.solver, problem_.seen_face, refinement.irradiance, problem_.patterns,
-                     batch, {backend_.refined_tolerance, backend_.solve.max_iterations},
-                     &solves_.voxel_iterations),
-      face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2, problem_.patterns);
-  if (!solve_forward(fields)) throw InputError("the diffusion solver failed at the current medium");
-  for (std::size_t i = 0; i < fine.size(); ++i) {
-    const double ratio = fine[i] / exitance_[i];
-    correction_[i] = std::isfinite(ratio) ? std::clamp(ratio, min_correction, max_correction) : 1.0;
-  }
-  return misfit();
-}
-
-void Objective::set_correction(std::vector<double> correction) {
-  check(correction.size() == problem_.data.size(), "correction does not fit the data");
-  correction_ = std::move(correction);
-}
-
-void Objective::restore(std::vector<double> correction, const SolveCount& solves) {
-  set_correction(std::move(correction));
-  solves_ = solves;
 }
 
 }  // namespace kappamu::inverse

@@ -2,17 +2,20 @@
 // counterpart (data_term.h), and its gradient by the adjoint method: one batched solve for the
 // value, one more for the gradient.
 //
-// r corrects for the grid's own error: predictions on a finer grid over predictions on this one, at
+// r corrects for the grid's own error, and for diffusion's where transport is asked for:
+// predictions on a finer grid, or by photons (photon_ratio.h), over predictions on this one, at
 // some medium nearby; constant within value() and gradient(), refreshed when asked.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "forward/grid/grid_solver.h"
 #include "inverse/problem/adjoint.h"
 #include "inverse/problem/data_term.h"
+#include "inverse/problem/photon_ratio.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {
@@ -20,7 +23,18 @@ namespace kappamu::inverse {
 /// A finer grid for r; its light must be that of the problem.
 struct Refinement {
   forward::GridSetup setup;
-  std::vector<double> irradiance;  ///< [M][v][u]
+  std::vector<double> irradiance;          ///< [M][v][u]
+  std::optional<PhotonOptions> photons{};  ///< r carries transport's answer too
+};
+
+/// r and what its own noise is.
+struct Correction {
+  std::vector<double> ratio;  ///< r [M][v][u]
+  /// Of photons (PhotonRatio), added to the data's; empty: r has none.
+  std::vector<double> variance{};
+  std::vector<double> pixel_variance{};
+
+  bool operator==(const Correction&) const = default;
 };
 
 /// The problem's own grid with every voxel split in 2×2×2.
@@ -42,8 +56,9 @@ struct Backend {
 struct SolveCount {
   int forward = 0;
   int adjoint = 0;
-  int refined = 0;  ///< forward solves on a finer grid: eight times the voxels
-  int tangent = 0;  ///< forward solves for a derivative along a direction
+  int refined = 0;       ///< forward solves on a finer grid: eight times the voxels
+  int tangent = 0;       ///< forward solves for a derivative along a direction
+  double photons = 0.0;  ///< of all patterns
   /// Σ voxels × iterations of conjugate gradients over all of these: cost whatever the machine.
   double voxel_iterations = 0.0;
 
@@ -53,6 +68,7 @@ struct SolveCount {
     adjoint += other.adjoint;
     refined += other.refined;
     tangent += other.tangent;
+    photons += other.photons;
     voxel_iterations += other.voxel_iterations;
   }
 };
@@ -73,6 +89,7 @@ class Objective {
   /// The solver may have fallen back to the serial reference: warning() says so.
   Objective(Problem problem, Backend backend, DataTermOptions data_term = {});
 
+  /// Its weights count what of r's noise remains in single data.
   const Problem& problem() const { return problem_; }
   const std::string& warning() const { return warning_; }
   std::string backend_name() const { return solver_->backend(); }
@@ -98,18 +115,25 @@ class Objective {
   /// χ² per value used of the last value() (data_term.h).
   double chi2_per_value() const { return data_term_.chi2_per_value; }
 
-  /// Sets r from one solve on the finer grid at `fields`, every voxel split; returns what value()
-  /// then is and leaves gradient() ready.
+  /// Sets r from one solve on the finer grid at `fields`, every voxel split, and from photons there
+  /// if asked: as many as the data's noise deserves, or what misfit there is yet. Returns what
+  /// value() then is and leaves gradient() ready.
   double refresh_correction(const Refinement& refinement, const CoefficientPair& fields);
-  const std::vector<double>& correction() const { return correction_; }
-  void set_correction(std::vector<double> correction);
+  const Correction& correction() const { return correction_; }
+  void set_correction(Correction correction);
   /// Where a checkpoint left off.
-  void restore(std::vector<double> correction, const SolveCount& solves);
+  void restore(Correction correction, const SolveCount& solves);
+  /// Weights that count all of r's noise, as smooth changes of the medium meet it: those that
+  /// deviations are stated from.
+  void count_pixel_noise();
 
  private:
   CoefficientPair adjoint(const std::vector<double>& by_exitance);
   bool solve_forward(const CoefficientPair& fields);
   double misfit();
+  void add_to_variance(const std::vector<double>& more);
+  PhotonRatio transport_ratio(const Refinement& refinement, const std::vector<double>& kappa,
+                              const std::vector<double>& mu, std::vector<double> diffusion);
   double exitance_apart() const;
 
   Problem problem_;
@@ -118,7 +142,8 @@ class Objective {
   std::unique_ptr<forward::GridSolver> solver_;
   std::string warning_;
   SolveCount solves_;
-  std::vector<double> correction_;
+  std::vector<double> stated_weight_;  ///< of the data alone
+  Correction correction_;
   CoefficientPair fields_;  ///< of the last value()
   std::vector<double> kappa_;
   std::vector<double> mu_;

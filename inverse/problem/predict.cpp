@@ -1,9 +1,38 @@
 #include "inverse/problem/predict.h"
 
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
 #include "core/error.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::inverse {
+
+namespace {
+
+/// Photons' noise of a prediction by transport: half of this share of each value and of this share
+/// of the pattern's largest, and so at most what usual data have.
+constexpr double photon_noise = 0.005;
+constexpr double photon_noise_floor = 5e-5;
+
+/// `diffusion` [M][v][u], on pixels of factor² of the walk's, becomes transport's.
+void by_transport(PhotonProblem walk, const PhotonOptions& options,
+                  std::vector<double>& diffusion) {
+  const std::size_t cells = walk.seen_shape.cells();
+  for (std::size_t first = 0; first < diffusion.size(); first += cells) {
+    const auto begin = diffusion.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = begin + static_cast<std::ptrdiff_t>(cells);
+    const double floor = photon_noise_floor * *std::max_element(begin, end);
+    std::transform(begin, end, std::back_inserter(walk.variance),
+                   [&](double m) { return std::pow(photon_noise * m, 2) + floor * floor; });
+  }
+  walk.diffusion = diffusion;
+  const PhotonRatio transport = photon_ratio(walk, options);
+  for (std::size_t i = 0; i < diffusion.size(); ++i) diffusion[i] *= transport.ratio[i];
+}
+
+}  // namespace
 
 std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& light,
                            const PredictOptions& options) {
@@ -15,18 +44,33 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
   setup.shape = shape.refined(options.refine);
   const auto solver =
       forward::make_grid_solver(setup, options.backend.device, options.backend.precision).solver;
-  solver->set_medium(split_voxels(medium.kappa.values(), shape, setup.shape, options.refine),
-                     split_voxels(medium.mu.values(), shape, setup.shape, options.refine));
-  const std::vector<double> incident(light.irradiance.begin(), light.irradiance.end());
+  const std::vector<double> kappa =
+      split_voxels(medium.kappa.values(), shape, setup.shape, options.refine);
+  const std::vector<double> mu =
+      split_voxels(medium.mu.values(), shape, setup.shape, options.refine);
+  solver->set_medium(kappa, mu);
+  const std::vector<double> incident =
+      split_face({light.irradiance.begin(), light.irradiance.end()}, light.lit_shape(),
+                 face_shape(setup.shape, setup.lit_face), options.refine, light.patterns);
   const int batch = bounded_batch(setup.shape, options.backend.batch,
                                   options.backend.refined_memory_mb, options.backend.precision);
-  const std::vector<double> exitance = restrict_face(
-      solve_exitance(
-          *solver, light.seen_face,
-          split_face(incident, light.lit_shape(), face_shape(setup.shape, setup.lit_face),
-                     options.refine, light.patterns),
-          light.patterns, batch, options.backend.solve),
+  std::vector<double> exitance = restrict_face(
+      solve_exitance(*solver, light.seen_face, incident, light.patterns, batch,
+                     options.backend.solve),
       face_shape(setup.shape, light.seen_face), light.seen_shape(), options.refine, light.patterns);
+  if (options.photons) {
+    by_transport({setup,
+                  kappa,
+                  mu,
+                  incident,
+                  light.seen_face,
+                  light.seen_shape(),
+                  options.refine,
+                  light.patterns,
+                  {},
+                  {}},
+                 *options.photons, exitance);
+  }
   const double per_value = exitance_per_value(light, setup);
   std::vector<float> values;
   values.reserve(exitance.size());

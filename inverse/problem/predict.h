@@ -2,6 +2,7 @@
 // volume on a grid other than the one it was fitted on.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/grid.h"
@@ -13,6 +14,7 @@ namespace kappamu::inverse {
 struct PredictOptions {
   Backend backend;
   forward::Convention convention = forward::Convention::physical;
+  std::optional<PhotonOptions> photons{};  ///< by transport
   int refine = 2;  ///< every voxel is split into refine³ before solving; results are means over
                    ///< the surface voxels of `medium`
 };

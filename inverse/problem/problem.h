@@ -25,6 +25,9 @@ struct Problem {
   std::vector<double> irradiance;  ///< [M][v][u] on the lit face, before Fresnel
   std::vector<double> data;        ///< [M][v][u] exitance on the seen face
   std::vector<double> weight;      ///< [M][v][u] 1/σ², 0 where masked
+  /// Share of 1/weight that is the noise of a correction r (objective.h), which neighbours have in
+  /// common [M][v][u]; empty: none.
+  std::vector<double> correction_variance{};
 
   FaceShape lit_shape() const { return face_shape(setup.shape, setup.lit_face); }
   FaceShape seen_shape() const { return face_shape(setup.shape, seen_face); }

@@ -85,9 +85,7 @@ void take(FitReport& report, const LayeredMedium& layers, const Difference& diff
 void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
                     const SurfaceMeasurements& held_out, int channel, const FitOptions& options) {
   if (fit.simpler.empty() || options.path.model != Model::automatic) return;
-  PredictOptions predicting;
-  predicting.backend = options.solver.backend;
-  predicting.convention = options.data.convention;
+  const PredictOptions predicting = predict_options(options, fit.report.physics);
   const Problem problem =
       make_problem(held_out, channel, options.data.convention, options.data.model_error);
   if (problem.used() == 0) return;

@@ -120,6 +120,7 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                   const std::optional<HeldOutScore>& judged) {
   std::vector<std::string> notes;
+  if (!fit.report.physics_reason.empty()) notes.push_back(fit.report.physics_reason);
   const std::string checked = in_words(fit.report.consistency, fitted.eta);
   if (!checked.empty()) notes.push_back(checked);
   if (fit.report.model.model == Model::volume) {

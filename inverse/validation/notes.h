@@ -19,9 +19,9 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
 std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                         int channel);
 
-/// Nothing of this is wrong: what the check of scale and pose found and would have told, voxels
-/// far below the mean free path, and held-out light (`judged`, if any) that is further off than the
-/// fitted light and its variances explain.
+/// Nothing of this is wrong: why diffusion or transport was taken, what the check of scale and pose
+/// found and would have told, voxels far below the mean free path, and held-out light (`judged`, if
+/// any) that is further off than the fitted light and its variances explain.
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                   const std::optional<HeldOutScore>& judged = {});
 

@@ -9,13 +9,10 @@ namespace kappamu::inverse {
 
 namespace {
 
-HeldOutScore score_of(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
+HeldOutScore score_of(const ChannelFit& fit, const SurfaceMeasurements& held_out, int channel,
                       const FitOptions& options) {
-  PredictOptions predicting;
-  predicting.backend = options.solver.backend;
-  predicting.convention = options.data.convention;
-  return score_held_out(medium, held_out, channel, predicting, options.data.model_error,
-                        options.data.term);
+  return score_held_out(fit.medium, held_out, channel, predict_options(options, fit.report.physics),
+                        options.data.model_error, options.data.term);
 }
 
 StepRecord later(StepRecord record, const FitReport& before) {
@@ -63,14 +60,14 @@ JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& op
       fit_channel(input.fitted, channel, judged_options, first, progress, observer, context);
   if (!input.held_out) return result;
   if (!continued) prefer_simpler(result.fit, input.fitted, *input.held_out, channel, options);
-  result.score = score_of(result.fit.medium, *input.held_out, channel, options);
+  result.score = score_of(result.fit, *input.held_out, channel, options);
   if (!input.rejoin) return result;
 
   FitReport& report = result.fit.report;
   if (report.model.model != Model::volume) {
     // A handful of unknowns gains nothing by one pattern more.
     for (const std::string& sentence :
-         volume_warnings(result.fit.medium, report.chi2_per_value, input.fitted, options)) {
+         volume_warnings(result.fit.medium, report, input.fitted, options)) {
       report.warnings.push_back(sentence);
       progress.warn("fit " + input.all.channels[static_cast<std::size_t>(channel)] + ": " +
                     sentence);
@@ -79,6 +76,7 @@ JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& op
   }
   FitOptions all_options = options;
   all_options.path.weight = report.weight;
+  all_options.data.physics = report.physics;
   FitContext all_context;
   all_context.continued =
       Continuation{result.fit.medium, report.homogeneous_kappa, report.homogeneous_mu,

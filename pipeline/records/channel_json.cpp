@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "inverse/fit/describe_options.h"
 #include "pipeline/records/model_json.h"
 
 namespace kappamu::pipeline {
@@ -23,6 +24,10 @@ nlohmann::ordered_json channel_json(const std::string& name, const inverse::FitR
   return {{"name", name},
           {"status", inverse::to_string(report.status)},
           {"reason", report.reason},
+          {"physics",
+           {{"name", name_of(inverse::physics_names, report.physics)},
+            {"reason", report.physics_reason},
+            {"photons", report.solves.photons}}},
           {"model", model_json(report.model)},
           {"consistency", consistency_json(report.consistency)},
           {"chi2_per_value", report.chi2_per_value},

@@ -189,7 +189,7 @@ void seed_checkpoint(const fs::path& seeds) {
   state.optimiser.steps.push_back({1.0F, 2.0F, 3.0F, 4.0F});
   state.optimiser.changes = state.optimiser.steps;
   state.optimiser.products.resize(1);
-  state.correction = {0.5};
+  state.correction = {{0.5}};
   state.report.history.emplace_back();
   state.report.warnings.emplace_back("a warning");
   state.report.model.trials.emplace_back();

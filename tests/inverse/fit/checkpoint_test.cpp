@@ -208,7 +208,7 @@ TEST(Checkpoint, ForgedStatesAreRefusedByWhatTheyHold) {
   refused(within, "weight that is none", [&](FitState& s) { s.path.weight = nan; });
   refused(within, "fields", [](FitState& s) { s.fields.log_mu.pop_back(); });
   refused(within, "values of fields", [](FitState& s) { s.fields.log_mu[0] = 1e300; });
-  refused(within, "correction", [](FitState& s) { s.correction.resize(1); });
+  refused(within, "correction", [](FitState& s) { s.correction.ratio.resize(1); });
   refused(within, "z", [](FitState& s) { s.optimiser.z.resize(3); });
   refused(within, "gradient", [](FitState& s) { s.optimiser.gradient.clear(); });
   refused(within, "pairs", [](FitState& s) {

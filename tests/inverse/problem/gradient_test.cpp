@@ -83,7 +83,7 @@ class Gradient : public ::testing::TestWithParam<GradientCase> {
     }
     std::vector<double> correction;
     for (std::size_t i = 0; i < data; ++i) correction.push_back(0.9 + 0.2 * noise.uniform());
-    objective_->set_correction(correction);
+    objective_->set_correction({correction});
     at_ = cases::rough_medium(shape, 0.4, 5);
     direction_ = cases::random_direction(shape, 6);
   }

@@ -1,0 +1,34 @@
+#include "inverse/block_model/fixed_point.h"
+
+#include <Eigen/Dense>
+
+namespace kappamu::inverse {
+
+namespace {
+
+constexpr double longest = 0.7;  // log units
+
+}  // namespace
+
+Eigen::VectorXd FixedPoint::next(const Eigen::VectorXd& x, const Eigen::VectorXd& g) {
+  const Eigen::VectorXd f = g - x;
+  x_.push_back(x);
+  f_.push_back(f);
+  if (static_cast<Eigen::Index>(x_.size()) > x.size() + 1) {
+    x_.erase(x_.begin());
+    f_.erase(f_.begin());
+  }
+  const auto pairs = static_cast<Eigen::Index>(x_.size()) - 1;
+  if (pairs == 0) return g;
+  Eigen::MatrixXd dx(x.size(), pairs), df(x.size(), pairs);
+  for (Eigen::Index k = 0; k < pairs; ++k) {
+    dx.col(k) = x_[static_cast<std::size_t>(k) + 1] - x_[static_cast<std::size_t>(k)];
+    df.col(k) = f_[static_cast<std::size_t>(k) + 1] - f_[static_cast<std::size_t>(k)];
+  }
+  const Eigen::VectorXd weight = df.colPivHouseholderQr().solve(f);
+  const Eigen::VectorXd change = -(dx + df) * weight;
+  if (!change.allFinite()) return g;
+  return g + change.cwiseMax(-longest).cwiseMin(longest);
+}
+
+}  // namespace kappamu::inverse

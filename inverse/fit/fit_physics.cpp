@@ -1,0 +1,60 @@
+// Which equation a fit obeys, and the homogeneous start by transport.
+#include <cmath>
+#include <utility>
+
+#include "inverse/block_model/fixed_point.h"
+#include "inverse/data_checks/physics_choice.h"
+#include "inverse/fit/channel_run.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// A start that r, renewed, moves by less [log units] is transport's: the search for a model goes
+/// on from there.
+constexpr double start_tolerance = 0.02;
+constexpr int most_starts = 8;
+
+}  // namespace
+
+PredictOptions predict_options(const FitOptions& options, Physics physics) {
+  PredictOptions how;
+  how.backend = options.solver.backend;
+  how.convention = options.data.convention;
+  if (physics == Physics::transport) how.photons = {how.backend.device, options.solver.seed};
+  return how;
+}
+
+void ChannelRun::set_physics(Physics physics) {
+  state_.report.physics = physics;
+  levels_.set_photons(predict_options(options_, physics).photons);
+}
+
+/// From the best homogeneous block by diffusion.
+void ChannelRun::choose_physics(double kappa, double mu) {
+  if (options_.data.physics != Physics::automatic) return set_physics(options_.data.physics);
+  PhysicsChoice choice = inverse::choose_physics(levels_[0], kappa, mu);
+  if (choice.physics == Physics::transport && objective_->backend_name().starts_with("reference")) {
+    warn(choice.reason + " Yet photons need an OpenCL device, and there is none: by diffusion.");
+    choice = {};
+  }
+  set_physics(choice.physics);
+  state_.report.physics_reason = std::move(choice.reason);
+}
+
+HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
+  const auto cells = static_cast<std::size_t>(objective_->problem().setup.shape.cells());
+  FixedPoint iteration;
+  Eigen::Vector2d at(std::log(start.kappa), std::log(start.mu));
+  for (int k = 0; k < most_starts; ++k) {
+    objective_->refresh_correction(levels_.refinement(state_.level),
+                                   {Vector(cells, at[0]), Vector(cells, at[1])});
+    start = refit_homogeneous(*objective_, start);
+    const Eigen::Vector2d found(std::log(start.kappa), std::log(start.mu));
+    if ((found - at).cwiseAbs().maxCoeff() < start_tolerance) break;
+    at = iteration.next(at, found);
+  }
+  return start;
+}
+
+}  // namespace kappamu::inverse

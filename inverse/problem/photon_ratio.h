@@ -1,0 +1,63 @@
+// Transport's answer over diffusion's, by following photons (forward/montecarlo) through the volume
+// that diffusion was solved for: the share of the correction r (objective.h) that carries a fit
+// from diffusion's answer to transport's.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/grid.h"
+#include "forward/grid/grid_solver.h"
+
+namespace kappamu::inverse {
+
+/// Which equation a fit's predictions obey.
+enum class Physics {
+  diffusion,
+  transport,  ///< radiative transfer, g = 0, through r
+  automatic   ///< transport where diffusion's measured error exceeds the data's (physics_choice.h)
+};
+
+/// Photons wherever a fit needs transport's answer.
+struct PhotonOptions {
+  std::string device = "auto";  ///< OpenCL; there is no serial reference
+  /// Of the fit. Every call draws the same random numbers (their key is none that `kappamu
+  /// simulate` or `forward` draw from): r then moves with the volume, not with chance, and its
+  /// iteration ends.
+  std::uint64_t seed = 1;
+};
+
+/// Where photons enter, walk and are compared.
+struct PhotonProblem {
+  forward::GridSetup setup;        ///< of the grid the photons walk on
+  std::vector<double> kappa;       ///< [mm] on that grid, [z][y][x]
+  std::vector<double> mu;          ///< [1/mm]
+  std::vector<double> irradiance;  ///< [M][v][u] on its lit face
+  Face seen_face = Face::z_plus;
+  FaceShape seen_shape;  ///< of what follows: pixels of `factor`² of the grid's own
+  int factor = 1;
+  int patterns = 0;               ///< M
+  std::vector<double> diffusion;  ///< M by diffusion [M][v][u]
+  /// Variance of the datum that the ratio times `diffusion` is compared with [M][v][u], infinite
+  /// where there is none.
+  std::vector<double> variance;
+};
+
+struct PhotonRatio {
+  std::vector<double> ratio;  ///< transport over diffusion [M][v][u]; 1 where nothing is lit
+  /// Variance of ratio × diffusion by the photons' noise, as smoothed; neighbours share it.
+  std::vector<double> variance;
+  /// The same of single pixels, independent: what smoothing cannot take from sums over many.
+  std::vector<double> pixel_variance;
+  std::uint64_t photons = 0;  ///< of each pattern
+};
+
+/// Photons per pattern are chosen so that a pixel's noise is, in the median, as large as its
+/// datum's deviation (a power of two, 2¹⁴ to 2²²). Ratio of Gaussian means of both maps over the
+/// face, its width for each pixel the least of 0, ½, ½√2, 1, … voxels that brings the noise to half
+/// of that deviation. Voxels that leave no scattering (3κμ ≥ 1) are followed as almost pure
+/// absorbers. Throws InputError where there is no OpenCL device.
+PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& options);
+
+}  // namespace kappamu::inverse
