@@ -45,7 +45,7 @@ class RenderCommand : public TemporaryFolderTest {
 };
 
 TEST_F(RenderCommand, WritesPictureExitanceAndBalance) {
-  for (const std::string model : {"embedded", "montecarlo"}) {
+  for (const std::string model : {"embedded", "montecarlo", "auto"}) {
     write_scene(model);
     const ProcessResult result =
         kappamu("--json render " + path("scene.json") + " -o " + path("out"));
@@ -54,6 +54,14 @@ TEST_F(RenderCommand, WritesPictureExitanceAndBalance) {
     EXPECT_EQ(summary, json::parse(io::read_text(folder() / "out" / "summary.json")));
     EXPECT_EQ(summary["converged"], result.exit_code == 0);
     const json& object = summary["objects"][0];
+    EXPECT_EQ(object.contains("candidates"), model == "auto");
+    if (model == "auto") {
+      EXPECT_GT(object["candidates"].size(), 3U);
+      for (const json& candidate : object["candidates"]) {
+        EXPECT_FALSE(candidate["reason"].get<std::string>().empty());
+      }
+      EXPECT_LE(object["candidates"][0]["error"].get<double>(), 0.2);
+    }
     const std::size_t samples = object["samples"];
     const io::NpyArray exitance = io::read_npy(folder() / "out" / "exitance.npy", {3, samples});
     const io::NpyArray surface = io::read_npy(folder() / "out" / "surface.npy", {samples, 7});
