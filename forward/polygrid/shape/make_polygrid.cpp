@@ -123,12 +123,12 @@ class Maker {
     place_nodes(made.grid, *surface_, options_.first_layer);
     made.quality = measure_quality(made.grid, mesh_);
     made.quality.refinement = refinement;
-    made.quality.cpu_seconds = processor_seconds() - start_;
     if (made.quality.inverted > 0) return std::nullopt;
     return made;
   }
 
-  MadePolygrid with_warnings(MadePolygrid made) const {
+  MadePolygrid finished(MadePolygrid made) const {
+    made.quality.cpu_seconds = processor_seconds() - start_;
     const PolygridQuality& quality = made.quality;
     if (quality.least_jacobian < good_jacobian) {
       made.warnings.push_back("The polygrid's worst cell has a scaled Jacobian of " +
@@ -188,7 +188,7 @@ MadePolygrid make_polygrid(const TriangleMesh& mesh, const PolygridOptions& opti
     if (!best || score(made->quality) > score(best->quality)) best = std::move(made);
     if (good(best->quality)) break;
   }
-  if (best) return maker.with_warnings(std::move(*best));
+  if (best) return maker.finished(std::move(*best));
   throw InputError(mapped_none
                        ? "No polycube of " + std::to_string(options.cells) +
                              " cells has the object's topology, genus " + std::to_string(handles) +
@@ -219,7 +219,7 @@ MadePolygrid make_polygrid(const TriangleMesh& mesh, const Polycube& polycube,
   }
   auto made = maker.from(polycube, refinement);
   if (!made) throw InputError("The polycube's map into the object leaves inverted cells.");
-  return maker.with_warnings(std::move(*made));
+  return maker.finished(std::move(*made));
 }
 
 }  // namespace kappamu::forward
