@@ -4,7 +4,7 @@
 namespace kappamu::forward {
 
 std::vector<std::string> object_model_names() {
-  return {"embedded", "grid",   "polygrid",       "boundary_integral", "montecarlo",
+  return {"embedded", "grid",           "polygrid",      "boundary_integral", "montecarlo",
           "dipole",   "dipole-rotated", "better-dipole", "beam-diffusion"};
 }
 

@@ -30,7 +30,8 @@ double width_of(const Polygrid& grid, std::size_t cell) {
     Vector3d across = Vector3d::Zero();
     for (int c = 0; c < 8; ++c) {
       const int corner = grid.cell_corners[cell][static_cast<std::size_t>(c)];
-      across += ((c >> axis & 1) != 0 ? 0.25 : -0.25) * grid.corner[static_cast<std::size_t>(corner)];
+      across +=
+          ((c >> axis & 1) != 0 ? 0.25 : -0.25) * grid.corner[static_cast<std::size_t>(corner)];
     }
     shortest = std::min(shortest, across.norm());
   }
@@ -47,16 +48,14 @@ struct March {
     const double least = remainder * path.power;
     double power = path.power, from = 0.0;
     for (int k = 0; k < most_steps && from < path.length && power > 0.0; ++k) {
-      const double step =
-          std::min(step_of_cell * width_of(grid, static_cast<std::size_t>(at.cell)),
-                   path.length - from);
+      const double step = std::min(step_of_cell * width_of(grid, static_cast<std::size_t>(at.cell)),
+                                   path.length - from);
       const auto [kappa, mu] = of_cell[static_cast<std::size_t>(at.cell)];
       const double sigma_t = 1.0 / (3.0 * kappa), depth = sigma_t * step;
       const double left = power * std::exp(-depth);
       const double collided = left > least ? power - left : power;
       // ∫ s e^(−σ s) ds over ∫ e^(−σ s) ds, by its series where the step is thin.
-      const double mean =
-          depth < 1e-4 ? 0.5 * step : 1.0 / sigma_t - step / std::expm1(depth);
+      const double mean = depth < 1e-4 ? 0.5 * step : 1.0 / sigma_t - step / std::expm1(depth);
       at = walk_to(grid, at, path.from + (from + mean) * path.direction);
       const double absorbed = collided * std::min(1.0, mu / sigma_t);
       const std::array<double, 8> n = shape_functions(at.local);

@@ -1,5 +1,5 @@
-// Model `polygrid` of objects ([W] 5): diffusion on the deformed cells of a polycube, split in eight
-// until two resolutions agree within the tolerance.
+// Model `polygrid` of objects ([W] 5): diffusion on the deformed cells of a polycube, split in
+// eight until two resolutions agree within the tolerance.
 #pragma once
 
 #include "forward/object_model.h"

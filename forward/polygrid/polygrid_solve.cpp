@@ -83,10 +83,10 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
   const auto start = Clock::now();
   const double most = most_cells(problems, options);
   if (8.0 * static_cast<double>(grid.cell.size()) > most) {
-    throw InputError("the polygrid has " + std::to_string(8 * grid.cell.size()) +
-                     " cells with its error's estimate, more than " +
-                     (options.max_elements ? "max_elements allows; raise it"
-                                           : "fit this machine's memory"));
+    throw InputError(
+        "the polygrid has " + std::to_string(8 * grid.cell.size()) +
+        " cells with its error's estimate, more than " +
+        (options.max_elements ? "max_elements allows; raise it" : "fit this machine's memory"));
   }
   std::vector<ObjectResult> results(problems.size());
   Resolution fine = solved(grid, problems, options.device);

@@ -64,7 +64,8 @@ void number_by_cells(std::vector<Corners>& cell_corners, std::vector<Vector3d>& 
 }
 
 /// The points of a cell's 3 × 3 × 3 corners of its children, each by the corners of the cell that
-/// it is the middle of: two of an edge, four of a side, all of the cell; sorted, padded by the last.
+/// it is the middle of: two of an edge, four of a side, all of the cell; sorted, padded by the
+/// last.
 using Middle = std::array<int, 8>;
 Middle middle_of(const Corners& corners, const Vector3i& at) {
   Middle key{};
@@ -74,7 +75,8 @@ Middle middle_of(const Corners& corners, const Vector3i& at) {
     for (int a = 0; a < 3; ++a) of = of && (at[a] == 1 || at[a] == 2 * (c >> a & 1));
     if (of) key[count++] = corners[static_cast<std::size_t>(c)];
   }
-  for (std::size_t i = count; i < key.size(); ++i) key[i] = *std::max_element(key.begin(), key.end());
+  for (std::size_t i = count; i < key.size(); ++i)
+    key[i] = *std::max_element(key.begin(), key.end());
   std::sort(key.begin(), key.end());
   return key;
 }
@@ -124,9 +126,9 @@ void to_surface(Polygrid& grid, const TriangleMesh& mesh) {
       on_boundary[corner] = 1;
     }
   }
-  const Facets facets(facets_of(mesh),
-                      std::sqrt(area / static_cast<double>(std::max<std::size_t>(
-                                           1, grid.boundary_cell.size()))));
+  const Facets facets(
+      facets_of(mesh),
+      std::sqrt(area / static_cast<double>(std::max<std::size_t>(1, grid.boundary_cell.size()))));
   std::vector<char> was_upright(grid.cell.size());
   for (std::size_t k = 0; k < grid.cell.size(); ++k) was_upright[k] = upright(positions(grid, k));
   const std::vector<Vector3d> before = grid.corner;

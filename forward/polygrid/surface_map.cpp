@@ -68,8 +68,8 @@ SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Sur
   embedded::for_row_ranges(shares.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Facet& facet = of_mesh[t];
-      const double longest = std::max(
-          {(facet[1] - facet[0]).norm(), (facet[2] - facet[1]).norm(), (facet[0] - facet[2]).norm()});
+      const double longest = std::max({(facet[1] - facet[0]).norm(), (facet[2] - facet[1]).norm(),
+                                       (facet[0] - facet[2]).norm()});
       const int rows = std::clamp(static_cast<int>(std::ceil(longest / edge)), 1, most_rows);
       // Middles of the rows² equal pieces, upright and turned.
       const double weight = 1.0 / (rows * rows);

@@ -1,5 +1,5 @@
-// Between a mesh's surface and the boundary of its polygrid, which lie within a small part of a cell
-// of each other: for points of either, the nearest of the other.
+// Between a mesh's surface and the boundary of its polygrid, which lie within a small part of a
+// cell of each other: for points of either, the nearest of the other.
 #pragma once
 
 #include <span>

@@ -37,8 +37,8 @@ LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
 LivePolygrid::Answer LivePolygrid::solve(const std::array<forward::ObjectLight, 3>& light) {
   if (media_ != object_.media.channels) {
     media_ = object_.media.channels;
-    diffusion_->set_media(std::array<const ObjectMedium*, 3>{media_[0].get(), media_[1].get(),
-                                                             media_[2].get()});
+    diffusion_->set_media(
+        std::array<const ObjectMedium*, 3>{media_[0].get(), media_[1].get(), media_[2].get()});
   }
   const ChannelProblems problems(object_, light);
   std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, accuracy);

@@ -44,8 +44,8 @@ bool all_blocks(const World& world) {
 
 }  // namespace
 
-/// One object's model: a block's or polygrid's equations or the dipole's links kept, or a model that
-/// starts anew.
+/// One object's model: a block's or polygrid's equations or the dipole's links kept, or a model
+/// that starts anew.
 struct LiveScene::Solver {
   Solver(const WorldObject& lit, const std::string& name, const LiveOptions& asked) : object(lit) {
     options.device = asked.device;

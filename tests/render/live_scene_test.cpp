@@ -85,8 +85,8 @@ TEST(LiveScene, AnswersAsTheModelForMovedLights) {
   }
 }
 
-// The equations of the polygrid stay: a light that comes back finds its answer, and one nearby takes
-// fewer iterations than the first.
+// The equations of the polygrid stay: a light that comes back finds its answer, and one nearby
+// takes fewer iterations than the first.
 TEST(LiveScene, KeepsThePolygridFromLightToLight) {
   const Scene scene = lit_ball();
   std::vector<std::string> warnings;

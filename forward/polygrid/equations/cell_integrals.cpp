@@ -126,10 +126,8 @@ SideMass side_mass(const std::array<Vector3d, 4>& corners) {
   for (const double v : gauss) {
     for (const double u : gauss) {
       const std::array<double, 4> n{(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
-      const Vector3d along_u =
-          (1 - v) * (corners[1] - corners[0]) + v * (corners[3] - corners[2]);
-      const Vector3d along_v =
-          (1 - u) * (corners[2] - corners[0]) + u * (corners[3] - corners[1]);
+      const Vector3d along_u = (1 - v) * (corners[1] - corners[0]) + v * (corners[3] - corners[2]);
+      const Vector3d along_v = (1 - u) * (corners[2] - corners[0]) + u * (corners[3] - corners[1]);
       const double weight = 0.25 * along_u.cross(along_v).norm();
       for (std::size_t i = 0; i < 4; ++i) {
         for (std::size_t j = 0; j < 4; ++j) mass[i][j] += weight * n[i] * n[j];

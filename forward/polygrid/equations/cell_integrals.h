@@ -32,7 +32,8 @@ CellIntegrals cell_integrals(const CellCorners& corners);
 /// Of the trilinear functions at a point of the cell, its own coordinates in [0, 1].
 std::array<double, 8> shape_functions(const Eigen::Vector3d& local);
 
-/// Corners of a cell's side in the order of their two other coordinates: (0,0), (1,0), (0,1), (1,1).
+/// Corners of a cell's side in the order of their two other coordinates: (0,0), (1,0), (0,1),
+/// (1,1).
 std::array<int, 4> side_corners(int side);
 
 /// ∫ u v dA over a side [mm²], by two Gauss points each way; row by row.

@@ -51,7 +51,8 @@ Equations::Equations(const Polygrid& grid, double A) {
   std::vector<int> next(slot_start_.begin(), slot_start_.end() - 1);
   for (std::size_t k = 0; k < cells; ++k) {
     for (int c = 0; c < 8; ++c) {
-      const auto corner = static_cast<std::size_t>(grid.cell_corners[k][static_cast<std::size_t>(c)]);
+      const auto corner =
+          static_cast<std::size_t>(grid.cell_corners[k][static_cast<std::size_t>(c)]);
       if (next[corner] == slot_start_[corner]) {
         place_[corner] = grid.cell[k] + Eigen::Vector3i(c & 1, c >> 1 & 1, c >> 2 & 1);
       }
@@ -149,8 +150,8 @@ std::vector<double> Equations::absorption(std::span<const Coefficients> of_cell)
         const int slot = slot_[static_cast<std::size_t>(s)];
         const auto cell = static_cast<std::size_t>(slot / 8);
         for (std::size_t c = 0; c < 8; ++c) {
-          result[i] += of_cell[cell].mu *
-                       integrals_[cell].mass(static_cast<std::size_t>(slot % 8), c);
+          result[i] +=
+              of_cell[cell].mu * integrals_[cell].mass(static_cast<std::size_t>(slot % 8), c);
         }
       }
     }

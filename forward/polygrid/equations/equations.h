@@ -27,7 +27,7 @@ struct Pattern {
 struct MediumValues {
   std::vector<double> value;  ///< of the matrix, by Equations::matrix [mm²]
   std::vector<double> link;   ///< conductances of the seven-point form, by Equations::links [mm²]
-  std::vector<double> leak;   ///< [unknown] sums of the matrix's rows: absorption and boundary [mm²]
+  std::vector<double> leak;  ///< [unknown] sums of the matrix's rows: absorption and boundary [mm²]
 };
 
 class Equations {

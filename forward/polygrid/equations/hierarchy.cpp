@@ -57,8 +57,7 @@ Nodes coarser_nodes(const Nodes& fine, const std::vector<int>& parent, std::size
                std::vector<double>(count, 0.0)};
   for (std::size_t i = 0; i < parent.size(); ++i) {
     const auto p = static_cast<std::size_t>(parent[i]);
-    coarse.place[p] =
-        Vector3i(fine.place[i][0] >> 1, fine.place[i][1] >> 1, fine.place[i][2] >> 1);
+    coarse.place[p] = Vector3i(fine.place[i][0] >> 1, fine.place[i][1] >> 1, fine.place[i][2] >> 1);
     coarse.position[p] += fine.weight[i] * fine.position[i];
     coarse.weight[p] += fine.weight[i];
   }
@@ -95,8 +94,8 @@ GraphLevel coarser_level(GraphLevel& fine, std::size_t count, const Nodes& nodes
       if (a == b) continue;
       const auto begin = coarse.links.column.begin() + coarse.links.start[a];
       const auto end = coarse.links.column.begin() + coarse.links.start[a + 1];
-      fine.coarse[at] = static_cast<int>(
-          std::lower_bound(begin, end, static_cast<int>(b)) - coarse.links.column.begin());
+      fine.coarse[at] = static_cast<int>(std::lower_bound(begin, end, static_cast<int>(b)) -
+                                         coarse.links.column.begin());
       const double near = (nodes.position[i] - nodes.position[j]).norm();
       const double far = (coarse_nodes.position[a] - coarse_nodes.position[b]).norm();
       fine.share[at] = std::clamp(near / std::max(far, 1e-300), least_share, most_share);
@@ -113,9 +112,11 @@ Hierarchy::Hierarchy(const Equations& equations, const Polygrid& grid) {
   while (level_.back().links.rows() > most_coarsest) {
     GraphLevel& fine = level_.back();
     std::vector<int> parent = aggregates(fine, nodes.place);
-    const auto count = static_cast<std::size_t>(*std::max_element(parent.begin(), parent.end())) + 1;
+    const auto count =
+        static_cast<std::size_t>(*std::max_element(parent.begin(), parent.end())) + 1;
     // Pieces that touch nowhere do not grow together any more.
-    if (count == parent.size() && nodes.place == std::vector<Vector3i>(count, nodes.place[0])) break;
+    if (count == parent.size() && nodes.place == std::vector<Vector3i>(count, nodes.place[0]))
+      break;
     fine.parent = std::move(parent);
     Nodes coarse_nodes = coarser_nodes(nodes, fine.parent, count);
     GraphLevel coarse = coarser_level(fine, count, nodes, coarse_nodes);

@@ -155,13 +155,18 @@ class BatchSolve {
         write_lanes(context_, buffer, options_, of_lane, lanes_.media());
       }
     };
-    write(value_, [](const Channel& c) -> const auto& { return c.medium.value; });
+    write(
+        value_, [](const Channel& c) -> const auto& { return c.medium.value; });
     for (std::size_t l = 0; l < levels_.size(); ++l) {
-      write(links_[l], [l](const Channel& c) -> const auto& { return c.graph[l].link; });
-      write(inverse_diagonal_[l],
-            [l](const Channel& c) -> const auto& { return c.inverse_diagonal[l]; });
+      write(
+          links_[l], [l](const Channel& c) -> const auto& { return c.graph[l].link; });
+      write(
+          inverse_diagonal_[l], [l](const Channel& c) -> const auto& {
+            return c.inverse_diagonal[l];
+          });
     }
-    write(coarsest_, [](const Channel& c) -> const auto& { return c.coarsest; });
+    write(
+        coarsest_, [](const Channel& c) -> const auto& { return c.coarsest; });
   }
 
   void solve(const std::vector<Load>& loads, const std::vector<std::size_t>& lights,

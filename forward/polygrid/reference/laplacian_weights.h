@@ -1,5 +1,5 @@
-// The named baseline of polygrids: six Laplacian weights per node ([W] appendix B), where they can be
-// used, and a flux form where they cannot.
+// The named baseline of polygrids: six Laplacian weights per node ([W] appendix B), where they can
+// be used, and a flux form where they cannot.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct NodeGrid {
   std::vector<int> parent;                     ///< interior node of the coarser level; empty: none
   std::vector<int> boundary_parent;            ///< boundary node of the coarser level
   std::vector<Eigen::Vector3i> place;
-  std::vector<int> outer_side;                 ///< of nodes of a layer; −1 in the core
+  std::vector<int> outer_side;  ///< of nodes of a layer; −1 in the core
 };
 NodeGrid node_grid(const Polygrid& grid);
 /// Positions are means of those of the up to eight children ([W] 5.3). Fills in `fine`'s parents.

@@ -31,9 +31,9 @@ struct NodeFluence {
   std::vector<double> node, boundary;
 };
 
-/// Steps of relaxation on a level ([W] 5.2's two updates; A in C's place). Nodes deeper than `depth`
-/// (0: none) stay. Calls `after(processed)` with the nodes that a step updated, boundary nodes
-/// included.
+/// Steps of relaxation on a level ([W] 5.2's two updates; A in C's place). Nodes deeper than
+/// `depth` (0: none) stay. Calls `after(processed)` with the nodes that a step updated, boundary
+/// nodes included.
 void relax(const RelaxationLevel& level, double A, int steps, int depth, NodeFluence& fluence,
            const std::function<void(std::size_t processed)>& after);
 

@@ -27,8 +27,7 @@ Polygrid mapped_box(const Vector3i& n, const Map& map) {
         std::array<int, 8> corners{};
         for (int c = 0; c < 8; ++c) {
           const Vector3i at(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2 & 1));
-          corners[static_cast<std::size_t>(c)] =
-              (at[2] * (n[1] + 1) + at[1]) * (n[0] + 1) + at[0];
+          corners[static_cast<std::size_t>(c)] = (at[2] * (n[1] + 1) + at[1]) * (n[0] + 1) + at[0];
         }
         cell.push_back({x, y, z});
         cell_corners.push_back(corners);

@@ -184,9 +184,11 @@ TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
   }
   ASSERT_GT(ours, 0U);
   EXPECT_LT(ours, hierarchical);
-  std::printf("nodes processed: plain %zu, hierarchical %zu, ours %zu; to 0.5 %%: hierarchical %zu, adaptive "
-              "%zu\n",
-              plain, hierarchical, ours, coarse_target, adaptive);
+  std::printf(
+      "nodes processed: plain %zu, hierarchical %zu, ours %zu; to 0.5 %%: hierarchical %zu, "
+      "adaptive "
+      "%zu\n",
+      plain, hierarchical, ours, coarse_target, adaptive);
 }
 
 }  // namespace

@@ -95,8 +95,7 @@ Vector boundary_load(const Polygrid& grid, const Q& q) {
   Vector load(grid.corner.size(), 0.0);
   each_side_point(grid, [&](const auto& corner, const SidePoint& point) {
     for (std::size_t i = 0; i < 4; ++i) {
-      load[corner[i]] +=
-          point.weight * point.function[i] * q(point.at, point.normal) / (2.0 * A);
+      load[corner[i]] += point.weight * point.function[i] * q(point.at, point.normal) / (2.0 * A);
     }
   });
   return load;
@@ -182,9 +181,9 @@ TEST(PolygridEquations, AreExactForLinearFunctionsOnDeformedCells) {
   EXPECT_EQ(inside, 4 * 3 * 3);
 }
 
-// No coupling of diffusion is of a sign that could overshoot; even light on one medium keeps φ below q.
-// The masses of absorption and boundary are not lumped, for accuracy: at an edge of the light, among
-// coefficients a hundred apart, φ overshoots by a few hundredths.
+// No coupling of diffusion is of a sign that could overshoot; even light on one medium keeps φ
+// below q. The masses of absorption and boundary are not lumped, for accuracy: at an edge of the
+// light, among coefficients a hundred apart, φ overshoots by a few hundredths.
 TEST(PolygridEquations, KeepTheMaximumPrincipleOnACube) {
   const Polygrid grid = box_polygrid({6, 6, 6}, {3, 3, 3});
   const Equations equations(grid, A);
@@ -210,7 +209,8 @@ TEST(PolygridEquations, KeepTheMaximumPrincipleOnACube) {
   EXPECT_GT(even.first, 0.0);
   EXPECT_LE(even.second, 1.0);
   constexpr double overshoot = 0.06;
-  const auto half = range(values, [](const Vector3d& p, const auto&) { return p[0] < 1.5 ? 1.0 : 0.0; });
+  const auto half =
+      range(values, [](const Vector3d& p, const auto&) { return p[0] < 1.5 ? 1.0 : 0.0; });
   EXPECT_GT(half.first, -overshoot);
   EXPECT_LT(half.second, 1.0 + overshoot);
 }
@@ -233,10 +233,10 @@ TEST(PolygridOrder, TwoOnABentBox) {
     const Polygrid grid = bent_polygrid({2 * n, n, n});
     const Equations equations(grid, A);
     const MediumValues values = equations.values(everywhere(grid, medium));
-    const Vector x =
-        solved(equations, values, boundary_load(grid, [&](const Vector3d& p, const Vector3d& normal) {
-                 return exact(p) * (1.0 + 2.0 * A * medium.kappa * k.dot(normal));
-               }));
+    const Vector x = solved(equations, values,
+                            boundary_load(grid, [&](const Vector3d& p, const Vector3d& normal) {
+                              return exact(p) * (1.0 + 2.0 * A * medium.kappa * k.dot(normal));
+                            }));
     errors.push_back(surface_error(grid, x, exact));
   }
   EXPECT_GE(std::log2(errors[1] / errors[2]), 1.9) << errors[1] << " to " << errors[2];
@@ -258,13 +258,11 @@ TEST(PolygridOrder, NearlyTwoOnTheBallLitFromOutside) {
     for (const int n : {8, 16, 32}) {
       const Polygrid grid = ball_polygrid(n, sphere.radius);
       const Equations equations(grid, A);
-      const Vector x = solved(equations, equations.values(everywhere(grid, medium)),
-                              boundary_load(grid, [&](const Vector3d& p, const auto&) {
-                                return legendre(p);
-                              }));
-      errors.push_back(surface_error(grid, x, [&](const Vector3d& p) {
-        return sphere.lit_from_outside(l) * legendre(p);
-      }));
+      const Vector x =
+          solved(equations, equations.values(everywhere(grid, medium)),
+                 boundary_load(grid, [&](const Vector3d& p, const auto&) { return legendre(p); }));
+      errors.push_back(surface_error(
+          grid, x, [&](const Vector3d& p) { return sphere.lit_from_outside(l) * legendre(p); }));
     }
     EXPECT_GE(std::log2(errors[0] / errors[2]) / 2.0, 1.45) << errors[0] << " to " << errors[2];
     EXPECT_LE(errors[2], 2e-3);

@@ -68,9 +68,9 @@ TEST(PolygridWalk, FindsTheCellOfAPoint) {
     const Vector3d local(uniform(random), uniform(random), uniform(random));
     Vector3d point = Vector3d::Zero();
     for (std::size_t c = 0; c < 8; ++c) {
-      point += shape_functions(local)[c] *
-               grid.corner[static_cast<std::size_t>(
-                   grid.cell_corners[static_cast<std::size_t>(cell)][c])];
+      point +=
+          shape_functions(local)[c] * grid.corner[static_cast<std::size_t>(
+                                          grid.cell_corners[static_cast<std::size_t>(cell)][c])];
     }
     const CellPoint found = walk_to(grid, {any(random), Vector3d::Constant(0.5)}, point);
     EXPECT_EQ(found.cell, cell);
@@ -100,8 +100,8 @@ TEST(PolygridBeams, ShareTheirPowerExactly) {
   EXPECT_NEAR(scattered + balance.absorbed + balance.unscattered, balance.entering,
               1e-12 * balance.entering);
   // Of what collides, μ/σt' is absorbed.
-  EXPECT_NEAR(balance.absorbed, 3.0 * coefficients.kappa * coefficients.mu *
-                                    (balance.entering - balance.unscattered),
+  EXPECT_NEAR(balance.absorbed,
+              3.0 * coefficients.kappa * coefficients.mu * (balance.entering - balance.unscattered),
               1e-12 * balance.entering);
 }
 
@@ -162,8 +162,7 @@ TEST(PolygridDiffusion, IsTheExactSphereUnderDiffuseLight) {
     const double cosine = axis.dot(position.normalized());
     ball.lights[0].diffuse.push_back(1.0 + cosine);
     const double q = 4.0 * transmitted / (1.0 - constants.r_phi);
-    const double fluence =
-        q * (sphere.lit_from_outside(0) + sphere.lit_from_outside(1) * cosine);
+    const double fluence = q * (sphere.lit_from_outside(0) + sphere.lit_from_outside(1) * cosine);
     exact.push_back((fluence - q * (1.0 + cosine)) / (2.0 * constants.A) +
                     transmitted * (1.0 + cosine));
   }

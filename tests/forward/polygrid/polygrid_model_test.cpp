@@ -91,7 +91,9 @@ TEST(PolygridModel, AnswersAsEmbeddedOnOneMaterial) {
   expect_as_embedded(Ball(ObjectMedium({0.2, 0.02})), 0.02);
 }
 
-TEST(PolygridModel, AnswersAsEmbeddedOnAVolume) { expect_as_embedded(Ball(random_medium()), 0.06); }
+TEST(PolygridModel, AnswersAsEmbeddedOnAVolume) {
+  expect_as_embedded(Ball(random_medium()), 0.06);
+}
 
 TEST(PolygridModel, ChannelsTogetherAreChannelsAlone) {
   const Ball red(ObjectMedium({0.3, 0.01})), blue(ObjectMedium({0.1, 0.1}));

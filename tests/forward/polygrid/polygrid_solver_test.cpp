@@ -87,8 +87,8 @@ TEST(PolygridOpencl, IsEquivalentToTheReference) {
 
 TEST(PolygridOpencl, SinglePrecisionIsEnoughForPictures) {
   const System system(ball_polygrid(12, 5.0), 3);
-  expect_equal(system, {system.load(0, 1), system.load(1, 2), system.load(2, 3)},
-               Precision::single, 1e-5, 1e-4);
+  expect_equal(system, {system.load(0, 1), system.load(1, 2), system.load(2, 3)}, Precision::single,
+               1e-5, 1e-4);
 }
 
 TEST(PolygridOpencl, SolvesWhatIsTooSmallForLevels) {
