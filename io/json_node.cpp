@@ -34,25 +34,61 @@ std::string list(Names first, Names second, const std::string& separator = ", ")
   return text;
 }
 
-// nlohmann::json keeps the last of two equal keys; a doubled field is a mistake.
-json parse(const std::string& text, const std::string& file) {
-  std::vector<std::set<std::string>> open_objects;
-  const auto watch = [&](int /*depth*/, json::parse_event_t event, json& parsed) {
-    if (event == json::parse_event_t::object_start) open_objects.emplace_back();
-    if (event == json::parse_event_t::object_end) open_objects.pop_back();
-    if (event == json::parse_event_t::key &&
-        !open_objects.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(file + ": field '" + shown_name(parsed.get<std::string>()) +
-                       "' occurs twice in one object; remove one of the two.");
-    }
+// nlohmann::json keeps the last of two equal keys; a doubled field is a mistake. A pass of its own:
+// the library's parser with a callback takes quadratic time over an array of objects.
+class DoubledField final : public nlohmann::json_sax<json> {
+ public:
+  std::string name;  // of the first; parsing stops there
+
+  bool null() override { return true; }
+  bool boolean(bool /*value*/) override { return true; }
+  bool number_integer(number_integer_t /*value*/) override { return true; }
+  bool number_unsigned(number_unsigned_t /*value*/) override { return true; }
+  bool number_float(number_float_t /*value*/, const string_t& /*text*/) override { return true; }
+  bool string(string_t& /*value*/) override { return true; }
+  bool binary(binary_t& /*value*/) override { return true; }
+  bool start_object(std::size_t /*size*/) override {
+    open_objects_.emplace_back();
     return true;
-  };
+  }
+  bool key(string_t& key) override {
+    if (open_objects_.back().insert(key).second) return true;
+    name = key;
+    found = true;
+    return false;
+  }
+  bool end_object() override {
+    open_objects_.pop_back();
+    return true;
+  }
+  bool start_array(std::size_t /*size*/) override { return true; }
+  bool end_array() override { return true; }
+  bool parse_error(std::size_t /*at*/, const std::string& /*token*/,
+                   const json::exception& /*error*/) override {
+    return false;
+  }
+
+  bool found = false;
+
+ private:
+  std::vector<std::set<std::string>> open_objects_;
+};
+
+json parse(const std::string& text, const std::string& file) {
+  json parsed;
   try {
-    return json::parse(text, watch);
+    parsed = json::parse(text);
   } catch (const json::exception& error) {
     throw InputError(file + ": not valid JSON (" + shown_text(json_reason(error)) +
                      "); correct it there.");
   }
+  DoubledField doubled;
+  json::sax_parse(text, &doubled);
+  if (doubled.found) {
+    throw InputError(file + ": field '" + shown_name(doubled.name) +
+                     "' occurs twice in one object; remove one of the two.");
+  }
+  return parsed;
 }
 
 // Strings that are not UTF-8 cannot be quoted.
