@@ -1,4 +1,5 @@
-// A band of pure colour at the picture's edge is no light; the same colour inside the picture is kept.
+// A band of pure colour at the picture's edge is no light; the same colour inside the picture is
+// kept.
 #include "capture/session/filled_border.h"
 
 #include <gtest/gtest.h>

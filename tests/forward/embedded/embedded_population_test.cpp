@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "core/mesh/surface_norm.h"
 #include "core/mesh/shapes.h"
+#include "core/mesh/surface_norm.h"
 #include "embedded_test_tools.h"
 #include "forward/embedded/body_solve.h"
 #include "forward/embedded/embedded_model.h"
