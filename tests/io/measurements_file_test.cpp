@@ -143,7 +143,7 @@ TEST_F(MeasurementsFile, ChannelThatIsNoPlainNameIsRefused) {
   for (const char* name : {"a/../../../outside/pwn", "/etc/pwn", "..", ".hidden", "R G", "",
                            "R\\\\u0000", "R\\\\n", "é"}) {
     const std::string sentence = after("\"R\"", "\"" + std::string(name) + "\"");
-    EXPECT_THAT(sentence, HasSubstr("a name in field 'channels' is '"));
+    EXPECT_THAT(sentence, HasSubstr("channels[0] is '"));
     EXPECT_THAT(sentence, HasSubstr("use letters, digits, '_', '-' and '.'"));
   }
   EXPECT_THAT(after("\"R\"", "\"" + std::string(101, 'a') + "\""), HasSubstr("at most 100"));
