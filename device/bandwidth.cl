@@ -1,5 +1,5 @@
-// Copies of 16 floats per step. Items stride through the buffer where neighbouring items should touch
-// neighbouring memory (GPUs), or take one stretch each.
+// Copies of 16 floats per step. Items stride through the buffer where neighbouring items should
+// touch neighbouring memory (GPUs), or take one stretch each.
 #ifndef INTERLEAVED
 #define INTERLEAVED 0
 #endif
@@ -15,18 +15,22 @@
 #if INTERLEAVED
 #define FOR_OWN for (int i = (int)get_global_id(0); i < count; i += (int)get_global_size(0))
 #else
-#define FOR_OWN                                                                              \
-  const int length = (count - 1) / (int)get_global_size(0) + 1;                              \
-  const int begin = (int)get_global_id(0) * length;                                          \
+#define FOR_OWN                                                 \
+  const int length = (count - 1) / (int)get_global_size(0) + 1; \
+  const int begin = (int)get_global_id(0) * length;             \
   for (int i = begin; i < min(begin + length, count); ++i)
 #endif
 
 kernel void copy(const int count, global const float16* restrict from,
                  global float16* restrict to) {
-  FOR_OWN { to[i] = from[i]; }
+  FOR_OWN {
+    to[i] = from[i];
+  }
 }
 
 kernel void copy_past_cache(const int count, global const float16* restrict from,
                             global float16* restrict to) {
-  FOR_OWN { STREAM_OUT(from[i], to + i); }
+  FOR_OWN {
+    STREAM_OUT(from[i], to + i);
+  }
 }

@@ -25,7 +25,8 @@ void run_export(const ExportOptions& options, const Globals& globals) {
                              pipeline::Former::kept);
   io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
                                                      *progress, options.most_voxels);
-  for (auto& file : result.files) file = std::filesystem::path(options.out) / file.lexically_relative(out.partial());
+  for (auto& file : result.files)
+    file = std::filesystem::path(options.out) / file.lexically_relative(out.partial());
   out.commit();
   if (globals.json) {
     nlohmann::ordered_json json{{"volume", io::find_volume(options.volume).string()},

@@ -25,14 +25,15 @@
       global const REAL *restrict sink
 #define DEPTH_ARGUMENTS const int depth, const int open_x, const int open_y, const int open_z
 
-// (A φ) at cell i = x + nx row, row = y + ny z, with φ of type T in `field` and `to` converting to T.
-#define OPERATOR(T, to, field)                                                            \
-  (gx[i + row] * (here - (x > 0 ? to(field[f - GROUPS]) : (T)(0))) +                   \
-   gx[i + row + 1] * (here - (x + 1 < nx ? to(field[f + GROUPS]) : (T)(0))) +          \
-   gy[i + nx * z] * (here - (y > 0 ? to(field[f - GROUPS * nx]) : (T)(0))) +              \
-   gy[i + nx * (z + 1)] * (here - (y + 1 < ny ? to(field[f + GROUPS * nx]) : (T)(0))) +   \
-   gz[i] * (here - (z > 0 ? to(field[f - GROUPS * nx * ny]) : (T)(0))) +                  \
-   gz[i + nx * ny] * (here - (z + 1 < nz ? to(field[f + GROUPS * nx * ny]) : (T)(0))) +   \
+// (A φ) at cell i = x + nx row, row = y + ny z, with φ of type T in `field` and `to` converting to
+// T.
+#define OPERATOR(T, to, field)                                                          \
+  (gx[i + row] * (here - (x > 0 ? to(field[f - GROUPS]) : (T)(0))) +                    \
+   gx[i + row + 1] * (here - (x + 1 < nx ? to(field[f + GROUPS]) : (T)(0))) +           \
+   gy[i + nx * z] * (here - (y > 0 ? to(field[f - GROUPS * nx]) : (T)(0))) +            \
+   gy[i + nx * (z + 1)] * (here - (y + 1 < ny ? to(field[f + GROUPS * nx]) : (T)(0))) + \
+   gz[i] * (here - (z > 0 ? to(field[f - GROUPS * nx * ny]) : (T)(0))) +                \
+   gz[i + nx * ny] * (here - (z + 1 < nz ? to(field[f + GROUPS * nx * ny]) : (T)(0))) + \
    sink[i] * here)
 
 int is_inner(const int open, const int at, const int extent, const int depth) {
@@ -64,8 +65,8 @@ kernel void jacobi(GRID_ARGUMENTS, global const REAL* restrict inverse, DEPTH_AR
   }
 }
 
-// Half a Gauss-Seidel sweep in place, on cells of `colour` = (x + y + z) mod 2, whose neighbours all
-// have the other colour.
+// Half a Gauss-Seidel sweep in place, on cells of `colour` = (x + y + z) mod 2, whose neighbours
+// all have the other colour.
 kernel void gauss_seidel(GRID_ARGUMENTS, global const REAL* restrict inverse, DEPTH_ARGUMENTS,
                          const int colour, global const vec* restrict rhs,
                          global vec* restrict phi) {
@@ -80,12 +81,12 @@ kernel void gauss_seidel(GRID_ARGUMENTS, global const REAL* restrict inverse, DE
 }
 
 // Walks the cells of this item's run.
-#define FOR_CELLS_OF_RUN(cells, runs)                                                        \
-  const int group = (int)get_global_id(0) % GROUPS, run = (int)get_global_id(0) / GROUPS;    \
-  if (run >= runs) return;                                                                   \
-  const int length = (cells - 1) / runs + 1;                                                 \
-  const int first_ = INTERLEAVED ? run : run * length, step_ = INTERLEAVED ? runs : 1;       \
-  const int end_ = INTERLEAVED ? cells : min(cells, first_ + length);                        \
+#define FOR_CELLS_OF_RUN(cells, runs)                                                     \
+  const int group = (int)get_global_id(0) % GROUPS, run = (int)get_global_id(0) / GROUPS; \
+  if (run >= runs) return;                                                                \
+  const int length = (cells - 1) / runs + 1;                                              \
+  const int first_ = INTERLEAVED ? run : run * length, step_ = INTERLEAVED ? runs : 1;    \
+  const int end_ = INTERLEAVED ? cells : min(cells, first_ + length);                     \
   for (int i = first_; i < end_; i += step_)
 
 // Σ (rhs − A φ)² over the active cells of each run, in ACCU.
@@ -127,8 +128,9 @@ kernel void diagonal_norm(const int nx, const int ny, const int nz,
 
 // The parent's light is its children's, [W] 5.3's coarse problem; under the boundary source, where
 // the light is G_b q, `scale` of each parent keeps q instead. One item per group and parent.
-kernel void sum_children(const int nx, const int ny, const int nz, global const REAL* restrict scale,
-                         global const vec* restrict fine, global vec* restrict coarse) {
+kernel void sum_children(const int nx, const int ny, const int nz,
+                         global const REAL* restrict scale, global const vec* restrict fine,
+                         global vec* restrict coarse) {
   const int group = (int)get_global_id(0) % GROUPS, parent = (int)get_global_id(0) / GROUPS;
   const int cx = (nx + 1) / 2, cy = (ny + 1) / 2, cz = (nz + 1) / 2;
   if (parent >= cx * cy * cz) return;

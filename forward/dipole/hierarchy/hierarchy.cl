@@ -157,8 +157,7 @@ float4 form_factor(global const float4* restrict corner, const float4 at, const 
   const float node[4] = {-0.86113631f, -0.33998104f, 0.33998104f, 0.86113631f};
   const float weight[4] = {0.34785485f, 0.65214515f, 0.65214515f, 0.34785485f};
   const float3 point = at.xyz;
-  const float3 n =
-      normalize(cross(corner[1].xyz - corner[0].xyz, corner[2].xyz - corner[0].xyz));
+  const float3 n = normalize(cross(corner[1].xyz - corner[0].xyz, corner[2].xyz - corner[0].xyz));
   const float height = dot(n, point - corner[0].xyz), h2 = height * height;
   const float4 at_foot = looked_up(find(table, smooth2, h2), 3);
   float4 sum = (float4)(0.0f);
@@ -187,12 +186,13 @@ float4 form_factor(global const float4* restrict corner, const float4 at, const 
 // leaves near it triangle by triangle, each by its moments where they are enough (`opening` as for
 // links, between a triangle and a point), else by its form factor.
 kernel void evaluate(const int count, const int triangles, const int depth, const float smooth2,
-                     const float smooth, const float opening, const float decay, global const float4* restrict table,
-                     global const int2* restrict range, global const int* restrict near,
-                     global const int* restrict order, global const float4* restrict point,
-                     global const float4* restrict spread, global const float4* restrict corner,
-                     global const float4* restrict cluster, global const float4* restrict power,
-                     global const float4* restrict series, global float4* restrict exitance) {
+                     const float smooth, const float opening, const float decay,
+                     global const float4* restrict table, global const int2* restrict range,
+                     global const int* restrict near, global const int* restrict order,
+                     global const float4* restrict point, global const float4* restrict spread,
+                     global const float4* restrict corner, global const float4* restrict cluster,
+                     global const float4* restrict power, global const float4* restrict series,
+                     global float4* restrict exitance) {
   const int leaf = (int)get_global_id(0);
   if (leaf >= count) return;
   const float4 centre = cluster[count - 1 + leaf];
@@ -217,8 +217,9 @@ kernel void evaluate(const int count, const int triangles, const int depth, cons
           const place at = find(table, smooth2, r2);
           const float across = own.x * x * x + own.y * y * y + own.z * z * z +
                                2.0f * (mixed.x * x * y + mixed.y * x * z + mixed.z * y * z);
-          value += power[e] * (looked_up(at, 0) + 0.5f * (looked_up(at, 1) * (own.x + own.y + own.z) +
-                                                          looked_up(at, 2) * across));
+          value +=
+              power[e] * (looked_up(at, 0) + 0.5f * (looked_up(at, 1) * (own.x + own.y + own.z) +
+                                                     looked_up(at, 2) * across));
         } else {
           value += power[e] / point[e].w * form_factor(corner + 3 * e, point[p], smooth2, table);
         }

@@ -1,5 +1,5 @@
-// Multigrid and conjugate gradients on cubes in Morton order, matrix-free: a product is made cube by
-// cube from element matrices (equations/levels.h), left in the slots of the cubes' corners, and
+// Multigrid and conjugate gradients on cubes in Morton order, matrix-free: a product is made cube
+// by cube from element matrices (equations/levels.h), left in the slots of the cubes' corners, and
 // collected unknown by unknown. Nothing is written by two items, sums run in a fixed order.
 //
 // Fields are [unknown] vectors of WIDTH lanes, a lane per light. OWN: 1 where every lane has a
@@ -27,7 +27,7 @@ typedef vec own;  // a number of the lane's medium
 typedef REAL own;
 #endif
 
-#define ITEM(count) \
+#define ITEM(count)                    \
   const int i = (int)get_global_id(0); \
   if (i >= count) return;
 
@@ -54,8 +54,8 @@ kernel void cube_products(const int cubes, global const int8* restrict corner,
   global const own* a = element + (size_t)place[i] * 36;
   global vec* y = slots + (size_t)i * 8;
   // The upper half row by row.
-  y[0] = a[0] * x0 + a[1] * x1 + a[2] * x2 + a[3] * x3 + a[4] * x4 + a[5] * x5 + a[6] * x6 +
-         a[7] * x7;
+  y[0] =
+      a[0] * x0 + a[1] * x1 + a[2] * x2 + a[3] * x3 + a[4] * x4 + a[5] * x5 + a[6] * x6 + a[7] * x7;
   y[1] = a[1] * x0 + a[8] * x1 + a[9] * x2 + a[10] * x3 + a[11] * x4 + a[12] * x5 + a[13] * x6 +
          a[14] * x7;
   y[2] = a[2] * x0 + a[9] * x1 + a[15] * x2 + a[16] * x3 + a[17] * x4 + a[18] * x5 + a[19] * x6 +
@@ -107,9 +107,8 @@ kernel void subtract(const int unknowns, global const int* restrict start,
 // The smoother's first step (linear_solver.h): z = gain r/d, added to x, or its value where x is
 // still zero.
 kernel void smooth_first(const int unknowns, const float gain, const int x_is_zero,
-                         global const own* restrict inverse_scale,
-                         global const vec* restrict r, global vec* restrict z,
-                         global vec* restrict x) {
+                         global const own* restrict inverse_scale, global const vec* restrict r,
+                         global vec* restrict z, global vec* restrict x) {
   ITEM(unknowns)
   const vec step = gain * inverse_scale[i] * r[i];
   z[i] = step;
@@ -119,9 +118,8 @@ kernel void smooth_first(const int unknowns, const float gain, const int x_is_ze
 // A later one, after cube_products of z.
 kernel void smooth_next(const int unknowns, const float keep, const float gain,
                         global const int* restrict start, global const int* restrict part,
-                        global const vec* restrict slots,
-                        global const own* restrict inverse_scale, global vec* restrict r,
-                        global vec* restrict z, global vec* restrict x) {
+                        global const vec* restrict slots, global const own* restrict inverse_scale,
+                        global vec* restrict r, global vec* restrict z, global vec* restrict x) {
   ITEM(unknowns)
   const vec residual = r[i] - collected(i, start, part, slots);
   const vec step = (REAL)keep * z[i] + (REAL)gain * inverse_scale[i] * residual;
@@ -200,12 +198,12 @@ kernel void solve_directly(const int unknowns, global const own* restrict invers
 
 // Conjugate gradients: vectors in double, a scalar per lane. Sums run over `runs` stretches, whose
 // sums the host adds in order.
-#define RUN(rows)                                                        \
-  const int run = (int)get_global_id(0);                                 \
-  if (run >= runs) return;                                               \
-  const int length = (rows - 1) / runs + 1;                              \
-  const int begin = INTERLEAVED ? run : run * length;                    \
-  const int step_over = INTERLEAVED ? runs : 1;                          \
+#define RUN(rows)                                     \
+  const int run = (int)get_global_id(0);              \
+  if (run >= runs) return;                            \
+  const int length = (rows - 1) / runs + 1;           \
+  const int begin = INTERLEAVED ? run : run * length; \
+  const int step_over = INTERLEAVED ? runs : 1;       \
   const int end = INTERLEAVED ? rows : min(begin + length, rows);
 
 kernel void fill(const int rows, const double value, global double_vec* restrict a) {
@@ -214,7 +212,7 @@ kernel void fill(const int rows, const double value, global double_vec* restrict
 }
 
 kernel void dot_double(const int rows, const int runs, global const double_vec* restrict a,
-                global const double_vec* restrict b, global double_vec* restrict partial) {
+                       global const double_vec* restrict b, global double_vec* restrict partial) {
   RUN(rows)
   double_vec sum = (double_vec)(0);
   for (int k = begin; k < end; k += step_over) sum += a[k] * b[k];
@@ -245,8 +243,7 @@ kernel void update_direction(const int rows, global const double_vec* restrict s
 }
 
 // x += step p, r −= step q; partial = Σ r².
-kernel void update_solution(const int rows, const int runs,
-                            global const double_vec* restrict step,
+kernel void update_solution(const int rows, const int runs, global const double_vec* restrict step,
                             global const double_vec* restrict p,
                             global const double_vec* restrict q, global double_vec* restrict x,
                             global double_vec* restrict r, global double_vec* restrict partial) {

@@ -184,9 +184,10 @@ INLINE vec black_energy(Stencil g, Rows v, long e) {
 
 // The way up: φ = (red relaxed from zero) + P coarse on red cells, then black, red, black
 // relaxation. With only_red, `rhs` and `solution` hold red cells only, and there are sums over each
-// plane y of the own cells, dots [y][2]: γ = Σ rhs·φ and δ = φ·Sφ. With black cells solved for, the latter is the energy of the
-// whole field: Σ G (φ_r − φ_b)² over all bonds, which black cells see, and Σ (sink + G of faces on
-// the surface) φ². All terms are positive, and what rounding does to φ_b counts in second order.
+// plane y of the own cells, dots [y][2]: γ = Σ rhs·φ and δ = φ·Sφ. With black cells solved for, the
+// latter is the energy of the whole field: Σ G (φ_r − φ_b)² over all bonds, which black cells see,
+// and Σ (sink + G of faces on the surface) φ². All terms are positive, and what rounding does to
+// φ_b counts in second order.
 INLINE void up_tile(const int only_red, Box own, GRID_ARGUMENTS, COARSE_ARGUMENTS,
                     global const vec* restrict rhs, global const vec* restrict coarse,
                     global vec* restrict solution, global vec* restrict scratch,
