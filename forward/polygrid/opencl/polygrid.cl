@@ -1,9 +1,9 @@
 // Conjugate gradients on sparse rows, and a V-cycle on the aggregates of a graph with one step of
 // Jacobi before and after. Every item writes its own row; sums run in a fixed order.
 //
-// Fields are [row][lane], a vector of WIDTH lanes of REAL, a lane per light. OWN: 1 where every
-// lane has a medium of its own, 0 where all share one; numbers of the medium are `own`. SUM is what
-// sums are added up in. INTERLEAVED: 1 where items of a sum take turns row by row (GPUs).
+// Fields are [row][lane], a vector of WIDTH lanes of REAL, a lane per light. OWN: 1 where every lane
+// has a medium of its own, 0 where all share one; numbers of the medium are `own`. SUM is what sums
+// are added up in. INTERLEAVED: 1 where items of a sum take turns row by row (GPUs).
 
 #ifndef REAL
 #define REAL float
@@ -32,7 +32,7 @@ typedef vec own;
 typedef REAL own;
 #endif
 
-#define ITEM(count)                    \
+#define ITEM(count) \
   const int i = (int)get_global_id(0); \
   if (i >= count) return;
 
@@ -111,12 +111,12 @@ kernel void solve_directly(const int rows, global const own* restrict inverse,
 }
 
 // Sums run over `runs` stretches, whose sums the host adds in order.
-#define RUN(rows)                                     \
-  const int run = (int)get_global_id(0);              \
-  if (run >= runs) return;                            \
-  const int length = (rows - 1) / runs + 1;           \
-  const int begin = INTERLEAVED ? run : run * length; \
-  const int step_over = INTERLEAVED ? runs : 1;       \
+#define RUN(rows)                                                  \
+  const int run = (int)get_global_id(0);                           \
+  if (run >= runs) return;                                         \
+  const int length = (rows - 1) / runs + 1;                        \
+  const int begin = INTERLEAVED ? run : run * length;              \
+  const int step_over = INTERLEAVED ? runs : 1;                    \
   const int end = INTERLEAVED ? rows : min(begin + length, rows);
 
 kernel void dot_product(const int rows, const int runs, global const vec* restrict a,

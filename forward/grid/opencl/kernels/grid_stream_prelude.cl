@@ -21,9 +21,9 @@
 // the cache alternate cell by cell.
 //
 // Around its tile an item computes as many cells once more as the stages need (they are its
-// neighbours' too); it writes only its own. Sums are kept per plane y of a tile, so that they are
-// the same however the grid is cut along y, the one axis whose cuts follow the number of cores. So
-// no value depends on how items are scheduled, nor on how many cores there are.
+// neighbours' too); it writes only its own. Sums are kept per plane y of a tile, so that they are the
+// same however the grid is cut along y, the one axis whose cuts follow the number of cores. So no
+// value depends on how items are scheduled, nor on how many cores there are.
 //
 #if GROUPS != 1
 #error "streams hold all lanes of a cell in one vector"
