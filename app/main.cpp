@@ -100,9 +100,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "kappamu 0.1.0");
   app.footer(
       "kappamu COMMAND --help is the command's manual page.\n"
-      "Exit codes: 0 done, 1 failed (one sentence on standard error), 2 usage, 3 finished, but "
-      "not\n"
-      "converged or not to be trusted.\n"
+      "Exit codes: 0 done, 1 failed (one sentence), 2 usage, 3 not converged or not to be "
+      "trusted.\n"
       "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
 #ifdef __GLIBC__
   // Fields of tens of megabytes come and go with every solve: kept, their pages need not be mapped

@@ -16,29 +16,40 @@ std::size_t saturate_filled_border(Image<std::uint16_t>& codes, int top) {
         std::minmax_element(values + pixel * channels, values + (pixel + 1) * channels);
     return *least <= margin && *most >= top - margin;
   };
-  std::vector<std::size_t> found;
+  std::vector<std::uint8_t> seen(width * height, 0);
+  std::vector<std::size_t> region;
   const auto visit = [&](std::size_t pixel) {
-    if (!filled(pixel)) return;
-    std::fill_n(values + pixel * channels, channels, static_cast<std::uint16_t>(top));
-    found.push_back(pixel);
+    if (seen[pixel] != 0 || !filled(pixel)) return;
+    seen[pixel] = 1;
+    region.push_back(pixel);
+  };
+  std::size_t count = 0;
+  const auto saturate_region = [&](std::size_t start) {
+    region.clear();
+    visit(start);
+    for (std::size_t i = 0; i < region.size(); ++i) {
+      const std::size_t x = region[i] % width;
+      const std::size_t y = region[i] / width;
+      if (x > 0) visit(region[i] - 1);
+      if (x + 1 < width) visit(region[i] + 1);
+      if (y > 0) visit(region[i] - width);
+      if (y + 1 < height) visit(region[i] + width);
+    }
+    if (2 * region.size() < std::min(width, height)) return;
+    for (const std::size_t pixel : region) {
+      std::fill_n(values + pixel * channels, channels, static_cast<std::uint16_t>(top));
+    }
+    count += region.size();
   };
   for (std::size_t x = 0; x < width; ++x) {
-    visit(x);
-    visit((height - 1) * width + x);
+    saturate_region(x);
+    saturate_region((height - 1) * width + x);
   }
   for (std::size_t y = 0; y < height; ++y) {
-    visit(y * width);
-    visit(y * width + width - 1);
+    saturate_region(y * width);
+    saturate_region(y * width + width - 1);
   }
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    const std::size_t x = found[i] % width;
-    const std::size_t y = found[i] / width;
-    if (x > 0) visit(found[i] - 1);
-    if (x + 1 < width) visit(found[i] + 1);
-    if (y > 0) visit(found[i] - width);
-    if (y + 1 < height) visit(found[i] + width);
-  }
-  return found.size();
+  return count;
 }
 
 }  // namespace kappamu::capture

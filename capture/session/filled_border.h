@@ -12,7 +12,8 @@ namespace kappamu::capture {
 /// Sets the pixels of a filled border to `top` in every channel, as saturated, so that nothing
 /// learns from them, and returns how many there are. A filled pixel is full in one channel and
 /// empty in another (codes within 1 % of `top` and of 0) and hangs together with the picture's edge
-/// by such pixels. Pictures of one channel have none.
+/// by such pixels, half as many at least as the shorter side has. Pictures of one channel have
+/// none.
 std::size_t saturate_filled_border(Image<std::uint16_t>& codes, int top);
 
 }  // namespace kappamu::capture

@@ -70,8 +70,9 @@ TEST(Printables, PdfNamesThePlacesOfItsObjects) {
   const std::size_t table = std::stoul(pdf.substr(pdf.rfind("startxref\n") + 10));
   ASSERT_EQ(pdf.substr(table, 4), "xref");
   for (int object = 1; object <= 5; ++object) {
-    const std::size_t line = table + 7 + 20 * static_cast<std::size_t>(object) + 1;
-    const std::size_t place = std::stoul(pdf.substr(line - 1, 10));
+    // After "xref\n0 6\n" come lines of 20 bytes, the first for object 0.
+    const std::size_t line = table + 9 + 20 * static_cast<std::size_t>(object);
+    const std::size_t place = std::stoul(pdf.substr(line, 10));
     EXPECT_EQ(pdf.substr(place, 7), std::to_string(object) + " 0 obj");
   }
 }
