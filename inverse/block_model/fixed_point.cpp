@@ -7,11 +7,23 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr double longest = 0.7;  // log units
+constexpr double astray = 4.0;   // times the least residual so far
 
 }  // namespace
 
 Eigen::VectorXd FixedPoint::next(const Eigen::VectorXd& x, const Eigen::VectorXd& g) {
   const Eigen::VectorXd f = g - x;
+  const double move = f.cwiseAbs().maxCoeff();
+  const bool full = static_cast<Eigen::Index>(x_.size()) > x.size();
+  if (full && move > astray * least_move_) {  // differences were noise: begin again from the best
+    x_.clear();
+    f_.clear();
+    return best_;
+  }
+  if (x_.empty() || move < least_move_) {
+    least_move_ = move;
+    best_ = g;
+  }
   x_.push_back(x);
   f_.push_back(f);
   if (static_cast<Eigen::Index>(x_.size()) > x.size() + 1) {

@@ -13,11 +13,14 @@ namespace kappamu::inverse {
 class FixedPoint {
  public:
   /// From `x` and `g`, found with r made at x: where to make r next. No component is further than
-  /// 0.7 from g's [log units].
+  /// 0.7 from g's [log units]. Where an accelerated step leads astray (a residual of four times the
+  /// least) it begins again from the g of the least.
   Eigen::VectorXd next(const Eigen::VectorXd& x, const Eigen::VectorXd& g);
 
  private:
   std::vector<Eigen::VectorXd> x_, f_;  ///< f = g(x) − x
+  Eigen::VectorXd best_;                ///< g of the least residual
+  double least_move_ = 0.0;             ///< that residual, largest component
 };
 
 }  // namespace kappamu::inverse

@@ -1,5 +1,6 @@
 // Which equation a fit obeys, and the homogeneous start by transport.
 #include <cmath>
+#include <cstdio>
 #include <utility>
 
 #include "inverse/block_model/fixed_point.h"
@@ -46,14 +47,22 @@ HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
   const auto cells = static_cast<std::size_t>(objective_->problem().setup.shape.cells());
   FixedPoint iteration;
   Eigen::Vector2d at(std::log(start.kappa), std::log(start.mu));
+  double move = 0.0;
   for (int k = 0; k < most_starts; ++k) {
     objective_->refresh_correction(levels_.refinement(state_.level),
                                    {Vector(cells, at[0]), Vector(cells, at[1])});
     start = refit_homogeneous(*objective_, start);
     const Eigen::Vector2d found(std::log(start.kappa), std::log(start.mu));
-    if ((found - at).cwiseAbs().maxCoeff() < start_tolerance) break;
+    move = (found - at).cwiseAbs().maxCoeff();
+    if (move < start_tolerance) return start;
     at = iteration.next(at, found);
   }
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "The ratio of transport to diffusion has not settled: its last renewal moved the "
+                "homogeneous block by a factor of %.2g. Do not trust this fit.",
+                std::exp(move));
+  warn(text);
   return start;
 }
 

