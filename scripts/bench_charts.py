@@ -781,8 +781,29 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "objects-models": objects, "objects-auto": automatic,
             **{f"dipole-{name}": (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("hierarchy", "form-factors", "profiles", "energy")},
+            "dipole-importance": importance,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
+
+
+def importance(record):
+    """Local diffusion: error at equal samples, a panel a scene."""
+    rows = record["rows"]
+    figure, axes = panels(len(unique(rows, "scene")))
+    for ax, scene in zip(axes, unique(rows, "scene")):
+        for number, method in enumerate(unique(rows, "method")):
+            own = [r for r in rows if r["scene"] == scene and r["method"] == method]
+            line(ax, number, [r["samples"] for r in own], [r["error"] for r in own], method)
+        dress(ax, scene, "samples a triangle", "root-mean-square error, relative", "xy")
+    lines = []
+    for scene in record["scenes"]:
+        for method in unique(rows, "method"):
+            own = {r["samples"]: r for r in rows if r["scene"] == scene["scene"] and r["method"] == method}
+            lines.append([scene["scene"], method] + [percent(own[n]["error"], 1) if n in own else "" for n in (16, 64, 256)]
+                         + [f"{own[64]['microseconds']:.0f} µs" if 64 in own else ""])
+    missed = ", ".join(f"{s['scene']} {percent(s['missed_in_image_space'], 1)}" for s in record["scenes"])
+    return {"": figure}, {"": provenance(record) + "\n" + table(["scene", "samples by", "16", "64", "256", "time of 64"], lines)
+                          + f"\nWhat entered where the eye does not see, of the exitance seen: {missed}.\n"}
 
 
 # ---- Files
