@@ -19,6 +19,9 @@ namespace {
 constexpr int sets = 4;
 /// Samples of a triangle: those of the first attempt, and the most.
 constexpr int first_samples = 32, most_samples = 1 << 14;
+/// Of all samples, those of the light: where importance samples alone serve, more of them add the
+/// noise of rare near ones (docs/dipole.md).
+constexpr int light_share = 8;
 
 using Values = std::vector<double>;
 
@@ -55,7 +58,7 @@ ImageSpace image_space(const ObjectProblem& problem, const ObjectOptions& option
 
 std::string percent(double share) {
   std::ostringstream text;
-  text.precision(2);
+  text.precision(3);
   text << 100.0 * share << " %";
   return text.str();
 }
@@ -71,13 +74,13 @@ std::string where_summed(const ObjectOptions& options, const ImageSpace& image) 
 /// Mean and standard error of every triangle's exitance over the sets.
 void estimate(const LocalSum& sum, const ObjectOptions& options, const ImageSpace& image,
               int samples, std::uint64_t light, Values& exitance, Values& error) {
-  const int half = samples / (2 * sets);
+  const int each = samples / sets, of_light = each / light_share;
   for_rows(static_cast<int>(exitance.size()), [&](int row) {
     const auto t = static_cast<std::size_t>(row);
     std::array<double, sets> values{};
     double mean = 0.0, squares = 0.0;
     for (std::size_t k = 0; k < sets; ++k) {
-      const SampleCounts counts{half, half, 0};
+      const SampleCounts counts{each - of_light, of_light, 0};
       const std::uint64_t key =
           key_of({options.seed, light, t, k, static_cast<std::uint64_t>(samples)});
       values[k] = image.holds && image.seen[t] ? sum.exitance_seen(t, counts, key, *options.eye)
