@@ -91,7 +91,7 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
            {"cpu_seconds", tried.front().seconds}};
   row["pilot"] = pilot ? Json(pilot->model) : Json();
   row["pilot_photons"] = pilot ? Json(pilot->photons) : Json();
-  row["pilot_error"] = pilot ? Json(pilot->error) : Json();
+  row["pilot_error"] = pilot ? Json(pilot->error()) : Json();
   row["pilot_probability"] = pilot ? Json(pilot->probability) : Json();
   row["pilot_cpu_seconds"] = pilot_seconds;
   row["cheapest"] = cheapest ? Json(cheapest->model) : Json();

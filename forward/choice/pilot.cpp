@@ -162,7 +162,6 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
   for (double photons = asks->photons;; photons *= 4.0) {
     pilot.photons = options.photons = static_cast<std::uint64_t>(photons);
     pilot.probability = 1.0;
-    pilot.error = 0.0;
     for (std::size_t c = 0; c < problems.size(); ++c) {
       const ObjectResult walk =
           make_object_model(random_walks)->solve(problems[c], options, progress);
@@ -170,8 +169,10 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
         ErrorBelief belief = compared(patches, object.surface, pilot.results[c], walk, l);
         belief.law = error_by(law, channels[c]);
         belief.spread = law.spread;
-        pilot.error = std::max(pilot.error, std::sqrt(std::max(0.0, belief.square)));
-        pilot.probability = std::min(pilot.probability, probability_below(belief, asked.tolerance));
+        const double probability = probability_below(belief, asked.tolerance);
+        if (probability > pilot.probability) continue;
+        pilot.probability = probability;
+        pilot.belief = belief;
       }
     }
     const bool decided = pilot.probability >= accepted || pilot.probability <= given_up;
@@ -179,7 +180,7 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
   }
   pilot.within = pilot.probability >= accepted;
   candidate.reason = "a pilot of " + std::to_string(pilot.photons) +
-                     " photons measured an error of " + number(100.0 * pilot.error, "%.2g") +
+                     " photons measured an error of " + number(100.0 * pilot.error(), "%.2g") +
                      " %, within the tolerance with probability " +
                      number(pilot.probability, "%.2f");
   if (pilot.within) {

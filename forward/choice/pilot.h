@@ -2,6 +2,8 @@
 // where its law leaves that open.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
@@ -22,11 +24,14 @@ double probability_below(const ErrorBelief& belief, double bound);
 
 struct Pilot {
   std::string model;
-  double error = 0.0;        ///< measured, of the worst channel; 0 where noise hides it
-  double probability = 0.0;  ///< that it is within the tolerance, of the worst channel
+  ErrorBelief belief;        ///< of the channel and light least likely to be within the tolerance
+  double probability = 0.0;  ///< that its error is within the tolerance
   bool within = false;
   std::uint64_t photons = 0;
   std::vector<ObjectResult> results;  ///< of the model
+
+  /// Measured; 0 where noise hides it.
+  double error() const { return std::sqrt(std::max(0.0, belief.square)); }
 };
 
 /// Where the choice takes random walks and a cheaper model may be within the tolerance: solves by

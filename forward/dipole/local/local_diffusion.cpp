@@ -93,6 +93,16 @@ void estimate(const LocalSum& sum, const ObjectOptions& options, const ImageSpac
   });
 }
 
+/// Relative 2-norm of the noise over the surface.
+double noise_of(const Surface& surface, const Values& exitance, const Values& error) {
+  double noise = 0.0, size = 0.0;
+  for (std::size_t t = 0; t < surface.size(); ++t) {
+    noise += surface.area[t] * error[t] * error[t];
+    size += surface.area[t] * exitance[t] * exitance[t];
+  }
+  return size > 0.0 ? std::sqrt(noise / size) : 0.0;
+}
+
 }  // namespace
 
 void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, const Profile& profile,
@@ -117,7 +127,7 @@ void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, con
                       static_cast<double>(l) / static_cast<double>(irradiance.size()),
                       std::to_string(samples) + " samples a triangle");
       estimate(sum, options, image, samples, l, exitance, error);
-      worst = check.error(exact, exitance);
+      worst = std::max(check.error(exact, exitance), noise_of(problem.surface, exitance, error));
       result.iterations = std::max(result.iterations, attempt);
       if (worst <= options.tolerance || samples >= most_samples) break;
       // The error falls at least with the root of the samples.

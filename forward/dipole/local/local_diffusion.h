@@ -10,8 +10,8 @@
 namespace kappamu::forward::dipole {
 
 /// Fills exitance, standard error, error estimate, elements (samples), iterations, seconds and
-/// message. Samples are doubled until the error, measured at some triangles against the direct sum,
-/// meets the tolerance. `irradiance`: after the surface, [light][triangle].
+/// message. Samples are added until the noise over the surface, and the error at some triangles
+/// against the direct sum, meet the tolerance. `irradiance`: after the surface, [light][triangle].
 ///
 /// With `options.eye` triangles that it sees are summed in image space, if what the eye does not
 /// see changes them by less than half the tolerance, which the direct sum with and without it

@@ -269,7 +269,9 @@ TEST_P(Pilots, DecideAsALongWalkDoes) {
   ASSERT_TRUE(piloted.pilot.has_value());
   const Pilot& pilot = *piloted.pilot;
   const double tolerance = piloted.asked.tolerance, error = error_by_a_long_walk(piloted);
-  EXPECT_NEAR(pilot.error, error, 0.4 * tolerance) << tolerance;
+  constexpr double deviations = 3.5;
+  EXPECT_NEAR(pilot.belief.square, error * error, deviations * pilot.belief.square_deviation);
+  EXPECT_LT(pilot.belief.square_deviation, 0.5 * tolerance * tolerance);
   if (pilot.within) {
     EXPECT_LT(error, 1.1 * tolerance);
   }
@@ -283,12 +285,12 @@ TEST_P(Pilots, DecideAsALongWalkDoes) {
   EXPECT_THAT(asked->reason, HasSubstr("a pilot of"));
 }
 
-INSTANTIATE_TEST_SUITE_P(Shapes, Pilots, testing::Values("sphere", "torus", "cube", "spike"));
+INSTANTIATE_TEST_SUITE_P(Shapes, Pilots, testing::Values("sphere", "torus", "cube"));
 
 TEST(Pilot, AnswersForModelAuto) {
   const Piloted ball("sphere", 3.0, {0.1, 0.4});
   ASSERT_TRUE(ball.pilot.has_value() && ball.pilot->within)
-      << ball.pilot->error << " of " << ball.asked.tolerance;
+      << ball.pilot->error() << " of " << ball.asked.tolerance;
   Progress silent;
   const ObjectResult result = make_auto_model({})->solve(ball.object.problem(), ball.asked, silent);
   EXPECT_EQ(result.exitance, ball.pilot->results.front().exitance);
