@@ -686,6 +686,26 @@ def automatic(record):
     return {}, {"": text}
 
 
+def importance(record):
+    """Local diffusion: error at equal samples, a panel a scene."""
+    rows = record["rows"]
+    figure, axes = panels(len(unique(rows, "scene")))
+    for ax, scene in zip(axes, unique(rows, "scene")):
+        for number, method in enumerate(unique(rows, "method")):
+            own = [r for r in rows if r["scene"] == scene and r["method"] == method]
+            line(ax, number, [r["samples"] for r in own], [r["error"] for r in own], method)
+        dress(ax, scene, "samples a triangle", "root-mean-square error, relative", "xy")
+    lines = []
+    for scene in record["scenes"]:
+        for method in unique(rows, "method"):
+            own = {r["samples"]: r for r in rows if r["scene"] == scene["scene"] and r["method"] == method}
+            lines.append([scene["scene"], method] + [percent(own[n]["error"], 1) if n in own else "" for n in (32, 128, 512)]
+                         + [f"{own[128]['microseconds']:.0f} µs" if 128 in own else ""])
+    missed = ", ".join(f"{s['scene']} {percent(s['missed_in_image_space'], 1)}" for s in record["scenes"])
+    return {"": figure}, {"": provenance(record) + "\n" + table(["scene", "samples by", "32", "128", "512", "processor time of 128"], lines)
+                          + f"\nWhat entered where the eye does not see, of the exitance seen: {missed}.\n"}
+
+
 def object_map(name, values):
     """Exitance of a model and its difference from the reference, patch by patch, on the lit side and the far one."""
     # Of triangles: corners; exitance, its mean over the patch, the reference's.
@@ -814,26 +834,6 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "dipole-importance": importance,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
-
-
-def importance(record):
-    """Local diffusion: error at equal samples, a panel a scene."""
-    rows = record["rows"]
-    figure, axes = panels(len(unique(rows, "scene")))
-    for ax, scene in zip(axes, unique(rows, "scene")):
-        for number, method in enumerate(unique(rows, "method")):
-            own = [r for r in rows if r["scene"] == scene and r["method"] == method]
-            line(ax, number, [r["samples"] for r in own], [r["error"] for r in own], method)
-        dress(ax, scene, "samples a triangle", "root-mean-square error, relative", "xy")
-    lines = []
-    for scene in record["scenes"]:
-        for method in unique(rows, "method"):
-            own = {r["samples"]: r for r in rows if r["scene"] == scene["scene"] and r["method"] == method}
-            lines.append([scene["scene"], method] + [percent(own[n]["error"], 1) if n in own else "" for n in (32, 128, 512)]
-                         + [f"{own[128]['microseconds']:.0f} µs" if 128 in own else ""])
-    missed = ", ".join(f"{s['scene']} {percent(s['missed_in_image_space'], 1)}" for s in record["scenes"])
-    return {"": figure}, {"": provenance(record) + "\n" + table(["scene", "samples by", "32", "128", "512", "processor time of 128"], lines)
-                          + f"\nWhat entered where the eye does not see, of the exitance seen: {missed}.\n"}
 
 
 # ---- Files

@@ -5,7 +5,7 @@
 #include <sstream>
 
 #include "core/parallel.h"
-#include "forward/polygrid/shape/closest_point.h"
+#include "forward/polygrid/closest_point.h"
 
 namespace kappamu::forward::dipole {
 
