@@ -1,4 +1,5 @@
 #include "forward/polygrid/shape/closest_point.h"
+#include "core/numbers/at.h"
 
 #include <algorithm>
 #include <array>
@@ -11,10 +12,6 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 namespace {
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 std::vector<AlignedBox3d> boxes_of(const TriangleMesh& mesh) {
   std::vector<AlignedBox3d> boxes;
