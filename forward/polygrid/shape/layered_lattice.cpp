@@ -8,7 +8,7 @@
 
 #include "core/mesh/lattice_box.h"
 #include "core/numbers/at.h"
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward {
 

@@ -9,7 +9,7 @@
 
 #include "core/mesh/shapes.h"
 #include "core/numbers/at.h"
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward {
 namespace {

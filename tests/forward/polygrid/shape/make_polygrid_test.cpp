@@ -11,7 +11,7 @@
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "core/numbers/at.h"
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/place_nodes.h"
 
