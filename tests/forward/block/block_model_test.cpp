@@ -37,7 +37,7 @@ std::shared_ptr<const Medium> random_volume(unsigned seed) {
 
 struct Block : LitObject {
   explicit Block(const ObjectMedium& filling, int tessellation = 24)
-      : LitObject(box_mesh(edges, tessellation), filling, eta) {}
+      : LitObject(box_mesh(edges, tessellation), filling) {}
 };
 
 ObjectMedium random_medium(unsigned seed) {
