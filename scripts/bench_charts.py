@@ -743,13 +743,14 @@ def thesis_pictures(maps):
     own = {title: {model: maps[f"{name}-{model}"] for model in THESIS_MODELS if f"{name}-{model}" in maps}
            for title, name in THESIS.items()}
     own = {title: by_model for title, by_model in own.items() if by_model}
-    figure, axes = plt.subplots(len(own), 1 + len(THESIS_MODELS), figsize=(10.0, 2.3 * len(own)), squeeze=False,
+    models = [model for model in THESIS_MODELS if any(model in by_model for by_model in own.values())]
+    figure, axes = plt.subplots(len(own), 1 + len(models), figsize=(10.0, 2.3 * len(own)), squeeze=False,
                                 constrained_layout=True)
     for row, (title, by_model) in zip(axes, own.items()):
         values = next(iter(by_model.values()))
         top = float(values[:, 11].max())
         norm = matplotlib.colors.LogNorm(0.01 * top, top)
-        for ax, model in zip(row, ["Monte Carlo, patches", *THESIS_MODELS]):
+        for ax, model in zip(row, ["Monte Carlo, patches", *models]):
             if model in by_model or ax is row[0]:
                 shown = by_model.get(model, values)
                 draw_surface(ax, model, shown[:, :9].reshape(-1, 3, 3), shown[:, 11 if ax is row[0] else 9], -1.0, "viridis", norm)
