@@ -104,4 +104,16 @@ class ObjectModel {
   }
 };
 
+/// A model whose work on the shape serves all channels, and so gives solve_channels() alone.
+class ChannelsModel : public ObjectModel {
+ public:
+  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                     Progress& progress) final {
+    return solve_channels({&problem, 1}, options, progress).front();
+  }
+  std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
+                                           const ObjectOptions& options,
+                                           Progress& progress) override = 0;
+};
+
 }  // namespace kappamu::forward

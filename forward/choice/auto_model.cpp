@@ -10,14 +10,9 @@ namespace kappamu::forward {
 
 namespace {
 
-class AutoModel final : public ObjectModel {
+class AutoModel final : public ChannelsModel {
  public:
   explicit AutoModel(MachineCosts costs) : costs_(std::move(costs)) {}
-
-  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
-                     Progress& progress) override {
-    return solve_channels({&problem, 1}, options, progress).front();
-  }
 
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
                                            const ObjectOptions& asked,

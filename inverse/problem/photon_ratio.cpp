@@ -22,19 +22,19 @@ constexpr double tolerated_noise = 0.25;
 constexpr double unseen_noise = 0.1;
 /// A key of our own: data simulated with the fit's seed must not share its noise.
 constexpr std::uint64_t own_key = 0x9E3779B97F4A7C15U;
-/// μ/σt' of a voxel that leaves no scattering, and extinction over the mean one of a voxel that
-/// would slow all photons: neither is a material, both occur on a fit's way.
+/// μ/σt' of a voxel that leaves no scattering, and κ below which a voxel is a mirror to light and
+/// slows all photons, as shares of the median κ and of the voxel's edge (200 mean free paths): none
+/// is a material, all occur on a fit's way.
 constexpr double most_absorption = 0.999;
-constexpr double most_extinction = 50.0;
+constexpr double least_kappa_of_median = 0.02;
+constexpr double least_kappa_of_voxel = 1.0 / 600.0;
 
 /// What transport can read of a fit's coefficients.
 Medium walkable(const PhotonProblem& problem) {
   Medium medium{Volume<double>(problem.setup.shape, problem.kappa),
                 Volume<double>(problem.setup.shape, problem.mu)};
-  double extinction = 0.0;
-  for (const double kappa : problem.kappa) extinction += 1.0 / (3.0 * kappa);
-  const double least =
-      static_cast<double>(problem.kappa.size()) / (3.0 * most_extinction * extinction);
+  const double least = std::max(least_kappa_of_median * upper_median(problem.kappa),
+                                least_kappa_of_voxel * problem.setup.shape.voxel_mm);
   for (std::size_t i = 0; i < medium.kappa.size(); ++i) {
     medium.kappa[i] = std::max(medium.kappa[i], least);
     medium.mu[i] = std::min(medium.mu[i], most_absorption / (3.0 * medium.kappa[i]));

@@ -57,7 +57,8 @@ struct PhotonRatio {
 /// datum's deviation (a power of two, 2¹⁴ to 2²²). Ratio of Gaussian means of both maps over the
 /// face, its width for each pixel the least of 0, ½, ½√2, 1, … voxels that brings the noise to half
 /// of that deviation. Voxels that leave no scattering (3κμ ≥ 1) are followed as almost pure
-/// absorbers. Throws InputError where there is no OpenCL device.
+/// absorbers, those of κ below a 50th of the median or a 600th of the voxel as if κ were that.
+/// Throws InputError where there is no OpenCL device.
 PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& options);
 
 }  // namespace kappamu::inverse

@@ -15,15 +15,6 @@ constexpr forward::block::BlockAccuracy accuracy{.linear_tolerance = 1e-4, .beam
 
 }  // namespace
 
-ChannelProblems::ChannelProblems(const WorldObject& object,
-                                 const std::array<forward::ObjectLight, 3>& light) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    lights[c] = {light[c]};
-    of.push_back({object.mesh, object.surface, *object.rays, *object.media.channels[c],
-                  object.boundary.eta, lights[c]});
-  }
-}
-
 LiveBlock::LiveBlock(const WorldObject& object, const std::string& device)
     : object_(object),
       device_(device),
@@ -34,7 +25,7 @@ LiveBlock::LiveBlock(const WorldObject& object, const std::string& device)
   }
 }
 
-LiveBlock::Answer LiveBlock::solve(const std::array<forward::ObjectLight, 3>& light) {
+LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light) {
   const ChannelProblems problems(object_, light);
   Answer answer;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -51,8 +42,8 @@ LiveBlock::Answer LiveBlock::solve(const std::array<forward::ObjectLight, 3>& li
   return answer;
 }
 
-double LiveBlock::measured_error(const std::array<forward::ObjectLight, 3>& light,
-                                 const std::array<std::vector<double>, 3>& exitance) const {
+double LiveBlock::measured_error(const LightOfChannels& light,
+                                 const ExitanceOfChannels& exitance) const {
   constexpr std::size_t channel = 1;
   const ChannelProblems problems(object_, light);
   const forward::block::BlockGrid finer = grid_.refined(2);

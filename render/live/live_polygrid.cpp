@@ -34,7 +34,7 @@ LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
                                                    object.surface, object.boundary.eta, device);
 }
 
-LivePolygrid::Answer LivePolygrid::solve(const std::array<forward::ObjectLight, 3>& light) {
+LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {
   if (media_ != object_.media.channels) {
     media_ = object_.media.channels;
     diffusion_->set_media(
@@ -49,8 +49,8 @@ LivePolygrid::Answer LivePolygrid::solve(const std::array<forward::ObjectLight, 
   return answer;
 }
 
-double LivePolygrid::measured_error(const std::array<forward::ObjectLight, 3>& light,
-                                    const std::array<std::vector<double>, 3>& exitance) const {
+double LivePolygrid::measured_error(const LightOfChannels& light,
+                                    const ExitanceOfChannels& exitance) const {
   constexpr std::size_t channel = 1;
   const ChannelProblems problems(object_, light);
   PolygridDiffusion finer(forward::polygrid::split(diffusion_->grid(), object_.mesh), object_.mesh,

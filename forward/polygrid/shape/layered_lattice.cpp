@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/mesh/lattice_box.h"
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward {
 

@@ -12,6 +12,7 @@
 #include "core/mesh/surface_norm.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/light_entry.h"
+#include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "made_polygrid.h"
@@ -132,7 +133,7 @@ TEST(PolygridModel, SaysWhereItStopped) {
 TEST(PolygridSplit, IsTheBoxOfHalvedCells) {
   const Vector3d size(3, 2, 1);
   const Polygrid coarse = box_polygrid({3, 2, 2}, size);
-  const Polygrid fine = split(coarse, surface_mesh(coarse));
+  const Polygrid fine = split(coarse, surface_of_grid(coarse));
   const Polygrid expected = box_polygrid({6, 4, 4}, size);
   ASSERT_EQ(fine.cell, expected.cell);
   EXPECT_EQ(fine.cell_corners, expected.cell_corners);
@@ -146,7 +147,7 @@ TEST(PolygridSplit, BringsNewCornersToTheSurface) {
   const Polygrid coarse = ball_polygrid(6, radius);
   const TriangleMesh sphere = sphere_mesh(radius, 60);
   const Polygrid fine = split(coarse, sphere);
-  const auto volume = [](const Polygrid& grid) { return enclosed_volume(surface_mesh(grid)); };
+  const auto volume = [](const Polygrid& grid) { return enclosed_volume(surface_of_grid(grid)); };
   const double exact = enclosed_volume(sphere);
   // By half the edge a quarter of what is missing.
   EXPECT_NEAR((exact - volume(fine)) / (exact - volume(coarse)), 0.25, 0.06);

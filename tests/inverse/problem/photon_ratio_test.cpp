@@ -9,7 +9,9 @@
 #include <limits>
 #include <numeric>
 
+#include "core/progress.h"
 #include "device/device_info.h"
+#include "forward/montecarlo/monte_carlo_model.h"
 #include "tests/inverse/inverse_cases.h"
 
 namespace kappamu::inverse {
@@ -150,6 +152,43 @@ TEST_F(PhotonRatioTest, EqualSeedsGiveEqualBitsAndOthersOthers) {
   const PhotonRatio first = photon_ratio(p, {"auto", 1});
   EXPECT_EQ(first.ratio, photon_ratio(p, {"auto", 1}).ratio);
   EXPECT_NE(first.ratio, photon_ratio(p, {"auto", 2}).ratio);
+}
+
+TEST_F(PhotonRatioTest, ReadsAnyCoefficientsThatAFitPasses) {
+  PhotonProblem p = corner_lit({7, 5, 4, 0.3}, 0.2, 0.01, 0.3);
+  p.mu[3] = 40.0;     // no scattering left
+  p.kappa[8] = 1e-9;  // by itself a majorant 2e8 times the others' extinction
+  p.variance[2] = std::numeric_limits<double>::infinity();
+  const auto is_possible = [&] {
+    for (const double r : photon_ratio(p, {}).ratio) {
+      if (!std::isfinite(r) || r < 0.0) return false;
+    }
+    return true;
+  };
+  EXPECT_TRUE(is_possible());
+  std::fill(p.kappa.begin(), p.kappa.end(), 1e-9);
+  EXPECT_TRUE(is_possible());
+}
+
+// What justifies the bound on κ: beyond it less diffusion is no longer seen.
+TEST_F(PhotonRatioTest, AVoxelBelowTheLeastKappaIsAMirror) {
+  const PhotonProblem p = corner_lit({5, 5, 4, 0.3}, 0.2, 0.01, 0.05);
+  const auto transmitted = [&](double middle) {
+    forward::ForwardProblem walk{
+        p.setup,
+        {Volume<double>(p.setup.shape, p.kappa), Volume<double>(p.setup.shape, p.mu)},
+        1,
+        std::vector<double>(p.irradiance.size(), 1.0)};
+    walk.medium.kappa[p.setup.shape.index(2, 2, 2)] = middle;
+    forward::ForwardOptions how;
+    how.photons = 1 << 17;
+    Progress silent;
+    return sum(forward::make_monte_carlo_model()->solve(walk, how, silent).exitance[5]);
+  };
+  const double least = transmitted(0.2 / 50.0);
+  EXPECT_GT(std::abs(transmitted(0.2) / least - 1.0), 0.02);
+  constexpr double noise_and_limit = 0.01;  // three standard errors of the difference: 0.8 %
+  EXPECT_NEAR(transmitted(0.2 / 200.0) / least, 1.0, noise_and_limit);
 }
 
 TEST_F(PhotonRatioTest, IsOneUnderAPatternWithoutLight) {

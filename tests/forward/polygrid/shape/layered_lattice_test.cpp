@@ -8,7 +8,7 @@
 #include <tuple>
 
 #include "core/mesh/shapes.h"
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward {
 namespace {

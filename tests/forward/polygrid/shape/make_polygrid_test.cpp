@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/place_nodes.h"
 
