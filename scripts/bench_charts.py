@@ -829,9 +829,9 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "objects-models": objects, "objects-auto": automatic,
-            **{f"dipole-{name}": (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
-               for name in ("hierarchy", "form-factors", "profiles", "energy")},
-            "dipole-importance": importance,
+            **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
+               for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},
+             "dipole-importance": importance,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
 
