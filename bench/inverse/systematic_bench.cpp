@@ -82,7 +82,7 @@ void add_block(const Kind& kind, double size, std::uint64_t seed, const Request&
   }
 }
 
-void measure(const Request& request, Progress& progress, const Save& save) {
+void run_systematic(const Request& request, Progress& progress, const Save& save) {
   const int blocks = request.count("blocks", request.size == Size::full    ? 20
                                              : request.size == Size::small ? 5
                                                                            : 1);
@@ -125,7 +125,7 @@ Subject systematic_subject() {
           "camera pixels, a shift, the response's exponent, mixed by chance to the size stated.\n"
           "Per row: blocks fitted as what they are, and the share of voxels whose κ and μ lie\n"
           "within two stated deviations of the truth (95 % were they normal).",
-          {{"systematic", "all", measure}},
+          {{"systematic", "all", run_systematic}},
           {{"blocks", "Blocks a row (default 20)", Setting::Kind::number, 1, 10000}}};
 }
 

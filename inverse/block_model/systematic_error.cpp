@@ -11,7 +11,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr double deviations = 3.0;
+constexpr double sure_deviations = 3.0;
 /// Lags are counted to here [pixels]; correlation lengths are sought between the two.
 constexpr int longest_lag = 8;
 constexpr double shortest_length = 0.5;
@@ -82,7 +82,7 @@ Eigen::MatrixXd correlating(int pixels, double length) {
 }  // namespace
 
 bool SystematicError::found(double tolerated) const {
-  return variance > tolerated + deviations * variance_error;
+  return variance > tolerated + sure_deviations * variance_error;
 }
 
 SystematicError estimate_systematic_error(const Problem& problem,
