@@ -17,8 +17,9 @@ namespace {
 
 /// Independent sets of points, whose spread is the standard error.
 constexpr int sets = 4;
-/// Samples of a triangle: those of the first attempt, and the most.
-constexpr int first_samples = 32, most_samples = 1 << 14;
+/// Samples of a triangle: those of the first attempt, and the most; and the most of all, a minute
+/// of one core.
+constexpr int first_samples = 32, most_of_triangle = 1 << 14, most_of_all = 40'000'000;
 /// Of all samples, those of the light: where importance samples alone serve, more of them add the
 /// noise of rare near ones (docs/dipole.md).
 constexpr int light_share = 8;
@@ -115,6 +116,8 @@ void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, con
   const std::chrono::duration<double> setup = Clock::now() - start;
   result.setup_seconds = setup.count();
   result.converged = true;
+  const int affordable = most_of_all / static_cast<int>(std::max<std::size_t>(triangles, 1));
+  const int most_samples = std::clamp(affordable, first_samples, most_of_triangle);
   int most = 0;
   for (std::size_t l = 0; l < irradiance.size(); ++l) {
     const Values exact = check.exact(profile, Placement::rotated, irradiance[l]);
@@ -132,9 +135,8 @@ void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, con
       if (worst <= options.tolerance || samples >= most_samples) break;
       // The error falls at least with the root of the samples.
       const double wanted = std::pow(1.2 * worst / options.tolerance, 2.0);
-      samples =
-          std::min(most_samples,
-                   samples * static_cast<int>(std::ceil(std::min(wanted, double{most_samples}))));
+      samples = std::min(most_samples, samples * static_cast<int>(std::ceil(std::min(
+                                                     wanted, static_cast<double>(most_samples)))));
     }
     result.exitance.insert(result.exitance.end(), exitance.begin(), exitance.end());
     result.standard_error.insert(result.standard_error.end(), error.begin(), error.end());
