@@ -48,6 +48,7 @@ struct ObjectOptions {
   std::uint64_t seed = 1;
   std::uint64_t photons = 1'000'000;          ///< per light, Monte Carlo
   bool follow_reentry = false;                ///< light that leaves and meets the object again
+  std::optional<Eigen::Vector3d> eye;         ///< of the picture, in the object's frame [mm]
   std::optional<std::uint64_t> max_elements;  ///< refuse beyond; none: what memory holds
 };
 
@@ -102,6 +103,18 @@ class ObjectModel {
     }
     return results;
   }
+};
+
+/// A model whose work on the shape serves all channels, and so gives solve_channels() alone.
+class ChannelsModel : public ObjectModel {
+ public:
+  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
+                     Progress& progress) final {
+    return solve_channels({&problem, 1}, options, progress).front();
+  }
+  std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
+                                           const ObjectOptions& options,
+                                           Progress& progress) override = 0;
 };
 
 }  // namespace kappamu::forward

@@ -5,7 +5,7 @@
 #include "core/error.h"
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "io/mesh_file.h"
 #include "io/npy.h"

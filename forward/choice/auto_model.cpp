@@ -3,21 +3,16 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "forward/choice/choice.h"
+#include "forward/choice/pilot.h"
 #include "forward/object_models.h"
 
 namespace kappamu::forward {
 
 namespace {
 
-class AutoModel final : public ObjectModel {
+class AutoModel final : public ChannelsModel {
  public:
   explicit AutoModel(MachineCosts costs) : costs_(std::move(costs)) {}
-
-  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
-                     Progress& progress) override {
-    return solve_channels({&problem, 1}, options, progress).front();
-  }
 
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
                                            const ObjectOptions& asked,
@@ -26,6 +21,11 @@ class AutoModel final : public ObjectModel {
     std::vector<ObjectFeatures> features;
     for (const ObjectProblem& problem : problems) features.push_back(features_of(problem));
     Choice choice = choose_model(features, asked, costs_);
+    if (auto pilot = run_pilot(problems, features, asked, costs_, choice, progress);
+        pilot && pilot->within) {
+      for (ObjectResult& result : pilot->results) finish(asked, choice, result);
+      return std::move(pilot->results);
+    }
     auto next = choice.candidates.begin();
     while (true) {
       try {

@@ -107,9 +107,4 @@ std::vector<ObjectResult> EmbeddedModel::solve_channels(std::span<const ObjectPr
                       });
 }
 
-ObjectResult EmbeddedModel::solve(const ObjectProblem& problem, const ObjectOptions& options,
-                                  Progress& progress) {
-  return solve_channels({&problem, 1}, options, progress).front();
-}
-
 }  // namespace kappamu::forward

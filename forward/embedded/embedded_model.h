@@ -7,10 +7,8 @@
 
 namespace kappamu::forward {
 
-class EmbeddedModel : public ObjectModel {
+class EmbeddedModel : public ChannelsModel {
  public:
-  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
-                     Progress& progress) override;
   /// One octree, one set of cut cubes and one hierarchy for all channels, refined until each is
   /// within the tolerance.
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,

@@ -30,12 +30,9 @@ std::vector<Coefficients> coefficients_of_cells(const Polygrid& grid, const Obje
   std::vector<Coefficients> result(grid.cell.size());
   embedded::for_row_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      CellCorners at;
+      const CellCorners at = corners_of(grid, k);
       Eigen::AlignedBox3d box;
-      for (std::size_t c = 0; c < 8; ++c) {
-        at[c] = grid.corner[static_cast<std::size_t>(grid.cell_corners[k][c])];
-        box.extend(at[c]);
-      }
+      for (const Vector3d& corner : at) box.extend(corner);
       const double points = std::ceil(box.sizes().maxCoeff() / *medium.voxel_mm());
       const int n = static_cast<int>(std::clamp(points, 1.0, static_cast<double>(most_points)));
       Coefficients sum;

@@ -42,9 +42,4 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
   return results;
 }
 
-ObjectResult PolygridModel::solve(const ObjectProblem& problem, const ObjectOptions& options,
-                                  Progress& progress) {
-  return solve_channels({&problem, 1}, options, progress).front();
-}
-
 }  // namespace kappamu::forward

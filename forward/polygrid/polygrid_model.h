@@ -6,10 +6,8 @@
 
 namespace kappamu::forward {
 
-class PolygridModel : public ObjectModel {
+class PolygridModel : public ChannelsModel {
  public:
-  ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
-                     Progress& progress) override;
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
                                            const ObjectOptions& options,
                                            Progress& progress) override;

@@ -1,6 +1,5 @@
 #include "forward/polygrid/split_polygrid.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,8 +7,8 @@
 #include <tuple>
 
 #include "forward/embedded/equations/row_ranges.h"
-#include "forward/polygrid/equations/cell_integrals.h"
-#include "forward/polygrid/nearest_facet.h"
+#include "forward/polygrid/cell_geometry.h"
+#include "forward/polygrid/closest_point.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -92,56 +91,35 @@ Vector3d position_of(const Middle& key, const std::vector<Vector3d>& corner) {
   return sum / count;
 }
 
-CellCorners positions(const Polygrid& grid, std::size_t cell) {
-  CellCorners at;
-  for (std::size_t c = 0; c < 8; ++c) {
-    at[c] = grid.corner[static_cast<std::size_t>(grid.cell_corners[cell][c])];
-  }
-  return at;
-}
-
-/// Whether the map is the right way round at every corner.
-bool upright(const CellCorners& at) {
-  for (std::size_t c = 0; c < 8; ++c) {
-    std::array<Vector3d, 3> edge;
-    for (std::size_t a = 0; a < 3; ++a) {
-      edge[a] = at[c | std::size_t{1} << a] - at[c & ~(std::size_t{1} << a)];
-    }
-    if (!(edge[0].cross(edge[1]).dot(edge[2]) > 0.0)) return false;
-  }
-  return true;
-}
-
 /// Moves corners of the boundary to the mesh, and those of cells that do not bear it back.
 void to_surface(Polygrid& grid, const TriangleMesh& mesh) {
   std::vector<int> boundary;
   std::vector<char> on_boundary(grid.corner.size(), 0);
-  double area = 0.0;
   for (std::size_t b = 0; b < grid.boundary_cell.size(); ++b) {
-    area += grid.area[b];
-    const Corners& corners = grid.cell_corners[static_cast<std::size_t>(grid.boundary_cell[b])];
-    for (const int c : side_corners(grid.boundary_side[b])) {
-      const auto corner = static_cast<std::size_t>(corners[static_cast<std::size_t>(c)]);
+    for (const int c : boundary_corners(grid, b)) {
+      const auto corner = static_cast<std::size_t>(c);
       if (on_boundary[corner] == 0) boundary.push_back(static_cast<int>(corner));
       on_boundary[corner] = 1;
     }
   }
-  const Facets facets(
-      facets_of(mesh),
-      std::sqrt(area / static_cast<double>(std::max<std::size_t>(1, grid.boundary_cell.size()))));
+  const ClosestPoint surface(mesh);
+  const auto upright = [&](std::size_t cell) { return scaled_jacobian(grid, cell) > 0.0; };
   std::vector<char> was_upright(grid.cell.size());
-  for (std::size_t k = 0; k < grid.cell.size(); ++k) was_upright[k] = upright(positions(grid, k));
+  for (std::size_t k = 0; k < grid.cell.size(); ++k) was_upright[k] = upright(k);
   const std::vector<Vector3d> before = grid.corner;
   embedded::for_row_ranges(boundary.size(), [&](std::size_t begin, std::size_t end) {
+    int near = 0;
     for (std::size_t k = begin; k < end; ++k) {
       Vector3d& corner = grid.corner[static_cast<std::size_t>(boundary[k])];
-      corner = facets.point(facets.nearest(corner));
+      const ClosestPoint::Found found = surface.from(corner, near);
+      near = found.triangle;
+      corner = found.point;
     }
   });
   for (bool changed = true; changed;) {
     changed = false;
     for (std::size_t k = 0; k < grid.cell.size(); ++k) {
-      if (was_upright[k] == 0 || upright(positions(grid, k))) continue;
+      if (was_upright[k] == 0 || upright(k)) continue;
       for (const int c : grid.cell_corners[k]) {
         const auto corner = static_cast<std::size_t>(c);
         changed = changed || grid.corner[corner] != before[corner];
@@ -154,24 +132,15 @@ void to_surface(Polygrid& grid, const TriangleMesh& mesh) {
 void place_nodes(Polygrid& grid) {
   grid.node.clear();
   for (std::size_t k = 0; k < grid.cell.size(); ++k) {
-    Vector3d middle = Vector3d::Zero();
-    for (const Vector3d& p : positions(grid, k)) middle += p / 8.0;
-    grid.node.push_back(middle);
+    grid.node.push_back(within_cell(grid, k, Vector3d::Constant(0.5)));
   }
   grid.boundary_node.clear();
   grid.normal.clear();
   grid.area.clear();
   for (std::size_t b = 0; b < grid.boundary_cell.size(); ++b) {
     const auto cell = static_cast<std::size_t>(grid.boundary_cell[b]);
-    std::array<Vector3d, 4> p;
-    for (std::size_t i = 0; i < 4; ++i) {
-      const int c = side_corners(grid.boundary_side[b])[i];
-      p[i] = positions(grid, cell)[static_cast<std::size_t>(c)];
-    }
-    const Vector3d centre = 0.25 * (p[0] + p[1] + p[2] + p[3]);
-    Vector3d area = 0.5 * (p[3] - p[0]).cross(p[2] - p[1]);
-    if (area.dot(centre - grid.node[cell]) < 0.0) area = -area;
-    grid.boundary_node.push_back(centre);
+    const Vector3d area = side_area(grid, cell, grid.boundary_side[b]);
+    grid.boundary_node.push_back(side_centre(grid, cell, grid.boundary_side[b]));
     grid.normal.push_back(area.normalized());
     grid.area.push_back(area.norm());
   }

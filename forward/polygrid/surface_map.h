@@ -31,12 +31,12 @@ class SurfaceMap {
   std::vector<Share> shares_;
   std::vector<int> side_of_;
   /// Points of the boundary's sides, four of each.
-  struct SidePoint {
+  struct LitPoint {
     int triangle = 0;
     std::array<int, 4> corner{};
     std::array<double, 4> area{};  ///< weight times the corner's function [mm²]
   };
-  std::vector<SidePoint> points_;
+  std::vector<LitPoint> points_;
   std::size_t corners_ = 0;
 };
 

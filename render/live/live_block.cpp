@@ -11,18 +11,10 @@ namespace {
 using forward::block::BlockDiffusion;
 
 /// Beside a picture's own steps of 1/255.
-constexpr forward::block::BlockAccuracy accuracy{.linear_tolerance = 1e-4, .beam_remainder = 1e-3};
+constexpr forward::block::BlockAccuracy block_accuracy{.linear_tolerance = 1e-4,
+                                                       .beam_remainder = 1e-3};
 
 }  // namespace
-
-ChannelProblems::ChannelProblems(const WorldObject& object,
-                                 const std::array<forward::ObjectLight, 3>& light) {
-  for (std::size_t c = 0; c < 3; ++c) {
-    lights[c] = {light[c]};
-    of.push_back({object.mesh, object.surface, *object.rays, *object.media.channels[c],
-                  object.boundary.eta, lights[c]});
-  }
-}
 
 LiveBlock::LiveBlock(const WorldObject& object, const std::string& device)
     : object_(object),
@@ -34,7 +26,7 @@ LiveBlock::LiveBlock(const WorldObject& object, const std::string& device)
   }
 }
 
-LiveBlock::Answer LiveBlock::solve(const std::array<forward::ObjectLight, 3>& light) {
+LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light) {
   const ChannelProblems problems(object_, light);
   Answer answer;
   for (std::size_t c = 0; c < 3; ++c) {
@@ -42,7 +34,7 @@ LiveBlock::Answer LiveBlock::solve(const std::array<forward::ObjectLight, 3>& li
       channels_[c]->set_medium(*object_.media.channels[c]);
       media_[c] = object_.media.channels[c];
     }
-    forward::block::BlockAnswer solved = channels_[c]->solve(problems.of[c], accuracy);
+    forward::block::BlockAnswer solved = channels_[c]->solve(problems.of[c], block_accuracy);
     answer.iterations = std::max(answer.iterations, solved.report.iterations);
     answer.converged =
         answer.converged && solved.report.termination == forward::Termination::converged;
@@ -51,15 +43,15 @@ LiveBlock::Answer LiveBlock::solve(const std::array<forward::ObjectLight, 3>& li
   return answer;
 }
 
-double LiveBlock::measured_error(const std::array<forward::ObjectLight, 3>& light,
-                                 const std::array<std::vector<double>, 3>& exitance) const {
+double LiveBlock::measured_error(const LightOfChannels& light,
+                                 const ExitanceOfChannels& exitance) const {
   constexpr std::size_t channel = 1;
   const ChannelProblems problems(object_, light);
   const forward::block::BlockGrid finer = grid_.refined(2);
   const forward::block::FaceMap map(finer, object_.mesh, object_.surface);
   BlockDiffusion diffusion(finer, map, object_.boundary.eta, device_);
   diffusion.set_medium(*object_.media.channels[channel]);
-  const forward::block::BlockAnswer fine = diffusion.solve(problems.of[channel], accuracy);
+  const forward::block::BlockAnswer fine = diffusion.solve(problems.of[channel], block_accuracy);
   return forward::block_errors(problems.of[channel], exitance[channel], fine.exitance).front();
 }
 

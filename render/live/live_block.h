@@ -1,44 +1,22 @@
-// What changes from light to light of a scene's object that is a box: its right-hand sides alone.
+// A live object that is a box of whole voxels: its grid, with the equations and the last fluence of
+// its channels.
 #pragma once
 
-#include <array>
-#include <memory>
-#include <string>
-#include <vector>
-
 #include "forward/block/block_diffusion.h"
-#include "render/scene/world.h"
+#include "render/live/live_object.h"
 
 namespace kappamu::render {
 
-/// One light's problem in each of three channels.
-struct ChannelProblems {
-  ChannelProblems(const WorldObject& object, const std::array<forward::ObjectLight, 3>& light);
-
-  std::array<std::vector<forward::ObjectLight>, 3> lights;
-  std::vector<forward::ObjectProblem> of;  ///< refers to `lights` and the object
-};
-
-/// A block's grid, with the equations and the last fluence of its channels.
-class LiveBlock {
+class LiveBlock final : public LiveObject {
  public:
-  struct Answer {
-    std::array<std::vector<double>, 3> exitance;  ///< per triangle
-    int iterations = 0;                           ///< of the slowest channel
-    bool converged = true;
-  };
-
-  /// Keeps a reference to the object; its media may change between answers, not its mesh. Throws
-  /// InputError where it is no block.
+  /// Throws InputError where the object is no block.
   LiveBlock(const WorldObject& object, const std::string& device);
 
-  /// Beams closer than this tell these voxels nothing more [mm].
-  double beam_spacing_mm() const { return 0.5 * grid_.shape.voxel_mm; }
-
-  Answer solve(const std::array<forward::ObjectLight, 3>& light);
-  /// Relative error of the G channel's exitance, by an answer on voxels half as large.
-  double measured_error(const std::array<forward::ObjectLight, 3>& light,
-                        const std::array<std::vector<double>, 3>& exitance) const;
+  double beam_spacing_mm() const override { return 0.5 * grid_.shape.voxel_mm; }
+  Answer solve(const LightOfChannels& light) override;
+  /// Of the G channel, by an answer on voxels half as large.
+  double measured_error(const LightOfChannels& light,
+                        const ExitanceOfChannels& exitance) const override;
 
  private:
   const WorldObject& object_;
@@ -46,7 +24,7 @@ class LiveBlock {
   forward::block::BlockGrid grid_;
   forward::block::FaceMap map_;
   std::vector<std::unique_ptr<forward::block::BlockDiffusion>> channels_;
-  std::array<std::shared_ptr<const ObjectMedium>, 3> media_;  ///< that the equations are of
+  MediaOfChannels media_;  ///< that the equations are of
 };
 
 }  // namespace kappamu::render

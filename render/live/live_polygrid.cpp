@@ -15,7 +15,7 @@ using forward::polygrid::PolygridAnswer;
 using forward::polygrid::PolygridDiffusion;
 
 /// Beside a picture's own steps of 1/255.
-constexpr forward::polygrid::PolygridAccuracy accuracy{
+constexpr forward::polygrid::PolygridAccuracy polygrid_accuracy{
     .linear_tolerance = 1e-3, .beam_remainder = 1e-3, .most_iterations = 100};
 constexpr int cells = 20'000;
 
@@ -34,14 +34,14 @@ LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
                                                    object.surface, object.boundary.eta, device);
 }
 
-LivePolygrid::Answer LivePolygrid::solve(const std::array<forward::ObjectLight, 3>& light) {
+LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {
   if (media_ != object_.media.channels) {
     media_ = object_.media.channels;
     diffusion_->set_media(
         std::array<const ObjectMedium*, 3>{media_[0].get(), media_[1].get(), media_[2].get()});
   }
   const ChannelProblems problems(object_, light);
-  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, accuracy);
+  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, polygrid_accuracy);
   Answer answer;
   answer.iterations = diffusion_->report().iterations;
   answer.converged = diffusion_->report().converged;
@@ -49,15 +49,15 @@ LivePolygrid::Answer LivePolygrid::solve(const std::array<forward::ObjectLight, 
   return answer;
 }
 
-double LivePolygrid::measured_error(const std::array<forward::ObjectLight, 3>& light,
-                                    const std::array<std::vector<double>, 3>& exitance) const {
+double LivePolygrid::measured_error(const LightOfChannels& light,
+                                    const ExitanceOfChannels& exitance) const {
   constexpr std::size_t channel = 1;
   const ChannelProblems problems(object_, light);
   PolygridDiffusion finer(forward::polygrid::split(diffusion_->grid(), object_.mesh), object_.mesh,
                           object_.surface, object_.boundary.eta, device_);
   finer.set_media(std::array<const ObjectMedium*, 1>{object_.media.channels[channel].get()});
   const std::vector<PolygridAnswer> fine =
-      finer.solve(std::span(problems.of).subspan(channel, 1), accuracy);
+      finer.solve(std::span(problems.of).subspan(channel, 1), polygrid_accuracy);
   return forward::polygrid_errors(problems.of[channel], exitance[channel], fine[0].exitance)
       .front();
 }

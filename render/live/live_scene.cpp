@@ -3,24 +3,19 @@
 #include <algorithm>
 #include <chrono>
 
-#include "forward/dipole/relight.h"
+#include "forward/block/block_grid.h"
 #include "forward/object_models.h"
 #include "render/light/incident_light.h"
-#include "render/live/live_block.h"
-#include "render/live/live_polygrid.h"
+#include "render/live/live_object.h"
 
 namespace kappamu::render {
 
 namespace {
 
-constexpr const char* kept_links = "dipole-rotated";
-constexpr const char* kept_equations = "grid";
-constexpr const char* kept_polygrid = "polygrid";
 /// Relative error that a model which refines is asked for, coarse for the sake of time.
 constexpr double usual_tolerance = 0.1;
 
 using Clock = std::chrono::steady_clock;
-using Lights = std::array<forward::ObjectLight, 3>;
 
 double milliseconds_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -44,56 +39,38 @@ bool all_blocks(const World& world) {
 
 }  // namespace
 
-/// One object's model: a block's or polygrid's equations or the dipole's links kept, or a model
-/// that starts anew.
+/// One object's model: what it keeps from light to light, or a model that starts anew.
 struct LiveScene::Solver {
   Solver(const WorldObject& lit, const std::string& name, const LiveOptions& asked) : object(lit) {
     options.device = asked.device;
     options.seed = asked.seed;
     options.tolerance = asked.tolerance.value_or(usual_tolerance);
-    if (name == kept_equations) {
-      block = std::make_unique<LiveBlock>(lit, asked.device);
-    } else if (name == kept_polygrid) {
-      polygrid = std::make_unique<LivePolygrid>(lit, asked.device);
-    } else if (name == kept_links) {
-      const auto& media = lit.media.channels;
-      relight = std::make_unique<forward::dipole::Relight>(
-          lit.mesh, lit.surface, std::array{media[0].get(), media[1].get(), media[2].get()},
-          lit.boundary.eta, options);
-    } else {
-      model = forward::make_object_model(name);
-    }
+    kept = make_live_object(name, lit, options);
+    if (!kept) model = forward::make_object_model(name);
   }
 
-  std::array<std::vector<double>, 3> solve(const Lights& light, LiveAnswer& answer,
-                                           Progress& progress) {
+  ExitanceOfChannels solve(const LightOfChannels& light, LiveAnswer& answer, Progress& progress) {
     const auto start = Clock::now();
-    std::array<std::vector<double>, 3> exitance;
-    if (block || polygrid) {
-      LiveBlock::Answer solved = block ? block->solve(light) : polygrid->solve(light);
-      exitance = std::move(solved.exitance);
-      answer.iterations = std::max(answer.iterations, solved.iterations);
-      answer.converged = answer.converged && solved.converged;
-    } else {
-      exitance = relight ? relight->exitance(light) : solve_anew(light, answer, progress);
+    if (model) {
+      ExitanceOfChannels exitance = solve_anew(light, answer, progress);
+      answer.model_ms += milliseconds_since(start);
+      return exitance;
     }
+    LiveObject::Answer solved = kept->solve(light);
     answer.model_ms += milliseconds_since(start);
-    if (model) return exitance;
-    if (!measured) {
-      measured = block      ? block->measured_error(light, exitance)
-                 : polygrid ? polygrid->measured_error(light, exitance)
-                            : relight->measured_error(light, exitance);
-    }
+    answer.iterations = std::max(answer.iterations, solved.iterations);
+    answer.converged = answer.converged && solved.converged;
+    if (!measured) measured = kept->measured_error(light, solved.exitance);
     answer.error_estimate = std::max(answer.error_estimate, *measured);
-    return exitance;
+    return std::move(solved.exitance);
   }
 
-  std::array<std::vector<double>, 3> solve_anew(const Lights& light, LiveAnswer& answer,
-                                                Progress& progress) {
+  ExitanceOfChannels solve_anew(const LightOfChannels& light, LiveAnswer& answer,
+                                Progress& progress) {
     const ChannelProblems problems(object, light);
     std::vector<forward::ObjectResult> results =
         model->solve_channels(problems.of, options, progress);
-    std::array<std::vector<double>, 3> exitance;
+    ExitanceOfChannels exitance;
     for (std::size_t c = 0; c < 3; ++c) {
       exitance[c] = std::move(results[c].exitance);
       answer.error_estimate = std::max(answer.error_estimate, results[c].error_estimate[0]);
@@ -103,15 +80,11 @@ struct LiveScene::Solver {
     return exitance;
   }
 
-  double beam_spacing_mm() const {
-    return block ? block->beam_spacing_mm() : polygrid ? polygrid->beam_spacing_mm() : 0.0;
-  }
+  double beam_spacing_mm() const { return kept ? kept->beam_spacing_mm() : 0.0; }
 
   const WorldObject& object;
   forward::ObjectOptions options;
-  std::unique_ptr<LiveBlock> block;
-  std::unique_ptr<LivePolygrid> polygrid;
-  std::unique_ptr<forward::dipole::Relight> relight;
+  std::unique_ptr<LiveObject> kept;
   std::optional<double> measured;  ///< error of the first answer
   std::unique_ptr<forward::ObjectModel> model;
 };
@@ -119,8 +92,8 @@ struct LiveScene::Solver {
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
                      std::vector<std::string>& warnings)
     : world_(scene, warnings), options_(options) {
-  model_name_ = options.model.value_or(all_blocks(world_)        ? kept_equations
-                                       : all_homogeneous(world_) ? kept_links
+  model_name_ = options.model.value_or(all_blocks(world_)        ? "grid"
+                                       : all_homogeneous(world_) ? "dipole-rotated"
                                                                  : "embedded");
   const std::optional<Environment> environment = make_environment(scene.lights);
   Progress silent;
@@ -142,7 +115,7 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   LiveAnswer answer;
   const auto start = Clock::now();
   const LightSources sources = make_light_sources(question.lights);
-  std::vector<Lights> incident;
+  std::vector<LightOfChannels> incident;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
     const double spacing = solvers_[i]->beam_spacing_mm();
     incident.push_back(std::move(

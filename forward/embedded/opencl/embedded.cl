@@ -2,34 +2,10 @@
 // by cube from element matrices (equations/levels.h), left in the slots of the cubes' corners, and
 // collected unknown by unknown. Nothing is written by two items, sums run in a fixed order.
 //
-// Fields are [unknown] vectors of WIDTH lanes, a lane per light. OWN: 1 where every lane has a
-// medium of its own, 0 where all share one. Compiled twice: CYCLE 1 with REAL float is the V-cycle,
-// CYCLE 0 with REAL double what is outside.
+// Compiled twice: CYCLE 1 with REAL float is the V-cycle, CYCLE 0 with REAL double what is outside.
 
-#define JOIN2(a, b) a##b
-#define JOIN(a, b) JOIN2(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef float single_vec;
-typedef double double_vec;
-#define TO_SINGLE convert_float
-#define TO_DOUBLE convert_double
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(float, WIDTH) single_vec;
-typedef JOIN(double, WIDTH) double_vec;
-#define TO_SINGLE JOIN(convert_float, WIDTH)
-#define TO_DOUBLE JOIN(convert_double, WIDTH)
-#endif
-#if OWN
-typedef vec own;  // a number of the lane's medium
-#else
-typedef REAL own;
-#endif
-
-#define ITEM(count)                    \
-  const int i = (int)get_global_id(0); \
-  if (i >= count) return;
+typedef LANES_OF(float) single_vec;
+typedef LANES_OF(double) double_vec;
 
 // The value at a cube's corner: of an unknown, or the mean of two or four where the corner hangs.
 inline vec corner_value(const int code, global const int* restrict masters,
@@ -196,15 +172,7 @@ kernel void solve_directly(const int unknowns, global const own* restrict invers
 
 #else
 
-// Conjugate gradients: vectors in double, a scalar per lane. Sums run over `runs` stretches, whose
-// sums the host adds in order.
-#define RUN(rows)                                     \
-  const int run = (int)get_global_id(0);              \
-  if (run >= runs) return;                            \
-  const int length = (rows - 1) / runs + 1;           \
-  const int begin = INTERLEAVED ? run : run * length; \
-  const int step_over = INTERLEAVED ? runs : 1;       \
-  const int end = INTERLEAVED ? rows : min(begin + length, rows);
+// Conjugate gradients: vectors in double, a scalar per lane.
 
 kernel void fill(const int rows, const double value, global double_vec* restrict a) {
   ITEM(rows)
@@ -224,7 +192,7 @@ kernel void dot_single(const int rows, const int runs, global const double_vec* 
                        global const single_vec* restrict b, global double_vec* restrict partial) {
   RUN(rows)
   double_vec sum = (double_vec)(0);
-  for (int k = begin; k < end; k += step_over) sum += a[k] * TO_DOUBLE(b[k]);
+  for (int k = begin; k < end; k += step_over) sum += a[k] * TO(double)(b[k]);
   partial[run] = sum;
 }
 
@@ -232,14 +200,14 @@ kernel void dot_single(const int rows, const int runs, global const double_vec* 
 kernel void to_single(const int rows, global const double_vec* restrict inverse_size,
                       global const double_vec* restrict r, global single_vec* restrict out) {
   ITEM(rows)
-  out[i] = TO_SINGLE(r[i] * inverse_size[0]);
+  out[i] = TO(float)(r[i] * inverse_size[0]);
 }
 
 // p = size z + along p, scalars = {size, along}.
 kernel void update_direction(const int rows, global const double_vec* restrict scalars,
                              global const single_vec* restrict z, global double_vec* restrict p) {
   ITEM(rows)
-  p[i] = scalars[0] * TO_DOUBLE(z[i]) + scalars[1] * p[i];
+  p[i] = scalars[0] * TO(double)(z[i]) + scalars[1] * p[i];
 }
 
 // x += step p, r −= step q; partial = Σ r².

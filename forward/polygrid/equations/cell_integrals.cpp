@@ -72,10 +72,8 @@ std::array<double, 8> shape_functions(const Vector3d& local) {
   return values;
 }
 
-std::array<int, 4> side_corners(int side) {
-  const int axis = side / 2, u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
-  const int first = (side & 1) << axis;
-  return {first, first | 1 << u, first | 1 << v, first | 1 << u | 1 << v};
+std::array<double, 4> side_functions(double u, double v) {
+  return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
 }
 
 CellIntegrals cell_integrals(const CellCorners& corners) {
@@ -121,16 +119,23 @@ CellIntegrals cell_integrals(const CellCorners& corners) {
   return result;
 }
 
+std::array<SidePoint, 4> side_points(const std::array<Vector3d, 4>& corners) {
+  std::array<SidePoint, 4> points;
+  for (std::size_t k = 0; k < 4; ++k) {
+    const double u = gauss[k & 1], v = gauss[k >> 1];
+    const Vector3d along_u = (1 - v) * (corners[1] - corners[0]) + v * (corners[2] - corners[3]);
+    const Vector3d along_v = (1 - u) * (corners[3] - corners[0]) + u * (corners[2] - corners[1]);
+    points[k] = {side_functions(u, v), 0.25 * along_u.cross(along_v).norm()};
+  }
+  return points;
+}
+
 SideMass side_mass(const std::array<Vector3d, 4>& corners) {
   SideMass mass{};
-  for (const double v : gauss) {
-    for (const double u : gauss) {
-      const std::array<double, 4> n{(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
-      const Vector3d along_u = (1 - v) * (corners[1] - corners[0]) + v * (corners[3] - corners[2]);
-      const Vector3d along_v = (1 - u) * (corners[2] - corners[0]) + u * (corners[3] - corners[1]);
-      const double weight = 0.25 * along_u.cross(along_v).norm();
-      for (std::size_t i = 0; i < 4; ++i) {
-        for (std::size_t j = 0; j < 4; ++j) mass[i][j] += weight * n[i] * n[j];
+  for (const SidePoint& point : side_points(corners)) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j < 4; ++j) {
+        mass[i][j] += point.area * point.function[i] * point.function[j];
       }
     }
   }

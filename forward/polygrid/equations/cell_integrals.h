@@ -6,11 +6,9 @@
 #include <array>
 
 #include "forward/embedded/equations/element.h"
+#include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward::polygrid {
-
-/// Corners of a cell as Polygrid has them [mm].
-using CellCorners = std::array<Eigen::Vector3d, 8>;
 
 struct CellIntegrals {
   /// ∫ ∇u·∇v dV [mm], in mimetic form: exact for gradients that are constant, by the mean gradient
@@ -32,11 +30,17 @@ CellIntegrals cell_integrals(const CellCorners& corners);
 /// Of the trilinear functions at a point of the cell, its own coordinates in [0, 1].
 std::array<double, 8> shape_functions(const Eigen::Vector3d& local);
 
-/// Corners of a cell's side in the order of their two other coordinates: (0,0), (1,0), (0,1),
-/// (1,1).
-std::array<int, 4> side_corners(int side);
+/// The bilinear functions of a side's corners, in the order of side_corners(), at u, v in [0, 1].
+std::array<double, 4> side_functions(double u, double v);
 
-/// ∫ u v dA over a side [mm²], by two Gauss points each way; row by row.
+/// A Gauss point of a side, of two each way.
+struct SidePoint {
+  std::array<double, 4> function{};  ///< side_functions() there
+  double area = 0.0;                 ///< that it stands for [mm²]
+};
+std::array<SidePoint, 4> side_points(const std::array<Eigen::Vector3d, 4>& corners);
+
+/// ∫ u v dA over a side [mm²], by its Gauss points; row by row.
 using SideMass = std::array<std::array<double, 4>, 4>;
 SideMass side_mass(const std::array<Eigen::Vector3d, 4>& corners);
 

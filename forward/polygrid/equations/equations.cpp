@@ -10,14 +10,6 @@ namespace {
 
 using embedded::for_row_ranges;
 
-CellCorners corners_of(const Polygrid& grid, std::size_t cell) {
-  CellCorners corners;
-  for (std::size_t c = 0; c < 8; ++c) {
-    corners[c] = grid.corner[static_cast<std::size_t>(grid.cell_corners[cell][c])];
-  }
-  return corners;
-}
-
 /// Place of a column within its row.
 std::size_t place_in_row(const Pattern& pattern, std::size_t row, int column) {
   const auto begin = pattern.column.begin() + pattern.start[row];
@@ -93,12 +85,11 @@ Equations::Equations(const Polygrid& grid, double A) {
   boundary_.assign(matrix_.column.size(), 0.0);
   boundary_share_.assign(corners, 0.0);
   for (std::size_t b = 0; b < grid.boundary_cell.size(); ++b) {
-    const auto& of_cell = grid.cell_corners[static_cast<std::size_t>(grid.boundary_cell[b])];
+    const std::array<int, 4> of_side = boundary_corners(grid, b);
     std::array<std::size_t, 4> corner{};
     std::array<Eigen::Vector3d, 4> at;
-    const std::array<int, 4> of_side = side_corners(grid.boundary_side[b]);
     for (std::size_t i = 0; i < 4; ++i) {
-      corner[i] = static_cast<std::size_t>(of_cell[static_cast<std::size_t>(of_side[i])]);
+      corner[i] = static_cast<std::size_t>(of_side[i]);
       at[i] = grid.corner[corner[i]];
     }
     const SideMass mass = side_mass(at);

@@ -1,12 +1,10 @@
 #include "forward/polygrid/opencl/opencl_solver.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
-#include "forward/embedded/equations/row_ranges.h"
-#include "forward/embedded/opencl/device_levels.h"
+#include "forward/polygrid/opencl/device_numbers.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -16,119 +14,21 @@ namespace {
 
 using device::Buffer;
 using embedded::Lanes;
-using embedded::uploaded;
 using Scalars = std::vector<double>;  ///< [lane]
-
-struct Options {
-  Precision precision = Precision::single;
-  bool double_sums = true, interleaved = false;
-  std::size_t real_bytes() const { return precision == Precision::single ? 4 : 8; }
-  std::size_t sum_bytes() const { return double_sums ? 8 : 4; }
-};
-
-/// `values` of lanes beside each other, [row][lane], as a device's numbers; lanes without are zero.
-template <class T>
-std::vector<T> interleaved(const std::vector<const std::vector<double>*>& of_lane,
-                           std::size_t width) {
-  const std::size_t rows = of_lane.front()->size();
-  std::vector<T> result(rows * width, T(0));
-  embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
-      const double* from = of_lane[lane]->data();
-      for (std::size_t i = begin; i < end; ++i) {
-        result[i * width + lane] = static_cast<T>(from[i]);
-      }
-    }
-  });
-  return result;
-}
-
-void write_lanes(device::Context& context, const Buffer& buffer, const Options& options,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
-  if (options.precision == Precision::single) {
-    const auto lanes = interleaved<float>(of_lane, width);
-    context.write(buffer, lanes.data(), lanes.size() * sizeof(float));
-  } else {
-    const auto lanes = interleaved<double>(of_lane, width);
-    context.write(buffer, lanes.data(), lanes.size() * sizeof(double));
-  }
-}
-
-/// Places of a pattern in the device's memory.
-struct DevicePattern {
-  int rows = 0;
-  std::size_t entries = 0;
-  Buffer start, column;
-  DevicePattern(device::Context& context, const Pattern& pattern)
-      : rows(static_cast<int>(pattern.rows())),
-        entries(pattern.column.size()),
-        start(uploaded(context, pattern.start)),
-        column(uploaded(context, pattern.column)) {}
-};
-
-struct DeviceLevel {
-  DevicePattern links;
-  Buffer parent, first_child, child;  ///< none on the coarsest
-
-  DeviceLevel(device::Context& context, const GraphLevel& level, std::size_t coarser)
-      : links(context, level.links) {
-    if (coarser == 0) return;
-    std::vector<int> first(coarser + 1, 0), children(level.parent.size());
-    for (const int p : level.parent) ++first[static_cast<std::size_t>(p) + 1];
-    for (std::size_t p = 0; p < coarser; ++p) first[p + 1] += first[p];
-    std::vector<int> next(first.begin(), first.end() - 1);
-    for (std::size_t i = 0; i < children.size(); ++i) {
-      children[static_cast<std::size_t>(next[static_cast<std::size_t>(level.parent[i])]++)] =
-          static_cast<int>(i);
-    }
-    parent = uploaded(context, level.parent);
-    first_child = uploaded(context, first);
-    child = uploaded(context, children);
-  }
-};
-
-/// One channel's numbers on the host.
-struct Channel {
-  MediumValues medium;
-  std::vector<GraphValues> graph;
-  std::vector<std::vector<double>> inverse_diagonal;  ///< [level]
-  std::vector<double> coarsest;                       ///< inverse of the coarsest level's matrix
-
-  Channel(const Hierarchy& hierarchy, const MediumValues& values)
-      : medium(values), graph(hierarchy.values(values)) {
-    for (const GraphValues& level : graph) {
-      inverse_diagonal.push_back(level.diagonal);
-      for (double& d : inverse_diagonal.back()) d = 1.0 / d;
-    }
-    const Pattern& links = hierarchy.level().back().links;
-    const auto rows = static_cast<Eigen::Index>(links.rows());
-    Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(rows, rows);
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      const auto row = static_cast<std::size_t>(i);
-      matrix(i, i) = graph.back().diagonal[row];
-      for (int k = links.start[row]; k < links.start[row + 1]; ++k) {
-        matrix(i, links.column[static_cast<std::size_t>(k)]) =
-            -graph.back().link[static_cast<std::size_t>(k)];
-      }
-    }
-    const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(rows, rows));
-    coarsest.assign(inverse.data(), inverse.data() + inverse.size());
-  }
-};
 
 /// One batch on the device: its numbers, fields and work.
 class BatchSolve {
  public:
-  BatchSolve(device::Context& context, const Options& options, const Lanes& lanes,
+  BatchSolve(device::Context& context, const Numbers& numbers, const Lanes& lanes,
              const DevicePattern& matrix, const std::vector<DeviceLevel>& levels)
       : context_(context),
-        options_(options),
+        numbers_(numbers),
         lanes_(lanes),
         matrix_(matrix),
         levels_(levels),
-        program_(context.program(polygrid_cl, build_options())) {
-    const std::size_t media = lanes.media() * options.real_bytes();
-    const std::size_t field = lanes.width * options.real_bytes();
+        program_(context.program(polygrid_cl, numbers_.build_options(lanes))) {
+    const std::size_t media = lanes.media() * numbers.real_bytes();
+    const std::size_t field = lanes.width * numbers.real_bytes();
     value_ = context.allocate(matrix.entries * media);
     for (const DeviceLevel& level : levels) {
       const auto rows = static_cast<std::size_t>(level.links.rows);
@@ -141,8 +41,8 @@ class BatchSolve {
     coarsest_ = context.allocate(coarsest * coarsest * media);
     for (Buffer* each : {&b_, &x_, &p_, &image_}) *each = context.allocate(rows() * field);
     runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
-    partial_ = context.allocate(runs_ * lanes.width * options.sum_bytes());
-    scalars_ = context.allocate(lanes.width * options.sum_bytes());
+    partial_ = context.allocate(runs_ * lanes.width * numbers.sum_bytes());
+    scalars_ = context.allocate(lanes.width * numbers.sum_bytes());
   }
 
   const Lanes& lanes() const { return lanes_; }
@@ -152,7 +52,7 @@ class BatchSolve {
       std::vector<const std::vector<double>*> of_lane;
       for (const std::size_t c : lanes_.channels) of_lane.push_back(&numbers(channels[c]));
       if (!of_lane.front()->empty()) {
-        write_lanes(context_, buffer, options_, of_lane, lanes_.media());
+        write_lanes(context_, buffer, numbers_, of_lane, lanes_.media());
       }
     };
     write(
@@ -174,13 +74,15 @@ class BatchSolve {
              CgReport& report) {
     const std::size_t width = lanes_.width;
     std::vector<const std::vector<double>*> powers, starts;
+    std::vector<std::vector<double>*> answers;
     for (const std::size_t light : lights) {
       powers.push_back(&loads[light].power);
       starts.push_back(&x[light]);
+      answers.push_back(&x[light]);
     }
-    write_lanes(context_, b_, options_, powers, width);
-    write_lanes(context_, x_, options_, starts, width);
-    context_.zero(p_, rows() * width * options_.real_bytes());
+    write_lanes(context_, b_, numbers_, powers, width);
+    write_lanes(context_, x_, numbers_, starts, width);
+    context_.zero(p_, rows() * width * numbers_.real_bytes());
     const Buffer& r = level_r_[0];
     over(rows(), "residual", matrix_.start, matrix_.column, value_, b_, x_, r);
     const Scalars size2 = sums("dot_product", b_, b_);
@@ -211,7 +113,7 @@ class BatchSolve {
       before = r_z;
     }
     report.iterations = std::max(report.iterations, iteration);
-    take(lights, x);
+    read_lanes(context_, x_, numbers_, answers, width);
     for (std::size_t lane = 0; lane < lights.size(); ++lane) {
       double& residual = report.residual[lights[lane]];
       residual = size2[lane] > 0.0 ? std::sqrt(r_r[lane] / size2[lane]) : 0.0;
@@ -221,12 +123,6 @@ class BatchSolve {
 
  private:
   std::size_t rows() const { return static_cast<std::size_t>(matrix_.rows); }
-  std::string build_options() const {
-    return std::string("-DREAL=") + (options_.precision == Precision::single ? "float" : "double") +
-           " -DSUM=" + (options_.double_sums ? "double" : "float") +
-           " -DWIDTH=" + std::to_string(lanes_.width) + " -DOWN=" + (lanes_.own() ? "1" : "0") +
-           " -DINTERLEAVED=" + (options_.interleaved ? "1" : "0");
-  }
 
   /// An item per number in [0, count).
   template <class... T>
@@ -235,7 +131,7 @@ class BatchSolve {
   }
   template <class... T>
   void over_step(std::size_t count, const char* kernel, const T&... arguments) {
-    if (options_.precision == Precision::single) {
+    if (numbers_.precision == Precision::single) {
       over(count, kernel, static_cast<float>(jacobi_step), arguments...);
     } else {
       over(count, kernel, jacobi_step, arguments...);
@@ -247,7 +143,7 @@ class BatchSolve {
   Scalars sums(const char* kernel, const T&... arguments) {
     context_.launch(program_, kernel, {runs_, 1, 1, 1}, static_cast<int>(rows()),
                     static_cast<int>(runs_), arguments..., partial_);
-    return options_.double_sums ? read_sums<double>() : read_sums<float>();
+    return numbers_.double_sums ? read_sums<double>() : read_sums<float>();
   }
   template <class T>
   Scalars read_sums() {
@@ -260,30 +156,11 @@ class BatchSolve {
     return total;
   }
   void write(const Scalars& values) {
-    if (options_.double_sums) {
+    if (numbers_.double_sums) {
       context_.write(scalars_, values.data(), values.size() * sizeof(double));
     } else {
       const std::vector<float> single(values.begin(), values.end());
       context_.write(scalars_, single.data(), single.size() * sizeof(float));
-    }
-  }
-
-  void take(const std::vector<std::size_t>& lights, std::vector<std::vector<double>>& x) {
-    if (options_.precision == Precision::single) {
-      take_as<float>(lights, x);
-    } else {
-      take_as<double>(lights, x);
-    }
-  }
-  template <class T>
-  void take_as(const std::vector<std::size_t>& lights, std::vector<std::vector<double>>& x) {
-    std::vector<T> lanes(rows() * lanes_.width);
-    context_.read(x_, lanes.data(), lanes.size() * sizeof(T));
-    for (std::size_t lane = 0; lane < lights.size(); ++lane) {
-      std::vector<double>& mine = x[lights[lane]];
-      for (std::size_t row = 0; row < rows(); ++row) {
-        mine[row] = static_cast<double>(lanes[row * lanes_.width + lane]);
-      }
     }
   }
 
@@ -304,7 +181,7 @@ class BatchSolve {
   }
 
   device::Context& context_;
-  Options options_;
+  Numbers numbers_;
   Lanes lanes_;
   const DevicePattern& matrix_;
   const std::vector<DeviceLevel>& levels_;
@@ -323,7 +200,7 @@ class OpenclSolver final : public LinearSolver {
     if (precision == Precision::twofold && !context.info().fp64) {
       throw InputError("device '" + context.info().name + "' has no double precision");
     }
-    options_ = {precision, context.info().fp64, context.info().kind == device::Kind::gpu};
+    numbers_ = {precision, context.info().fp64, context.info().kind == device::Kind::gpu};
     const auto& levels = hierarchy.level();
     for (std::size_t l = 0; l < levels.size(); ++l) {
       levels_.emplace_back(context, levels[l],
@@ -357,7 +234,7 @@ class OpenclSolver final : public LinearSolver {
         return *batch;
       }
     }
-    batches_.push_back(std::make_unique<BatchSolve>(context_, options_, lanes, matrix_, levels_));
+    batches_.push_back(std::make_unique<BatchSolve>(context_, numbers_, lanes, matrix_, levels_));
     batches_.back()->set_media(channels_);
     return *batches_.back();
   }
@@ -365,7 +242,7 @@ class OpenclSolver final : public LinearSolver {
   const Hierarchy& hierarchy_;
   device::Context& context_;
   DevicePattern matrix_;
-  Options options_;
+  Numbers numbers_;
   std::vector<DeviceLevel> levels_;
   std::vector<Channel> channels_;
   std::vector<std::unique_ptr<BatchSolve>> batches_;

@@ -1,40 +1,13 @@
 // Conjugate gradients on sparse rows, and a V-cycle on the aggregates of a graph with one step of
 // Jacobi before and after. Every item writes its own row; sums run in a fixed order.
 //
-// Fields are [row][lane], a vector of WIDTH lanes of REAL, a lane per light. OWN: 1 where every lane
-// has a medium of its own, 0 where all share one; numbers of the medium are `own`. SUM is what sums
-// are added up in. INTERLEAVED: 1 where items of a sum take turns row by row (GPUs).
+// SUM is what sums are added up in.
 
-#ifndef REAL
-#define REAL float
+#ifndef SUM
 #define SUM double
-#define WIDTH 4
-#define OWN 1
-#define INTERLEAVED 0
 #endif
 
-#define JOIN2(a, b) a##b
-#define JOIN(a, b) JOIN2(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef SUM sum_vec;
-#define TO_SUM(x) ((SUM)(x))
-#define TO_REAL(x) ((REAL)(x))
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(SUM, WIDTH) sum_vec;
-#define TO_SUM(x) JOIN(JOIN(convert_, SUM), WIDTH)(x)
-#define TO_REAL(x) JOIN(JOIN(convert_, REAL), WIDTH)(x)
-#endif
-#if OWN
-typedef vec own;
-#else
-typedef REAL own;
-#endif
-
-#define ITEM(count) \
-  const int i = (int)get_global_id(0); \
-  if (i >= count) return;
+typedef LANES_OF(SUM) sum_vec;
 
 // Row i of the matrix times x.
 inline vec row_product(const int i, global const int* restrict start,
@@ -110,20 +83,11 @@ kernel void solve_directly(const int rows, global const own* restrict inverse,
   x[i] = sum;
 }
 
-// Sums run over `runs` stretches, whose sums the host adds in order.
-#define RUN(rows)                                                  \
-  const int run = (int)get_global_id(0);                           \
-  if (run >= runs) return;                                         \
-  const int length = (rows - 1) / runs + 1;                        \
-  const int begin = INTERLEAVED ? run : run * length;              \
-  const int step_over = INTERLEAVED ? runs : 1;                    \
-  const int end = INTERLEAVED ? rows : min(begin + length, rows);
-
 kernel void dot_product(const int rows, const int runs, global const vec* restrict a,
                         global const vec* restrict b, global sum_vec* restrict partial) {
   RUN(rows)
   sum_vec sum = (sum_vec)(0);
-  for (int k = begin; k < end; k += step_over) sum += TO_SUM(a[k] * b[k]);
+  for (int k = begin; k < end; k += step_over) sum += TO(SUM)(a[k] * b[k]);
   partial[run] = sum;
 }
 
@@ -131,7 +95,7 @@ kernel void dot_product(const int rows, const int runs, global const vec* restri
 kernel void update_direction(const int rows, global const sum_vec* restrict along,
                              global const vec* restrict z, global vec* restrict p) {
   ITEM(rows)
-  p[i] = z[i] + TO_REAL(along[0]) * p[i];
+  p[i] = z[i] + TO(REAL)(along[0]) * p[i];
 }
 
 // x += step p, r −= step q; partial = Σ r².
@@ -141,12 +105,12 @@ kernel void update_solution(const int rows, const int runs, global const sum_vec
                             global sum_vec* restrict partial) {
   RUN(rows)
   sum_vec sum = (sum_vec)(0);
-  const vec by = TO_REAL(step[0]);
+  const vec by = TO(REAL)(step[0]);
   for (int k = begin; k < end; k += step_over) {
     x[k] += by * p[k];
     const vec left = r[k] - by * q[k];
     r[k] = left;
-    sum += TO_SUM(left * left);
+    sum += TO(SUM)(left * left);
   }
   partial[run] = sum;
 }

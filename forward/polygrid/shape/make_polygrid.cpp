@@ -10,7 +10,7 @@
 
 #include "core/error.h"
 #include "core/mesh/edges.h"
-#include "forward/polygrid/shape/closest_point.h"
+#include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/map_cells.h"
 #include "forward/polygrid/shape/measure_quality.h"

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/cell_energy.h"
-#include "forward/polygrid/shape/cell_geometry.h"
 #include "forward/polygrid/shape/limited_bfgs.h"
 
 namespace kappamu::forward {

@@ -9,7 +9,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "forward/polygrid/shape/closest_point.h"
+#include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 
 namespace kappamu::forward {

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "forward/polygrid/shape/cell_geometry.h"
-#include "forward/polygrid/shape/closest_point.h"
+#include "forward/polygrid/cell_geometry.h"
+#include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/shape/place_nodes.h"
 
 namespace kappamu::forward {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward {
 

@@ -1,8 +1,8 @@
 // Positions of a polygrid's nodes, its corners being mapped.
 #pragma once
 
+#include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/polygrid.h"
-#include "forward/polygrid/shape/closest_point.h"
 
 namespace kappamu::forward {
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "forward/polygrid/equations/cell_integrals.h"
 #include "forward/polygrid/split_polygrid.h"
 
 namespace kappamu::forward::polygrid {
@@ -58,23 +57,6 @@ Polygrid ball_polygrid(int n, double radius) {
     };
     return radius * Vector3d(p[0] * factor(1, 2), p[1] * factor(2, 0), p[2] * factor(0, 1));
   });
-}
-
-TriangleMesh surface_mesh(const Polygrid& grid) {
-  TriangleMesh mesh{grid.corner, {}};
-  for (std::size_t b = 0; b < grid.boundary_cell.size(); ++b) {
-    const auto& corners = grid.cell_corners[static_cast<std::size_t>(grid.boundary_cell[b])];
-    std::array<int, 4> at{};
-    for (std::size_t i = 0; i < 4; ++i) {
-      at[i] = corners[static_cast<std::size_t>(side_corners(grid.boundary_side[b])[i])];
-    }
-    const auto point = [&](int i) { return grid.corner[static_cast<std::size_t>(i)]; };
-    const Vector3d across = (point(at[1]) - point(at[0])).cross(point(at[2]) - point(at[0]));
-    const bool outward = across.dot(grid.normal[b]) > 0.0;
-    mesh.triangles.push_back({at[0], at[outward ? 1 : 2], at[outward ? 2 : 1]});
-    mesh.triangles.push_back({at[3], at[outward ? 2 : 1], at[outward ? 1 : 2]});
-  }
-  return mesh;
 }
 
 }  // namespace kappamu::forward::polygrid

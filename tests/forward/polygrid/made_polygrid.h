@@ -20,7 +20,4 @@ Polygrid bent_polygrid(const Eigen::Vector3i& n);
 /// A ball about the origin, n³ cells, by the map of a cube under which volumes stay nearly equal.
 Polygrid ball_polygrid(int n, double radius);
 
-/// The boundary as triangles, two per boundary node, in their order.
-TriangleMesh surface_mesh(const Polygrid& grid);
-
 }  // namespace kappamu::forward::polygrid

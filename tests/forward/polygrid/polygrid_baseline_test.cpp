@@ -142,22 +142,16 @@ TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
   solver->set_media({equations.values(trial.of_cell)});
   std::vector<double> load(equations.unknowns(), 0.0);
   for (std::size_t b = 0; b < trial.q.size(); ++b) {
-    const auto& corners =
-        trial.grid.cell_corners[static_cast<std::size_t>(trial.grid.boundary_cell[b])];
-    for (const int c : side_corners(trial.grid.boundary_side[b])) {
-      load[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])] +=
-          0.25 * trial.grid.area[b] * trial.q[b] / (2.0 * A);
+    for (const int c : boundary_corners(trial.grid, b)) {
+      load[static_cast<std::size_t>(c)] += 0.25 * trial.grid.area[b] * trial.q[b] / (2.0 * A);
     }
   }
   const auto boundary_means = [&](const std::vector<double>& at_corners) {
     NodeFluence result = exact;
     for (std::size_t b = 0; b < trial.q.size(); ++b) {
-      const auto& corners =
-          trial.grid.cell_corners[static_cast<std::size_t>(trial.grid.boundary_cell[b])];
       result.boundary[b] = 0.0;
-      for (const int c : side_corners(trial.grid.boundary_side[b])) {
-        result.boundary[b] +=
-            0.25 * at_corners[static_cast<std::size_t>(corners[static_cast<std::size_t>(c)])];
+      for (const int c : boundary_corners(trial.grid, b)) {
+        result.boundary[b] += 0.25 * at_corners[static_cast<std::size_t>(c)];
       }
     }
     return result;

@@ -66,21 +66,19 @@ void each_side_point(const Polygrid& grid, const Visit& visit) {
   for (std::size_t b = 0; b < grid.boundary_cell.size(); ++b) {
     std::array<std::size_t, 4> corner{};
     std::array<Vector3d, 4> p;
-    const auto& corners = grid.cell_corners[static_cast<std::size_t>(grid.boundary_cell[b])];
     for (std::size_t i = 0; i < 4; ++i) {
-      corner[i] = static_cast<std::size_t>(
-          corners[static_cast<std::size_t>(side_corners(grid.boundary_side[b])[i])]);
+      corner[i] = static_cast<std::size_t>(boundary_corners(grid, b)[i]);
       p[i] = grid.corner[corner[i]];
     }
     const double off = std::sqrt(1.0 / 12.0);
     for (const double v : {0.5 - off, 0.5 + off}) {
       for (const double u : {0.5 - off, 0.5 + off}) {
         SidePoint point;
-        point.function = {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v};
+        point.function = {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};
         point.at = Vector3d::Zero();
         for (std::size_t i = 0; i < 4; ++i) point.at += point.function[i] * p[i];
-        const Vector3d across = ((1 - v) * (p[1] - p[0]) + v * (p[3] - p[2]))
-                                    .cross((1 - u) * (p[2] - p[0]) + u * (p[3] - p[1]));
+        const Vector3d across = ((1 - v) * (p[1] - p[0]) + v * (p[2] - p[3]))
+                                    .cross((1 - u) * (p[3] - p[0]) + u * (p[2] - p[1]));
         point.weight = 0.25 * across.norm();
         point.normal = across.normalized() * (across.dot(grid.normal[b]) > 0.0 ? 1.0 : -1.0);
         visit(corner, point);

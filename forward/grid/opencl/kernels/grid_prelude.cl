@@ -1,14 +1,8 @@
 // What every OpenCL file of the grid solver begins with (cmake/EmbedKernels.cmake puts it there):
 // number types and how many patterns a work-item holds. Fields are [z][y][x][GROUPS] vectors of
 // WIDTH patterns. All -D names have defaults, so that each file compiles by itself.
-#ifndef REAL
-#define REAL float  // storage and arithmetic
-#endif
 #ifndef ACCU
 #define ACCU double  // sums and residuals; float where the device has no double
-#endif
-#ifndef WIDTH
-#define WIDTH 16  // lanes one work-item holds in a vector: 1, 4, 8 or 16
 #endif
 #ifndef GROUPS
 #define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
@@ -18,19 +12,9 @@
 #endif
 #define LANES (WIDTH * GROUPS)
 
-#define JOIN_(a, b) a##b
-#define JOIN(a, b) JOIN_(a, b)
-#if WIDTH == 1
-typedef REAL vec;
-typedef ACCU accu_vec;
-#define to_vec(v) ((REAL)(v))
-#define to_accu(v) ((ACCU)(v))
-#else
-typedef JOIN(REAL, WIDTH) vec;
-typedef JOIN(ACCU, WIDTH) accu_vec;
-#define to_vec(v) JOIN(convert_, JOIN(REAL, WIDTH))(v)
-#define to_accu(v) JOIN(convert_, JOIN(ACCU, WIDTH))(v)
-#endif
+typedef LANES_OF(ACCU) accu_vec;
+#define to_vec(v) TO(REAL)(v)
+#define to_accu(v) TO(ACCU)(v)
 
 // Loads ahead of time and stores past the cache, where the compiler knows how.
 #ifdef __has_builtin

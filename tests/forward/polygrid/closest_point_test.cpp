@@ -1,5 +1,5 @@
 // Closest points of meshes against what is known of spheres, and against every triangle in turn.
-#include "forward/polygrid/shape/closest_point.h"
+#include "forward/polygrid/closest_point.h"
 
 #include <gtest/gtest.h>
 
@@ -14,6 +14,12 @@ namespace {
 
 using Eigen::Vector3d;
 
+Vector3d closest_in_triangle(const Vector3d& point, const Vector3d& a, const Vector3d& b,
+                             const Vector3d& c) {
+  const Vector3d weights = closest_weights(point, a, b, c);
+  return weights[0] * a + weights[1] * b + weights[2] * c;
+}
+
 TEST(ClosestPoint, IsThatOfAllTriangles) {
   const TriangleMesh mesh = torus_mesh(3.0, 1.0, 12);
   const ClosestPoint closest(mesh);
@@ -27,6 +33,7 @@ TEST(ClosestPoint, IsThatOfAllTriangles) {
       least = std::min(least, (closest_in_triangle(point, v(0), v(1), v(2)) - point).norm());
     }
     const auto found = closest.from(point, i);
+    EXPECT_EQ(found.triangle, closest.from(point).triangle);
     EXPECT_DOUBLE_EQ(found.distance, least);
     EXPECT_NEAR((found.point - point).norm(), found.distance, 1e-12);
   }

@@ -14,6 +14,13 @@ namespace kappamu::forward {
 /// Corners of a cell (by their bits) on its side, counter-clockwise seen from outside.
 std::array<int, 4> side_corners(int side);
 
+/// Corners of a boundary side: indices into Polygrid::corner, in the order of side_corners().
+std::array<int, 4> boundary_corners(const Polygrid& grid, std::size_t boundary_side);
+
+/// Corners of a cell as Polygrid::cell_corners has them [mm].
+using CellCorners = std::array<Eigen::Vector3d, 8>;
+CellCorners corners_of(const Polygrid& grid, std::size_t cell);
+
 /// Mean of a side's four corners [mm].
 Eigen::Vector3d side_centre(const Polygrid& grid, std::size_t cell, int side);
 

@@ -1,4 +1,4 @@
-#include "forward/polygrid/shape/cell_geometry.h"
+#include "forward/polygrid/cell_geometry.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -23,6 +23,20 @@ std::array<int, 4> side_corners(int side) {
   const int first = side % 2 == 0 ? 0 : 1 << axis;
   std::array<int, 4> corners{first, first | u, first | u | v, first | v};
   if (side % 2 == 0) std::swap(corners[1], corners[3]);
+  return corners;
+}
+
+std::array<int, 4> boundary_corners(const Polygrid& grid, std::size_t boundary_side) {
+  const auto& of_cell =
+      grid.cell_corners[static_cast<std::size_t>(grid.boundary_cell[boundary_side])];
+  std::array<int, 4> corners = side_corners(grid.boundary_side[boundary_side]);
+  for (int& corner : corners) corner = of_cell[static_cast<std::size_t>(corner)];
+  return corners;
+}
+
+CellCorners corners_of(const Polygrid& grid, std::size_t cell) {
+  CellCorners corners;
+  for (int b = 0; b < 8; ++b) corners[static_cast<std::size_t>(b)] = corner_of(grid, cell, b);
   return corners;
 }
 
@@ -102,10 +116,7 @@ TriangleMesh surface_of_grid(const Polygrid& grid) {
   TriangleMesh mesh;
   mesh.vertices = grid.corner;
   for (std::size_t k = 0; k < grid.boundary_cell.size(); ++k) {
-    const auto& c = grid.cell_corners[static_cast<std::size_t>(grid.boundary_cell[k])];
-    std::array<int, 4> v{};
-    const auto bits = side_corners(grid.boundary_side[k]);
-    for (std::size_t i = 0; i < 4; ++i) v[i] = c[static_cast<std::size_t>(bits[i])];
+    const std::array<int, 4> v = boundary_corners(grid, k);
     mesh.triangles.push_back({v[0], v[1], v[2]});
     mesh.triangles.push_back({v[0], v[2], v[3]});
   }

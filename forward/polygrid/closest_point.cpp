@@ -1,9 +1,11 @@
-#include "forward/polygrid/shape/closest_point.h"
+#include "forward/polygrid/closest_point.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+
+#include "core/numbers/at.h"
 
 namespace kappamu::forward {
 
@@ -11,10 +13,6 @@ using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 namespace {
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 std::vector<AlignedBox3d> boxes_of(const TriangleMesh& mesh) {
   std::vector<AlignedBox3d> boxes;
@@ -28,24 +26,31 @@ std::vector<AlignedBox3d> boxes_of(const TriangleMesh& mesh) {
 
 }  // namespace
 
-Vector3d closest_in_triangle(const Vector3d& point, const Vector3d& a, const Vector3d& b,
-                             const Vector3d& c) {
+Vector3d closest_weights(const Vector3d& point, const Vector3d& a, const Vector3d& b,
+                         const Vector3d& c) {
   const Vector3d ab = b - a, ac = c - a, ap = point - a, bp = point - b, cp = point - c;
   const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return a;
+  if (d1 <= 0.0 && d2 <= 0.0) return {1.0, 0.0, 0.0};
   const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return b;
+  if (d3 >= 0.0 && d4 <= d3) return {0.0, 1.0, 0.0};
   const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) return a + d1 / (d1 - d3) * ab;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+    const double v = d1 / (d1 - d3);
+    return {1.0 - v, v, 0.0};
+  }
   const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return c;
+  if (d6 >= 0.0 && d5 <= d6) return {0.0, 0.0, 1.0};
   const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) return a + d2 / (d2 - d6) * ac;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+    const double w = d2 / (d2 - d6);
+    return {1.0 - w, 0.0, w};
+  }
   const double va = d3 * d6 - d5 * d4;
   if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
-    return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+    const double w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+    return {0.0, 1.0 - w, w};
   }
-  return a + (vb * ab + vc * ac) / (va + vb + vc);
+  return Vector3d(va, vb, vc) / (va + vb + vc);
 }
 
 ClosestPoint::ClosestPoint(const TriangleMesh& mesh)
@@ -67,15 +72,19 @@ ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near) const {
   Found best;
   const auto look_at = [&](int triangle) {
     const auto& t = mesh_.triangles[at(triangle)];
-    const Vector3d there = closest_in_triangle(point, mesh_.vertices[at(t[0])],
-                                               mesh_.vertices[at(t[1])], mesh_.vertices[at(t[2])]);
+    const Vector3d &a = mesh_.vertices[at(t[0])], &b = mesh_.vertices[at(t[1])],
+                   &c = mesh_.vertices[at(t[2])];
+    const Vector3d weights = closest_weights(point, a, b, c);
+    const Vector3d there = weights[0] * a + weights[1] * b + weights[2] * c;
     const double squared = (there - point).squaredNorm();
-    if (squared < best.distance) best = {triangle, there, squared};
+    if (squared < best.distance || (squared == best.distance && triangle < best.triangle)) {
+      best = {triangle, weights, there, squared};
+    }
   };
   best.distance = std::numeric_limits<double>::infinity();
   look_at(near);
   tree_.visit(
-      [&](const AlignedBox3d& box) { return box.squaredExteriorDistance(point) < best.distance; },
+      [&](const AlignedBox3d& box) { return box.squaredExteriorDistance(point) <= best.distance; },
       look_at);
   best.distance = std::sqrt(best.distance);
   return best;
@@ -83,16 +92,10 @@ ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near) const {
 
 Vector3d ClosestPoint::smooth_normal(const Found& found) const {
   const auto& t = mesh_.triangles[at(found.triangle)];
-  const Vector3d &a = mesh_.vertices[at(t[0])], &b = mesh_.vertices[at(t[1])],
-                 &c = mesh_.vertices[at(t[2])];
-  const Vector3d& n = normal(found.triangle);
-  const Vector3d weights((b - found.point).cross(c - found.point).dot(n),
-                         (c - found.point).cross(a - found.point).dot(n),
-                         (a - found.point).cross(b - found.point).dot(n));
-  const Vector3d smooth = weights[0] * vertex_normal_[at(t[0])] +
-                          weights[1] * vertex_normal_[at(t[1])] +
-                          weights[2] * vertex_normal_[at(t[2])];
-  return smooth.squaredNorm() > 0.0 ? Vector3d(smooth.stableNormalized()) : n;
+  const Vector3d smooth = found.weights[0] * vertex_normal_[at(t[0])] +
+                          found.weights[1] * vertex_normal_[at(t[1])] +
+                          found.weights[2] * vertex_normal_[at(t[2])];
+  return smooth.squaredNorm() > 0.0 ? Vector3d(smooth.stableNormalized()) : normal(found.triangle);
 }
 
 const Vector3d& ClosestPoint::normal(int triangle) const {

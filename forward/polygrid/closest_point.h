@@ -9,9 +9,10 @@
 
 namespace kappamu::forward {
 
-/// Of the triangle a b c (Ericson 2005, Real-Time Collision Detection, 5.1.5).
-Eigen::Vector3d closest_in_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
-                                    const Eigen::Vector3d& b, const Eigen::Vector3d& c);
+/// Of the triangle a b c, by its barycentric weights (Ericson 2005, Real-Time Collision Detection,
+/// 5.1.5).
+Eigen::Vector3d closest_weights(const Eigen::Vector3d& point, const Eigen::Vector3d& a,
+                                const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
 class ClosestPoint {
  public:
@@ -19,11 +20,12 @@ class ClosestPoint {
   explicit ClosestPoint(const TriangleMesh& mesh);
 
   struct Found {
-    int triangle = 0;
-    Eigen::Vector3d point{0.0, 0.0, 0.0};  ///< [mm]
-    double distance = 0.0;                 ///< [mm]
+    int triangle = 0;                        ///< the first of those that are equally close
+    Eigen::Vector3d weights{1.0, 0.0, 0.0};  ///< barycentric
+    Eigen::Vector3d point{0.0, 0.0, 0.0};    ///< [mm]
+    double distance = 0.0;                   ///< [mm]
   };
-  /// `near`: a triangle that may be close, to look at first.
+  /// `near`: a triangle that may be close, to look at first; the answer does not depend on it.
   Found from(const Eigen::Vector3d& point, int near = 0) const;
 
   /// Outward, of unit length, interpolated between those of the triangle's corners.
