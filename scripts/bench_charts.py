@@ -826,7 +826,7 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "forward-iterations": iterations, "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
             "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
-            "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations,
+            "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "objects-models": objects, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
