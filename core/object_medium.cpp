@@ -43,4 +43,43 @@ Coefficients ObjectMedium::at(const Eigen::Vector3d& point) const {
   return {volume_->kappa[i], volume_->mu[i]};
 }
 
+Eigen::AlignedBox3d ObjectMedium::difference(const ObjectMedium& other) const {
+  constexpr double far = 1e9;  // [mm]
+  const Eigen::AlignedBox3d everywhere(Eigen::Vector3d::Constant(-far),
+                                       Eigen::Vector3d::Constant(far));
+  if (!volume_ && !other.volume_ && smallest_.kappa == other.smallest_.kappa &&
+      smallest_.mu == other.smallest_.mu) {
+    return {};
+  }
+  if (!volume_ || !other.volume_) return everywhere;
+  const GridShape& s = volume_->kappa.shape();
+  if (wrap_ != Wrap::clamp || other.wrap_ != wrap_ || !(other.volume_->kappa.shape() == s) ||
+      other.volume_from_object_.matrix() != volume_from_object_.matrix()) {
+    return everywhere;
+  }
+  if (volume_ == other.volume_) return {};
+  Eigen::AlignedBox3i voxels;
+  const auto same = [&](const Medium& a, const Medium& b, std::size_t i) {
+    return a.kappa[i] == b.kappa[i] && a.mu[i] == b.mu[i];
+  };
+  for (int z = 0; z < s.nz; ++z) {
+    for (int y = 0; y < s.ny; ++y) {
+      for (int x = 0; x < s.nx; ++x) {
+        if (!same(*volume_, *other.volume_, s.index(x, y, z))) {
+          voxels.extend(Eigen::Vector3i(x, y, z));
+        }
+      }
+    }
+  }
+  if (voxels.isEmpty()) return {};
+  // The outermost voxels go on beyond the volume.
+  Eigen::AlignedBox3d box(s.voxel_mm * voxels.min().cast<double>(),
+                          s.voxel_mm * (voxels.max().array() + 1).matrix().cast<double>());
+  for (int axis = 0; axis < 3; ++axis) {
+    if (voxels.min()[axis] == 0) box.min()[axis] = -far;
+    if (voxels.max()[axis] == s.extent(axis) - 1) box.max()[axis] = far;
+  }
+  return box.transformed(volume_from_object_.inverse());
+}
+
 }  // namespace kappamu

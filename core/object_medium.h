@@ -33,6 +33,9 @@ class ObjectMedium {
 
   bool homogeneous() const { return !volume_; }
   Coefficients at(const Eigen::Vector3d& point) const;
+  /// A box [mm] outside of which this medium is the same as `other`: empty where they are the same
+  /// everywhere, all of space where they are not placed alike.
+  Eigen::AlignedBox3d difference(const ObjectMedium& other) const;
   /// Smallest and largest of each coefficient over the whole medium.
   Coefficients smallest() const { return smallest_; }
   Coefficients largest() const { return largest_; }

@@ -827,12 +827,12 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "forward-iterations": iterations, "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
             "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
-            "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations,
+            "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "objects-models": objects, "objects-auto": automatic,
-            **{f"dipole-{name}": (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
-               for name in ("hierarchy", "form-factors", "profiles", "energy")},
-            "dipole-importance": importance,
+            **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
+               for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},
+             "dipole-importance": importance,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
 

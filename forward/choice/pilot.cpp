@@ -20,7 +20,7 @@ constexpr double accepted = 0.9, given_up = 0.1;
 constexpr double first_deviation = 0.3;
 /// Share of what the choice would cost otherwise that a pilot may.
 constexpr double worth = 0.2;
-constexpr double fewest_photons = 2e3;
+constexpr double fewest_pilot_photons = 2e3;
 
 double normal_below(double deviations) {
   return 0.5 * std::erfc(-deviations / std::numbers::sqrt2);
@@ -61,7 +61,7 @@ std::optional<Question> question(std::span<const ObjectFeatures> channels, std::
         std::max(best.photons, noise * noise * std::sqrt(2.0 * static_cast<double>(patches)) /
                                    (first_deviation * asked.tolerance * asked.tolerance));
   }
-  best.photons = std::ceil(std::max(best.photons, fewest_photons));
+  best.photons = std::ceil(std::max(best.photons, fewest_pilot_photons));
   if (best.photons * best.walk_seconds > worth * *taken.seconds) return {};
   std::optional<Question> found;
   double least = *taken.seconds;

@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "core/parallel.h"
+#include "forward/embedded/equations/row_ranges.h"
 #include "forward/light_entry.h"
-#include "forward/polygrid/cell_walk.h"
 #include "forward/polygrid/equations/cell_integrals.h"
 
 namespace kappamu::forward::polygrid {
@@ -21,7 +21,9 @@ using Eigen::Vector3d;
 constexpr std::size_t parts = 4;
 /// A step over the shortest of a cell's three middle lines.
 constexpr double step_of_cell = 0.5;
-constexpr int most_steps = 100'000;
+constexpr std::size_t most_steps = 100'000;
+/// Of all beams: beyond, all are marched anew.
+constexpr double most_again = 0.25;
 
 /// Shortest distance between the middles of opposite sides.
 double width_of(const Polygrid& grid, std::size_t cell) {
@@ -38,66 +40,222 @@ double width_of(const Polygrid& grid, std::size_t cell) {
   return shortest;
 }
 
-struct March {
-  const Polygrid& grid;
-  std::span<const Coefficients> of_cell;
-  double remainder;
+bool same_path(const Beam& a, const Beam& b) {
+  return a.triangle == b.triangle && a.position == b.position && a.direction == b.direction;
+}
 
-  void run(const BeamPath& path, CellPoint at, std::vector<double>& load,
-           ObjectBalance& balance) const {
-    const double least = remainder * path.power;
-    double power = path.power, from = 0.0;
-    for (int k = 0; k < most_steps && from < path.length && power > 0.0; ++k) {
-      const double step = std::min(step_of_cell * width_of(grid, static_cast<std::size_t>(at.cell)),
-                                   path.length - from);
-      const auto [kappa, mu] = of_cell[static_cast<std::size_t>(at.cell)];
-      const double sigma_t = 1.0 / (3.0 * kappa), depth = sigma_t * step;
-      const double left = power * std::exp(-depth);
-      const double collided = left > least ? power - left : power;
-      // ∫ s e^(−σ s) ds over ∫ e^(−σ s) ds, by its series where the step is thin.
-      const double mean = depth < 1e-4 ? 0.5 * step : 1.0 / sigma_t - step / std::expm1(depth);
-      at = walk_to(grid, at, path.from + (from + mean) * path.direction);
-      const double absorbed = collided * std::min(1.0, mu / sigma_t);
-      const std::array<double, 8> n = shape_functions(at.local);
-      const auto& corners = grid.cell_corners[static_cast<std::size_t>(at.cell)];
-      for (std::size_t c = 0; c < 8; ++c) {
-        load[static_cast<std::size_t>(corners[c])] += (collided - absorbed) * n[c];
-      }
-      balance.absorbed += absorbed;
-      power -= collided;
-      from += step;
-    }
-    balance.unscattered += power;
-  }
+/// What collides in a step, and where along it.
+struct Collision {
+  double share = 0.0, mean = 0.0;  ///< of the power; from the step's begin [mm]
 };
+
+Collision collision(double sigma_t, double length) {
+  const double depth = sigma_t * length, share = -std::expm1(-depth);
+  // ∫ s e^(−σ s) ds over ∫ e^(−σ s) ds, by its series where the step is thin.
+  return {share, depth < 1e-4 ? 0.5 * length : 1.0 / sigma_t - length * (1.0 - share) / share};
+}
 
 }  // namespace
 
-void add_beams(const Polygrid& grid, const SurfaceMap& map, const ObjectProblem& problem,
-               const ObjectLight& light, std::span<const Coefficients> of_cell, double remainder,
-               std::vector<double>& load, ObjectBalance& balance) {
-  const March march{grid, of_cell, remainder};
+BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, bool keep)
+    : grid_(grid), map_(map), keep_(keep), width_(grid.cell.size()) {
+  embedded::for_row_ranges(width_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) width_[k] = static_cast<float>(width_of(grid, k));
+  });
+}
+
+bool BeamWalks::same(std::span<const ChannelBeams> channels) const {
+  return keep_ &&
+         std::equal(channels.begin(), channels.end(), beams_.begin(), beams_.end(),
+                    [](const ChannelBeams& channel, const std::vector<Beam>& beams) {
+                      return std::equal(channel.beams.begin(), channel.beams.end(), beams.begin(),
+                                        beams.end(), [](const Beam& a, const Beam& b) {
+                                          return same_path(a, b) && a.power == b.power;
+                                        });
+                    });
+}
+
+void BeamWalks::enter_all(const ObjectProblem& problem, std::span<const ChannelBeams> channels) {
+  walks_.clear();
+  power_.clear();
+  beams_.clear();
+  std::vector<const Beam*> of_walk;
+  // Channels list their beams in the order of the triangles: the least triangle is next.
+  std::vector<std::size_t> next(channels.size(), 0);
+  while (true) {
+    const Beam* first = nullptr;
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      if (next[c] == channels[c].beams.size()) continue;
+      const Beam& beam = channels[c].beams[next[c]];
+      if (first == nullptr || beam.triangle < first->triangle) first = &beam;
+    }
+    if (first == nullptr) break;
+    of_walk.push_back(first);
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const bool has =
+          next[c] < channels[c].beams.size() && same_path(channels[c].beams[next[c]], *first);
+      power_.push_back(has ? channels[c].beams[next[c]].power : 0.0);
+      if (has) ++next[c];
+    }
+  }
+  walks_.resize(of_walk.size());
   const double size = bounding_box(problem.mesh).sizes().maxCoeff();
-  std::vector<std::vector<double>> loads(light.beams.empty() ? 0 : parts);
-  std::array<ObjectBalance, parts> powers;
-  for_rows(static_cast<int>(loads.size()), [&](int p) {
-    const auto part = static_cast<std::size_t>(p);
-    loads[part].assign(load.size(), 0.0);
-    const std::size_t count = light.beams.size();
-    for (std::size_t k = part * count / parts; k < (part + 1) * count / parts; ++k) {
-      const BeamPath path = enter(problem, light.beams[k], size);
-      const int side = map.side_of(static_cast<std::size_t>(light.beams[k].triangle));
-      const CellPoint start{grid.boundary_cell[static_cast<std::size_t>(side)],
-                            Vector3d::Constant(0.5)};
-      powers[part].entering += path.power;
-      march.run(path, walk_to(grid, start, path.from), loads[part], powers[part]);
+  embedded::for_row_ranges(walks_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      Beam beam = *of_walk[k];
+      beam.power = 1.0;
+      const BeamPath path = enter(problem, beam, size);
+      for (std::size_t c = 0; c < channels.size(); ++c) {
+        power_[k * channels.size() + c] *= path.power;
+      }
+      const int side = map_.side_of(static_cast<std::size_t>(beam.triangle));
+      const CellPoint outermost{grid_.boundary_cell[static_cast<std::size_t>(side)],
+                                Vector3d::Constant(0.5)};
+      walks_[k].from = path.from;
+      walks_[k].direction = path.direction;
+      walks_[k].length = path.length;
+      walks_[k].last = walk_to(grid_, outermost, path.from);
     }
   });
-  for (std::size_t part = 0; part < loads.size(); ++part) {
-    balance.entering += powers[part].entering;
-    balance.absorbed += powers[part].absorbed;
-    balance.unscattered += powers[part].unscattered;
-    for (std::size_t i = 0; i < load.size(); ++i) load[i] += loads[part][i];
+  if (!keep_) return;
+  for (const ChannelBeams& channel : channels) {
+    beams_.emplace_back(channel.beams.begin(), channel.beams.end());
+  }
+}
+
+BeamWalks::Step BeamWalks::next_step(Walk& walk) const {
+  const double length =
+      std::min(step_of_cell * static_cast<double>(width_[static_cast<std::size_t>(walk.last.cell)]),
+               walk.length - walk.walked);
+  const double middle = walk.walked + 0.5 * length;
+  // Straight on in the cell's own coordinates, so that Newton's method has little left to do.
+  walk.last.local += (middle - walk.middle) * walk.along;
+  walk.last = walk_to(grid_, walk.last, walk.from + middle * walk.direction);
+  walk.along = local_direction(grid_, walk.last, walk.direction);
+  walk.middle = middle;
+  walk.walked += length;
+  return {walk.last.cell, static_cast<float>(length), walk.last.local.cast<float>(),
+          walk.along.cast<float>()};
+}
+
+void BeamWalks::march(Walk& walk, const double* power, const OfCell& of_cell, double remainder,
+                      double sign, std::vector<double>& load,
+                      std::span<ObjectBalance> balance) const {
+  const std::size_t count = of_cell.size();
+  std::vector<double> left(power, power + count);
+  bool any = true;
+  for (std::size_t k = 0; k < most_steps && any; ++k) {
+    const bool known = k < walk.steps.size();
+    if (!known && !(walk.walked < walk.length)) break;
+    const Step step = known ? walk.steps[k] : next_step(walk);
+    if (keep_ && !known) walk.steps.push_back(step);
+    const auto length = static_cast<double>(step.length);
+    const auto& corners = grid_.cell_corners[static_cast<std::size_t>(step.cell)];
+    any = false;
+    for (std::size_t c = 0; c < count; ++c) {
+      if (!(left[c] > 0.0)) continue;
+      const auto [kappa, mu] = of_cell[c][static_cast<std::size_t>(step.cell)];
+      const double sigma_t = 1.0 / (3.0 * kappa);
+      const auto [share, mean] = collision(sigma_t, length);
+      const double rest = left[c] * (1.0 - share);
+      const double collided = rest > remainder * power[c] ? left[c] * share : left[c];
+      const double absorbed = collided * std::min(1.0, mu / sigma_t);
+      const Vector3d at = (step.at + static_cast<float>(mean - 0.5 * length) * step.along)
+                              .cast<double>()
+                              .cwiseMax(Vector3d::Zero())
+                              .cwiseMin(Vector3d::Ones());
+      const std::array<double, 8> n = shape_functions(at);
+      const double scattered = sign * (collided - absorbed);
+      for (std::size_t i = 0; i < 8; ++i) {
+        load[static_cast<std::size_t>(corners[i]) * count + c] += scattered * n[i];
+      }
+      balance[c].absorbed += sign * absorbed;
+      left[c] -= collided;
+      any = any || left[c] > 0.0;
+    }
+  }
+  for (std::size_t c = 0; c < count; ++c) balance[c].unscattered += sign * left[c];
+}
+
+void BeamWalks::march_all(const OfCell& of_cell, double remainder) {
+  const std::size_t count = of_cell.size();
+  std::array<std::vector<double>, parts> loads;
+  std::array<std::vector<ObjectBalance>, parts> balances;
+  for_rows(static_cast<int>(parts), [&](int p) {
+    const auto part = static_cast<std::size_t>(p);
+    loads[part].assign(grid_.corner.size() * count, 0.0);
+    balances[part].resize(count);
+    for (std::size_t k = part * walks_.size() / parts; k < (part + 1) * walks_.size() / parts;
+         ++k) {
+      const double* power = &power_[k * count];
+      for (std::size_t c = 0; c < count; ++c) balances[part][c].entering += power[c];
+      march(walks_[k], power, of_cell, remainder, 1.0, loads[part], balances[part]);
+    }
+  });
+  load_ = std::move(loads[0]);
+  balance_ = std::move(balances[0]);
+  for (std::size_t part = 1; part < parts; ++part) {
+    for (std::size_t i = 0; i < load_.size(); ++i) load_[i] += loads[part][i];
+    for (std::size_t c = 0; c < count; ++c) {
+      balance_[c].entering += balances[part][c].entering;
+      balance_[c].absorbed += balances[part][c].absorbed;
+      balance_[c].unscattered += balances[part][c].unscattered;
+    }
+  }
+}
+
+void BeamWalks::march_changed(const OfCell& of_cell, double remainder) {
+  std::vector<char> changed(grid_.cell.size(), 0);
+  for (std::size_t c = 0; c < of_cell.size(); ++c) {
+    for (std::size_t k = 0; k < changed.size(); ++k) {
+      const Coefficients &before = media_[c][k], &now = of_cell[c][k];
+      if (now.kappa != before.kappa || now.mu != before.mu) changed[k] = 1;
+    }
+  }
+  std::vector<std::size_t> affected;
+  for (std::size_t k = 0; k < walks_.size(); ++k) {
+    const std::vector<Step>& steps = walks_[k].steps;
+    if (std::any_of(steps.begin(), steps.end(), [&](const Step& step) {
+          return changed[static_cast<std::size_t>(step.cell)] != 0;
+        })) {
+      affected.push_back(k);
+    }
+  }
+  if (static_cast<double>(affected.size()) > most_again * static_cast<double>(walks_.size())) {
+    march_all(of_cell, remainder);
+    return;
+  }
+  const OfCell before(media_.begin(), media_.end());
+  for (const std::size_t k : affected) {
+    const double* power = &power_[k * of_cell.size()];
+    march(walks_[k], power, before, remainder, -1.0, load_, balance_);
+    march(walks_[k], power, of_cell, remainder, 1.0, load_, balance_);
+  }
+}
+
+void BeamWalks::add(const ObjectProblem& problem, std::span<const ChannelBeams> channels,
+                    double remainder) {
+  const std::size_t count = channels.size();
+  OfCell of_cell;
+  for (const ChannelBeams& channel : channels) of_cell.push_back(channel.of_cell);
+  if (same(channels)) {
+    march_changed(of_cell, remainder);
+  } else {
+    enter_all(problem, channels);
+    march_all(of_cell, remainder);
+  }
+  for (std::size_t c = 0; c < count; ++c) {
+    channels[c].balance.entering += balance_[c].entering;
+    channels[c].balance.absorbed += balance_[c].absorbed;
+    channels[c].balance.unscattered += balance_[c].unscattered;
+    for (std::size_t i = 0; i < grid_.corner.size(); ++i) {
+      channels[c].load[i] += load_[i * count + c];
+    }
+  }
+  if (!keep_) return;
+  media_.clear();
+  for (const ChannelBeams& channel : channels) {
+    media_.emplace_back(channel.of_cell.begin(), channel.of_cell.end());
   }
 }
 

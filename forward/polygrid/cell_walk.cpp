@@ -19,7 +19,7 @@ constexpr int newton_steps = 6, most_cells = 64;
 /// Newton's steps stay near the cell, where its map is one to one.
 constexpr double reach = 1.5;
 /// Newton's method squares what is left.
-constexpr double settled = 1e-4;
+constexpr double settled = 1e-3;
 
 struct Mapped {
   Vector3d point;
@@ -71,6 +71,8 @@ CellPoint walk_to(const Polygrid& grid, CellPoint at, const Vector3d& point) {
     // Over the side that it lies farthest beyond and that leads to another cell, but not back.
     int next = -1;
     double farthest = slack;
+    // Most cells' axes are those of their neighbours; where not, Newton's method has more to do.
+    Vector3d start = at.local;
     for (int axis = 0; axis < 3; ++axis) {
       for (const int far : {0, 1}) {
         const double beyond = far != 0 ? at.local[axis] - 1.0 : -at.local[axis];
@@ -78,15 +80,23 @@ CellPoint walk_to(const Polygrid& grid, CellPoint at, const Vector3d& point) {
         if (beyond > farthest && link >= 0 && link != before) {
           farthest = beyond;
           next = link;
+          start = at.local;
+          start[axis] = far != 0 ? start[axis] - 1.0 : start[axis] + 1.0;
         }
       }
     }
     if (next < 0) break;
     before = at.cell;
-    at = {next, Vector3d::Constant(0.5)};
+    at = {next, start.cwiseMax(Vector3d::Zero()).cwiseMin(Vector3d::Ones())};
   }
   at.local = at.local.cwiseMax(Vector3d::Zero()).cwiseMin(Vector3d::Ones());
   return at;
+}
+
+Vector3d local_direction(const Polygrid& grid, const CellPoint& at, const Vector3d& direction) {
+  const Mapped here = mapped(grid, static_cast<std::size_t>(at.cell), at.local);
+  const Vector3d along = here.jacobian.inverse() * direction;
+  return along.allFinite() ? along : Vector3d::Zero();
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -15,4 +15,8 @@ struct CellPoint {
 /// the place on the boundary that the walk comes to, its coordinates clamped.
 CellPoint walk_to(const Polygrid& grid, CellPoint from, const Eigen::Vector3d& point);
 
+/// How the cell's own coordinates change along `direction`, per mm.
+Eigen::Vector3d local_direction(const Polygrid& grid, const CellPoint& at,
+                                const Eigen::Vector3d& direction);
+
 }  // namespace kappamu::forward::polygrid

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "forward/embedded/equations/linear_solver.h"
@@ -16,12 +18,29 @@ using embedded::Load;
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
-  /// One per channel; to be called before solve() and whenever a medium changes.
-  virtual void set_media(const std::vector<MediumValues>& media) = 0;
+  /// One per channel; to be called before solve() and whenever the media change.
+  void set_media(std::vector<MediumValues> media) {
+    media_ = std::move(media);
+    media_changed({});
+  }
+  const std::vector<MediumValues>& media() const { return media_; }
+  /// Calls change(channel, values), which may change the values of `rows`, sorted, and no others.
+  template <class Change>
+  void change_media(std::span<const int> rows, const Change& change) {
+    for (std::size_t c = 0; c < media_.size(); ++c) change(c, media_[c]);
+    media_changed(rows);
+  }
   /// Solves A x = load for every light, by conjugate gradients from `x` [light][unknown] until
   /// ‖residual‖ ≤ tolerance·‖load‖. An `x` of another size starts at zero.
   virtual CgReport solve(const std::vector<Load>& loads, std::vector<std::vector<double>>& x,
                          double tolerance, int most_iterations) = 0;
+
+ protected:
+  /// media() has other numbers in some rows; without any, in all.
+  virtual void media_changed(std::span<const int> rows) = 0;
+
+ private:
+  std::vector<MediumValues> media_;
 };
 
 /// Serial, in double precision, written to be read: the matrix by rows, conjugate gradients scaled

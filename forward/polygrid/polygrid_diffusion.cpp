@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/processor_time.h"
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/beams.h"
@@ -14,6 +15,8 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int most_points = 4;  ///< along an edge of a cell
+/// Of all rows: beyond, all are made anew.
+constexpr double most_renewed = 0.5;
 
 double dot(const std::vector<double>& a, const std::vector<double>& b) {
   double sum = 0.0;
@@ -21,92 +24,156 @@ double dot(const std::vector<double>& a, const std::vector<double>& b) {
   return sum;
 }
 
+Eigen::AlignedBox3d box_of(const CellCorners& corners) {
+  Eigen::AlignedBox3d box;
+  for (const Vector3d& corner : corners) box.extend(corner);
+  return box;
+}
+
+/// Mean over points of a cell.
+Coefficients mean_coefficients(const CellCorners& at, const Eigen::AlignedBox3d& box,
+                               const ObjectMedium& medium) {
+  if (medium.homogeneous()) return medium.at(Vector3d::Zero());
+  const double points = std::ceil(box.sizes().maxCoeff() / *medium.voxel_mm());
+  const int n = static_cast<int>(std::clamp(points, 1.0, static_cast<double>(most_points)));
+  Coefficients sum;
+  for (int z = 0; z < n; ++z) {
+    for (int y = 0; y < n; ++y) {
+      for (int x = 0; x < n; ++x) {
+        const std::array<double, 8> shape = shape_functions((Vector3d(x, y, z).array() + 0.5) / n);
+        Vector3d p = Vector3d::Zero();
+        for (std::size_t c = 0; c < 8; ++c) p += shape[c] * at[c];
+        const Coefficients here = medium.at(p);
+        sum.kappa += here.kappa;
+        sum.mu += here.mu;
+      }
+    }
+  }
+  return {sum.kappa / (n * n * n), sum.mu / (n * n * n)};
+}
+
 }  // namespace
 
 std::vector<Coefficients> coefficients_of_cells(const Polygrid& grid, const ObjectMedium& medium) {
-  if (medium.homogeneous()) {
-    return std::vector<Coefficients>(grid.cell.size(), medium.at(Vector3d::Zero()));
-  }
-  std::vector<Coefficients> result(grid.cell.size());
+  std::vector<Coefficients> result(grid.cell.size(), medium.at(Vector3d::Zero()));
+  if (medium.homogeneous()) return result;
   embedded::for_row_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const CellCorners at = corners_of(grid, k);
-      Eigen::AlignedBox3d box;
-      for (const Vector3d& corner : at) box.extend(corner);
-      const double points = std::ceil(box.sizes().maxCoeff() / *medium.voxel_mm());
-      const int n = static_cast<int>(std::clamp(points, 1.0, static_cast<double>(most_points)));
-      Coefficients sum;
-      for (int z = 0; z < n; ++z) {
-        for (int y = 0; y < n; ++y) {
-          for (int x = 0; x < n; ++x) {
-            const std::array<double, 8> shape =
-                shape_functions((Vector3d(x, y, z).array() + 0.5) / n);
-            Vector3d p = Vector3d::Zero();
-            for (std::size_t c = 0; c < 8; ++c) p += shape[c] * at[c];
-            const Coefficients here = medium.at(p);
-            sum.kappa += here.kappa;
-            sum.mu += here.mu;
-          }
-        }
-      }
-      result[k] = {sum.kappa / (n * n * n), sum.mu / (n * n * n)};
+      result[k] = mean_coefficients(at, box_of(at), medium);
     }
   });
   return result;
 }
 
 PolygridDiffusion::PolygridDiffusion(Polygrid grid, const TriangleMesh& mesh,
-                                     const Surface& surface, double eta, const std::string& device)
+                                     const Surface& surface, double eta, const std::string& device,
+                                     bool keep_beams)
     : grid_(std::move(grid)),
       constants_(boundary_constants(eta)),
       equations_(grid_, constants_.A),
       hierarchy_(equations_, grid_),
       map_(grid_, mesh, surface),
-      solver_(make_linear_solver(equations_, hierarchy_, device)) {}
+      solver_(make_linear_solver(equations_, hierarchy_, device)),
+      keep_beams_(keep_beams) {}
 
 PolygridDiffusion::~PolygridDiffusion() = default;
 
 void PolygridDiffusion::set_media(std::span<const ObjectMedium* const> media) {
-  of_cell_.clear();
-  absorption_.clear();
-  std::vector<MediumValues> values;
-  for (const ObjectMedium* medium : media) {
-    of_cell_.push_back(coefficients_of_cells(grid_, *medium));
-    absorption_.push_back(equations_.absorption(of_cell_.back()));
-    values.push_back(equations_.values(of_cell_.back()));
+  const double start = processor_seconds();
+  bool all = media_.size() != media.size();
+  if (all) of_cell_.assign(media.size(), {});
+  std::vector<char> changed(equations_.unknowns(), 0);
+  for (std::size_t c = 0; c < media.size(); ++c) {
+    if (all) {
+      of_cell_[c] = coefficients_of_cells(grid_, *media[c]);
+    } else {
+      renew_cells(*media[c], media[c]->difference(media_[c]), of_cell_[c], changed);
+    }
   }
-  solver_->set_media(values);
+  std::vector<int> rows;
+  for (std::size_t i = 0; i < changed.size(); ++i) {
+    if (changed[i] != 0) rows.push_back(static_cast<int>(i));
+  }
+  if (all ||
+      static_cast<double>(rows.size()) > most_renewed * static_cast<double>(changed.size())) {
+    std::vector<MediumValues> values;
+    for (const auto& of_cell : of_cell_) values.push_back(equations_.values(of_cell));
+    solver_->set_media(std::move(values));
+  } else if (!rows.empty()) {
+    solver_->change_media(rows, [&](std::size_t c, MediumValues& values) {
+      equations_.renew(of_cell_[c], rows, values);
+    });
+  }
+  media_.clear();
+  for (const ObjectMedium* medium : media) media_.push_back(*medium);
+  seconds_.media = processor_seconds() - start;
 }
 
-std::vector<double> PolygridDiffusion::load_of(const ObjectProblem& problem,
-                                               const ObjectLight& light, std::size_t channel,
-                                               double remainder, ObjectBalance& balance) const {
-  std::vector<double> load(equations_.unknowns(), 0.0);
-  add_beams(grid_, map_, problem, light, of_cell_[channel], remainder, load, balance);
-  if (light.diffuse.empty()) return load;
+void PolygridDiffusion::renew_cells(const ObjectMedium& medium, const Eigen::AlignedBox3d& region,
+                                    std::vector<Coefficients>& of_cell,
+                                    std::vector<char>& row_changed) const {
+  if (region.isEmpty()) return;
+  std::vector<char> changed(of_cell.size(), 0);
+  embedded::for_row_ranges(of_cell.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const CellCorners at = corners_of(grid_, k);
+      const Eigen::AlignedBox3d box = box_of(at);
+      if (!region.intersects(box)) continue;
+      const Coefficients now = mean_coefficients(at, box, medium);
+      if (now.kappa == of_cell[k].kappa && now.mu == of_cell[k].mu) continue;
+      of_cell[k] = now;
+      changed[k] = 1;
+    }
+  });
+  for (std::size_t k = 0; k < changed.size(); ++k) {
+    if (changed[k] == 0) continue;
+    for (const int corner : grid_.cell_corners[k])
+      row_changed[static_cast<std::size_t>(corner)] = 1;
+  }
+}
+
+void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::size_t light,
+                                  double remainder, std::vector<Load>& loads,
+                                  std::vector<PolygridAnswer>& answers) {
+  const std::size_t lights = problems[0].lights.size();
+  std::vector<ChannelBeams> channels;
+  for (std::size_t c = 0; c < problems.size(); ++c) {
+    Load& load = loads[c * lights + light];
+    load = {c, std::vector<double>(equations_.unknowns(), 0.0)};
+    channels.push_back(
+        {problems[c].lights[light].beams, of_cell_[c], load.power, answers[c].balance[light]});
+  }
+  const std::size_t walks = keep_beams_ ? light : 0;
+  while (walks_.size() <= walks) walks_.emplace_back(grid_, map_, keep_beams_);
+  walks_[walks].add(problems[0], channels, remainder);
   // E_t enters through q = 4 E_t/(1 − R_φ).
   const double transmitted = diffuse_transmittance(constants_);
   const double per_entering = 4.0 / (1.0 - constants_.r_phi) / (2.0 * constants_.A);
-  const std::vector<double> incident = map_.loads(light.diffuse);
-  for (std::size_t i = 0; i < load.size(); ++i) {
-    load[i] += per_entering * transmitted * incident[i];
-    balance.entering += transmitted * incident[i];
+  for (std::size_t c = 0; c < problems.size(); ++c) {
+    const std::vector<double>& diffuse = problems[c].lights[light].diffuse;
+    if (diffuse.empty()) continue;
+    const std::vector<double> incident = map_.loads(diffuse);
+    for (std::size_t i = 0; i < incident.size(); ++i) {
+      channels[c].load[i] += per_entering * transmitted * incident[i];
+      channels[c].balance.entering += transmitted * incident[i];
+    }
   }
-  return load;
 }
 
 std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProblem> problems,
                                                      const PolygridAccuracy& accuracy) {
+  const double start = processor_seconds();
   std::vector<PolygridAnswer> answers(problems.size());
-  std::vector<Load> loads;
-  for (std::size_t c = 0; c < problems.size(); ++c) {
-    answers[c].balance.resize(problems[c].lights.size());
-    for (std::size_t l = 0; l < problems[c].lights.size(); ++l) {
-      loads.push_back({c, load_of(problems[c], problems[c].lights[l], c, accuracy.beam_remainder,
-                                  answers[c].balance[l])});
-    }
+  const std::size_t lights = problems[0].lights.size();
+  std::vector<Load> loads(problems.size() * lights);
+  for (PolygridAnswer& answer : answers) answer.balance.resize(lights);
+  for (std::size_t l = 0; l < lights; ++l) {
+    add_light(problems, l, accuracy.beam_remainder, loads, answers);
   }
+  const double beams = processor_seconds();
   report_ = solver_->solve(loads, fluence_, accuracy.linear_tolerance, accuracy.most_iterations);
+  const double solved = processor_seconds();
 
   const double transmitted = diffuse_transmittance(constants_);
   const double per_fluence = 1.0 / (2.0 * constants_.A);
@@ -119,7 +186,7 @@ std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProbl
       std::vector<double> exitance = map_.on_triangles(fluence_[at]);
       for (double& value : exitance) value *= per_fluence;
       balance.exiting = per_fluence * dot(equations_.boundary_share(), fluence_[at]);
-      balance.absorbed += dot(absorption_[c], fluence_[at]);
+      balance.absorbed += dot(solver_->media()[c].absorption, fluence_[at]);
       if (!light.diffuse.empty()) {
         for (std::size_t t = 0; t < exitance.size(); ++t) {
           exitance[t] += per_entering * transmitted * light.diffuse[t];
@@ -131,6 +198,9 @@ std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProbl
       answers[c].exitance.insert(answers[c].exitance.end(), exitance.begin(), exitance.end());
     }
   }
+  seconds_.beams = beams - start;
+  seconds_.solving = solved - beams;
+  seconds_.exitance = processor_seconds() - solved;
   return answers;
 }
 

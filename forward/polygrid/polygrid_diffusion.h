@@ -10,6 +10,7 @@
 
 #include "core/optics.h"
 #include "forward/object_model.h"
+#include "forward/polygrid/beams.h"
 #include "forward/polygrid/linear_solver.h"
 #include "forward/polygrid/surface_map.h"
 
@@ -21,23 +22,30 @@ struct PolygridAnswer {
   std::vector<ObjectBalance> balance;  ///< one per light; exiting over the polygrid's boundary
 };
 
+/// Processor time of the last answer and of the last media, by what it went to [s].
+struct PolygridSeconds {
+  double media = 0.0, beams = 0.0, solving = 0.0, exitance = 0.0;
+};
+
 /// How exactly the equations are made and solved.
 struct PolygridAccuracy {
   double linear_tolerance = 1e-5;  ///< ‖residual‖/‖load‖ of every light
-  double beam_remainder = 1e-6;    ///< add_beams()
+  double beam_remainder = 1e-6;    ///< BeamWalks::add()
   int most_iterations = 300;
 };
 
 class PolygridDiffusion {
  public:
-  /// `device` as make_linear_solver() takes it. Throws InputError where a cell is inverted.
+  /// `device` as make_linear_solver() takes it; `keep_beams`: beams that come again are not walked
+  /// again, which takes memory. Throws InputError where a cell is inverted.
   PolygridDiffusion(Polygrid grid, const TriangleMesh& mesh, const Surface& surface, double eta,
-                    const std::string& device);
+                    const std::string& device, bool keep_beams = false);
   ~PolygridDiffusion();
 
   const Polygrid& grid() const { return grid_; }
 
-  /// One medium per channel.
+  /// One medium per channel. Media that differ from the last ones in a part of the object alone
+  /// change the equations there alone.
   void set_media(std::span<const ObjectMedium* const> media);
   /// After set_media(): one problem per channel, each with the same number of lights and with the
   /// object's own mesh; their media are not looked at.
@@ -45,10 +53,14 @@ class PolygridDiffusion {
                                     const PolygridAccuracy& accuracy);
 
   const CgReport& report() const { return report_; }  ///< of the last solve()
+  const PolygridSeconds& seconds() const { return seconds_; }
 
  private:
-  std::vector<double> load_of(const ObjectProblem& problem, const ObjectLight& light,
-                              std::size_t channel, double remainder, ObjectBalance& balance) const;
+  /// Coefficients of the cells that meet `region`; marks the rows of those that have changed.
+  void renew_cells(const ObjectMedium& medium, const Eigen::AlignedBox3d& region,
+                   std::vector<Coefficients>& of_cell, std::vector<char>& row_changed) const;
+  void add_light(std::span<const ObjectProblem> problems, std::size_t light, double remainder,
+                 std::vector<Load>& loads, std::vector<PolygridAnswer>& answers);
 
   Polygrid grid_;
   BoundaryConstants constants_;
@@ -56,10 +68,13 @@ class PolygridDiffusion {
   Hierarchy hierarchy_;
   SurfaceMap map_;
   std::unique_ptr<LinearSolver> solver_;
+  bool keep_beams_;
+  std::vector<BeamWalks> walks_;     ///< [light]; one for all where beams are not kept
+  std::vector<ObjectMedium> media_;  ///< [channel]
   std::vector<std::vector<Coefficients>> of_cell_;  ///< [channel][cell]
-  std::vector<std::vector<double>> absorption_;     ///< [channel][corner] [mm²]
   std::vector<std::vector<double>> fluence_;        ///< [channel and light][corner], the last
   CgReport report_;
+  PolygridSeconds seconds_;
 };
 
 /// κ and μ in every cell: the medium's means over points not farther apart than its voxels, up to

@@ -140,11 +140,31 @@ Eigen::MatrixXd LayerFitter::normal() const {
   return jacobian_.transpose() * jacobian_ + prior_.transpose() * prior_;
 }
 
+Eigen::MatrixXd LayerFitter::slope_covariance(const ErrorCovariance& errors) const {
+  return errors.between(jacobian_, used_) + prior_.transpose() * prior_;
+}
+
+std::vector<double> LayerFitter::residual_without_common(const ErrorCovariance& errors) {
+  Eigen::VectorXd residual;
+  if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at these layers");
+  residual = errors.without_common(residual, jacobian_, used_);
+  std::vector<double> all(objective_.problem().data.size(), 0.0);
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    all[used_[k]] = residual[static_cast<Eigen::Index>(k)];
+  }
+  return all;
+}
+
 Eigen::MatrixXd LayerFitter::covariance() {
   Eigen::VectorXd residual;
   if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at these layers");
   differentiate();
   return normal().ldlt().solve(Eigen::MatrixXd::Identity(p_.size(), p_.size()));
+}
+
+Eigen::MatrixXd LayerFitter::covariance(const ErrorCovariance& errors) {
+  const Eigen::MatrixXd inverse = covariance();
+  return inverse * slope_covariance(errors) * inverse;
 }
 
 LayeredFit LayerFitter::descend(double useful) {

@@ -50,6 +50,7 @@ class ChannelRun {
   void begin_weight();
   StepsEnd minimise();
   void follow_path(StepsEnd end);
+  double cross_validation(double chi2) const;
   void refine();
   void conclude(StepsEnd end);
   void conclude_simple(const ModelTrial& trial);

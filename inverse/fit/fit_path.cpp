@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -109,19 +110,36 @@ void ChannelRun::follow_path(StepsEnd end) {
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double minimised = state_.chi2;
   const double renewed = refresh_correction();
-  switch (path_.minimum(minimised, renewed, state_.level)) {
-    case NextStep::minimise:
-      return begin_weight();
+  switch (path_.minimum(minimised, renewed, cross_validation(renewed), state_.level)) {
+    case NextStep::conclude_as_begun:
+      state_.fields = std::move(begun);
+      refresh_correction();
+      [[fallthrough]];
     case NextStep::conclude:
       return conclude(end);
+    case NextStep::minimise_as_begun:
+      state_.fields = std::move(begun);
+      refresh_correction();
+      break;
+    case NextStep::minimise:
+      break;
     case NextStep::finer_grid_as_begun:
       state_.fields = std::move(begun);
-      break;
+      [[fallthrough]];
     case NextStep::finer_grid:
-      break;
+      refine();
   }
-  refine();
   begin_weight();
+}
+
+/// χ²/(1 − γ/N)² per value, N data of which γ unknowns take theirs (Golub, Heath & Wahba 1979); γ
+/// by the metric. 0 where there is none.
+double ChannelRun::cross_validation(double chi2) const {
+  if (options_.solver.coordinates != Coordinates::informed || state_.blocks.empty()) return 0.0;
+  const Basis::Determined told = basis_->determined(state_.blocks);
+  const double left =
+      1.0 - (told.kappa + told.mu) / static_cast<double>(objective_->problem().used());
+  return left > 0.0 ? chi2 / (left * left) : std::numeric_limits<double>::infinity();
 }
 
 /// The fields go on to the next finer grid.

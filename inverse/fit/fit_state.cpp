@@ -27,6 +27,7 @@ void write(ByteWriter& out, const ModelChoice& choice) {
   out.put(choice.model);
   out.put(choice.layers);
   out.put(choice.reason);
+  for (const double x : {choice.systematic, choice.systematic_length}) out.put(x);
   out.put<std::uint64_t>(choice.trials.size());
   for (const ModelTrial& t : choice.trials) {
     out.put(t.model);
@@ -40,6 +41,7 @@ void read(ByteReader& in, ModelChoice& choice) {
   in.get(choice.model, Model::volume);
   in.get(choice.layers);
   in.get(choice.reason);
+  for (double* x : {&choice.systematic, &choice.systematic_length}) in.get(*x);
   std::uint64_t count = 0;
   in.get(count);
   for (std::uint64_t k = 0; k < count; ++k) {
@@ -128,7 +130,7 @@ std::vector<std::byte> FitState::bytes() const {
   ByteWriter out;
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
   out.put(path.phase);
-  for (const double x : {path.weight, path.begun_chi2, path.last_chi2}) out.put(x);
+  for (const double x : {path.weight, path.begun_chi2, path.last_chi2, path.last_score}) out.put(x);
   out.put(path.stagnated);
   for (const double x : {seconds, roughness, chi2}) out.put(x);
   out.put(fields.log_kappa);
@@ -159,7 +161,7 @@ FitState FitState::from(std::span<const std::byte> bytes) {
   for (int* n : {&state.level, &state.stage_steps, &state.small_decreases}) in.get(*n);
   PathPosition& path = state.path;
   in.get(path.phase, FitPhase::finished);
-  for (double* x : {&path.weight, &path.begun_chi2, &path.last_chi2}) in.get(*x);
+  for (double* x : {&path.weight, &path.begun_chi2, &path.last_chi2, &path.last_score}) in.get(*x);
   in.get(path.stagnated);
   for (double* x : {&state.seconds, &state.roughness, &state.chi2}) in.get(*x);
   in.get(state.fields.log_kappa);

@@ -30,6 +30,7 @@ void RegularisationPath::open(int level) {
   const bool last = level == 0 && fixed_by_user() && !context_.interim;
   at_.phase = last ? FitPhase::last_weight : FitPhase::descending;
   at_.last_chi2 = 0.0;
+  at_.last_score = 0.0;
   at_.stagnated = false;
 }
 
@@ -52,7 +53,7 @@ void RegularisationPath::refine(double chi2, int level) {
   at_.weight = sharpened(usual, chi2 / usual_structured_chi2, options_.weight_factor);
 }
 
-NextStep RegularisationPath::minimum(double minimised, double renewed, int level) {
+NextStep RegularisationPath::minimum(double minimised, double renewed, double score, int level) {
   const double target = options_.target_chi2;
   const bool first = at_.phase == FitPhase::descending || at_.phase == FitPhase::last_weight;
   // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
@@ -72,6 +73,10 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, int level
     at_.weight /= options_.weight_factor;
     return NextStep::finer_grid_as_begun;
   }
+  if (level == 0 && !fixed_by_user() && !unsettled && renewed > target && at_.last_score > 0.0 &&
+      score > at_.last_score) {
+    return take_back();
+  }
   const bool stagnated =
       !unsettled && at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2;
   const double next = at_.weight * (unsettled ? 1.0 : options_.weight_factor);
@@ -80,10 +85,22 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, int level
     at_.stagnated = stagnated;
     return end_grid(level);
   }
-  if (!unsettled) at_.last_chi2 = renewed;
+  if (!unsettled) {
+    at_.last_chi2 = renewed;
+    at_.last_score = score;
+  }
   at_.phase = unsettled ? FitPhase::descending_again : FitPhase::descending;
   at_.weight = next;
   return NextStep::minimise;
+}
+
+/// Above the noise level a lower weight that cross-validation expects to predict other light worse
+/// fits the model's own error: the weight before it ends the path.
+NextStep RegularisationPath::take_back() {
+  at_.weight /= options_.weight_factor;
+  at_.stagnated = true;
+  return end_grid(0) == NextStep::conclude ? NextStep::conclude_as_begun
+                                           : NextStep::minimise_as_begun;
 }
 
 /// On the finest grid the last weight once more, with metric and correction renewed and more

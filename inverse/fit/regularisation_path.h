@@ -1,6 +1,7 @@
 // The regularisation path of a fit: from a strong weight α down to the noise level on each grid,
-// and at its end the last weight once more with more patience. It decides from χ² alone; what is
-// minimised, and how, is ChannelRun's.
+// and at its end the last weight once more with more patience. It decides from χ² and, where the
+// noise level is not reached, from generalised cross-validation; what is minimised, and how, is
+// ChannelRun's.
 #pragma once
 
 #include "inverse/fit/fit.h"
@@ -21,6 +22,7 @@ struct PathPosition {
   double weight = 0.0;      ///< α
   double begun_chi2 = 0.0;  ///< per value where the weight was begun
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
+  double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
   bool stagnated = false;   ///< lower weights stopped helping before the noise level
 };
 
@@ -29,7 +31,9 @@ enum class NextStep {
   minimise,             ///< at PathPosition::weight, from the volume found
   finer_grid,           ///< from the volume found
   finer_grid_as_begun,  ///< from the volume this weight began with
-  conclude
+  minimise_as_begun,    ///< at PathPosition::weight, from that volume
+  conclude,
+  conclude_as_begun
 };
 
 /// Moves `position`, which may be replaced by a checkpoint's at any time.
@@ -46,8 +50,9 @@ class RegularisationPath {
   void refine(double chi2, int level);
 
   /// The minimum at this weight has `minimised` χ² per value by the correction r it was found with
-  /// and `renewed` by r at the minimum.
-  NextStep minimum(double minimised, double renewed, int level);
+  /// and `renewed` by r at the minimum; `score` is what cross-validation expects of light not
+  /// fitted, 0 where that is not known.
+  NextStep minimum(double minimised, double renewed, double score, int level);
 
   bool at_last_weight() const {
     return at_.phase == FitPhase::last_weight || at_.phase == FitPhase::last_weight_again;
@@ -63,6 +68,7 @@ class RegularisationPath {
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
   NextStep end_grid(int level);
+  NextStep take_back();
 
   const PathOptions& options_;
   const FitContext& context_;

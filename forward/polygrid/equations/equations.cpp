@@ -104,50 +104,53 @@ Equations::Equations(const Polygrid& grid, double A) {
   }
 }
 
-MediumValues Equations::values(std::span<const Coefficients> of_cell) const {
-  MediumValues result{boundary_, std::vector<double>(links_.column.size(), 0.0),
-                      std::vector<double>(unknowns(), 0.0)};
-  for_row_ranges(unknowns(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      double* row = result.value.data() + matrix_.start[i];
-      double* linked = result.link.data() + links_.start[i];
-      for (int k = matrix_.start[i]; k < matrix_.start[i + 1]; ++k) {
-        result.leak[i] += boundary_[static_cast<std::size_t>(k)];
-      }
-      for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
-        const auto at = static_cast<std::size_t>(s);
-        const auto cell = static_cast<std::size_t>(slot_[at] / 8);
-        const auto mine = static_cast<std::size_t>(slot_[at] % 8);
-        const CellIntegrals& integrals = integrals_[cell];
-        const auto [kappa, mu] = of_cell[cell];
-        for (std::size_t c = 0; c < 8; ++c) {
-          const std::size_t entry = embedded::Element::place(mine, c);
-          const double absorbed = mu * integrals.mass.entry[entry];
-          row[in_row_[at][c]] += kappa * integrals.stiffness.entry[entry] + absorbed;
-          result.leak[i] += absorbed;
-        }
-        for (std::size_t a = 0; a < 3; ++a) linked[in_links_[at][a]] += kappa * integrals.edge[a];
-      }
+void Equations::make_row(std::size_t i, std::span<const Coefficients> of_cell,
+                         MediumValues& values) const {
+  double* row = values.value.data() + matrix_.start[i];
+  double* linked = values.link.data() + links_.start[i];
+  double boundary = 0.0, absorption = 0.0;
+  for (int k = matrix_.start[i]; k < matrix_.start[i + 1]; ++k) {
+    row[k - matrix_.start[i]] = boundary_[static_cast<std::size_t>(k)];
+    boundary += boundary_[static_cast<std::size_t>(k)];
+  }
+  std::fill(linked, linked + links_.start[i + 1] - links_.start[i], 0.0);
+  for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
+    const auto at = static_cast<std::size_t>(s);
+    const auto cell = static_cast<std::size_t>(slot_[at] / 8);
+    const auto mine = static_cast<std::size_t>(slot_[at] % 8);
+    const CellIntegrals& integrals = integrals_[cell];
+    const auto [kappa, mu] = of_cell[cell];
+    for (std::size_t c = 0; c < 8; ++c) {
+      const std::size_t entry = embedded::Element::place(mine, c);
+      const double absorbed = mu * integrals.mass.entry[entry];
+      row[in_row_[at][c]] += kappa * integrals.stiffness.entry[entry] + absorbed;
+      absorption += absorbed;
     }
+    for (std::size_t a = 0; a < 3; ++a) linked[in_links_[at][a]] += kappa * integrals.edge[a];
+  }
+  values.leak[i] = boundary + absorption;
+  values.absorption[i] = absorption;
+}
+
+MediumValues Equations::values(std::span<const Coefficients> of_cell) const {
+  MediumValues result;
+  result.value.resize(matrix_.column.size());
+  result.link.resize(links_.column.size());
+  result.leak.resize(unknowns());
+  result.absorption.resize(unknowns());
+  for_row_ranges(unknowns(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) make_row(i, of_cell, result);
   });
   return result;
 }
 
-std::vector<double> Equations::absorption(std::span<const Coefficients> of_cell) const {
-  std::vector<double> result(unknowns(), 0.0);
-  for_row_ranges(unknowns(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
-        const int slot = slot_[static_cast<std::size_t>(s)];
-        const auto cell = static_cast<std::size_t>(slot / 8);
-        for (std::size_t c = 0; c < 8; ++c) {
-          result[i] +=
-              of_cell[cell].mu * integrals_[cell].mass(static_cast<std::size_t>(slot % 8), c);
-        }
-      }
+void Equations::renew(std::span<const Coefficients> of_cell, std::span<const int> rows,
+                      MediumValues& values) const {
+  for_row_ranges(rows.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      make_row(static_cast<std::size_t>(rows[k]), of_cell, values);
     }
   });
-  return result;
 }
 
 }  // namespace kappamu::forward::polygrid

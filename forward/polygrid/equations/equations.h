@@ -28,6 +28,7 @@ struct MediumValues {
   std::vector<double> value;  ///< of the matrix, by Equations::matrix [mm²]
   std::vector<double> link;   ///< conductances of the seven-point form, by Equations::links [mm²]
   std::vector<double> leak;  ///< [unknown] sums of the matrix's rows: absorption and boundary [mm²]
+  std::vector<double> absorption;  ///< [unknown] what a unit of φ there absorbs, Σ μ ∫ N dV [mm²]
 };
 
 class Equations {
@@ -43,14 +44,16 @@ class Equations {
 
   /// `of_cell`: coefficients of each cell.
   MediumValues values(std::span<const Coefficients> of_cell) const;
+  /// Makes the values of some rows anew, all those about cells whose coefficients have changed.
+  void renew(std::span<const Coefficients> of_cell, std::span<const int> rows,
+             MediumValues& values) const;
   double volume(std::size_t cell) const { return integrals_[cell].volume; }  ///< [mm³]
   /// ∫ N dA of every corner's function over the boundary [mm²]; zero inside.
   const std::vector<double>& boundary_share() const { return boundary_share_; }
-  /// ∫ N dV of every corner's function, times the coefficient μ of each cell [mm²]: what a unit of
-  /// φ there absorbs.
-  std::vector<double> absorption(std::span<const Coefficients> of_cell) const;
 
  private:
+  void make_row(std::size_t row, std::span<const Coefficients> of_cell, MediumValues& values) const;
+
   std::vector<CellIntegrals> integrals_;
   Pattern matrix_, links_;
   std::vector<Eigen::Vector3i> place_;

@@ -12,19 +12,24 @@ using embedded::uploaded;
 namespace {
 
 template <class T>
-std::vector<T> interleaved(const std::vector<const std::vector<double>*>& of_lane,
-                           std::size_t width) {
-  const std::size_t rows = of_lane.front()->size();
-  std::vector<T> result(rows * width, T(0));
-  embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
+void write_as(device::Context& context, const device::Buffer& buffer,
+              const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
+              Stretch stretch) {
+  // A part of a buffer begins at a multiple of what devices ask for.
+  constexpr std::size_t per_part = device::Context::part_alignment / sizeof(T);
+  stretch.begin -= stretch.begin * width % per_part / width;
+  std::vector<T> lanes((stretch.end - stretch.begin) * width, T(0));
+  embedded::for_row_ranges(stretch.end - stretch.begin, [&](std::size_t begin, std::size_t end) {
     for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
-      const double* from = of_lane[lane]->data();
+      const double* from = of_lane[lane]->data() + stretch.begin;
       for (std::size_t i = begin; i < end; ++i) {
-        result[i * width + lane] = static_cast<T>(from[i]);
+        lanes[i * width + lane] = static_cast<T>(from[i]);
       }
     }
   });
-  return result;
+  const std::size_t bytes = lanes.size() * sizeof(T);
+  context.write(context.part(buffer, stretch.begin * width * sizeof(T), bytes), lanes.data(),
+                bytes);
 }
 
 template <class T>
@@ -52,13 +57,14 @@ std::string Numbers::build_options(const embedded::Lanes& lanes) const {
 }
 
 void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
+                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
+                 std::optional<Stretch> stretch) {
+  const Stretch which = stretch.value_or(Stretch{0, of_lane.front()->size()});
+  if (which.begin == which.end) return;
   if (numbers.precision == Precision::single) {
-    const auto lanes = interleaved<float>(of_lane, width);
-    context.write(buffer, lanes.data(), lanes.size() * sizeof(float));
+    write_as<float>(context, buffer, of_lane, width, which);
   } else {
-    const auto lanes = interleaved<double>(of_lane, width);
-    context.write(buffer, lanes.data(), lanes.size() * sizeof(double));
+    write_as<double>(context, buffer, of_lane, width, which);
   }
 }
 
@@ -93,8 +99,8 @@ DeviceLevel::DeviceLevel(device::Context& context, const GraphLevel& level, std:
   child = uploaded(context, children);
 }
 
-Channel::Channel(const Hierarchy& hierarchy, const MediumValues& values)
-    : medium(values), graph(hierarchy.values(values)) {
+ChannelLevels::ChannelLevels(const Hierarchy& hierarchy, const MediumValues& medium)
+    : graph(hierarchy.values(medium)) {
   for (const GraphValues& level : graph) {
     inverse_diagonal.push_back(level.diagonal);
     for (double& d : inverse_diagonal.back()) d = 1.0 / d;

@@ -1,6 +1,7 @@
 // What a polygrid's equations and their hierarchy are in the device's memory.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,15 @@ struct Numbers {
   std::string build_options(const embedded::Lanes& lanes) const;
 };
 
-/// Writes `of_lane` beside each other, [row][lane]; lanes without are zero.
+/// Part of a vector's elements.
+struct Stretch {
+  std::size_t begin = 0, end = 0;
+};
+/// Writes a stretch of `of_lane`, or all of it, beside each other, [row][lane]; lanes without are
+/// zero.
 void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width);
+                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
+                 std::optional<Stretch> stretch = {});
 /// Reads what is [row][width] into the lanes' own vectors, which have their size.
 void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
                 const std::vector<std::vector<double>*>& of_lane, std::size_t width);
@@ -44,11 +51,10 @@ struct DeviceLevel {
   device::Buffer parent, first_child, child;  ///< none on the coarsest
 };
 
-/// One channel's numbers on the host.
-struct Channel {
-  Channel(const Hierarchy& hierarchy, const MediumValues& values);
+/// What a channel's medium is on the levels, on the host.
+struct ChannelLevels {
+  ChannelLevels(const Hierarchy& hierarchy, const MediumValues& medium);
 
-  MediumValues medium;
   std::vector<GraphValues> graph;
   std::vector<std::vector<double>> inverse_diagonal;  ///< [level]
   std::vector<double> coarsest;                       ///< inverse of the coarsest level's matrix

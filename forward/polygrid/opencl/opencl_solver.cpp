@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "forward/polygrid/opencl/device_numbers.h"
 
 namespace kappamu::forward::polygrid {
@@ -15,6 +16,35 @@ namespace {
 using device::Buffer;
 using embedded::Lanes;
 using Scalars = std::vector<double>;  ///< [lane]
+
+/// What has changed on the finest level.
+struct Changed {
+  std::vector<Stretch> rows, entries, links;
+};
+
+std::vector<Stretch> whole(const std::vector<double>& values) {
+  return {{0, values.size()}};
+}
+
+/// Stretches that hold sorted `rows` and few others.
+std::vector<Stretch> stretches_of(std::span<const int> rows) {
+  constexpr std::size_t gap = 64;  // a write costs more than as many rows
+  std::vector<Stretch> result;
+  for (const int row : rows) {
+    const auto at = static_cast<std::size_t>(row);
+    if (result.empty() || at > result.back().end + gap) result.push_back({at, at});
+    result.back().end = at + 1;
+  }
+  return result;
+}
+
+std::vector<Stretch> entries_of(const Pattern& pattern, std::vector<Stretch> rows) {
+  for (Stretch& stretch : rows) {
+    stretch = {static_cast<std::size_t>(pattern.start[stretch.begin]),
+               static_cast<std::size_t>(pattern.start[stretch.end])};
+  }
+  return rows;
+}
 
 /// One batch on the device: its numbers, fields and work.
 class BatchSolve {
@@ -47,26 +77,34 @@ class BatchSolve {
 
   const Lanes& lanes() const { return lanes_; }
 
-  void set_media(const std::vector<Channel>& channels) {
-    const auto write = [&](const Buffer& buffer, const auto& numbers) {
+  void set_media(const std::vector<MediumValues>& media, const std::vector<ChannelLevels>& levels,
+                 const Changed& changed) {
+    const auto write = [&](const Buffer& buffer, const auto& numbers,
+                           const std::vector<Stretch>& stretches) {
       std::vector<const std::vector<double>*> of_lane;
-      for (const std::size_t c : lanes_.channels) of_lane.push_back(&numbers(channels[c]));
-      if (!of_lane.front()->empty()) {
-        write_lanes(context_, buffer, numbers_, of_lane, lanes_.media());
+      for (const std::size_t c : lanes_.channels) of_lane.push_back(&numbers(c));
+      for (const Stretch& stretch : stretches) {
+        write_lanes(context_, buffer, numbers_, of_lane, lanes_.media(), stretch);
       }
     };
-    write(
-        value_, [](const Channel& c) -> const auto& { return c.medium.value; });
+    const auto value = [&](std::size_t c) -> const auto& {
+      return media[c].value;
+    };
+    write(value_, value, changed.entries);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
-      write(
-          links_[l], [l](const Channel& c) -> const auto& { return c.graph[l].link; });
-      write(
-          inverse_diagonal_[l], [l](const Channel& c) -> const auto& {
-            return c.inverse_diagonal[l];
-          });
+      const auto link = [&](std::size_t c) -> const auto& {
+        return levels[c].graph[l].link;
+      };
+      const auto inverse = [&](std::size_t c) -> const auto& {
+        return levels[c].inverse_diagonal[l];
+      };
+      write(links_[l], link, l == 0 ? changed.links : whole(levels[0].graph[l].link));
+      write(inverse_diagonal_[l], inverse,
+            l == 0 ? changed.rows : whole(levels[0].inverse_diagonal[l]));
     }
     write(
-        coarsest_, [](const Channel& c) -> const auto& { return c.coarsest; });
+        coarsest_, [&](std::size_t c) -> const auto& { return levels[c].coarsest; },
+        whole(levels[0].coarsest));
   }
 
   void solve(const std::vector<Load>& loads, const std::vector<std::size_t>& lights,
@@ -196,7 +234,10 @@ class OpenclSolver final : public LinearSolver {
  public:
   OpenclSolver(const Equations& equations, const Hierarchy& hierarchy, device::Context& context,
                Precision precision)
-      : hierarchy_(hierarchy), context_(context), matrix_(context, equations.matrix()) {
+      : equations_(equations),
+        hierarchy_(hierarchy),
+        context_(context),
+        matrix_(context, equations.matrix()) {
     if (precision == Precision::twofold && !context.info().fp64) {
       throw InputError("device '" + context.info().name + "' has no double precision");
     }
@@ -206,12 +247,6 @@ class OpenclSolver final : public LinearSolver {
       levels_.emplace_back(context, levels[l],
                            l + 1 < levels.size() ? levels[l + 1].links.rows() : std::size_t{0});
     }
-  }
-
-  void set_media(const std::vector<MediumValues>& media) override {
-    channels_.clear();
-    for (const MediumValues& medium : media) channels_.emplace_back(hierarchy_, medium);
-    for (const auto& batch : batches_) batch->set_media(channels_);
   }
 
   CgReport solve(const std::vector<Load>& loads, std::vector<std::vector<double>>& x,
@@ -227,6 +262,23 @@ class OpenclSolver final : public LinearSolver {
   }
 
  private:
+  void media_changed(std::span<const int> rows) override {
+    std::vector<std::optional<ChannelLevels>> levels(media().size());
+    for_rows(static_cast<int>(levels.size()), [&](int c) {
+      levels[static_cast<std::size_t>(c)].emplace(hierarchy_, media()[static_cast<std::size_t>(c)]);
+    });
+    channels_.clear();
+    for (auto& level : levels) channels_.push_back(std::move(*level));
+    for (const auto& batch : batches_) batch->set_media(media(), channels_, changed(rows));
+  }
+
+  Changed changed(std::span<const int> rows) const {
+    const std::vector<Stretch> stretches =
+        rows.empty() ? std::vector<Stretch>{{0, equations_.unknowns()}} : stretches_of(rows);
+    return {stretches, entries_of(equations_.matrix(), stretches),
+            entries_of(equations_.links(), stretches)};
+  }
+
   /// The one made before for the same lanes, or a new one.
   BatchSolve& batch_for(const Lanes& lanes) {
     for (const auto& batch : batches_) {
@@ -235,16 +287,17 @@ class OpenclSolver final : public LinearSolver {
       }
     }
     batches_.push_back(std::make_unique<BatchSolve>(context_, numbers_, lanes, matrix_, levels_));
-    batches_.back()->set_media(channels_);
+    batches_.back()->set_media(media(), channels_, changed({}));
     return *batches_.back();
   }
 
+  const Equations& equations_;
   const Hierarchy& hierarchy_;
   device::Context& context_;
   DevicePattern matrix_;
   Numbers numbers_;
   std::vector<DeviceLevel> levels_;
-  std::vector<Channel> channels_;
+  std::vector<ChannelLevels> channels_;
   std::vector<std::unique_ptr<BatchSolve>> batches_;
 };
 

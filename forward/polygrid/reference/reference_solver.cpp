@@ -19,23 +19,21 @@ class ReferenceSolver final : public LinearSolver {
  public:
   explicit ReferenceSolver(const Pattern& pattern) : pattern_(pattern) {}
 
-  void set_media(const std::vector<MediumValues>& media) override {
-    value_.clear();
-    for (const MediumValues& medium : media) value_.push_back(medium.value);
-  }
-
   CgReport solve(const std::vector<Load>& loads, std::vector<Vector>& x, double tolerance,
                  int most_iterations) override {
     CgReport report;
     x.resize(loads.size());
     for (std::size_t l = 0; l < loads.size(); ++l) {
       x[l].resize(pattern_.rows(), 0.0);
-      solve_one(value_[loads[l].channel], loads[l].power, x[l], tolerance, most_iterations, report);
+      solve_one(media()[loads[l].channel].value, loads[l].power, x[l], tolerance, most_iterations,
+                report);
     }
     return report;
   }
 
  private:
+  void media_changed(std::span<const int>) override {}
+
   Vector product(const Vector& value, const Vector& x) const {
     Vector y(x.size(), 0.0);
     for (std::size_t i = 0; i < y.size(); ++i) {
@@ -85,7 +83,6 @@ class ReferenceSolver final : public LinearSolver {
   }
 
   const Pattern& pattern_;
-  std::vector<Vector> value_;  ///< [channel]
 };
 
 }  // namespace

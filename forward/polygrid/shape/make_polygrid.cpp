@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <optional>
 #include <utility>
 
 #include "core/error.h"
 #include "core/mesh/edges.h"
+#include "core/processor_time.h"
 #include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/map_cells.h"
@@ -36,10 +36,6 @@ constexpr double voxel_area = 1.3;
 constexpr MapEffort of_polycube{20, 0.3, 30.0, 1, false};
 constexpr MapEffort of_refined{10, 10.0, 30.0, 1, false};
 constexpr MapEffort of_grid{10, 10.0, 3000.0, 3, true};
-
-double processor_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 std::string to_text(double number) {
   std::array<char, 32> text{};

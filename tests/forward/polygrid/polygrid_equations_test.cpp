@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <set>
 
 #include "../embedded/exact_sphere.h"
 #include "core/error.h"
@@ -147,7 +148,7 @@ TEST(PolygridEquations, ConserveThePowerOfAConstant) {
   const MediumValues values = equations.values(coefficients);
   const Vector one(equations.unknowns(), 1.0);
   const Vector lost = product(equations.matrix(), values.value, one);
-  const Vector absorbed = equations.absorption(coefficients);
+  const Vector& absorbed = values.absorption;
   double largest = 0.0;
   for (const double v : values.value) largest = std::max(largest, std::abs(v));
   for (std::size_t i = 0; i < lost.size(); ++i) {
@@ -155,6 +156,27 @@ TEST(PolygridEquations, ConserveThePowerOfAConstant) {
     EXPECT_NEAR(values.leak[i], absorbed[i] + equations.boundary_share()[i] / (2.0 * A),
                 1e-12 * largest);
   }
+}
+
+// Rows made anew about the cells that changed are those of all coefficients.
+TEST(PolygridEquations, RenewTheRowsOfChangedCells) {
+  const Polygrid grid = bent_polygrid({7, 5, 3});
+  const Equations equations(grid, A);
+  std::vector<Coefficients> of_cell = drawn(grid, 3);
+  MediumValues values = equations.values(of_cell);
+  std::set<int> about;
+  for (const std::size_t cell : {std::size_t{11}, std::size_t{12}, std::size_t{70}}) {
+    of_cell[cell] = {7.0, 0.3};
+    about.insert(grid.cell_corners[cell].begin(), grid.cell_corners[cell].end());
+  }
+  const std::vector<int> rows(about.begin(), about.end());
+  const MediumValues expected = equations.values(of_cell);
+  EXPECT_NE(values.value, expected.value);
+  equations.renew(of_cell, rows, values);
+  EXPECT_EQ(values.value, expected.value);
+  EXPECT_EQ(values.link, expected.link);
+  EXPECT_EQ(values.leak, expected.leak);
+  EXPECT_EQ(values.absorption, expected.absorption);
 }
 
 // A constant gradient has no sources inside, however the cells are deformed.

@@ -36,6 +36,56 @@ struct Ball : LitObject {
   }
 };
 
+/// Adds one channel's beams to `load`.
+void add_beams(const Polygrid& grid, const Ball& ball, const ObjectLight& light,
+               std::span<const Coefficients> of_cell, std::vector<double>& load,
+               ObjectBalance& balance) {
+  const SurfaceMap map(grid, ball.mesh, ball.surface);
+  const ChannelBeams channel{light.beams, of_cell, load, balance};
+  BeamWalks(grid, map, false).add(ball.problem(), {&channel, 1}, 1e-9);
+}
+
+/// Loads of several channels, each from zero.
+struct Loads {
+  explicit Loads(std::size_t corners, std::size_t channels)
+      : load(channels, std::vector<double>(corners, 0.0)), balance(channels) {}
+
+  void add(BeamWalks& walks, const ObjectProblem& problem, const std::vector<ObjectLight>& light,
+           const std::vector<std::vector<Coefficients>>& of_cell) {
+    std::vector<ChannelBeams> channels;
+    for (std::size_t c = 0; c < load.size(); ++c) {
+      channels.push_back({light[c].beams, of_cell[c], load[c], balance[c]});
+    }
+    walks.add(problem, channels, 1e-6);
+  }
+  void expect_near(const Loads& other) const {
+    constexpr double rounding = 1e-12;
+    for (std::size_t c = 0; c < load.size(); ++c) {
+      const double most = *std::max_element(other.load[c].begin(), other.load[c].end());
+      EXPECT_GT(most, 0.0);
+      for (std::size_t i = 0; i < load[c].size(); ++i) {
+        EXPECT_NEAR(load[c][i], other.load[c][i], rounding * most);
+      }
+      const double power = other.balance[c].entering;
+      EXPECT_NEAR(balance[c].entering, power, rounding * power);
+      EXPECT_NEAR(balance[c].absorbed, other.balance[c].absorbed, rounding * power);
+      EXPECT_NEAR(balance[c].unscattered, other.balance[c].unscattered, rounding * power);
+    }
+  }
+
+  std::vector<std::vector<double>> load;
+  std::vector<ObjectBalance> balance;
+};
+
+/// Coefficients that differ from cell to cell.
+std::vector<Coefficients> drawn(const Polygrid& grid, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> kappa(0.1, 0.6), mu(0.0, 0.1);
+  std::vector<Coefficients> result;
+  for (std::size_t k = 0; k < grid.cell.size(); ++k) result.push_back({kappa(random), mu(random)});
+  return result;
+}
+
 TEST(PolygridWalk, FindsTheCellOfAPoint) {
   const Polygrid grid = bent_polygrid({9, 6, 4});
   std::mt19937 random(1);
@@ -66,12 +116,11 @@ TEST(PolygridWalk, StaysOnTheBoundaryBeyondIt) {
 TEST(PolygridBeams, ShareTheirPowerExactly) {
   Ball ball(16);
   const Polygrid grid = ball_polygrid(10, radius);
-  const SurfaceMap map(grid, ball.mesh, ball.surface);
   const std::vector<Coefficients> of_cell(grid.cell.size(), coefficients);
   std::vector<double> load(grid.corner.size(), 0.0);
   ObjectBalance balance;
-  add_beams(grid, map, ball.problem(), parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0),
-            of_cell, 1e-9, load, balance);
+  add_beams(grid, ball, parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0), of_cell, load,
+            balance);
   double scattered = 0.0;
   for (const double l : load) scattered += l;
   EXPECT_GT(scattered, 0.9 * balance.entering);
@@ -87,7 +136,6 @@ TEST(PolygridBeams, ShareTheirPowerExactly) {
 TEST(PolygridBeams, CollideAtTheirMeanDepth) {
   Ball ball(24);
   const Polygrid grid = ball_polygrid(16, radius);
-  const SurfaceMap map(grid, ball.mesh, ball.surface);
   const std::vector<Coefficients> of_cell(grid.cell.size(), coefficients);
   ObjectLight light;
   const int triangle = 100;
@@ -95,7 +143,7 @@ TEST(PolygridBeams, CollideAtTheirMeanDepth) {
   light.beams.push_back({triangle, ball.surface.position[triangle], inward, 1.0});
   std::vector<double> load(grid.corner.size(), 0.0);
   ObjectBalance balance;
-  add_beams(grid, map, ball.problem(), light, of_cell, 1e-9, load, balance);
+  add_beams(grid, ball, light, of_cell, load, balance);
   double power = 0.0, depth = 0.0;
   for (std::size_t i = 0; i < load.size(); ++i) {
     power += load[i];
@@ -103,6 +151,54 @@ TEST(PolygridBeams, CollideAtTheirMeanDepth) {
   }
   constexpr double off_surface = 0.01;  // of mesh and polygrid from each other, over the depth
   EXPECT_NEAR(depth / power, 3.0 * coefficients.kappa, off_surface * 3.0 * coefficients.kappa);
+}
+
+// One walk serves all channels, also where a channel lacks some of the beams.
+TEST(PolygridBeams, OfSeveralChannelsAreThoseOfEach) {
+  Ball ball(16);
+  const Polygrid grid = ball_polygrid(10, radius);
+  const SurfaceMap map(grid, ball.mesh, ball.surface);
+  std::vector<ObjectLight> light(3, parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0));
+  for (Beam& beam : light[1].beams) beam.power *= 0.3;
+  for (std::size_t k = 0; 3 * k < light[0].beams.size(); ++k) {
+    light[0].beams.erase(light[0].beams.begin() + static_cast<std::ptrdiff_t>(2 * k));
+  }
+  const std::vector<std::vector<Coefficients>> of_cell{drawn(grid, 1), drawn(grid, 2),
+                                                       drawn(grid, 3)};
+  Loads together(grid.corner.size(), 3);
+  BeamWalks walks(grid, map, false);
+  together.add(walks, ball.problem(), light, of_cell);
+  for (std::size_t c = 0; c < 3; ++c) {
+    Loads alone(grid.corner.size(), 1);
+    BeamWalks own(grid, map, false);
+    alone.add(own, ball.problem(), {light[c]}, {of_cell[c]});
+    Loads mine(grid.corner.size(), 1);
+    mine.load[0] = together.load[c];
+    mine.balance[0] = together.balance[c];
+    mine.expect_near(alone);
+  }
+}
+
+// Beams kept through an edit leave what new ones leave, be few or many of them affected and be the
+// edited cells clearer, so that beams go on beyond where they ended, or more opaque.
+TEST(PolygridBeams, KeptThroughAnEditAreThoseMadeAnew) {
+  Ball ball(16);
+  const Polygrid grid = ball_polygrid(12, radius);
+  const SurfaceMap map(grid, ball.mesh, ball.surface);
+  const std::vector<ObjectLight> light(2, parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0));
+  std::vector<std::vector<Coefficients>> of_cell{drawn(grid, 1), drawn(grid, 2)};
+  BeamWalks kept(grid, map, true);
+  for (const auto& [from, factor] :
+       {std::pair(0.0, 1.0), std::pair(3.5, 8.0), std::pair(3.5, 0.1), std::pair(-9.0, 6.0)}) {
+    for (std::size_t k = 0; k < grid.cell.size(); ++k) {
+      if (grid.node[k][2] > from) of_cell[1][k].kappa *= factor;
+    }
+    Loads again(grid.corner.size(), 2), anew(grid.corner.size(), 2);
+    again.add(kept, ball.problem(), light, of_cell);
+    BeamWalks fresh(grid, map, false);
+    anew.add(fresh, ball.problem(), light, of_cell);
+    again.expect_near(anew);
+  }
 }
 
 TEST(PolygridDiffusion, BalancesPower) {
@@ -170,6 +266,43 @@ TEST(PolygridDiffusion, StartsFromTheLastAnswer) {
   ball.lights = {parallel_beams(ball.surface, Vector3d(0, 0.05, -1).normalized())};
   diffusion.solve({&problem, 1}, {1e-3, 1e-3, 100});
   EXPECT_LT(diffusion.report().iterations, first);
+}
+
+// A volume edited in part changes the equations there alone, to what they would be made anew.
+TEST(PolygridDiffusion, AnEditedMediumIsThatMadeAnew) {
+  Ball ball(20);
+  ball.lights = {parallel_beams(ball.surface, Vector3d(0, 0, -1))};
+  GridShape shape{20, 20, 20, 2.0 * radius / 20.0};
+  Medium before{Volume<double>(shape, 0.2), Volume<double>(shape, 0.02)};
+  for (std::size_t i = 0; i < shape.cells(); ++i)
+    before.kappa[i] *= 1.0 + 0.5 * std::sin(0.7 * static_cast<double>(i));
+  Medium edited = before;
+  for (int z = 15; z < 20; ++z) {
+    for (int x = 8; x < 13; ++x) edited.mu[shape.index(x, 9, z)] *= 20.0;
+  }
+  const Eigen::Affine3d place(Eigen::Translation3d(Vector3d::Constant(radius)));
+  const ObjectMedium one(std::make_shared<Medium>(before), place, Wrap::clamp);
+  const ObjectMedium other(std::make_shared<Medium>(edited), place, Wrap::clamp);
+  const PolygridAccuracy accuracy{1e-6, 1e-6, 300};
+  const auto make = [&](bool keep) {
+    return std::make_unique<PolygridDiffusion>(ball_polygrid(12, radius), ball.mesh, ball.surface,
+                                               eta, "auto", keep);
+  };
+  const auto answer_of = [&](PolygridDiffusion& diffusion, const ObjectMedium& medium) {
+    const ObjectMedium* const media[] = {&medium};
+    diffusion.set_media(media);
+    const ObjectProblem problem = ball.problem();
+    return diffusion.solve({&problem, 1}, accuracy).front();
+  };
+  const auto kept = make(true), fresh = make(false);
+  const PolygridAnswer was = answer_of(*kept, one), is = answer_of(*kept, other);
+  const PolygridAnswer expected = answer_of(*fresh, other), back = answer_of(*kept, one);
+  const double size = surface_norm(ball.surface, expected.exitance);
+  EXPECT_GT(surface_difference(ball.surface, was.exitance, is.exitance), 1e-2 * size);
+  EXPECT_LE(surface_difference(ball.surface, is.exitance, expected.exitance), 1e-5 * size);
+  EXPECT_LE(surface_difference(ball.surface, back.exitance, was.exitance), 1e-5 * size);
+  EXPECT_NEAR(is.balance[0].absorbed, expected.balance[0].absorbed,
+              1e-5 * expected.balance[0].entering);
 }
 
 }  // namespace
