@@ -15,6 +15,7 @@
 #include "bench/forward/validity.h"
 #include "bench/hdr/hdr_error.h"
 #include "bench/inverse/inverse_bench.h"
+#include "bench/inverse/systematic_bench.h"
 #include "bench/inverse/uncertainty_bench.h"
 #include "bench/limits/limits.h"
 #include "bench/objects/object_bench.h"
@@ -82,10 +83,10 @@ std::vector<std::string> Request::words(const std::string& setting) const {
 
 const std::vector<Subject>& subjects() {
   static const std::vector<Subject> all{
-      forward_subject(), validity_subject(),    slabs_subject(),  inverse_subject(),
-      limits_subject(),  uncertainty_subject(), views_subject(),  rig_subject(),
-      hdr_subject(),     objects_subject(),     dipole_subject(), boundary_subject(),
-      polygrid_subject()};
+      forward_subject(),  validity_subject(),    slabs_subject(),      inverse_subject(),
+      limits_subject(),   uncertainty_subject(), systematic_subject(), views_subject(),
+      rig_subject(),      hdr_subject(),         objects_subject(),    dipole_subject(),
+      boundary_subject(), polygrid_subject()};
   return all;
 }
 

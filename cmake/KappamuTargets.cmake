@@ -36,6 +36,22 @@ endif()
 add_library(kappamu_light INTERFACE)
 target_compile_options(kappamu_light INTERFACE $<$<CONFIG:Release>:-O1>)
 
+# kappamu_unity(target): each folder of its sources compiles as one, which reads headers once; the whole takes a third of the
+# time. Who edits and rebuilds single files turns it off: -DKAPPAMU_UNITY=OFF.
+function(kappamu_unity target)
+  if(NOT KAPPAMU_UNITY)
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+  get_target_property(sources ${target} SOURCES)
+  foreach(source ${sources})
+    get_filename_component(folder ${source} DIRECTORY)
+    file(RELATIVE_PATH folder ${CMAKE_CURRENT_SOURCE_DIR} ${folder})
+    string(MAKE_C_IDENTIFIER "in_${folder}" group)
+    set_source_files_properties(${source} PROPERTIES UNITY_GROUP ${group})
+  endforeach()
+endfunction()
+
 # kappamu_library(core DEPS ... PRIVATE_DEPS ... PRECOMPILE ...): the folder's .cpp files as one static library;
 # PRECOMPILE names the headers that most of them read and that take long to read.
 function(kappamu_library name)
@@ -47,6 +63,7 @@ function(kappamu_library name)
     return()
   endif()
   add_library(kappamu_${name} STATIC ${sources})
+  kappamu_unity(kappamu_${name})
   target_link_libraries(kappamu_${name} PUBLIC kappamu_headers ${ARG_DEPS}
                         PRIVATE $<BUILD_INTERFACE:kappamu_settings> ${ARG_PRIVATE_DEPS})
   if(ARG_PRECOMPILE)

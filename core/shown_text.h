@@ -13,6 +13,6 @@ namespace kappamu {
 std::string shown_text(std::string_view text, std::size_t most_characters = std::string_view::npos);
 
 /// A number by a format of printf for one double, such as "%.3f".
-std::string shown_number(double value, const char* format);
+std::string shown_number(double value, const char* format = "%.6g");
 
 }  // namespace kappamu

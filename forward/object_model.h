@@ -48,6 +48,7 @@ struct ObjectOptions {
   std::uint64_t seed = 1;
   std::uint64_t photons = 1'000'000;          ///< per light, Monte Carlo
   bool follow_reentry = false;                ///< light that leaves and meets the object again
+  std::optional<Eigen::Vector3d> eye;         ///< of the picture, in the object's frame [mm]
   std::optional<std::uint64_t> max_elements;  ///< refuse beyond; none: what memory holds
 };
 

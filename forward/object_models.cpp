@@ -22,7 +22,7 @@ struct NamedModel {
   Made (*make)(std::string_view name);
 };
 
-constexpr std::array<NamedModel, 9> models{{
+constexpr std::array<NamedModel, 10> models{{
     {"embedded", [](std::string_view) -> Made { return std::make_unique<EmbeddedModel>(); }},
     {"grid", [](std::string_view) -> Made { return std::make_unique<BlockModel>(); }},
     {"polygrid", [](std::string_view) -> Made { return std::make_unique<PolygridModel>(); }},
@@ -31,6 +31,7 @@ constexpr std::array<NamedModel, 9> models{{
     {"montecarlo", [](std::string_view) { return make_object_monte_carlo(); }},
     {"dipole", make_dipole_model},
     {"dipole-rotated", make_dipole_model},
+    {"local-diffusion", make_dipole_model},
     {"better-dipole", make_dipole_model},
     {"beam-diffusion", make_dipole_model},
 }};

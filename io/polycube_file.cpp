@@ -19,7 +19,7 @@ using nlohmann::json;
 
 namespace {
 
-constexpr const char* format_name = "kappamu-polycube";
+constexpr const char* polycube_format = "kappamu-polycube";
 constexpr int farthest_place = 100'000;
 constexpr double farthest_mm = 1e6, smallest_edge_mm = 1e-6;
 
@@ -76,7 +76,7 @@ Polycube read_polycube(const std::filesystem::path& file) {
   const JsonDocument document(file, "docs/formats.md", JsonComments::allowed);
   const JsonNode root = document.root();
   root.expect_fields({"format", "version", "origin_mm", "edge_mm", "boxes"}, {"corners"});
-  root["format"].choice({format_name});
+  root["format"].choice({polycube_format});
   if (root["version"].integer() != 1) root["version"].fail("must be 1");
   const Vector3d origin = point_from(root["origin_mm"]);
   const double edge = root["edge_mm"].number_between(smallest_edge_mm, farthest_mm);
@@ -113,7 +113,7 @@ void write_polycube(const Polycube& polycube, const std::filesystem::path& file)
   }
   const double edge = (high - low).sum() / (last - first).sum();
   const Vector3d origin = low - edge * first.cast<double>();
-  json written{{"format", format_name},
+  json written{{"format", polycube_format},
                {"version", 1},
                {"origin_mm", {origin.x(), origin.y(), origin.z()}},
                {"edge_mm", edge},

@@ -17,7 +17,7 @@ namespace {
 
 using Codes = Image<std::uint16_t>;
 
-constexpr std::array<const char*, 24> names{
+constexpr std::array<const char*, 24> patch_names{
     "dark skin", "light skin",    "blue sky",     "foliage",   "blue flower",  "bluish green",
     "orange",    "purplish blue", "moderate red", "purple",    "yellow green", "orange yellow",
     "blue",      "green",         "red",          "yellow",    "magenta",      "cyan",
@@ -142,11 +142,11 @@ ChartPhotograph measure_chart_photograph(const std::filesystem::path& photograph
   const calib::ChartPatches patches = patches_of(place);
   for (std::size_t i = 0; i < chart.patches.size(); ++i) {
     chart.patches[i] = mean_of(codes, patches.middles[i], static_cast<int>(std::ceil(0.99 * top)));
-    chart.patches[i].name = names[i];
+    chart.patches[i].name = patch_names[i];
     chart.patches[i].centre_px = {patches.centres[i].x(), patches.centres[i].y()};
     if (chart.patches[i].pixels == 0) {
       throw InputError(
-          photograph.string() + ": the patch '" + names[i] +
+          photograph.string() + ": the patch '" + patch_names[i] +
           "' has no pixel in the picture by these corners; give the centres of the dark "
           "skin, bluish green, black and white patches.");
     }

@@ -31,11 +31,11 @@ ordered_json channel_json(const ChannelReport& channel, const char* name) {
 }
 
 ordered_json candidate_json(const forward::ModelCandidate& candidate) {
-  ordered_json json{{"model", candidate.model}, {"error", nullptr}, {"seconds", nullptr}};
-  if (candidate.error) json["error"] = *candidate.error;
-  if (candidate.seconds) json["seconds"] = *candidate.seconds;
-  json["reason"] = candidate.reason;
-  return json;
+  ordered_json object{{"model", candidate.model}, {"error", nullptr}, {"seconds", nullptr}};
+  if (candidate.error) object["error"] = *candidate.error;
+  if (candidate.seconds) object["seconds"] = *candidate.seconds;
+  object["reason"] = candidate.reason;
+  return object;
 }
 
 ordered_json object_json(const ObjectReport& object) {
@@ -43,13 +43,13 @@ ordered_json object_json(const ObjectReport& object) {
   constexpr std::array<const char*, 3> names{"R", "G", "B"};
   for (std::size_t c = 0; c < 3; ++c)
     channels.push_back(channel_json(object.channels[c], names[c]));
-  ordered_json json{{"name", object.name},       {"material", object.material},
-                    {"eta", object.eta},         {"first_sample", object.first_sample},
-                    {"samples", object.samples}, {"channels", std::move(channels)}};
+  ordered_json entry{{"name", object.name},       {"material", object.material},
+                     {"eta", object.eta},         {"first_sample", object.first_sample},
+                     {"samples", object.samples}, {"channels", std::move(channels)}};
   for (const forward::ModelCandidate& candidate : object.candidates) {
-    json["candidates"].push_back(candidate_json(candidate));
+    entry["candidates"].push_back(candidate_json(candidate));
   }
-  return json;
+  return entry;
 }
 
 ordered_json summary_json(const RenderResult& result, const Scene& scene,

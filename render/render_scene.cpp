@@ -68,6 +68,7 @@ class ObjectSolve {
     options_.follow_reentry = scene.model.follow_reentry;
     options_.device = options.device;
     options_.seed = options.seed;
+    options_.eye = object.world_from_object.inverse() * scene.camera.position_mm;
   }
 
   ObjectExitance solve(ObjectReport& report, std::vector<std::string>& warnings,

@@ -643,9 +643,11 @@ THESIS = {"half-space (thick slab)": "slab-marble-72", "sphere": "sphere-marble-
           "thin slab": "thin-slab-marble-72", "torus": "torus-marble-72", "box with a void": "box-with-void-marble-72",
           "cube split in two": "split-cube-marble-72", "cube, light from everywhere": "cube-marble-72-sky"}
 
+THESIS_MODELS = ("dipole-rotated", "boundary_integral", "embedded")
+
 
 def thesis_table(answered):
-    models = [m for m in ("dipole-rotated", "boundary_integral", "embedded") if any(r["model"] == m for r in answered)]
+    models = [m for m in THESIS_MODELS if any(r["model"] == m for r in answered)]
     lines = []
     for title, name in THESIS.items():
         own = {r["model"]: r for r in answered if r["name"] == name}
@@ -675,8 +677,10 @@ def automatic(record):
         ["tolerance", "scenes", "met, of those said to be", "error over tolerance where not, most",
          "cost over the cheapest that met it: median", "most", "above 3", "taken"], lines)
     text += "\n" + table(
-        ["scene", "tolerance", "taken", "error expected", "error", "s of processor", "cheapest that met it", "cost ratio"],
-        [[r["name"], percent(r["tolerance"]), r["model"], percent(r["expected_error"], 1),
+        ["scene", "tolerance", "pilot", "taken", "error expected", "error", "s of processor", "cheapest that met it", "cost ratio"],
+        [[r["name"], percent(r["tolerance"]),
+          f"{r['pilot']} {percent(r['pilot_error'], 1)}, {r['pilot_photons']} photons" if r.get("pilot") else "",
+          r["model"], percent(r["expected_error"], 1),
           percent(r["error"], 1) + ("" if r["met"] else " (above)"), f"{r['cpu_seconds']:.2g}", r["cheapest"] or "none",
           "–" if r["cost_ratio"] is None else f"{r['cost_ratio']:.2g}"] for r in rows])
     return {}, {"": text}
@@ -709,6 +713,26 @@ def polygrid_frames(record):
          "frames per second", "[W] (coherent)", "edit: equations + light + diffusion [ms]"], lines)}
 
 
+def importance(record):
+    """Local diffusion: error at equal samples, a panel a scene."""
+    rows = record["rows"]
+    figure, axes = panels(len(unique(rows, "scene")))
+    for ax, scene in zip(axes, unique(rows, "scene")):
+        for number, method in enumerate(unique(rows, "method")):
+            own = [r for r in rows if r["scene"] == scene and r["method"] == method]
+            line(ax, number, [r["samples"] for r in own], [r["error"] for r in own], method)
+        dress(ax, scene, "samples a triangle", "root-mean-square error, relative", "xy")
+    lines = []
+    for scene in record["scenes"]:
+        for method in unique(rows, "method"):
+            own = {r["samples"]: r for r in rows if r["scene"] == scene["scene"] and r["method"] == method}
+            lines.append([scene["scene"], method] + [percent(own[n]["error"], 1) if n in own else "" for n in (32, 128, 512)]
+                         + [f"{own[128]['microseconds']:.0f} µs" if 128 in own else ""])
+    missed = ", ".join(f"{s['scene']} {percent(s['missed_in_image_space'], 1)}" for s in record["scenes"])
+    return {"": figure}, {"": provenance(record) + "\n" + table(["scene", "samples by", "32", "128", "512", "processor time of 128"], lines)
+                          + f"\nWhat entered where the eye does not see, of the exitance seen: {missed}.\n"}
+
+
 def object_map(name, values):
     """Exitance of a model and its difference from the reference, patch by patch, on the lit side and the far one."""
     # Of triangles: corners; exitance, its mean over the patch, the reference's.
@@ -717,22 +741,48 @@ def object_map(name, values):
     top = float(reference.max())
     difference = 100.0 * (mean - reference) / reference.clip(1e-3 * top)
     for row, sign, side in ((axes[0], 1.0, "lit side"), (axes[1], -1.0, "far side")):
-        ahead, right, up = frame_of([sign * x for x in (3.0, 5.0, 8.0)])  # towards the light
-        seen = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ahead > 0.0
-        order = numpy.flatnonzero(seen)[numpy.argsort(corners[seen].mean(axis=1) @ ahead)]
-        outlines = numpy.stack([corners[order] @ right, corners[order] @ up], axis=-1)
         for ax, shown, title, colours, norm in (
                 (row[0], exitance, "exitance", "viridis", matplotlib.colors.LogNorm(0.02 * top, top)),
                 (row[1], reference, "Monte Carlo, patches", "viridis", matplotlib.colors.LogNorm(0.02 * top, top)),
                 (row[2], difference, "difference of patches [%]", "RdBu_r", matplotlib.colors.Normalize(-20.0, 20.0))):
-            patches = PolyCollection(outlines, array=shown[order].clip(norm.vmin, norm.vmax), cmap=colours, norm=norm,
-                                     edgecolors="face", linewidths=0.2)
-            ax.add_collection(patches)
-            ax.set(title=f"{title}, {side}", aspect="equal", xticks=[], yticks=[])
-            ax.autoscale_view()
-            ax.grid(False)
-            figure.colorbar(patches, ax=ax, shrink=0.8)
+            figure.colorbar(draw_surface(ax, f"{title}, {side}", corners, shown, sign, colours, norm), ax=ax, shrink=0.8)
     figure.suptitle(name)
+    return figure
+
+
+def draw_surface(ax, title, corners, shown, sign, colours, norm):
+    """Triangles in their colours, seen from the light (sign 1) or from opposite it."""
+    ahead, right, up = frame_of([sign * x for x in (3.0, 5.0, 8.0)])  # towards the light
+    seen = numpy.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ ahead > 0.0
+    order = numpy.flatnonzero(seen)[numpy.argsort(corners[seen].mean(axis=1) @ ahead)]
+    outlines = numpy.stack([corners[order] @ right, corners[order] @ up], axis=-1)
+    patches = PolyCollection(outlines, array=shown[order].clip(norm.vmin, norm.vmax), cmap=colours, norm=norm,
+                             edgecolors="face", linewidths=0.2)
+    ax.add_collection(patches)
+    ax.set(title=title, aspect="equal", xticks=[], yticks=[])
+    ax.autoscale_view()
+    ax.grid(False)
+    return patches
+
+
+def thesis_pictures(maps):
+    """[T] Table 5.1: a row for each object that has maps, exitance by model on the side away from the light, and Monte Carlo's."""
+    own = {title: {model: maps[f"{name}-{model}"] for model in THESIS_MODELS if f"{name}-{model}" in maps}
+           for title, name in THESIS.items()}
+    own = {title: by_model for title, by_model in own.items() if by_model}
+    figure, axes = plt.subplots(len(own), 1 + len(THESIS_MODELS), figsize=(10.0, 2.3 * len(own)), squeeze=False,
+                                constrained_layout=True)
+    for row, (title, by_model) in zip(axes, own.items()):
+        values = next(iter(by_model.values()))
+        top = float(values[:, 11].max())
+        norm = matplotlib.colors.LogNorm(0.01 * top, top)
+        for ax, model in zip(row, ["Monte Carlo, patches", *THESIS_MODELS]):
+            if model in by_model or ax is row[0]:
+                shown = by_model.get(model, values)
+                draw_surface(ax, model, shown[:, :9].reshape(-1, 3, 3), shown[:, 11 if ax is row[0] else 9], -1.0, "viridis", norm)
+            else:
+                ax.set_visible(False)
+        row[0].set_ylabel(title)
     return figure
 
 
@@ -807,8 +857,9 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "objects-models": objects, "objects-auto": automatic,
-            **{f"dipole-{name}": (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
-               for name in ("hierarchy", "form-factors", "profiles", "energy")},
+            **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
+               for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},
+             "dipole-importance": importance,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
 
@@ -839,10 +890,12 @@ def draw(folder):
         for end, text in made.items():
             write(folder / (stem + end + ("" if "." in end else ".md")), text)
             texts[stem + end] = text
-    for file in sorted(folder.glob("objects-map-*.npy")):
-        figure = object_map(file.stem.removeprefix("objects-map-"), numpy.load(file))
-        pictures[file.stem] = file.with_suffix(".png")
-        figure.savefig(pictures[file.stem], dpi=100, metadata={"Software": None})
+    maps = {file.stem.removeprefix("objects-map-"): numpy.load(file) for file in sorted(folder.glob("objects-map-*.npy"))}
+    for name in [*maps, *(["thesis"] if any(name.rpartition("-")[0] in THESIS.values() for name in maps) else [])]:
+        figure = object_map(name, maps[name]) if name in maps else thesis_pictures(maps)
+        stem = f"objects-map-{name}" if name in maps else f"objects-{name}"
+        pictures[stem] = folder / f"{stem}.png"
+        figure.savefig(pictures[stem], dpi=100, metadata={"Software": None})
         plt.close(figure)
     return pictures, texts
 

@@ -10,14 +10,14 @@ namespace kappamu::app {
 
 namespace {
 
-struct Arguments {
+struct ChartArguments {
   std::string photograph;
   std::string out;
   std::vector<double> corners;
   bool linear = false;
 };
 
-void run_chart(const Arguments& arguments, const Globals& globals) {
+void run_chart(const ChartArguments& arguments, const Globals& globals) {
   std::optional<pipeline::ChartCorners> corners;
   if (!arguments.corners.empty()) {
     corners.emplace();
@@ -72,7 +72,7 @@ void add_chart(CLI::App& app, Globals& globals) {
       "shows what was measured: look whether each outline lies within its patch. OUT/chart.csv "
       "has\n"
       "the numbers. Where the chart is not recognised, --corners gives it.");
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ChartArguments>();
   command->add_option("photograph", arguments->photograph, "RAW, PNG, TIFF, JPEG or EXR")
       ->required();
   command->add_option("-o,--out", arguments->out, "Folder of chart.png and chart.csv")

@@ -24,7 +24,7 @@ namespace {
 using forward::Convention;
 using forward::SourceModel;
 
-struct Arguments {
+struct ForwardArguments {
   ForwardFiles files;
   std::string out;
   std::string method = "multigrid";
@@ -38,7 +38,7 @@ struct Arguments {
   forward::ForwardOptions model;
 };
 
-forward::GridSetup setup_of(const Arguments& options, const GridShape& shape) {
+forward::GridSetup setup_of(const ForwardArguments& options, const GridShape& shape) {
   forward::GridSetup setup;
   setup.shape = shape;
   setup.eta = options.eta;
@@ -58,7 +58,7 @@ const forward::MethodName& method_named(const std::string& name) {
                        [&](const auto& method) { return method.name == name; });
 }
 
-void run_forward(const Arguments& arguments, Globals& globals) {
+void run_forward(const ForwardArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
   const forward::MethodName& method = method_named(arguments.method);
   forward::ForwardProblem problem;
@@ -172,7 +172,7 @@ std::string methods_manual() {
 
 void add_forward(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand("forward", manual);
-  auto options = std::make_shared<Arguments>();
+  auto options = std::make_shared<ForwardArguments>();
   ForwardFiles& files = options->files;
   command->add_option("--kappa", files.kappa, "Diffusion coefficient [mm], .npy or .vdb")
       ->required()

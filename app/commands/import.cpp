@@ -11,12 +11,12 @@ namespace kappamu::app {
 
 namespace {
 
-struct Arguments {
+struct ImportArguments {
   std::string photographs, plan, out, table;
   bool follow_links = false;
 };
 
-void run_import(const Arguments& arguments, const Globals& globals) {
+void run_import(const ImportArguments& arguments, const Globals& globals) {
   const auto progress = make_progress();
   pipeline::require_apart(arguments.out, {arguments.plan});
   // Photographs may lie in the session's folder already.
@@ -71,7 +71,7 @@ void add_import(CLI::App& app, Globals& globals) {
       "Refused, one sentence each: another aperture, sensitivity, focal length or camera than the\n"
       "rest; a photograph of no shot, or a shot without photographs; no exposure time; a frame\n"
       "whose brightness does not fit its exposure time.");
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ImportArguments>();
   command->add_option("photographs", arguments->photographs, "Folder of the photographs")
       ->required()
       ->type_name("FOLDER");

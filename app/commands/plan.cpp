@@ -12,7 +12,7 @@ namespace kappamu::app {
 
 namespace {
 
-struct Arguments {
+struct PlanArguments {
   capture::PlanRequest request;
   std::vector<double> size_mm;
   double voxel_mm = 0.5;
@@ -23,7 +23,7 @@ struct Arguments {
   std::string out;
 };
 
-void run_plan(Arguments arguments, const Globals& globals) {
+void run_plan(PlanArguments arguments, const Globals& globals) {
   capture::PlanRequest& request = arguments.request;
   capture::Sample& sample = request.sample;
   sample.voxel_mm = arguments.voxel_mm;
@@ -101,8 +101,8 @@ void add_plan(CLI::App& app, Globals& globals) {
       "The patterns assume that the lit face is centred in the projector's picture, its x axis\n"
       "along the picture's; they reach half a face beyond it. Time: 2 s per photograph and 30 s\n"
       "per new arrangement besides the exposures. Disk: 16-bit RGB uncompressed.");
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<PlanArguments>();
+  PlanArguments& a = *arguments;
   capture::PlanRequest& request = a.request;
   request.sample.name = "sample";
   request.camera.bit_depth = 12;

@@ -74,10 +74,10 @@ std::string extents(const GridShape& grid) {
          std::to_string(grid.nz);
 }
 
-void print(const synthetic::SimulationReport& report, bool json) {
+void print(const synthetic::SimulationReport& report, bool as_json) {
   double total = 0.0;
   for (const auto& [stage, seconds] : report.seconds) total += seconds;
-  if (json) {
+  if (as_json) {
     const auto voxels = [](const GridShape& grid) {
       return nlohmann::json{grid.nx, grid.ny, grid.nz};
     };

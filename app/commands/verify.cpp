@@ -15,15 +15,15 @@ void run_verify(const std::string& run, const Globals& globals) {
   const pipeline::Verification found = pipeline::verify_folder(run, *progress);
   progress->update("verify", 1.0, "");
   if (globals.json) {
-    nlohmann::ordered_json json{{"run", run},
-                                {"whole", found.damaged() == 0},
-                                {"files", found.files},
-                                {"bytes", found.bytes},
-                                {"findings", nlohmann::json::array()}};
+    nlohmann::ordered_json found_here{{"run", run},
+                                      {"whole", found.damaged() == 0},
+                                      {"files", found.files},
+                                      {"bytes", found.bytes},
+                                      {"findings", nlohmann::json::array()}};
     for (const pipeline::Finding& f : found.findings)
-      json["findings"].push_back({{"what", to_string(f.what)}, {"name", f.name}});
+      found_here["findings"].push_back({{"what", to_string(f.what)}, {"name", f.name}});
     std::printf("%s\n",
-                json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+                found_here.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
   } else {
     for (const pipeline::Finding& f : found.findings)
       std::printf("%-14s %s\n", to_string(f.what).c_str(), f.name.c_str());

@@ -76,7 +76,7 @@ std::vector<ViewsCase> measure_views(const ViewsOptions& options, Progress& prog
 
 namespace {
 
-void measure(const Request& request, Progress& progress, const Save& save) {
+void run_views(const Request& request, Progress& progress, const Save& save) {
   ViewsOptions options;
   if (request.size == Size::quick) {
     options.views = {3, 6, 12};
@@ -106,7 +106,7 @@ Subject views_subject() {
       "  kappamu bench calibration --quick -o out/    seconds\n\n"
       "Of the projection at the sample's distance over the whole frame and of the focal length,\n"
       "each against what the calibrations state themselves.",
-      {{"calibration", "all counts", measure}},
+      {{"calibration", "all counts", run_views}},
       {{"corner-noise",
         "Standard deviation of a corner, per coordinate [px] (default 0.03): 0.1 is what real "
         "boards leave, 0.0013 what rendered ones do",

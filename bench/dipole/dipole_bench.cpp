@@ -148,6 +148,8 @@ Subject dipole_subject() {
           {{"hierarchy", "2 k to 500 k triangles, RGB marble at 25 mm", dipole_hierarchy},
            {"form-factors", "a random sweep against adaptive quadrature", dipole_form_factors},
            {"profiles", "total reflectance against Monte Carlo in a half-space", dipole_profiles},
+           {"importance", "samples of local diffusion by importance against uniform ones",
+            dipole_importance},
            {"energy", "marble cylinders that send out more than enters", dipole_energy}},
           {{"cases", "Of the form factors' sweep (default 2000)", Setting::Kind::number, 1, 1e6},
            {"repetitions", "Frames timed per mode (default 15)", Setting::Kind::number, 1, 1000},

@@ -15,6 +15,8 @@ void dipole_hierarchy(const Request& request, Progress& progress, const Save& sa
 void dipole_form_factors(const Request& request, Progress& progress, const Save& save);
 /// Rows per albedo and refractive index.
 void dipole_profiles(const Request& request, Progress& progress, const Save& save);
+/// Rows per scene, kind of samples and their number.
+void dipole_importance(const Request& request, Progress& progress, const Save& save);
 /// Rows per height of a marble cylinder.
 void dipole_energy(const Request& request, Progress& progress, const Save& save);
 

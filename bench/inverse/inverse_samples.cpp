@@ -14,7 +14,7 @@ namespace kappamu::bench {
 
 namespace {
 
-constexpr double noise = 0.01;
+constexpr double sample_noise = 0.01;
 
 /// Smaller variants keep the depth of the block and its structure's size.
 synthetic::SampleModel sized(const std::string& name, const Request& request) {
@@ -51,7 +51,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   block.grid = sample.grid;
   block.lit = sample.lit_face();
   block.seen = sample.seen_face();
-  block.noise = noise;
+  block.noise = sample_noise;
   block.precision = forward::Precision::single_precision;
   const std::vector<double> light = bar_light(block.grid, block.lit, capture::FitLight{}.n);
   const std::array<Medium, 3> truth = synthetic::sample_medium(sample, block.grid.refined(2));
@@ -59,7 +59,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
               {"grid", {block.grid.nx, block.grid.ny, block.grid.nz}},
               {"channels", truth.size()},
               {"patterns", 16},
-              {"noise", noise}};
+              {"noise", sample_noise}};
   double seconds = 0.0;
   double deviation_seconds = 0.0;
   int solves = 0;
@@ -68,7 +68,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   for (std::size_t channel = 0; channel < truth.size(); ++channel) {
     const inverse::CoefficientPair fields = inverse::to_fields(truth[channel]);
     SurfaceMeasurements measured = expose(block, fields, light);
-    add_noise(measured, noise, request.seed + channel);
+    add_noise(measured, sample_noise, request.seed + channel);
     inverse::FitOptions fit_options;
     fit_options.solver.backend.device = request.device;
     fit_options.uncertainty.samples = 2;  // the default of `kappamu fit`

@@ -25,9 +25,9 @@ CoefficientPair medium(const GridShape& shape) {
   return make_truth(shape, spec);
 }
 
-VectorXd normals(Noise& noise, Index count) {
+VectorXd normals(Noise& random, Index count) {
   VectorXd values(count);
-  for (double& x : values) x = noise.normal();
+  for (double& x : values) x = random.normal();
   return values;
 }
 

@@ -11,13 +11,13 @@ namespace {
 
 using forward::Precision;
 
-struct Material {
+struct KappaField {
   const char* name;
   MediumSpec spec;
 };
 
-const std::vector<Material>& materials() {
-  static const std::vector<Material> all{
+const std::vector<KappaField>& kappa_fields() {
+  static const std::vector<KappaField> all{
       {"smooth", {.kind = MediumKind::smooth}},
       {"inclusions", {.kind = MediumKind::inclusions}},
       {"checkerboard, 1 voxel", {.kind = MediumKind::checkerboard}},
@@ -41,7 +41,7 @@ MediumSpec of_contrast(MediumSpec spec, double contrast) {
 
 void limit_contrast(const Request& request, Progress& progress, const Save& save) {
   Json rows = Json::array();
-  for (const Material& material : materials()) {
+  for (const KappaField& material : kappa_fields()) {
     for (const double contrast : contrasts) {
       progress.update("contrast", 0.0, material.name);
       const LimitOutcome outcome = run_limit({.setup = {.shape = {48, 48, 20, 0.25}},
@@ -64,7 +64,7 @@ void limit_size(const Request& request, Progress& progress, const Save& save) {
   Json rows = Json::array();
   std::vector<int> edges{32, 64, 128};
   if (request.size == Size::full) edges.push_back(256);
-  for (const Material& material : materials()) {
+  for (const KappaField& material : kappa_fields()) {
     if (material.spec.kind == MediumKind::smooth) continue;
     for (const double contrast : {1e4, 1e6}) {
       for (const int n : edges) {
@@ -90,7 +90,7 @@ void limit_size(const Request& request, Progress& progress, const Save& save) {
 void limit_floor(const Request& request, Progress& progress, const Save& save) {
   Json rows = Json::array();
   constexpr double out_of_reach = 1e-16;
-  for (const Material& material : materials()) {
+  for (const KappaField& material : kappa_fields()) {
     for (const double contrast : contrasts) {
       progress.update("floor", 0.0, material.name);
       Json row{{"κ", material.name}, {"contrast", contrast}};

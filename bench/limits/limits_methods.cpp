@@ -58,14 +58,14 @@ double accounted_for(const ForwardResult& result) {
 
 void limit_stencil(const Request& request, Progress& progress, const Save& save) {
   Json rows = Json::array();
-  struct Block {
+  struct Case {
     const char* name;
     GridShape shape;
     MediumKind kind;
     int period;
   };
   const GridShape coarse{32, 32, 20, 0.25};
-  const std::array<Block, 6> blocks{{
+  const std::array<Case, 6> blocks{{
       {"smooth", coarse, MediumKind::smooth, 1},
       {"smooth, voxels halved", coarse.refined(2), MediumKind::smooth, 1},
       {"inclusions", coarse, MediumKind::inclusions, 1},
@@ -93,12 +93,12 @@ void limit_stencil(const Request& request, Progress& progress, const Save& save)
 
 void limit_relaxation(const Request& request, Progress& progress, const Save& save) {
   Json rows = Json::array();
-  struct Block {
+  struct Case {
     const char* name;
     GridShape shape;
     MediumSpec medium;
   };
-  const std::array<Block, 4> blocks{{
+  const std::array<Case, 4> blocks{{
       {"16³, even κ", {16, 16, 16, 0.5}, {}},
       {"32³, even κ", {32, 32, 32, 0.25}, {}},
       {"64³, even κ", {64, 64, 64, 0.125}, {}},
@@ -106,7 +106,7 @@ void limit_relaxation(const Request& request, Progress& progress, const Save& sa
        {32, 32, 32, 0.25},
        {.kind = MediumKind::inclusions, .contrast = 1e4}},
   }};
-  for (const Block& block : blocks) {
+  for (const Case& block : blocks) {
     const ForwardProblem problem = problem_of(block.shape, block.medium);
     const ForwardResult truth = answer("multigrid", problem, {1e-6, 200}, request);
     for (const char* method : {"relaxation", "gauss-seidel"}) {

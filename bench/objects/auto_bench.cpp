@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "bench/objects/object_measurement.h"
-#include "forward/choice/choice.h"
+#include "forward/choice/pilot.h"
 
 namespace kappamu::bench {
 
@@ -23,10 +23,14 @@ struct Tried {
   double error = 0.0, seconds = 0.0;  ///< of processor
 };
 
-/// Every candidate that answers, the one taken first.
+/// Every candidate that answers, the one taken first, and with it what the pilot cost.
 std::vector<Tried> try_all(const ObjectMeasurement& measurement,
-                           const forward::ObjectOptions& asked, const forward::Choice& choice) {
+                           const forward::ObjectOptions& asked, const forward::Choice& choice,
+                           const std::optional<forward::Pilot>& pilot, double pilot_seconds) {
   std::vector<Tried> tried;
+  if (pilot && pilot->within) {
+    tried.push_back({pilot->model, measurement.error_of(pilot->results.front()), pilot_seconds});
+  }
   for (const forward::ModelCandidate& candidate : choice.candidates) {
     if (!tried.empty()) {
       const double expected = candidate.seconds.value_or(0.0);
@@ -45,19 +49,26 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
       one.error = measurement.noise_of_triangles(photons);
       one.seconds *= static_cast<double>(photons) / static_cast<double>(options.photons);
     }
+    if (tried.empty()) one.seconds += pilot_seconds;
     tried.push_back(one);
   }
   return tried;
 }
 
-Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, double tolerance) {
+Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, double tolerance,
+            Progress& progress) {
   forward::ObjectOptions asked = measurement.options();
   asked.tolerance = tolerance;
   asked.photons = 1ULL << 31;
-  const forward::Choice choice =
-      forward::choose_model(std::span(&measurement.features(), 1), asked, {});
+  const std::span features(&measurement.features(), 1);
+  forward::Choice choice = forward::choose_model(features, asked, {});
+  const forward::ObjectProblem problem = measurement.problem();
+  const double before = cpu_seconds();
+  const std::optional<forward::Pilot> pilot =
+      forward::run_pilot(std::span(&problem, 1), features, asked, {}, choice, progress);
+  const double pilot_seconds = pilot ? cpu_seconds() - before : 0.0;
   const forward::ModelCandidate& taken = choice.candidates.front();
-  const std::vector<Tried> tried = try_all(measurement, asked, choice);
+  const std::vector<Tried> tried = try_all(measurement, asked, choice, pilot, pilot_seconds);
   std::optional<Tried> cheapest;
   Json measured = Json::object();
   for (const forward::MeasuredModel& model : forward::measured_models()) {
@@ -78,6 +89,11 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
            {"met", tried.front().error <= tolerance},
            {"expected_seconds", taken.seconds.value_or(0.0)},
            {"cpu_seconds", tried.front().seconds}};
+  row["pilot"] = pilot ? Json(pilot->model) : Json();
+  row["pilot_photons"] = pilot ? Json(pilot->photons) : Json();
+  row["pilot_error"] = pilot ? Json(pilot->error()) : Json();
+  row["pilot_probability"] = pilot ? Json(pilot->probability) : Json();
+  row["pilot_cpu_seconds"] = pilot_seconds;
   row["cheapest"] = cheapest ? Json(cheapest->model) : Json();
   row["cost_ratio"] = cheapest ? Json(tried.front().seconds / cheapest->seconds) : Json();
   row.update(measured);
@@ -96,7 +112,7 @@ void measure_auto(const Request& request, Progress& progress, const Save& save) 
   for (const ObjectCase& object : object_cases(Population::validation, wanted)) {
     const ObjectMeasurement measurement(object, settings, request, progress);
     for (const double tolerance : tolerances) {
-      rows.push_back(row_of(object, measurement, tolerance));
+      rows.push_back(row_of(object, measurement, tolerance, progress));
       save({{"rows", rows}});
     }
   }

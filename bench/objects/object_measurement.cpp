@@ -31,11 +31,11 @@ double validity_error(const ObjectBench& bench) {
   return worst;
 }
 
+}  // namespace
+
 double cpu_seconds() {
   return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
 }
-
-}  // namespace
 
 ObjectSettings object_settings(const Request& request) {
   const bool quick = request.size == Size::quick;
@@ -61,8 +61,8 @@ ObjectMeasurement::ObjectMeasurement(const ObjectCase& object, const ObjectSetti
       request_(request),
       progress_(progress),
       bench_(make_object_bench(object, settings.meshes, settings.volume, progress)),
-      patches_(make_patches(bench_.object().surface, bounding_box(bench_.object().mesh),
-                            patches_across)),
+      patches_(forward::make_patches(bench_.object().surface, bounding_box(bench_.object().mesh),
+                                     forward::patches_across)),
       reference_(reference()),
       features_(forward::features_of(bench_.problem())) {}
 
@@ -98,6 +98,11 @@ double ObjectMeasurement::noise_of_triangles(std::uint64_t photons) const {
       static_cast<double>(bench_.object().surface.size()) / static_cast<double>(patches_.size());
   return noise *
          std::sqrt(finer * static_cast<double>(reference_.photons) / static_cast<double>(photons));
+}
+
+double ObjectMeasurement::error_of(const forward::ObjectResult& result) const {
+  const std::vector<double> means = patches_.mean(result.exitance, bench_.object().surface);
+  return error_against(reference_, patches_, means, 0.0).two_norm;
 }
 
 ObjectReference ObjectMeasurement::reference() const {

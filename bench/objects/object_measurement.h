@@ -3,9 +3,9 @@
 
 #include "bench/objects/object_case.h"
 #include "bench/objects/object_reference.h"
-#include "bench/objects/patches.h"
 #include "bench/subject.h"
 #include "forward/choice/object_features.h"
+#include "forward/choice/patches.h"
 
 namespace kappamu::bench {
 
@@ -19,6 +19,9 @@ struct ObjectSettings {
 };
 ObjectSettings object_settings(const Request& request);
 
+/// Of the processor, that this program has spent.
+double cpu_seconds();
+
 class ObjectMeasurement {
  public:
   /// Makes the scene and reads its reference, or measures and records it.
@@ -31,6 +34,9 @@ class ObjectMeasurement {
   /// Noise of the exitance of triangles after so many photons, relative 2-norm, by the reference's
   /// standard errors: a mean's variance falls with its area.
   double noise_of_triangles(std::uint64_t photons) const;
+  forward::ObjectProblem problem() const { return bench_.problem(); }
+  /// Relative 2-norm of an answer's difference from the reference, over the patches.
+  double error_of(const forward::ObjectResult& result) const;
   /// "name" and "model", and what was measured, or "refused" with the sentence.
   Json row(const std::string& model, const forward::ObjectOptions& options) const;
 

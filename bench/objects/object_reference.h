@@ -7,12 +7,11 @@
 #include <vector>
 
 #include "bench/objects/object_case.h"
-#include "bench/objects/patches.h"
+#include "forward/choice/patches.h"
 
 namespace kappamu::bench {
 
-/// Of comparisons: patches along the longest edge of an object's box.
-inline constexpr int patches_across = 8;
+using forward::Patches;
 
 struct ObjectReference {
   std::vector<double> exitance;        ///< per patch, relative to one unit of irradiance

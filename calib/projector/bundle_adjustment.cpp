@@ -9,6 +9,7 @@
 #include "calib/lens/camera_fit.h"
 #include "calib/lens/normal_equations.h"
 #include "calib/lens/pose_numbers.h"
+#include "calib/lens/rigid_motion.h"
 #include "calib/projector/bundle_numbers.h"
 #include "calib/targets/board_shape.h"
 #include "core/error.h"
@@ -23,14 +24,6 @@ template <class T>
 using Vector3 = Eigen::Matrix<T, 3, 1>;
 
 constexpr double huber_deviations = 3.0;
-
-template <class T>
-Vector3<T> moved(const T* six, const Vector3<T>& point) {
-  Vector3<T> result;
-  ceres::AngleAxisRotatePoint(six, point.data(), result.data());
-  for (int k = 0; k < 3; ++k) result[k] += six[3 + k];
-  return result;
-}
 
 double value_of(double x) {
   return x;

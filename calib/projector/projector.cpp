@@ -10,6 +10,7 @@
 #include "calib/lens/lens_model.h"
 #include "calib/lens/lens_solver.h"
 #include "calib/lens/opencv_convert.h"
+#include "calib/lens/rigid_motion.h"
 #include "calib/targets/board_shape.h"
 #include "core/error.h"
 
@@ -21,16 +22,8 @@ const char* const undetermined =
     "calibration.projector_planes with the plane tilted by 20 to 40 degrees in different "
     "directions";
 
-template <class T>
-Eigen::Matrix<T, 3, 1> moved(const T* six, const Eigen::Matrix<T, 3, 1>& point) {
-  Eigen::Matrix<T, 3, 1> result;
-  ceres::AngleAxisRotatePoint(six, point.data(), result.data());
-  for (int k = 0; k < 3; ++k) result[k] += six[3 + k];
-  return result;
-}
-
 /// Printed corner, camera pixels; the camera's lens is known.
-struct PrintedResidual {
+struct PrintedCornerResidual {
   LensNumbers camera;
   Eigen::Vector3d point_in_plane;
   Eigen::Vector2d observed;
@@ -49,7 +42,7 @@ struct PrintedResidual {
 
 /// Projected corner: the camera's ray meets the plane, and the projector sees that point at a
 /// pixel known exactly. The error is the camera's, so the residual is scaled to camera pixels.
-struct ProjectedResidual {
+struct ProjectedCornerResidual {
   Eigen::Vector3d ray;
   Eigen::Vector2d projector_pixel;
   double camera_px_per_projector_px;
@@ -146,16 +139,16 @@ void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
     const PlaneView& plane = setting.planes[p];
     for (std::size_t k = 0; k < plane.printed.pixels.size(); ++k) {
       problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<PrintedResidual, 2, 6>(
-              new PrintedResidual{numbers_of(setting.camera), setting.printed_point(plane, k),
+          new ceres::AutoDiffCostFunction<PrintedCornerResidual, 2, 6>(
+              new PrintedCornerResidual{numbers_of(setting.camera), setting.printed_point(plane, k),
                                   plane.printed.pixels[k]}),
           nullptr, fit.planes[p].data());
     }
     const double scale = camera_px_per_projector_px(plane, setting.projected);
     for (std::size_t k = 0; k < plane.projected.pixels.size(); ++k) {
       problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<ProjectedResidual, 2, lens_numbers, 6, 6>(
-              new ProjectedResidual{setting.camera.unproject(plane.projected.pixels[k]),
+          new ceres::AutoDiffCostFunction<ProjectedCornerResidual, 2, lens_numbers, 6, 6>(
+              new ProjectedCornerResidual{setting.camera.unproject(plane.projected.pixels[k]),
                                     setting.projector_pixel(plane, k), scale,
                                     has_square_pixels(fit.model)}),
           nullptr, fit.numbers.data(), fit.projector.data(), fit.planes[p].data());

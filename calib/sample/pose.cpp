@@ -11,6 +11,7 @@
 
 #include "calib/lens/lens_model.h"
 #include "calib/lens/opencv_convert.h"
+#include "calib/lens/rigid_motion.h"
 #include "calib/sample/face.h"
 #include "calib/sample/outline.h"
 #include "core/error.h"
@@ -20,15 +21,6 @@ namespace {
 
 using Six = std::array<double, 6>;
 using Corners = std::array<Eigen::Vector2d, 4>;
-
-template <class T>
-Eigen::Matrix<T, 3, 1> moved(const T* six, const Eigen::Vector3d& point) {
-  const std::array<T, 3> in{T(point.x()), T(point.y()), T(point.z())};
-  Eigen::Matrix<T, 3, 1> out;
-  ceres::AngleAxisRotatePoint(six, in.data(), out.data());
-  for (int k = 0; k < 3; ++k) out[k] += six[3 + k];
-  return out;
-}
 
 /// Distance in pixels of an edge point's ray from the plane through the eye and an edge, measured
 /// in the undistorted image.
@@ -40,7 +32,7 @@ struct EdgeResidual {
 
   template <class T>
   bool operator()(const T* pose, T* residual) const {
-    const Eigen::Matrix<T, 3, 1> line = moved(pose, start).cross(moved(pose, end));
+    const Eigen::Matrix<T, 3, 1> line = moved<T>(pose, start.cast<T>()).cross(moved<T>(pose, end.cast<T>()));
     const Eigen::Matrix<T, 3, 1> direction = ray.cast<T>();
     residual[0] = focal_px * line.dot(direction) / line.template head<2>().norm();
     return true;
@@ -54,7 +46,7 @@ struct CornerResidual {
 
   template <class T>
   bool operator()(const T* pose, T* residual) const {
-    const Eigen::Matrix<T, 3, 1> point = moved(pose, corner);
+    const Eigen::Matrix<T, 3, 1> point = moved<T>(pose, corner.cast<T>());
     residual[0] = focal_px * (point.x() / point.z() - ray.x());
     residual[1] = focal_px * (point.y() / point.z() - ray.y());
     return true;

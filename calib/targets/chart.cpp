@@ -8,8 +8,8 @@
 namespace kappamu::calib {
 namespace {
 
-constexpr int columns = 6;
-constexpr int rows = 4;
+constexpr int chart_columns = 6;
+constexpr int chart_rows = 4;
 
 Eigen::Vector2d mapped(const cv::Mat& homography, double x, double y) {
   const auto* h = homography.ptr<double>();
@@ -23,9 +23,9 @@ ChartPatches patches_of(const cv::Mat& homography) {
   // rim.
   constexpr double half = 0.21;
   ChartPatches patches;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns; ++column) {
-      const std::size_t p = static_cast<std::size_t>(row) * columns + column;
+  for (int row = 0; row < chart_rows; ++row) {
+    for (int column = 0; column < chart_columns; ++column) {
+      const std::size_t p = static_cast<std::size_t>(row) * chart_columns + column;
       patches.centres[p] = mapped(homography, column, row);
       patches.middles[p] = {mapped(homography, column - half, row - half),
                             mapped(homography, column + half, row - half),
@@ -83,7 +83,7 @@ std::vector<std::array<int, 2>> pixels_inside(const std::array<Eigen::Vector2d, 
 
 ChartPatches chart_from_corners(const std::array<Eigen::Vector2d, 4>& corners_px) {
   const std::vector<cv::Point2f> lattice{
-      {0, 0}, {columns - 1, 0}, {columns - 1, rows - 1}, {0, rows - 1}};
+      {0, 0}, {chart_columns - 1, 0}, {chart_columns - 1, chart_rows - 1}, {0, chart_rows - 1}};
   std::vector<cv::Point2f> pixels;
   pixels.reserve(corners_px.size());
   for (const Eigen::Vector2d& p : corners_px) {

@@ -19,10 +19,6 @@ constexpr double seconds_per_frame = 2.0;         // storing, the projector's la
 constexpr double seconds_per_arrangement = 30.0;  // a person moves something
 constexpr double patch_overhang = 0.5;
 
-std::string number(double value, const char* format = "%.6g") {
-  return shown_number(value, format);
-}
-
 // Extents [mm] of the lit face along its two axes.
 std::array<double, 2> lit_face_mm(const Sample& sample) {
   const int normal = static_cast<int>(sample.lit_face) / 2;
@@ -42,12 +38,12 @@ ProjectorQuad centred_quad(const PlanRequest& request) {
   const double x = 0.5 * (request.projector.width - 1);
   const double y = 0.5 * (request.projector.height - 1);
   if (half_x > x || half_y > y) {
-    throw InputError("capture plan: the lit face of " + number(mm[0]) + " x " + number(mm[1]) +
-                     " mm is " + number(2 * half_x, "%.0f") + " x " + number(2 * half_y, "%.0f") +
-                     " projector pixels, more than the projector's " +
-                     std::to_string(request.projector.width) + " x " +
-                     std::to_string(request.projector.height) +
-                     "; move the projector away or take a smaller block.");
+    throw InputError(
+        "capture plan: the lit face of " + shown_number(mm[0]) + " x " + shown_number(mm[1]) +
+        " mm is " + shown_number(2 * half_x, "%.0f") + " x " + shown_number(2 * half_y, "%.0f") +
+        " projector pixels, more than the projector's " + std::to_string(request.projector.width) +
+        " x " + std::to_string(request.projector.height) +
+        "; move the projector away or take a smaller block.");
   }
   return {{{x - half_x, y - half_y},
            {x + half_x, y - half_y},
@@ -189,7 +185,7 @@ class ShotList {
 std::string csv(const std::vector<Shot>& shots) {
   std::string text = "file,exposure_s,metered,station,show,subject\n";
   for (const Shot& shot : shots) {
-    text += shot.file + "," + number(shot.exposure_s, "%.9g") + "," +
+    text += shot.file + "," + shown_number(shot.exposure_s, "%.9g") + "," +
             (shot.metered ? "yes" : "no") + "," + shot.station + "," + shot.show + ",\"" +
             shot.subject + "\"\n";
   }
@@ -217,16 +213,17 @@ std::string text(const Plan& plan) {
       "between its views and the patterns.\nMetered shots: the longest time of the plan that does "
       "not saturate; the others as told, a Gray code's at the time of its white, "
       "phase-shifted light's at the time of its first.\n" +
-      std::to_string(plan.shots.size()) + " photographs, " + number(plan.disk_bytes / 1e9, "%.2g") +
-      " GB at most, about " + number(plan.working_s / 60.0, "%.0f") + " minutes.\n";
+      std::to_string(plan.shots.size()) + " photographs, " +
+      shown_number(plan.disk_bytes / 1e9, "%.2g") + " GB at most, about " +
+      shown_number(plan.working_s / 60.0, "%.0f") + " minutes.\n";
   std::string scene;
   for (const Shot& shot : plan.shots) {
     const std::string now =
         shot.subject + "; camera at " + shot.station + "; projector shows " + shot.show;
     if (now != scene) out += "\n" + now + "\n";
     scene = now;
-    out += "  [ ] " + number(shot.exposure_s, "%.4g") + " s" + (shot.metered ? " (meter)" : "") +
-           "  " + shot.file + "\n";
+    out += "  [ ] " + shown_number(shot.exposure_s, "%.4g") + " s" +
+           (shot.metered ? " (meter)" : "") + "  " + shot.file + "\n";
   }
   return out;
 }
@@ -243,8 +240,8 @@ std::vector<double> exposure_times(double period_s, double longest_s, int count)
   const double first = std::ceil(shortest_exposure_s / period_s - 1e-6);
   const double last = std::floor(longest_s / period_s + 1e-6);
   if (last < first) {
-    throw InputError("capture plan: the longest exposure of " + number(longest_s) + " s is below " +
-                     number(first * period_s) +
+    throw InputError("capture plan: the longest exposure of " + shown_number(longest_s) +
+                     " s is below " + shown_number(first * period_s) +
                      " s, the shortest multiple of the projector's period of at least 1/30 s; "
                      "allow longer ones.");
   }
@@ -262,15 +259,15 @@ std::vector<double> exposure_times(double period_s, double longest_s, int count)
 Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder) {
   const std::array<double, 2> mm = lit_face_mm(request.sample);
   if (!(request.projector_px_per_mm * request.sample.voxel_mm >= 1.0)) {
-    throw InputError("capture plan: a voxel of " + number(request.sample.voxel_mm) +
+    throw InputError("capture plan: a voxel of " + shown_number(request.sample.voxel_mm) +
                      " mm is smaller than a projector pixel of " +
-                     number(1.0 / request.projector_px_per_mm) +
+                     shown_number(1.0 / request.projector_px_per_mm) +
                      " mm; take a coarser grid or move the projector nearer.");
   }
   Plan plan;
   CapturePlan& capture = plan.capture;
-  capture.description =
-      "planned by kappamu plan, lit face " + number(mm[0]) + " x " + number(mm[1]) + " mm";
+  capture.description = "planned by kappamu plan, lit face " + shown_number(mm[0]) + " x " +
+                        shown_number(mm[1]) + " mm";
   capture.setup = request.setup;
   capture.sample = request.sample;
   capture.pattern_station = request.setup == Setup::back_lit ? "back" : "front";

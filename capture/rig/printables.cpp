@@ -6,18 +6,13 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::capture {
 namespace {
 
 constexpr double points_per_mm = 72.0 / 25.4;
 constexpr double text_mm = 12.0;  // below the board, for the line of text
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
 
 /// The smallest usual page that holds width x height [mm], else that size itself.
 std::array<double, 2> page_of(double width, double height) {
@@ -46,16 +41,16 @@ std::string pdf(const std::vector<std::string>& objects) {
 }
 
 std::string label(double x, double y, const std::string& text, const char* anchor = "middle") {
-  return "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor + "\">" +
-         text + "</text>\n";
+  return "<text x=\"" + shown_number(x) + "\" y=\"" + shown_number(y) + "\" text-anchor=\"" +
+         anchor + "\">" + text + "</text>\n";
 }
 
 /// A box with a lens on the side towards the block: dx is +1 where that is to the right.
 std::string device(double x, double y, int dx, const std::string& fill) {
-  return "<rect x=\"" + number(x - 30) + "\" y=\"" + number(y - 18) +
+  return "<rect x=\"" + shown_number(x - 30) + "\" y=\"" + shown_number(y - 18) +
          "\" width=\"60\" height=\"36\" rx=\"4\" fill=\"" + fill +
-         "\" stroke=\"#333\"/>\n<rect x=\"" + number(dx > 0 ? x + 30 : x - 40) + "\" y=\"" +
-         number(y - 10) + "\" width=\"10\" height=\"20\" fill=\"#333\"/>\n";
+         "\" stroke=\"#333\"/>\n<rect x=\"" + shown_number(dx > 0 ? x + 30 : x - 40) + "\" y=\"" +
+         shown_number(y - 10) + "\" width=\"10\" height=\"20\" fill=\"#333\"/>\n";
 }
 
 }  // namespace
@@ -70,26 +65,28 @@ std::string board_pdf(const Board& board) {
   const std::array<double, 2> page = page_of(width, height + text_mm);
   const double left = 0.5 * (page[0] - (board.columns + 1) * square);
   const double bottom = 0.5 * (page[1] - (board.rows + 1) * square) + 0.5 * text_mm;
-  std::string drawing = number(points_per_mm) + " 0 0 " + number(points_per_mm) + " 0 0 cm\n0 g\n";
+  std::string drawing =
+      shown_number(points_per_mm) + " 0 0 " + shown_number(points_per_mm) + " 0 0 cm\n0 g\n";
   for (int row = 0; row <= board.rows; ++row) {
     for (int column = row % 2; column <= board.columns; column += 2) {
-      drawing += number(left + column * square) + " " + number(bottom + row * square) + " " +
-                 number(square) + " " + number(square) + " re\n";
+      drawing += shown_number(left + column * square) + " " + shown_number(bottom + row * square) +
+                 " " + shown_number(square) + " " + shown_number(square) + " re\n";
     }
   }
   const std::string size = std::to_string(board.columns) + " x " + std::to_string(board.rows) +
                            " inner corners. Print at 100 %: the black pattern is " +
-                           number((board.columns + 1) * square) + " mm x " +
-                           number((board.rows + 1) * square) + " mm, a square " + number(square) +
-                           " mm.";
+                           shown_number((board.columns + 1) * square) + " mm x " +
+                           shown_number((board.rows + 1) * square) + " mm, a square " +
+                           shown_number(square) + " mm.";
   const double letters_mm =
       std::min(3.5, 1.9 * (page[0] - 10.0) / static_cast<double>(size.size()));
-  drawing += "f\nBT /F1 " + number(letters_mm) + " Tf 5 " +
-             number(std::max(5.0, bottom - square - 0.5 * text_mm)) + " Td (" + size + ") Tj ET\n";
+  drawing += "f\nBT /F1 " + shown_number(letters_mm) + " Tf 5 " +
+             shown_number(std::max(5.0, bottom - square - 0.5 * text_mm)) + " Td (" + size +
+             ") Tj ET\n";
   return pdf(
       {"<< /Type /Catalog /Pages 2 0 R >>", "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-       "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 " + number(page[0] * points_per_mm) + " " +
-           number(page[1] * points_per_mm) +
+       "<< /Type /Page /Parent 2 0 R /MediaBox [0 0 " + shown_number(page[0] * points_per_mm) +
+           " " + shown_number(page[1] * points_per_mm) +
            "] /Resources << /Font << /F1 5 0 R >> >> /Contents 4 0 R >>",
        "<< /Length " + std::to_string(drawing.size()) + " >>\nstream\n" + drawing + "endstream",
        "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"});
@@ -98,7 +95,7 @@ std::string board_pdf(const Board& board) {
 std::string rig_sketch(const Sample& sample, Setup setup) {
   const bool back_lit = setup == Setup::back_lit;
   const auto mm = [&](int axis) {
-    return number(sample.grid[static_cast<std::size_t>(axis)] * sample.voxel_mm);
+    return shown_number(sample.grid[static_cast<std::size_t>(axis)] * sample.voxel_mm);
   };
   std::string svg =
       "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 640 330\" "

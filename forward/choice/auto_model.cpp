@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
-#include "forward/choice/choice.h"
+#include "forward/choice/pilot.h"
 #include "forward/object_models.h"
 
 namespace kappamu::forward {
@@ -21,6 +21,11 @@ class AutoModel final : public ChannelsModel {
     std::vector<ObjectFeatures> features;
     for (const ObjectProblem& problem : problems) features.push_back(features_of(problem));
     Choice choice = choose_model(features, asked, costs_);
+    if (auto pilot = run_pilot(problems, features, asked, costs_, choice, progress);
+        pilot && pilot->within) {
+      for (ObjectResult& result : pilot->results) finish(asked, choice, result);
+      return std::move(pilot->results);
+    }
     auto next = choice.candidates.begin();
     while (true) {
       try {

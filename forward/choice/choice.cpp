@@ -21,7 +21,6 @@ constexpr double noise_share = 0.9;
 constexpr double fewest_photons = 2e4;
 /// Thinner than the thinnest measured by more than this factor, errors are not known.
 constexpr double beyond = 1.25;
-constexpr const char* random_walks = "montecarlo";
 
 std::string percent(double value) {
   std::array<char, 32> text{};

@@ -10,6 +10,9 @@
 
 namespace kappamu::forward {
 
+/// The model that is right wherever it is given time.
+inline constexpr const char* random_walks = "montecarlo";
+
 struct Choice {
   std::vector<ModelCandidate> candidates;  ///< the one to take first, then by cost, then the others
   bool within_tolerance = false;  ///< the first is expected to err no more than the tolerance

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/parallel.h"
+#include "forward/polygrid/closest_point.h"
+
 namespace kappamu::forward::dipole {
 
 namespace {
@@ -18,6 +21,8 @@ constexpr double thin_diffusion_lengths = 2.0;
 constexpr double tolerable_share = 0.01;
 /// 3κμ beyond which diffusion's own error in reflectance exceeds some per cent.
 constexpr double most_absorbing = 0.1;
+/// Of a source's depth: facets of a smooth surface may bring it this near.
+constexpr double facets = 0.75;
 
 }  // namespace
 
@@ -58,6 +63,31 @@ std::vector<std::string> assumption_warnings(const ObjectProblem& problem) {
     warnings.push_back(text.str());
   }
   return warnings;
+}
+
+std::optional<std::string> aligned_source_warning(const ObjectProblem& problem) {
+  const double depth = 3.0 * problem.medium.smallest().kappa;
+  const Surface& surface = problem.surface;
+  const ClosestPoint closest(problem.mesh);
+  std::vector<double> distance(surface.size());
+  for_rows(static_cast<int>(surface.size()), [&](int row) {
+    const auto t = static_cast<std::size_t>(row);
+    distance[t] = closest.from(surface.position[t] - depth * surface.normal[t], row).distance;
+  });
+  double area = 0.0, beside = 0.0, nearest = facets * depth;
+  for (std::size_t t = 0; t < surface.size(); ++t) {
+    area += surface.area[t];
+    if (distance[t] < facets * depth) beside += surface.area[t];
+    nearest = std::min(nearest, distance[t]);
+  }
+  if (beside == 0.0) return std::nullopt;
+  std::ostringstream text;
+  text.precision(2);
+  text << "sources of " << 100.0 * beside / area
+       << " % of the surface lie beside another part of it, " << nearest / depth
+       << " mean free paths at the nearest, where the exitance has no bound; use the model "
+          "dipole-rotated";
+  return text.str();
 }
 
 }  // namespace kappamu::forward::dipole

@@ -11,6 +11,7 @@
 #include "forward/dipole/assumptions.h"
 #include "forward/dipole/direct/direct_sum.h"
 #include "forward/dipole/hierarchy/hierarchy.h"
+#include "forward/dipole/local/local_diffusion.h"
 #include "forward/dipole/sum_check.h"
 #include "forward/dipole/transmitted.h"
 #include "forward/light_entry.h"
@@ -46,10 +47,13 @@ void validate(const ObjectProblem& problem, const ObjectOptions& options) {
               " are allowed; raise max_elements or simplify the mesh");
 }
 
+/// Over all pairs of triangles with sources along the normal; the others with rotated ones.
+enum class Summation { direct, hierarchy, local };
+
 class DipoleModel : public ObjectModel {
  public:
-  DipoleModel(std::string profile, Placement placement)
-      : profile_(std::move(profile)), placement_(placement) {}
+  DipoleModel(std::string profile, Summation summation)
+      : profile_(std::move(profile)), summation_(summation) {}
 
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override {
@@ -61,8 +65,10 @@ class DipoleModel : public ObjectModel {
       irradiance.push_back(transmitted(problem.surface, problem.eta, light));
     ObjectResult result;
     result.elements = problem.surface.size();
-    if (placement_ == Placement::aligned) {
+    if (summation_ == Summation::direct) {
       sum_directly(problem, options, profile, irradiance, progress, result);
+    } else if (summation_ == Summation::local) {
+      sum_locally(problem, options, profile, irradiance, progress, result);
     } else {
       sum_by_hierarchy(problem, options, profile, irradiance, progress, result);
     }
@@ -89,14 +95,15 @@ class DipoleModel : public ObjectModel {
     for (std::size_t l = 0; l < irradiance.size(); ++l) {
       progress.update("dipole", static_cast<double>(l) / static_cast<double>(irradiance.size()),
                       "");
-      const std::vector<double> exitance =
-          direct_sum(problem.mesh, problem.surface, profile, placement_, irradiance[l], all);
+      const std::vector<double> exitance = direct_sum(problem.mesh, problem.surface, profile,
+                                                      Placement::aligned, irradiance[l], all);
       result.exitance.insert(result.exitance.end(), exitance.begin(), exitance.end());
     }
     result.error_estimate.assign(irradiance.size(), 0.0);
     result.seconds = seconds_since(start);
     result.converged = true;
     result.message = "all pairs of triangles were summed";
+    if (auto warning = aligned_source_warning(problem)) result.warnings.push_back(*warning);
   }
 
   void sum_by_hierarchy(const ObjectProblem& problem, const ObjectOptions& options,
@@ -104,10 +111,10 @@ class DipoleModel : public ObjectModel {
                         Progress& progress, ObjectResult& result) const {
     const std::size_t samples = problem.surface.size(), lights = irradiance.size();
     const auto start = Clock::now();
-    const SumCheck check(problem.mesh, problem.surface, options.seed);
+    const SumCheck check(problem.mesh, problem.surface, problem.surface.area, options.seed);
     std::vector<std::vector<double>> exact;
     for (const std::vector<double>& light : irradiance) {
-      exact.push_back(check.exact(profile, placement_, light));
+      exact.push_back(check.exact(profile, Placement::rotated, light));
     }
     HierarchyOptions hierarchy_options;
     Hierarchy hierarchy(
@@ -190,16 +197,18 @@ class DipoleModel : public ObjectModel {
   }
 
   std::string profile_;
-  Placement placement_;
+  Summation summation_;
 };
 
 }  // namespace
 
 std::unique_ptr<ObjectModel> make_dipole_model(std::string_view name) {
-  if (name == "dipole") return std::make_unique<DipoleModel>("dipole", Placement::aligned);
-  if (name == "dipole-rotated") return std::make_unique<DipoleModel>("dipole", Placement::rotated);
+  using enum Summation;
+  if (name == "dipole") return std::make_unique<DipoleModel>("dipole", direct);
+  if (name == "dipole-rotated") return std::make_unique<DipoleModel>("dipole", hierarchy);
+  if (name == "local-diffusion") return std::make_unique<DipoleModel>("dipole", local);
   if (name == "better-dipole" || name == "beam-diffusion") {
-    return std::make_unique<DipoleModel>(std::string(name), Placement::rotated);
+    return std::make_unique<DipoleModel>(std::string(name), hierarchy);
   }
   return nullptr;
 }

@@ -1,6 +1,6 @@
-// Models `dipole`, `dipole-rotated`, `better-dipole` and `beam-diffusion`: homogeneous objects by
-// the BSSRDF of a half-space ([T] chapter 3), the fastest answer and the least exact
-// (docs/dipole.md).
+// Models `dipole`, `dipole-rotated`, `local-diffusion`, `better-dipole` and `beam-diffusion`:
+// homogeneous objects by the BSSRDF of a half-space ([T] chapter 3), the fastest answer and the
+// least exact (docs/dipole.md).
 #pragma once
 
 #include <memory>
@@ -11,7 +11,8 @@
 namespace kappamu::forward {
 
 /// `dipole` places sources along the normal and sums over all pairs of triangles; the others place
-/// them reciprocally and sum by the hierarchy on `device`. Null for another name.
+/// them reciprocally and sum by the hierarchy on `device`, `local-diffusion` by samples about every
+/// triangle. Null for another name.
 ///
 /// Beams add what they bring through the surface to the irradiance of the triangle they meet: the
 /// BSSRDF does not know their direction inside. The error estimate is that of the summation alone,

@@ -40,9 +40,9 @@ Relight::Relight(const TriangleMesh& mesh, const Surface& surface,
   Hierarchy hierarchy(
       device::Context::of(device::choose(device::list_devices(), options.device).index), mesh,
       profiles);
-  state_ =
-      std::make_unique<State>(State{surface, eta, std::move(profiles),
-                                    SumCheck(mesh, surface, options.seed), std::move(hierarchy)});
+  state_ = std::make_unique<State>(State{surface, eta, std::move(profiles),
+                                         SumCheck(mesh, surface, surface.area, options.seed),
+                                         std::move(hierarchy)});
 }
 
 Relight::~Relight() = default;

@@ -14,10 +14,11 @@ constexpr std::size_t checked_triangles = 32;
 
 }  // namespace
 
-SumCheck::SumCheck(const TriangleMesh& mesh, const Surface& surface, std::uint64_t seed)
+SumCheck::SumCheck(const TriangleMesh& mesh, const Surface& surface, std::span<const double> area,
+                   std::uint64_t seed)
     : mesh_(mesh), surface_(surface) {
   std::vector<double> sum(surface.size());
-  std::partial_sum(surface.area.begin(), surface.area.end(), sum.begin());
+  std::partial_sum(area.begin(), area.end(), sum.begin());
   for (std::size_t i = 0; i < checked_triangles; ++i) {
     const double at = sum.back() * (static_cast<double>(i) + uniform(key_of({seed, i}))) /
                       static_cast<double>(checked_triangles);
@@ -32,14 +33,23 @@ std::vector<double> SumCheck::exact(const Profile& profile, Placement placement,
 }
 
 double SumCheck::error(std::span<const double> exact, std::span<const double> exitance) const {
-  double difference = 0.0, size = 0.0;
+  std::vector<double> here;
+  for (const std::size_t t : checked_) here.push_back(exitance[t]);
+  if (std::any_of(exact.begin(), exact.end(), [](double value) { return value > 0.0; })) {
+    return difference(exact, here);
+  }
+  return std::any_of(exitance.begin(), exitance.end(), [](double value) { return value > 0.0; })
+             ? 1.0
+             : 0.0;
+}
+
+double SumCheck::difference(std::span<const double> exact, std::span<const double> other) const {
+  double squares = 0.0, size = 0.0;
   for (std::size_t i = 0; i < checked_.size(); ++i) {
-    difference += std::pow(exitance[checked_[i]] - exact[i], 2);
+    squares += std::pow(other[i] - exact[i], 2);
     size += exact[i] * exact[i];
   }
-  if (size > 0.0) return std::sqrt(difference / size);
-  for (const double value : exitance) size += value * value;
-  return size > 0.0 ? 1.0 : 0.0;
+  return size > 0.0 ? std::sqrt(squares / size) : 0.0;
 }
 
 }  // namespace kappamu::forward::dipole

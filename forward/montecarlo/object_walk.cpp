@@ -18,7 +18,7 @@ constexpr std::uint32_t full_weight = 1U << 31;
 /// Lighter photons are absorbed whole or not at all: that ends them without creating energy.
 constexpr std::uint32_t light_weight = 1U << 25;
 /// Coefficients stored as float may have 3κμ = 1 + 1e-7 where 1 was meant.
-constexpr double rounding = 1e-6;
+constexpr double share_rounding = 1e-6;
 /// What a ray caster may need of the box's longest edge to tell a point from the surface.
 constexpr double nudge_share = 1e-6;
 
@@ -132,7 +132,7 @@ void PhotonWalk::collide(const PhiloxBlock& r, WalkTally& tally) {
   const Coefficients here = scene_.medium.at(position_);
   const double real = scene_.mean_step / (3.0 * here.kappa);  // σt'/majorant
   const double absorbed = 3.0 * here.kappa * here.mu;         // σa/σt'
-  if (absorbed > 1.0 + rounding) {
+  if (absorbed > 1.0 + share_rounding) {
     std::ostringstream text;
     text << "medium: at (" << position_.transpose() << ") mm kappa = " << here.kappa
          << " and mu = " << here.mu

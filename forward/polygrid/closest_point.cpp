@@ -5,16 +5,14 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/numbers/at.h"
+
 namespace kappamu::forward {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 namespace {
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 std::vector<AlignedBox3d> boxes_of(const TriangleMesh& mesh) {
   std::vector<AlignedBox3d> boxes;

@@ -48,6 +48,10 @@ struct ModelChoice {
   Model model = Model::volume;
   int layers = 0;      ///< 0 for a volume
   std::string reason;  ///< one sentence
+  /// Error of the data that neighbouring pixels share and no structure explains
+  /// (systematic_error.h), relative to the values; 0 where none was found.
+  double systematic = 0.0;
+  double systematic_length = 0.0;  ///< its correlation length [pixels]
   std::vector<ModelTrial> trials;
 };
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -18,18 +19,10 @@ namespace {
 /// Spread of log data that a homogeneous block cannot follow: keeps bright, precise pixels from
 /// outvoting the rest.
 constexpr double heterogeneity = 0.3;
-/// Vanishing predictions count as this share of the datum.
-constexpr double darkest_ratio = 1e-6;
 constexpr int max_iterations = 25;
-/// Expected share of collisions that absorb, 3κμ, and the spread of its logarithm: marble, milk,
-/// wax, skin and juices lie within two spreads (Jensen et al. 2001, table 1).
-constexpr double expected_absorption = 3e-3;
-constexpr double absorption_spread = 2.0;
 /// Largest last step [log units] of what leads to the end, and there.
 constexpr double interim_tolerance = 2e-2;
 constexpr double step_tolerance = 1e-3;
-/// A step that keeps less of its promise asks for a fresh Jacobian.
-constexpr double trusted = 0.25;
 
 struct Residuals {
   Eigen::VectorXd value;  ///< weighted
@@ -159,7 +152,7 @@ Point descend(LogResidual& residual, const AbsorptionPrior& prior, Point point, 
     Point next{point.p + step, residual(point.p + step), {}, false};
     const double promised = -(2.0 * slope.dot(step) + step.dot(normal * step));
     const double gain = cost(point, prior) - cost(next, prior);
-    const bool poor = gain < trusted * promised;
+    const bool poor = gain < trusted_step * promised;
     if (gain > 0.0) {
       const Eigen::VectorXd surprise = next.at.value - point.at.value - point.jacobian * step;
       next.jacobian = std::move(point.jacobian);

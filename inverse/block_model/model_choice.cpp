@@ -1,5 +1,6 @@
 #include "inverse/block_model/model_choice.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -8,6 +9,7 @@
 #include "inverse/block_model/fixed_point.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
+#include "inverse/block_model/systematic_error.h"
 
 namespace kappamu::inverse {
 
@@ -19,6 +21,8 @@ constexpr int most_corrections = 4;
 /// The same by photons: none of the unknowns [log units] moved by more.
 constexpr double settled_move = 0.01;
 constexpr int most_by_transport = 15;
+/// Errors of the data make a homogeneous block look layered once in a thousand.
+constexpr double chance_deviations = 3.0;
 
 /// The same layers in slices of half the depth.
 LayeredMedium halved_slices(LayeredMedium medium) {
@@ -80,7 +84,26 @@ class Level {
     trial.coherent_limit = coherent_limit(evidence, options_.tolerated);
     trial.rejected = !not_rejected(evidence, options_.tolerated);
     simple.medium = std::move(found.medium);
+    if (level_ == 0) {
+      simple.systematic = estimate_systematic_error(
+          objective_.problem(), {simple.prediction, simple.correction.ratio, !refinement_.photons});
+      const ErrorCovariance errors(objective_.problem(), simple.prediction, simple.systematic,
+                                   options_.common_error);
+      simple.slope = fitter.slope_covariance(errors);
+      simple.residual = fitter.residual_without_common(errors);
+    }
     return simple;
+  }
+
+  /// Whether what `last`, fitted last, leaves beyond noise is error of the data and no structure.
+  bool unstructured(const SimpleFit& last) {
+    const SystematicError& error = last.systematic;
+    if (error.excess > options_.most_systematic) return false;
+    const Problem& problem = objective_.problem();
+    constexpr int draws = 8;
+    const ErrorCovariance errors(problem, last.prediction, error, 0.0);
+    return structure_ratio(objective_, last.residual, errors, draws, options_.seed) <=
+           options_.most_structure;
   }
 
  private:
@@ -139,6 +162,21 @@ class Level {
   CoefficientPair corrected_at_;  ///< where r was made; empty before the first
 };
 
+/// Unknowns of `many` layers from those of `few`, whose borders are among theirs.
+Eigen::MatrixXd copies(const LayeredMedium& many, const LayeredMedium& few) {
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(2 * many.layers(), 2 * few.layers());
+  int to = 0;
+  for (int from = 0; from < many.layers(); ++from) {
+    const auto next = static_cast<std::size_t>(to) + 1;
+    if (next < few.first.size() && many.first[static_cast<std::size_t>(from)] >= few.first[next]) {
+      ++to;
+    }
+    matrix(from, to) = 1.0;
+    matrix(many.layers() + from, few.layers() + to) = 1.0;
+  }
+  return matrix;
+}
+
 std::string name_of(int layers) {
   return layers == 1 ? "a homogeneous block" : std::to_string(layers) + " layers";
 }
@@ -178,21 +216,46 @@ class Search {
   bool decide(Level& grid) {
     if (offer(grid, 1) || options_.asked == Model::homogeneous) return accept_last();
     const int most = grid.most_layers();
-    if (most == 1 || !offer(grid, most)) return options_.asked == Model::layered && accept_last();
-    SimpleFit all = std::move(search_.rejected.back());
-    search_.rejected.pop_back();
-    const double allowance = options_.tolerated_rise * static_cast<double>(grid.used());
-    const LayeredMedium fewer = merge_layers(all.medium, all.normal, allowance);
-    if (fewer.layers() < all.medium.layers()) {
-      SimpleFit merged = tried(grid, fewer);
-      // Twice the allowance: the expectation is one to second order.
-      const double rise = merged.trial.chi2_per_value - all.trial.chi2_per_value;
-      merged.trial.rejected = merged.trial.rejected || rise > 2.0 * options_.tolerated_rise;
-      search_.trials.back() = merged.trial;
-      if (!merged.trial.rejected) all = std::move(merged);
+    if (most > 1) offer(grid, most);
+    SimpleFit& last = search_.rejected.back();
+    if (last.trial.rejected && grid.unstructured(last)) {
+      search_.systematic = last.systematic;
+      last.trial.rejected = false;
+      search_.trials.back() = last.trial;
     }
-    search_.accepted = std::move(all);
-    return true;
+    if (last.trial.rejected) return options_.asked == Model::layered && accept_last();
+    if (most > 1) merge(grid);
+    return accept_last();
+  }
+
+  /// The last fit with as few layers as the data need, one of them the homogeneous block that noise
+  /// alone rejects: layers explain systematic errors too, to a part that chance_rise() knows.
+  void merge(Level& grid) {
+    const SimpleFit all = search_.rejected.back();
+    const auto used = static_cast<double>(grid.used());
+    const auto needless = [&](const SimpleFit& fewer) {
+      const ChanceRise chance =
+          chance_rise(all.normal, all.slope, copies(all.medium, fewer.medium));
+      const double rise = used * (fewer.trial.chi2_per_value - all.trial.chi2_per_value);
+      return rise <= 2.0 * options_.tolerated_rise * used + chance.mean +
+                         chance_deviations * chance.deviation;
+    };
+    if (options_.asked != Model::layered && needless(search_.rejected.front())) {
+      search_.rejected.pop_back();
+      ModelTrial& one = search_.rejected.back().trial;
+      one.rejected = false;
+      (search_.trials.end() - 2)->rejected = false;
+      search_.systematic = search_.rejected.back().systematic;
+      return;
+    }
+    // (H⁻¹ S H⁻¹)⁻¹: what apart are errors of the data does not keep layers apart.
+    const Eigen::MatrixXd certain = all.normal * all.slope.ldlt().solve(all.normal);
+    const LayeredMedium fewer = merge_layers(all.medium, certain, options_.tolerated_rise * used);
+    if (fewer.layers() == all.medium.layers()) return;
+    SimpleFit merged = tried(grid, fewer);
+    merged.trial.rejected = !needless(merged);
+    search_.trials.back() = merged.trial;
+    if (!merged.trial.rejected) search_.rejected.back() = std::move(merged);
   }
 
   /// True where the data do not reject it.

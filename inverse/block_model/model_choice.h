@@ -3,6 +3,7 @@
 // their noise.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -18,6 +19,9 @@ namespace kappamu::inverse {
 struct SimpleFit {
   LayeredMedium medium;
   Eigen::MatrixXd normal;          ///< LayerFitter::normal()
+  Eigen::MatrixXd slope;           ///< LayerFitter::slope_covariance() of `systematic`
+  SystematicError systematic;      ///< of its residuals; finest grid only
+  std::vector<double> residual;    ///< LayerFitter::residual_without_common(); the same
   CoefficientPair fields;          ///< of the finest grid
   Correction correction;           ///< r at them
   std::vector<double> prediction;  ///< r M [M][v][u]
@@ -28,7 +32,9 @@ struct ModelSearch {
   std::optional<SimpleFit> accepted;  ///< what the data did not reject, or what was asked for
   std::vector<SimpleFit> rejected;    ///< on the finest grid
   std::vector<ModelTrial> trials;     ///< all, in the order they were made
-  SolveCount solves;                  ///< of all grids
+  /// What the data err by beyond their noise, where a model was accepted that needs it.
+  std::optional<SystematicError> systematic;
+  SolveCount solves;  ///< of all grids
 };
 
 struct ModelSearchOptions {
@@ -38,6 +44,15 @@ struct ModelSearchOptions {
   /// Rise of χ² per value that fewer layers may cost.
   double tolerated_rise = 0.01;
   int most_layers = 16;
+  /// Largest error of the data, relative to them, that is taken for systematic: photographs
+  /// interpolated, a pose and a response off by what calibration leaves. More is structure.
+  double most_systematic = 0.015;
+  /// Standard deviation of each error that all pixels share, of scale, response exponent and shift,
+  /// relative to the values: what they explain needs no layers.
+  double common_error = 0.01;
+  /// Largest structure_ratio() (systematic_error.h) of residuals that are not structure.
+  double most_structure = 2.8;
+  std::uint64_t seed = 1;
   ModelError model_error;         ///< of the finest grid
   ModelError coarse_model_error;  ///< of the others
   Backend backend;

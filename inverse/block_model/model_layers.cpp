@@ -7,18 +7,15 @@
 #include <utility>
 
 #include "core/error.h"
+#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
 constexpr int max_steps = 25;
-/// No step goes further [log units]. One that keeps less than `trusted` of its promise asks for a
-/// fresh Jacobian.
-constexpr double longest_step = 1.0;
-constexpr double trusted = 0.25;
-/// One that keeps less than this is bent back into the valley it left (geodesic acceleration,
-/// Transtrum & Sethna 2012), if by less than this share of its length.
+/// A step that keeps less than this of its promise is bent back into the valley it left (geodesic
+/// acceleration, Transtrum & Sethna 2012), if by less than this share of its length.
 constexpr double kept_well = 0.75;
 constexpr double most_bend = 0.75;
 /// A step that promises less of χ² moves no unknown by more than 0.3 of its standard error.
@@ -27,8 +24,6 @@ constexpr double negligible = 0.1;
 constexpr double negligible_share = 2e-3;
 /// No descent keeps so many times what its next step promises.
 constexpr double most_kept = 3.0;
-constexpr double layer_spread = 1.0;
-constexpr double absorption_spread = 2.0;
 
 struct Trial {
   Eigen::VectorXd step;
@@ -145,11 +140,31 @@ Eigen::MatrixXd LayerFitter::normal() const {
   return jacobian_.transpose() * jacobian_ + prior_.transpose() * prior_;
 }
 
+Eigen::MatrixXd LayerFitter::slope_covariance(const ErrorCovariance& errors) const {
+  return errors.between(jacobian_, used_) + prior_.transpose() * prior_;
+}
+
+std::vector<double> LayerFitter::residual_without_common(const ErrorCovariance& errors) {
+  Eigen::VectorXd residual;
+  if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at these layers");
+  residual = errors.without_common(residual, jacobian_, used_);
+  std::vector<double> all(objective_.problem().data.size(), 0.0);
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    all[used_[k]] = residual[static_cast<Eigen::Index>(k)];
+  }
+  return all;
+}
+
 Eigen::MatrixXd LayerFitter::covariance() {
   Eigen::VectorXd residual;
   if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at these layers");
   differentiate();
   return normal().ldlt().solve(Eigen::MatrixXd::Identity(p_.size(), p_.size()));
+}
+
+Eigen::MatrixXd LayerFitter::covariance(const ErrorCovariance& errors) {
+  const Eigen::MatrixXd inverse = covariance();
+  return inverse * slope_covariance(errors) * inverse;
 }
 
 LayeredFit LayerFitter::descend(double useful) {
@@ -218,7 +233,7 @@ LayeredFit LayerFitter::descend(double useful) {
       damping *= raise;
       raise *= 2.0;
     }
-    const bool poor = kept < trusted;
+    const bool poor = kept < trusted_step;
     if (poor && !(fresh && gain <= 0.0)) {
       evaluate(p_, residual);
       differentiate();

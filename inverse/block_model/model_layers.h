@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "inverse/block_model/block_model.h"
+#include "inverse/block_model/systematic_error.h"
 #include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
@@ -41,9 +42,18 @@ class LayerFitter {
 
   /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().
   Eigen::MatrixXd normal() const;
+  /// Covariance of the slope JᵀWr under errors of the data of covariance `errors`, the prior's
+  /// share with it: normal() where errors are noise as stated.
+  Eigen::MatrixXd slope_covariance(const ErrorCovariance& errors) const;
+
+  /// Residuals where the last descent ended [M][v][u], 0 where masked, less what layers and errors
+  /// that all pixels share explain of them.
+  std::vector<double> residual_without_common(const ErrorCovariance& errors);
 
   /// Inverse of normal() where it is now, its Jacobian fresh: two solves per layer.
   Eigen::MatrixXd covariance();
+  /// The same where errors of the data have the covariance `errors`, which the fit does not weigh.
+  Eigen::MatrixXd covariance(const ErrorCovariance& errors);
 
  private:
   bool evaluate(const Eigen::VectorXd& p, Eigen::VectorXd& residual);

@@ -15,7 +15,7 @@ namespace {
 
 /// Errors between patterns need some.
 constexpr int fewest_patterns = 4;
-constexpr double deviations = 3.0;
+constexpr double most_deviations = 3.0;
 /// What depth and structure common to all patterns do to the scale of the best homogeneous block
 /// [log], one standard deviation over layered and inhomogeneous blocks; and what calibration leaves
 /// where such a block explains everything.
@@ -30,7 +30,7 @@ constexpr std::array<double, 5> usual_etas{1.3, 1.33, 1.4, 1.5, 1.6};
 constexpr double same_eta = 0.015;
 
 double quadrature(double a, double b) {
-  return deviations * std::hypot(a, b);
+  return most_deviations * std::hypot(a, b);
 }
 
 struct Grid {

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_layers.h"
+#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -17,22 +18,15 @@ namespace {
 
 constexpr int max_steps = 20;
 constexpr double step_tolerance = 2e-3;
-/// A step that keeps less of its promise asks for fresh derivatives.
-constexpr double trusted = 0.25;
 /// χ² per value from which a second correction of the grid changes nothing that matters.
 constexpr double far_from_data = 4.0;
 constexpr double tolerated_misfit = 0.05;
 /// Where it starts, and what no fit goes below.
 constexpr double usual_heterogeneity = 0.3;
 constexpr double least_heterogeneity = 1e-3;
-constexpr double darkest_ratio = 1e-6;
-constexpr double longest_step = 1.0;
-/// Spread of log κ and log μ between neighbouring layers, and of log 3κμ about the start.
-constexpr double layer_spread = 1.0;
-constexpr double absorption_spread = 2.0;
-/// The same of log scale and, over the face's extent, of the shift: for light that tells neither.
+/// Spread of log scale and, over the face's extent, of the shift: for light that tells neither.
 constexpr double scale_spread = 1.0;
-constexpr double shift_spread = 0.25;
+constexpr double free_shift_spread = 0.25;
 /// Beyond, the scale or the shift is no slip of a rig but a fit gone astray.
 constexpr double largest_log_scale = 2.5;
 constexpr double largest_shift = 0.25;  ///< of the face's extent
@@ -88,7 +82,7 @@ class Exposure {
       const Eigen::VectorXd to = bounded(p_ + move);
       const double cost = cost_of(p_, here_.residual);
       const double gain = evaluate(to, next) ? cost - cost_of(to, next.residual) : -cost;
-      const bool poor = gain < trusted * (2.0 * slope.dot(move) - move.dot(normal * move));
+      const bool poor = gain < trusted_step * (2.0 * slope.dot(move) - move.dot(normal * move));
       if (gain > 0.0) {
         improve_slopes(to - p_, next);
         p_ = to;
@@ -250,8 +244,8 @@ class Exposure {
     }
     rows[2 * layers_ - 2] = (absorption(p) - anchor_) / absorption_spread;
     rows[2 * layers_ - 1] = p[2 * layers_] / scale_spread;
-    rows[2 * layers_] = p[2 * layers_ + 1] / (shift_spread * face_.nu);
-    rows[2 * layers_ + 1] = p[2 * layers_ + 2] / (shift_spread * face_.nv);
+    rows[2 * layers_] = p[2 * layers_ + 1] / (free_shift_spread * face_.nu);
+    rows[2 * layers_ + 1] = p[2 * layers_ + 2] / (free_shift_spread * face_.nv);
     return rows;
   }
   Eigen::MatrixXd prior_jacobian() const {

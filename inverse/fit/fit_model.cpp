@@ -24,6 +24,17 @@ std::string capitalised(std::string sentence) {
   return sentence;
 }
 
+/// What the accepted model explains.
+std::string explained(const ModelSearch& search) {
+  if (!search.systematic) return "the data to their noise";
+  std::array<char, 192> text{};
+  std::snprintf(text.data(), text.size(),
+                "the data to their noise and a systematic error of %.2g %% (correlated over %.2g "
+                "pixels)",
+                100.0 * search.systematic->excess, search.systematic->length);
+  return text.data();
+}
+
 /// Why the model of `accepted` was taken, or none; the user asked for `asked`.
 std::string reason_of(const ModelSearch& search, Model asked) {
   if (search.accepted && search.accepted->trial.rejected) {
@@ -31,10 +42,10 @@ std::string reason_of(const ModelSearch& search, Model asked) {
            " was asked for, but does not explain the data to their noise: expect structure that "
            "this volume does not have.";
   }
-  if (asked != Model::automatic) return "Asked for; it explains the data to their noise.";
+  if (asked != Model::automatic) return "Asked for; it explains " + explained(search) + ".";
   if (search.accepted && search.accepted->medium.layers() == 1) {
-    return capitalised(described(search.accepted->trial)) +
-           " explains the data to their noise; more unknowns would only fit that.";
+    return capitalised(described(search.accepted->trial)) + " explains " + explained(search) +
+           "; more unknowns would only fit that.";
   }
   // The last of each kind was tried on the finest grid that got that far.
   std::string homogeneous, layered;
@@ -43,7 +54,7 @@ std::string reason_of(const ModelSearch& search, Model asked) {
     (trial.layers == 1 ? homogeneous : layered) = described(trial);
   }
   if (search.accepted) {
-    return capitalised(described(search.accepted->trial)) + " explain the data to their noise, " +
+    return capitalised(described(search.accepted->trial)) + " explain " + explained(search) + ", " +
            homogeneous + " does not.";
   }
   return capitalised(layered.empty() ? homogeneous + " does not"
@@ -87,6 +98,10 @@ bool ChannelRun::settle_for_simple_model() {
   SimpleFit& accepted = *search.accepted;
   choice.model = accepted.trial.model;
   choice.layers = accepted.trial.layers;
+  if (search.systematic) {
+    choice.systematic = search.systematic->excess;
+    choice.systematic_length = search.systematic->length;
+  }
   state_.level = 0;
   open_level();
   objective_->restore(accepted.correction, solves);

@@ -27,6 +27,7 @@ void write(ByteWriter& out, const ModelChoice& choice) {
   out.put(choice.model);
   out.put(choice.layers);
   out.put(choice.reason);
+  for (const double x : {choice.systematic, choice.systematic_length}) out.put(x);
   out.put<std::uint64_t>(choice.trials.size());
   for (const ModelTrial& t : choice.trials) {
     out.put(t.model);
@@ -40,6 +41,7 @@ void read(ByteReader& in, ModelChoice& choice) {
   in.get(choice.model, Model::volume);
   in.get(choice.layers);
   in.get(choice.reason);
+  for (double* x : {&choice.systematic, &choice.systematic_length}) in.get(*x);
   std::uint64_t count = 0;
   in.get(count);
   for (std::uint64_t k = 0; k < count; ++k) {

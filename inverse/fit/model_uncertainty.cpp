@@ -92,7 +92,13 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
     objective.refresh_correction(finer, to_fields(medium, shape, axis));
     objective.count_pixel_noise();
   }
-  const Eigen::MatrixXd covariance = LayerFitter(objective, medium).covariance();
+  objective.value(to_fields(medium, shape, axis));
+  const std::vector<double> prediction = objective.prediction();
+  const SystematicError error = estimate_systematic_error(
+      objective.problem(), {prediction, objective.correction().ratio, !finer.photons});
+  const Eigen::MatrixXd covariance = LayerFitter(objective, medium)
+                                         .covariance({objective.problem(), prediction, error,
+                                                      error.found(0.0) ? error.relative : 0.0});
 
   LayeredMedium of_kappa = medium;  // deviations in place of values
   LayeredMedium of_both = medium;
@@ -115,6 +121,14 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   }
   found.report.layers = layers_below(found, seen_face);
   found.report.sentence = in_words(medium, covariance, shape, axis);
+  if (error.found(0.0)) {
+    std::array<char, 128> text{};
+    std::snprintf(text.data(), text.size(),
+                  " They include a systematic error of the data of %.2g %%, as their residuals "
+                  "show it.",
+                  100.0 * error.relative);
+    found.report.sentence += text.data();
+  }
   if (fit.report.status == FitStatus::above_noise) {
     found.report.sentence += " The data are further from it than their noise: so are the errors.";
   }

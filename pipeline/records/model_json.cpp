@@ -20,6 +20,8 @@ nlohmann::ordered_json model_json(const inverse::ModelChoice& choice) {
   return {{"name", to_string(choice.model)},
           {"layers", choice.layers},
           {"reason", choice.reason},
+          {"systematic_error", choice.systematic},
+          {"systematic_error_pixels", choice.systematic_length},
           {"trials", trials}};
 }
 

@@ -60,12 +60,13 @@ Criterion coverage(const FitEvidence& evidence) {
 }
 
 bool is_explained(const FitEvidence::Channel& channel) {
-  return channel.status != FitStatus::ran_out && channel.chi2_per_value <= explained_chi2;
+  return channel.status != FitStatus::ran_out &&
+         (channel.chi2_per_value <= explained_chi2 || channel.systematic > 0.0);
 }
 
 Criterion fit(const FitEvidence& evidence) {
   Criterion criterion{"Fit", Grade::green, "χ² per value is"};
-  std::string unexplained, unfinished, low;
+  std::string unexplained, unfinished, low, systematic;
   const auto name = [](std::string& list, const std::string& channel) {
     list += (list.empty() ? "" : ", ") + channel;
   };
@@ -73,7 +74,12 @@ Criterion fit(const FitEvidence& evidence) {
     const double chi2 = channel.chi2_per_value;
     // Not a number is not within any bound.
     Grade grade = graded(std::isnan(chi2) ? INFINITY : chi2, explained_chi2, usable_chi2);
-    if (grade != Grade::green) name(unexplained, channel.name);
+    if (grade != Grade::green && channel.systematic > 0.0) {
+      grade = Grade::amber;
+      name(systematic, channel.name + " " + number(100.0 * channel.systematic) + " %");
+    } else if (grade != Grade::green) {
+      name(unexplained, channel.name);
+    }
     if (channel.status == FitStatus::ran_out) name(unfinished, channel.name);
     if (chi2 < low_chi2) name(low, channel.name);
     if (channel.status == FitStatus::ran_out || chi2 < low_chi2)
@@ -86,6 +92,9 @@ Criterion fit(const FitEvidence& evidence) {
                                           : ": the data of " + unexplained +
                                                 " are not explained to their noise (at most " +
                                                 number(explained_chi2) + ")";
+  if (!systematic.empty()) {
+    criterion.reason += ", beside a systematic error of the data (" + systematic + ")";
+  }
   if (!unfinished.empty()) criterion.reason += ", " + unfinished + " ran out of steps";
   if (!low.empty()) criterion.reason += ", the variances of " + low + " are overstated";
   return criterion;

@@ -40,6 +40,7 @@ struct FitEvidence {
     std::string name;
     inverse::FitStatus status = inverse::FitStatus::ran_out;
     double chi2_per_value = 0.0;  ///< of the fitted patterns
+    double systematic = 0.0;      ///< error that the model accepted needs (ModelChoice), 0: none
   };
   std::vector<Channel> channels;
   double used = 0.0;  ///< share of the fitted patterns' values that masks allow

@@ -11,7 +11,8 @@ namespace {
 using forward::block::BlockDiffusion;
 
 /// Beside a picture's own steps of 1/255.
-constexpr forward::block::BlockAccuracy accuracy{.linear_tolerance = 1e-4, .beam_remainder = 1e-3};
+constexpr forward::block::BlockAccuracy block_accuracy{.linear_tolerance = 1e-4,
+                                                       .beam_remainder = 1e-3};
 
 }  // namespace
 
@@ -33,7 +34,7 @@ LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light) {
       channels_[c]->set_medium(*object_.media.channels[c]);
       media_[c] = object_.media.channels[c];
     }
-    forward::block::BlockAnswer solved = channels_[c]->solve(problems.of[c], accuracy);
+    forward::block::BlockAnswer solved = channels_[c]->solve(problems.of[c], block_accuracy);
     answer.iterations = std::max(answer.iterations, solved.report.iterations);
     answer.converged =
         answer.converged && solved.report.termination == forward::Termination::converged;
@@ -50,7 +51,7 @@ double LiveBlock::measured_error(const LightOfChannels& light,
   const forward::block::FaceMap map(finer, object_.mesh, object_.surface);
   BlockDiffusion diffusion(finer, map, object_.boundary.eta, device_);
   diffusion.set_medium(*object_.media.channels[channel]);
-  const forward::block::BlockAnswer fine = diffusion.solve(problems.of[channel], accuracy);
+  const forward::block::BlockAnswer fine = diffusion.solve(problems.of[channel], block_accuracy);
   return forward::block_errors(problems.of[channel], exitance[channel], fine.exitance).front();
 }
 

@@ -16,7 +16,7 @@ using forward::polygrid::PolygridDiffusion;
 
 /// Beside a picture's own steps of 1/255: the residual leaves at most 0.1 % of the exitance's
 /// 2-norm (docs/polygrid-diffusion.md, "Live").
-constexpr forward::polygrid::PolygridAccuracy accuracy{
+constexpr forward::polygrid::PolygridAccuracy polygrid_accuracy{
     .linear_tolerance = 1e-2, .beam_remainder = 1e-3, .most_iterations = 100};
 constexpr int cells = 20'000;
 
@@ -42,7 +42,7 @@ LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {
         std::array<const ObjectMedium*, 3>{media_[0].get(), media_[1].get(), media_[2].get()});
   }
   const ChannelProblems problems(object_, light);
-  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, accuracy);
+  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, polygrid_accuracy);
   Answer answer;
   answer.iterations = diffusion_->report().iterations;
   answer.converged = diffusion_->report().converged;
@@ -58,7 +58,7 @@ double LivePolygrid::measured_error(const LightOfChannels& light,
                           object_.surface, object_.boundary.eta, device_);
   finer.set_media(std::array<const ObjectMedium*, 1>{object_.media.channels[channel].get()});
   const std::vector<PolygridAnswer> fine =
-      finer.solve(std::span(problems.of).subspan(channel, 1), accuracy);
+      finer.solve(std::span(problems.of).subspan(channel, 1), polygrid_accuracy);
   return forward::polygrid_errors(problems.of[channel], exitance[channel], fine[0].exitance)
       .front();
 }

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Writes a capture session as docs/formats.md describes it, without kappamu: NumPy and the standard library.
 
-    handwritten_session.py FOLDER
+    handwritten_session.py FOLDER [bars]
 
-A grey camera (pinhole) and a projector look at a homogeneous block between mirrors, whose exitance is
+With `bars` the block is larger, eight bars side by side light it, and its photographs are interpolated
+between samples half a voxel apart: with the bars' edges rounded to projector pixels, measurements are
+some tenths of a per cent wrong. A grey camera (pinhole) and a projector look at a homogeneous block between mirrors, whose exitance is
 known in closed form: cosines across, exponentials through the depth. Prints kappa [mm] and mu [1/mm].
 """
 import json
@@ -15,9 +17,11 @@ import zlib
 import numpy as np
 
 # The block [mm], its optics, and the rig.
-GRID, VOXEL, ETA = (12, 10, 6), 0.6, 1.3
+BARS = sys.argv[2:] == ["bars"]
+GRID, VOXEL, ETA = (20, 16, 8) if BARS else (12, 10, 6), 0.6, 1.3
 SIZE = np.array(GRID) * VOXEL
-SCATTERING, MU = 1.5, 0.01  # reduced, 1/mm
+MU = 0.01  # 1/mm
+SCATTERING = 1 / (3 * 0.35) - MU if BARS else 1.5  # reduced, 1/mm
 KAPPA = 1.0 / (3.0 * (SCATTERING + MU))
 CAMERA, FOCAL, POINTS = (480, 360), 1440.0, 6  # px, px, rays per pixel and side
 PROJECTOR, THROW = (1024, 768), 3584.0
@@ -204,6 +208,12 @@ def back_exitance(patch):
             np.cos(np.pi * np.outer(np.arange(modes), u))) / (2 * a), a
 
 
+def interpolated(rows, step=10):
+    """Rows of a map from every `step`-th of its values alone."""
+    at = np.arange(rows.shape[1])
+    return np.array([np.interp(at, at[::step], row[::step]) for row in rows])
+
+
 def pattern(number, patch):
     """The projector's picture of a patch, and the photographs of the back face under it."""
     columns = np.round((np.array(patch[:2]) - MIDDLE[0]) * THROW / 50 + (PROJECTOR[0] - 1) / 2 - 0.5).astype(int)
@@ -213,6 +223,8 @@ def pattern(number, patch):
     write_png(FOLDER / f"patterns/{number}.png", image, 8)
     exitance, a = back_exitance(patch)
     exitance = exitance + PROJECTOR_BLACK * back_exitance((0, SIZE[0], 0, SIZE[1]))[0]
+    if BARS:
+        exitance = interpolated(interpolated(exitance).T).T
     x, y = on_plane(compose(BACK, (np.eye(3), np.array([0, 0, SIZE[2]]))))
     at_v = np.clip(y / SIZE[1] * exitance.shape[0], 0, exitance.shape[0] - 1).astype(int)
     at_u = np.clip(x / SIZE[0] * exitance.shape[1], 0, exitance.shape[1] - 1).astype(int)
@@ -224,10 +236,11 @@ def pattern(number, patch):
 
 def main():
     patterns = []
-    for j in range(2):
-        for i in range(2):
-            patch = (i * SIZE[0] / 2, (i + 1) * SIZE[0] / 2, j * SIZE[1] / 2, (j + 1) * SIZE[1] / 2)
-            number = f"fit_{2 * j + i:02d}"
+    columns, rows = (8, 1) if BARS else (2, 2)
+    for j in range(rows):
+        for i in range(columns):
+            patch = (i * SIZE[0] / columns, (i + 1) * SIZE[0] / columns, j * SIZE[1] / rows, (j + 1) * SIZE[1] / rows)
+            number = f"fit_{columns * j + i:02d}"
             patterns.append({"id": number, "image": f"patterns/{number}.png", "role": "fit",
                              "frames": pattern(number, patch)})
     held_out = (0.25 * SIZE[0], 0.6 * SIZE[0], 0.25 * SIZE[1], 0.75 * SIZE[1])

@@ -58,6 +58,16 @@ TEST(Verdict, SettledFarAboveTheNoiseIsRedWithItsReasonFirst) {
   EXPECT_EQ(overall_status({FitStatus::above_noise, FitStatus::converged}), "above_noise");
 }
 
+TEST(Verdict, SystematicErrorThatWasFoundIsAReservation) {
+  FitEvidence evidence = good();
+  evidence.channels[0] = {"R", FitStatus::converged, 18.0, 0.0076};
+  const Verdict verdict = make_verdict(evidence);
+  EXPECT_EQ(verdict.grade, Grade::amber);
+  EXPECT_TRUE(verdict.explained);
+  EXPECT_EQ(verdict.exit_code(), 0);
+  EXPECT_THAT(verdict.sentence, HasSubstr("beside a systematic error of the data (R 0.76 %)"));
+}
+
 TEST(Verdict, AboveTheNoiseWithinBoundsIsStillExplained) {
   FitEvidence evidence = good();
   evidence.channels[0] = {"R", FitStatus::above_noise, 1.3};

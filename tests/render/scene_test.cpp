@@ -4,10 +4,8 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -21,6 +19,7 @@
 #include "render/scene/published_materials.h"
 #include "render/scene/world.h"
 #include "tests/render/made_scene.h"
+#include "tests/schema_verdicts.h"
 
 namespace kappamu::render {
 namespace {
@@ -187,22 +186,7 @@ TEST_F(SceneFile, SchemaAgreesWithTheReader) {
     bad.edit(scene);
     add(bad.name, scene, !bad.schema_sees_it);
   }
-  const std::string source = KAPPAMU_SOURCE_DIR;
-  const std::filesystem::path verdicts = folder_ / "verdicts.txt";
-  const std::string command =
-      "/usr/bin/python3 '" + source + "/tests/capture/session/validate_sessions.py' '" + source +
-      "/docs/scene.schema.json' '" + folder_.string() + "' > '" + verdicts.string() + "' 2>&1";
-  const int status = std::system(command.c_str());  // NOLINT(bugprone-command-processor): fixed
-  ASSERT_TRUE(WIFEXITED(status));
-  constexpr int package_absent = 77;
-  if (WEXITSTATUS(status) == package_absent) GTEST_SKIP() << "python3-jsonschema is not installed";
-  ASSERT_EQ(WEXITSTATUS(status), 0);
-  std::ifstream lines(verdicts);
-  std::size_t seen = 0;
-  for (std::string stem, verdict; lines >> stem >> verdict; ++seen) {
-    EXPECT_THAT(expected[stem], testing::StartsWith(verdict + " ")) << stem;
-  }
-  EXPECT_EQ(seen, expected.size());
+  expect_schema_verdicts("scene.schema.json", folder_, expected);
 }
 
 TEST_F(SceneFile, ScenesOfTheGalleryAreRead) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/numbers/at.h"
 #include "core/parallel.h"
 #include "forward/boundary_integral/summation/equivalent_surface.h"
 
@@ -21,10 +22,6 @@ constexpr double out_of_sight = 28.0;
 /// Target boxes that a thread translates at once.
 constexpr int boxes_at_once = 64;
 
-std::size_t at(int i) {
-  return static_cast<std::size_t>(i);
-}
-
 std::vector<Place> places(const SumElements& elements) {
   std::vector<Place> result;
   for (std::size_t k = 0; k < elements.centre.size(); ++k) {
@@ -36,11 +33,6 @@ std::vector<Place> places(const SumElements& elements) {
   }
   return result;
 }
-
-struct Far {
-  int source = 0;  ///< box
-  Translation translation;
-};
 
 }  // namespace
 
@@ -115,6 +107,11 @@ class FastSum::Plan {
   }
 
  private:
+  struct Far {
+    int source = 0;  ///< box
+    Translation translation;
+  };
+
   const Box& box(int b) const { return tree_.boxes[at(b)]; }
   bool kept() const { return options_.keep == Keep::matrices; }
   int boxes() const { return static_cast<int>(tree_.boxes.size()); }

@@ -11,7 +11,7 @@ namespace kappamu::forward::dipole {
 namespace {
 
 /// Receivers below clusters of this level are linked independently of each other.
-constexpr int task_level = 6;
+constexpr int pair_task_level = 6;
 
 /// Links of the receivers that one thread visits.
 class Linker {
@@ -89,7 +89,7 @@ Links link(const ClusterTree& tree, const Oracle& oracle) {
   Links links;
   links.of_cluster.resize(tree.clusters());
   links.of_leaf.resize(tree.clusters() - tree.first_leaf());
-  const int level = std::min(task_level, tree.depth());
+  const int level = std::min(pair_task_level, tree.depth());
   const std::size_t tasks = std::size_t{1} << level, above = tasks - 1;
 
   // The clusters above the tasks, in their order; then each task with all below it.
@@ -137,7 +137,7 @@ Links link(const ClusterTree& tree, const Oracle& oracle) {
 
 bool hold(const Links& links, const ClusterTree& tree, const Oracle& oracle) {
   std::atomic<bool> all = true;
-  const std::size_t tasks = std::size_t{1} << task_level, all_clusters = tree.clusters();
+  const std::size_t tasks = std::size_t{1} << pair_task_level, all_clusters = tree.clusters();
   for_rows(static_cast<int>(tasks), [&](int task) {
     const auto part = static_cast<std::size_t>(task);
     const std::size_t begin = all_clusters * part / tasks, end = all_clusters * (part + 1) / tasks;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/mesh/lattice_box.h"
+#include "core/numbers/at.h"
 #include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward {
@@ -15,10 +16,6 @@ using Eigen::Vector3d;
 using Eigen::Vector3i;
 
 namespace {
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
-}
 
 /// Numbers from 1 of what lies in a box of lattice places; 0: nothing.
 LatticeBox<int> numbered(const std::vector<Vector3i>& places) {

@@ -28,7 +28,7 @@ constexpr const char* volume = KAPPAMU_SOURCE_DIR "/bench/objects/volume";
 TEST(Patches, HoldTheWholeSurfaceAndKeepIntegrals) {
   const TriangleMesh mesh = make_shape("torus", 3.0, 20);
   const Surface surface = surface_of(mesh);
-  const Patches patches = make_patches(surface, bounding_box(mesh), 6);
+  const forward::Patches patches = forward::make_patches(surface, bounding_box(mesh), 6);
   EXPECT_GT(patches.size(), 50U);
   EXPECT_LT(patches.size(), surface.size() / 4);
   const double area = std::accumulate(surface.area.begin(), surface.area.end(), 0.0);
@@ -46,7 +46,7 @@ TEST(Patches, HoldTheWholeSurfaceAndKeepIntegrals) {
 TEST(Patches, SeparateTheTwoSidesOfASheet) {
   const TriangleMesh mesh = make_shape("sheet", 3.0, 40);
   const Surface surface = surface_of(mesh);
-  const Patches patches = make_patches(surface, bounding_box(mesh), 4);
+  const forward::Patches patches = forward::make_patches(surface, bounding_box(mesh), 4);
   std::vector<double> side;
   for (const Eigen::Vector3d& normal : surface.normal) side.push_back(normal.z());
   for (const double mean : patches.mean(side, surface)) {

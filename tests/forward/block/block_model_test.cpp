@@ -7,12 +7,12 @@
 
 #include <random>
 
-#include "../embedded/embedded_test_tools.h"
 #include "core/error.h"
 #include "core/mesh/shapes.h"
 #include "core/mesh/surface_norm.h"
 #include "forward/block/block_diffusion.h"
 #include "forward/embedded/embedded_model.h"
+#include "tests/forward/lit_object.h"
 
 namespace kappamu::forward {
 namespace {
@@ -35,33 +35,9 @@ std::shared_ptr<const Medium> random_volume(unsigned seed) {
   return medium;
 }
 
-struct Block {
+struct Block : LitObject {
   explicit Block(const ObjectMedium& filling, int tessellation = 24)
-      : mesh(box_mesh(edges, tessellation)),
-        surface(surface_of(mesh)),
-        rays(embedded::make_caster(mesh)),
-        medium(filling) {}
-
-  ObjectProblem problem() const { return {mesh, surface, *rays, medium, eta, lights}; }
-
-  /// Beams through the triangles' centres that face against `direction`, of unit irradiance across
-  /// it.
-  ObjectLight beams(const Vector3d& direction) const {
-    ObjectLight light;
-    for (std::size_t t = 0; t < surface.size(); ++t) {
-      const double cosine = -surface.normal[t].dot(direction);
-      if (cosine <= 0.0) continue;
-      light.beams.push_back(
-          {static_cast<int>(t), surface.position[t], direction, cosine * surface.area[t]});
-    }
-    return light;
-  }
-
-  TriangleMesh mesh;
-  Surface surface;
-  std::unique_ptr<RayCaster> rays;
-  ObjectMedium medium;
-  std::vector<ObjectLight> lights;
+      : LitObject(box_mesh(edges, tessellation), filling) {}
 };
 
 ObjectMedium random_medium(unsigned seed) {
@@ -72,7 +48,7 @@ ObjectMedium random_medium(unsigned seed) {
 
 TEST(BlockModel, BalancesPowerOfObliqueBeamsAndOfDiffuseLight) {
   Block block(random_medium(1));
-  block.lights = {block.beams(Vector3d(0.3, -0.5, -1.0).normalized()), {}};
+  block.lights = {parallel_beams(block.surface, Vector3d(0.3, -0.5, -1.0).normalized()), {}};
   block.lights[1].diffuse.assign(block.surface.size(), 0.7);
   Progress progress;
   const ObjectResult result = BlockModel().solve(block.problem(), {}, progress);
@@ -99,7 +75,7 @@ TEST(BlockModel, EvenLightFromEverywhereLeavesAsItEnters) {
 TEST(BlockModel, AgreesWithEmbeddedWithinStatedErrors) {
   for (const unsigned seed : {2U, 3U, 4U}) {
     Block block(random_medium(seed));
-    block.lights = {block.beams(Vector3d(0.4, 0.3, -1.0).normalized()), {}};
+    block.lights = {parallel_beams(block.surface, Vector3d(0.4, 0.3, -1.0).normalized()), {}};
     block.lights[1].diffuse.assign(block.surface.size(), 0.7);
     Progress progress;
     ObjectOptions options;
@@ -134,7 +110,7 @@ TEST(BlockModel, AnswersDoNotDependOnTheTessellation) {
 
 TEST(BlockDiffusion, FollowsAChangedMediumFromItsLastAnswer) {
   Block block(random_medium(6));
-  block.lights = {block.beams(-Vector3d::UnitZ())};
+  block.lights = {parallel_beams(block.surface, -Vector3d::UnitZ())};
   const ObjectMedium other = random_medium(7);
   const block::BlockGrid grid = block::require_block_grid(block.mesh, block.medium);
   const block::FaceMap map(grid, block.mesh, block.surface);

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "forward/embedded/embedded_model.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
+#include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::boundary_integral {
 namespace {
@@ -32,27 +33,6 @@ ObjectResult solve_object(ObjectModel&& model, const TriangleMesh& mesh, const C
   ObjectOptions options;
   options.tolerance = tolerance;
   return model.solve({mesh, surface, *rays, ObjectMedium(medium), eta, lights}, options, progress);
-}
-
-ObjectLight sky(const TriangleMesh& mesh) {
-  ObjectLight light;
-  for (const Eigen::Vector3d& normal : surface_of(mesh).normal) {
-    light.diffuse.push_back(0.5 + 0.5 * normal.z());
-  }
-  return light;
-}
-
-/// Parallel beams along −z on every upward triangle, irradiance 1 across them.
-ObjectLight sun(const TriangleMesh& mesh) {
-  ObjectLight light;
-  const Surface surface = surface_of(mesh);
-  for (std::size_t t = 0; t < surface.size(); ++t) {
-    const double cosine = surface.normal[t].z();
-    if (cosine <= 1e-6) continue;
-    light.beams.push_back({static_cast<int>(t), surface.position[t], -Eigen::Vector3d::UnitZ(),
-                           cosine * surface.area[t]});
-  }
-  return light;
 }
 
 double relative_difference(const TriangleMesh& mesh, const std::vector<double>& a,

@@ -1,6 +1,7 @@
 // The models of objects by the dipole: power, laws, limits, and the sentences at their edges.
 #include "forward/dipole/dipole_model.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -130,6 +131,30 @@ TEST(DipoleModel, WarnsWhereTheObjectIsTooThin) {
   EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("mean free paths")));
   EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("times the entering power")));
   EXPECT_THAT(large_sphere(8).solve("dipole-rotated", {}).warnings, testing::IsEmpty());
+}
+
+TEST(DipoleModel, OfAlignedSourcesWarnsWhereTheyLieBesideTheSurface) {
+  // Marble of 24 mean free paths: below the rim of a cylinder, and across a thin ring.
+  const Coefficients marble{1.0 / (3.0 * 2.1921), 0.0021};
+  const double size = 24.0 * 3.0 * marble.kappa;
+  const auto beside = testing::Contains(testing::HasSubstr("lie beside another part"));
+  for (const TriangleMesh& mesh :
+       {make_shape("cylinder", size, 30), make_shape("torus", size / 12.0, 16)}) {
+    const Object object(mesh, marble);
+    const ObjectResult aligned = object.solve("dipole", {object.diffuse()});
+    const ObjectResult rotated = object.solve("dipole-rotated", {object.diffuse()});
+    EXPECT_THAT(aligned.warnings, beside);
+    EXPECT_THAT(rotated.warnings, testing::Not(beside));
+    double most = 0.0;
+    for (std::size_t t = 0; t < object.surface.size(); ++t) {
+      most = std::max(most, aligned.exitance[t] / rotated.exitance[t]);
+    }
+    EXPECT_GT(most, 2.0);
+  }
+  for (const char* shape : {"sphere", "torus"}) {
+    const Object object(make_shape(shape, 40.0, 20), {1.0 / 3.0, 0.05});
+    EXPECT_THAT(object.solve("dipole", {object.diffuse()}).warnings, testing::Not(beside));
+  }
 }
 
 TEST(DipoleModel, MeetsATighterTolerance) {

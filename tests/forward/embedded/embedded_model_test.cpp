@@ -12,6 +12,7 @@
 #include "forward/embedded/discretisation.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/light_entry.h"
+#include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::embedded {
 namespace {
@@ -29,28 +30,6 @@ ObjectResult solve_object(const TriangleMesh& mesh, const ObjectMedium& medium,
   ObjectOptions options;
   options.tolerance = tolerance;
   return EmbeddedModel().solve({mesh, surface, *rays, medium, eta, lights}, options, progress);
-}
-
-/// Diffuse light from above.
-ObjectLight sky(const TriangleMesh& mesh) {
-  ObjectLight light;
-  for (const Eigen::Vector3d& normal : surface_of(mesh).normal) {
-    light.diffuse.push_back(0.5 + 0.5 * normal.z());
-  }
-  return light;
-}
-
-/// Parallel beams along −z on every upward triangle, irradiance 1 across them.
-ObjectLight sun(const TriangleMesh& mesh) {
-  ObjectLight light;
-  const Surface surface = surface_of(mesh);
-  for (std::size_t t = 0; t < surface.size(); ++t) {
-    const double cosine = surface.normal[t].z();
-    if (cosine <= 1e-6) continue;
-    light.beams.push_back({static_cast<int>(t), surface.position[t], -Eigen::Vector3d::UnitZ(),
-                           cosine * surface.area[t]});
-  }
-  return light;
 }
 
 double norm(const Surface& surface, const Values& a) {

@@ -3,7 +3,6 @@
 
 #include <random>
 
-#include "../embedded/embedded_test_tools.h"
 #include "../embedded/exact_sphere.h"
 #include "core/mesh/shapes.h"
 #include "core/mesh/surface_norm.h"
@@ -12,6 +11,7 @@
 #include "forward/polygrid/cell_walk.h"
 #include "forward/polygrid/polygrid_diffusion.h"
 #include "made_polygrid.h"
+#include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::polygrid {
 namespace {
@@ -23,25 +23,9 @@ constexpr double eta = 1.3, radius = 5.0;
 constexpr Coefficients coefficients{0.2, 0.02};
 
 /// A ball's mesh with lights, one channel.
-struct Ball {
+struct Ball : LitObject {
   explicit Ball(int tessellation)
-      : mesh(sphere_mesh(radius, tessellation)),
-        surface(surface_of(mesh)),
-        rays(embedded::make_caster(mesh)) {}
-
-  ObjectProblem problem() const { return {mesh, surface, *rays, medium, eta, lights}; }
-
-  /// Beams of unit irradiance through the middles of triangles that face against `direction`.
-  ObjectLight beams(const Vector3d& direction) const {
-    ObjectLight light;
-    for (std::size_t t = 0; t < surface.size(); ++t) {
-      const double cosine = -surface.normal[t].dot(direction);
-      if (cosine <= 0.0) continue;
-      light.beams.push_back(
-          {static_cast<int>(t), surface.position[t], direction, cosine * surface.area[t]});
-    }
-    return light;
-  }
+      : LitObject(sphere_mesh(radius, tessellation), ObjectMedium(coefficients)) {}
 
   PolygridAnswer solve(int n) const {
     PolygridDiffusion diffusion(ball_polygrid(n, radius), mesh, surface, eta, "auto");
@@ -50,12 +34,6 @@ struct Ball {
     const ObjectProblem asked = problem();
     return diffusion.solve({&asked, 1}, {}).front();
   }
-
-  TriangleMesh mesh;
-  Surface surface;
-  std::unique_ptr<RayCaster> rays;
-  ObjectMedium medium{coefficients};
-  std::vector<ObjectLight> lights;
 };
 
 /// Adds one channel's beams to `load`.
@@ -141,7 +119,8 @@ TEST(PolygridBeams, ShareTheirPowerExactly) {
   const std::vector<Coefficients> of_cell(grid.cell.size(), coefficients);
   std::vector<double> load(grid.corner.size(), 0.0);
   ObjectBalance balance;
-  add_beams(grid, ball, ball.beams(Vector3d(1, 2, -2) / 3.0), of_cell, load, balance);
+  add_beams(grid, ball, parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0), of_cell, load,
+            balance);
   double scattered = 0.0;
   for (const double l : load) scattered += l;
   EXPECT_GT(scattered, 0.9 * balance.entering);
@@ -179,7 +158,7 @@ TEST(PolygridBeams, OfSeveralChannelsAreThoseOfEach) {
   Ball ball(16);
   const Polygrid grid = ball_polygrid(10, radius);
   const SurfaceMap map(grid, ball.mesh, ball.surface);
-  std::vector<ObjectLight> light(3, ball.beams(Vector3d(1, 2, -2) / 3.0));
+  std::vector<ObjectLight> light(3, parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0));
   for (Beam& beam : light[1].beams) beam.power *= 0.3;
   for (std::size_t k = 0; 3 * k < light[0].beams.size(); ++k) {
     light[0].beams.erase(light[0].beams.begin() + static_cast<std::ptrdiff_t>(2 * k));
@@ -206,7 +185,7 @@ TEST(PolygridBeams, KeptThroughAnEditAreThoseMadeAnew) {
   Ball ball(16);
   const Polygrid grid = ball_polygrid(12, radius);
   const SurfaceMap map(grid, ball.mesh, ball.surface);
-  const std::vector<ObjectLight> light(2, ball.beams(Vector3d(1, 2, -2) / 3.0));
+  const std::vector<ObjectLight> light(2, parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0));
   std::vector<std::vector<Coefficients>> of_cell{drawn(grid, 1), drawn(grid, 2)};
   BeamWalks kept(grid, map, true);
   for (const auto& [from, factor] :
@@ -224,7 +203,8 @@ TEST(PolygridBeams, KeptThroughAnEditAreThoseMadeAnew) {
 
 TEST(PolygridDiffusion, BalancesPower) {
   Ball ball(20);
-  ball.lights = {ball.beams(Vector3d(0, 0, -1)), ball.beams(Vector3d(2, 1, 2) / 3.0)};
+  ball.lights = {parallel_beams(ball.surface, Vector3d(0, 0, -1)),
+                 parallel_beams(ball.surface, Vector3d(2, 1, 2) / 3.0)};
   ball.lights.back().diffuse.assign(ball.surface.size(), 0.3);
   const PolygridAnswer answer = ball.solve(12);
   for (const ObjectBalance& balance : answer.balance) {
@@ -274,7 +254,7 @@ TEST(PolygridDiffusion, IsTheExactSphereUnderDiffuseLight) {
 // The last fluence as start: nothing to do for the same light, less for one nearby.
 TEST(PolygridDiffusion, StartsFromTheLastAnswer) {
   Ball ball(20);
-  ball.lights = {ball.beams(Vector3d(0, 0, -1))};
+  ball.lights = {parallel_beams(ball.surface, Vector3d(0, 0, -1))};
   PolygridDiffusion diffusion(ball_polygrid(12, radius), ball.mesh, ball.surface, eta, "auto");
   const ObjectMedium* const media[] = {&ball.medium};
   diffusion.set_media(media);
@@ -283,7 +263,7 @@ TEST(PolygridDiffusion, StartsFromTheLastAnswer) {
   const int first = diffusion.report().iterations;
   diffusion.solve({&problem, 1}, {1.1e-3, 1e-3, 100});
   EXPECT_EQ(diffusion.report().iterations, 0);
-  ball.lights = {ball.beams(Vector3d(0, 0.05, -1).normalized())};
+  ball.lights = {parallel_beams(ball.surface, Vector3d(0, 0.05, -1).normalized())};
   diffusion.solve({&problem, 1}, {1e-3, 1e-3, 100});
   EXPECT_LT(diffusion.report().iterations, first);
 }
@@ -291,7 +271,7 @@ TEST(PolygridDiffusion, StartsFromTheLastAnswer) {
 // A volume edited in part changes the equations there alone, to what they would be made anew.
 TEST(PolygridDiffusion, AnEditedMediumIsThatMadeAnew) {
   Ball ball(20);
-  ball.lights = {ball.beams(Vector3d(0, 0, -1))};
+  ball.lights = {parallel_beams(ball.surface, Vector3d(0, 0, -1))};
   GridShape shape{20, 20, 20, 2.0 * radius / 20.0};
   Medium before{Volume<double>(shape, 0.2), Volume<double>(shape, 0.02)};
   for (std::size_t i = 0; i < shape.cells(); ++i)

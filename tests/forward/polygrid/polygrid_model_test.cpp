@@ -5,7 +5,6 @@
 
 #include <random>
 
-#include "../embedded/embedded_test_tools.h"
 #include "../embedded/exact_sphere.h"
 #include "core/error.h"
 #include "core/mesh/shapes.h"
@@ -16,13 +15,14 @@
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "made_polygrid.h"
+#include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::polygrid {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double eta = 1.3, radius = 5.0;
+constexpr double radius = 5.0;
 
 /// Voxels of 1.25 mm drawn within a factor of three either way.
 ObjectMedium random_medium() {
@@ -39,30 +39,11 @@ ObjectMedium random_medium() {
   return ObjectMedium(volume, volume_from_object, Wrap::clamp);
 }
 
-struct Ball {
-  explicit Ball(const ObjectMedium& filling)
-      : mesh(sphere_mesh(radius, 40)),
-        surface(surface_of(mesh)),
-        rays(embedded::make_caster(mesh)),
-        medium(filling) {
-    const Vector3d direction = Vector3d(1, -2, -2) / 3.0;
-    lights.resize(2);
-    for (std::size_t t = 0; t < surface.size(); ++t) {
-      const double cosine = -surface.normal[t].dot(direction);
-      if (cosine > 0.0) {
-        lights[0].beams.push_back(
-            {static_cast<int>(t), surface.position[t], direction, cosine * surface.area[t]});
-      }
-      lights[1].diffuse.push_back(1.0 + surface.normal[t][0]);
-    }
+struct Ball : LitObject {
+  explicit Ball(const ObjectMedium& filling) : LitObject(sphere_mesh(radius, 40), filling) {
+    lights = {parallel_beams(surface, Vector3d(1, -2, -2) / 3.0), {}};
+    for (const Vector3d& normal : surface.normal) lights[1].diffuse.push_back(1.0 + normal[0]);
   }
-  ObjectProblem problem() const { return {mesh, surface, *rays, medium, eta, lights}; }
-
-  TriangleMesh mesh;
-  Surface surface;
-  std::unique_ptr<RayCaster> rays;
-  ObjectMedium medium;
-  std::vector<ObjectLight> lights;
 };
 
 void expect_as_embedded(const Ball& ball, double tolerance) {

@@ -1,10 +1,8 @@
 // Recipes on disk: what the reader takes and refuses, and docs/edit.schema.json against it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -12,6 +10,7 @@
 
 #include "core/error.h"
 #include "render/edit/edit.h"
+#include "tests/schema_verdicts.h"
 
 namespace kappamu::render {
 namespace {
@@ -137,22 +136,7 @@ TEST_F(RecipeFile, SchemaAgreesWithTheReader) {
     bad.spoil(recipe);
     add(bad.name, recipe, !bad.schema_sees_it);
   }
-  const std::string source = KAPPAMU_SOURCE_DIR;
-  const std::filesystem::path verdicts = folder_ / "verdicts.txt";
-  const std::string command =
-      "/usr/bin/python3 '" + source + "/tests/capture/session/validate_sessions.py' '" + source +
-      "/docs/edit.schema.json' '" + folder_.string() + "' > '" + verdicts.string() + "' 2>&1";
-  const int status = std::system(command.c_str());  // NOLINT(bugprone-command-processor): fixed
-  ASSERT_TRUE(WIFEXITED(status));
-  constexpr int package_absent = 77;
-  if (WEXITSTATUS(status) == package_absent) GTEST_SKIP() << "python3-jsonschema is not installed";
-  ASSERT_EQ(WEXITSTATUS(status), 0);
-  std::ifstream lines(verdicts);
-  std::size_t seen = 0;
-  for (std::string stem, verdict; lines >> stem >> verdict; ++seen) {
-    EXPECT_THAT(expected[stem], testing::StartsWith(verdict + " ")) << stem;
-  }
-  EXPECT_EQ(seen, expected.size());
+  expect_schema_verdicts("edit.schema.json", folder_, expected);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "core/mesh/shapes.h"
+#include "core/numbers/at.h"
 #include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward {
@@ -28,10 +29,6 @@ Polycube ring_with_tower() {
   cells.emplace_back(0, 0, 2);
   cells.emplace_back(1, 0, 1);
   return lattice_polycube(cells, Vector3d(0.5, 0.0, -1.0), 2.0);
-}
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
 }
 
 std::set<int> side_of(const Polygrid& grid, int cell, int side) {

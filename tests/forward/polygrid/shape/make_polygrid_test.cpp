@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
+#include "core/numbers/at.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/place_nodes.h"
@@ -31,10 +32,6 @@ std::string refused(const std::function<void()>& act) {
     return error.what();
   }
   return "not refused";
-}
-
-std::size_t at(int index) {
-  return static_cast<std::size_t>(index);
 }
 
 TEST(MakePolygrid, QualityIsThatAskedFor) {

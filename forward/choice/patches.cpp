@@ -1,10 +1,10 @@
-#include "bench/objects/patches.h"
+#include "forward/choice/patches.h"
 
 #include <array>
 #include <cmath>
 #include <map>
 
-namespace kappamu::bench {
+namespace kappamu::forward {
 
 Patches make_patches(const Surface& surface, const Eigen::AlignedBox3d& box, int cells) {
   const double edge = box.sizes().maxCoeff() / cells;
@@ -52,4 +52,4 @@ std::vector<double> Patches::error_of_mean(const std::vector<double>& samples,
   return result;
 }
 
-}  // namespace kappamu::bench
+}  // namespace kappamu::forward

@@ -6,7 +6,10 @@
 
 #include "core/mesh/triangle_mesh.h"
 
-namespace kappamu::bench {
+namespace kappamu::forward {
+
+/// Of comparisons: patches along the longest edge of an object's box.
+inline constexpr int patches_across = 8;
 
 struct Patches {
   std::vector<int> of_sample;  ///< per surface sample, by its position and normal
@@ -26,4 +29,4 @@ struct Patches {
 /// `cells` along the box's longest edge.
 Patches make_patches(const Surface& surface, const Eigen::AlignedBox3d& box, int cells);
 
-}  // namespace kappamu::bench
+}  // namespace kappamu::forward
