@@ -686,6 +686,33 @@ def automatic(record):
     return {}, {"": text}
 
 
+def polygrid_convergence(record):
+    """Error against nodes processed, as figure 15 of [W]."""
+    rows = record["rows"]
+    figure, ax = plt.subplots(figsize=(7.5, 4.5), constrained_layout=True)
+    lines = []
+    for number, scheme in enumerate(unique(rows, "scheme")):
+        own = [r for r in rows if r["scheme"] == scheme and r["error"] > 1e-9]
+        line(ax, number, [r["nodes"] / 1e5 for r in own], [r["error"] for r in own], scheme)
+        until = [min((r["nodes"] for r in own if r["error"] <= bound), default=None) for bound in (5e-3, 1e-4, 1e-5)]
+        lines.append([scheme] + ["not reached" if n is None else f"{n:,}" for n in until])
+    dress(ax, f"cube of {record['cells']:,} cells, one side lit", "nodes processed [100,000]", "Σ(L − L₀)² / Σ L₀²", "xy")
+    return {"": figure}, {"": provenance(record) + "\n" + table(["nodes until", "5e-3", "1e-4", "1e-5"], lines)}
+
+
+def polygrid_frames(record):
+    """Frames a second beside Table III of [W]."""
+    def fps(milliseconds):
+        return f"{1e3 / milliseconds:.1f}"
+    lines = [[r["paper"], f"{r['cells']:,}", f"{r['diffusion_ms']:.0f} ({r['iterations']})", fps(r["diffusion_ms"]),
+              f"{r['paper_diffusion_fps']:.0f}", f"{r['light_ms']:.0f} + {r['exitance_ms']:.0f}", fps(r["frame_ms"]),
+              f"{r['paper_fps']:.0f} ({r['paper_coherent_fps']:.0f})", f"{r['edit_media_ms']:.0f} + {r['edit_light_ms']:.0f} + "
+              f"{r['edit_diffusion_ms']:.0f} = {r['edit_ms']:.0f}"] for r in record["rows"]]
+    return {}, {"": provenance(record) + "\n" + table(
+        ["model of [W]", "cells", "diffusion [ms] (iterations)", "diffusions per second", "[W]", "light + exitance [ms]",
+         "frames per second", "[W] (coherent)", "edit: equations + light + diffusion [ms]"], lines)}
+
+
 def importance(record):
     """Local diffusion: error at equal samples, a panel a scene."""
     rows = record["rows"]
@@ -829,6 +856,7 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
+            "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "objects-models": objects, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},
