@@ -16,8 +16,8 @@ using namespace forward::polygrid;
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-constexpr double size_mm = 10.0, eta = 1.3;
-constexpr Coefficients medium{0.3, 0.003};
+constexpr double cube_mm = 10.0, cube_eta = 1.3;
+constexpr Coefficients cube_medium{0.3, 0.003};
 constexpr int steps_of_coarse_levels = 60, most_steps = 1000, adaptive_depth = 4,
               most_iterations = 16;
 
@@ -27,7 +27,7 @@ forward::Polygrid cube(int n) {
   std::vector<Vector3i> cell;
   std::vector<std::array<int, 8>> cell_corners;
   for (int i = 0; i < (n + 1) * (n + 1) * (n + 1); ++i) {
-    corner.push_back(size_mm / n *
+    corner.push_back(cube_mm / n *
                      Vector3d(i % (n + 1), i / (n + 1) % (n + 1), i / (n + 1) / (n + 1)));
   }
   for (int i = 0; i < n * n * n; ++i) {
@@ -45,8 +45,10 @@ forward::Polygrid cube(int n) {
 class Trial {
  public:
   explicit Trial(int n)
-      : grid_(cube(n)), of_cell_(grid_.cell.size(), medium), A_(boundary_constants(eta).A) {
-    for (const Vector3d& p : grid_.boundary_node) q_.push_back(p[2] > 0.999 * size_mm ? 1.0 : 0.0);
+      : grid_(cube(n)),
+        of_cell_(grid_.cell.size(), cube_medium),
+        A_(boundary_constants(cube_eta).A) {
+    for (const Vector3d& p : grid_.boundary_node) q_.push_back(p[2] > 0.999 * cube_mm ? 1.0 : 0.0);
     levels_ = relaxation_levels(grid_, of_cell_, q_, 3, true);
     exact_ = dark(levels_[0]);
     relax(levels_[0], A_, 16 * n * n, 0, exact_, {});

@@ -21,7 +21,7 @@ using forward::polygrid::PolygridDiffusion;
 /// As LivePolygrid has it.
 constexpr forward::polygrid::PolygridAccuracy accuracy{
     .linear_tolerance = 1e-2, .beam_remainder = 1e-3, .most_iterations = 100};
-constexpr double size_mm = 40.0, degrees_per_frame = 2.0;
+constexpr double live_mm = 40.0, degrees_per_frame = 2.0;
 constexpr int frames = 4;
 /// Voxels of an edit, and its factor on μ.
 constexpr double edited_voxels = 10'000.0, edited_mu = 4.0;
@@ -44,10 +44,10 @@ render::Scene scene_of(const std::string& mesh) {
   render::SceneObject object;
   object.name = "object";
   object.shape = std::filesystem::absolute(mesh);
-  object.size_mm = size_mm;
+  object.size_mm = live_mm;
   object.material = render::HomogeneousMaterial{};
   scene.objects.push_back(object);
-  scene.camera.position_mm = 10.0 * size_mm * Vector3d::UnitZ();
+  scene.camera.position_mm = 10.0 * live_mm * Vector3d::UnitZ();
   return scene;
 }
 
@@ -219,7 +219,7 @@ void measure_frames(const Request& request, Progress& progress, const Save& save
                     static_cast<double>(rows.size()) / static_cast<double>(table.size()),
                     std::to_string(paper.nodes) + " cells");
     rows.push_back(measured(paper, world, request.device));
-    save({{"size_mm", size_mm}, {"degrees_per_frame", degrees_per_frame}, {"rows", rows}});
+    save({{"size_mm", live_mm}, {"degrees_per_frame", degrees_per_frame}, {"rows", rows}});
   }
 }
 
