@@ -7,7 +7,7 @@
 #include "calib/calibration_file.h"
 #include "core/appearance_error.h"
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "data_synthetic/transport.h"
 #include "io/image/exr.h"
 #include "io/image/image_file.h"

@@ -18,7 +18,7 @@
 #include "app/viewer/view_state.h"
 #include "app/viewer/window.h"
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::app {

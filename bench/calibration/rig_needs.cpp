@@ -10,7 +10,7 @@
 #include "bench/calibration/rig_trial.h"
 #include "bench/inverse/dense_fit.h"
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "data_synthetic/rig/rig.h"
 #include "data_synthetic/score.h"
 

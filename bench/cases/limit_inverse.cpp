@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "inverse/validation/notes.h"
 
 namespace kappamu::bench {

@@ -8,7 +8,7 @@
 #include "calib/lens/lens_model.h"
 #include "calib/lens/opencv_convert.h"
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::calib {
 namespace {

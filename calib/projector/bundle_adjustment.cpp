@@ -13,7 +13,7 @@
 #include "calib/projector/bundle_numbers.h"
 #include "calib/targets/board_shape.h"
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::calib {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "calib/targets/board_picture.h"
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::calib {
 namespace {

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "core/shown_text.h"
 
 namespace kappamu::calib {

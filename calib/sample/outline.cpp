@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::calib {
 namespace {

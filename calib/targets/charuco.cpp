@@ -9,7 +9,7 @@
 #include "calib/targets/board_picture.h"
 #include "calib/targets/corner_fit.h"
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::calib {
 namespace {

@@ -10,7 +10,7 @@
 
 #include "capture/response/frame_reader.h"
 #include "capture/response/noise_model.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::capture {
 namespace {

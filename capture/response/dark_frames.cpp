@@ -6,7 +6,7 @@
 
 #include "capture/response/response.h"
 #include "capture/session/frames.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::capture {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::capture {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::capture {
 namespace {

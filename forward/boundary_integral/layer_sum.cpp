@@ -1,6 +1,6 @@
 #include "forward/boundary_integral/layer_sum.h"
 
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "forward/boundary_integral/panels/panel_potentials.h"
 #include "forward/boundary_integral/summation/equivalent_surface.h"
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "forward/analytic/validity.h"
 
 namespace kappamu::inverse {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "inverse/fit/channel_run.h"
 #include "inverse/fit/fit_fingerprint.h"
 

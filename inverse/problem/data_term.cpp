@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "core/parallel.h"
 
 namespace kappamu::inverse {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "core/optics.h"
 #include "core/progress.h"
 #include "forward/montecarlo/monte_carlo_model.h"

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/median.h"
+#include "core/numbers/median.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
 

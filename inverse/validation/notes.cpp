@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdio>
 
-#include "core/median.h"
+#include "core/numbers/median.h"
 
 namespace kappamu::inverse {
 
