@@ -4,8 +4,9 @@
 namespace kappamu::forward {
 
 std::vector<std::string> object_model_names() {
-  return {"embedded", "grid",           "polygrid",        "boundary_integral", "montecarlo",
-          "dipole",   "dipole-rotated", "local-diffusion", "better-dipole",     "beam-diffusion"};
+  return {"embedded",      "grid",           "polygrid",          "boundary_integral",
+          "montecarlo",    "dipole",         "dipole-rotated",    "local-diffusion",
+          "better-dipole", "beam-diffusion", "directional-dipole"};
 }
 
 }  // namespace kappamu::forward
