@@ -4,9 +4,8 @@
 namespace kappamu::forward {
 
 std::vector<std::string> object_model_names() {
-  return {"embedded",      "grid",           "polygrid",          "boundary_integral",
-          "montecarlo",    "dipole",         "dipole-rotated",    "local-diffusion",
-          "better-dipole", "beam-diffusion", "directional-dipole"};
+  return {"embedded", "grid",           "polygrid",        "boundary_integral", "montecarlo",
+          "dipole",   "dipole-rotated", "local-diffusion", "better-dipole",     "beam-diffusion"};
 }
 
 }  // namespace kappamu::forward

@@ -22,7 +22,7 @@ struct NamedModel {
   Made (*make)(std::string_view name);
 };
 
-constexpr std::array<NamedModel, 11> models{{
+constexpr std::array<NamedModel, 10> models{{
     {"embedded", [](std::string_view) -> Made { return std::make_unique<EmbeddedModel>(); }},
     {"grid", [](std::string_view) -> Made { return std::make_unique<BlockModel>(); }},
     {"polygrid", [](std::string_view) -> Made { return std::make_unique<PolygridModel>(); }},
@@ -34,7 +34,6 @@ constexpr std::array<NamedModel, 11> models{{
     {"local-diffusion", make_dipole_model},
     {"better-dipole", make_dipole_model},
     {"beam-diffusion", make_dipole_model},
-    {"directional-dipole", make_dipole_model},
 }};
 
 }  // namespace

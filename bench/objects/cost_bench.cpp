@@ -19,7 +19,7 @@ constexpr double mean_free_paths = 24.0, cost_eta = 1.5;
 constexpr std::size_t most_of_slow = 10'000;
 
 bool slow(const std::string& model) {
-  return model == "dipole" || model == "directional-dipole" || model == "boundary_integral";
+  return model == "dipole" || model == "boundary_integral";
 }
 
 }  // namespace

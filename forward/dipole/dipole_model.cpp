@@ -10,7 +10,6 @@
 #include "core/error.h"
 #include "forward/dipole/assumptions.h"
 #include "forward/dipole/direct/direct_sum.h"
-#include "forward/dipole/directional.h"
 #include "forward/dipole/hierarchy/hierarchy.h"
 #include "forward/dipole/local/local_diffusion.h"
 #include "forward/dipole/sum_check.h"
@@ -48,9 +47,8 @@ void validate(const ObjectProblem& problem, const ObjectOptions& options) {
               " are allowed; raise max_elements or simplify the mesh");
 }
 
-/// Over all pairs of triangles with sources along the normal, or along the light; the others with
-/// rotated ones.
-enum class Summation { direct, directional, hierarchy, local };
+/// Over all pairs of triangles with sources along the normal; the others with rotated ones.
+enum class Summation { direct, hierarchy, local };
 
 class DipoleModel : public ObjectModel {
  public:
@@ -67,8 +65,8 @@ class DipoleModel : public ObjectModel {
       irradiance.push_back(transmitted(problem.surface, problem.eta, light));
     ObjectResult result;
     result.elements = problem.surface.size();
-    if (summation_ == Summation::direct || summation_ == Summation::directional) {
-      sum_pairs(problem, options, profile, irradiance, progress, result);
+    if (summation_ == Summation::direct) {
+      sum_directly(problem, options, profile, irradiance, progress, result);
     } else if (summation_ == Summation::local) {
       sum_locally(problem, options, profile, irradiance, progress, result);
     } else {
@@ -82,33 +80,29 @@ class DipoleModel : public ObjectModel {
   }
 
  private:
-  void sum_pairs(const ObjectProblem& problem, const ObjectOptions& options, const Profile& profile,
-                 const std::vector<std::vector<double>>& irradiance, Progress& progress,
-                 ObjectResult& result) const {
-    const std::size_t samples = problem.surface.size(), lights = irradiance.size();
+  void sum_directly(const ObjectProblem& problem, const ObjectOptions& options,
+                    const Profile& profile, const std::vector<std::vector<double>>& irradiance,
+                    Progress& progress, ObjectResult& result) const {
+    const std::size_t samples = problem.surface.size();
     require(options.max_elements || samples <= most_direct_triangles,
-            "this model sums over all pairs of triangles, and " + std::to_string(samples) +
-                " triangles take long; use dipole-rotated or set max_elements");
+            "sources along the normal are summed over all pairs of triangles, and " +
+                std::to_string(samples) +
+                " triangles take long; use dipole-rotated or set "
+                "max_elements");
     const auto start = Clock::now();
-    const bool aligned = summation_ == Summation::direct;
-    const Coefficients c = problem.medium.smallest();
-    const DirectionalDipole directional({c.kappa, c.mu}, boundary_constants(problem.eta));
     std::vector<std::size_t> all(samples);
     std::iota(all.begin(), all.end(), 0);
-    for (std::size_t l = 0; l < lights; ++l) {
-      progress.update("dipole", static_cast<double>(l) / static_cast<double>(lights), "");
-      const std::vector<double> exitance =
-          aligned ? direct_sum(problem.mesh, problem.surface, profile, Placement::aligned,
-                               irradiance[l], all)
-                  : directional_sum(problem.mesh, problem.surface, directional,
-                                    entered_light(problem, problem.lights[l]));
+    for (std::size_t l = 0; l < irradiance.size(); ++l) {
+      progress.update("dipole", static_cast<double>(l) / static_cast<double>(irradiance.size()),
+                      "");
+      const std::vector<double> exitance = direct_sum(problem.mesh, problem.surface, profile,
+                                                      Placement::aligned, irradiance[l], all);
       result.exitance.insert(result.exitance.end(), exitance.begin(), exitance.end());
     }
-    result.error_estimate.assign(lights, 0.0);
+    result.error_estimate.assign(irradiance.size(), 0.0);
     result.seconds = seconds_since(start);
     result.converged = true;
     result.message = "all pairs of triangles were summed";
-    if (!aligned) return;
     if (auto warning = aligned_source_warning(problem)) result.warnings.push_back(*warning);
   }
 
@@ -211,7 +205,6 @@ class DipoleModel : public ObjectModel {
 std::unique_ptr<ObjectModel> make_dipole_model(std::string_view name) {
   using enum Summation;
   if (name == "dipole") return std::make_unique<DipoleModel>("dipole", direct);
-  if (name == "directional-dipole") return std::make_unique<DipoleModel>("dipole", directional);
   if (name == "dipole-rotated") return std::make_unique<DipoleModel>("dipole", hierarchy);
   if (name == "local-diffusion") return std::make_unique<DipoleModel>("dipole", local);
   if (name == "better-dipole" || name == "beam-diffusion") {

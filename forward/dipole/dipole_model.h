@@ -1,6 +1,6 @@
-// Models `dipole`, `dipole-rotated`, `local-diffusion`, `better-dipole`, `beam-diffusion` and
-// `directional-dipole`: homogeneous objects by the BSSRDF of a half-space ([T] chapter 3), the
-// fastest answer and the least exact (docs/dipole.md).
+// Models `dipole`, `dipole-rotated`, `local-diffusion`, `better-dipole` and `beam-diffusion`:
+// homogeneous objects by the BSSRDF of a half-space ([T] chapter 3), the fastest answer and the
+// least exact (docs/dipole.md).
 #pragma once
 
 #include <memory>
@@ -10,15 +10,14 @@
 
 namespace kappamu::forward {
 
-/// `dipole` places sources along the normal, `directional-dipole` along the light, and both sum
-/// over all pairs of triangles; the others place them reciprocally and sum by the hierarchy on
-/// `device`, `local-diffusion` by samples about every triangle. Null for another name.
+/// `dipole` places sources along the normal and sums over all pairs of triangles; the others place
+/// them reciprocally and sum by the hierarchy on `device`, `local-diffusion` by samples about every
+/// triangle. Null for another name.
 ///
-/// Beams add what they bring through the surface to the irradiance of the triangle they meet:
-/// `directional-dipole` alone knows their direction inside. The error estimate is that of the
-/// summation alone, measured at a few triangles against the direct sum; what the half-space costs
-/// on the shape is in the warnings and in `absorbed`, which is negative where more leaves than
-/// enters.
+/// Beams add what they bring through the surface to the irradiance of the triangle they meet: the
+/// BSSRDF does not know their direction inside. The error estimate is that of the summation alone,
+/// measured at a few triangles against the direct sum; what the half-space costs on the shape
+/// is in the warnings and in `absorbed`, which is negative where more leaves than enters.
 std::unique_ptr<ObjectModel> make_dipole_model(std::string_view name);
 
 }  // namespace kappamu::forward

@@ -57,14 +57,10 @@ TEST_P(DipoleModels, UnderEvenLightALargeObjectReflectsWhatTheHalfSpaceDoes) {
   const Object object = large_sphere();
   const ObjectResult result = object.solve(GetParam(), {object.diffuse()});
   const std::string name = GetParam();
-  const bool directional = name == "directional-dipole";
   const double reflectance =
-      dipole::make_profile(name.starts_with("dipole") || directional ? "dipole" : name,
-                           {1.0 / 3.0, 0.05}, eta)
+      dipole::make_profile(name.starts_with("dipole") ? "dipole" : name, {1.0 / 3.0, 0.05}, eta)
           .reflectance();
-  // Of the order of diffusion length over radius, squared; the directional dipole reflects another
-  // share (dipole_directional_test).
-  const double curvature = directional ? 0.2 : 0.04;
+  constexpr double curvature = 0.04;  // of the order of diffusion length over radius, squared
   EXPECT_NEAR(result.balance[0].exiting / result.balance[0].entering / reflectance, 1.0, curvature);
   EXPECT_TRUE(result.converged) << result.message;
   EXPECT_LT(result.error_estimate[0], 0.02);
@@ -101,7 +97,7 @@ TEST_P(DipoleModels, RefuseAMediumThatVaries) {
 
 INSTANTIATE_TEST_SUITE_P(All, DipoleModels,
                          testing::Values("dipole", "dipole-rotated", "better-dipole",
-                                         "beam-diffusion", "directional-dipole"));
+                                         "beam-diffusion"));
 
 TEST(DipoleModel, OfRotatedSourcesIsReciprocalAndOfAlignedOnesIsNot) {
   const Object object(make_shape("cube", 6.0, 6), {0.3, 0.02});

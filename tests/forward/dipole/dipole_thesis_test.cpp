@@ -8,7 +8,7 @@
 
 #include "core/mesh/shapes.h"
 #include "forward/object_models.h"
-#include "tests/forward/embedded/embedded_test_tools.h"
+#include "tests/forward/lit_object.h"
 
 namespace kappamu::forward {
 namespace {
@@ -17,26 +17,24 @@ const Coefficients thesis_marble{0.152, 0.0021};
 constexpr double thesis_eta = 1.5;
 const double thesis_size = 30.0;  // [mm], 66 mean free paths; [T]: 20 to 40
 
-/// Exitance under even light on what faces up, out of the mesh's own shadow.
+/// Exitance under parallel light from above, out of the mesh's own shadow.
 struct LitFromAbove {
   explicit LitFromAbove(TriangleMesh of, int axis_up)
       : mesh(std::move(of)), surface(surface_of(mesh)), up(axis_up) {
     const auto rays = embedded::make_caster(mesh);
     const Eigen::Vector3d above = Eigen::Vector3d::Unit(up);
-    std::vector<ObjectLight> lights(1);
-    lights[0].diffuse.assign(surface.size(), 0.0);
-    for (std::size_t t = 0; t < surface.size(); ++t) {
-      if (surface.normal[t][up] < 0.5) continue;
-      if (rays->first_hit(surface.position[t] + 1e-6 * surface.normal[t], above, 0.0)) continue;
-      lights[0].diffuse[t] = surface.normal[t][up];
-    }
-    lit = lights[0].diffuse;
+    std::vector<ObjectLight> lights{parallel_beams(surface, -above)};
+    std::erase_if(lights[0].beams, [&](const Beam& beam) {
+      const Eigen::Vector3d off = 1e-6 * surface.normal[static_cast<std::size_t>(beam.triangle)];
+      return rays->first_hit(beam.position + off, above, 0.0).has_value();
+    });
     const ObjectMedium medium(thesis_marble);
     const ObjectProblem problem{mesh, surface, *rays, medium, thesis_eta, lights};
     Progress silent;
     ObjectOptions options;
-    options.tolerance = 0.03;
+    options.tolerance = 0.004;  // dim places count, too
     of_dipole = make_object_model("dipole-rotated")->solve(problem, options, silent).exitance;
+    options.tolerance = 0.03;
     truth = make_object_model("embedded")->solve(problem, options, silent).exitance;
   }
 
@@ -60,23 +58,32 @@ struct LitFromAbove {
   TriangleMesh mesh;
   Surface surface;
   int up;
-  std::vector<double> lit, of_dipole, truth;
+  std::vector<double> of_dipole, truth;
 };
 
-TEST(DipoleAsTheThesisFound, IsRightOnTheLitSideOfASphereAndErrsOnTheOther) {
+TEST(DipoleAsTheThesisFound, IsNearlyRightOnTheLitSideOfASphereAndFarOffOnTheOther) {
   const LitFromAbove sphere(make_shape("sphere", thesis_size, 24), 2);
-  EXPECT_NEAR(sphere.ratio([](const auto& x, const auto&) { return x.z() > 5.0; }), 1.0, 0.06);
-  EXPECT_GT(std::abs(sphere.ratio([](const auto& x, const auto&) { return x.z() < -5.0; }) - 1.0),
-            0.06);
+  EXPECT_NEAR(sphere.ratio([](const auto& x, const auto&) { return x.z() > 5.0; }), 1.0, 0.1);
+  EXPECT_LT(sphere.ratio([](const auto& x, const auto&) { return x.z() < -5.0; }), 0.6);
 }
 
-TEST(DipoleAsTheThesisFound, IsTooBrightOnBothSidesOfAThinSlab) {
-  const TriangleMesh mesh = make_shape("slab", thesis_size, 24, 0.1);
-  int thin = 0;
-  bounding_box(mesh).sizes().minCoeff(&thin);
-  const LitFromAbove slab(mesh, thin);
-  EXPECT_GT(slab.ratio([&](const auto&, const auto& n) { return n[thin] > 0.5; }), 1.02);
-  EXPECT_GT(slab.ratio([&](const auto&, const auto& n) { return n[thin] < -0.5; }), 1.2);
+// [T] sees it too bright from either side. Below it is so at two mean free paths, and too dark from
+// four on.
+TEST(DipoleAsTheThesisFound, IsTooBrightOnAThinSlabAndBelowAVeryThinOne) {
+  for (const bool very : {true, false}) {
+    const TriangleMesh mesh = make_shape("slab", thesis_size, 24, very ? 0.03 : 0.1);
+    int thin = 0;
+    bounding_box(mesh).sizes().minCoeff(&thin);
+    const LitFromAbove slab(mesh, thin);
+    const double above = slab.ratio([&](const auto&, const auto& n) { return n[thin] > 0.5; });
+    const double below = slab.ratio([&](const auto&, const auto& n) { return n[thin] < -0.5; });
+    EXPECT_GT(above, very ? 1.5 : 1.1);
+    if (very) {
+      EXPECT_GT(below, 1.1);
+    } else {
+      EXPECT_LT(below, 0.9);
+    }
+  }
 }
 
 TEST(DipoleAsTheThesisFound, IsBrighterAtTheEdgesOfACube) {
@@ -107,7 +114,7 @@ TEST(DipoleAsTheThesisFound, SendsLightThroughAVoidAndAcrossASplit) {
     });
   };
   EXPECT_LT(underside(hollow, hollow.truth), 0.7 * underside(solid, solid.truth));
-  EXPECT_NEAR(underside(hollow, hollow.of_dipole) / underside(solid, solid.of_dipole), 1.0, 0.01);
+  EXPECT_NEAR(underside(hollow, hollow.of_dipole) / underside(solid, solid.of_dipole), 1.0, 0.05);
 
   // Halves of a cube, one above the other: the lower one is dark.
   const TriangleMesh half = box_mesh({thesis_size, thesis_size, 14.0}, 20);
@@ -117,9 +124,11 @@ TEST(DipoleAsTheThesisFound, SendsLightThroughAVoidAndAcrossASplit) {
   EXPECT_GT(split.mean(split.of_dipole, lower), 0.0);
 }
 
-TEST(DipoleAsTheThesisFound, IsTooBrightBelowATorus) {
+// [T] sees the underside slightly too bright.
+TEST(DipoleAsTheThesisFound, IsTooDarkBelowATorus) {
   const LitFromAbove torus(make_shape("torus", thesis_size, 24), 2);
-  EXPECT_GT(torus.ratio([](const auto& x, const auto&) { return x.z() < -1.0; }), 1.0);
+  EXPECT_NEAR(torus.ratio([](const auto& x, const auto&) { return x.z() > 1.0; }), 1.0, 0.06);
+  EXPECT_LT(torus.ratio([](const auto& x, const auto&) { return x.z() < -1.0; }), 0.85);
 }
 
 }  // namespace
