@@ -42,8 +42,8 @@ class AutoBlock final : public ForwardModel {
     result.message = std::string(walks ? random_walks : "multigrid") + ", " + model.reason + "; " +
                      result.message;
     if (!(model.error.value() <= asked.tolerance)) {
-      result.warnings.push_back("no model is expected to answer within the tolerance of " +
-                                std::to_string(100.0 * asked.tolerance) + " %; " + result.message);
+      result.warnings.push_back("no model is expected to answer within --model-tolerance: " +
+                                result.message);
     }
     if (!walks) {
       for (std::string& warning :

@@ -16,7 +16,7 @@ namespace {
 
 /// Probability beyond which a model counts as within the tolerance, and below which it is given up;
 /// `borne_out`: of a model that its law has taken already; `sure`: by the law, without a pilot.
-constexpr double accepted = 0.9, given_up = 0.1, borne_out = 0.8, sure = 0.99;
+constexpr double accepted = 0.9, given_up = 0.1, borne_out = 0.85, sure = 0.99;
 /// Standard deviation of the squared error over the squared tolerance, that the first walk is for.
 constexpr double first_deviation = 0.3;
 /// Share of what the choice would cost otherwise that a pilot may, and of its own cost that the
@@ -109,7 +109,7 @@ std::optional<Question> question(std::span<const ObjectFeatures> channels, const
   if (probability_of(taken.model, channels, asked.tolerance) >= sure) return {};
   const double affordable = worth_of_taken * *taken.seconds / walk.seconds;
   if (affordable < fewest_pilot_photons) return {};
-  return Question{0, std::min(walk.photons, affordable),
+  return Question{0, std::min(2.0 * walk.photons, affordable),
                   std::max(affordable, worth * *all[1].seconds / walk.seconds), true};
 }
 
@@ -126,16 +126,19 @@ ErrorBelief compared(const Patches& patches, const Surface& surface, const Objec
   const std::vector<double> walked = patches.mean(part(walk.exitance), surface);
   const std::vector<double> error =
       patches.error_of_mean(part(walk.exitance), part(walk.standard_error), surface);
-  double difference = 0.0, variance = 0.0, signal = 0.0;
+  double difference = 0.0, variance = 0.0, cross = 0.0, signal = 0.0, area = 0.0;
   for (std::size_t p = 0; p < patches.size(); ++p) {
     const double noise = error[p] * error[p];
     const double square = std::pow(walked[p] - mean[p], 2);
     difference += patches.area[p] * (square - noise);
-    variance += std::pow(patches.area[p], 2) *
-                (2.0 * noise * noise + 4.0 * std::max(0.0, square - noise) * noise);
+    variance += 2.0 * std::pow(patches.area[p] * noise, 2);
+    cross += 4.0 * std::pow(patches.area[p], 2) * noise;
+    area += patches.area[p];
     signal += patches.area[p] * mean[p] * mean[p];
   }
   if (signal == 0.0) return {};
+  // Noise times difference, as if that were the same everywhere: of a patch alone it is not known.
+  variance += cross * std::max(0.0, difference) / area;
   return {0.0, 0.0, difference / signal, std::sqrt(variance) / signal};
 }
 
