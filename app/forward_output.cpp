@@ -97,7 +97,7 @@ Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result
     summary["tolerance"] = run.options.solve.tolerance;
   }
   if (!result.standard_error.front().empty()) {
-    summary["photons"] = run.options.photons;
+    summary["photons"] = result.photons;
     summary["anisotropy"] = run.options.anisotropy;
     summary["seed"] = run.options.seed;
   }

@@ -3,6 +3,7 @@
 #include "core/error.h"
 #include "forward/analytic/layered_block.h"
 #include "forward/baseline/baseline_model.h"
+#include "forward/choice/auto_block.h"
 #include "forward/grid/grid_model.h"
 #include "forward/montecarlo/monte_carlo_model.h"
 
@@ -27,6 +28,11 @@ const std::vector<Entry>& entries() {
         .description = "radiative transfer by Monte Carlo, with standard errors (OpenCL only)",
         .transport = true},
        make_monte_carlo_model},
+      {{.name = "auto",
+        .description = "multigrid or montecarlo: the cheaper of those measured to be within "
+                       "--model-tolerance",
+        .transport = true},
+       make_auto_block_model},
       {{"relaxation", "Jacobi relaxation (Stam 1995, [W] 5.2) on our grid equations",
         baseline_sweeps},
        make_relaxation_model},

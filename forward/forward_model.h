@@ -31,6 +31,7 @@ struct ForwardOptions {
   std::uint64_t seed = 1;             ///< models that draw random numbers
   std::uint64_t photons = 1'000'000;  ///< per pattern, Monte Carlo
   double anisotropy = 0.0;            ///< g of Monte Carlo's phase function; σs = σs'/(1−g)
+  double model_tolerance = 0.05;      ///< of `auto`: relative error against transport, 2-norm
 };
 
 struct ForwardResult {
@@ -44,6 +45,7 @@ struct ForwardResult {
   std::array<std::vector<double>, 6> exitance;  ///< [pattern][v][u], in order of all_faces
   std::array<std::vector<double>, 6>
       standard_error;  ///< of `exitance`, same shapes; empty: the model draws no random numbers
+  std::uint64_t photons = 0;          ///< walked per pattern
   std::vector<PowerBalance> balance;  ///< one per pattern
   std::vector<std::string> warnings;  ///< sentences the caller must show
 };

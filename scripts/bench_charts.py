@@ -638,6 +638,20 @@ def objects(record):
     return {"": figure}, texts
 
 
+def object_costs(record):
+    """Seconds against triangles, and against the elements that each model made of them."""
+    rows = record["rows"]
+    figure, both = panels(2)
+    models = unique(rows, "model")
+    for number, model in enumerate(models):
+        own = [r for r in rows if r["model"] == model]
+        for ax, count in zip(both, ("triangles", "elements")):
+            line(ax, number, [r[count] for r in own], [r["cpu_seconds"] for r in own], model)
+    for ax, count in zip(both, ("triangles", "elements: cubes, panels, triangles, photons")):
+        dress(ax, "marble torus of 24 mean free paths", count, "processor time [s]", "xy")
+    return {"": figure}, {"": provenance(record) + "\n" + cross(rows, "model", "triangles", lambda r: f"{r['cpu_seconds']:.3g} s")}
+
+
 # [T] Table 5.1: its objects, of 20 to 40 mm in marble, and here of 33 mm (72 mean free paths of the red channel).
 THESIS = {"half-space (thick slab)": "slab-marble-72", "sphere": "sphere-marble-72", "cube": "cube-marble-72",
           "thin slab": "thin-slab-marble-72", "torus": "torus-marble-72", "box with a void": "box-with-void-marble-72",
@@ -857,7 +871,7 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
-            "objects-models": objects, "objects-auto": automatic,
+            "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},
              "dipole-importance": importance,

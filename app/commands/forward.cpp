@@ -161,7 +161,9 @@ std::string methods_manual() {
     text += "  " + method.name + padding + method.description + "\n";
   }
   return text +
-         "multigrid is the one to use; analytic and montecarlo judge it, the others are\n"
+         "multigrid is the one to use; analytic and montecarlo judge it, auto decides between\n"
+         "multigrid and montecarlo by errors measured on other blocks (docs/objects-bench.md);\n"
+         "the message of summary.json names the one taken and why. The others are\n"
          "earlier papers' solvers. Only montecarlo and analytic need no convergence; relaxations "
          "need thousands\n"
          "of sweeps and may stall in single precision.\n"
@@ -228,12 +230,16 @@ void add_forward(CLI::App& app, Globals& globals) {
       ->check(CLI::IsMember({"single", "double"}));
   command
       ->add_option("--photons", options->model.photons,
-                   "montecarlo: photons per pattern (default 1000000)")
+                   "montecarlo: photons per pattern, auto: at most (default 1000000)")
       ->check(CLI::PositiveNumber);
   command
       ->add_option("--anisotropy", options->model.anisotropy,
                    "montecarlo: g of the phase function at equal sigma_s' (default 0)")
       ->check(CLI::Range(-0.999, 0.999));
+  command
+      ->add_option("--model-tolerance", options->model.model_tolerance,
+                   "auto: relative error against transport, 2-norm over the faces (default 0.05)")
+      ->check(CLI::Range(1e-4, 0.9));
   command->footer(methods_manual() + manual_end);
   command->callback([options, &globals] { run_forward(*options, globals); });
 }

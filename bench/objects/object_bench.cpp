@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/objects/auto_bench.h"
+#include "bench/objects/cost_bench.h"
 #include "bench/objects/object_measurement.h"
 #include "core/optics.h"
 #include "forward/object_models.h"
@@ -89,6 +90,8 @@ Subject objects_subject() {
       "together)\n"
       "suffer less.",
       {{"models", "Every model on the tuning scenes", measure_models},
+       {"cost", "Seconds against triangles and elements, a marble torus under an even sky",
+        measure_costs},
        {"auto", "What model auto takes on the validation scenes, and what it should have",
         measure_auto}},
       {{"scenes", "Those whose names begin so; all if absent", Setting::Kind::words},

@@ -121,16 +121,7 @@ Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOption
   for (const MeasuredModel& model : measured_models()) {
     choice.candidates.push_back(candidate(model, channels, asked, costs));
   }
-  const auto rank = [&](const ModelCandidate& c) {
-    return !c.error ? 2 : *c.error <= asked.tolerance ? 0 : 1;
-  };
-  // Within the tolerance by cost; those beyond it by error.
-  std::stable_sort(choice.candidates.begin(), choice.candidates.end(),
-                   [&](const ModelCandidate& a, const ModelCandidate& b) {
-                     if (rank(a) != rank(b) || rank(a) == 2) return rank(a) < rank(b);
-                     return rank(a) == 0 ? *a.seconds < *b.seconds : *a.error < *b.error;
-                   });
-  choice.within_tolerance = rank(choice.candidates.front()) == 0;
+  rank(choice, asked.tolerance);
   for (ModelCandidate& c : choice.candidates) {
     if (!c.error) continue;
     const bool first = &c == &choice.candidates.front();
@@ -141,10 +132,23 @@ Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOption
                                           : "none is within the tolerance, the nearest: ") +
                  expected;
     } else {
-      c.reason = (rank(c) == 0 ? "takes longer: " : "beyond the tolerance: ") + expected;
+      c.reason =
+          (*c.error <= asked.tolerance ? "takes longer: " : "beyond the tolerance: ") + expected;
     }
   }
   return choice;
+}
+
+void rank(Choice& choice, double tolerance) {
+  const auto place = [&](const ModelCandidate& c) {
+    return !c.error ? 2 : *c.error <= tolerance ? 0 : 1;
+  };
+  std::stable_sort(choice.candidates.begin(), choice.candidates.end(),
+                   [&](const ModelCandidate& a, const ModelCandidate& b) {
+                     if (place(a) != place(b) || place(a) == 2) return place(a) < place(b);
+                     return place(a) == 0 ? *a.seconds < *b.seconds : *a.error < *b.error;
+                   });
+  choice.within_tolerance = place(choice.candidates.front()) == 0;
 }
 
 ObjectOptions options_for(const std::string& name, std::span<const ObjectFeatures> channels,

@@ -23,6 +23,10 @@ struct Choice {
 Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
                     const MachineCosts& costs);
 
+/// Orders the candidates by what is now known of them: within the tolerance by cost, beyond it by
+/// error, then those of unknown error.
+void rank(Choice& choice, double tolerance);
+
 /// What to ask of a model for the error that choose_model() expects: half the tolerance of its
 /// numerics; of `montecarlo` the tolerance, and the photons that bring its noise below it.
 ObjectOptions options_for(const std::string& model, std::span<const ObjectFeatures> channels,

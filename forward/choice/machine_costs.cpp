@@ -16,8 +16,8 @@ namespace {
 constexpr double kappa_mm = 0.152, mu_per_mm = 0.0021, eta = 1.5;  // marble, red
 constexpr double mean_free_paths = 24.0;
 constexpr int tessellation = 10;
-constexpr double tolerance = 0.03;
-constexpr std::uint64_t photons = 20'000;
+constexpr double probe_tolerance = 0.03;
+constexpr std::uint64_t probe_photons = 20'000;
 
 ObjectLight parallel_light(const Surface& surface) {
   const Eigen::Vector3d direction = Eigen::Vector3d(-3.0, -5.0, -8.0).normalized();
@@ -46,8 +46,8 @@ std::map<std::string, ProbeTime> probe_times(const RayCaster& rays, const std::s
   const ObjectProblem problem{mesh, surface, rays, medium, eta, lights};
   ObjectOptions options;
   options.device = device;
-  options.tolerance = tolerance;
-  options.photons = photons;
+  options.tolerance = probe_tolerance;
+  options.photons = probe_photons;
   std::map<std::string, ProbeTime> times;
   for (const MeasuredModel& model : measured_models()) {
     const std::string name(model.name);

@@ -14,12 +14,14 @@ namespace kappamu::forward {
 
 namespace {
 
-/// Probability beyond which a model counts as within the tolerance, and below which it is given up.
-constexpr double accepted = 0.9, given_up = 0.1;
+/// Probability beyond which a model counts as within the tolerance, and below which it is given up;
+/// `borne_out`: of a model that its law has taken already; `sure`: by the law, without a pilot.
+constexpr double accepted = 0.9, given_up = 0.1, borne_out = 0.85, sure = 0.99;
 /// Standard deviation of the squared error over the squared tolerance, that the first walk is for.
 constexpr double first_deviation = 0.3;
-/// Share of what the choice would cost otherwise that a pilot may.
-constexpr double worth = 0.2;
+/// Share of what the choice would cost otherwise that a pilot may, and of its own cost that the
+/// pilot of a model may that its law has taken already.
+constexpr double worth = 0.2, worth_of_taken = 1.2;
 constexpr double fewest_pilot_photons = 2e3;
 
 double normal_below(double deviations) {
@@ -28,7 +30,8 @@ double normal_below(double deviations) {
 
 struct Question {
   std::size_t candidate = 0;
-  double photons = 0.0, walk_seconds = 0.0;  ///< of one photon in every channel
+  double photons = 0.0, most_photons = 0.0;  ///< of the first walk, and of the last
+  bool taken = false;                        ///< by its law already
 };
 
 const MeasuredModel* measured(std::string_view name) {
@@ -47,42 +50,67 @@ double per_photon(std::span<const ObjectFeatures> channels, const MachineCosts& 
   return here == costs.end() ? seconds : seconds * here->second;
 }
 
-/// The model whose trial is expected to save most, if any is.
-std::optional<Question> question(std::span<const ObjectFeatures> channels, std::size_t patches,
-                                 const ObjectOptions& asked, const MachineCosts& costs,
-                                 const Choice& choice) {
-  const ModelCandidate& taken = choice.candidates.front();
-  if (taken.model != random_walks || !taken.seconds) return {};
-  Question best;
-  best.walk_seconds = per_photon(channels, costs);
+/// Of one photon in every channel, and what the first walk needs.
+struct WalkNeeds {
+  double photons = fewest_pilot_photons, seconds = 0.0;
+};
+
+WalkNeeds needs(std::span<const ObjectFeatures> channels, std::size_t patches,
+                const ObjectOptions& asked, const MachineCosts& costs) {
+  WalkNeeds result;
+  result.seconds = per_photon(channels, costs);
   for (const ObjectFeatures& features : channels) {
     const double noise = error_by(measured(random_walks)->error, features);
-    best.photons =
-        std::max(best.photons, noise * noise * std::sqrt(2.0 * static_cast<double>(patches)) /
-                                   (first_deviation * asked.tolerance * asked.tolerance));
+    result.photons =
+        std::max(result.photons, noise * noise * std::sqrt(2.0 * static_cast<double>(patches)) /
+                                     (first_deviation * asked.tolerance * asked.tolerance));
   }
-  best.photons = std::ceil(std::max(best.photons, fewest_pilot_photons));
-  if (best.photons * best.walk_seconds > worth * *taken.seconds) return {};
+  return result;
+}
+
+/// By its law, in all channels.
+double probability_of(const std::string& model, std::span<const ObjectFeatures> channels,
+                      double tolerance) {
+  double least = 1.0;
+  for (const ObjectFeatures& features : channels) {
+    const ErrorLaw& law = measured(model)->error;
+    least = std::min(least, probability_below({error_by(law, features), law.spread}, tolerance));
+  }
+  return least;
+}
+
+/// The model whose trial is expected to save most, if any is: a cheaper one than the one taken, or
+/// that one itself where its law leaves a doubt.
+std::optional<Question> question(std::span<const ObjectFeatures> channels, const WalkNeeds& walk,
+                                 const ObjectOptions& asked, const Choice& choice,
+                                 const std::vector<std::string>& tried) {
+  const std::vector<ModelCandidate>& all = choice.candidates;
+  const ModelCandidate& taken = all.front();
+  const auto open = [&](const ModelCandidate& c) {
+    return c.error && c.model != random_walks &&
+           std::find(tried.begin(), tried.end(), c.model) == tried.end();
+  };
+  if (!taken.seconds) return {};
   std::optional<Question> found;
   double least = *taken.seconds;
-  for (std::size_t i = 1; i < choice.candidates.size(); ++i) {
-    const ModelCandidate& c = choice.candidates[i];
-    if (!c.error || c.model == random_walks) continue;
-    double probability = 1.0;
-    for (const ObjectFeatures& features : channels) {
-      const ErrorLaw& law = measured(c.model)->error;
-      probability = std::min(
-          probability, probability_below({error_by(law, features), law.spread}, asked.tolerance));
-    }
+  for (std::size_t i = 1; i < all.size() && walk.photons * walk.seconds <= worth * *taken.seconds;
+       ++i) {
+    if (!open(all[i])) continue;
+    const double probability = probability_of(all[i].model, channels, asked.tolerance);
     if (probability < given_up) continue;
     const double expected =
-        *c.seconds + best.photons * best.walk_seconds + (1.0 - probability) * *taken.seconds;
+        *all[i].seconds + walk.photons * walk.seconds + (1.0 - probability) * *taken.seconds;
     if (expected >= least) continue;
     least = expected;
-    best.candidate = i;
-    found = best;
+    found = {i, walk.photons, worth * *taken.seconds / walk.seconds, false};
   }
-  return found;
+  const bool second = all.size() > 1 && all[1].error && *all[1].error <= asked.tolerance;
+  if (found || !choice.within_tolerance || !second || !open(taken)) return found;
+  if (probability_of(taken.model, channels, asked.tolerance) >= sure) return {};
+  const double affordable = worth_of_taken * *taken.seconds / walk.seconds;
+  if (affordable < fewest_pilot_photons) return {};
+  return Question{0, std::min(2.0 * walk.photons, affordable),
+                  std::max(affordable, worth * *all[1].seconds / walk.seconds), true};
 }
 
 /// Squared difference of an answer from a walk over patches, the walk's noise taken off, over the
@@ -98,16 +126,19 @@ ErrorBelief compared(const Patches& patches, const Surface& surface, const Objec
   const std::vector<double> walked = patches.mean(part(walk.exitance), surface);
   const std::vector<double> error =
       patches.error_of_mean(part(walk.exitance), part(walk.standard_error), surface);
-  double difference = 0.0, variance = 0.0, signal = 0.0;
+  double difference = 0.0, variance = 0.0, cross = 0.0, signal = 0.0, area = 0.0;
   for (std::size_t p = 0; p < patches.size(); ++p) {
     const double noise = error[p] * error[p];
     const double square = std::pow(walked[p] - mean[p], 2);
     difference += patches.area[p] * (square - noise);
-    variance += std::pow(patches.area[p], 2) *
-                (2.0 * noise * noise + 4.0 * std::max(0.0, square - noise) * noise);
+    variance += 2.0 * std::pow(patches.area[p] * noise, 2);
+    cross += 4.0 * std::pow(patches.area[p], 2) * noise;
+    area += patches.area[p];
     signal += patches.area[p] * mean[p] * mean[p];
   }
   if (signal == 0.0) return {};
+  // Noise times difference, as if that were the same everywhere: of a patch alone it is not known.
+  variance += cross * std::max(0.0, difference) / area;
   return {0.0, 0.0, difference / signal, std::sqrt(variance) / signal};
 }
 
@@ -137,60 +168,114 @@ double probability_below(const ErrorBelief& belief, double bound) {
   return all > 0.0 ? below / all : 0.0;
 }
 
+namespace {
+
+/// Random walks of all channels, lengthened where a question asks for more photons.
+class Walks {
+ public:
+  Walks(std::span<const ObjectProblem> problems, const ObjectOptions& asked, Progress& progress)
+      : problems_(problems), options_(asked), progress_(progress) {
+    options_.photons = 0;
+  }
+
+  std::uint64_t photons() const { return options_.photons; }
+  const std::vector<ObjectResult>& of(double photons) {
+    if (static_cast<double>(options_.photons) < photons) {
+      options_.photons = static_cast<std::uint64_t>(std::ceil(photons));
+      results_.clear();
+      for (const ObjectProblem& problem : problems_) {
+        results_.push_back(make_object_model(random_walks)->solve(problem, options_, progress_));
+      }
+    }
+    return results_;
+  }
+
+ private:
+  std::span<const ObjectProblem> problems_;
+  ObjectOptions options_;
+  Progress& progress_;
+  std::vector<ObjectResult> results_;
+};
+
+/// The pilot's belief after these walks, of the channel and light least likely to be within.
+void believe(std::span<const ObjectProblem> problems, std::span<const ObjectFeatures> channels,
+             const Patches& patches, const std::vector<ObjectResult>& walks, double tolerance,
+             Pilot& pilot) {
+  const ErrorLaw& law = measured(pilot.model)->error;
+  pilot.probability = 1.0;
+  for (std::size_t c = 0; c < problems.size(); ++c) {
+    for (std::size_t l = 0; l < problems[c].lights.size(); ++l) {
+      ErrorBelief belief = compared(patches, problems[c].surface, pilot.results[c], walks[c], l);
+      belief.law = error_by(law, channels[c]);
+      belief.spread = law.spread;
+      const double probability = probability_below(belief, tolerance);
+      if (probability > pilot.probability) continue;
+      pilot.probability = probability;
+      pilot.belief = belief;
+    }
+  }
+}
+
+/// Puts what the pilot found into the choice.
+void conclude(const Pilot& pilot, std::size_t place, double tolerance, Choice& choice) {
+  const auto found = choice.candidates.begin() + static_cast<std::ptrdiff_t>(place);
+  found->reason = "a pilot of " + std::to_string(pilot.photons) + " photons measured an error of " +
+                  number(100.0 * pilot.error(), "%.2g") +
+                  " %, within the tolerance with probability " + number(pilot.probability, "%.2f");
+  if (pilot.within) {
+    found->error = std::min(*found->error, tolerance);
+    if (place == 0) return;
+    choice.candidates.front().reason = "takes longer: " + choice.candidates.front().reason;
+    std::rotate(choice.candidates.begin(), found, found + 1);
+    choice.within_tolerance = true;
+  } else if (place == 0) {
+    found->error = std::max({*found->error, pilot.error(), 1.01 * tolerance});
+    const std::string model = found->model;
+    rank(choice, tolerance);
+    choice.candidates.front().reason =
+        "a pilot gave " + model + " up; " + choice.candidates.front().reason;
+  }
+}
+
+}  // namespace
+
 std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
                                std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
                                const MachineCosts& costs, Choice& choice, Progress& progress) {
   const ObjectProblem& object = problems.front();
   const Patches patches = make_patches(object.surface, bounding_box(object.mesh), patches_across);
-  const auto asks = question(channels, patches.size(), asked, costs, choice);
-  if (!asks) return {};
-  ModelCandidate& candidate = choice.candidates[asks->candidate];
-  Pilot pilot;
-  pilot.model = candidate.model;
-  progress.update("choice of a model", 0.0, "a pilot for " + pilot.model);
-  try {
-    pilot.results =
-        make_object_model(pilot.model)
-            ->solve_channels(problems, options_for(pilot.model, channels, asked), progress);
-  } catch (const InputError& refusal) {
-    candidate.reason = std::string("refused: ") + refusal.what();
-    return {};
-  }
-  const ErrorLaw& law = measured(pilot.model)->error;
-  const double most = worth * *choice.candidates.front().seconds / asks->walk_seconds;
-  ObjectOptions options = asked;
-  for (double photons = asks->photons;; photons *= 4.0) {
-    pilot.photons = options.photons = static_cast<std::uint64_t>(photons);
-    pilot.probability = 1.0;
-    for (std::size_t c = 0; c < problems.size(); ++c) {
-      const ObjectResult walk =
-          make_object_model(random_walks)->solve(problems[c], options, progress);
-      for (std::size_t l = 0; l < problems[c].lights.size(); ++l) {
-        ErrorBelief belief = compared(patches, object.surface, pilot.results[c], walk, l);
-        belief.law = error_by(law, channels[c]);
-        belief.spread = law.spread;
-        const double probability = probability_below(belief, asked.tolerance);
-        if (probability > pilot.probability) continue;
-        pilot.probability = probability;
-        pilot.belief = belief;
-      }
+  const WalkNeeds walk = needs(channels, patches.size(), asked, costs);
+  Walks walks(problems, asked, progress);
+  std::vector<std::string> tried;
+  std::optional<Pilot> last;
+  while (const auto asks = question(channels, walk, asked, choice, tried)) {
+    ModelCandidate& candidate = choice.candidates[asks->candidate];
+    Pilot pilot;
+    pilot.model = candidate.model;
+    tried.push_back(pilot.model);
+    progress.update("choice of a model", 0.0, "a pilot for " + pilot.model);
+    try {
+      pilot.results =
+          make_object_model(pilot.model)
+              ->solve_channels(problems, options_for(pilot.model, channels, asked), progress);
+    } catch (const InputError& refusal) {
+      candidate = {pilot.model, {}, {}, std::string("refused: ") + refusal.what()};
+      rank(choice, asked.tolerance);
+      continue;
     }
-    const bool decided = pilot.probability >= accepted || pilot.probability <= given_up;
-    if (decided || 4.0 * photons > most) break;
+    const double enough = asks->taken ? borne_out : accepted;
+    for (double photons = asks->photons;; photons *= 4.0) {
+      believe(problems, channels, patches, walks.of(photons), asked.tolerance, pilot);
+      pilot.photons = walks.photons();
+      if (pilot.probability >= enough || pilot.probability <= given_up) break;
+      if (4.0 * photons > asks->most_photons) break;
+    }
+    pilot.within = pilot.probability >= enough;
+    conclude(pilot, asks->candidate, asked.tolerance, choice);
+    last = std::move(pilot);
+    if (last->within) break;
   }
-  pilot.within = pilot.probability >= accepted;
-  candidate.reason = "a pilot of " + std::to_string(pilot.photons) +
-                     " photons measured an error of " + number(100.0 * pilot.error(), "%.2g") +
-                     " %, within the tolerance with probability " +
-                     number(pilot.probability, "%.2f");
-  if (pilot.within) {
-    candidate.error = std::min(*candidate.error, asked.tolerance);
-    const auto place = choice.candidates.begin() + static_cast<std::ptrdiff_t>(asks->candidate);
-    choice.candidates.front().reason = "takes longer: " + choice.candidates.front().reason;
-    std::rotate(choice.candidates.begin(), place, place + 1);
-    choice.within_tolerance = true;
-  }
-  return pilot;
+  return last;
 }
 
 }  // namespace kappamu::forward

@@ -34,9 +34,10 @@ struct Pilot {
   double error() const { return std::sqrt(std::max(0.0, belief.square)); }
 };
 
-/// Where the choice takes random walks and a cheaper model may be within the tolerance: solves by
-/// that model, walks until the pilot's noise decides, and puts the model first if it is within. The
-/// candidates' reasons state what was measured. None where no model is in question.
+/// Where a cheaper model than the one taken may be within the tolerance, or the law of the one
+/// taken leaves a doubt: solves by that model, walks until the pilot's noise decides, and puts the
+/// model first if it is within, behind the others if it was taken and is not. The candidates'
+/// reasons state what was measured. The last pilot; none where no model is in question.
 std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
                                std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
                                const MachineCosts& costs, Choice& choice, Progress& progress);

@@ -50,11 +50,10 @@ class BodySolve {
   BodyAnswer run() {
     Octree tree(problem_.mesh);
     tree.refine_surface(first_level);
-    split_folds(tree);
+    CutMesh coarse_mesh = with_folds_split(tree);
     BodyAnswer best;
     for (int step = 0;; ++step) {
       // The mesh and the same with every cube split: two resolutions, one error.
-      CutMesh coarse_mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
       Octree fine_tree = tree;
       fine_tree.refine_each(coarse_mesh.leaf);
       CutMesh fine_mesh = cut_mesh(fine_tree, problem_.mesh, problem_.rays);
@@ -77,6 +76,7 @@ class BodySolve {
       report(worst, best.cubes);
       if (best.within_tolerance) return best;
       tree.refine(largest(gradient_indicator(fine, best.channel), refined_share));
+      coarse_mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
     }
   }
 
@@ -87,10 +87,15 @@ class BodySolve {
            bytes_per_light * static_cast<double>(std::min(channels_.lights(), lights_at_once));
   }
 
-  void split_folds(Octree& tree) const {
+  CutMesh with_folds_split(Octree& tree) const {
+    CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
     for (int split = 0; split < fold_splits; ++split) {
-      tree.refine(folds(cut_mesh(tree, problem_.mesh, problem_.rays), problem_.surface).leaf);
+      const std::vector<int> folded = folds(mesh, problem_.surface).leaf;
+      if (folded.empty()) break;
+      tree.refine(folded);
+      mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
     }
+    return mesh;
   }
 
   Discretisation discretised(Octree tree, CutMesh mesh) const {

@@ -43,6 +43,7 @@ class MonteCarloModel final : public ForwardModel {
     ForwardResult result;
     result.backend = context.info().name + " (single precision)";
     result.termination = Termination::converged;
+    result.photons = options.photons;
     result.seconds = spent.count();
     result.balance.resize(static_cast<std::size_t>(problem.patterns));
     double worst = 0.0;

@@ -103,6 +103,26 @@ TEST_F(ForwardCommand, MonteCarloWritesStandardErrors) {
   EXPECT_EQ(summary()["anisotropy"], 0.5);
 }
 
+TEST_F(ForwardCommand, AutoTakesDiffusionWhereItHoldsAndWalksWhereItDoesNot) {
+  // 2V/S of 2 mean free paths and edges: far from 1 %, within 50 %.
+  ASSERT_EQ(kappamu(block("z-", "--method auto --model-tolerance 0.5")).exit_code, 0);
+  EXPECT_THAT(summary()["message"].get<std::string>(),
+              testing::StartsWith("multigrid, the cheapest"));
+  const auto diffusion = map("exitance_z+.npy");
+  ASSERT_EQ(kappamu(block("z-", "--device auto --method multigrid")).exit_code, 0);
+  EXPECT_EQ(map("exitance_z+.npy"), diffusion);
+  ASSERT_EQ(
+      kappamu(block("z-", "--method auto --model-tolerance 0.05 --photons 3000000")).exit_code, 0);
+  EXPECT_THAT(summary()["message"].get<std::string>(),
+              testing::StartsWith("montecarlo, the cheapest"));
+  EXPECT_LT(summary()["photons"].get<double>(), 3e6);
+  const ProcessResult few =
+      kappamu(block("z-", "--method auto --model-tolerance 0.01 --photons 2000"));
+  EXPECT_THAT(few.standard_error, HasSubstr("no model is expected to answer within"));
+  EXPECT_THAT(kappamu(block("z-", "--method auto --convention wang2008")).standard_error,
+              HasSubstr("leave out --convention wang2008"));
+}
+
 TEST_F(ForwardCommand, UnknownMethodIsUsageErrorAndHelpListsThem) {
   EXPECT_EQ(kappamu(block("z-", "--method abacus")).exit_code, 2);
   const std::string help = kappamu("forward --help").standard_output;

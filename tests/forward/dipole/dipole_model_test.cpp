@@ -157,6 +157,18 @@ TEST(DipoleModel, OfAlignedSourcesWarnsWhereTheyLieBesideTheSurface) {
   }
 }
 
+TEST(DipoleModel, WarnsOfVoidsAndGaps) {
+  const TriangleMesh ball = make_shape("sphere", 40.0, 10);
+  const auto crosses = testing::Contains(testing::HasSubstr("2 separate surfaces"));
+  for (const TriangleMesh& other :
+       {turned_inside_out(make_shape("sphere", 10.0, 6)), moved(ball, {50.0, 0.0, 0.0})}) {
+    const Object object(joined(ball, other), {1.0 / 3.0, 0.05});
+    EXPECT_THAT(object.solve("dipole-rotated", {object.diffuse()}).warnings, crosses);
+  }
+  const Object alone(ball, {1.0 / 3.0, 0.05});
+  EXPECT_THAT(alone.solve("dipole-rotated", {alone.diffuse()}).warnings, testing::IsEmpty());
+}
+
 TEST(DipoleModel, MeetsATighterTolerance) {
   const Object object(make_shape("torus", 12.0, 40), {0.15, 0.003});
   const ObjectResult result = object.solve("dipole-rotated", {object.beam(100)}, 0.004);
