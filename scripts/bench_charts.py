@@ -696,7 +696,7 @@ def polygrid_convergence(record):
         line(left, number, [r["nodes"] / 1e5 for r in own], [r["error"] for r in own], scheme)
         line(right, number, [r["ms"] for r in own], [r["error"] for r in own], scheme)
         until = [next((r for r in own if r["error"] <= bound), None) for bound in (5e-3, 1e-4, 1e-5)]
-        lines.append([scheme] + ["not reached" if r is None else f"{r['nodes']:,}, {r['ms']:.0f} ms" for r in until])
+        lines.append([scheme] + ["not reached" if r is None else f"{r['nodes']:,}, {r['ms']:.2g} ms" for r in until])
     dress(left, f"cube of {record['cells']:,} cells, one side lit", "nodes processed [100,000]", "Σ(L − L₀)² / Σ L₀²", "xy")
     dress(right, "the same against time", "processor time [ms]", "", "xy")
     return {"": figure}, {"": provenance(record) + "\n" + table(["nodes and processor time until", "5e-3", "1e-4", "1e-5"], lines)}
