@@ -701,30 +701,49 @@ def automatic(record):
 
 
 def polygrid_convergence(record):
-    """Error against nodes processed, as figure 15 of [W]."""
+    """Error against nodes processed, as figure 15 of [W], and against processor time."""
     rows = record["rows"]
-    figure, ax = plt.subplots(figsize=(7.5, 4.5), constrained_layout=True)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10.0, 4.5), constrained_layout=True, sharey=True)
     lines = []
     for number, scheme in enumerate(unique(rows, "scheme")):
         own = [r for r in rows if r["scheme"] == scheme and r["error"] > 1e-9]
-        line(ax, number, [r["nodes"] / 1e5 for r in own], [r["error"] for r in own], scheme)
-        until = [min((r["nodes"] for r in own if r["error"] <= bound), default=None) for bound in (5e-3, 1e-4, 1e-5)]
-        lines.append([scheme] + ["not reached" if n is None else f"{n:,}" for n in until])
-    dress(ax, f"cube of {record['cells']:,} cells, one side lit", "nodes processed [100,000]", "Σ(L − L₀)² / Σ L₀²", "xy")
-    return {"": figure}, {"": provenance(record) + "\n" + table(["nodes until", "5e-3", "1e-4", "1e-5"], lines)}
+        line(left, number, [r["nodes"] / 1e5 for r in own], [r["error"] for r in own], scheme)
+        line(right, number, [r["ms"] for r in own], [r["error"] for r in own], scheme)
+        until = [next((r for r in own if r["error"] <= bound), None) for bound in (5e-3, 1e-4, 1e-5)]
+        lines.append([scheme] + ["not reached" if r is None else f"{r['nodes']:,}, {r['ms']:.2g} ms" for r in until])
+    dress(left, f"cube of {record['cells']:,} cells, one side lit", "nodes processed [100,000]", "Σ(L − L₀)² / Σ L₀²", "xy")
+    dress(right, "the same against time", "processor time [ms]", "", "xy")
+    return {"": figure}, {"": provenance(record) + "\n" + table(["nodes and processor time until", "5e-3", "1e-4", "1e-5"], lines)}
+
+
+def polygrid_quality(record):
+    """Cells of polygrids, and the six weights of [W] that cannot be used."""
+    lines = [[r["object"], r["refused"]] if "refused" in r else
+             [r["object"], f"{r['cells']:,}", f"{r['least_jacobian']:.2f}", f"{r['mean_jacobian']:.2f}", r["inverted"],
+              f"{r['mean_gap']:.3f}", f"{r['largest_gap']:.2f}", f"{r['aspect']:.2f}", f"{r['volume_spread']:.2f}",
+              f"{r['volume_ratio']:.3f}", f"{r['negative_weights'] / r['cells']:.0%}, {r['ill_conditioned'] / r['cells']:.1%}",
+              f"{r['cpu_s']:.1f}"] for r in record["rows"]]
+    head = ["object", "cells", "least Jacobian", "mean", "inverted", "mean gap", "largest gap", "aspect", "volume spread",
+            "volume ratio", "six weights: negative, ill-conditioned", "processor time [s]"]
+    return {}, {"": provenance(record) + "\n" + table(head, [row + [""] * (len(head) - len(row)) for row in lines])}
 
 
 def polygrid_frames(record):
     """Frames a second beside Table III of [W]."""
     def fps(milliseconds):
         return f"{1e3 / milliseconds:.1f}"
-    lines = [[r["paper"], f"{r['cells']:,}", f"{r['diffusion_ms']:.0f} ({r['iterations']})", fps(r["diffusion_ms"]),
-              f"{r['paper_diffusion_fps']:.0f}", f"{r['light_ms']:.0f} + {r['exitance_ms']:.0f}", fps(r["frame_ms"]),
-              f"{r['paper_fps']:.0f} ({r['paper_coherent_fps']:.0f})", f"{r['edit_media_ms']:.0f} + {r['edit_light_ms']:.0f} + "
-              f"{r['edit_diffusion_ms']:.0f} = {r['edit_ms']:.0f}"] for r in record["rows"]]
+    lines = [[r["paper"], f"{r['cells']:,}",
+              f"{fps(r['surface_diffusion_elapsed_ms'])}, {fps(r['diffusion_elapsed_ms'])}", f"{r['paper_diffusion_fps']:.0f}",
+              f"{fps(r['surface_frame_elapsed_ms'])}, {fps(r['frame_elapsed_ms'])}", f"{r['paper_fps']:.0f} ({r['paper_coherent_fps']:.0f})",
+              f"{r['light_ms']:.0f} + {r['diffusion_ms']:.0f} ({r['iterations']}) + {r['exitance_ms']:.0f}",
+              f"{percent(r['error'], 2)}, {percent(r['largest_error'], 1)}",
+              f"{r['edit_media_ms']:.0f} + {r['edit_light_ms']:.0f} + {r['edit_diffusion_ms']:.0f} ({r['edit_iterations']}), {r['edit_elapsed_ms']:.0f}"]
+             for r in record["rows"]]
     return {}, {"": provenance(record) + "\n" + table(
-        ["model of [W]", "cells", "diffusion [ms] (iterations)", "diffusions per second", "[W]", "light + exitance [ms]",
-         "frames per second", "[W] (coherent)", "edit: equations + light + diffusion [ms]"], lines)}
+        ["model of [W]", "cells", "diffusions per second: surface light, beams", "[W]", "frames per second: surface light, beams",
+         "[W] (coherent)", "moved: light + diffusion (iterations) + exitance [ms of processor]",
+         "from converged: 2-norm, largest",
+         "edit: equations + light + diffusion (iterations) [ms of processor], elapsed [ms]"], lines)}
 
 
 def importance(record):
@@ -871,6 +890,7 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
+            "polygrid-polygrid": polygrid_quality,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},

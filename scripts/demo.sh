@@ -40,5 +40,5 @@ echo "demo: scoring against the truth"
 tail -n 1 "$out/score.log" >"$out/score.json"
 
 python3 scripts/demo_summary.py "$out"
-echo "demo: look at the block under moving lights: $kappamu view $out/run" >&2
+echo "demo: look at the block under moving lights, and edit it (scripts/view-demo.txt plays such a session): $kappamu view $out/run --edits $out/edited" >&2
 exit "$status"

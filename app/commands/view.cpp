@@ -68,6 +68,7 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   options.script = arguments.script;
   options.out = arguments.out;
   options.edits = arguments.edits;
+  if (folder) options.run = arguments.scene;
   options.width = arguments.width.value_or(
       options.script ? scene.film.width : std::max(usual_width, scene.film.width));
   options.height = std::max(1, options.width * scene.film.height / scene.film.width);
@@ -115,12 +116,15 @@ void add_view(CLI::App& app, Globals& globals) {
       "light.\n\n"
       "Seen is the light that diffusion lets out; reflections and single scattering are in\n"
       "`kappamu render` alone.\n\n"
-      "A brush changes kappa or mu of a measured volume under it, down to a depth; strokes are "
-      "undone\n"
-      "and done again, and saved as `kappamu edit` does: a volume and the recipe that makes it.\n\n"
+      "Edits change kappa or mu of a measured volume: under a brush's stroke down to a depth, in "
+      "a\n"
+      "box, a layer or below an image on a face. They are undone and done again, and saved as\n"
+      "`kappamu edit` does: a volume and the recipe that makes it.\n\n"
       "A script has one command per line: lamp N, light AZ EL, orbit DX DY (degrees), exposure E,\n"
-      "panel on|off, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y ..., undo, redo,\n"
-      "slice NAME x|y|z N, save, screenshot NAME, quit.");
+      "panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y "
+      "...,\n"
+      "preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N, save,\n"
+      "screenshot NAME, quit.");
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()

@@ -35,6 +35,7 @@ constexpr const char* fragment_shader = R"(#version 330 core
 in vec3 at, facing, eta_a_rphi, out_flow, in_flow;
 uniform vec3 eye;
 uniform float exposure;
+uniform int channel;
 out vec4 colour;
 const float pi = 3.14159265358979;
 void main() {
@@ -46,6 +47,7 @@ void main() {
   vec3 radiance = through * ((2.0 * eta_a_rphi.y + 3.0 * inside) / (4.0 * pi) * out_flow +
                              in_flow / (pi * (1.0 - eta_a_rphi.z)));
   vec3 linear = max(exposure * radiance, 0.0);
+  if (channel > 0) linear = vec3(linear[channel - 1]);
   float brightest = max(linear.r, max(linear.g, linear.b));
   const float shoulder = 0.6, room = 0.4;
   if (brightest > shoulder) {
@@ -158,8 +160,8 @@ void Canvas::resize(int width, int height) {
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_);
 }
 
-void Canvas::draw(const render::Camera& camera, double exposure, double near_mm, double far_mm,
-                  int width, int height) {
+void Canvas::draw(const render::Camera& camera, double exposure, int channel, double near_mm,
+                  double far_mm, int width, int height) {
   resize(width, height);
   glBindFramebuffer(GL_FRAMEBUFFER, frame_);
   glViewport(0, 0, width, height);
@@ -173,6 +175,7 @@ void Canvas::draw(const render::Camera& camera, double exposure, double near_mm,
   glUniformMatrix4fv(glGetUniformLocation(program_, "clip_from_world"), 1, GL_FALSE, matrix.data());
   glUniform3fv(glGetUniformLocation(program_, "eye"), 1, eye.data());
   glUniform1f(glGetUniformLocation(program_, "exposure"), static_cast<float>(exposure));
+  glUniform1i(glGetUniformLocation(program_, "channel"), channel);
   glBindVertexArray(array_);
   glDrawArrays(GL_TRIANGLES, 0, corners_);
 }

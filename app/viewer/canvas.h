@@ -17,9 +17,9 @@ class Canvas {
   explicit Canvas(const std::vector<float>& geometry);
 
   void set_light(const std::vector<float>& light);
-  /// Leaves the picture bound, so that a panel can be drawn over it.
-  void draw(const render::Camera& camera, double exposure, double near_mm, double far_mm, int width,
-            int height);
+  /// Leaves the picture bound, so that a panel can be drawn over it. `channel` as ViewState has it.
+  void draw(const render::Camera& camera, double exposure, int channel, double near_mm,
+            double far_mm, int width, int height);
   void show(int window_width, int window_height) const;
   Image<std::uint8_t> picture() const;
 

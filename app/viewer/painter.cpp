@@ -1,15 +1,29 @@
 #include "app/viewer/painter.h"
 
 #include "app/edited_volume.h"
+#include "core/error.h"
 
 namespace kappamu::app {
+
+render::Edit Brush::edit(render::Selection where) const {
+  render::Edit edit;
+  edit.operation = operation;
+  if (operation == render::Operation::copy) {
+    edit.offset_mm = offset_mm;
+  } else {
+    (of == Of::kappa ? edit.kappa : edit.mu) = amount;
+  }
+  if (operation == render::Operation::blend) edit.share = 0.5;
+  if (!channel.empty()) edit.channels = {channel};
+  edit.where = std::move(where);
+  return edit;
+}
 
 Painter::Painter(const render::Scene& scene, const render::World& world)
     : scene_(scene), world_(world) {}
 
 render::LiveVolume* Painter::volume(std::size_t object) {
-  if (!std::holds_alternative<render::VolumeMaterial>(scene_.objects[object].material))
-    return nullptr;
+  if (!render::is_editable(scene_.objects[object])) return nullptr;
   std::unique_ptr<render::LiveVolume>& volume = volumes_[object];
   if (!volume) {
     volume = std::make_unique<render::LiveVolume>(scene_.objects[object], world_.objects()[object]);
@@ -19,7 +33,7 @@ render::LiveVolume* Painter::volume(std::size_t object) {
 
 std::optional<std::size_t> Painter::first_volume() const {
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-    if (std::holds_alternative<render::VolumeMaterial>(scene_.objects[i].material)) return i;
+    if (render::is_editable(scene_.objects[i])) return i;
   }
   return std::nullopt;
 }
@@ -30,32 +44,53 @@ bool Painter::stroke_to(const render::LookAt& look, double x, double y, const Br
   render::LiveVolume* painted = volume(hit->object);
   if (painted == nullptr) return false;
   stroked_ = hit->object;
+  cancel();
   painted->add_point(*hit, stroke_);
-  render::Edit edit;
-  edit.operation = brush.operation;
-  (brush.of == Brush::Of::kappa ? edit.kappa : edit.mu) = brush.amount;
-  if (brush.operation == render::Operation::blend) edit.share = 0.5;
-  if (!brush.channel.empty()) edit.channels = {brush.channel};
   render::BrushSelection where;
   where.strokes = {stroke_};
   where.radius_mm = brush.radius_mm;
   where.depth_mm = brush.depth_mm;
   where.stretch = painted->stretch();
-  edit.where = where;
-  return painted->history().try_edit(edit) > 0;
+  return painted->history().try_edit(brush.edit(where)) > 0;
 }
 
 bool Painter::end_stroke() {
   if (!stroked_) return false;
-  volumes_[*stroked_]->history().commit();
-  done_.push_back(*stroked_);
-  undone_.clear();
+  done(*stroked_);
   stroked_.reset();
   stroke_ = {};
   return true;
 }
 
+void Painter::done(std::size_t object) {
+  volumes_[object]->history().commit();
+  done_.push_back(object);
+  undone_.clear();
+}
+
+void Painter::preview(const render::Edit& edit) {
+  const std::optional<std::size_t> object = first_volume();
+  if (!object) throw InputError("no object here is of measured material");
+  volume(*object)->history().try_edit(edit);
+  tried_ = object;
+}
+
+bool Painter::keep() {
+  if (!tried_) return false;
+  done(*tried_);
+  tried_.reset();
+  return true;
+}
+
+bool Painter::cancel() {
+  if (!tried_) return false;
+  volumes_[*tried_]->history().try_edit(std::nullopt);
+  tried_.reset();
+  return true;
+}
+
 bool Painter::undo() {
+  cancel();
   if (done_.empty()) return false;
   volumes_[done_.back()]->history().undo();
   undone_.push_back(done_.back());
@@ -64,6 +99,7 @@ bool Painter::undo() {
 }
 
 bool Painter::redo() {
+  cancel();
   if (undone_.empty()) return false;
   volumes_[undone_.back()]->history().redo();
   done_.push_back(undone_.back());

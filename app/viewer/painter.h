@@ -1,5 +1,6 @@
-// A brush over the picture: strokes become edits of the volume under them, tried while the button
-// is held, kept when it is let go, taken back and done again.
+// Edits of an object's volume by hand: strokes of a brush over the picture, tried while the button
+// is held and kept when it is let go, and edits of regions, tried until they are kept; all are
+// taken back and done again.
 #pragma once
 
 #include <map>
@@ -14,14 +15,18 @@
 
 namespace kappamu::app {
 
+/// What an edit does.
 struct Brush {
   enum class Of { kappa, mu };
 
-  render::Operation operation = render::Operation::multiply;  ///< not copy
+  render::Operation operation = render::Operation::multiply;
   Of of = Of::mu;
   double amount = 3.0;  ///< a of render/edit/edit.h: a factor, mm or 1/mm
+  Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of copy
   double radius_mm = 1.0, depth_mm = 1.0;
   std::string channel;  ///< empty: all
+
+  render::Edit edit(render::Selection where) const;
 };
 
 class Painter {
@@ -40,6 +45,13 @@ class Painter {
   bool stroke_to(const render::LookAt& look, double x, double y, const Brush& brush);
   /// Whether there was a stroke, which is kept.
   bool end_stroke();
+
+  /// Tries an edit of the first object that has a volume, in place of the one on trial.
+  void preview(const render::Edit& edit);
+  bool on_trial() const { return tried_.has_value(); }
+  /// Keeps the edit on trial, or takes it back. Whether there was one.
+  bool keep();
+  bool cancel();
 
   bool can_undo() const { return !done_.empty(); }
   bool can_redo() const { return !undone_.empty(); }
@@ -60,7 +72,9 @@ class Painter {
   const render::World& world_;
   std::map<std::size_t, std::unique_ptr<render::LiveVolume>> volumes_;
   std::vector<std::size_t> done_, undone_;  ///< objects, edit by edit
-  std::optional<std::size_t> stroked_;
+  void done(std::size_t object);
+
+  std::optional<std::size_t> stroked_, tried_;
   render::Stroke stroke_;
 };
 

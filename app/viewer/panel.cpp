@@ -3,7 +3,6 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace kappamu::app {
@@ -33,63 +32,12 @@ void draw_handles(ViewState& state) {
   } else {
     ImGui::TextUnformatted("this light comes from everywhere");
   }
+  ImGui::Combo("shown", &state.channel, "all\0R\0G\0B\0");
   auto exposure = static_cast<float>(state.exposure);
   if (ImGui::SliderFloat("exposure", &exposure, 0.01F, 100.0F, "%.3g",
                          ImGuiSliderFlags_Logarithmic)) {
     state.exposure = static_cast<double>(exposure);
   }
-}
-
-/// What f(v) of the operation makes of a coefficient v.
-const char* unit_of(const Brush& brush) {
-  if (brush.operation == render::Operation::multiply) return "times";
-  return brush.of == Brush::Of::kappa ? "mm" : "1/mm";
-}
-
-Asked draw_brush(const Painter& painter, ViewState& state) {
-  Asked asked = Asked::nothing;
-  int tool = static_cast<int>(state.tool);
-  ImGui::RadioButton("orbit", &tool, static_cast<int>(Tool::orbit));
-  ImGui::SameLine();
-  ImGui::RadioButton("brush", &tool, static_cast<int>(Tool::brush));
-  state.tool = static_cast<Tool>(tool);
-  if (state.tool == Tool::brush) {
-    Brush& brush = state.brush;
-    int of = static_cast<int>(brush.of), operation = static_cast<int>(brush.operation);
-    ImGui::Combo("coefficient", &of, "kappa\0mu\0");
-    ImGui::Combo("operation", &operation, "multiply\0add\0set\0blend\0");
-    brush.of = static_cast<Brush::Of>(of);
-    brush.operation = static_cast<render::Operation>(operation);
-    ImGui::InputDouble(unit_of(brush), &brush.amount, 0.0, 0.0, "%.4g");
-    const auto length = [](const char* name, double& value) {
-      auto shown = static_cast<float>(value);
-      if (ImGui::SliderFloat(name, &shown, 0.05F, 50.0F, "%.2f mm", ImGuiSliderFlags_Logarithmic)) {
-        value = static_cast<double>(shown);
-      }
-    };
-    length("radius", brush.radius_mm);
-    length("depth", brush.depth_mm);
-    int channel = brush.channel.empty()  ? 0
-                  : brush.channel == "R" ? 1
-                  : brush.channel == "G" ? 2
-                                         : 3;
-    ImGui::Combo("channel", &channel, "all\0R\0G\0B\0");
-    constexpr std::array<const char*, 4> channels{"", "R", "G", "B"};
-    brush.channel = channels[static_cast<std::size_t>(channel)];
-  }
-  const auto button = [&](const char* name, bool possible, Asked what) {
-    ImGui::BeginDisabled(!possible);
-    if (ImGui::Button(name)) asked = what;
-    ImGui::EndDisabled();
-  };
-  button("undo", painter.can_undo(), Asked::undo);
-  ImGui::SameLine();
-  button("redo", painter.can_redo(), Asked::redo);
-  ImGui::SameLine();
-  button("save", painter.can_undo(), Asked::save);
-  ImGui::SameLine();
-  ImGui::Checkbox("slices", &state.slice.shown);
-  return asked;
 }
 
 }  // namespace
@@ -102,9 +50,12 @@ Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState&
   draw_handles(state);
   if (painter != nullptr) {
     ImGui::Separator();
-    asked = draw_brush(*painter, state);
+    asked = draw_edits(*painter, state);
+    ImGui::SameLine();
+    ImGui::Checkbox("slices", &state.slice.shown);
     if (!numbers.saved.empty()) ImGui::TextUnformatted(numbers.saved.c_str());
   }
+  if (numbers.photographs) ImGui::Checkbox("photographs", &state.photograph.shown);
   ImGui::Separator();
   ImGui::Text("model      %s", numbers.model.c_str());
   if (numbers.answer != nullptr) {
@@ -114,7 +65,9 @@ Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState&
     ImGui::Text("diffusion  %.0f ms", answer.model_ms);
     ImGui::Text("drawing    %.1f ms", numbers.frame_ms);
     ImGui::Text("error      %.2g %% estimated", 100.0 * answer.error_estimate);
-    if (answer.iterations > 0) ImGui::Text("iterations %d", answer.iterations);
+    if (answer.iterations > 0 || answer.residual > 0.0) {
+      ImGui::Text("iterations %d, residual %.1g", answer.iterations, answer.residual);
+    }
     if (!answer.converged) ImGui::TextColored(amber, "the tolerance is not reached");
     if (solve > budget_ms) {
       ImGui::TextColored(amber, "an answer takes %.0f ms, a frame has %.0f:", solve, budget_ms);

@@ -14,12 +14,16 @@ struct PanelNumbers {
   double frame_ms = 0.0;                       ///< drawing and panel
   double waiting_ms = 0.0;                     ///< since something was asked that is not shown
   std::string saved;                           ///< what the last saving wrote; empty: nothing yet
+  bool photographs = false;                    ///< there are some to show
 };
 
-enum class Asked { nothing, undo, redo, save };
+enum class Asked { nothing, undo, redo, save, preview, keep, cancel };
 
 /// Between ImGui's NewFrame and Render. `painter` is none where there is no volume to paint.
 Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState& state);
+
+/// Part of draw_panel(): the tool, what an edit does and where, and what is asked.
+Asked draw_edits(const Painter& painter, ViewState& state);
 
 /// Drag left: orbit, unless the brush is in hand; drag right: the light in hand; wheel: nearer or
 /// farther.

@@ -1,5 +1,7 @@
 #include "app/viewer/script.h"
 
+#include <algorithm>
+#include <array>
 #include <optional>
 #include <sstream>
 
@@ -27,7 +29,9 @@ std::optional<Command> brush_of(std::istringstream& words) {
   return std::nullopt;
 }
 
-std::optional<Command> command_of(const std::string& name, std::istringstream& words) {
+/// Recipes are named relative to `folder`, the script's.
+std::optional<Command> command_of(const std::string& name, std::istringstream& words,
+                                  const std::filesystem::path& folder) {
   if (name == "lamp") {
     Lamp lamp;
     if (words >> lamp.number && lamp.number >= 1) return lamp;
@@ -57,6 +61,24 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
       words.clear();
       return paint;
     }
+  } else if (name == "channel") {
+    const std::array<const char*, 4> known{"all", "R", "G", "B"};
+    std::string shown;
+    words >> shown;
+    const auto found = std::find(known.begin(), known.end(), shown);
+    if (found != known.end()) return Channel{static_cast<int>(found - known.begin())};
+  } else if (name == "preview") {
+    std::string recipe;
+    if (!(words >> recipe)) return std::nullopt;
+    const render::Recipe read = render::read_recipe(folder / recipe);
+    if (read.edits.size() == 1) return Preview{read.edits.front()};
+  } else if (name == "keep") {
+    return Keep{};
+  } else if (name == "cancel") {
+    return Cancel{};
+  } else if (name == "photograph") {
+    ShowPhotograph show;
+    if (words >> show.number && show.number >= 0) return show;
   } else if (name == "undo") {
     return Undo{};
   } else if (name == "redo") {
@@ -86,7 +108,7 @@ std::vector<Command> read(const std::filesystem::path& file) {
     std::istringstream words(line.substr(0, line.find('#')));
     std::string name;
     if (!(words >> name)) continue;
-    const std::optional<Command> command = command_of(name, words);
+    const std::optional<Command> command = command_of(name, words, file.parent_path());
     if (!command || words >> rest) {
       throw InputError(
           file.string() + ": line " + std::to_string(number) + ": '" + line +

@@ -6,11 +6,19 @@
 //   orbit DX DY       turns the camera about its target [degrees]
 //   exposure E        factor before the tone curve
 //   panel on|off      the panel of numbers
-//   brush OPERATION kappa|mu AMOUNT RADIUS DEPTH   takes a brush in hand [mm]: multiply, add, set
-//   or blend paint X Y [X Y ...]   a stroke through points of the picture, from its top left corner
-//   [px] undo, redo        of strokes slice NAME x|y|z N    the slice across an axis at a voxel, of
-//   a volume such as mu_R save              edited volumes and recipes, as --edits says screenshot
-//   NAME   writes the picture as PNG, once it is of the light as it stands quit
+//   channel all|R|G|B  which channels are shown
+//   brush OPERATION kappa|mu AMOUNT RADIUS DEPTH
+//                      takes a brush in hand [mm]: multiply, add, set or blend
+//   paint X Y [X Y ...]
+//                      a stroke through points of the picture, from its top left corner [px]
+//   preview RECIPE     tries the one edit of a file as `kappamu edit --recipe` takes it
+//   keep, cancel       keeps the edit on trial, or takes it back
+//   undo, redo         of edits
+//   slice NAME x|y|z N the slice across an axis at a voxel, of a volume such as mu_R
+//   photograph N       the run's N-th pattern from 1, photographed and predicted; 0: none
+//   save               edited volumes and recipes, as --edits says
+//   screenshot NAME    writes the picture as PNG, once it is of the light as it stands
+//   quit
 #pragma once
 
 #include <filesystem>
@@ -41,6 +49,17 @@ struct Screenshot {
 struct Paint {
   std::vector<double> points;  ///< x, y, x, y, ... [px]
 };
+struct Channel {
+  int number = 0;  ///< as ViewState has it
+};
+struct Preview {
+  render::Edit edit;
+};
+struct Keep {};
+struct Cancel {};
+struct ShowPhotograph {
+  int number = 1;
+};
 struct Undo {};
 struct Redo {};
 struct ShowSlice {
@@ -50,8 +69,9 @@ struct ShowSlice {
 struct Save {};
 struct Quit {};
 
-using Command = std::variant<Lamp, TurnLight, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                             Undo, Redo, ShowSlice, Save, Quit>;
+using Command =
+    std::variant<Lamp, TurnLight, Orbit, Exposure, Panel, Screenshot, Brush, Paint, Channel,
+                 Preview, Keep, Cancel, ShowPhotograph, Undo, Redo, ShowSlice, Save, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

@@ -1,6 +1,5 @@
 #include "app/viewer/slice_window.h"
 
-#include <epoxy/gl.h>
 #include <imgui.h>
 
 #include <algorithm>
@@ -70,17 +69,10 @@ void SliceWindow::draw(const io::VolumeSet& set, Slice& slice) {
   const auto [u, v] = axes_across(slice.axis);
   const int columns = shape.extent(u), rows = shape.extent(v);
   const std::vector<std::uint8_t> pixels = greys(*shown.volume, slice, columns, rows);
-  if (texture_ == 0) glGenTextures(1, &texture_);
-  glBindTexture(GL_TEXTURE_2D, texture_);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexImage2D(GL_TEXTURE_2D, 0, GL_RGB8, columns, rows, 0, GL_RGB, GL_UNSIGNED_BYTE,
-               pixels.data());
   const float scale = longest_edge_px / static_cast<float>(std::max(columns, rows));
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const ImVec2 size{scale * static_cast<float>(columns), scale * static_cast<float>(rows)};
-  ImGui::Image(reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(texture_)), size);
+  picture_.draw(pixels, columns, rows, size.x, size.y);
 
   const auto [least, most] =
       std::minmax_element(shown.volume->values().begin(), shown.volume->values().end());

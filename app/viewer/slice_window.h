@@ -2,6 +2,7 @@
 // else its file has.
 #pragma once
 
+#include "app/viewer/panel_picture.h"
 #include "app/viewer/view_state.h"
 #include "io/volume/volume_set.h"
 
@@ -13,7 +14,7 @@ class SliceWindow {
   void draw(const io::VolumeSet& set, Slice& slice);
 
  private:
-  unsigned texture_ = 0;
+  PanelPicture picture_;
 };
 
 }  // namespace kappamu::app

@@ -9,6 +9,19 @@ namespace kappamu::app {
 
 using Eigen::Vector3d;
 
+render::Selection Region::selection() const {
+  switch (kind) {
+    case Kind::depth:
+      return depth;
+    case Kind::box:
+      return box;
+    case Kind::texture:
+      return texture;
+    default:
+      return render::WholeSelection{};
+  }
+}
+
 void ViewState::orbit(double right_deg, double up_deg) {
   constexpr double degree = std::numbers::pi / 180.0;
   constexpr double nearest_pole = 1.0 * degree;

@@ -20,6 +20,24 @@ struct Slice {
   int index = 0;           ///< voxel along the axis
 };
 
+/// What a photograph is shown of.
+struct Photograph {
+  bool shown = false;
+  int number = 0;  ///< from 0
+};
+
+/// Where an edit is done that is no stroke: of each kind, what a person has set.
+struct Region {
+  enum class Kind { stroke, all, depth, box, texture };
+
+  Kind kind = Kind::stroke;
+  render::DepthSelection depth;
+  render::BoxSelection box;
+  render::TextureSelection texture;
+
+  render::Selection selection() const;  ///< not of strokes
+};
+
 struct ViewState {
   std::vector<render::Light> lights;
   std::size_t lamp = 0;                              ///< the light in hand
@@ -29,7 +47,10 @@ struct ViewState {
   bool panel = true;
   Tool tool = Tool::orbit;
   Brush brush;
+  Region region;
   Slice slice;
+  Photograph photograph;
+  int channel = 0;  ///< shown: 0 all, else one, grey
 
   bool has_handle() const { return lamp < lights.size() && render::has_angles(lights[lamp]); }
   void turn_light(const render::LightAngles& angles) {

@@ -13,6 +13,7 @@
 #include "app/viewer/answers.h"
 #include "app/viewer/canvas.h"
 #include "app/viewer/panel.h"
+#include "app/viewer/photographs.h"
 #include "app/viewer/script.h"
 #include "app/viewer/slice_window.h"
 #include "app/viewer/view_state.h"
@@ -72,6 +73,7 @@ class Viewer {
         painter_(scene, live.world()),
         answers_(live) {
     if (options.script) commands_ = script::read(*options.script);
+    if (options.run) photographs_.emplace(*options.run);
     if (exposure_given_) state_.exposure = *scene.film.exposure;
     ask();
   }
@@ -132,8 +134,8 @@ class Viewer {
     if (width < 1 || height < 1) return;
     const double distance = (state_.camera.position_mm - state_.centre).norm();
     const double radius = live_.world().diameter();
-    canvas_.draw(state_.camera, state_.exposure, std::max(0.01 * distance, distance - radius),
-                 distance + radius, width, height);
+    canvas_.draw(state_.camera, state_.exposure, state_.channel,
+                 std::max(0.01 * distance, distance - radius), distance + radius, width, height);
     draw_over();
     if (!options_.script) {
       canvas_.show(width, height);
@@ -152,12 +154,14 @@ class Viewer {
     const std::optional<std::size_t> paintable = painter_.first_volume();
     if (state_.panel) {
       obey(draw_panel({live_.model(), answer_ ? &*answer_ : nullptr, last_frame_ms_,
-                       asked_since_ ? milliseconds_since(*asked_since_) : 0.0, saved_},
+                       asked_since_ ? milliseconds_since(*asked_since_) : 0.0, saved_,
+                       photographs_ && photographs_->count() > 0},
                       paintable ? &painter_ : nullptr, state_));
     }
     if (state_.panel && state_.slice.shown && paintable) {
       slices_.draw(painter_.volume(*paintable)->history().volume(), state_.slice);
     }
+    if (state_.panel && state_.photograph.shown) photographs_->draw(state_.photograph);
     if (!options_.script) {
       follow_mouse(state_);
       follow_brush();
@@ -176,7 +180,8 @@ class Viewer {
     const ImGuiIO& io = ImGui::GetIO();
     if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
       unsaved_ = painter_.end_stroke() || unsaved_;
-    } else if (state_.tool == Tool::brush && !io.WantCaptureMouse) {
+    } else if (state_.tool == Tool::brush && state_.region.kind == Region::Kind::stroke &&
+               !io.WantCaptureMouse) {
       paint(io.MousePos.x / io.DisplaySize.x, io.MousePos.y / io.DisplaySize.y);
     }
   }
@@ -205,12 +210,26 @@ class Viewer {
     }
   }
 
+  void preview(const render::Edit& edit) {
+    try {
+      painter_.preview(edit);
+      saved_.clear();
+      ask();
+    } catch (const InputError& error) {
+      if (options_.script) throw;
+      saved_ = error.what();
+    }
+  }
+
   void obey(Asked asked) {
     if ((asked == Asked::undo && painter_.undo()) || (asked == Asked::redo && painter_.redo())) {
       unsaved_ = true;
       ask();
     }
     if (asked == Asked::save) save();
+    if (asked == Asked::preview) preview(state_.brush.edit(state_.region.selection()));
+    if (asked == Asked::keep) unsaved_ = painter_.keep() || unsaved_;
+    if (asked == Asked::cancel && painter_.cancel()) ask();
   }
 
   /// One command of the script, once the picture is of the light as it stands.
@@ -260,6 +279,18 @@ class Viewer {
                        ": paint: no object of measured material lies under the stroke");
     }
   }
+  void obey(script::Channel channel) { state_.channel = channel.number; }
+  void obey(const script::Preview& asked) { preview(asked.edit); }
+  void obey(script::Keep) { obey(Asked::keep); }
+  void obey(script::Cancel) { obey(Asked::cancel); }
+  void obey(const script::ShowPhotograph& show) {
+    const int count = photographs_ ? photographs_->count() : 0;
+    if (show.number > count) {
+      throw InputError(options_.script->string() + ": photograph: there are " +
+                       std::to_string(count) + " to show; a run with a fit has them");
+    }
+    state_.photograph = {show.number > 0, std::max(0, show.number - 1)};
+  }
   void obey(script::Undo) { obey(Asked::undo); }
   void obey(script::Redo) { obey(Asked::redo); }
   void obey(const script::ShowSlice& show) {
@@ -296,6 +327,7 @@ class Viewer {
   ViewerTimes times_;
   Painter painter_;
   SliceWindow slices_;
+  std::optional<PhotographWindow> photographs_;
   std::string saved_;
   Answers answers_;
 };

@@ -14,6 +14,7 @@ struct ViewerOptions {
   std::optional<std::filesystem::path> script;  ///< played with the window hidden
   std::filesystem::path out = ".";              ///< folder of screenshots
   std::optional<std::filesystem::path> edits;   ///< folder that edited volumes are saved to
+  std::optional<std::filesystem::path> run;     ///< whose photographs can be shown
   int width = 960, height = 720;                ///< of the picture [px]
 };
 

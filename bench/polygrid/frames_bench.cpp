@@ -1,15 +1,17 @@
 #include "bench/polygrid/frames_bench.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "core/mesh/surface_norm.h"
 #include "core/processor_time.h"
 #include "forward/polygrid/polygrid_diffusion.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "render/light/incident_light.h"
-#include "render/live/live_object.h"
+#include "render/live/live_polygrid.h"
 
 namespace kappamu::bench {
 
@@ -18,11 +20,15 @@ namespace {
 using Eigen::Vector3d;
 using forward::polygrid::PolygridDiffusion;
 
-/// As LivePolygrid has it.
-constexpr forward::polygrid::PolygridAccuracy accuracy{
-    .linear_tolerance = 1e-2, .beam_remainder = 1e-3, .most_iterations = 100};
+/// That live frames are held against, and the share of their beams' spacing.
+constexpr forward::polygrid::PolygridAccuracy converged{
+    .linear_tolerance = 1e-5, .beam_remainder = 1e-6, .most_iterations = 300};
+constexpr double converged_spacing = 0.25;
 constexpr double live_mm = 40.0, degrees_per_frame = 2.0;
-constexpr int frames = 4;
+/// That count, after those which a moving light's answers come to be like each other in.
+constexpr int frames = 7, frames_before = 3;
+constexpr double first_degrees = 20.0,
+                 last_degrees = first_degrees + degrees_per_frame * (frames_before + frames - 1);
 /// Voxels of an edit, and its factor on μ.
 constexpr double edited_voxels = 10'000.0, edited_mu = 4.0;
 
@@ -82,13 +88,33 @@ render::MediaOfChannels volume_of(const TriangleMesh& mesh, std::size_t cells, b
   return media;
 }
 
-/// One frame's processor time, by what it went to [ms].
+/// One frame's processor time, by what it went to, and its time by the clock [ms]; `media` where
+/// its material was edited.
 struct Frame {
-  double light = 0.0, diffusion = 0.0, exitance = 0.0, elapsed = 0.0;
+  double media = 0.0, light = 0.0, diffusion = 0.0, exitance = 0.0;
+  double elapsed = 0.0, diffusion_elapsed = 0.0;
   int iterations = 0;
 
-  double whole() const { return light + diffusion + exitance; }
+  double whole() const { return media + light + diffusion + exitance; }
 };
+
+/// Whether light is refracted and collides inside, or enters all at the surface, as in [W].
+enum class Entry { beams, surface };
+
+using Clock = std::chrono::steady_clock;
+
+double milliseconds_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+void enter_at_surface(forward::ObjectLight& light, const Surface& surface) {
+  light.diffuse.assign(surface.size(), 0.0);
+  for (const forward::Beam& beam : light.beams) {
+    const auto triangle = static_cast<std::size_t>(beam.triangle);
+    light.diffuse[triangle] += beam.power / surface.area[triangle];
+  }
+  light.beams.clear();
+}
 
 class Live {
  public:
@@ -99,66 +125,98 @@ class Live {
     options.cells = cells / 8;
     forward::Polygrid grid = forward::polygrid::split(
         forward::make_polygrid(object_.mesh, options, silent).grid, object_.mesh);
-    double area = 0.0;
-    for (const double of_side : grid.area) area += of_side;
-    spacing_ = 0.5 * std::sqrt(area / static_cast<double>(grid.area.size()));
+    spacing_ = render::LivePolygrid::beam_spacing_mm(grid);
     diffusion_ = std::make_unique<PolygridDiffusion>(std::move(grid), object_.mesh, object_.surface,
-                                                     object_.boundary.eta, device, true);
+                                                     object_.boundary.eta, device,
+                                                     forward::polygrid::Lights::moving);
   }
 
   std::size_t cells() const { return diffusion_->grid().cell.size(); }
   std::size_t unknowns() const { return diffusion_->grid().corner.size(); }
 
-  /// Milliseconds of processor time.
-  double set(const render::MediaOfChannels& media) {
+  void set(const render::MediaOfChannels& media) {
     media_ = media;
     diffusion_->set_media(
         std::array<const ObjectMedium*, 3>{media[0].get(), media[1].get(), media[2].get()});
-    return 1e3 * diffusion_->seconds().media;
   }
 
-  Frame frame(double degrees) {
-    using Clock = std::chrono::steady_clock;
+  /// Of a light at this angle, with another medium where one is given.
+  Frame frame(double degrees, Entry entry, const render::MediaOfChannels* edited = nullptr) {
+    return answered(degrees, entry, edited, spacing_, render::LivePolygrid::accuracy);
+  }
+
+  /// Of the last frame's exitance, from the converged one: relative 2-norm, and the largest
+  /// difference over the largest exitance.
+  std::array<double, 2> error_of_last(double degrees, Entry entry) {
+    const std::vector<double> live = exitance_;
+    answered(degrees, entry, nullptr, converged_spacing * spacing_, converged);
+    double largest = 0.0, most = 0.0;
+    for (std::size_t t = 0; t < live.size(); ++t) {
+      largest = std::max(largest, std::abs(live[t] - exitance_[t]));
+      most = std::max(most, exitance_[t]);
+    }
+    return {surface_difference(object_.surface, live, exitance_) /
+                surface_norm(object_.surface, exitance_),
+            largest / most};
+  }
+
+ private:
+  Frame answered(double degrees, Entry entry, const render::MediaOfChannels* edited, double spacing,
+                 const forward::polygrid::PolygridAccuracy& accuracy) {
     const auto start = Clock::now();
     const double before = processor_seconds();
+    if (edited != nullptr) set(*edited);
+    const double media = edited != nullptr ? processor_seconds() - before : 0.0;
     Progress silent;
     render::DirectionalLight sun;
     const double angle = degrees * M_PI / 180.0;
     sun.direction = Vector3d(-std::sin(angle), -0.5, -std::cos(angle)).normalized();
     const render::LightSources sources = render::make_light_sources({sun});
     const render::LightOfChannels light =
-        render::incident_light(world_, 0, sources, nullptr, 1, silent, spacing_).channels;
-    const double incident = processor_seconds() - before;
+        render::incident_light(world_, 0, sources, nullptr, 1, silent, spacing).channels;
     std::array<std::vector<forward::ObjectLight>, 3> lights;
     std::vector<forward::ObjectProblem> problems;
     for (std::size_t c = 0; c < 3; ++c) {
       lights[c] = {light[c]};
+      if (entry == Entry::surface) enter_at_surface(lights[c][0], object_.surface);
       problems.push_back({object_.mesh, object_.surface, *object_.rays, *media_[c],
                           object_.boundary.eta, lights[c]});
     }
-    diffusion_->solve(problems, accuracy);
+    const double incident = processor_seconds() - before - media;
+    exitance_ = std::move(diffusion_->solve(problems, accuracy)[1].exitance);
     const auto& seconds = diffusion_->seconds();
-    return {1e3 * (incident + seconds.beams), 1e3 * seconds.solving, 1e3 * seconds.exitance,
-            std::chrono::duration<double, std::milli>(Clock::now() - start).count(),
+    return {1e3 * media,
+            1e3 * (incident + seconds.beams),
+            1e3 * seconds.solving,
+            1e3 * seconds.exitance,
+            milliseconds_since(start),
+            1e3 * seconds.solving_elapsed,
             diffusion_->report().iterations};
   }
 
- private:
   const render::World& world_;
   const render::WorldObject& object_;
   double spacing_ = 0.0;
   std::unique_ptr<PolygridDiffusion> diffusion_;
   render::MediaOfChannels media_;
+  std::vector<double> exitance_;  ///< of the G channel in the last frame
 };
 
-/// The frame of least processor time of several whose light moves on.
-Frame best_moved(Live& live) {
-  Frame best;
-  for (int k = 1; k <= frames; ++k) {
-    const Frame frame = live.frame(20.0 + degrees_per_frame * k);
-    if (k == 1 || frame.whole() < best.whole()) best = frame;
+/// The frame whose processor time is the median.
+Frame median_of(std::vector<Frame> of) {
+  const auto middle = of.begin() + static_cast<std::ptrdiff_t>(of.size() / 2);
+  std::nth_element(of.begin(), middle, of.end(),
+                   [](const Frame& a, const Frame& b) { return a.whole() < b.whole(); });
+  return *middle;
+}
+
+Frame moved_frame(Live& live, Entry entry) {
+  std::vector<Frame> counted;
+  for (int k = 0; k < frames_before + frames; ++k) {
+    const Frame frame = live.frame(first_degrees + degrees_per_frame * k, entry);
+    if (k >= frames_before) counted.push_back(frame);
   }
-  return best;
+  return median_of(std::move(counted));
 }
 
 Json measured(const Published& paper, const render::World& world, const std::string& device) {
@@ -167,18 +225,17 @@ Json measured(const Published& paper, const render::World& world, const std::str
   const auto plain = volume_of(mesh, live.cells(), false),
              edited = volume_of(mesh, live.cells(), true);
   live.set(plain);
-  const Frame first = live.frame(20.0), moved = best_moved(live);
-  const double still = 20.0 + degrees_per_frame * frames;
-  double media = 0.0;
-  Frame edit;
+  const Frame first = live.frame(first_degrees, Entry::beams),
+              moved = moved_frame(live, Entry::beams);
+  const auto error = live.error_of_last(last_degrees, Entry::beams);
+  const Frame at_surface = moved_frame(live, Entry::surface);
+  const auto surface_error = live.error_of_last(last_degrees, Entry::surface);
+  std::vector<Frame> edits;
+  live.frame(first_degrees, Entry::beams);
   for (int k = 0; k < frames; ++k) {
-    const double made = live.set(k % 2 == 0 ? edited : plain);
-    const Frame frame = live.frame(still);
-    if (k == 0 || made + frame.whole() < media + edit.whole()) {
-      media = made;
-      edit = frame;
-    }
+    edits.push_back(live.frame(first_degrees, Entry::beams, k % 2 == 0 ? &edited : &plain));
   }
+  const Frame edit = median_of(std::move(edits));
   return {{"paper", paper.model},
           {"cells", live.cells()},
           {"unknowns", live.unknowns()},
@@ -188,12 +245,21 @@ Json measured(const Published& paper, const render::World& world, const std::str
           {"diffusion_ms", moved.diffusion},
           {"exitance_ms", moved.exitance},
           {"frame_ms", moved.whole()},
-          {"frame_elapsed_ms", moved.elapsed},
           {"iterations", moved.iterations},
-          {"edit_media_ms", media},
+          {"diffusion_elapsed_ms", moved.diffusion_elapsed},
+          {"frame_elapsed_ms", moved.elapsed},
+          {"error", error[0]},
+          {"largest_error", error[1]},
+          {"surface_error", surface_error[0]},
+          {"surface_frame_ms", at_surface.whole()},
+          {"surface_iterations", at_surface.iterations},
+          {"surface_diffusion_elapsed_ms", at_surface.diffusion_elapsed},
+          {"surface_frame_elapsed_ms", at_surface.elapsed},
+          {"edit_media_ms", edit.media},
           {"edit_light_ms", edit.light},
           {"edit_diffusion_ms", edit.diffusion},
-          {"edit_ms", media + edit.whole()},
+          {"edit_ms", edit.whole()},
+          {"edit_elapsed_ms", edit.elapsed},
           {"edit_iterations", edit.iterations},
           {"paper_diffusion_fps", paper.diffusion},
           {"paper_fps", paper.whole},

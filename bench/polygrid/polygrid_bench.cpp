@@ -1,5 +1,6 @@
 #include "bench/polygrid/polygrid_bench.h"
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "bench/polygrid/convergence_bench.h"
@@ -8,6 +9,7 @@
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "forward/polygrid/cell_geometry.h"
+#include "forward/polygrid/reference/laplacian_weights.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "io/mesh_file.h"
 #include "io/npy.h"
@@ -27,13 +29,11 @@ struct Object {
 
 std::vector<Object> objects_of(const Request& request) {
   std::vector<Object> objects;
-  for (const NamedShape& shape : named_shapes()) {
-    objects.push_back({std::string(shape.name), make_shape(shape.name, size_mm, tessellation)});
-  }
-  if (request.size == Size::quick) return objects;
-  std::vector<std::string> files = request.words("files");
+  const std::vector<std::string> files = request.words("files");
   if (files.empty()) {
-    files = {"scenes/meshes/spot.ply", "scenes/meshes/bob.ply", "scenes/meshes/nefertiti.ply"};
+    for (const NamedShape& shape : named_shapes()) {
+      objects.push_back({std::string(shape.name), make_shape(shape.name, size_mm, tessellation)});
+    }
   }
   for (const std::string& file : files) {
     objects.push_back({std::filesystem::path(file).stem().string(),
@@ -42,10 +42,12 @@ std::vector<Object> objects_of(const Request& request) {
   return objects;
 }
 
-/// What scripts/polygrid_picture.py draws: corners of the boundary nodes' faces, and each cell's
-/// scaled Jacobian there.
-void write_surface(const forward::Polygrid& grid, const std::string& stem) {
+/// What scripts/polygrid_picture.py draws: corners of the boundary nodes' faces, each cell's scaled
+/// Jacobian there, and what became of its six weights (WeightKind).
+void write_surface(const forward::Polygrid& grid,
+                   const forward::polygrid::LaplacianWeights& weights, const std::string& stem) {
   std::vector<float> faces, jacobians;
+  std::vector<std::uint8_t> kinds;
   for (std::size_t k = 0; k < grid.boundary_cell.size(); ++k) {
     const auto cell = static_cast<std::size_t>(grid.boundary_cell[k]);
     for (const int c : forward::side_corners(grid.boundary_side[k])) {
@@ -54,9 +56,11 @@ void write_surface(const forward::Polygrid& grid, const std::string& stem) {
       for (const double x : grid.corner[corner]) faces.push_back(static_cast<float>(x));
     }
     jacobians.push_back(static_cast<float>(forward::scaled_jacobian(grid, cell)));
+    kinds.push_back(static_cast<std::uint8_t>(weights.kind[cell]));
   }
   io::write_npy(stem + "-faces.npy", {grid.boundary_cell.size(), 4, 3}, faces);
   io::write_npy(stem + "-jacobian.npy", {grid.boundary_cell.size()}, jacobians);
+  io::write_npy(stem + "-weights.npy", {grid.boundary_cell.size()}, kinds);
 }
 
 Json measured(const Object& object, int cells, const Request& request, Progress& progress) {
@@ -65,6 +69,8 @@ Json measured(const Object& object, int cells, const Request& request, Progress&
     const forward::MadePolygrid made = forward::make_polygrid(
         object.mesh, {cells, forward::PolygridOptions{}.first_layer}, progress);
     const forward::PolygridQuality& q = made.quality;
+    const forward::polygrid::LaplacianWeights weights =
+        forward::polygrid::laplacian_weights(forward::polygrid::node_grid(made.grid), true);
     row.update({{"cells", q.cells},
                 {"boundary", q.boundary_nodes},
                 {"refinement", q.refinement},
@@ -72,6 +78,8 @@ Json measured(const Object& object, int cells, const Request& request, Progress&
                 {"least_jacobian", q.least_jacobian},
                 {"mean_jacobian", q.mean_jacobian},
                 {"aspect", q.mean_aspect},
+                {"negative_weights", weights.negative},
+                {"ill_conditioned", weights.ill_conditioned},
                 {"volume_spread", q.volume_spread},
                 {"area_spread", q.area_spread},
                 {"volume_ratio", q.volume_ratio},
@@ -82,7 +90,7 @@ Json measured(const Object& object, int cells, const Request& request, Progress&
     if (request.has("write")) {
       const std::string stem =
           (request.folder / (object.name + "-" + std::to_string(cells))).string();
-      write_surface(made.grid, stem);
+      write_surface(made.grid, weights, stem);
       io::write_polycube(made.polycube, stem + ".polycube.json");
     }
   } catch (const InputError& error) {
@@ -124,19 +132,23 @@ Subject polygrid_subject() {
       "(docs/polygrid-diffusion.md)",
       "  kappamu bench polygrid --section polygrid -o out/ --files bunny.obj\n\n"
       "polygrid: cells, scaled Jacobians (1: a box; not above 0: inverted), edge lengths,\n"
+      "nodes whose six weights (Wang et al. 2008, appendix B) are negative or ill-conditioned,\n"
       "spread of volumes and areas, distance of the mesh from the grid's surface in spacings of "
       "its\n"
-      "boundary nodes, processor seconds. Shapes known by name, then the files.\n"
-      "convergence: the sum of (L - L0)^2 over that of L0^2 against nodes processed, each scheme\n"
-      "against its own converged answer, a cube lit on one side, from zero (Wang et al. 2008,\n"
+      "boundary nodes, processor seconds. Of the shapes known by name, or of the files.\n"
+      "convergence: the sum of (L - L0)^2 over that of L0^2 against nodes processed and processor\n"
+      "time (relaxations: serial, in double; ours: OpenCL, in float), each scheme against its own\n"
+      "converged answer, a cube lit on one side, from zero (Wang et al. 2008,\n"
       "figure 15).\n"
       "frames: milliseconds of processor time, all cores together, of the light, diffusion and\n"
-      "exitance of a frame whose light has moved by 2 degrees and of one whose material was\n"
-      "edited, of the first file, at the nodes of Table III of Wang et al. 2008.",
+      "exitance of a frame whose light has moved by 2 degrees and of one in which 10,000 voxels\n"
+      "were edited, of the first file, at the nodes of Table III of Wang et al. 2008; elapsed: by\n"
+      "the clock, to be trusted on a machine that does nothing else; surface: all light enters at\n"
+      "the surface, as there, and no beams are followed. Medians of seven frames.",
       {{"polygrid", "shapes and files, 20,000 and 100,000 cells", measure},
        {"convergence", "error against nodes processed, relaxations and ours", measure_convergence},
        {"frames", "live frames and edits at 62,000 to 1,500,000 nodes", measure_frames}},
-      {{"files", "Meshes (default: those of scenes/meshes)", Setting::Kind::words},
+      {{"files", "Meshes (default: the named shapes; of frames, spot)", Setting::Kind::words},
        {"cells", "Asked for (default 20000 and 100000)", Setting::Kind::number, 100, 4e6},
        {"write", "Also write faces with their Jacobians, and polycubes", Setting::Kind::flag}}};
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "core/parallel.h"
 #include "forward/embedded/equations/row_ranges.h"
@@ -19,26 +18,11 @@ using Eigen::Vector3d;
 /// Beams are marched in a fixed number of parts, each with its own load: the same bits on any
 /// number of cores.
 constexpr std::size_t parts = 4;
-/// A step over the shortest of a cell's three middle lines.
-constexpr double step_of_cell = 0.5;
+/// Least step in a cell's own coordinates, and the step beyond the outermost cells.
+constexpr double least_step = 1e-3, step_outside = 0.5;
 constexpr std::size_t most_steps = 100'000;
 /// Of all beams: beyond, all are marched anew.
 constexpr double most_again = 0.25;
-
-/// Shortest distance between the middles of opposite sides.
-double width_of(const Polygrid& grid, std::size_t cell) {
-  double shortest = std::numeric_limits<double>::infinity();
-  for (int axis = 0; axis < 3; ++axis) {
-    Vector3d across = Vector3d::Zero();
-    for (int c = 0; c < 8; ++c) {
-      const int corner = grid.cell_corners[cell][static_cast<std::size_t>(c)];
-      across +=
-          ((c >> axis & 1) != 0 ? 0.25 : -0.25) * grid.corner[static_cast<std::size_t>(corner)];
-    }
-    shortest = std::min(shortest, across.norm());
-  }
-  return shortest;
-}
 
 bool same_path(const Beam& a, const Beam& b) {
   return a.triangle == b.triangle && a.position == b.position && a.direction == b.direction;
@@ -50,7 +34,8 @@ struct Collision {
 };
 
 Collision collision(double sigma_t, double length) {
-  const double depth = sigma_t * length, share = -std::expm1(-depth);
+  const double depth = sigma_t * length;
+  const double share = depth < 1e-2 ? -std::expm1(-depth) : 1.0 - std::exp(-depth);
   // ∫ s e^(−σ s) ds over ∫ e^(−σ s) ds, by its series where the step is thin.
   return {share, depth < 1e-4 ? 0.5 * length : 1.0 / sigma_t - length * (1.0 - share) / share};
 }
@@ -58,11 +43,7 @@ Collision collision(double sigma_t, double length) {
 }  // namespace
 
 BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, bool keep)
-    : grid_(grid), map_(map), keep_(keep), width_(grid.cell.size()) {
-  embedded::for_row_ranges(width_.size(), [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k) width_[k] = static_cast<float>(width_of(grid, k));
-  });
-}
+    : grid_(grid), map_(map), keep_(keep) {}
 
 bool BeamWalks::same(std::span<const ChannelBeams> channels) const {
   return keep_ &&
@@ -76,7 +57,6 @@ bool BeamWalks::same(std::span<const ChannelBeams> channels) const {
 }
 
 void BeamWalks::enter_all(const ObjectProblem& problem, std::span<const ChannelBeams> channels) {
-  walks_.clear();
   power_.clear();
   beams_.clear();
   std::vector<const Beam*> of_walk;
@@ -111,10 +91,12 @@ void BeamWalks::enter_all(const ObjectProblem& problem, std::span<const ChannelB
       const int side = map_.side_of(static_cast<std::size_t>(beam.triangle));
       const CellPoint outermost{grid_.boundary_cell[static_cast<std::size_t>(side)],
                                 Vector3d::Constant(0.5)};
+      walks_[k].steps.clear();
+      walks_[k].walked = 0.0;
       walks_[k].from = path.from;
       walks_[k].direction = path.direction;
       walks_[k].length = path.length;
-      walks_[k].last = walk_to(grid_, outermost, path.from);
+      walks_[k].ray = ray_at(grid_, outermost, path.from, path.direction);
     }
   });
   if (!keep_) return;
@@ -124,18 +106,24 @@ void BeamWalks::enter_all(const ObjectProblem& problem, std::span<const ChannelB
 }
 
 BeamWalks::Step BeamWalks::next_step(Walk& walk) const {
-  const double length =
-      std::min(step_of_cell * static_cast<double>(width_[static_cast<std::size_t>(walk.last.cell)]),
-               walk.length - walk.walked);
-  const double middle = walk.walked + 0.5 * length;
-  // Straight on in the cell's own coordinates, so that Newton's method has little left to do.
-  walk.last.local += (middle - walk.middle) * walk.along;
-  walk.last = walk_to(grid_, walk.last, walk.from + middle * walk.direction);
-  walk.along = local_direction(grid_, walk.last, walk.direction);
-  walk.middle = middle;
+  const CellRay here = walk.ray;
+  const CellExit exit = exit_of(here);
+  const int link =
+      grid_.link[static_cast<std::size_t>(here.at.cell)][static_cast<std::size_t>(exit.side)];
+  const double least = (link >= 0 ? least_step : step_outside) / here.along.cwiseAbs().maxCoeff();
+  const double length = std::min(std::max(exit.distance, least), walk.length - walk.walked);
   walk.walked += length;
-  return {walk.last.cell, static_cast<float>(length), walk.last.local.cast<float>(),
-          walk.along.cast<float>()};
+  if (walk.walked < walk.length) {
+    CellPoint next{here.at.cell, here.at.local + length * here.along};
+    if (link >= 0) {  // most cells' axes are those of their neighbours
+      next.cell = link;
+      next.local[exit.side / 2] += exit.side % 2 == 0 ? 1.0 : -1.0;
+    }
+    next.local = next.local.cwiseMax(Vector3d::Zero()).cwiseMin(Vector3d::Ones());
+    walk.ray = ray_at(grid_, next, walk.from + walk.walked * walk.direction, walk.direction);
+  }
+  return {here.at.cell, static_cast<float>(length),
+          (here.at.local + 0.5 * length * here.along).cast<float>(), here.along.cast<float>()};
 }
 
 void BeamWalks::march(Walk& walk, const double* power, const OfCell& of_cell, double remainder,

@@ -1,5 +1,5 @@
 // First collisions of collimated beams in the cells of a polygrid: refracted into the object
-// (light_entry.h), marched in steps shorter than a cell to the surface that they meet next, once
+// (light_entry.h), marched from cell to cell to the surface that they meet next, once
 // for all channels.
 #pragma once
 
@@ -43,11 +43,9 @@ class BeamWalks {
   /// One path for all channels that have it.
   struct Walk {
     Eigen::Vector3d from, direction;
-    double length = 0.0;                              ///< [mm]
-    CellPoint last;                                   ///< the middle of the last step
-    double walked = 0.0;                              ///< [mm]
-    double middle = 0.0;                              ///< of the last step [mm]
-    Eigen::Vector3d along = Eigen::Vector3d::Zero();  ///< as Step has it
+    double length = 0.0;  ///< [mm]
+    double walked = 0.0;  ///< [mm]
+    CellRay ray;          ///< there
     std::vector<Step> steps;
   };
 
@@ -67,7 +65,6 @@ class BeamWalks {
   const Polygrid& grid_;
   const SurfaceMap& map_;
   bool keep_;
-  std::vector<float> width_;              ///< [cell] between the middles of opposite sides [mm]
   std::vector<std::vector<Beam>> beams_;  ///< [channel] that the walks are of
   std::vector<Walk> walks_;
   std::vector<double> power_;           ///< [walk][channel] after Fresnel reflection [mm²]

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "forward/polygrid/equations/cell_integrals.h"
 
@@ -13,13 +14,16 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// Local coordinates beyond a side by less than this belong to the cell.
-constexpr double slack = 1e-6;
+/// Local coordinates beyond a side by less than `slack` belong to the cell; Newton's method ends
+/// with a step below `settled`, and squares what is left of a cell's size.
+struct Exactness {
+  double slack, settled;
+};
+/// A ray that has crossed a side is in the next cell though the side is bent.
+constexpr Exactness of_points{1e-6, 1e-3}, of_rays{0.05, 0.03};
 constexpr int newton_steps = 6, most_cells = 64;
 /// Newton's steps stay near the cell, where its map is one to one.
 constexpr double reach = 1.5;
-/// Newton's method squares what is left.
-constexpr double settled = 1e-3;
 
 struct Mapped {
   Vector3d point;
@@ -45,32 +49,43 @@ Mapped mapped(const Polygrid& grid, std::size_t cell, const Vector3d& local) {
   return result;
 }
 
-/// The point's coordinates in a cell, right near it and of the right side beyond.
-Vector3d local_of(const Polygrid& grid, std::size_t cell, Vector3d local, const Vector3d& point) {
+/// The point's coordinates in a cell, right near it and of the right side beyond, and how they
+/// change with the point.
+struct Place {
+  Vector3d local;
+  Matrix3d by_point;
+};
+
+Place place_of(const Polygrid& grid, std::size_t cell, Vector3d local, const Vector3d& point,
+               double until) {
+  Matrix3d by_point = Matrix3d::Zero();
   for (int step = 0; step < newton_steps; ++step) {
     const Mapped at = mapped(grid, cell, local);
     const double volume = at.jacobian.determinant();
     if (!(std::abs(volume) > 0.0)) break;
-    const Vector3d by = at.jacobian.inverse() * (point - at.point);
+    by_point = at.jacobian.inverse();
+    const Vector3d by = by_point * (point - at.point);
     const Vector3d next =
         (local + by).cwiseMax(Vector3d::Constant(-reach)).cwiseMin(Vector3d::Constant(1.0 + reach));
     const double moved = (next - local).cwiseAbs().maxCoeff();
     local = next;
-    if (moved < settled) break;
+    if (moved < until) break;
   }
-  return local;
+  return {local, by_point};
 }
 
-}  // namespace
-
-CellPoint walk_to(const Polygrid& grid, CellPoint at, const Vector3d& point) {
+/// walk_to(); `by_point` as Place has it.
+CellPoint walk(const Polygrid& grid, CellPoint at, const Vector3d& point,
+               const Exactness& exactness, Matrix3d& by_point) {
   int before = -1;
   for (int step = 0; step < most_cells; ++step) {
     const auto cell = static_cast<std::size_t>(at.cell);
-    at.local = local_of(grid, cell, at.local, point);
+    const Place place = place_of(grid, cell, at.local, point, exactness.settled);
+    at.local = place.local;
+    by_point = place.by_point;
     // Over the side that it lies farthest beyond and that leads to another cell, but not back.
     int next = -1;
-    double farthest = slack;
+    double farthest = exactness.slack;
     // Most cells' axes are those of their neighbours; where not, Newton's method has more to do.
     Vector3d start = at.local;
     for (int axis = 0; axis < 3; ++axis) {
@@ -93,10 +108,34 @@ CellPoint walk_to(const Polygrid& grid, CellPoint at, const Vector3d& point) {
   return at;
 }
 
-Vector3d local_direction(const Polygrid& grid, const CellPoint& at, const Vector3d& direction) {
-  const Mapped here = mapped(grid, static_cast<std::size_t>(at.cell), at.local);
-  const Vector3d along = here.jacobian.inverse() * direction;
-  return along.allFinite() ? along : Vector3d::Zero();
+}  // namespace
+
+CellPoint walk_to(const Polygrid& grid, CellPoint from, const Vector3d& point) {
+  Matrix3d by_point;
+  return walk(grid, from, point, of_points, by_point);
+}
+
+CellRay ray_at(const Polygrid& grid, CellPoint from, const Vector3d& point,
+               const Vector3d& direction) {
+  Matrix3d by_point;
+  CellRay ray;
+  ray.at = walk(grid, from, point, of_rays, by_point);
+  ray.along = by_point * direction;
+  return ray;
+}
+
+CellExit exit_of(const CellRay& ray) {
+  CellExit exit;
+  exit.distance = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const double slope = ray.along[axis];
+    if (!(std::abs(slope) > 0.0)) continue;
+    const double far = slope > 0.0 ? 1.0 : 0.0, distance = (far - ray.at.local[axis]) / slope;
+    if (distance >= exit.distance) continue;
+    exit.distance = distance;
+    exit.side = 2 * axis + static_cast<int>(far);
+  }
+  return exit;
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -15,8 +15,21 @@ struct CellPoint {
 /// the place on the boundary that the walk comes to, its coordinates clamped.
 CellPoint walk_to(const Polygrid& grid, CellPoint from, const Eigen::Vector3d& point);
 
-/// How the cell's own coordinates change along `direction`, per mm.
-Eigen::Vector3d local_direction(const Polygrid& grid, const CellPoint& at,
-                                const Eigen::Vector3d& direction);
+/// Where a ray is in a cell, and how the cell's own coordinates change along it [1/mm].
+struct CellRay {
+  CellPoint at;
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();
+};
+
+/// As walk_to(), the place to a thousandth of the cell.
+CellRay ray_at(const Polygrid& grid, CellPoint from, const Eigen::Vector3d& point,
+               const Eigen::Vector3d& direction);
+
+/// The side that a ray leaves its cell by, straight on in the cell's own coordinates.
+struct CellExit {
+  int side = 0;
+  double distance = 0.0;  ///< [mm], infinite where the ray stands still
+};
+CellExit exit_of(const CellRay& ray);
 
 }  // namespace kappamu::forward::polygrid

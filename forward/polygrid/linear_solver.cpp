@@ -7,14 +7,14 @@ namespace kappamu::forward::polygrid {
 
 std::unique_ptr<LinearSolver> make_linear_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
-                                                 const std::string& device) {
+                                                 const std::string& device, Lights lights) {
   const auto devices = device::list_devices();
   if (device == "reference" || (device == "auto" && devices.empty())) {
     return make_reference_solver(equations);
   }
   return make_opencl_solver(equations, hierarchy,
                             device::Context::of(device::choose(devices, device).index),
-                            Precision::single);
+                            Precision::single, lights);
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -1,6 +1,7 @@
 #include "forward/polygrid/polygrid_diffusion.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include "core/processor_time.h"
@@ -68,14 +69,14 @@ std::vector<Coefficients> coefficients_of_cells(const Polygrid& grid, const Obje
 
 PolygridDiffusion::PolygridDiffusion(Polygrid grid, const TriangleMesh& mesh,
                                      const Surface& surface, double eta, const std::string& device,
-                                     bool keep_beams)
+                                     Lights lights)
     : grid_(std::move(grid)),
       constants_(boundary_constants(eta)),
       equations_(grid_, constants_.A),
       hierarchy_(equations_, grid_),
       map_(grid_, mesh, surface),
-      solver_(make_linear_solver(equations_, hierarchy_, device)),
-      keep_beams_(keep_beams) {}
+      solver_(make_linear_solver(equations_, hierarchy_, device, lights)),
+      lights_(lights) {}
 
 PolygridDiffusion::~PolygridDiffusion() = default;
 
@@ -144,8 +145,9 @@ void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::
     channels.push_back(
         {problems[c].lights[light].beams, of_cell_[c], load.power, answers[c].balance[light]});
   }
-  const std::size_t walks = keep_beams_ ? light : 0;
-  while (walks_.size() <= walks) walks_.emplace_back(grid_, map_, keep_beams_);
+  const bool keep = lights_ == Lights::moving;
+  const std::size_t walks = keep ? light : 0;
+  while (walks_.size() <= walks) walks_.emplace_back(grid_, map_, keep);
   walks_[walks].add(problems[0], channels, remainder);
   // E_t enters through q = 4 E_t/(1 − R_φ).
   const double transmitted = diffuse_transmittance(constants_);
@@ -172,8 +174,11 @@ std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProbl
     add_light(problems, l, accuracy.beam_remainder, loads, answers);
   }
   const double beams = processor_seconds();
+  const auto clock = std::chrono::steady_clock::now();
   report_ = solver_->solve(loads, fluence_, accuracy.linear_tolerance, accuracy.most_iterations);
   const double solved = processor_seconds();
+  seconds_.solving_elapsed =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - clock).count();
 
   const double transmitted = diffuse_transmittance(constants_);
   const double per_fluence = 1.0 / (2.0 * constants_.A);

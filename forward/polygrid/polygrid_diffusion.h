@@ -22,9 +22,10 @@ struct PolygridAnswer {
   std::vector<ObjectBalance> balance;  ///< one per light; exiting over the polygrid's boundary
 };
 
-/// Processor time of the last answer and of the last media, by what it went to [s].
+/// Processor time of the last answer and of the last media, by what it went to, and how long
+/// solving took by the clock [s].
 struct PolygridSeconds {
-  double media = 0.0, beams = 0.0, solving = 0.0, exitance = 0.0;
+  double media = 0.0, beams = 0.0, solving = 0.0, exitance = 0.0, solving_elapsed = 0.0;
 };
 
 /// How exactly the equations are made and solved.
@@ -36,13 +37,14 @@ struct PolygridAccuracy {
 
 class PolygridDiffusion {
  public:
-  /// `device` as make_linear_solver() takes it; `keep_beams`: beams that come again are not walked
-  /// again, which takes memory. Throws InputError where a cell is inverted.
+  /// `device` as make_linear_solver() takes it. Where lights are `moving`, beams that come again
+  /// are not walked again, which takes memory. Throws InputError where a cell is inverted.
   PolygridDiffusion(Polygrid grid, const TriangleMesh& mesh, const Surface& surface, double eta,
-                    const std::string& device, bool keep_beams = false);
+                    const std::string& device, Lights lights = Lights::others);
   ~PolygridDiffusion();
 
   const Polygrid& grid() const { return grid_; }
+  const SurfaceMap& surface_map() const { return map_; }
 
   /// One medium per channel. Media that differ from the last ones in a part of the object alone
   /// change the equations there alone.
@@ -68,7 +70,7 @@ class PolygridDiffusion {
   Hierarchy hierarchy_;
   SurfaceMap map_;
   std::unique_ptr<LinearSolver> solver_;
-  bool keep_beams_;
+  Lights lights_;
   std::vector<BeamWalks> walks_;     ///< [light]; one for all where beams are not kept
   std::vector<ObjectMedium> media_;  ///< [channel]
   std::vector<std::vector<Coefficients>> of_cell_;  ///< [channel][cell]

@@ -12,8 +12,6 @@ namespace {
 
 /// Cells of the first polygrid; the answer comes from eight times as many, or more.
 constexpr int first_cells = 6000;
-/// Of the distance between boundary nodes: what the surface may lie off the polygrid's.
-constexpr double usual_gap = 0.3;
 using Clock = std::chrono::steady_clock;
 
 }  // namespace
@@ -27,11 +25,6 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
   PolygridOptions asked;
   asked.cells = first_cells;
   MadePolygrid made = make_polygrid(problems[0].mesh, asked, progress);
-  if (made.quality.largest_gap > usual_gap) {
-    made.warnings.push_back(
-        "parts of the surface lie outside of the polygrid, whose error estimate does not include "
-        "them; model embedded has no such gaps");
-  }
   const std::chrono::duration<double> making = Clock::now() - start;
   std::vector<ObjectResult> results =
       solve_on_polygrid(std::move(made.grid), problems, options, progress);

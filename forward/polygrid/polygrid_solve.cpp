@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
+#include "core/optics.h"
 #include "core/process_memory.h"
 #include "forward/embedded/reentry.h"
 #include "forward/light_entry.h"
@@ -40,7 +41,8 @@ struct Resolution {
   std::vector<PolygridAnswer> channel;
   std::size_t cells = 0;
   CgReport report;
-  double solving = 0.0;  ///< seconds
+  double solving = 0.0;      ///< seconds
+  std::vector<double> gaps;  ///< as SurfaceMap has them
 };
 
 Resolution solved(const Polygrid& grid, std::span<const ObjectProblem> problems,
@@ -55,25 +57,32 @@ Resolution solved(const Polygrid& grid, std::span<const ObjectProblem> problems,
   result.channel = diffusion.solve(problems, {});
   result.solving = std::chrono::duration<double>(Clock::now() - start).count();
   result.report = diffusion.report();
+  result.gaps = diffusion.surface_map().gaps();
   return result;
 }
 
-double worst_error(std::span<const ObjectProblem> problems, const Resolution& coarse,
-                   const Resolution& fine, std::vector<ObjectResult>& results) {
+/// Sets the results' estimates.
+double worst_error(std::span<const ObjectProblem> problems, std::span<const double> gaps,
+                   const Resolution& coarse, const Resolution& fine,
+                   std::vector<ObjectResult>& results) {
   double worst = 0.0;
   for (std::size_t c = 0; c < problems.size(); ++c) {
     results[c].error_estimate =
-        polygrid_errors(problems[c], coarse.channel[c].exitance, fine.channel[c].exitance);
+        polygrid_errors(problems[c], gaps, coarse.channel[c].exitance, fine.channel[c].exitance);
     for (const double error : results[c].error_estimate) worst = std::max(worst, error);
   }
   return worst;
 }
 
-std::string conclusion(bool solved, bool within, std::size_t cells, double worst) {
+std::string conclusion(bool solved, bool resolved, bool within, std::size_t cells, double worst) {
   std::ostringstream estimate;
   estimate << worst;
   if (!solved) return "the linear solver stopped before its tolerance";
   if (within) return "the estimated error " + estimate.str() + " is within the tolerance";
+  if (resolved) {
+    return "parts of the surface lie outside of the polygrid, with an estimated error of " +
+           estimate.str() + "; model embedded has no such gaps";
+  }
   return "stopped at " + std::to_string(cells) +
          " cells, the most allowed, with an estimated error of " + estimate.str();
 }
@@ -91,14 +100,14 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
   std::vector<ObjectResult> results(problems.size());
   Resolution fine = solved(grid, problems, options.device);
   double solving = fine.solving, worst = 0.0;
-  bool within = false;
-  while (!within && 8.0 * static_cast<double>(grid.cell.size()) <= most) {
+  bool resolved = false;
+  while (!resolved && 8.0 * static_cast<double>(grid.cell.size()) <= most) {
     const Resolution coarse = std::move(fine);
     grid = split(grid, problems[0].mesh);
     fine = solved(grid, problems, options.device);
     solving += fine.solving;
-    worst = worst_error(problems, coarse, fine, results);
-    within = worst <= options.tolerance;
+    resolved = worst_error(problems, {}, coarse, fine, results) <= options.tolerance;
+    worst = worst_error(problems, fine.gaps, coarse, fine, results);
     std::ostringstream detail;
     detail << fine.cells << " cells, error " << worst;
     progress.update("polygrid", std::min(1.0, options.tolerance / std::max(worst, 1e-300)),
@@ -113,8 +122,9 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
     result.iterations = fine.report.iterations;
     result.seconds = solving;
     result.setup_seconds = spent.count() - solving;
-    result.converged = fine.report.converged && within;
-    result.message = conclusion(fine.report.converged, within, fine.cells, worst);
+    result.converged = fine.report.converged && worst <= options.tolerance;
+    result.message =
+        conclusion(fine.report.converged, resolved, worst <= options.tolerance, fine.cells, worst);
     if (!result.converged) result.warnings.push_back(result.message);
   }
   return results;
@@ -122,18 +132,25 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
 
 }  // namespace
 
-std::vector<double> polygrid_errors(const ObjectProblem& problem, std::span<const double> coarse,
-                                    std::span<const double> fine) {
+std::vector<double> polygrid_errors(const ObjectProblem& problem, std::span<const double> gaps,
+                                    std::span<const double> coarse, std::span<const double> fine) {
   const std::size_t samples = problem.surface.size();
   const double per_error =
       problem.medium.homogeneous() ? difference_per_error : difference_per_error_at_jumps;
-  std::vector<double> errors;
+  const double A = boundary_constants(problem.eta).A;
+  std::vector<double> errors, missed(samples, 0.0);
   for (std::size_t l = 0; l < problem.lights.size(); ++l) {
     const auto mine = fine.subspan(l * samples, samples);
     const double size = surface_norm(problem.surface, mine);
     const double difference =
         surface_difference(problem.surface, mine, coarse.subspan(l * samples, samples));
-    errors.push_back(size > 0.0 ? difference / per_error / size : 0.0);
+    for (std::size_t t = 0; t < gaps.size(); ++t) {
+      if (!(gaps[t] > 0.0)) continue;
+      const double length = 2.0 * A * problem.medium.at(problem.surface.position[t]).kappa;
+      missed[t] = mine[t] * std::min(1.0, gaps[t] / length);
+    }
+    const double error = difference / per_error + surface_norm(problem.surface, missed);
+    errors.push_back(size > 0.0 ? error / size : 0.0);
   }
   return errors;
 }

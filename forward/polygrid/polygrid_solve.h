@@ -12,8 +12,11 @@ std::vector<ObjectResult> solve_on_polygrid(Polygrid grid, std::span<const Objec
                                             const ObjectOptions& options, Progress& progress);
 
 /// Each light's relative error of the exitance on the finer of two resolutions, one half the
-/// other, in the surface's 2-norm; `coarse` and `fine` are [light][triangle].
-std::vector<double> polygrid_errors(const ObjectProblem& problem, std::span<const double> coarse,
-                                    std::span<const double> fine);
+/// other, in the surface's 2-norm; `coarse` and `fine` are [light][triangle]. `gaps` as SurfaceMap
+/// has them, none: not counted. On a triangle that lies a gap g off the polygrid, fluence falls to
+/// zero within the extrapolation length 2Aκ: the exitance there is taken to be wrong by the share
+/// min(1, g/(2Aκ)).
+std::vector<double> polygrid_errors(const ObjectProblem& problem, std::span<const double> gaps,
+                                    std::span<const double> coarse, std::span<const double> fine);
 
 }  // namespace kappamu::forward

@@ -15,6 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 /// Rows of pieces that a triangle is divided into, so that a piece is not longer than a side.
+constexpr double least_gap = 0.3;  ///< as SurfaceMap::gaps() has it
 constexpr int most_rows = 16;
 
 /// The functions of a side's corners at a point of one of its triangles in surface_of_grid():
@@ -28,7 +29,7 @@ std::array<double, 4> functions_at(const ClosestPoint::Found& found) {
 }  // namespace
 
 SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Surface& surface)
-    : side_of_(mesh.triangles.size()), corners_(grid.corner.size()) {
+    : side_of_(mesh.triangles.size()), gaps_(mesh.triangles.size()), corners_(grid.corner.size()) {
   const std::size_t sides = grid.boundary_cell.size();
   double area = 0.0;
   for (const double a : grid.area) area += a;
@@ -68,7 +69,9 @@ SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Sur
           if (i + j + 1 < rows) add((i + 2.0 / 3.0) / rows, (j + 2.0 / 3.0) / rows);
         }
       }
-      side_of_[t] = nearest(surface.position[t]).triangle / 2;
+      const auto found = nearest(surface.position[t]);
+      side_of_[t] = found.triangle / 2;
+      gaps_[t] = found.distance > least_gap * edge ? found.distance : 0.0;
     }
   });
   for (std::vector<Share>& mine : shares) {

@@ -21,6 +21,9 @@ class SurfaceMap {
   std::vector<double> loads(std::span<const double> on_triangles) const;
   /// The boundary side nearest to a triangle's middle.
   int side_of(std::size_t triangle) const { return side_of_[triangle]; }
+  /// Distance of every triangle's middle from the boundary [mm], 0 where it is less than 0.3 of the
+  /// mean length of a side: parts of the mesh that the polygrid leaves out.
+  const std::vector<double>& gaps() const { return gaps_; }
 
  private:
   struct Share {
@@ -30,6 +33,7 @@ class SurfaceMap {
   std::vector<std::size_t> first_{0};  ///< of each triangle's shares, and the end of the last
   std::vector<Share> shares_;
   std::vector<int> side_of_;
+  std::vector<double> gaps_;
   /// Points of the boundary's sides, four of each.
   struct LitPoint {
     int triangle = 0;

@@ -36,6 +36,7 @@ LiveBlock::Answer LiveBlock::solve(const LightOfChannels& light) {
     }
     forward::block::BlockAnswer solved = channels_[c]->solve(problems.of[c], block_accuracy);
     answer.iterations = std::max(answer.iterations, solved.report.iterations);
+    answer.residual = std::max(answer.residual, solved.report.residual.at(0));
     answer.converged =
         answer.converged && solved.report.termination == forward::Termination::converged;
     answer.exitance[c] = std::move(solved.exitance);

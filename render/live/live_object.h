@@ -28,7 +28,8 @@ class LiveObject {
  public:
   struct Answer {
     ExitanceOfChannels exitance;
-    int iterations = 0;  ///< of the slowest channel
+    int iterations = 0;     ///< of the slowest channel
+    double residual = 0.0;  ///< of the worst channel, over the load
     bool converged = true;
   };
 

@@ -14,13 +14,15 @@ namespace {
 using forward::polygrid::PolygridAnswer;
 using forward::polygrid::PolygridDiffusion;
 
-/// Beside a picture's own steps of 1/255: the residual leaves at most 0.1 % of the exitance's
-/// 2-norm (docs/polygrid-diffusion.md, "Live").
-constexpr forward::polygrid::PolygridAccuracy polygrid_accuracy{
-    .linear_tolerance = 1e-2, .beam_remainder = 1e-3, .most_iterations = 100};
 constexpr int cells = 20'000;
 
 }  // namespace
+
+double LivePolygrid::beam_spacing_mm(const forward::Polygrid& grid) {
+  double area = 0.0;
+  for (const double of_side : grid.area) area += of_side;
+  return std::sqrt(area / static_cast<double>(grid.area.size()));
+}
 
 LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
     : object_(object), device_(device) {
@@ -28,11 +30,10 @@ LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
   forward::PolygridOptions options;
   options.cells = cells;
   forward::MadePolygrid made = forward::make_polygrid(object.mesh, options, silent);
-  double area = 0.0;
-  for (const double of_side : made.grid.area) area += of_side;
-  spacing_mm_ = 0.5 * std::sqrt(area / static_cast<double>(made.grid.area.size()));
-  diffusion_ = std::make_unique<PolygridDiffusion>(
-      std::move(made.grid), object.mesh, object.surface, object.boundary.eta, device, true);
+  spacing_mm_ = beam_spacing_mm(made.grid);
+  diffusion_ = std::make_unique<PolygridDiffusion>(std::move(made.grid), object.mesh,
+                                                   object.surface, object.boundary.eta, device,
+                                                   forward::polygrid::Lights::moving);
 }
 
 LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {
@@ -42,10 +43,12 @@ LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {
         std::array<const ObjectMedium*, 3>{media_[0].get(), media_[1].get(), media_[2].get()});
   }
   const ChannelProblems problems(object_, light);
-  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, polygrid_accuracy);
+  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, accuracy);
   Answer answer;
   answer.iterations = diffusion_->report().iterations;
   answer.converged = diffusion_->report().converged;
+  answer.residual =
+      *std::max_element(diffusion_->report().residual.begin(), diffusion_->report().residual.end());
   for (std::size_t c = 0; c < 3; ++c) answer.exitance[c] = std::move(solved[c].exitance);
   return answer;
 }
@@ -58,8 +61,9 @@ double LivePolygrid::measured_error(const LightOfChannels& light,
                           object_.surface, object_.boundary.eta, device_);
   finer.set_media(std::array<const ObjectMedium*, 1>{object_.media.channels[channel].get()});
   const std::vector<PolygridAnswer> fine =
-      finer.solve(std::span(problems.of).subspan(channel, 1), polygrid_accuracy);
-  return forward::polygrid_errors(problems.of[channel], exitance[channel], fine[0].exitance)
+      finer.solve(std::span(problems.of).subspan(channel, 1), accuracy);
+  return forward::polygrid_errors(problems.of[channel], diffusion_->surface_map().gaps(),
+                                  exitance[channel], fine[0].exitance)
       .front();
 }
 

@@ -8,6 +8,12 @@ namespace kappamu::render {
 
 class LivePolygrid final : public LiveObject {
  public:
+  /// Beside a picture's own steps of 1/255: what these and beams as far apart as sides of the
+  /// boundary change in the exitance is measured by `kappamu bench polygrid --section frames`.
+  static constexpr forward::polygrid::PolygridAccuracy accuracy{
+      .linear_tolerance = 2e-2, .beam_remainder = 1e-2, .most_iterations = 100};
+  static double beam_spacing_mm(const forward::Polygrid& grid);
+
   /// Throws InputError as make_polygrid() does.
   LivePolygrid(const WorldObject& object, const std::string& device);
 

@@ -59,6 +59,7 @@ struct LiveScene::Solver {
     LiveObject::Answer solved = kept->solve(light);
     answer.model_ms += milliseconds_since(start);
     answer.iterations = std::max(answer.iterations, solved.iterations);
+    answer.residual = std::max(answer.residual, solved.residual);
     answer.converged = answer.converged && solved.converged;
     if (!measured) measured = kept->measured_error(light, solved.exitance);
     answer.error_estimate = std::max(answer.error_estimate, *measured);

@@ -37,7 +37,8 @@ struct LiveAnswer {
   /// Worst relative error that the models estimate of their numerics. Of `grid`,
   /// `polygrid` and `dipole-rotated` it is measured, for the first lights answered.
   double error_estimate = 0.0;
-  int iterations = 0;  ///< of the linear solver; 0 where there is none
+  int iterations = 0;     ///< of the linear solver; 0 where there is none
+  double residual = 0.0;  ///< that it left, over the load; 0 where a model does not state it
   bool converged = true;
 };
 

@@ -5,14 +5,20 @@
 
 namespace kappamu::render {
 
+bool is_editable(const SceneObject& object) {
+  const auto* material = std::get_if<VolumeMaterial>(&object.material);
+  return material != nullptr && material->placement != VolumeMaterial::Placement::shell;
+}
+
 namespace {
 
 std::filesystem::path volume_of(const SceneObject& object) {
-  if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
-    return io::find_volume(material->volume);
+  if (is_editable(object)) {
+    return io::find_volume(std::get<VolumeMaterial>(object.material).volume);
   }
   throw InputError("object '" + object.name +
-                   "' is of one material all through; only a volume can be edited");
+                   "' is of one material all through, or wrapped in a shell; only a volume "
+                   "placed as a solid can be edited");
 }
 
 }  // namespace

@@ -8,10 +8,13 @@
 
 namespace kappamu::render {
 
+/// Whether its material is a volume that lies in it as a solid.
+bool is_editable(const SceneObject& object);
+
 class LiveVolume {
  public:
   /// Reads the object's volume. `made` is the object in the world, which outlives this. Throws
-  /// InputError where the object's material is no volume.
+  /// InputError where the object is not editable.
   LiveVolume(const SceneObject& object, const WorldObject& made);
 
   EditHistory& history() { return history_; }

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "io/volume/volume_file.h"
 #include "render/scene/object_shape.h"
+#include "render/scene/shell.h"
 
 namespace kappamu::render {
 
@@ -24,6 +25,7 @@ Wrap wrap_of(VolumeMaterial::Placement placement) {
     case VolumeMaterial::Placement::mirror:
       return Wrap::mirror;
     case VolumeMaterial::Placement::stretch:
+    case VolumeMaterial::Placement::shell:
       break;
   }
   return Wrap::clamp;
@@ -64,6 +66,24 @@ ObjectMedia homogeneous(const HomogeneousMaterial& material) {
   return media;
 }
 
+/// `set` placed in the object.
+ObjectMedia placed(const io::VolumeSet& set, const Affine3d& volume_from_object, Wrap wrap,
+                   const std::string& source) {
+  ObjectMedia media;
+  media.source = source;
+  media.eta = set.eta;
+  const std::array<std::size_t, 3> indices = channel_indices(set, source);
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (c > 0 && indices[c] == indices[0]) {
+      media.channels[c] = media.channels[0];
+      continue;
+    }
+    media.channels[c] = std::make_shared<const ObjectMedium>(
+        std::make_shared<const Medium>(set.media[indices[c]]), volume_from_object, wrap);
+  }
+  return media;
+}
+
 }  // namespace
 
 Affine3d object_from_volume(const VolumeMaterial& material, const GridShape& shape,
@@ -84,32 +104,29 @@ Affine3d object_from_volume(const VolumeMaterial& material, const GridShape& sha
 ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object, const Vector3d& box,
                      const std::string& source) {
   const auto& material = std::get<VolumeMaterial>(object.material);
-  ObjectMedia media;
-  media.source = source;
-  media.eta = set.eta;
   const GridShape& shape = set.shape();
   if (material.placement != VolumeMaterial::Placement::stretch && box.maxCoeff() < shape.voxel_mm) {
     throw InputError("object '" + object.name + "' is smaller than a voxel of " + source +
                      "; make size_mm larger or write \"placement\": \"stretch\"");
   }
-  const Affine3d volume_from_object = object_from_volume(material, shape, box).inverse();
-  const std::array<std::size_t, 3> indices = channel_indices(set, source);
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (c > 0 && indices[c] == indices[0]) {
-      media.channels[c] = media.channels[0];
-      continue;
-    }
-    media.channels[c] =
-        std::make_shared<const ObjectMedium>(std::make_shared<const Medium>(set.media[indices[c]]),
-                                             volume_from_object, wrap_of(material.placement));
-  }
-  return media;
+  return placed(set, object_from_volume(material, shape, box).inverse(),
+                wrap_of(material.placement), source);
 }
 
-ObjectMedia make_object_media(const SceneObject& object, const Vector3d& box) {
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh) {
   if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
     const std::filesystem::path file = io::find_volume(material->volume);
-    return media_of(io::read_volume(file), object, box, file.string());
+    const io::VolumeSet set = io::read_volume(file);
+    if (material->placement != VolumeMaterial::Placement::shell) {
+      return media_of(set, object, bounding_box(mesh).sizes(), file.string());
+    }
+    try {
+      const Wrapped around = wrapped(set, mesh, material->offset_mm);
+      return placed(around.set, Affine3d(Eigen::Translation3d(-around.corner_mm)), Wrap::clamp,
+                    file.string());
+    } catch (const InputError& error) {
+      throw InputError("object '" + object.name + "': placement shell: " + error.what());
+    }
   }
   return homogeneous(std::get<HomogeneousMaterial>(object.material));
 }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
 #include "io/volume/volume_set.h"
 #include "render/scene/scene.h"
@@ -18,12 +19,13 @@ struct ObjectMedia {
   std::string source;         ///< a file, or a citation
 };
 
-/// `box` is the object's size [mm]; its box is centred at the origin. Reads the volume, if any.
+/// `mesh` is the object [mm], its box centred at the origin. Reads the volume, if any.
 /// Throws InputError naming the object and what is wrong: no channels R, G, B (a single channel
 /// serves all three), an object smaller than a voxel.
-ObjectMedia make_object_media(const SceneObject& object, const Eigen::Vector3d& box);
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh);
 
-/// Of a volume in memory, placed as the object's material says. `source` names it.
+/// Of a volume in memory, placed as the object's material says, not as a shell; `box` is the
+/// object's size [mm]. `source` names it.
 ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object,
                      const Eigen::Vector3d& box, const std::string& source);
 

@@ -18,10 +18,10 @@ namespace kappamu::render {
 
 /// κ and μ of a measured volume, placed in the object.
 struct VolumeMaterial {
-  enum class Placement { stretch, repeat, mirror };
+  enum class Placement { stretch, repeat, mirror, shell };
 
   std::filesystem::path volume;  ///< a run folder, a fit folder, a folder of arrays, or a .vdb file
-  Placement placement = Placement::stretch;  ///< to the object's box; or at true scale
+  Placement placement = Placement::stretch;  ///< to the object's box; or at true scale; or shell.h
   /// Of the volume in the object's frame, about x, then y, then z [degrees].
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();
   Eigen::Vector3d offset_mm = Eigen::Vector3d::Zero();  ///< of the volume, after the turn

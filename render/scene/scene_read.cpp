@@ -93,10 +93,14 @@ Material read_material(const Node& node, const std::filesystem::path& folder) {
   material.volume = path_of(node["volume"], folder);
   if (node.has("placement")) {
     using Placement = VolumeMaterial::Placement;
-    const std::string name = node["placement"].choice({"stretch", "repeat", "mirror"});
+    const std::string name = node["placement"].choice({"stretch", "repeat", "mirror", "shell"});
     material.placement = name == "repeat"   ? Placement::repeat
                          : name == "mirror" ? Placement::mirror
+                         : name == "shell"  ? Placement::shell
                                             : Placement::stretch;
+  }
+  if (material.placement == VolumeMaterial::Placement::shell && node.has("turn_deg")) {
+    node["turn_deg"].fail("has no meaning for a shell, which follows the surface; leave it out");
   }
   if (node.has("turn_deg")) material.turn_deg = vector_of(node["turn_deg"], 360.0);
   if (node.has("offset_mm")) material.offset_mm = point_of(node["offset_mm"]);

@@ -20,7 +20,7 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.surface = surface_of(made.mesh);
   made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
   made.rays = make_embree_caster(made.mesh);
-  made.media = make_object_media(object, bounding_box(made.mesh).sizes());
+  made.media = make_object_media(object, made.mesh);
   made.boundary = boundary_constants(object.finish.eta.value_or(made.media.eta.value_or(1.3)));
   made.roughness = object.finish.roughness;
   return made;

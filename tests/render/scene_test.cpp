@@ -130,6 +130,8 @@ std::vector<Edited> bad_scenes() {
       {"one name twice", [](json& s) { s["objects"][1]["name"] = "a"; }, "objects[1].name", false},
       {"two materials", [](json& s) { s["objects"][0]["material"]["published"] = "milk"; },
        "objects[0].material must have exactly one"},
+      {"a shell turned", [](json& s) { s["objects"][0]["material"]["placement"] = "shell"; },
+       "turn_deg has no meaning for a shell", false},
       {"no such material", [](json& s) { s["objects"][1]["material"]["published"] = "gold"; },
        "whole milk", false},
       {"negative absorption",

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "forward/polygrid/opencl/device_numbers.h"
+#include "forward/polygrid/opencl/former_answers.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -15,7 +17,10 @@ namespace {
 
 using device::Buffer;
 using embedded::Lanes;
-using Scalars = std::vector<double>;  ///< [lane]
+
+/// Of the residual that changed media leave: what little they change of the whole is solved for,
+/// too.
+constexpr double of_change = 0.05;
 
 /// What has changed on the finest level.
 struct Changed {
@@ -50,7 +55,7 @@ std::vector<Stretch> entries_of(const Pattern& pattern, std::vector<Stretch> row
 class BatchSolve {
  public:
   BatchSolve(device::Context& context, const Numbers& numbers, const Lanes& lanes,
-             const DevicePattern& matrix, const std::vector<DeviceLevel>& levels)
+             const DevicePattern& matrix, const std::vector<DeviceLevel>& levels, Lights lights)
       : context_(context),
         numbers_(numbers),
         lanes_(lanes),
@@ -73,12 +78,14 @@ class BatchSolve {
     runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
     partial_ = context.allocate(runs_ * lanes.width * numbers.sum_bytes());
     scalars_ = context.allocate(lanes.width * numbers.sum_bytes());
+    if (lights == Lights::moving) former_.emplace(context, rows() * field);
   }
 
   const Lanes& lanes() const { return lanes_; }
 
   void set_media(const std::vector<MediumValues>& media, const std::vector<ChannelLevels>& levels,
                  const Changed& changed) {
+    if (former_) former_->forget();
     const auto write = [&](const Buffer& buffer, const auto& numbers,
                            const std::vector<Stretch>& stretches) {
       std::vector<const std::vector<double>*> of_lane;
@@ -119,15 +126,24 @@ class BatchSolve {
       answers.push_back(&x[light]);
     }
     write_lanes(context_, b_, numbers_, powers, width);
-    write_lanes(context_, x_, numbers_, starts, width);
-    context_.zero(p_, rows() * width * numbers_.real_bytes());
+    context_.zero(p_, field_bytes());
     const Buffer& r = level_r_[0];
-    over(rows(), "residual", matrix_.start, matrix_.column, value_, b_, x_, r);
+    const bool changed = former_ && former_->size() == 0;
+    if (former_ && !changed) {
+      start_from_former(r);
+    } else {
+      write_lanes(context_, x_, numbers_, starts, width);
+      over(rows(), "residual", matrix_.start, matrix_.column, value_, b_, x_, r);
+    }
     const Scalars size2 = sums("dot_product", b_, b_);
-    Scalars r_r = sums("dot_product", r, r), before(width, 0.0);
+    Scalars r_r = sums("dot_product", r, r), before(width, 0.0), enough(width);
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      enough[lane] = tolerance * tolerance * size2[lane];
+      if (changed) enough[lane] = std::min(enough[lane], of_change * of_change * r_r[lane]);
+    }
     const auto done = [&] {
       for (std::size_t lane = 0; lane < width; ++lane) {
-        if (!(r_r[lane] <= tolerance * tolerance * size2[lane])) return false;
+        if (!(r_r[lane] <= enough[lane])) return false;
       }
       return true;
     };
@@ -151,6 +167,7 @@ class BatchSolve {
       before = r_z;
     }
     report.iterations = std::max(report.iterations, iteration);
+    if (former_) keep(r);
     read_lanes(context_, x_, numbers_, answers, width);
     for (std::size_t lane = 0; lane < lights.size(); ++lane) {
       double& residual = report.residual[lights[lane]];
@@ -161,6 +178,31 @@ class BatchSolve {
 
  private:
   std::size_t rows() const { return static_cast<std::size_t>(matrix_.rows); }
+  std::size_t field_bytes() const { return rows() * lanes_.width * numbers_.real_bytes(); }
+
+  /// x = Σ c x_k and r = b − Σ c A x_k of the answers kept.
+  void start_from_former(const Buffer& r) {
+    std::vector<Scalars> times = former_->combination(b_, dot());
+    context_.zero(x_, field_bytes());
+    context_.copy(b_, r, field_bytes());
+    for (std::size_t k = 0; k < times.size(); ++k) {
+      write(times[k]);
+      over(rows(), "add", scalars_, former_->answer(k), x_);
+      for (double& c : times[k]) c = -c;
+      write(times[k]);
+      over(rows(), "add", scalars_, former_->image(k), r);
+    }
+  }
+  /// The answer x with its image b − r.
+  void keep(const Buffer& r) {
+    context_.copy(b_, image_, field_bytes());
+    write(Scalars(lanes_.width, -1.0));
+    over(rows(), "add", scalars_, r, image_);
+    former_->keep(x_, image_, dot());
+  }
+  FormerAnswers::Dot dot() {
+    return [this](const Buffer& a, const Buffer& b) { return sums("dot_product", a, b); };
+  }
 
   /// An item per number in [0, count).
   template <class... T>
@@ -228,15 +270,17 @@ class BatchSolve {
   Buffer value_, coarsest_;
   std::vector<Buffer> links_, inverse_diagonal_, level_r_, level_x_;  ///< [level]
   Buffer b_, x_, p_, image_, partial_, scalars_;
+  std::optional<FormerAnswers> former_;
 };
 
 class OpenclSolver final : public LinearSolver {
  public:
   OpenclSolver(const Equations& equations, const Hierarchy& hierarchy, device::Context& context,
-               Precision precision)
+               Precision precision, Lights lights)
       : equations_(equations),
         hierarchy_(hierarchy),
         context_(context),
+        lights_(lights),
         matrix_(context, equations.matrix()) {
     if (precision == Precision::twofold && !context.info().fp64) {
       throw InputError("device '" + context.info().name + "' has no double precision");
@@ -286,7 +330,8 @@ class OpenclSolver final : public LinearSolver {
         return *batch;
       }
     }
-    batches_.push_back(std::make_unique<BatchSolve>(context_, numbers_, lanes, matrix_, levels_));
+    batches_.push_back(
+        std::make_unique<BatchSolve>(context_, numbers_, lanes, matrix_, levels_, lights_));
     batches_.back()->set_media(media(), channels_, changed({}));
     return *batches_.back();
   }
@@ -294,6 +339,7 @@ class OpenclSolver final : public LinearSolver {
   const Equations& equations_;
   const Hierarchy& hierarchy_;
   device::Context& context_;
+  Lights lights_;
   DevicePattern matrix_;
   Numbers numbers_;
   std::vector<DeviceLevel> levels_;
@@ -305,8 +351,9 @@ class OpenclSolver final : public LinearSolver {
 
 std::unique_ptr<LinearSolver> make_opencl_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
-                                                 device::Context& context, Precision precision) {
-  return std::make_unique<OpenclSolver>(equations, hierarchy, context, precision);
+                                                 device::Context& context, Precision precision,
+                                                 Lights lights) {
+  return std::make_unique<OpenclSolver>(equations, hierarchy, context, precision, lights);
 }
 
 }  // namespace kappamu::forward::polygrid

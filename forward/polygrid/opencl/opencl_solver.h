@@ -16,6 +16,7 @@ enum class Precision { single, twofold };
 /// double precision that is asked for.
 std::unique_ptr<LinearSolver> make_opencl_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
-                                                 device::Context& context, Precision precision);
+                                                 device::Context& context, Precision precision,
+                                                 Lights lights = Lights::others);
 
 }  // namespace kappamu::forward::polygrid

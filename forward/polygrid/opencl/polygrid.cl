@@ -98,6 +98,13 @@ kernel void update_direction(const int rows, global const sum_vec* restrict alon
   p[i] = z[i] + TO(REAL)(along[0]) * p[i];
 }
 
+// out += times x.
+kernel void add(const int rows, global const sum_vec* restrict times, global const vec* restrict x,
+                global vec* restrict out) {
+  ITEM(rows)
+  out[i] += TO(REAL)(times[0]) * x[i];
+}
+
 // x += step p, r −= step q; partial = Σ r².
 kernel void update_solution(const int rows, const int runs, global const sum_vec* restrict step,
                             global const vec* restrict p, global const vec* restrict q,

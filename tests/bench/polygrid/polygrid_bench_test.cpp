@@ -43,7 +43,9 @@ TEST_F(PolygridBench, FramesHaveTheirPhases) {
   EXPECT_NEAR(ms("frame_ms"), ms("light_ms") + ms("diffusion_ms") + ms("exitance_ms"), 1e-6);
   EXPECT_GT(ms("frame_ms"), 0.0);
   EXPECT_LT(row.at("iterations"), row.at("first_iterations"));
-  EXPECT_LT(row.at("edit_iterations"), row.at("first_iterations"));
+  EXPECT_GT(row.at("edit_iterations"), 0);
+  EXPECT_LE(row.at("edit_iterations"), row.at("first_iterations"));
+  EXPECT_LT(ms("error"), 0.02);
 }
 
 // On toy sizes: every scheme converges to its own answer, ours on fewer nodes than plain
