@@ -141,7 +141,7 @@ void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
       problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<PrintedCornerResidual, 2, 6>(
               new PrintedCornerResidual{numbers_of(setting.camera), setting.printed_point(plane, k),
-                                  plane.printed.pixels[k]}),
+                                        plane.printed.pixels[k]}),
           nullptr, fit.planes[p].data());
     }
     const double scale = camera_px_per_projector_px(plane, setting.projected);
@@ -149,8 +149,8 @@ void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
       problem.AddResidualBlock(
           new ceres::AutoDiffCostFunction<ProjectedCornerResidual, 2, lens_numbers, 6, 6>(
               new ProjectedCornerResidual{setting.camera.unproject(plane.projected.pixels[k]),
-                                    setting.projector_pixel(plane, k), scale,
-                                    has_square_pixels(fit.model)}),
+                                          setting.projector_pixel(plane, k), scale,
+                                          has_square_pixels(fit.model)}),
           nullptr, fit.numbers.data(), fit.projector.data(), fit.planes[p].data());
     }
   }

@@ -32,7 +32,8 @@ struct EdgeResidual {
 
   template <class T>
   bool operator()(const T* pose, T* residual) const {
-    const Eigen::Matrix<T, 3, 1> line = moved<T>(pose, start.cast<T>()).cross(moved<T>(pose, end.cast<T>()));
+    const Eigen::Matrix<T, 3, 1> line =
+        moved<T>(pose, start.cast<T>()).cross(moved<T>(pose, end.cast<T>()));
     const Eigen::Matrix<T, 3, 1> direction = ray.cast<T>();
     residual[0] = focal_px * line.dot(direction) / line.template head<2>().norm();
     return true;

@@ -80,7 +80,8 @@ void find_noise(const Session& session, const std::vector<DarkLevel>& dark, Radi
   for (std::size_t c = 0; c < session.channels.size(); ++c) {
     const std::vector<double>& response = radiometry.response.linear[c];
     constexpr double rounding_variance = 1.0 / 12.0;
-    const double codes = std::sqrt(std::max(dark[c].deviation * dark[c].deviation - rounding_variance, 0.0));
+    const double codes =
+        std::sqrt(std::max(dark[c].deviation * dark[c].deviation - rounding_variance, 0.0));
     const double read = codes * slope_at(response, dark[c].code);
     Noise noise;
     noise.estimated = !camera.electrons_full_scale || !camera.read_noise_electrons;
