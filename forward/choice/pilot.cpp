@@ -22,6 +22,8 @@ constexpr double first_deviation = 0.3;
 /// Share of what the choice would cost otherwise that a pilot may, and of its own cost that the
 /// pilot of a model may that its law has taken already.
 constexpr double worth = 0.2, worth_of_taken = 1.2;
+/// The taken model's seconds over those of a trial, below which a cheaper model is not tried.
+constexpr double worthwhile = 3.0;
 constexpr double fewest_pilot_photons = 2e3;
 
 double normal_below(double deviations) {
@@ -79,6 +81,14 @@ double probability_of(const std::string& model, std::span<const ObjectFeatures> 
   return least;
 }
 
+/// Diffusion by other numerics errs alike.
+bool same_physics(std::string_view a, std::string_view b) {
+  const auto diffusion = [](std::string_view name) {
+    return name == "embedded" || name == "grid" || name == "boundary_integral";
+  };
+  return a == b || (diffusion(a) && diffusion(b));
+}
+
 /// The model whose trial is expected to save most, if any is: a cheaper one than the one taken, or
 /// that one itself where its law leaves a doubt.
 std::optional<Question> question(std::span<const ObjectFeatures> channels, const WalkNeeds& walk,
@@ -88,7 +98,8 @@ std::optional<Question> question(std::span<const ObjectFeatures> channels, const
   const ModelCandidate& taken = all.front();
   const auto open = [&](const ModelCandidate& c) {
     return c.error && c.model != random_walks &&
-           std::find(tried.begin(), tried.end(), c.model) == tried.end();
+           std::none_of(tried.begin(), tried.end(),
+                        [&](const std::string& other) { return same_physics(c.model, other); });
   };
   if (!taken.seconds) return {};
   std::optional<Question> found;
@@ -98,9 +109,9 @@ std::optional<Question> question(std::span<const ObjectFeatures> channels, const
     if (!open(all[i])) continue;
     const double probability = probability_of(all[i].model, channels, asked.tolerance);
     if (probability < given_up) continue;
-    const double expected =
-        *all[i].seconds + walk.photons * walk.seconds + (1.0 - probability) * *taken.seconds;
-    if (expected >= least) continue;
+    const double trial = *all[i].seconds + walk.photons * walk.seconds;
+    const double expected = trial + (1.0 - probability) * *taken.seconds;
+    if (expected >= least || worthwhile * trial > *taken.seconds) continue;
     least = expected;
     found = {i, walk.photons, worth * *taken.seconds / walk.seconds, false};
   }
@@ -228,13 +239,16 @@ void conclude(const Pilot& pilot, std::size_t place, double tolerance, Choice& c
     choice.candidates.front().reason = "takes longer: " + choice.candidates.front().reason;
     std::rotate(choice.candidates.begin(), found, found + 1);
     choice.within_tolerance = true;
-  } else if (place == 0) {
-    found->error = std::max({*found->error, pilot.error(), 1.01 * tolerance});
-    const std::string model = found->model;
-    rank(choice, tolerance);
-    choice.candidates.front().reason =
-        "a pilot gave " + model + " up; " + choice.candidates.front().reason;
+    return;
   }
+  for (ModelCandidate& c : choice.candidates) {
+    if (c.error && same_physics(c.model, pilot.model))
+      c.error = std::max({*c.error, pilot.error(), 1.01 * tolerance});
+  }
+  rank(choice, tolerance);
+  if (place > 0) return;
+  choice.candidates.front().reason =
+      "a pilot gave " + pilot.model + " up; " + choice.candidates.front().reason;
 }
 
 }  // namespace
