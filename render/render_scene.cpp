@@ -85,15 +85,29 @@ class ObjectSolve {
     const std::vector<forward::ObjectResult> results =
         model_.solve_channels(problems, options_, progress);
     report.candidates = results.front().candidates;
+    std::vector<std::pair<std::string, std::string>> warned;  // and the channels of each
     for (std::size_t k = 0; k < batches.size(); ++k) {
-      take(batches[k], results[k], exitance, report, warnings);
+      const std::string names = take(batches[k], results[k], exitance, report);
+      for (const std::string& warning : results[k].warnings) {
+        const auto known = std::find_if(warned.begin(), warned.end(),
+                                        [&](const auto& one) { return one.first == warning; });
+        if (known == warned.end()) {
+          warned.emplace_back(warning, names);
+        } else {
+          known->second += names;
+        }
+      }
+    }
+    for (const auto& [warning, names] : warned) {
+      warnings.push_back("object '" + object_.name + "', " + names + ": " + warning);
     }
     return exitance;
   }
 
  private:
-  void take(const Batch& batch, const forward::ObjectResult& result, ObjectExitance& exitance,
-            ObjectReport& report, std::vector<std::string>& warnings) const {
+  /// The channels' names.
+  std::string take(const Batch& batch, const forward::ObjectResult& result,
+                   ObjectExitance& exitance, ObjectReport& report) const {
     const auto samples = static_cast<std::ptrdiff_t>(object_.surface.size());
     std::string names;
     for (const auto& [channel, light] : batch.light_of_channel) {
@@ -109,9 +123,7 @@ class ObjectSolve {
       to.converged = result.converged;
       to.message = result.message;
     }
-    for (const std::string& warning : result.warnings) {
-      warnings.push_back("object '" + object_.name + "', " + names + ": " + warning);
-    }
+    return names;
   }
 
   const WorldObject& object_;

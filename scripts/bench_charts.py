@@ -652,6 +652,31 @@ def object_costs(record):
     return {"": figure}, {"": provenance(record) + "\n" + cross(rows, "model", "triangles", lambda r: f"{r['cpu_seconds']:.3g} s")}
 
 
+# [T] Table 4.1: a marble dragon of 20 mm, one channel, Pentium 4 of 1.7 GHz: seconds in all; no errors are given.
+THESIS_SECONDS = {"64³": 16, "128³": 128, "256³": 343}
+
+
+def refinement(record):
+    """Time against error of refined and even cubes, a panel an object."""
+    rows = record["rows"]
+    names = unique(rows, "name")
+    figure, axes = panels(len(names))
+    lines = []
+    for ax, name in zip(axes, names):
+        for number, cubes in enumerate(unique(rows, "cubes")):
+            own = [r for r in rows if r["name"] == name and r["cubes"] == cubes]
+            line(ax, number, [r["cpu_seconds"] for r in own], [r["error"] for r in own], cubes)
+            lines += [[name, cubes, r["asked"], f"{r['elements']:,}", f"{r['cpu_seconds']:.3g}", f"{r['seconds']:.3g}",
+                       fine_percent(r["error"]), fine_percent(r["error_estimate"]) if "error_estimate" in r else "",
+                       THESIS_SECONDS.get(r["asked"], "") if cubes == "even at the surface" else ""] for r in own]
+        for grid, seconds in THESIS_SECONDS.items():
+            ax.axvline(seconds, color="0.6", linestyle=":")
+            ax.annotate(f"[T] {grid}", (seconds, ax.get_ylim()[0]), rotation=90, color="0.4")
+        dress(ax, name, "processor time from mesh to exitance [s]", "error, 2-norm", "xy")
+    return {"": figure}, {"": provenance(record) + "\n" + table(
+        ["object", "cubes", "asked", "number", "processor [s]", "wall [s]", "error", "stated", "[T] [s]"], lines)}
+
+
 # [T] Table 5.1: its objects, of 20 to 40 mm in marble, and here of 33 mm (72 mean free paths of the red channel).
 THESIS = {"half-space (thick slab)": "slab-marble-72", "sphere": "sphere-marble-72", "cube": "cube-marble-72",
           "thin slab": "thin-slab-marble-72", "torus": "torus-marble-72", "box with a void": "box-with-void-marble-72",
@@ -890,7 +915,7 @@ SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
-            "polygrid-polygrid": polygrid_quality,
+            "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},

@@ -6,6 +6,7 @@
 #include "bench/objects/auto_bench.h"
 #include "bench/objects/cost_bench.h"
 #include "bench/objects/object_measurement.h"
+#include "bench/objects/refinement_bench.h"
 #include "core/optics.h"
 #include "forward/object_models.h"
 
@@ -86,6 +87,10 @@ Subject objects_subject() {
       "Section auto: of every validation scene and tolerance the model that is taken, its error\n"
       "and processor time; met: the error is within the tolerance; cheapest: the model of those\n"
       "that met it with the least processor time; cost_ratio: the taken one's over that.\n\n"
+      "Section refinement: diffusion on cubes refined by the model's own estimate beside even "
+      "ones,\n"
+      "from mesh to exitance of one light and channel; error: from that on some millions of "
+      "cubes.\n\n"
       "Do not trust seconds on a machine that does anything else; cpu_seconds (all threads "
       "together)\n"
       "suffer less.",
@@ -93,7 +98,8 @@ Subject objects_subject() {
        {"cost", "Seconds against triangles and elements, a marble torus under an even sky",
         measure_costs},
        {"auto", "What model auto takes on the validation scenes, and what it should have",
-        measure_auto}},
+        measure_auto},
+       {"refinement", "Time against error of refined and even cubes", measure_refinement}},
       {{"scenes", "Those whose names begin so; all if absent", Setting::Kind::words},
        {"mesh", "Files of objects to measure instead of, or beside, those of --scenes",
         Setting::Kind::words},

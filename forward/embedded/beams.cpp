@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/light_entry.h"
@@ -14,76 +16,140 @@ namespace {
 /// reached.
 constexpr double negligible = 1e-9;
 
-/// Mean of each shape function over a chord of the unit cube along which light fades by e^−depth.
-std::array<double, 8> along_chord(const Eigen::Vector3d& from, const Eigen::Vector3d& to,
-                                  double depth) {
-  // Gauss points in the share of the light that has collided, uniform on [0, 1].
-  constexpr std::array<double, 4> node{0.0694318442029737, 0.3300094782075719, 0.6699905217924281,
-                                       0.9305681557970263};
-  constexpr std::array<double, 4> weight{0.1739274225687269, 0.3260725774312731, 0.3260725774312731,
-                                         0.1739274225687269};
-  std::array<double, 8> mean{};
-  for (std::size_t g = 0; g < node.size(); ++g) {
-    const double at = depth < 1e-6 ? node[g] : -std::log1p(node[g] * std::expm1(-depth)) / depth;
-    const std::array<double, 8> n = shape_functions(from + at * (to - from));
-    for (std::size_t i = 0; i < 8; ++i) mean[i] += weight[g] * n[i];
+/// Below this depth the powers of `Fading` come from their series, above from one another.
+constexpr double shallow = 0.25;
+
+/// What collides along a chord that light fades along by e^−depth, and where.
+struct Fading {
+  double collided;  ///< 1 − e^−depth
+  std::array<double, 4>
+      moment;  ///< means over what collides of t^0 to t^3, 0 ≤ t ≤ 1 the way along
+
+  explicit Fading(double depth) : collided(-std::expm1(-depth)) {
+    // J_k = ∫ t^k e^(−depth t) dt; by parts depth J_k = k J_(k−1) − e^−depth. Where the depth is
+    // small, downwards from J_3 = e^−depth Σ_n depth^n 3!/(n+4)!.
+    const double left = 1.0 - collided;
+    std::array<double, 4> j;
+    if (depth < shallow) {
+      double series = 1.0;
+      for (int n = 11; n > 4; --n) series = 1.0 + depth * series / n;
+      j[3] = left * series / 4.0;
+      for (std::size_t k = 3; k > 0; --k) {
+        j[k - 1] = (depth * j[k] + left) / static_cast<double>(k);
+      }
+    } else {
+      j[0] = collided / depth;
+      for (std::size_t k = 1; k < 4; ++k) {
+        j[k] = (static_cast<double>(k) * j[k - 1] - left) / depth;
+      }
+    }
+    for (std::size_t k = 0; k < 4; ++k) moment[k] = j[k] / j[0];
+  }
+};
+
+/// Mean of each shape function over what collides along a chord of the unit cube.
+std::array<double, 8> along_chord(const Eigen::Vector3d& from, const Eigen::Vector3d& way,
+                                  const std::array<double, 4>& moment) {
+  // Of the products of x, y and z, each linear in t, that the bits of the place name.
+  std::array<double, 8> mean{1.0};
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    mean[std::size_t{1} << i] = from[i] + moment[1] * way[i];
+    const Eigen::Index j = (i + 1) % 3;
+    mean[(std::size_t{1} << i) | (std::size_t{1} << j)] =
+        from[i] * from[j] + moment[1] * (from[i] * way[j] + from[j] * way[i]) +
+        moment[2] * way[i] * way[j];
+  }
+  const double xy = from.x() * from.y(), turned = from.x() * way.y() + from.y() * way.x(),
+               along = way.x() * way.y();
+  mean[7] = xy * from.z() + moment[1] * (xy * way.z() + turned * from.z()) +
+            moment[2] * (turned * way.z() + along * from.z()) + moment[3] * along * way.z();
+  for (std::size_t bit = 1; bit < 8; bit *= 2) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      if ((i & bit) == 0) mean[i] -= mean[i | bit];
+    }
   }
   return mean;
 }
 
+/// Marches beams that run alike, one of every channel, with loads and powers of its own.
 class March {
  public:
   March(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
-        const std::vector<Coefficients>& coefficients)
-      : tree_(tree), mesh_(mesh), space_(space), coefficients_(coefficients) {}
+        std::span<const ChannelBeams> channels)
+      : tree_(tree),
+        mesh_(mesh),
+        space_(space),
+        channels_(channels),
+        power_(channels.size()),
+        least_(channels.size()),
+        powers_(channels.size()),
+        loads_(channels.size(), std::vector<double>(space.unknowns(), 0.0)) {}
 
-  /// From a point of the object along a unit direction for a length [mm].
-  void run(const Eigen::Vector3d& from, const Eigen::Vector3d& direction, double length,
-           double power, BeamPowers& powers, std::vector<double>& load) const {
+  const BeamPowers& powers(std::size_t channel) const { return powers_[channel]; }
+  const std::vector<double>& load(std::size_t channel) const { return loads_[channel]; }
+
+  /// The beams number `beam`.
+  void run(const Chord& chord, std::size_t beam) {
+    bool any = false;
+    for (std::size_t c = 0; c < channels_.size(); ++c) {
+      power_[c] = (*channels_[c].beams)[beam].power * chord.transmitted;
+      least_[c] = negligible * power_[c];
+      powers_[c].entering += power_[c];
+      any = any || power_[c] > 0.0;
+    }
     const double step_over = 1e-12;  // of the root, into the next cube
-    const Eigen::Vector3d start = tree_.to_root(from);
-    const double end = length / tree_.edge_mm();
-    const double least = negligible * power;
+    const Eigen::Vector3d start = tree_.to_root(chord.from);
+    const double end = chord.length / tree_.edge_mm();
     double at = 0.0;
-    while (at < end && power > 0.0) {
-      const int leaf = tree_.leaf_at(start + (at + step_over) * direction);
+    while (any && at < end) {
+      const int leaf = tree_.leaf_at(start + (at + step_over) * chord.direction);
       const Cube& cube = tree_.cube(leaf);
+      const double edge = std::ldexp(1.0, -cube.level);
       const double next =
-          std::min(end, std::max(leaves_at(cube, start, direction), at + step_over));
+          std::min(end, std::max(leaves_at(cube, edge, start, chord.direction), at + step_over));
       const int k = mesh_.cube_of_leaf[static_cast<std::size_t>(leaf)];
       if (k >= 0) {
-        const auto index = static_cast<std::size_t>(k);
-        const double sigma_t = 1.0 / (3.0 * coefficients_[index].kappa);
-        const double depth = sigma_t * (next - at) * tree_.edge_mm();
-        const double fades_to = power * std::exp(-depth);
-        const double collided = fades_to > least ? power - fades_to : power;
-        const double absorbed = collided * std::min(1.0, coefficients_[index].mu / sigma_t);
         const Eigen::Vector3d corner(cube.at[0], cube.at[1], cube.at[2]);
-        const double scale = std::ldexp(1.0, cube.level);
-        std::array<double, 8> share =
-            along_chord(scale * (start + at * direction) - corner,
-                        scale * (start + next * direction) - corner, depth);
-        for (double& s : share) s *= collided - absorbed;
-        add_load(space_, index, share, load);
-        powers.absorbed += absorbed;
-        powers.scattered += collided - absorbed;
-        power -= collided;
+        any = collide(static_cast<std::size_t>(k), (start + at * chord.direction) / edge - corner,
+                      (next - at) / edge * chord.direction, (next - at) * tree_.edge_mm());
       }
       at = next;
     }
-    powers.unscattered += power;
+    for (std::size_t c = 0; c < channels_.size(); ++c) powers_[c].unscattered += power_[c];
   }
 
  private:
+  /// In one cube; whether anything is left.
+  bool collide(std::size_t cube, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
+               double length_mm) {
+    bool any = false;
+    for (std::size_t c = 0; c < channels_.size(); ++c) {
+      if (power_[c] <= 0.0) continue;
+      const Coefficients& here = (*channels_[c].coefficients)[cube];
+      const double sigma_t = 1.0 / (3.0 * here.kappa);
+      const Fading fading(sigma_t * length_mm);
+      double collided = power_[c] * fading.collided;
+      if (power_[c] - collided <= least_[c]) collided = power_[c];
+      const double absorbed = collided * std::min(1.0, here.mu / sigma_t);
+      std::array<double, 8> share = along_chord(from, way, fading.moment);
+      for (double& s : share) s *= collided - absorbed;
+      add_load(space_, cube, share, loads_[c]);
+      powers_[c].absorbed += absorbed;
+      powers_[c].scattered += collided - absorbed;
+      power_[c] -= collided;
+      any = any || power_[c] > 0.0;
+    }
+    return any;
+  }
+
   /// Where the ray leaves the cube.
-  static double leaves_at(const Cube& cube, const Eigen::Vector3d& start,
+  static double leaves_at(const Cube& cube, double edge, const Eigen::Vector3d& start,
                           const Eigen::Vector3d& direction) {
     double nearest = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
       if (direction[axis] == 0.0) continue;
       const double plane =
-          std::ldexp(cube.at[static_cast<std::size_t>(axis)] + (direction[axis] > 0.0 ? 1.0 : 0.0),
-                     -cube.level);
+          edge * (cube.at[static_cast<std::size_t>(axis)] + (direction[axis] > 0.0 ? 1.0 : 0.0));
       nearest = std::min(nearest, (plane - start[axis]) / direction[axis]);
     }
     return nearest;
@@ -92,7 +158,10 @@ class March {
   const Octree& tree_;
   const CutMesh& mesh_;
   const NodeSpace& space_;
-  const std::vector<Coefficients>& coefficients_;
+  std::span<const ChannelBeams> channels_;
+  std::vector<double> power_, least_;  ///< of each channel's beam
+  std::vector<BeamPowers> powers_;
+  std::vector<std::vector<double>> loads_;
 };
 
 }  // namespace
@@ -111,31 +180,31 @@ std::vector<Chord> chords_of(const ObjectProblem& problem, const std::vector<Bea
   return chords;
 }
 
-BeamPowers add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
-                     const std::vector<Coefficients>& coefficients, const std::vector<Beam>& beams,
-                     const std::vector<Chord>& chords, std::vector<double>& load) {
-  const March march(tree, mesh, space, coefficients);
-  // A fixed number of parts, each with its own load: the same bits on any number of cores.
+std::vector<BeamPowers> add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
+                                  const std::vector<Chord>& chords,
+                                  std::span<const ChannelBeams> channels) {
+  // A fixed number of parts, each with its own loads: the same bits on any number of cores.
   constexpr std::size_t parts = 4;
-  std::vector<BeamPowers> powers(parts);
-  std::vector<std::vector<double>> loads(beams.empty() ? 0 : parts);
-  for_rows(static_cast<int>(loads.size()), [&](int p) {
+  std::vector<std::optional<March>> marches(chords.empty() ? 0 : parts);
+  for_rows(static_cast<int>(marches.size()), [&](int p) {
     const auto part = static_cast<std::size_t>(p);
-    loads[part].assign(load.size(), 0.0);
-    for (std::size_t k = part * beams.size() / parts; k < (part + 1) * beams.size() / parts; ++k) {
-      const double power = beams[k].power * chords[k].transmitted;
-      powers[part].entering += power;
-      march.run(chords[k].from, chords[k].direction, chords[k].length, power, powers[part],
-                loads[part]);
+    marches[part].emplace(tree, mesh, space, channels);
+    for (std::size_t k = part * chords.size() / parts; k < (part + 1) * chords.size() / parts;
+         ++k) {
+      marches[part]->run(chords[k], k);
     }
   });
-  BeamPowers total;
-  for (std::size_t part = 0; part < loads.size(); ++part) {
-    total.entering += powers[part].entering;
-    total.scattered += powers[part].scattered;
-    total.absorbed += powers[part].absorbed;
-    total.unscattered += powers[part].unscattered;
-    for (std::size_t u = 0; u < load.size(); ++u) load[u] += loads[part][u];
+  std::vector<BeamPowers> total(channels.size());
+  for (const std::optional<March>& march : marches) {
+    for (std::size_t c = 0; c < channels.size(); ++c) {
+      const BeamPowers& part = march->powers(c);
+      total[c].entering += part.entering;
+      total[c].scattered += part.scattered;
+      total[c].absorbed += part.absorbed;
+      total[c].unscattered += part.unscattered;
+      std::vector<double>& load = *channels[c].load;
+      for (std::size_t u = 0; u < load.size(); ++u) load[u] += march->load(c)[u];
+    }
   }
   return total;
 }

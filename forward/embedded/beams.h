@@ -2,6 +2,8 @@
 // coefficients constant in each (embedded.md).
 #pragma once
 
+#include <span>
+
 #include "forward/embedded/equations/fields.h"
 #include "forward/object_model.h"
 
@@ -24,10 +26,17 @@ struct Chord {
 /// Throws InputError where a beam meets the surface from inside.
 std::vector<Chord> chords_of(const ObjectProblem& problem, const std::vector<Beam>& beams);
 
-/// Adds ∫ S N dV of every beam to the load; S = σs'/σt' of the power that collides in a cube,
-/// along the beam's chord through it.
-BeamPowers add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
-                     const std::vector<Coefficients>& coefficients, const std::vector<Beam>& beams,
-                     const std::vector<Chord>& chords, std::vector<double>& load);
+/// A channel's beams, one for each chord.
+struct ChannelBeams {
+  const std::vector<Coefficients>* coefficients;  ///< per cube
+  const std::vector<Beam>* beams;
+  std::vector<double>* load;  ///< per unknown
+};
+
+/// Adds ∫ S N dV of every beam to the channel's load; S = σs'/σt' of the power that collides in a
+/// cube, along the beam's chord through it. Channels whose beams run alike are marched at once.
+std::vector<BeamPowers> add_beams(const Octree& tree, const CutMesh& mesh, const NodeSpace& space,
+                                  const std::vector<Chord>& chords,
+                                  std::span<const ChannelBeams> channels);
 
 }  // namespace kappamu::forward::embedded

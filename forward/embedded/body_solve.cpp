@@ -19,8 +19,9 @@ namespace {
 constexpr int first_level = 4;
 /// A mesh starts with its folded cubes split as often as this.
 constexpr int fold_splits = 1;
-/// Of the indicator's sum, the share that a refinement splits.
-constexpr double refined_share = 0.8;
+/// Of the indicator's sum, the share that a refinement splits at most and at least, and the error
+/// aimed at, of the tolerance.
+constexpr double most_refined = 0.8, least_refined = 0.3, aimed_at = 0.9;
 /// Exitance on a mesh and on the same with every cube split differ by 3 times the finer's error
 /// where the error falls with h², by less at edges of the light. Between the two, on the safe side
 /// of measured errors.
@@ -48,6 +49,9 @@ class BodySolve {
   }
 
   BodyAnswer run() {
+    progress_.update("embedded", 0.0,
+                     "at most " + std::to_string(most_cubes_) + " cubes, " +
+                         gigabytes(bytes_each() * static_cast<double>(most_cubes_)));
     Octree tree(problem_.mesh);
     tree.refine_surface(first_level);
     CutMesh coarse_mesh = with_folds_split(tree);
@@ -75,12 +79,18 @@ class BodySolve {
       best.seconds = solving_;
       report(worst, best.cubes);
       if (best.within_tolerance) return best;
-      tree.refine(largest(gradient_indicator(fine, best.channel), refined_share));
+      tree.refine(largest(gradient_indicator(fine, best.channel), refined_share(worst)));
       coarse_mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
     }
   }
 
  private:
+  /// Splitting cubes quarters their share of the error.
+  double refined_share(double error) const {
+    const double wanted = aimed_at * options_.tolerance / error;
+    return std::clamp((1.0 - wanted) / 0.75, least_refined, most_refined);
+  }
+
   /// Memory per cube.
   double bytes_each() const {
     return bytes_per_cube + bytes_per_channel * static_cast<double>(channels_.problems.size()) +

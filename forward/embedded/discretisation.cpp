@@ -39,24 +39,41 @@ double boundary_source(double entering, const BoundaryConstants& constants) {
   return 4.0 * entering / (1.0 - constants.r_phi);
 }
 
-Load load_of(const Discretisation& d, const Channels& channels, std::size_t channel,
-             std::size_t light, ObjectBalance& balance) {
-  const ObjectProblem& problem = channels.problems[channel];
-  const ObjectLight& from = problem.lights[light];
-  Load load{channel, std::vector<double>(d.space().unknowns(), 0.0)};
-  const BeamPowers beams = add_beams(d.tree, d.mesh, d.space(), d.coefficients[channel], from.beams,
-                                     *channels.chords[channel][light], load.power);
-  balance.entering = beams.entering;
-  balance.unscattered = beams.unscattered;
-  balance.absorbed = beams.absorbed;
-  if (from.diffuse.empty()) return load;
+/// Adds the light's beams to loads and balances; beams of several channels that share chords are
+/// marched together.
+void add_beam_loads(const Discretisation& d, const Channels& channels, std::span<Load> loads,
+                    std::span<const std::size_t> light_of, Answers& result) {
+  std::vector<char> done(loads.size(), 0);
+  for (std::size_t first = 0; first < loads.size(); ++first) {
+    if (done[first] != 0) continue;
+    const auto chords = channels.chords[loads[first].channel][light_of[first]];
+    std::vector<ChannelBeams> alike;
+    std::vector<ObjectBalance*> balances;
+    for (std::size_t k = first; k < loads.size(); ++k) {
+      const std::size_t c = loads[k].channel, l = light_of[k];
+      if (channels.chords[c][l] != chords) continue;
+      done[k] = 1;
+      alike.push_back({&d.coefficients[c], &channels.problems[c].lights[l].beams, &loads[k].power});
+      balances.push_back(&result.channel[c].balance[l]);
+    }
+    const std::vector<BeamPowers> powers = add_beams(d.tree, d.mesh, d.space(), *chords, alike);
+    for (std::size_t k = 0; k < powers.size(); ++k) {
+      balances[k]->entering += powers[k].entering;
+      balances[k]->unscattered += powers[k].unscattered;
+      balances[k]->absorbed += powers[k].absorbed;
+    }
+  }
+}
+
+void add_diffuse_load(const Discretisation& d, const Channels& channels, const ObjectLight& from,
+                      Load& load, ObjectBalance& balance) {
+  if (from.diffuse.empty()) return;
   std::vector<double> flux = entering(from, channels.constants);
   for (std::size_t t = 0; t < flux.size(); ++t) {
-    balance.entering += flux[t] * problem.surface.area[t];
+    balance.entering += flux[t] * channels.problems[0].surface.area[t];
     flux[t] = boundary_source(flux[t], channels.constants) / (2.0 * channels.constants.A);
   }
   add_surface_load(d.mesh, d.space(), flux, load.power);
-  return load;
 }
 
 std::vector<double> exitance_of(const Discretisation& d, const ObjectProblem& problem,
@@ -110,13 +127,18 @@ std::size_t Channels::lights() const {
 Answers answers(const Discretisation& d, const Channels& channels, LinearSolver& solver) {
   Answers result;
   std::vector<Load> loads;
+  std::vector<std::size_t> light_of;
   for (std::size_t c = 0; c < channels.problems.size(); ++c) {
+    const std::vector<ObjectLight>& lights = channels.problems[c].lights;
     Answer& answer = result.channel.emplace_back();
-    answer.balance.resize(channels.problems[c].lights.size());
-    for (std::size_t l = 0; l < answer.balance.size(); ++l) {
-      loads.push_back(load_of(d, channels, c, l, answer.balance[l]));
+    answer.balance.resize(lights.size());
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      loads.push_back({c, std::vector<double>(d.space().unknowns(), 0.0)});
+      light_of.push_back(l);
+      add_diffuse_load(d, channels, lights[l], loads.back(), answer.balance[l]);
     }
   }
+  add_beam_loads(d, channels, loads, light_of, result);
   std::vector<std::vector<double>> fluence;
   result.report = solver.solve(loads, fluence, linear_tolerance, most_iterations);
   for (std::size_t k = 0; k < loads.size(); ++k) {

@@ -52,6 +52,7 @@ double Environment::solid_angle(std::size_t pixel) const {
 }
 
 std::size_t Environment::pixel_of(const Vector3d& direction) const {
+  if (even()) return 0;
   const double turned = std::atan2(direction.x(), -direction.z()) + turn_;
   const double u = turned / (2.0 * pi) + 0.5;
   const double v = std::acos(std::clamp(direction.y(), -1.0, 1.0)) / pi;

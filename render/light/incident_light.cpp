@@ -50,15 +50,6 @@ class Illumination {
     return object_.world_from_object.rotation * object_.surface.normal[triangle];
   }
 
-  Vector3d point_on(std::size_t triangle, double u, double v) const {
-    const auto& [a, b, c] = object_.mesh.triangles[triangle];
-    const auto corner = [&](int i) -> const Vector3d& {
-      return object_.mesh.vertices[static_cast<std::size_t>(i)];
-    };
-    const auto [second, third] = even_on_triangle(u, v);
-    return corner(a) + second * (corner(b) - corner(a)) + third * (corner(c) - corner(a));
-  }
-
   /// One direction of the environment from a point, weighted by the balance heuristic.
   Colour environment_term(const Vector3d& point, const Vector3d& normal, const Vector3d& direction,
                           const Colour& radiance, double density) const {
@@ -93,7 +84,7 @@ void Illumination::add_beams(std::size_t triangle, Beams& out) const {
   const Vector3d normal = world_normal(triangle);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto [u, v] = sobol_point(i, key);
-    const Vector3d in_object = point_on(triangle, u, v);
+    const Vector3d in_object = point_on(object_.mesh, triangle, u, v);
     const Vector3d point = object_.world_from_object * in_object;
     for (const auto& source : sources_) {
       const Arrival arrival = source->at(point);
@@ -120,7 +111,7 @@ Colour Illumination::environment_irradiance(std::size_t triangle) const {
     const auto [on_u, on_v] = sobol_point(i, key);
     const auto [bright_u, bright_v] = sobol_point(i, mix(key));
     const auto [even_u, even_v] = sobol_point(i, mix(mix(key)));
-    const Vector3d point = object_.world_from_object * point_on(triangle, on_u, on_v);
+    const Vector3d point = object_.world_from_object * point_on(object_.mesh, triangle, on_u, on_v);
     if (!environment_->even()) {
       const Environment::Sample bright = environment_->sample(bright_u, bright_v);
       sum += environment_term(point, normal, bright.direction, bright.radiance, bright.density);

@@ -8,12 +8,21 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/mesh/triangle_mesh.h"
+
 namespace kappamu::render {
 
-/// Barycentric weights of the second and third corner, even over the triangle.
-inline std::array<double, 2> even_on_triangle(double u, double v) {
+/// A point of a triangle, even over its area [mm].
+inline Eigen::Vector3d point_on(const TriangleMesh& mesh, std::size_t triangle, double u,
+                                double v) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  const auto corner = [&](int i) -> const Eigen::Vector3d& {
+    return mesh.vertices[static_cast<std::size_t>(i)];
+  };
   // The square's upper half is folded onto its lower: nearby points stay near.
-  return u + v > 1.0 ? std::array<double, 2>{1.0 - u, 1.0 - v} : std::array<double, 2>{u, v};
+  const bool upper = u + v > 1.0;
+  return corner(a) + (upper ? 1.0 - u : u) * (corner(b) - corner(a)) +
+         (upper ? 1.0 - v : v) * (corner(c) - corner(a));
 }
 
 /// Two directions that make a right-handed frame with `normal` (Duff et al. 2017).

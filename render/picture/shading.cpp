@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "core/parallel.h"
 #include "core/random.h"
 #include "render/light/sampling.h"
 #include "render/picture/corner_average.h"
@@ -15,6 +16,9 @@ using Eigen::Vector3d;
 using std::numbers::pi;
 
 namespace {
+
+/// Paths that M₁ is found with, over all triangles of an object, and of each.
+constexpr std::size_t paths_in_all = 1'000'000, least_paths = 8, most_paths = 256;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -45,8 +49,39 @@ Shading::Shading(const World& world, const LightSources& sources, const Environm
       return diffuse ? Colour(all - entering(t)) : all;
     });
     if (diffuse) corners.entering = average.of<Colour>(Colour::Zero(), entering);
+    if (!sources_.empty()) {
+      const std::vector<Colour> once = exitance_once(i);
+      corners.once = average.of<Colour>(Colour::Zero(), [&](std::size_t t) { return once[t]; });
+    }
     corners_.push_back(std::move(corners));
   }
+}
+
+/// M₁ of every triangle.
+std::vector<Colour> Shading::exitance_once(std::size_t index) const {
+  const WorldObject& object = world_.objects()[index];
+  const std::size_t triangles = object.surface.size();
+  const std::size_t paths = std::clamp(paths_in_all / triangles, least_paths, most_paths);
+  std::vector<Colour> once(triangles, Colour::Zero());
+  constexpr std::size_t triangles_at_once = 256;
+  for_rows(static_cast<int>((triangles + triangles_at_once - 1) / triangles_at_once), [&](int row) {
+    const std::size_t begin = static_cast<std::size_t>(row) * triangles_at_once;
+    for (std::size_t t = begin; t < std::min(triangles, begin + triangles_at_once); ++t) {
+      const std::uint64_t key = key_of({index, t});
+      WorldHit hit;
+      hit.object = index;
+      hit.triangle = t;
+      hit.normal = object.world_from_object.rotation * object.surface.normal[t];
+      for (std::uint32_t i = 0; i < paths; ++i) {
+        const auto [on_u, on_v] = sobol_point(i, key);
+        hit.position = object.world_from_object * point_on(object.mesh, t, on_u, on_v);
+        const auto [u, v] = sobol_point(i, mix(key));
+        once[t] += pi * scattered_once(hit, cosine_direction(hit.normal, u, v), i, mix(mix(key)));
+      }
+      once[t] /= static_cast<double>(paths);
+    }
+  });
+  return once;
 }
 
 Shading::Point Shading::point_at(const WorldHit& hit, const Vector3d& direction) const {
@@ -72,18 +107,16 @@ Shading::Seen Shading::seen(const Vector3d& origin, const Vector3d& direction, s
   seen.object = true;
   if (hit->normal.dot(direction) >= 0.0) return seen;  // a surface's edge, met from behind
   const Point point = point_at(*hit, direction);
-  Colour once = Colour::Zero(), seen_once = Colour::Zero();
+  Colour once = Colour::Zero();  // M₁
   if (!sources_.empty()) {
-    const auto [u, v] = sobol_point(sample, key_of({key, 1}));
-    const Vector3d leaving = cosine_direction(point.hit.normal, u, v);
-    once = pi * scattered_once(point, leaving, sample, key_of({key, 2}));
-    seen_once = scattered_once(point, point.view, sample, key_of({key, 3}));
+    once = interpolated(corners_[hit->object].once[hit->triangle], hit->u, hit->v);
+    seen.radiance = scattered_once(point.hit, point.view, sample, key_of({key, 3}));
   }
-  seen.radiance = scattered(point, once) + seen_once + reflected(point, sample, key_of({key, 4}));
+  seen.radiance += scattered(point, once) + reflected(point, sample, key_of({key, 4}));
   return seen;
 }
 
-/// All light scattered inside but what scatters once, whose exitance is `once`.
+/// All light scattered inside but the part `once` of the exitance.
 Colour Shading::scattered(const Point& point, const Colour& once) const {
   const WorldHit& hit = point.hit;
   const Corners& corners = corners_[hit.object];
@@ -100,14 +133,14 @@ Colour Shading::scattered(const Point& point, const Colour& once) const {
 }
 
 /// Radiance outside, towards `view`, of light scattered once.
-Colour Shading::scattered_once(const Point& point, const Vector3d& view, std::uint32_t sample,
+Colour Shading::scattered_once(const WorldHit& hit, const Vector3d& view, std::uint32_t sample,
                                std::uint64_t key) const {
-  const double eta = world_.objects()[point.hit.object].boundary.eta;
-  const double cosine = std::clamp(point.hit.normal.dot(view), 1e-6, 1.0);
-  const Vector3d inward = refracted_in(-view, point.hit.normal, eta);
+  const double eta = world_.objects()[hit.object].boundary.eta;
+  const double cosine = std::clamp(hit.normal.dot(view), 1e-6, 1.0);
+  const Vector3d inward = refracted_in(-view, hit.normal, eta);
   const auto [u, v] = sobol_point(sample, key);
   return (1.0 - fresnel_external(eta, cosine)) / (eta * eta) *
-         single_.radiance_inside(point.hit, inward, u, v);
+         single_.radiance_inside(hit, inward, u, v);
 }
 
 Colour Shading::reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const {

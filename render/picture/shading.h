@@ -6,7 +6,7 @@
 //   L(θ) = ℓ(θ)·(M − E_t − M₁) + (1−R(θ))/η²·(E_t/(π(1−R_φ)) + L₁),   ℓ: radiance_per_exitance,
 // E_t being the diffuse irradiance transmitted inwards there (docs/theory.md) and L₁ the inside
 // radiance scattered once. L₁ and M₁ are of the lights with a direction; M₁ = ∫ (1−R)/η² L₁ cosθ
-// dω is estimated in one direction per sample, so that exitance is conserved.
+// dω is estimated per triangle, as M is, so that exitance is conserved.
 #pragma once
 
 #include <array>
@@ -50,11 +50,13 @@ class Shading {
     std::vector<std::array<Eigen::Vector3d, 3>> normal;  ///< world's frame
     std::vector<std::array<Colour, 3>> outflow;          ///< M − E_t
     std::vector<std::array<Colour, 3>> entering;         ///< E_t; empty: none
+    std::vector<std::array<Colour, 3>> once;             ///< M₁; empty: none
   };
 
   Point point_at(const WorldHit& hit, const Eigen::Vector3d& direction) const;
   Colour scattered(const Point& point, const Colour& once) const;
-  Colour scattered_once(const Point& point, const Eigen::Vector3d& view, std::uint32_t sample,
+  std::vector<Colour> exitance_once(std::size_t object) const;
+  Colour scattered_once(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
                         std::uint64_t key) const;
   Colour reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const;
   Colour reflected_lights(const Point& point, const Ggx& surface,

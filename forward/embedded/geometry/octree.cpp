@@ -138,7 +138,7 @@ int Octree::leaf_at(const Eigen::Vector3d& point) const {
   const double count = std::ldexp(1.0, deepest_level);
   for (int axis = 0; axis < 3; ++axis) {
     at[static_cast<std::size_t>(axis)] =
-        static_cast<std::int64_t>(std::clamp(std::floor(point[axis] * count), 0.0, count - 1.0));
+        static_cast<std::int64_t>(std::clamp(point[axis] * count, 0.0, count - 1.0));
   }
   return containing(deepest_level, at);
 }

@@ -1,0 +1,119 @@
+#include "bench/objects/refinement_bench.h"
+
+#include <chrono>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "bench/objects/object_measurement.h"
+#include "core/mesh/surface_norm.h"
+#include "forward/embedded/discretisation.h"
+#include "forward/embedded/embedded_model.h"
+#include "forward/embedded/solver_choice.h"
+
+namespace kappamu::bench {
+
+namespace {
+
+using namespace forward;
+
+/// The exitances that all others are held against are made with as many cubes at most.
+constexpr std::uint64_t reference_cubes = 2'000'000;
+
+struct Answered {
+  std::vector<double> exitance;
+  std::size_t cubes = 0;
+  std::optional<double> stated;  ///< relative error
+};
+
+/// On cubes of one size, everywhere or at the surface alone, from mesh to exitance.
+Answered on_even_cubes(const ObjectProblem& problem, int level, bool everywhere,
+                       const std::string& device) {
+  using namespace embedded;
+  Octree tree(problem.mesh);
+  if (everywhere) {
+    for (int split = 0; split < level; ++split) tree.refine_each(tree.leaves());
+  } else {
+    tree.refine_surface(level);
+  }
+  const Channels channels(std::span(&problem, 1));
+  CutMesh mesh = cut_mesh(tree, problem.mesh, problem.rays);
+  const Discretisation d(std::move(tree), std::move(mesh), channels.media(), channels.constants.A);
+  Answers found = answers(d, channels, *make_linear_solver(d.levels, channels.lights(), device));
+  return {std::move(found.channel[0].exitance[0]), d.mesh.cubes.size(), std::nullopt};
+}
+
+Answered refined(const ObjectProblem& problem, ObjectOptions options) {
+  Progress quiet;
+  ObjectResult result = EmbeddedModel().solve(problem, options, quiet);
+  return {std::move(result.exitance), result.elements, result.error_estimate[0]};
+}
+
+}  // namespace
+
+void measure_refinement(const Request& request, Progress& progress, const Save& save) {
+  const ObjectSettings settings = object_settings(request);
+  std::vector<ObjectCase> cases = object_cases(Population::tuning, {"nefertiti-marble-24"});
+  for (const std::string& file : request.words("mesh")) {
+    cases.push_back(cases_of_files({file})[1]);  // of 24 mean free paths
+  }
+  std::vector<double> tolerances{0.1, 0.05, 0.02, 0.01, 0.005};
+  std::vector<int> levels{5, 6, 7, 8};
+  double finest = 0.0015;
+  if (request.size != Size::full) {
+    cases = object_cases(Population::tuning, {"sphere-marble-8-sky"});
+    tolerances = {0.1, 0.05};
+    levels = {3, 4};
+    finest = 0.02;
+  }
+  Json rows = Json::array();
+  for (const ObjectCase& object : cases) {
+    const ObjectBench bench = make_object_bench(object, settings.meshes, settings.volume, progress);
+    const ObjectProblem problem = bench.problem();
+    ObjectOptions options;
+    options.device = request.device;
+    options.tolerance = finest;
+    options.max_elements = reference_cubes;
+    progress.update("reference", 0.0, object.name);
+    const Answered reference = refined(problem, options);
+    const double size = surface_norm(problem.surface, reference.exitance);
+    const auto measure = [&](const std::string& cubes, const std::string& asked, auto&& solve) {
+      progress.update(cubes, 0.0, object.name + ", " + asked);
+      const auto start = std::chrono::steady_clock::now();
+      const double before = cpu_seconds();
+      const Answered mine = solve();
+      const double processor = cpu_seconds() - before;
+      const double wall =
+          std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      Json row{
+          {"name", object.name},
+          {"cubes", cubes},
+          {"asked", asked},
+          {"elements", mine.cubes},
+          {"cpu_seconds", processor},
+          {"seconds", wall},
+          {"error", surface_difference(problem.surface, mine.exitance, reference.exitance) / size},
+          {"reference_error", *reference.stated}};
+      if (mine.stated) row["error_estimate"] = *mine.stated;
+      rows.push_back(std::move(row));
+      save({{"rows", rows}});
+    };
+    // Kernels are compiled before they are timed.
+    on_even_cubes(problem, levels.back() - 1, false, options.device);
+    options.max_elements.reset();
+    for (const double tolerance : tolerances) {
+      options.tolerance = tolerance;
+      measure("refined by the estimate", "tolerance " + Json(tolerance).dump(),
+              [&] { return refined(problem, options); });
+    }
+    for (const bool everywhere : {false, true}) {
+      for (const int level : levels) {
+        if (everywhere && level > 7) continue;  // tens of millions of cubes, most outside
+        measure(everywhere ? "even everywhere" : "even at the surface",
+                std::to_string(1 << level) + "³",
+                [&] { return on_even_cubes(problem, level, everywhere, options.device); });
+      }
+    }
+  }
+}
+
+}  // namespace kappamu::bench
