@@ -1,5 +1,7 @@
 #include "app/edited_volume.h"
 
+#include <variant>
+
 #include "io/atomic_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/verify.h"
@@ -18,6 +20,10 @@ EditedVolume write_edited(const std::filesystem::path& volume, const render::Rec
   const io::VolumeSet result = render::edited(set, recipe, origin, written.warnings);
   std::vector<std::filesystem::path> inputs{volume, written.source};
   inputs.insert(inputs.end(), recipe_file.begin(), recipe_file.end());
+  for (const render::Edit& edit : recipe.edits) {
+    if (const auto* texture = std::get_if<render::TextureSelection>(&edit.where))
+      inputs.push_back(texture->image);
+  }
   pipeline::OutputFolder folder(out, command, inputs, {"volume.vdb", "recipe.json"});
   io::write_vdb(folder.partial() / "volume.vdb", result);
   io::write_text_atomically(folder.partial() / "recipe.json",

@@ -8,11 +8,14 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <span>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 #include "app/command_list.h"
 #include "core/error.h"
+#include "core/file_name.h"
 #include "core/shown_text.h"
 #include "io/json_reason.h"
 #ifdef __GLIBC__
@@ -41,8 +44,22 @@ std::string missing_options(const CLI::App& app) {
   return missing;
 }
 
+/// `text` with every argument in it that is long or cannot be shown as it is (an option's value by
+/// itself, too) replaced by what can.
+std::string with_shown_arguments(std::string text, std::span<char*> arguments) {
+  for (const std::string_view argument : arguments) {
+    for (const std::string_view part : {argument, argument.substr(argument.find('=') + 1)}) {
+      const std::string shown = kappamu::shown_name(part);
+      if (shown == part) continue;
+      for (std::size_t at = 0; (at = text.find(part, at)) != std::string::npos; at += shown.size())
+        text.replace(at, part.size(), shown);
+    }
+  }
+  return text;
+}
+
 /// Help, or what is wrong with the arguments, which are shown as text of others is.
-int report_usage(const CLI::App& app, const CLI::ParseError& error) {
+int report_usage(const CLI::App& app, const CLI::ParseError& error, std::span<char*> arguments) {
   const std::string missing = missing_options(app);
   if (error.get_name() == "RequiredError" && !missing.empty()) {
     std::fprintf(stderr, "required and missing: %s\nRun with --help for more information.\n",
@@ -52,7 +69,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error) {
   std::ostringstream help, usage;
   const bool asked = app.exit(error, help, usage) == 0;
   std::printf("%s", help.str().c_str());
-  std::istringstream lines(usage.str());
+  std::istringstream lines(with_shown_arguments(usage.str(), arguments));
   for (std::string line; std::getline(lines, line);) {
     std::fprintf(stderr, "%s\n", kappamu::shown_text(line).c_str());
   }
@@ -121,7 +138,7 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     return globals.exit_code;
   } catch (const CLI::ParseError& error) {
-    return report_usage(app, error);
+    return report_usage(app, error, {argv, static_cast<std::size_t>(argc)});
   } catch (const std::exception& error) {
     report_failure(error);
   }

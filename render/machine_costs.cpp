@@ -1,11 +1,12 @@
 #include "render/machine_costs.h"
 
 #include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "io/atomic_file.h"
+#include "io/json_reason.h"
+#include "io/read_file.h"
 #include "render/embree_caster.h"
 
 namespace kappamu::render {
@@ -37,8 +38,7 @@ forward::MachineCosts read_machine_costs(const std::string& device) {
   const std::optional<std::filesystem::path> file = machine_costs_file();
   if (!file || !std::filesystem::exists(*file)) return {};
   try {
-    std::ifstream in(*file);
-    const json record = json::parse(in);
+    const json record = json::parse(io::read_text(*file));
     if (record.at("format") != format || record.at("version") != 1) {
       throw InputError(file->string() +
                        ": is of another version; measure again with `kappamu "
@@ -55,7 +55,7 @@ forward::MachineCosts read_machine_costs(const std::string& device) {
     }
     return costs;
   } catch (const json::exception& error) {
-    throw InputError(file->string() + ": is damaged (" + error.what() +
+    throw InputError(file->string() + ": is damaged (" + io::json_reason(error) +
                      "); remove it or measure again with `kappamu doctor --measure`");
   }
 }

@@ -10,6 +10,7 @@
 #include "forward/object_models.h"
 #include "io/atomic_file.h"
 #include "pipeline/output_folder.h"
+#include "pipeline/verify.h"
 #include "render/machine_costs.h"
 #include "render/render_scene.h"
 #include "render/scene/new_scene.h"
@@ -24,7 +25,7 @@ struct RenderArguments {
 
 void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
   const std::filesystem::path file(arguments.out);
-  if (std::filesystem::exists(file)) {
+  if (std::filesystem::symlink_status(file).type() != std::filesystem::file_type::not_found) {
     throw InputError(file.string() + ": exists already; move it elsewhere or choose another (-o)");
   }
   io::write_text_atomically(file, render::new_scene(arguments.new_scene, file.parent_path()));
@@ -38,6 +39,8 @@ void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
 void run_render(const RenderArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
   const render::Scene scene = render::read_scene(arguments.scene);
+  for (const std::filesystem::path& file : render::files_of(scene))
+    pipeline::require_as_written(file);
   const std::filesystem::path out(arguments.out);
   pipeline::OutputFolder folder(
       out, "render", render::files_of(scene),

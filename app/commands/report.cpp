@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/run_folder.h"
+#include "pipeline/verify.h"
 #include "report/report.h"
 
 namespace kappamu::app {
@@ -32,6 +33,7 @@ fs::path write(const fs::path& run) {
   if (!fs::is_directory(run)) {
     throw InputError(run.string() + ": no such run folder; make one with `kappamu run`");
   }
+  pipeline::require_as_written(run);
   pipeline::OutputFolder folder(run, "report", {}, {"report.html"});
   report::write_report(run, folder.partial() / "report.html");
   folder.commit();

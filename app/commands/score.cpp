@@ -4,6 +4,7 @@
 
 #include "app/command.h"
 #include "data_synthetic/score.h"
+#include "pipeline/verify.h"
 
 namespace kappamu::app {
 
@@ -141,6 +142,7 @@ void add_score(CLI::App& app, Globals& globals) {
       "the part.");
   command->callback([run, truth, &globals] {
     const auto progress = make_progress();
+    pipeline::require_as_written(*run);
     const synthetic::Score score = synthetic::score_run(*run, *truth, globals.device, *progress);
     if (globals.json)
       std::printf("%s\n", to_json(score).dump().c_str());

@@ -13,6 +13,7 @@
 #include "core/error.h"
 #include "forward/object_models.h"
 #include "io/atomic_file.h"
+#include "pipeline/verify.h"
 #include "render/scene/new_scene.h"
 
 namespace kappamu::app {
@@ -64,6 +65,8 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   const auto progress = make_progress();
   std::optional<TemporaryFolder> folder;
   const render::Scene scene = scene_of(arguments.scene, folder);
+  for (const std::filesystem::path& file : render::files_of(scene))
+    pipeline::require_as_written(file);
   ViewerOptions options;
   options.script = arguments.script;
   options.out = arguments.out;

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/read_file.h"
 
 namespace kappamu::app::script {
@@ -51,7 +52,7 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
     if (state == "off") return Panel::off;
   } else if (name == "screenshot") {
     Screenshot shot;
-    if (words >> shot.name) return shot;
+    if (words >> shot.name && is_plain_name(shot.name)) return shot;
   } else if (name == "brush") {
     return brush_of(words);
   } else if (name == "paint") {
@@ -111,7 +112,7 @@ std::vector<Command> read(const std::filesystem::path& file) {
     const std::optional<Command> command = command_of(name, words, file.parent_path());
     if (!command || words >> rest) {
       throw InputError(
-          file.string() + ": line " + std::to_string(number) + ": '" + line +
+          file.string() + ": line " + std::to_string(number) + ": '" + shown_name(line) +
           "' is no command of a script, or lacks a value; docs/howto/view.md lists them");
     }
     commands.push_back(*command);

@@ -74,6 +74,7 @@ class Viewer {
         answers_(live) {
     if (options.script) commands_ = script::read(*options.script);
     if (options.run) photographs_.emplace(*options.run);
+    require_new_screenshots();
     if (exposure_given_) state_.exposure = *scene.film.exposure;
     ask();
   }
@@ -99,6 +100,19 @@ class Viewer {
   }
 
  private:
+  /// Before the script plays: no file of anybody's is replaced.
+  void require_new_screenshots() const {
+    for (const script::Command& command : commands_) {
+      const auto* shot = std::get_if<script::Screenshot>(&command);
+      if (shot == nullptr) continue;
+      const std::filesystem::path file = options_.out / shot->name;
+      if (std::filesystem::symlink_status(file).type() == std::filesystem::file_type::not_found)
+        continue;
+      throw InputError(file.string() +
+                       ": exists already; move it elsewhere or choose another folder (-o)");
+    }
+  }
+
   void ask() {
     if (!asked_since_) asked_since_ = Clock::now();
     answers_.ask({state_.lights, painter_.media()});

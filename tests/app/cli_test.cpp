@@ -159,6 +159,15 @@ TEST_F(CliFailures, NamesCannotSteerTheTerminal) {
     EXPECT_THAT(usage.standard_error, HasSubstr("\\x1b[2J"));
     EXPECT_THAT(usage.standard_error, testing::Not(HasSubstr("\x1b")));
   }
+  const std::string value(500, '9');
+  for (const std::string& wrong :
+       {"fit x -o y --weight " + value + "z", "fit x -o y --weight=" + value + "z",
+        "view x --model " + value}) {
+    const ProcessResult usage = kappamu(wrong);
+    EXPECT_EQ(usage.exit_code, 2);
+    EXPECT_THAT(usage.standard_error, HasSubstr(value.substr(0, 80) + "..."));
+    EXPECT_THAT(usage.standard_error, testing::Not(HasSubstr(value.substr(0, 81))));
+  }
   expect_one_sentence(kappamu("verify 'a\x1b[2J\u202e"
                               "b'"),
                       "a\\x1b[2J\\u202eb: no such folder");

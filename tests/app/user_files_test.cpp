@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
+#include "io/image/image_file.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
 #include "io/read_file.h"
@@ -102,6 +103,10 @@ TEST_F(UserFiles, OutputFolderIsApartFromTheSession) {
 TEST_F(UserFiles, OutputFoldersOfOtherCommandsAreApartFromTheirInputs) {
   const std::string vdb = volume("v/volume.vdb");
   const std::string m = measurements("m");
+  io::write_image(beside_ / "t" / "spots.png", Image<std::uint8_t>(4, 4, 3, 90));
+  write("r/recipe.json", R"({"format": "kappamu-edit", "version": 1, "edits": [
+    {"operation": "multiply", "mu": 2, "where": {"kind": "texture", "image": "../t/spots.png",
+     "face": "z+", "depth_mm": 1}}]})");
   const auto before = listing(beside_);
   expect_one_sentence(kappamu("export " + vdb + " -o " + at("v")), "contains ");
   expect_one_sentence(kappamu("fit " + m + " -o " + m), "is ");
@@ -111,6 +116,11 @@ TEST_F(UserFiles, OutputFoldersOfOtherCommandsAreApartFromTheirInputs) {
                               "/irradiance.npy -o " + m),
                       "contains ");
   expect_one_sentence(kappamu("bench slabs --data " + m + " -o " + m), "is ");
+  expect_one_sentence(kappamu("chart " + at("t/spots.png") + " -o " + at("t")), "contains ");
+  const std::string edit = "edit " + vdb + " --recipe " + at("r/recipe.json") + " -o ";
+  for (const char* out : {"v", "r", "t"}) {
+    expect_one_sentence(kappamu(edit + at(out)), "contains ");
+  }
   expect_one_sentence(kappamu("simulate --sample tiny --pattern " + m + "/p.png -o " + m),
                       "contains ");
   EXPECT_EQ(listing(beside_), before);
@@ -187,6 +197,13 @@ TEST_F(UserFiles, ForeignFilesOfOtherCommandsStay) {
   refused("forward --kappa " + vdb + " --mu " + vdb + " --irradiance " + m + "/irradiance.npy",
           "summary.json");
   refused("bench hdr", "hdr.json");
+  write("recipe.json", R"({"format": "kappamu-edit", "version": 1, "edits": [
+    {"operation": "multiply", "mu": 2, "where": {"kind": "all"}}]})");
+  const std::string edit = "edit " + vdb + " --recipe " + at("recipe.json");
+  refused(edit, "volume.vdb");
+  refused(edit, "recipe.json");
+  write("photograph.png");
+  refused("chart " + at("photograph.png"), "chart.csv");
   refused("simulate --sample tiny", "truth/mine.txt", "truth exists already");
   refused(
       "plan --size 20 16 6 --projector-px-per-mm 20 --camera-width 1600 --camera-height 1200 "

@@ -9,6 +9,7 @@
 #include "io/read_file.h"
 #include "tests/app/process.h"
 #include "tests/app/tiny_session.h"
+#include "tests/report/made_up_run.h"
 
 namespace kappamu::app {
 namespace {
@@ -73,6 +74,22 @@ TEST_F(VerifyCommand, ChangesBetweenStagesAreRefusedOrMadeAgain) {
   const ProcessResult input = kappamu("verify " + at("run"));
   EXPECT_EQ(input.exit_code, 1);
   EXPECT_THAT(input.standard_output, HasSubstr("input changed  " + at("session/" + frame)));
+}
+
+TEST_F(VerifyCommand, ChangedResultsAreNeitherRenderedScoredNorReported) {
+  const fs::path made = make_run(beside_, {});
+  const std::string fit = at("fit");
+  const ProcessResult fitted =
+      kappamu("fit " + made.string() + " --uncertainty 0 --device reference -o " + fit);
+  ASSERT_THAT(fitted.exit_code, testing::AnyOf(0, 3)) << fitted.standard_error;
+  ASSERT_EQ(kappamu("render --new-scene " + fit + " -o " + at("scene.json")).exit_code, 0);
+  change(at("fit/volume.vdb"));
+  for (const std::string& command :
+       {"render " + at("scene.json") + " -o " + at("picture"),
+        "score " + fit + " --truth " + (tiny_session() / ".." / "truth").string(),
+        "report " + fit}) {
+    expect_one_sentence(kappamu(command), "volume.vdb was changed");
+  }
 }
 
 TEST_F(VerifyCommand, RecordsOfOtherVersionsAreNamed) {

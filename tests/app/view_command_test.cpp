@@ -250,6 +250,10 @@ TEST_F(ViewCommand, RefusesAScriptInOneSentence) {
     GTEST_SKIP() << result.standard_error;
   }
   expect_one_sentence(result, "script.txt: line 2");
+  expect_one_sentence(view("screenshot ../outside.png\n"), "script.txt: line 1");
+  io::write_text_atomically(folder() / "mine.png", "mine");
+  expect_one_sentence(view("screenshot mine.png\n"), "mine.png: exists already");
+  EXPECT_EQ(io::read_text(folder() / "mine.png"), "mine");
 }
 
 }  // namespace

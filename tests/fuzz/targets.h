@@ -48,6 +48,9 @@ void read_scene(Bytes bytes);
 void seed_scene(const std::filesystem::path& seeds);
 void read_mesh(Bytes bytes);
 void seed_mesh(const std::filesystem::path& seeds);
+// lists.cpp
+void read_list(Bytes bytes);
+void seed_list(const std::filesystem::path& seeds);
 
 inline constexpr Target targets[] = {
     {"session", read_session, seed_session},
@@ -63,6 +66,7 @@ inline constexpr Target targets[] = {
     {"checkpoint", read_checkpoint, seed_checkpoint},
     {"scene", read_scene, seed_scene},
     {"mesh", read_mesh, seed_mesh},
+    {"list", read_list, seed_list},
 };
 
 }  // namespace kappamu::fuzz
