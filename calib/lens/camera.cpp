@@ -125,7 +125,9 @@ CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double s
                         start.bent ? Bend::free : Bend::none);
   problem.solve();
   const CameraFit& fit = problem.fit();
-  result.joint_covariance = problem.covariance();
+  CameraSpread spread = problem.covariance();
+  result.joint_covariance = std::move(spread.covariance);
+  result.overdispersion = spread.overdispersion;
   result.model = fit.model;
   result.lens = lens_of(fit.numbers, has_square_pixels(fit.model), width, height);
   result.covariance = result.joint_covariance.topLeftCorner<lens_numbers, lens_numbers>();

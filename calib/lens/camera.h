@@ -58,7 +58,7 @@ struct ModelScore {
 struct CameraCalibration {
   Lens lens;
   LensModel model = LensModel::radial2_tangential;
-  /// From the corners' scatter; rows and columns of what the model holds fixed are 0.
+  /// From the views' scatter (camera_fit.h); rows and columns of what the model holds fixed are 0.
   LensCovariance covariance = LensCovariance::Zero();
   double rms_px =
       0.0;  ///< root of the mean squared distance between corners observed and projected
@@ -70,6 +70,9 @@ struct CameraCalibration {
   /// Covariance of everything: lens (12), bend (2), then six per view (rotation vector [rad],
   /// translation [mm]). Not stored in files: empty in a calibration that was read.
   Eigen::MatrixXd joint_covariance;
+  /// Variance of what a whole view asks of lens and bend over that of independent corners with the
+  /// same residuals, at least 1: what neighbouring corners' common errors add.
+  double overdispersion = 1.0;
 
   double standard_deviation(int parameter) const;  ///< index into the order of `covariance`
 };

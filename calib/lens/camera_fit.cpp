@@ -6,6 +6,7 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -284,36 +285,71 @@ std::vector<HeldOutView> CameraProblem::leave_one_out() {
   return held_out;
 }
 
-Eigen::MatrixXd CameraProblem::covariance() {
-  const std::vector<Normal> views = normals();
+CameraProblem::Spread CameraProblem::spread(const std::vector<Normal>& views,
+                                            double noise_variance) const {
   const Inverse inverse = inverse_of(total(views).first);
   if (!inverse.regular) throw InputError(undetermined);
+  const Eigen::MatrixXd& bread = inverse.matrix;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> roots(bread);
+  const Eigen::MatrixXd root =
+      roots.eigenvectors() * roots.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  double found = 0.0;
+  double expected = 0.0;
+  Eigen::MatrixXd by_views = Eigen::MatrixXd::Zero(bread.rows(), bread.cols());
+  for (const Normal& view : views) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(root.transpose() * view.matrix * root);
+    constexpr double least_left = 1e-3;  // of a direction that this view alone determines
+    const Eigen::VectorXd left = (1.0 - own.eigenvalues().array()).max(least_left);
+    const Eigen::VectorXd score =
+        own.eigenvectors().transpose() * (root.transpose() * view.gradient);
+    found += score.squaredNorm();
+    expected += noise_variance * own.eigenvalues().dot(left);
+    const Eigen::VectorXd moved =
+        root * (own.eigenvectors() * score.cwiseQuotient(left.cwiseSqrt()));
+    by_views += moved * moved.transpose();
+  }
+  Spread spread;
+  spread.overdispersion = std::max(1.0, found / std::max(expected, 1e-300));
+  // As many views as this that err alike in every direction keep few views from knowing some
+  // direction by chance.
+  constexpr double alike = 2.0;
+  const double count = static_cast<double>(views.size()) - 1.0;
+  spread.shared =
+      (count * by_views + alike * spread.overdispersion * noise_variance * bread) / (count + alike);
+  return spread;
+}
 
+CameraSpread CameraProblem::covariance() {
+  const std::vector<Normal> views = normals();
   // Where each free number goes among lens (12) and bend (2).
   std::vector<Eigen::Index> place;
   const std::vector<int> fixed = fixed_numbers(fit_.model);
   for (int k = 0; k < lens_numbers + (fit_.bent ? 2 : 0); ++k) {
     if (std::find(fixed.begin(), fixed.end(), k) == fixed.end()) place.push_back(k);
   }
-  Eigen::MatrixXd spread =
+  Eigen::MatrixXd of_free =
       Eigen::MatrixXd::Zero(lens_numbers + 2, static_cast<Eigen::Index>(place.size()));
-  for (std::size_t k = 0; k < place.size(); ++k) spread(place[k], static_cast<Eigen::Index>(k)) = 1;
+  for (std::size_t k = 0; k < place.size(); ++k)
+    of_free(place[k], static_cast<Eigen::Index>(k)) = 1;
+  const double freedom = static_cast<double>(fit_.residuals) - static_cast<double>(place.size()) -
+                         6.0 * static_cast<double>(views.size());
+  const double noise_variance = fit_.residual_sum_of_squares / std::max(freedom, 1.0);
+  const Spread found = spread(views, noise_variance);
 
   constexpr Eigen::Index shared = lens_numbers + 2;
   const Eigen::Index size = shared + 6 * static_cast<Eigen::Index>(views.size());
-  Eigen::MatrixXd follow(size, spread.cols());
-  follow.topRows<shared>() = spread;
+  Eigen::MatrixXd follow(size, of_free.cols());
+  follow.topRows<shared>() = of_free;
   for (std::size_t v = 0; v < views.size(); ++v) {
     follow.middleRows<6>(shared + 6 * static_cast<Eigen::Index>(v)) = views[v].follow;
   }
-  Eigen::MatrixXd joint = follow * inverse.matrix * follow.transpose();
+  CameraSpread result{follow * found.shared * follow.transpose(), found.overdispersion};
   for (std::size_t v = 0; v < views.size(); ++v) {
     const Eigen::Index at = shared + 6 * static_cast<Eigen::Index>(v);
-    joint.block<6, 6>(at, at) += views[v].pose_inverse;
+    result.covariance.block<6, 6>(at, at) +=
+        found.overdispersion * noise_variance * views[v].pose_inverse;
   }
-  const double freedom = static_cast<double>(fit_.residuals) - static_cast<double>(place.size()) -
-                         6.0 * static_cast<double>(views.size());
-  return joint * (fit_.residual_sum_of_squares / std::max(freedom, 1.0));
+  return result;
 }
 
 }  // namespace kappamu::calib

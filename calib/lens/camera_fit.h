@@ -36,6 +36,11 @@ struct HeldOutView {
   int corners = 0;
 };
 
+struct CameraSpread {
+  Eigen::MatrixXd covariance;   ///< CameraCalibration::joint_covariance
+  double overdispersion = 1.0;  ///< CameraCalibration::overdispersion
+};
+
 /// The views, and what every fit of them shares.
 struct CameraSetting {
   const std::vector<BoardView>& views;
@@ -77,11 +82,15 @@ class CameraProblem {
   /// tests/calib/lens/camera_choice_test.cpp holds it against calibrations without the view.
   std::vector<HeldOutView> leave_one_out();
 
-  /// Covariance of lens, bend and all poses (CameraCalibration::joint_covariance), scaled by the
-  /// residuals' own variance: Σ = S⁻¹ of lens and bend; pose v follows them by T_v = -C_v⁻¹ B_vᵀ
-  /// and has C_v⁻¹ of its own, C_v being its block of JᵀJ and B_v the one it shares with the lens.
-  /// Throws InputError if the views do not determine the lens.
-  Eigen::MatrixXd covariance();
+  /// Errors of one view's corners are not independent (blur, a board that bends anew), those of
+  /// different views are: the covariance Σ of lens and bend comes from the views' scatter, by the
+  /// bias-reduced cluster-robust estimator (Bell & McCaffrey 2002),
+  ///   Σ = Σ_v d_v d_vᵀ,   d_v = R (I - Rᵀ S_v R)^(-1/2) Rᵀ g_v,   R Rᵀ = S⁻¹,
+  /// which for independent corners is σ² S⁻¹ on average, mixed with two views' worth of that form.
+  /// Pose v follows them by T_v = -C_v⁻¹ B_vᵀ and has C_v⁻¹ of its own, C_v being its block of JᵀJ
+  /// and B_v the one it shares with the lens. Throws InputError if the views do not determine the
+  /// lens.
+  CameraSpread covariance();
 
   /// Of one view's residuals (x, y of each corner in use) by the free numbers of lens, bend where
   /// it is free, and pose.
@@ -98,7 +107,12 @@ class CameraProblem {
     Eigen::MatrixXd follow;                    ///< T_v, 6 x free numbers
     Eigen::Matrix<double, 6, 6> pose_inverse;  ///< C_v⁻¹
   };
+  struct Spread {
+    Eigen::MatrixXd shared;  ///< covariance of the free numbers of lens and bend
+    double overdispersion = 1.0;
+  };
   bool has_prior() const;
+  Spread spread(const std::vector<Normal>& views, double noise_variance) const;
   std::vector<Normal> normals();
   /// Sum over the views and the prior on p1, p2: matrix and gradient.
   std::pair<Eigen::MatrixXd, Eigen::VectorXd> total(const std::vector<Normal>& views) const;

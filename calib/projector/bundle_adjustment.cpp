@@ -302,7 +302,8 @@ JointCalibration adjust_jointly(const JointSetting& setting, const CameraCalibra
   const JointNumbers& numbers = adjustment.numbers();
   JointCalibration joint;
   joint.converged = adjustment.converged();
-  joint.covariance = adjustment.covariance(1.0);
+  // The corners' common errors widen it as they do the camera's own.
+  joint.covariance = adjustment.covariance(camera.overdispersion);
 
   joint.camera = camera;
   CameraCalibration& eye = joint.camera;

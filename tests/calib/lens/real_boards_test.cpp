@@ -216,30 +216,26 @@ TEST_F(RealBoards, NewViewsArePredictedBetterThanByOpenCv) {
 }
 
 // mrcal 2.2 on the same corners with the same model (scripts/referees/mrcal_boards.py prints
-// these). It takes the corners' scatter from all residuals alike; ours are fewer by the numbers
-// fitted.
-TEST_F(RealBoards, ProjectionIsAsUncertainAsForMrcal) {
+// these) takes corners as independent. Disjoint halves of these views differ by two to four times
+// what that states (scripts/calibration_splits.py; docs/calibration.md).
+TEST_F(RealBoards, ProjectionIsLessCertainThanIndependentCornersWouldMakeIt) {
   constexpr double near_mm = 400.0;
   constexpr double far_mm = 1e9;  // as good as infinity
-  const double views = static_cast<double>(ours_.size());
-  const double residuals = 2.0 * columns * rows * views;
-  const double fitted = 8.0 + 2.0 + 6.0 * views;
-  const double freedom = std::sqrt(residuals / (residuals - fitted));
-  constexpr double rounding = 0.03;  // their figures have three digits, ours the priors on p1, p2
   const auto compare = [&](const std::vector<BoardView>& corners, double distance_mm,
-                           const Spread& theirs) {
-    const Spread ours = spread_at(calibrate_camera(corners, square_mm, width, height), distance_mm);
-    std::printf("at %g m: middle %.3f corner %.3f frame %.3f px, mrcal %.3f %.3f %.3f\n",
-                distance_mm / 1000.0, ours.middle, ours.corner, ours.rms, theirs.middle,
-                theirs.corner, theirs.rms);
-    EXPECT_NEAR(ours.middle / theirs.middle, freedom, rounding);
-    EXPECT_NEAR(ours.corner / theirs.corner, freedom, rounding);
-    EXPECT_NEAR(ours.rms / theirs.rms, freedom, rounding);
+                           double theirs_px) {
+    const CameraCalibration found = calibrate_camera(corners, square_mm, width, height);
+    const Spread ours = spread_at(found, distance_mm);
+    std::printf(
+        "at %g m: middle %.3f corner %.3f frame %.3f px, mrcal's frame %.3f px; "
+        "overdispersion %.2f\n",
+        distance_mm / 1000.0, ours.middle, ours.corner, ours.rms, theirs_px, found.overdispersion);
+    EXPECT_GT(ours.rms / theirs_px, 1.5);
+    EXPECT_LT(ours.rms / theirs_px, 4.0);
   };
-  compare(theirs_, near_mm, {0.026, 2.303, 0.359});
-  compare(theirs_, far_mm, {0.131, 2.328, 0.418});
-  compare(ours_, near_mm, {0.021, 1.730, 0.273});
-  compare(ours_, far_mm, {0.103, 1.752, 0.321});
+  compare(theirs_, near_mm, 0.359);
+  compare(theirs_, far_mm, 0.418);
+  compare(ours_, near_mm, 0.273);
+  compare(ours_, far_mm, 0.321);
 }
 
 }  // namespace
