@@ -364,14 +364,13 @@ Subject forward_subject() {
       {{"headline", "every method on 256x256x20, 16 patterns, contrast 10, inclusions x100, /100",
         measure_headline},
        {"kernels", "seconds and bytes of each kernel of our solve there", measure_kernels},
-       {"peers", "hypre, PETSc and Eigen (scripts/setup.sh --peers) there, beside ours",
-        measure_peers},
+       {"peers", "hypre and PETSc (scripts/setup.sh --peers) there, beside ours", measure_peers},
        {"relaxation", "a minute of the papers' relaxation there", measure_relaxation},
        {"grids", "every method on other grids and contrasts", measure_grids},
        {"scaling", "ours and hypre's PFMG on cubes of 32 to 256 voxels a side", measure_scaling},
        {"iterations", "contrast 1 to 1e6 of four media on cubes", measure_iterations}},
       {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100},
-       {"no-peers", "Leave out hypre, PETSc and Eigen", Setting::Kind::flag}},
+       {"no-peers", "Leave out hypre and PETSc", Setting::Kind::flag}},
       summary_of};
 }
 
