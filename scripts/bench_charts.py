@@ -259,28 +259,6 @@ def scaling(record):
         ["grid", "method", "iterations", "per right-hand side [s]", "per unknown [ns]", "true error"], rows)}
 
 
-def iterations(record):
-    rows = record["rows"]
-    media = unique(rows, "medium")
-    figure, axes = panels(len(media), 2, 6.4, 4)
-    for ax, medium in zip(axes, media):
-        for number, grid in enumerate(unique(rows, "grid")):
-            some = [r for r in rows if r["medium"] == medium and r["grid"] == grid]
-            line(ax, number, [r["contrast"] for r in some], [r["iterations"] for r in some], grid)
-        dress(ax, f"{medium}, residual 1e-6, single precision", "contrast of κ",
-              "iterations of the slowest pattern", "x", "upper left")
-        ax.set_ylim(0, 1.35 * max([30] + [r["iterations"] for r in rows if r["medium"] == medium]))
-    contrasts = unique(rows, "contrast")
-    lines = []
-    for medium in media:
-        for grid in unique(rows, "grid"):
-            found = {r["contrast"]: r for r in rows if r["medium"] == medium and r["grid"] == grid}
-            lines.append([medium, grid] + [f"{found[c]['iterations']}{'' if found[c]['converged'] else ' (stopped)'}"
-                                           for c in contrasts])
-    return {"": figure}, {"": provenance(record) + "\n" + table(
-        ["κ", "grid"] + [f"contrast {c:g}" for c in contrasts], lines)}
-
-
 # ---- kappamu bench inverse
 
 def first_to_reach(course, error):
@@ -851,7 +829,7 @@ LIMITS = {
 
 SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward-peers": peers,
             "forward-relaxation": relaxation, "forward-grids": time_error, "forward-scaling": scaling,
-            "forward-iterations": iterations, "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
+            "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
             "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
