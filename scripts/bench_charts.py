@@ -259,40 +259,18 @@ def scaling(record):
         ["grid", "method", "iterations", "per right-hand side [s]", "per unknown [ns]", "true error"], rows)}
 
 
-def iterations(record):
-    rows = record["rows"]
-    media = unique(rows, "medium")
-    figure, axes = panels(len(media), 2, 6.4, 4)
-    for ax, medium in zip(axes, media):
-        for number, grid in enumerate(unique(rows, "grid")):
-            some = [r for r in rows if r["medium"] == medium and r["grid"] == grid]
-            line(ax, number, [r["contrast"] for r in some], [r["iterations"] for r in some], grid)
-        dress(ax, f"{medium}, residual 1e-6, single precision", "contrast of κ",
-              "iterations of the slowest pattern", "x", "upper left")
-        ax.set_ylim(0, 1.35 * max([30] + [r["iterations"] for r in rows if r["medium"] == medium]))
-    contrasts = unique(rows, "contrast")
-    lines = []
-    for medium in media:
-        for grid in unique(rows, "grid"):
-            found = {r["contrast"]: r for r in rows if r["medium"] == medium and r["grid"] == grid}
-            lines.append([medium, grid] + [f"{found[c]['iterations']}{'' if found[c]['converged'] else ' (stopped)'}"
-                                           for c in contrasts])
-    return {"": figure}, {"": provenance(record) + "\n" + table(
-        ["κ", "grid"] + [f"contrast {c:g}" for c in contrasts], lines)}
-
-
 # ---- kappamu bench inverse
 
 def first_to_reach(course, error):
-    return next((point for point in course if point["holdout_E"] <= error), None)
+    return next((point for point in course if point["validation_E"] <= error), None)
 
 
 def against_default(ours, other):
     """The best E of `other`, its solves and work there over those of the default, and its solves at its end over those
     of the default at that E: a fixed weight may end above its best."""
-    best = min(point["holdout_E"] for point in other["course"])
+    best = min(point["validation_E"] for point in other["course"])
     theirs, mine = first_to_reach(other["course"], best), first_to_reach(ours["course"], best)
-    at_end = first_to_reach(ours["course"], other["holdout_E"])
+    at_end = first_to_reach(ours["course"], other["validation_E"])
     return [f"{best:.1e}", f"{theirs['solves'] / mine['solves']:.1f}" if mine else "never there",
             f"{theirs['work'] / mine['work']:.1f}" if mine else "",
             f"{other['batched_solves'] / at_end['solves']:.1f}" if at_end else ""]
@@ -308,11 +286,11 @@ def optimisers(record):
         for ax, key, label in ((axes[2 * k], "seconds", "seconds"),
                                (axes[2 * k + 1], "work", "work: iterations of the fitted grid, 16 patterns each")):
             for number, r in enumerate(some):
-                line(ax, number, [p[key] for p in r["course"]], [p["holdout_E"] for p in r["course"]],
+                line(ax, number, [p[key] for p in r["course"]], [p["validation_E"] for p in r["course"]],
                      r["label"], markersize=3)
             dress(ax, f"noise {100 * noise:g} %", label, "E under held-out 8 × 8 patches", "xy", "upper right")
         for r in some:
-            lines.append([f"{100 * noise:g} %", r["label"], f"{r['holdout_E']:.1e}",
+            lines.append([f"{100 * noise:g} %", r["label"], f"{r['validation_E']:.1e}",
                           f"{r['single_voxel_E']:.1e}", f"{r['data_misfit_chi2']:.2f}", r["batched_solves"],
                           f"{r['work']:.0f}", f"{r['seconds']:.1f}"]
                          + (["", "", "", ""] if r is some[0] else against_default(some[0], r)))
@@ -328,7 +306,7 @@ def scores(record):
         some = [r for r in record["rows"] if (r["variant"], r["noise"]) == (light, noise)]
         both = lambda key: [f([r[key] for r in some]) for f in (statistics.median, max)]
         lines.append([light, f"{100 * noise:g} %", len(some)]
-                     + ["{:.1e}, {:.1e}".format(*both(key)) for key in ("holdout_E", "single_voxel_E")]
+                     + ["{:.1e}, {:.1e}".format(*both(key)) for key in ("validation_E", "single_voxel_E")]
                      + [f"{both('data_misfit_chi2')[1]:.2f}", f"{both('batched_solves')[0]:.0f}",
                         f"{both('work')[0]:.0f}"])
         for ax, key in zip(axes, ("kappa_error_by_depth", "mu_error_by_depth")):
@@ -350,7 +328,7 @@ def patterns(record):
     for variant, images in kinds:
         some = [r for r in record["rows"] if (r["variant"], r["patterns"]) == (variant, images)]
         middle = lambda value: statistics.median(value(r) for r in some)
-        errors = [middle(lambda r: r["holdout_E"]), middle(lambda r: r["single_voxel_E"])]
+        errors = [middle(lambda r: r["validation_E"]), middle(lambda r: r["single_voxel_E"])]
         curves.setdefault(variant, []).append((images, *errors))
         lines.append([variant, images] + [f"{e:.1e}" for e in errors]
                      + [percent(middle(lambda r: statistics.median(r[key])))
@@ -375,7 +353,7 @@ def voxels(record):
     return {"": figure}, {"": provenance(record) + "\n" + table(
         ["grid", "seconds", "solves", "work", "microseconds per voxel", "E, 8 × 8 patches"],
         [[grid_name(r["grid"]), f"{r['seconds']:.1f}", r["batched_solves"], f"{r['work']:.0f}",
-          f"{1e6 * r['seconds'] / n:.0f}", f"{r['holdout_E']:.1e}"] for n, r in zip(cells, record["rows"])])}
+          f"{1e6 * r['seconds'] / n:.0f}", f"{r['validation_E']:.1e}"] for n, r in zip(cells, record["rows"])])}
 
 
 def monte_carlo(record):
@@ -389,7 +367,7 @@ def monte_carlo(record):
     return {"": figure}, {"": provenance(record) + "\n" + table(
         ["grid", "χ²", "E of the fitted volume", "E of the true coefficients under diffusion",
          "κ error, two layers at the seen face", "μ error"],
-        [[grid_name(row["grid"]), f"{row['data_misfit_chi2']:.2f}", f"{row['holdout_E']:.1e}",
+        [[grid_name(row["grid"]), f"{row['data_misfit_chi2']:.2f}", f"{row['validation_E']:.1e}",
           f"{row['truth_E']:.1e}"] + seen])}
 
 
@@ -398,7 +376,7 @@ def samples(record):
     return {}, {"": provenance(record) + "\n" + table(
         ["sample", "voxels", "paper [h]", "ours, to volumes [s]", "their deviations [s]", "solves", "E of R, G, B", "χ²"],
         [[r["sample"], " × ".join(str(n) for n in r["grid"]), hours[r["sample"]], f"{r['seconds']:.0f}",
-          f"{r['deviation_seconds']:.0f}", r["batched_solves"], ", ".join(f"{e:.1e}" for e in r["holdout_E"]),
+          f"{r['deviation_seconds']:.0f}", r["batched_solves"], ", ".join(f"{e:.1e}" for e in r["validation_E"]),
           ", ".join(f"{c:.2f}" for c in r["data_misfit_chi2"])] for r in record["rows"]])}
 
 
@@ -410,7 +388,7 @@ def ablations(record):
     for number, variant in enumerate(unique(rows, "variant")):
         curve = [(noise, [r for r in rows if r["variant"] == variant and r["noise"] == noise])
                  for noise in unique(rows, "noise")]
-        line(axes[0], number, [c[0] for c in curve], [middle(c[1], lambda r: r["holdout_E"]) for c in curve], variant)
+        line(axes[0], number, [c[0] for c in curve], [middle(c[1], lambda r: r["validation_E"]) for c in curve], variant)
         line(axes[1], number, [c[0] for c in curve],
              [middle(c[1], lambda r: statistics.mean(r[mean_error["κ"]])) for c in curve], variant)
     dress(axes[0], "", "noise, relative", "E under held-out 8 × 8 patches", "xy", "outside")
@@ -418,8 +396,8 @@ def ablations(record):
     lines = []
     for noise, variant in unique(rows, lambda r: (r["noise"], r["variant"])):
         some = [r for r in rows if r["variant"] == variant and r["noise"] == noise]
-        lines.append([f"{100 * noise:g} %", variant, f"{middle(some, lambda r: r['holdout_E']):.2e}",
-                      f"{max(r['holdout_E'] for r in some):.2e}", f"{middle(some, lambda r: r['single_voxel_E']):.2e}"]
+        lines.append([f"{100 * noise:g} %", variant, f"{middle(some, lambda r: r['validation_E']):.2e}",
+                      f"{max(r['validation_E'] for r in some):.2e}", f"{middle(some, lambda r: r['single_voxel_E']):.2e}"]
                      + [percent(middle(some, lambda r: statistics.mean(r[key])), 1) for key in mean_error.values()]
                      + [f"{middle(some, lambda r: r['data_misfit_chi2']):.3g}",
                         f"{middle(some, lambda r: r['batched_solves']):.0f}"])
@@ -486,7 +464,7 @@ def rig(record):
                      f"{quantity}, {found}", style)
         dress(ax, title, label, "change of the median voxel [%]", "y")
     changes = lambda r: [fine_percent(r[k]) for k in ("value_relative", "log_kappa", "log_kappa_predicted", "log_mu",
-                                                      "log_mu_predicted")] + [f"{r['holdout_E']:.1e}"]
+                                                      "log_mu_predicted")] + [f"{r['validation_E']:.1e}"]
     head = ["a measurement", "κ", "predicted", "μ", "predicted", "held-out E"]
     return {"": figure}, {
         "-views": table(["boards, planes", "refused", "seen face [camera px]", "lit face [projector px]",
@@ -909,7 +887,7 @@ LIMITS = {
 
 SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward-peers": peers,
             "forward-relaxation": relaxation, "forward-grids": time_error, "forward-scaling": scaling,
-            "forward-iterations": iterations, "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
+            "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
             "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
             "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
@@ -942,7 +920,10 @@ def draw(folder):
         record = json.loads(file.read_text())
         if record.get("format") != "kappamu-bench-" + stem.split("-")[0] or record.get("version") != 2:
             raise SystemExit(f"bench_charts: {file} is no record of this version; remove it and measure again")
-        figures, made = make(record)
+        try:
+            figures, made = make(record)
+        except KeyError as missing:
+            raise SystemExit(f"bench_charts: {file} has no {missing}: another version measured it; measure again") from None
         for end, figure in figures.items():
             pictures[stem + end] = folder / f"{stem}{end}.png"
             figure.savefig(pictures[stem + end], dpi=100, bbox_inches="tight", metadata={"Software": None})

@@ -81,7 +81,7 @@ class Samples {
                                          &RigCase::turn_degrees, &RigCase::scale,
                                          &RigCase::value,        &RigCase::kappa,
                                          &RigCase::mu,           &RigCase::kappa_predicted,
-                                         &RigCase::mu_predicted, &RigCase::holdout_E};
+                                         &RigCase::mu_predicted, &RigCase::validation_E};
   static std::size_t index_of(double RigCase::*what) {
     return static_cast<std::size_t>(std::find(quantities.begin(), quantities.end(), what) -
                                     quantities.begin());
@@ -116,7 +116,7 @@ class Rig {
     const synthetic::Truth& truth = usual_.truth();
     samples.add(synthetic::calibration_errors(usual_.calibrated(true_lenses(truth)), truth));
     const Eigen::VectorXd none = Eigen::VectorXd::Zero(fit_.unknowns());
-    samples.add(&RigCase::holdout_E, held_out(none));
+    samples.add(&RigCase::validation_E, held_out(none));
     const Medium expected =
         synthetic::true_medium(truth, usual_.truth_folder(), truth.channels[channel]);
     samples.add(of_median_voxel(fit_.fitted() - joined(inverse::to_fields(expected))));
@@ -138,7 +138,7 @@ class Rig {
     samples.add(&RigCase::value, relative_change(found, best_));
     const Eigen::VectorXd change = fit_.refitted(found);
     samples.add(of_median_voxel(change));
-    samples.add(&RigCase::holdout_E, held_out(change));
+    samples.add(&RigCase::validation_E, held_out(change));
     const Eigen::VectorXd linear = fit_.change(found);
     std::vector<double> kappa;
     std::vector<double> mu;
@@ -160,7 +160,7 @@ class Rig {
     samples.add(&RigCase::value, relative_change(found, exact));
     const Eigen::VectorXd change = fit_.refitted(found);
     samples.add(of_median_voxel(change - fit_.refitted(exact)));
-    samples.add(&RigCase::holdout_E, held_out(change));
+    samples.add(&RigCase::validation_E, held_out(change));
     const Variances noise = fit_.propagated(own.measured(calibration, {0.0, 0.0}));
     samples.add_predicted(of_median_voxel(median_of_normal * noise.cwiseSqrt()));
   }
@@ -258,7 +258,7 @@ Json to_json(const std::string& part, const RigCase& c) {
           {"log_kappa_predicted", c.kappa_predicted},
           {"log_mu", c.mu},
           {"log_mu_predicted", c.mu_predicted},
-          {"holdout_E", c.holdout_E}};
+          {"validation_E", c.validation_E}};
 }
 
 void measure(const Request& request, Progress& progress, const Save& save) {

@@ -54,7 +54,7 @@ struct RigCase {
   double mu = 0.0;
   double kappa_predicted = 0.0;
   double mu_predicted = 0.0;
-  double holdout_E = 0.0;  ///< of this volume (synthetic::truth_error)
+  double validation_E = 0.0;  ///< of this volume (synthetic::truth_error)
 };
 
 struct RigNeeds {

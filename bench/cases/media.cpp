@@ -169,15 +169,6 @@ std::string to_string(MediumKind kind) {
   throw InternalError("to_string: unknown medium kind");
 }
 
-MediumKind medium_kind_from_string(const std::string& name) {
-  std::string list;
-  for (const auto& [kind, known] : names) {
-    if (name == known) return kind;
-    list += (list.empty() ? "" : ", ") + std::string(known);
-  }
-  throw InputError("medium '" + name + "' is unknown; choose one of " + list + ".");
-}
-
 Medium make_medium(const GridShape& shape, const MediumSpec& spec) {
   validate(shape, spec);
   Figure log_kappa = figure_of(shape, spec);

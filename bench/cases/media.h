@@ -22,8 +22,6 @@ enum class MediumKind {
 
 /// "uniform", "smooth", ...
 std::string to_string(MediumKind kind);
-/// Throws InputError listing the names unless `name` is one of them.
-MediumKind medium_kind_from_string(const std::string& name);
 
 struct MediumSpec {
   MediumKind kind = MediumKind::uniform;

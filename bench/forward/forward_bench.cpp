@@ -266,44 +266,6 @@ void measure_scaling(const Request& request, Progress& progress, const Save& sav
   }
 }
 
-/// Iterations only: no truth is solved for.
-void measure_iterations(const Request& request, Progress& progress, const Save& save) {
-  const Bench bench(request, progress, save);
-  const std::vector<int> sizes =
-      bench.quick ? std::vector<int>{12, 24} : std::vector<int>{32, 64, 128, 256};
-  const std::vector<double> contrasts =
-      bench.quick ? std::vector<double>{10.0, 1e4} : std::vector<double>{1.0, 10.0, 1e2, 1e4, 1e6};
-  Json rows = Json::array();
-  for (const int n : sizes) {
-    forward::GridSetup setup;
-    setup.shape = {n, n, n, voxel_mm};
-    const int patterns = n > 128 ? 1 : 4;
-    const auto choice = forward::make_grid_solver(setup, bench.device, Precision::single_precision);
-    const auto b = choice.solver->make_field(patterns);
-    const auto light = patch_light(setup.shape, setup.lit_face, patterns);
-    for (const MediumKind kind : {MediumKind::smooth, MediumKind::inclusions,
-                                  MediumKind::checkerboard, MediumKind::layers}) {
-      for (const double contrast : contrasts) {
-        bench.update(grid_name(setup.shape) + " " + to_string(kind));
-        const Medium medium = make_medium(setup.shape, {.kind = kind, .contrast = contrast});
-        choice.solver->set_medium(medium.kappa.values(), medium.mu.values());
-        choice.solver->light_source(light, *b);
-        const auto phi = choice.solver->make_field(patterns);
-        const forward::SolveReport report = choice.solver->solve(*b, *phi, {1e-6, 200});
-        rows.push_back({{"medium", to_string(kind)},
-                        {"grid", grid_name(setup.shape)},
-                        {"contrast", contrast},
-                        {"patterns", patterns},
-                        {"tolerance", 1e-6},
-                        {"iterations", report.iterations},
-                        {"converged", report.termination == forward::Termination::converged},
-                        {"seconds_per_rhs", report.seconds / patterns}});
-      }
-    }
-    bench.save("rows", rows);
-  }
-}
-
 Json summary_of(const std::vector<Json>& /*records*/, const std::filesystem::path& folder) {
   return forward_summary(folder);
 }
@@ -364,14 +326,12 @@ Subject forward_subject() {
       {{"headline", "every method on 256x256x20, 16 patterns, contrast 10, inclusions x100, /100",
         measure_headline},
        {"kernels", "seconds and bytes of each kernel of our solve there", measure_kernels},
-       {"peers", "hypre, PETSc and Eigen (scripts/setup.sh --peers) there, beside ours",
-        measure_peers},
+       {"peers", "hypre and PETSc (scripts/setup.sh --peers) there, beside ours", measure_peers},
        {"relaxation", "a minute of the papers' relaxation there", measure_relaxation},
        {"grids", "every method on other grids and contrasts", measure_grids},
-       {"scaling", "ours and hypre's PFMG on cubes of 32 to 256 voxels a side", measure_scaling},
-       {"iterations", "contrast 1 to 1e6 of four media on cubes", measure_iterations}},
+       {"scaling", "ours and hypre's PFMG on cubes of 32 to 256 voxels a side", measure_scaling}},
       {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100},
-       {"no-peers", "Leave out hypre, PETSc and Eigen", Setting::Kind::flag}},
+       {"no-peers", "Leave out hypre and PETSc", Setting::Kind::flag}},
       summary_of};
 }
 

@@ -100,7 +100,7 @@ PeerRun run_peer(const Problem& problem, const std::string& peer, int patterns,
   write_problem(problem, patterns, folder);
   PeerRun result;
   result.peer = peer;
-  result.ranks = peer == "eigen-iccg" ? 1 : usable_cores();
+  result.ranks = usable_cores();
   std::string command = "OMP_NUM_THREADS=1 " + launcher(result.ranks) + quoted(peers_program) +
                         " " + quoted(folder.string()) + " " + peer + " " +
                         std::to_string(repetitions);

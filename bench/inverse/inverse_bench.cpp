@@ -256,14 +256,14 @@ Json inverse_summary(const std::vector<Json>& records, const std::filesystem::pa
   }
   // The median truth stands for all. Of samples E is a list of channels: the first sample's.
   std::sort(rows.begin(), rows.end(), [](const Json& a, const Json& b) {
-    return a.at("holdout_E").is_number() && a.at("holdout_E") < b.at("holdout_E");
+    return a.at("validation_E").is_number() && a.at("validation_E") < b.at("validation_E");
   });
   const Json& row = rows.at(samples ? 0 : rows.size() / 2);
   Json summary{{"sample", row.value("sample", "block")}, {"channels", row.value("channels", 1)}};
   for (const char* name : {"grid", "patterns", "noise"}) summary[name] = row.at(name);
   summary["optimiser"] = "default";
   for (const char* name :
-       {"batched_solves", "seconds", "holdout_E", "data_misfit_chi2", "device"}) {
+       {"batched_solves", "seconds", "validation_E", "data_misfit_chi2", "device"}) {
     summary[name] = row.at(name);
   }
   summary["section"] = record.at("section");
@@ -288,7 +288,7 @@ Subject inverse_subject() {
       "their\n"
       "iterations times voxels over the fitted grid's voxels.\n\n"
       "--json: sample, grid, channels, patterns, noise, optimiser, batched_solves, seconds,\n"
-      "holdout_E, data_misfit_chi2, device, of the median truth at 1 % noise, or of the sample\n"
+      "validation_E, data_misfit_chi2, device, of the median truth at 1 % noise, or of the sample\n"
       "asked for.\n\n"
       "Do not trust seconds on a machine that does anything else.",
       {{"optimisers", "E along the fit by every optimiser, at noise 0, 0.3, 1, 3 %",

@@ -12,7 +12,7 @@ namespace kappamu::bench {
 Subject inverse_subject();
 
 /// What --json prints: sample, grid, channels, patterns, noise, optimiser, batched_solves, seconds,
-/// holdout_E, data_misfit_chi2, device and section of one fit: the default at 1 % noise, of the
+/// validation_E, data_misfit_chi2, device and section of one fit: the default at 1 % noise, of the
 /// median truth, from the first of scores, optimisers, samples and the others that was measured.
 /// With section samples also `samples`, the rows of all that were asked for.
 Json inverse_summary(const std::vector<Json>& records, const std::filesystem::path& folder);

@@ -158,7 +158,7 @@ Json measure_fit(const SurfaceMeasurements& m, const Validation& validation,
                           {}, progress, course_points > 0 ? observer : inverse::Observer{})
           .fit;
   Json score = score_of(fit, m, validation.fine_fields);
-  score["holdout_E"] = appearance_error(fit.medium, validation.patches);
+  score["validation_E"] = appearance_error(fit.medium, validation.patches);
   score["single_voxel_E"] = appearance_error(fit.medium, validation.single);
   if (course_points <= 0) return score;
   for (Snapshot& s : kept) {
@@ -170,7 +170,7 @@ Json measure_fit(const SurfaceMeasurements& m, const Validation& validation,
                                {"weight", r.weight},
                                {"chi2", r.chi2_per_value},
                                {"level", r.level},
-                               {"holdout_E", appearance_error(medium, validation.patches)}});
+                               {"validation_E", appearance_error(medium, validation.patches)}});
   }
   score["course"].push_back({{"solves", score["batched_solves"]},
                              {"work", score["work"]},
@@ -178,7 +178,7 @@ Json measure_fit(const SurfaceMeasurements& m, const Validation& validation,
                              {"weight", score["weight"]},
                              {"chi2", score["data_misfit_chi2"]},
                              {"level", 0},
-                             {"holdout_E", score["holdout_E"]}});
+                             {"validation_E", score["validation_E"]}});
   return score;
 }
 

@@ -52,10 +52,10 @@ Json score_of(const inverse::ChannelFit& fit, const SurfaceMeasurements& measure
 /// and takes in again (validated_fit.h), a cost that a comparison of optimisers leaves out.
 enum class KeptOut { none, usual };
 
-/// Fits channel 0; score_of() with holdout_E (8 × 8 patches), single_voxel_E and, where
+/// Fits channel 0; score_of() with validation_E (8 × 8 patches), single_voxel_E and, where
 /// `course_points` > 0, the course: at most about so many steps, evenly over the logarithm of the
 /// solves, each as solves, work, seconds since the start (scoring left out), weight, chi2, level
-/// (0 = the fitted grid) and holdout_E of the volume that would be exported there.
+/// (0 = the fitted grid) and validation_E of the volume that would be exported there.
 Json measure_fit(const SurfaceMeasurements& measurements, const Validation& validation,
                  const inverse::FitOptions& options, KeptOut kept_out, int course_points,
                  Progress& progress);

@@ -100,7 +100,7 @@ Json fit_monte_carlo(const Block& block, const CoefficientPair& fine_fields,
       error_of(inverse::predict(found.medium, validation, {}), validation);
   result["variant"] = "default";
   result["noise"] = options.noise;
-  result["holdout_E"] = fitted.denoised_E();
+  result["validation_E"] = fitted.denoised_E();
   result["photon_noise_E"] = fitted.noise_E();
 
   // The truth itself under diffusion, on the photons' own grid.

@@ -16,10 +16,10 @@ struct PhotonOptions {
   double noise = 0.01;           ///< added to what the photons' own makes, as add_noise() does
 };
 
-/// score_of() the fit with holdout_E against photons (their own noise taken off), truth_E (the same
-/// of the true coefficients solved by diffusion) and photon_noise_E (what the validating photons'
-/// noise adds to E, taken off both). `fine_fields` on block.grid.refined(2), where the photons
-/// walk; 4 × 4 patches are fitted.
+/// score_of() the fit with validation_E against photons (their own noise taken off), truth_E (the
+/// same of the true coefficients solved by diffusion) and photon_noise_E (what the validating
+/// photons' noise adds to E, taken off both). `fine_fields` on block.grid.refined(2), where the
+/// photons walk; 4 × 4 patches are fitted.
 Json fit_monte_carlo(const Block& block, const inverse::CoefficientPair& fine_fields,
                      const inverse::FitOptions& fit, const PhotonOptions& options,
                      Progress& progress);

@@ -85,7 +85,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   record["seconds"] = seconds;
   record["deviation_seconds"] = deviation_seconds;
   record["batched_solves"] = solves;
-  record["holdout_E"] = errors;
+  record["validation_E"] = errors;
   record["data_misfit_chi2"] = misfits;
   return record;
 }

@@ -33,12 +33,13 @@ namespace {
 using Maker = std::unique_ptr<Peer> (*)(const Problem&);
 const std::vector<std::pair<std::string, Maker>> makers{
 #ifdef KAPPAMU_HAS_HYPRE
-    {"hypre-pfmg", make_hypre_pfmg}, {"hypre-boomeramg", make_hypre_boomeramg},
+    {"hypre-pfmg", make_hypre_pfmg},
+    {"hypre-boomeramg", make_hypre_boomeramg},
 #endif
 #ifdef KAPPAMU_HAS_PETSC
-    {"petsc-gamg", make_petsc_gamg}, {"petsc-icc", make_petsc_icc},
+    {"petsc-gamg", make_petsc_gamg},
+    {"petsc-icc", make_petsc_icc},
 #endif
-    {"eigen-iccg", make_eigen_iccg},
 };
 
 /// Wall time of `work` on the slowest rank.
@@ -71,7 +72,6 @@ class Run {
       if (known == name) peer_ = make(problem_);
     }
     if (!peer_) throw std::runtime_error("no peer '" + name + "' was built in");
-    if (name == "eigen-iccg" && ranks_ != 1) throw std::runtime_error("eigen-iccg is serial");
     for (int m = 0; m < problem_.patterns(); ++m) rhs_.push_back(problem_.local_rhs(m));
   }
 

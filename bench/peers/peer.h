@@ -37,6 +37,5 @@ std::unique_ptr<Peer> make_hypre_pfmg(const Problem& problem);
 std::unique_ptr<Peer> make_hypre_boomeramg(const Problem& problem);
 std::unique_ptr<Peer> make_petsc_gamg(const Problem& problem);
 std::unique_ptr<Peer> make_petsc_icc(const Problem& problem);
-std::unique_ptr<Peer> make_eigen_iccg(const Problem& problem);  ///< one rank only
 
 }  // namespace kappamu::peers

@@ -43,15 +43,15 @@ class Tables(unittest.TestCase):
 
 class Ratios(unittest.TestCase):
     def test_first_to_reach_is_the_first_point_that_good(self):
-        course = [{"solves": 10 * k, "holdout_E": 10.0 ** -k} for k in range(3)]
+        course = [{"solves": 10 * k, "validation_E": 10.0 ** -k} for k in range(3)]
         self.assertIs(charts.first_to_reach(course, 0.1), course[1])
         self.assertIs(charts.first_to_reach(course, 0.05), course[2])
         self.assertIsNone(charts.first_to_reach(course, 1e-3))
 
     def test_a_fixed_weight_may_end_above_its_best(self):
-        point = lambda solves, error: {"solves": solves, "work": 2.0 * solves, "holdout_E": error}
-        ours = {"course": [point(10, 1e-2), point(20, 1e-3)], "holdout_E": 1e-3, "batched_solves": 20}
-        other = {"course": [point(40, 5e-2), point(60, 1e-3), point(80, 1e-2)], "holdout_E": 1e-2, "batched_solves": 80}
+        point = lambda solves, error: {"solves": solves, "work": 2.0 * solves, "validation_E": error}
+        ours = {"course": [point(10, 1e-2), point(20, 1e-3)], "validation_E": 1e-3, "batched_solves": 20}
+        other = {"course": [point(40, 5e-2), point(60, 1e-3), point(80, 1e-2)], "validation_E": 1e-2, "batched_solves": 80}
         self.assertEqual(charts.against_default(ours, other), ["1.0e-03", "3.0", "3.0", "8.0"])
 
 

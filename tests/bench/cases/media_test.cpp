@@ -82,12 +82,6 @@ TEST(Media, AreTheSameEachTime) {
   }
 }
 
-TEST(Media, NamesGoBothWays) {
-  for (const MediumKind kind : kinds) EXPECT_EQ(medium_kind_from_string(to_string(kind)), kind);
-  EXPECT_THAT(sentence_of([] { medium_kind_from_string("granite"); }),
-              HasSubstr("medium 'granite' is unknown; choose one of uniform, smooth"));
-}
-
 TEST(Media, RefuseWhatMakesNoMedium) {
   const auto refusal = [](const MediumSpec& spec) {
     return sentence_of([&] { make_medium(shapes[0], spec); });

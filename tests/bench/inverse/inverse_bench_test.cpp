@@ -161,7 +161,7 @@ TEST_F(InverseBench, QuickOptimisersAreMeasuredDrawnAndSummedUp) {
   const Json summary = inverse_summary({record}, folder());
   EXPECT_EQ(summary.at("patterns"), 16);
   EXPECT_GT(summary.at("batched_solves").get<int>(), 10);
-  EXPECT_LT(summary.at("holdout_E").get<double>(), 0.01);
+  EXPECT_LT(summary.at("validation_E").get<double>(), 0.01);
   EXPECT_THROW(quick_record("inverse", "nothing"), InputError);
 }
 
@@ -173,7 +173,7 @@ TEST_F(InverseBench, PaperSamplesKeepTheRowsOfOthersAndAreSummedUp) {
     const Json summary = inverse_summary({record}, folder());
     EXPECT_EQ(summary.at("sample"), sample);
     EXPECT_EQ(summary.at("samples").size(), 1U);
-    EXPECT_EQ(summary.at("holdout_E").size(), 3U);
+    EXPECT_EQ(summary.at("validation_E").size(), 3U);
   }
   const std::string table = expect_charts({}, {"inverse-samples"});
   for (const char* row : {"| stone | 16 × 16 × 41 | 3 |", "| wax2 | 17 × 12 × 48 | 4 |"}) {
@@ -186,7 +186,7 @@ TEST_F(InverseBench, SummaryIsOfTheMedianTruthAtOnePercent) {
   const auto row = [](const char* light, double noise, double error) {
     return Json{{"variant", light}, {"grid", {8, 8, 4}},       {"patterns", 16},
                 {"noise", noise},   {"device", "none"},        {"batched_solves", 100},
-                {"seconds", 1.0},   {"data_misfit_chi2", 1.0}, {"holdout_E", error}};
+                {"seconds", 1.0},   {"data_misfit_chi2", 1.0}, {"validation_E", error}};
   };
   const Json scores{{"section", "scores"},
                     {"rows",
@@ -194,8 +194,8 @@ TEST_F(InverseBench, SummaryIsOfTheMedianTruthAtOnePercent) {
                       row("bars", 0.01, 1e-4), row("bars", 0.01, 2e-4)}}};
   const Json losses{{"section", "losses"},
                     {"rows", Json::array({row("huber, clean", 0.01, 7e-4)})}};
-  EXPECT_EQ(inverse_summary({losses, scores}, folder()).at("holdout_E"), 2e-4);
-  EXPECT_EQ(inverse_summary({losses}, folder()).at("holdout_E"), 7e-4);
+  EXPECT_EQ(inverse_summary({losses, scores}, folder()).at("validation_E"), 2e-4);
+  EXPECT_EQ(inverse_summary({losses}, folder()).at("validation_E"), 7e-4);
 }
 
 }  // namespace
