@@ -1,13 +1,10 @@
-// Recipes of edits, polycubes, costs of models (`kappamu doctor --measure`), correspondences of a
-// structured-light scan.
-#include <cstdlib>
+// Recipes of edits, polycubes, correspondences of a structured-light scan.
 #include <iterator>
 
 #include "calib/projector/correspondences.h"
 #include "core/mesh/polycube.h"
 #include "io/polycube_file.h"
 #include "render/edit/edit.h"
-#include "render/machine_costs.h"
 #include "tests/fuzz/targets.h"
 
 namespace kappamu::fuzz {
@@ -43,8 +40,6 @@ struct {
      },
      R"({"format": "kappamu-polycube", "version": 1, "origin_mm": [0, 0, 0], "edge_mm": 2,
 "boxes": [{"from": [0, 0, 0], "to": [1, 0, 0]}], "corners": [{"at": [0, 0, 0], "mm": [-0.5, 0, 0]}]})"},
-    {"kappamu/model-costs.json", [](const fs::path&) { render::read_machine_costs("auto"); },
-     R"({"format": "kappamu-model-costs", "version": 1, "device": "auto", "costs": {"embedded": 0.5}})"},
     {"seen.csv",
      [](const fs::path& file) {
        capture::Camera camera;
@@ -62,8 +57,6 @@ struct {
 
 void read_list(Bytes bytes) {
   if (bytes.empty()) return;
-  setenv("XDG_CACHE_HOME", folder().c_str(), 1);
-  fs::create_directories(folder() / "kappamu");
   const auto& kind = kinds[bytes.front() % std::size(kinds)];
   write(folder() / kind.file, bytes.subspan(1));
   kind.read(folder() / kind.file);
@@ -72,7 +65,7 @@ void read_list(Bytes bytes) {
 void seed_list(const fs::path& seeds) {
   for (std::size_t i = 0; i < std::size(kinds); ++i) {
     const std::string content = static_cast<char>(i) + std::string(kinds[i].good);
-    write(seeds / fs::path(kinds[i].file).filename(), bytes_of(content));
+    write(seeds / kinds[i].file, bytes_of(content));
   }
 }
 
