@@ -37,8 +37,7 @@ constexpr double changed_deviations = 6.0;
 constexpr double changed_relative = 0.1;
 constexpr double shifted_px = 0.1;
 
-// Mean linear signal of the blocks of one frame; not a number where a pixel is saturated or lies
-// outside the frame.
+// Mean linear signal of the blocks of one frame; not a number where a pixel is saturated.
 struct Blocks {
   int columns = 0;
   int rows = 0;
@@ -51,26 +50,17 @@ struct Blocks {
   }
 };
 
-// The blocks' grid lies `offset` px off the frame's corner.
 template <class Reader>
 Blocks block_means(const Image<typename Reader::Value>& image, double exposure_s,
-                   const Reader& reader, int channel,
-                   const Eigen::Vector2i& offset = Eigen::Vector2i::Zero()) {
+                   const Reader& reader, int channel) {
   Blocks blocks{image.width() / block_px, image.height() / block_px, exposure_s, {}};
   const float limit = near_saturation * reader.saturation();
   for (int row = 0; row < blocks.rows; ++row) {
     for (int column = 0; column < blocks.columns; ++column) {
       float sum = 0.0F;
       bool saturated = false;
-      const int top = row * block_px + offset.y();
-      const int left = column * block_px + offset.x();
-      if (top < 0 || left < 0 || top + block_px > image.height() ||
-          left + block_px > image.width()) {
-        blocks.signal.push_back(std::nanf(""));
-        continue;
-      }
-      for (int y = top; y < top + block_px; ++y) {
-        for (int x = left; x < left + block_px; ++x) {
+      for (int y = row * block_px; y < (row + 1) * block_px; ++y) {
+        for (int x = column * block_px; x < (column + 1) * block_px; ++x) {
           const auto value = image(x, y, channel);
           saturated |= reader.saturated(value);
           sum += reader.linear(value);
@@ -164,14 +154,9 @@ Fit fit(const std::vector<Equation>& all) {
   return fit;
 }
 
-// The longer frame's time is stretched by the gain found so far and its blocks are moved by the
-// shift in whole pixels, until nothing is left of them: the equations hold for small gains and
-// shifts. It begins with the median ratio. `longer_at` gives the blocks at an offset.
-template <class LongerAt>
-std::optional<Pair> compare(const Blocks& shorter, const LongerAt& longer_at,
-                            const NoiseModel& noise) {
-  Eigen::Vector2i offset = Eigen::Vector2i::Zero();
-  Blocks longer = longer_at(offset);
+// The longer frame's time is stretched by the gain found so far, until nothing is left of it: the
+// equations hold for small gains. It begins with the median ratio.
+std::optional<Pair> compare(const Blocks& shorter, Blocks longer, const NoiseModel& noise) {
   const double told = longer.exposure_s;
   std::vector<double> logarithms;
   const double faintest = least_signal_to_noise * std::sqrt(noise.variance(0.0F));
@@ -182,28 +167,17 @@ std::optional<Pair> compare(const Blocks& shorter, const LongerAt& longer_at,
   }
   if (logarithms.size() < least_blocks) return std::nullopt;
   longer.exposure_s = shorter.exposure_s * std::exp(upper_median(std::move(logarithms)));
-  const double farthest = block_px * std::min(shorter.columns, shorter.rows) / 4.0;
   Pair pair;
-  constexpr int least_passes = 3;
-  constexpr int most_passes = 12;
-  bool moved = false;
-  for (int pass = 0; pass < least_passes || (moved && pass < most_passes); ++pass) {
+  constexpr int stretches = 3;
+  for (int stretch = 0; stretch < stretches; ++stretch) {
     const std::vector<Equation> all = equations(shorter, longer, noise);
     if (all.size() < least_blocks) return std::nullopt;
     const Fit fitted = fit(all);
     if (!fitted.found.allFinite() || fitted.found[0] <= -0.9) return std::nullopt;
     longer.exposure_s *= 1.0 + fitted.found[0];
     pair.gain_variance = fitted.covariance(0, 0);
-    pair.shift = offset.cast<double>() + fitted.found.tail<2>();
+    pair.shift = fitted.found.tail<2>();
     pair.shift_variance = std::max(fitted.covariance(1, 1), fitted.covariance(2, 2));
-    constexpr double most_left = 0.6;  // more than half a pixel: no two offsets take turns
-    moved = fitted.found.tail<2>().cwiseAbs().maxCoeff() > most_left;
-    if (!moved) continue;
-    if (pair.shift.cwiseAbs().maxCoeff() > farthest) break;
-    offset = pair.shift.array().round().cast<int>();
-    const double stretched = longer.exposure_s;
-    longer = longer_at(offset);
-    longer.exposure_s = stretched;
   }
   pair.log_gain = std::log(longer.exposure_s / told);
   return pair;
@@ -333,13 +307,7 @@ Steadiness compare_stack(std::span<const Exposed> stack, const Radiometry& radio
     steps.clear();
   };
   for (std::size_t i = 1; i < order.size(); ++i) {
-    const Exposed& longer = stack[order[i]];
-    const auto longer_at = [&](const Eigen::Vector2i& offset) {
-      return offset.isZero()
-                 ? blocks[order[i]]
-                 : block_means<Reader>(pixels(longer), longer.exposure_s, reader, channel, offset);
-    };
-    const std::optional<Pair> pair = compare(blocks[order[i - 1]], longer_at, noise);
+    const std::optional<Pair> pair = compare(blocks[order[i - 1]], blocks[order[i]], noise);
     if (pair) {
       steps.push_back(*pair);
       chain.push_back(order[i]);
