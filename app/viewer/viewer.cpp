@@ -63,6 +63,7 @@ class Viewer {
  public:
   Viewer(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options)
       : options_(options),
+        commands_(commands_of(options)),
         live_(live),
         state_(first_state(scene, live.world())),
         exposure_given_(scene.film.exposure.has_value()),
@@ -72,9 +73,7 @@ class Viewer {
         canvas_(corners_.geometry()),
         painter_(scene, live.world()),
         answers_(live) {
-    if (options.script) commands_ = script::read(*options.script);
     if (options.run) photographs_.emplace(*options.run);
-    require_new_screenshots();
     if (exposure_given_) state_.exposure = *scene.film.exposure;
     ask();
   }
@@ -101,16 +100,20 @@ class Viewer {
 
  private:
   /// Before the script plays: no file of anybody's is replaced.
-  void require_new_screenshots() const {
-    for (const script::Command& command : commands_) {
+  /// Read before there is a window. Throws InputError where a screenshot would replace a file.
+  static std::vector<script::Command> commands_of(const ViewerOptions& options) {
+    if (!options.script) return {};
+    std::vector<script::Command> commands = script::read(*options.script);
+    for (const script::Command& command : commands) {
       const auto* shot = std::get_if<script::Screenshot>(&command);
       if (shot == nullptr) continue;
-      const std::filesystem::path file = options_.out / shot->name;
+      const std::filesystem::path file = options.out / shot->name;
       if (std::filesystem::symlink_status(file).type() == std::filesystem::file_type::not_found)
         continue;
       throw InputError(file.string() +
                        ": exists already; move it elsewhere or choose another folder (-o)");
     }
+    return commands;
   }
 
   void ask() {
@@ -324,6 +327,7 @@ class Viewer {
   void obey(script::Quit) { done_ = true; }
 
   ViewerOptions options_;
+  std::vector<script::Command> commands_;
   render::LiveScene& live_;
   ViewState state_;
   bool exposure_given_ = false, done_ = false;
@@ -331,7 +335,6 @@ class Viewer {
   Window window_;
   render::LitCorners corners_;
   Canvas canvas_;
-  std::vector<script::Command> commands_;
   std::size_t next_ = 0;
   std::optional<render::LiveAnswer> answer_;  ///< that the picture shows
   std::optional<Clock::time_point> asked_since_;
