@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fuzzes the readers of everything that a stranger can hand in with libFuzzer under address and undefined-behaviour
-# sanitizers: no crash, hang (30 s), leak or allocation above 1 GB.
+# sanitizers: no crash, hang (30 s), leak (but for OpenVDB's and assimp's) or allocation above 1 GB.
 #   scripts/fuzz.sh TARGET|all [SECONDS [SEED]]     default 60 s each, any seed; without arguments lists the targets
 # Begins with the good inputs that the program makes and with earlier findings (tests/fuzz/regression/TARGET); an input
 # that fails stays in build-fuzz/crashes/TARGET.
@@ -34,10 +34,12 @@ for target in $targets; do
   [[ ! -d tests/fuzz/regression/$target ]] || folders+=("tests/fuzz/regression/$target")
   log=build-fuzz/$target.log
   found=0
-  # Leaks are looked for at the end: after each input that leaves something in a cache of OpenVDB's or assimp's, a search
-  # would take seconds.
-  build-fuzz/fuzz -seed="$seed" -max_total_time="$seconds" -timeout=30 -rss_limit_mb=2048 -malloc_limit_mb=1024 \
-    -detect_leaks=0 \
+  # OpenVDB loses a node of 270 kB wherever a file ends within it, and assimp keeps caches: a search for leaks after each
+  # input would take all the time, so that these two go without, and with room for what is lost.
+  leaks=1
+  [[ $target != vdb && $target != mesh ]] || leaks=0
+  build-fuzz/fuzz -seed="$seed" -max_total_time="$seconds" -timeout=30 -rss_limit_mb=8192 -malloc_limit_mb=1024 \
+    -detect_leaks=$leaks \
     -max_len=65536 -print_final_stats=1 -verbosity=0 -close_fd_mask=2 -artifact_prefix="build-fuzz/crashes/$target/" \
     "${folders[@]}" >"$log" 2>&1 || found=1
   if [[ $found -eq 1 ]]; then

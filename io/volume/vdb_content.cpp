@@ -1,5 +1,6 @@
 #include "io/volume/vdb_content.h"
 
+#include <malloc.h>
 #include <openvdb/io/Archive.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
@@ -9,6 +10,7 @@
 #include <fstream>
 #include <stdexcept>
 #include <streambuf>
+#include <utility>
 
 namespace kappamu::io {
 
@@ -30,16 +32,22 @@ class BoundedFile : public std::filebuf {
 
  protected:
   std::streamsize xsgetn(char* to, std::streamsize count) override {
+    const bool is_block = std::exchange(uncompressed_, false);
+    // OpenVDB reads such a block into a buffer of its own from the heap, and only then compares
+    // the block's length with the buffer's.
+    if (is_block && count > static_cast<std::streamsize>(malloc_usable_size(to))) return 0;
     const std::streamsize taken = std::filebuf::xsgetn(to, count);
     std::int64_t length = 0;
-    if (!blocks_ || taken != sizeof length) return taken;
+    if (!blocks_ || is_block || taken != sizeof length) return taken;
     std::memcpy(&length, to, sizeof length);
-    return length > left() ? 0 : taken;
+    uncompressed_ = length < 0;
+    return length > left() || length < -left() ? 0 : taken;
   }
 
  private:
   std::streamoff size_;
   bool blocks_ = false;
+  bool uncompressed_ = false;  ///< the length just read was negative: an uncompressed block follows
 };
 
 class ContentReader : public openvdb::io::Archive {
