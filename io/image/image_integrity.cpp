@@ -231,6 +231,9 @@ bool has_exr_length(std::string_view type, Bytes value) {
 bool holds_exr_header(Bytes bytes) {
   constexpr std::int64_t rows_per_entry = 256;  // at most, of any compression
   constexpr std::size_t entry = 8;              // [bytes]
+  constexpr std::uint64_t least_channel = 18;   // [bytes] of a channel, its name included
+  // Before the size is compared with what is expected, OpenEXR makes room for a block of rows.
+  constexpr std::int64_t most_values_in_row = 1 << 19;
   if (image_kind(bytes) != ImageKind::exr) return true;
   const bool several_parts = bytes.size() > 5 && (bytes[5] & std::byte{0x10}) != std::byte{0};
   const auto text_at = [&](std::uint64_t at) {
@@ -239,7 +242,7 @@ bool holds_exr_header(Bytes bytes) {
     return std::string_view(reinterpret_cast<const char*>(bytes.data()) + at,
                             static_cast<std::size_t>(end - bytes.begin()) - at);
   };
-  std::int64_t rows = 0;
+  std::int64_t rows = 0, columns = 0, channels = 1;
   for (std::uint64_t at = 8; at + 1 < bytes.size();) {
     if (bytes[at] == std::byte{0}) {  // the end of a header
       if (!several_parts || bytes[++at] == std::byte{0}) break;
@@ -260,10 +263,15 @@ bool holds_exr_header(Bytes bytes) {
             static_cast<std::int32_t>(number(bytes, value + offset, 4, std::endian::little))};
       };
       rows = std::max(rows, signed_number(12) - signed_number(4) + 1);
+      columns = std::max(columns, signed_number(8) - signed_number(0) + 1);
+    }
+    if (type == "chlist") {
+      channels = std::max(channels, static_cast<std::int64_t>(length / least_channel));
     }
     at = value + length;
   }
-  return static_cast<std::uint64_t>(rows / rows_per_entry) * entry <= bytes.size();
+  return columns <= most_values_in_row / channels &&
+         static_cast<std::uint64_t>(rows / rows_per_entry) * entry <= bytes.size();
 }
 
 void hide_photoshop_segments(std::span<std::byte> bytes) {
