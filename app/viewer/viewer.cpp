@@ -99,7 +99,6 @@ class Viewer {
   }
 
  private:
-  /// Before the script plays: no file of anybody's is replaced.
   /// Read before there is a window. Throws InputError where a screenshot would replace a file.
   static std::vector<script::Command> commands_of(const ViewerOptions& options) {
     if (!options.script) return {};

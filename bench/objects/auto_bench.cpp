@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "bench/objects/object_measurement.h"
+#include "core/processor_time.h"
 #include "forward/choice/pilot.h"
 
 namespace kappamu::bench {
@@ -63,10 +64,10 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   const std::span features(&measurement.features(), 1);
   forward::Choice choice = forward::choose_model(features, asked, {});
   const forward::ObjectProblem problem = measurement.problem();
-  const double before = cpu_seconds();
+  const double before = processor_seconds();
   const std::optional<forward::Pilot> pilot =
       forward::run_pilot(std::span(&problem, 1), features, asked, {}, choice, progress);
-  const double pilot_seconds = pilot ? cpu_seconds() - before : 0.0;
+  const double pilot_seconds = pilot ? processor_seconds() - before : 0.0;
   const forward::ModelCandidate& taken = choice.candidates.front();
   const std::vector<Tried> tried = try_all(measurement, asked, choice, pilot, pilot_seconds);
   std::optional<Tried> cheapest;

@@ -6,6 +6,7 @@
 #include "bench/objects/object_measurement.h"
 #include "core/error.h"
 #include "core/mesh/shapes.h"
+#include "core/processor_time.h"
 #include "forward/object_models.h"
 #include "render/embree_caster.h"
 
@@ -42,7 +43,7 @@ void measure_costs(const Request& request, Progress& progress, const Save& save)
     const std::vector<forward::ObjectLight> sky{{{}, std::vector<double>(surface.size(), 1.0)}};
     for (const std::string& model : settings.models) {
       if (slow(model) && surface.size() > most_of_slow) continue;
-      const double processor = cpu_seconds();
+      const double processor = processor_seconds();
       const auto start = std::chrono::steady_clock::now();
       try {
         const forward::ObjectResult result = forward::make_object_model(model)->solve(
@@ -52,7 +53,7 @@ void measure_costs(const Request& request, Progress& progress, const Save& save)
                         {"triangles", surface.size()},
                         {"elements", result.elements},
                         {"error_estimate", result.error_estimate.front()},
-                        {"cpu_seconds", cpu_seconds() - processor},
+                        {"cpu_seconds", processor_seconds() - processor},
                         {"seconds", spent.count()}});
         save({{"tolerance", options.tolerance}, {"photons", options.photons}, {"rows", rows}});
       } catch (const InputError&) {  // `grid`: no box of whole voxels

@@ -2,11 +2,11 @@
 
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "bench/objects/object_bench.h"
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "forward/analytic/validity.h"
 #include "forward/object_models.h"
 #include "io/npy.h"
@@ -32,10 +32,6 @@ double validity_error(const ObjectBench& bench) {
 }
 
 }  // namespace
-
-double cpu_seconds() {
-  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-}
 
 ObjectSettings object_settings(const Request& request) {
   const bool quick = request.size == Size::quick;
@@ -83,11 +79,11 @@ Json ObjectMeasurement::row(const std::string& model, const forward::ObjectOptio
   Json row{{"name", object_.name}, {"model", model}};
   try {
     const auto maker = forward::make_object_model(model);
-    const double cpu = cpu_seconds();
+    const double cpu = processor_seconds();
     const auto start = std::chrono::steady_clock::now();
     const forward::ObjectResult result = maker->solve(bench_.problem(), options, progress_);
     const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    add(result, options, spent.count(), cpu_seconds() - cpu, row);
+    add(result, options, spent.count(), processor_seconds() - cpu, row);
     if (settings_.maps) write_map(model, result);
   } catch (const InputError& refusal) {
     row["refused"] = refusal.what();

@@ -19,9 +19,6 @@ struct ObjectSettings {
 };
 ObjectSettings object_settings(const Request& request);
 
-/// Of the processor, that this program has spent.
-double cpu_seconds();
-
 class ObjectMeasurement {
  public:
   /// Makes the scene and reads its reference, or measures and records it.

@@ -6,6 +6,7 @@
 
 #include "bench/objects/object_measurement.h"
 #include "core/mesh/surface_norm.h"
+#include "core/processor_time.h"
 #include "forward/embedded/discretisation.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/embedded/solver_choice.h"
@@ -79,9 +80,9 @@ void measure_refinement(const Request& request, Progress& progress, const Save& 
     const auto measure = [&](const std::string& cubes, const std::string& asked, auto&& solve) {
       progress.update(cubes, 0.0, object.name + ", " + asked);
       const auto start = std::chrono::steady_clock::now();
-      const double before = cpu_seconds();
+      const double before = processor_seconds();
       const Answered mine = solve();
-      const double processor = cpu_seconds() - before;
+      const double processor = processor_seconds() - before;
       const double wall =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
       Json row{

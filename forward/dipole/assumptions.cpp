@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <sstream>
 
+#include "core/mesh/edges.h"
 #include "core/parallel.h"
 #include "forward/polygrid/closest_point.h"
 
@@ -24,24 +24,6 @@ constexpr double tolerable_share = 0.01;
 constexpr double most_absorbing = 0.1;
 /// Of a source's depth: facets of a smooth surface may bring it this near.
 constexpr double facets = 0.75;
-
-/// Bodies and voids: sets of triangles that share no vertex.
-int separate_surfaces(const TriangleMesh& mesh) {
-  std::vector<int> of(mesh.vertices.size());
-  std::iota(of.begin(), of.end(), 0);
-  const auto root = [&](int v) {
-    int& above = of[static_cast<std::size_t>(v)];
-    while (above != of[static_cast<std::size_t>(above)])
-      above = of[static_cast<std::size_t>(above)];
-    return above;
-  };
-  for (const auto& t : mesh.triangles) {
-    for (const int v : {t[1], t[2]}) of[static_cast<std::size_t>(root(v))] = root(t[0]);
-  }
-  std::vector<bool> used(of.size(), false);
-  for (const auto& t : mesh.triangles) used[static_cast<std::size_t>(root(t[0]))] = true;
-  return static_cast<int>(std::count(used.begin(), used.end(), true));
-}
 
 }  // namespace
 
@@ -74,7 +56,7 @@ std::vector<std::string> assumption_warnings(const ObjectProblem& problem) {
     warn(shallow, thin_diffusion_lengths, "diffusion lengths",
          "the dipole's half-space is deeper, and the error estimate does not include it");
   }
-  if (const int pieces = separate_surfaces(problem.mesh); pieces > 1) {
+  if (const int pieces = oriented_alike(problem.mesh.triangles).components; pieces > 1) {
     warnings.push_back("the mesh has " + std::to_string(pieces) +
                        " separate surfaces; the dipole sends light across the voids and gaps "
                        "between them, and the error estimate does not include it");
