@@ -51,10 +51,15 @@ def fine_percent(share):
     return percent(share, 2 if share < 0.00995 else 1 if share < 0.0995 else 0)
 
 
+FOLDED = 20  # rows: a longer table is folded
+
+
 def table(head, rows):
     lines = [head, ["---"] * len(head)] + [list(row) for row in rows]
     text = "".join("| " + " | ".join(str(cell) for cell in line) + " |\n" for line in lines)
-    return text.replace("| --- " * len(head) + "|", "|---" * len(head) + "|")
+    text = text.replace("| --- " * len(head) + "|", "|---" * len(head) + "|")
+    count = len(lines) - 2
+    return text if count <= FOLDED else f"<details><summary>{count} rows</summary>\n\n{text}\n</details>\n"
 
 
 def flat(rows, names, formats=None):

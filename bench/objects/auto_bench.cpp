@@ -110,7 +110,10 @@ void measure_auto(const Request& request, Progress& progress, const Save& save) 
   if (wanted.empty() && quick) wanted = {"brick-potato-16-side"};
   const std::vector<double> tolerances = quick ? std::vector{0.2} : std::vector{0.03, 0.06, 0.12};
   Json rows = Json::array();
-  for (const ObjectCase& object : object_cases(Population::validation, wanted)) {
+  const int drawn = request.count("draw", 0);
+  const std::vector<ObjectCase> cases =
+      drawn > 0 ? drawn_cases(drawn, request.seed) : object_cases(Population::validation, wanted);
+  for (const ObjectCase& object : cases) {
     const ObjectMeasurement measurement(object, settings, request, progress);
     for (const double tolerance : tolerances) {
       rows.push_back(row_of(object, measurement, tolerance, progress));

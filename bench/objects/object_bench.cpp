@@ -86,7 +86,9 @@ Subject objects_subject() {
       "missing is measured, minutes, and recorded there.\n\n"
       "Section auto: of every validation scene and tolerance the model that is taken, its error\n"
       "and processor time; met: the error is within the tolerance; cheapest: the model of those\n"
-      "that met it with the least processor time; cost_ratio: the taken one's over that.\n\n"
+      "that met it with the least processor time; cost_ratio: the taken one's over that. --draw N "
+      "takes\n"
+      "N scenes at random by --seed, which nobody has seen, instead.\n\n"
       "Section refinement: diffusion on cubes refined by the model's own estimate beside even "
       "ones,\n"
       "from mesh to exitance of one light and channel; error: from that on some millions of "
@@ -103,6 +105,7 @@ Subject objects_subject() {
       {{"scenes", "Those whose names begin so; all if absent", Setting::Kind::words},
        {"mesh", "Files of objects to measure instead of, or beside, those of --scenes",
         Setting::Kind::words},
+       {"draw", "Of auto: so many scenes drawn by --seed", Setting::Kind::number, 1, 1000},
        {"models", "Those named; all if absent", Setting::Kind::words},
        {"tolerance", "Error that models aim at (default 0.01)", Setting::Kind::number, 1e-6, 0.9},
        {"photons", "Of the model montecarlo (default 200000)", Setting::Kind::number, 2, 2e9},

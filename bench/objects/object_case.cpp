@@ -1,6 +1,9 @@
 #include "bench/objects/object_case.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
 
 #include "core/error.h"
 #include "core/mesh/shapes.h"
@@ -196,6 +199,33 @@ std::vector<ObjectCase> object_cases(Population population,
     return std::none_of(wanted.begin(), wanted.end(),
                         [&](const std::string& name) { return c.name.starts_with(name); });
   });
+  return cases;
+}
+
+std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed) {
+  std::vector<std::string> shapes = meshes_shipped, materials = render::published_material_names();
+  for (const auto* list : {&procedural, &unseen}) {
+    for (const BenchShape& shape : *list) shapes.emplace_back(shape.name);
+  }
+  // A quarter of the cases is heterogeneous.
+  materials.insert(materials.end(), materials.size() / 3, measured_block);
+  constexpr std::array lights{CaseLight::aslant, CaseLight::side, CaseLight::below, CaseLight::sky};
+  constexpr double least = 10.0, most = 70.0;
+  std::mt19937_64 random(seed);
+  const auto one_of = [&](const auto& list) { return list[random() % list.size()]; };
+  std::vector<ObjectCase> cases;
+  while (static_cast<int>(cases.size()) < count) {
+    const double part = static_cast<double>(random() % 1024) / 1024.0;
+    ObjectCase drawn{"",
+                     one_of(shapes),
+                     one_of(materials),
+                     std::round(least * std::pow(most / least, part)),
+                     one_of(lights),
+                     {}};
+    drawn.name = name_of_case(drawn);
+    const auto same = [&](const ObjectCase& c) { return c.name == drawn.name; };
+    if (std::none_of(cases.begin(), cases.end(), same)) cases.push_back(drawn);
+  }
   return cases;
 }
 

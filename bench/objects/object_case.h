@@ -2,6 +2,7 @@
 // path, under one light.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -31,6 +32,10 @@ enum class Population { tuning, validation };
 /// All of a population, or of both those whose names begin with one of `wanted`; throws InputError
 /// where none does.
 std::vector<ObjectCase> object_cases(Population population, const std::vector<std::string>& wanted);
+
+/// `count` cases of any shape, material, size of 10 to 70 and light, drawn by `seed`: for a
+/// judgement that no choice has seen.
+std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed);
 
 /// Each file's object in marble of 8, 24 and 72 mean free paths and in skin2 of 24, named by its
 /// stem.

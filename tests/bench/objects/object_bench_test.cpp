@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <set>
 
 #include "bench/objects/object_case.h"
 #include "bench/objects/object_reference.h"
@@ -98,6 +99,23 @@ TEST(ObjectCases, AreNamedOnceAndUnknownOnesRefused) {
                                             "sphere-marble-8-sky", "bob-block-24"}));
   EXPECT_THAT(sentence_of([] { object_cases(Population::tuning, {"bunny"}); }),
               HasSubstr("begins with 'bunny'"));
+}
+
+TEST(ObjectCases, AreDrawnBySeed) {
+  Progress silent;
+  std::set<std::string> names, others;
+  for (const ObjectCase& c : drawn_cases(100, 3)) {
+    names.insert(c.name);
+    EXPECT_GE(c.size, 10.0);
+    EXPECT_LE(c.size, 70.0);
+  }
+  for (const ObjectCase& c : drawn_cases(100, 4)) others.insert(c.name);
+  EXPECT_EQ(names.size(), 100U);
+  EXPECT_NE(names, others);
+  for (const ObjectCase& c : drawn_cases(3, 3)) {
+    EXPECT_TRUE(names.contains(c.name));
+    EXPECT_GT(make_object_bench(c, meshes, volume, silent).power, 0.0) << c.name;
+  }
 }
 
 TEST(ObjectCases, OfAFileAreNamedByIt) {
