@@ -11,14 +11,75 @@
 #include "calib/projector/view_checks.h"
 #include "calib/targets/chessboard.h"
 #include "calib/targets/find_board.h"
+#include "core/error.h"
 #include "core/shown_text.h"
 
 namespace kappamu::calib {
 namespace {
 
-BoardCorners printed_corners(const capture::Session& session, const capture::Frame& frame,
-                             const capture::Radiometry& radiometry) {
-  return find_board(load_linear(session, frame, radiometry), session.calibration.board, frame.file);
+/// What the photographs of boards show. A view without its board is left out, a plane without
+/// either of its boards too; `without` tells of them.
+struct SeenBoards {
+  std::vector<BoardView> views;  ///< the last ones are the printed boards of `planes`
+  std::vector<PlaneView> planes;
+  std::vector<const capture::ProjectorPlane*> used;  ///< one per plane
+  std::vector<std::string> without;
+
+  template <class Find>
+  std::optional<BoardCorners> found(const Find& find) {
+    try {
+      return find();
+    } catch (const InputError& error) {
+      without.emplace_back(error.what());
+      return std::nullopt;
+    }
+  }
+};
+
+SeenBoards find_boards(const capture::Session& session, const capture::Radiometry& radiometry,
+                       bool projected_boards) {
+  const capture::Calibration& shots = session.calibration;
+  SeenBoards seen;
+  const auto printed = [&](const capture::Frame& frame) {
+    const Image<float> grey = load_linear(session, frame, radiometry);
+    return seen.found([&] { return find_board(grey, shots.board, frame.file); });
+  };
+  for (const capture::Frame& frame : shots.camera_boards) {
+    if (auto corners = printed(frame)) seen.views.push_back({frame.file, std::move(*corners)});
+  }
+  // The planes' printed boards are seen through the same lens: they help it, too.
+  std::vector<BoardView> of_planes;
+  for (const capture::ProjectorPlane& plane : shots.projector_planes) {
+    auto corners = printed(plane.board);
+    if (!corners) continue;
+    PlaneView view{"", *corners, {}};
+    BoardView board{plane.board.file, std::move(*corners)};
+    if (projected_boards) {
+      view.name = plane.projected->file;
+      const Image<float> grey = load_linear(session, *plane.projected, radiometry);
+      auto projected = seen.found([&] {
+        return find_projected_chessboard(grey, shots.projected_board->columns,
+                                         shots.projected_board->rows, view.printed, view.name);
+      });
+      if (!projected) {
+        seen.views.push_back(std::move(board));
+        continue;
+      }
+      view.projected = std::move(*projected);
+    }
+    of_planes.push_back(std::move(board));
+    seen.planes.push_back(std::move(view));
+    seen.used.push_back(&plane);
+  }
+  seen.views.insert(seen.views.end(), of_planes.begin(), of_planes.end());
+  const std::size_t least_planes = std::min(least_views, shots.projector_planes.size());
+  if (!seen.without.empty() &&
+      (seen.views.size() < least_views || seen.planes.size() < least_planes)) {
+    const std::size_t more = seen.without.size() - 1;
+    throw InputError(seen.without.front() +
+                     (more > 0 ? " (" + std::to_string(more) + " more like it)" : ""));
+  }
+  return seen;
 }
 
 /// What a plane's code tells, by whatever code it has.
@@ -55,11 +116,12 @@ std::string name_of_code(const capture::ProjectorPlane& plane) {
 
 /// The planes with the points that their codes locate for projected corners.
 std::vector<PlaneView> read_codes(const capture::Session& session,
-                                  const capture::ProjectedBoard& lattice,
-                                  std::vector<PlaneView> planes, CalibrationResult& result) {
+                                  const capture::ProjectedBoard& lattice, const SeenBoards& boards,
+                                  CalibrationResult& result) {
   constexpr int shown_px = 160;  // longest side of the quality map that is kept
+  std::vector<PlaneView> planes = boards.planes;
   for (std::size_t p = 0; p < planes.size(); ++p) {
-    const capture::ProjectorPlane& plane = session.calibration.projector_planes[p];
+    const capture::ProjectorPlane& plane = *boards.used[p];
     const ProjectorMap map = read_code(session, plane, result.radiometry);
     planes[p].name = name_of_code(plane);
     planes[p].projected = points_on_plane(mapped_corners(map, lattice, planes[p].name),
@@ -77,16 +139,19 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
                                   CalibrationResult& result) {
   JointCalibration joint;
   const capture::Calibration& shots = session.calibration;
-  std::vector<BoardView> views;
-  std::vector<PlaneView> planes;
+  const auto all_planes = [&](const auto& have) {
+    return std::all_of(shots.projector_planes.begin(), shots.projector_planes.end(), have);
+  };
+  const bool coded = all_planes([](const capture::ProjectorPlane& plane) { return plane.coded(); });
+  const bool projected =
+      all_planes([](const capture::ProjectorPlane& plane) { return plane.projected.has_value(); });
+  SeenBoards boards;
   stages.run("camera", 0.3, [&] {
-    for (const capture::Frame& frame : shots.camera_boards) {
-      views.push_back({frame.file, printed_corners(session, frame, result.radiometry)});
+    boards = find_boards(session, result.radiometry, projected);
+    for (const std::string& sentence : boards.without) {
+      stages.warn(sentence + "; this view is left out.");
     }
-    // The planes' printed boards are seen through the same lens: they help it, too.
-    for (const capture::ProjectorPlane& plane : shots.projector_planes) {
-      views.push_back({plane.board.file, printed_corners(session, plane.board, result.radiometry)});
-    }
+    const std::vector<BoardView>& views = boards.views;
     result.camera =
         calibrate_camera(views, shots.board.square_mm, session.camera.width, session.camera.height);
     for (const std::string& sentence : check_camera_views(views, result.camera)) {
@@ -95,26 +160,12 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
   });
   if (shots.projector_planes.empty()) return joint;
   stages.run("projector", 0.5, [&] {
-    const auto all_planes = [&](const auto& have) {
-      return std::all_of(shots.projector_planes.begin(), shots.projector_planes.end(), have);
-    };
-    const bool coded =
-        all_planes([](const capture::ProjectorPlane& plane) { return plane.coded(); });
-    const bool boards = all_planes(
-        [](const capture::ProjectorPlane& plane) { return plane.projected.has_value(); });
-    for (std::size_t p = 0; p < shots.projector_planes.size(); ++p) {
-      planes.push_back({"", views[shots.camera_boards.size() + p].corners, {}});
-      if (!boards) continue;
-      planes[p].name = shots.projector_planes[p].projected->file;
-      planes[p].projected = find_projected_chessboard(
-          load_linear(session, *shots.projector_planes[p].projected, result.radiometry),
-          shots.projected_board->columns, shots.projected_board->rows, planes[p].printed,
-          planes[p].name);
-    }
+    const std::vector<BoardView>& views = boards.views;
+    const std::vector<PlaneView>& planes = boards.planes;
     for (const std::string& sentence : check_planes(planes)) stages.warn(sentence);
     const capture::ProjectedBoard shown =
         coded ? map_lattice(session.projector) : *shots.projected_board;
-    const std::vector<PlaneView> seen = coded ? read_codes(session, shown, planes, result) : planes;
+    const std::vector<PlaneView> seen = coded ? read_codes(session, shown, boards, result) : planes;
     result.projector = calibrate_projector(result.camera.lens, shots.board, shown, seen,
                                            session.projector.width, session.projector.height);
     joint = adjust_jointly({views, shots.board, shown, seen}, result.camera, result.projector);
@@ -131,7 +182,7 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
           "planes are flat beyond the printed board and did not move between their "
           "pictures.");
     }
-    if (coded && boards) {
+    if (coded && projected) {
       result.gray_code_check_px =
           projected_board_rms(result.camera.lens, result.projector, *shots.projected_board, planes);
     }

@@ -21,7 +21,7 @@ struct ExportOptions {
 void run_export(const ExportOptions& options, const Globals& globals) {
   const auto progress = make_progress();
   pipeline::OutputFolder out(options.out, "export", {io::find_volume(options.volume)},
-                             {"volume.vti", "mitsuba", "npy", "volume.vdb", "exr"},
+                             {"volume.vti", "mitsuba", "medium.pbrt", "npy", "volume.vdb", "exr"},
                              pipeline::Former::kept);
   io::ExportResult result = pipeline::export_volumes(options.volume, out.partial(), options.formats,
                                                      *progress, options.most_voxels);
@@ -49,6 +49,7 @@ void add_export(CLI::App& app, Globals& globals) {
       "volume.json and kappa_R.npy, mu_R.npy, ... Into OUT go, by --format:\n\n"
       "  vti  volume.vti   ParaView, VTK: cell data kappa [mm], mu [1/mm], sigma_t, albedo\n"
       "  vol  mitsuba/     Mitsuba 3: sigma_t.vol, albedo.vol, one pair per channel, scene.xml\n"
+      "  pbrt medium.pbrt  pbrt-v4: named medium of type rgbgrid, sigma_a and sigma_s [1/mm]\n"
       "  npy  npy/         NumPy: float32 [z][y][x] per coefficient and channel, volume.json\n"
       "  vdb  volume.vdb   OpenVDB: fog grids kappa_R, mu_R, sigma_t_R, albedo_R, ..., density\n"
       "  exr  exr/         one image per z layer with channels kappa.R, mu.R, ...\n\n"
@@ -66,8 +67,9 @@ void add_export(CLI::App& app, Globals& globals) {
   std::vector<std::string> names = pipeline::export_formats();
   names.emplace_back("all");
   command
-      ->add_option("--format", options->formats,
-                   "vti, vol, npy, vdb, exr or all (default); several with commas or repeated")
+      ->add_option(
+          "--format", options->formats,
+          "vti, vol, pbrt, npy, vdb, exr or all (default); several with commas or repeated")
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->type_name("FORMAT");

@@ -103,7 +103,7 @@ double CameraCalibration::standard_deviation(int parameter) const {
 
 CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double square_mm, int width,
                                    int height, std::optional<LensModel> model) {
-  if (views.size() < 3) {
+  if (views.size() < least_views) {
     throw InputError("camera calibration: " + std::to_string(views.size()) +
                      " board photographs given and at least 3 are needed (10 or more are good); "
                      "photograph the board in more poses (calibration.camera_boards of a session)");

@@ -77,6 +77,9 @@ struct CameraCalibration {
   double standard_deviation(int parameter) const;  ///< index into the order of `covariance`
 };
 
+/// Of a camera, and planes of a projector.
+inline constexpr std::size_t least_views = 3;
+
 /// Calibrates from at least three views: Zhang's start, least squares over lens and poses, corners
 /// further off than six standard deviations (found under Cauchy's loss) left out. Without `model`
 /// the lens model and whether the board is bent are chosen by leave-one-view-out cross-validation

@@ -336,7 +336,7 @@ ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Boar
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,
                                          int height, LensModel model) {
-  if (planes.size() < 3) {
+  if (planes.size() < least_views) {
     throw InputError("projector calibration: " + std::to_string(planes.size()) +
                      " planes given and at least 3 are needed (6 or more are good); add entries to "
                      "calibration.projector_planes in session.json");

@@ -209,6 +209,7 @@ void require_exposure_times(const std::vector<Photograph>& photographs) {
 }
 
 void read_camera(const fs::path& photograph, Camera& camera) {
+  if (camera.raw_layout && lower_extension(photograph) == ".raw") return;
   if (io::is_raw_file(photograph)) {
     const io::RawImage raw = io::read_raw(photograph);
     camera.width = raw.mosaic.width();

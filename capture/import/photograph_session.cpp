@@ -22,7 +22,7 @@ void describe_camera(const fs::path& photograph, Session& session) {
   Camera& camera = session.camera;
   read_camera(photograph, camera);
   const Frame frame{photograph.filename().string(), 1.0};
-  if (is_raw_frame(frame)) return;
+  if (is_raw_frame(session, frame)) return;
   int channels = 0;
   if (is_float_frame(frame)) {
     channels = io::read_float_image(photograph).channels();

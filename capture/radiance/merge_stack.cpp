@@ -117,7 +117,8 @@ auto with_frames(const Session& session, const Stack& stack, const Radiometry& r
     return act(std::move(frames), radiometry, 1.0, unchanged);
   }
   std::vector<ExposedFrame> frames;
-  if (stack.empty() || !std::all_of(stack.begin(), stack.end(), is_raw_frame)) {
+  const auto is_raw = [&](const Frame& frame) { return is_raw_frame(session, frame); };
+  if (stack.empty() || !std::all_of(stack.begin(), stack.end(), is_raw)) {
     for (const Frame& frame : stack) {
       frames.push_back({load_frame(session, frame), frame.exposure_s});
     }

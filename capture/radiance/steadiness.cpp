@@ -1,66 +1,44 @@
 #include "capture/radiance/steadiness.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Core>
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
 
+#include "capture/radiance/frame_pair.h"
 #include "capture/response/frame_reader.h"
-#include "capture/response/noise_model.h"
 #include "core/numbers/median.h"
 
 namespace kappamu::capture {
 namespace {
 
-constexpr int block_px = 4;
-constexpr double block_pixels = block_px * block_px;
 constexpr int smallest_frame_px = 3 * block_px;
-constexpr std::size_t least_blocks = 30;
-// Blocks fainter than this many of their standard deviations in the shorter frame say little of
-// gain.
-constexpr double least_signal_to_noise = 5.0;
-// Nor blocks whose pixels, in the shorter frame, are fainter than this many deviations of a dark
-// one: a recovered response is off there by a share of a code, whose error no number of blocks
-// averages out.
-constexpr double least_signal_to_dark_noise = 10.0;
 // Blocks nearer to saturation than this are left out: some of their pixels are cut.
 constexpr float near_saturation = 0.9F;
-// Error of a block that the noise model does not know: the response's bends, dust that moves.
-constexpr double relative_floor = 0.002;
-constexpr double shift_prior_px = 100.0;  // keeps a picture without edges solvable
-constexpr double tukey_constant = 4.685;
-constexpr int rounds = 6;
 constexpr double changed_deviations = 6.0;
 constexpr double changed_relative = 0.1;
 constexpr double shifted_px = 0.1;
 
-// Mean linear signal of the blocks of one frame; not a number where a pixel is saturated.
-struct Blocks {
-  int columns = 0;
-  int rows = 0;
-  double exposure_s = 0.0;
-  std::vector<float> signal;
-
-  float at(int column, int row) const {
-    return signal[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) +
-                  static_cast<std::size_t>(column)];
-  }
-};
-
+// The blocks' grid lies `offset` px off the frame's corner.
 template <class Reader>
 Blocks block_means(const Image<typename Reader::Value>& image, double exposure_s,
-                   const Reader& reader, int channel) {
+                   const Reader& reader, int channel,
+                   const Eigen::Vector2i& offset = Eigen::Vector2i::Zero()) {
   Blocks blocks{image.width() / block_px, image.height() / block_px, exposure_s, {}};
   const float limit = near_saturation * reader.saturation();
   for (int row = 0; row < blocks.rows; ++row) {
     for (int column = 0; column < blocks.columns; ++column) {
       float sum = 0.0F;
       bool saturated = false;
-      for (int y = row * block_px; y < (row + 1) * block_px; ++y) {
-        for (int x = column * block_px; x < (column + 1) * block_px; ++x) {
+      const int top = row * block_px + offset.y();
+      const int left = column * block_px + offset.x();
+      if (top < 0 || left < 0 || top + block_px > image.height() ||
+          left + block_px > image.width()) {
+        blocks.signal.push_back(std::nanf(""));
+        continue;
+      }
+      for (int y = top; y < top + block_px; ++y) {
+        for (int x = left; x < left + block_px; ++x) {
           const auto value = image(x, y, channel);
           saturated |= reader.saturated(value);
           sum += reader.linear(value);
@@ -73,123 +51,13 @@ Blocks block_means(const Image<typename Reader::Value>& image, double exposure_s
   return blocks;
 }
 
-struct Pair {
-  double log_gain = 0.0;  // of the longer frame relative to the shorter
-  double gain_variance = 0.0;
-  Eigen::Vector2d shift = Eigen::Vector2d::Zero();  // [px], likewise
-  double shift_variance = 0.0;
-};
-
-struct Equation {
-  Eigen::Vector3d row;  // of gain, shift x, shift y
-  double difference = 0.0;
-  double weight = 0.0;  // 1/variance
-};
-
-// Difference of radiances = gain * radiance - shift · its gradient, per block.
-std::vector<Equation> equations(const Blocks& shorter, const Blocks& longer,
-                                const NoiseModel& noise) {
-  const auto ta = static_cast<float>(shorter.exposure_s);
-  const auto tb = static_cast<float>(longer.exposure_s);
-  const double dark_noise = std::sqrt(noise.variance(0.0F));
-  const auto radiance = [&](int column, int row) {
-    return (shorter.at(column, row) + longer.at(column, row)) / (ta + tb);
-  };
-  std::vector<Equation> found;
-  for (int row = 1; row + 1 < shorter.rows; ++row) {
-    for (int column = 1; column + 1 < shorter.columns; ++column) {
-      const float either = radiance(column, row);
-      const float dx = (radiance(column + 1, row) - radiance(column - 1, row)) / (2.0F * block_px);
-      const float dy = (radiance(column, row + 1) - radiance(column, row - 1)) / (2.0F * block_px);
-      if (!std::isfinite(either + dx + dy)) continue;
-      const double a = noise.variance(either * ta) / block_pixels / (ta * ta);
-      const double b = noise.variance(either * tb) / block_pixels / (tb * tb);
-      const double in_shorter = shorter.at(column, row) / ta;
-      const double in_longer = longer.at(column, row) / tb;
-      // The mean by inverse variance: its error is not that of the difference, so that neither the
-      // choice of blocks by it nor the gain multiplied with it is biased.
-      const double mean = (in_shorter * b + in_longer * a) / (a + b);
-      if (mean < least_signal_to_noise * std::sqrt(a)) continue;
-      if (mean * ta < least_signal_to_dark_noise * dark_noise) continue;
-      const double floor = relative_floor * mean;
-      Equation equation;
-      equation.row = {mean, -dx, -dy};
-      equation.difference = in_longer - in_shorter;
-      equation.weight = 1.0 / (a + b + floor * floor);
-      found.push_back(equation);
-    }
-  }
-  return found;
-}
-
-struct Fit {
-  Eigen::Vector3d found = Eigen::Vector3d::Zero();  // gain, shift x, shift y
-  Eigen::Matrix3d covariance;
-};
-
-Fit fit(const std::vector<Equation>& all) {
-  Fit fit;
-  for (int round = 0; round < rounds; ++round) {
-    std::vector<double> sizes;
-    sizes.reserve(all.size());
-    for (const Equation& e : all) {
-      sizes.push_back(std::abs(e.difference - e.row.dot(fit.found)) * std::sqrt(e.weight));
-    }
-    const double spread = std::max(1.0, upper_median(sizes) / 0.6745);
-    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d right = Eigen::Vector3d::Zero();
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      const double u = sizes[i] / (tukey_constant * spread);
-      if (u >= 1.0) continue;
-      const double weight = all[i].weight * (1.0 - u * u) * (1.0 - u * u);
-      normal += weight * all[i].row * all[i].row.transpose();
-      right += weight * all[i].difference * all[i].row;
-    }
-    const double prior = 1.0 / (shift_prior_px * shift_prior_px);
-    normal(1, 1) += prior;
-    normal(2, 2) += prior;
-    fit.found = normal.ldlt().solve(right);
-    fit.covariance = spread * spread * normal.inverse();
-  }
-  return fit;
-}
-
-// The longer frame's time is stretched by the gain found so far, until nothing is left of it: the
-// equations hold for small gains. It begins with the median ratio.
-std::optional<Pair> compare(const Blocks& shorter, Blocks longer, const NoiseModel& noise) {
-  const double told = longer.exposure_s;
-  std::vector<double> logarithms;
-  const double faintest = least_signal_to_noise * std::sqrt(noise.variance(0.0F));
-  for (std::size_t i = 0; i < shorter.signal.size(); ++i) {
-    const bool seen =
-        shorter.signal[i] * block_px > faintest && longer.signal[i] * block_px > faintest;
-    if (seen) logarithms.push_back(std::log(longer.signal[i] / shorter.signal[i]));
-  }
-  if (logarithms.size() < least_blocks) return std::nullopt;
-  longer.exposure_s = shorter.exposure_s * std::exp(upper_median(std::move(logarithms)));
-  Pair pair;
-  constexpr int stretches = 3;
-  for (int stretch = 0; stretch < stretches; ++stretch) {
-    const std::vector<Equation> all = equations(shorter, longer, noise);
-    if (all.size() < least_blocks) return std::nullopt;
-    const Fit fitted = fit(all);
-    if (!fitted.found.allFinite() || fitted.found[0] <= -0.9) return std::nullopt;
-    longer.exposure_s *= 1.0 + fitted.found[0];
-    pair.gain_variance = fitted.covariance(0, 0);
-    pair.shift = fitted.found.tail<2>();
-    pair.shift_variance = std::max(fitted.covariance(1, 1), fitted.covariance(2, 2));
-  }
-  pair.log_gain = std::log(longer.exposure_s / told);
-  return pair;
-}
-
 // Places the frames of a chain of comparable neighbours relative to the chain's median.
-void place_chain(const std::vector<std::size_t>& chain, const std::vector<Pair>& steps,
+void place_chain(const std::vector<std::size_t>& chain, const std::vector<FramePair>& steps,
                  Steadiness& states) {
   std::vector<double> gains{0.0};
   std::vector<double> x{0.0};
   std::vector<double> y{0.0};
-  for (const Pair& step : steps) {
+  for (const FramePair& step : steps) {
     gains.push_back(gains.back() + step.log_gain);
     x.push_back(x.back() + step.shift[0]);
     y.push_back(y.back() + step.shift[1]);
@@ -301,13 +169,19 @@ Steadiness compare_stack(std::span<const Exposed> stack, const Radiometry& radio
     blocks.push_back(block_means<Reader>(pixels(frame), frame.exposure_s, reader, channel));
   }
   std::vector<std::size_t> chain{order.front()};
-  std::vector<Pair> steps;
+  std::vector<FramePair> steps;
   const auto finish = [&] {
     if (!steps.empty()) place_chain(chain, steps, states);
     steps.clear();
   };
   for (std::size_t i = 1; i < order.size(); ++i) {
-    const std::optional<Pair> pair = compare(blocks[order[i - 1]], blocks[order[i]], noise);
+    const Exposed& longer = stack[order[i]];
+    const auto longer_at = [&](const Eigen::Vector2i& offset) {
+      return offset.isZero()
+                 ? blocks[order[i]]
+                 : block_means<Reader>(pixels(longer), longer.exposure_s, reader, channel, offset);
+    };
+    const std::optional<FramePair> pair = compare_pair(blocks[order[i - 1]], longer_at, noise);
     if (pair) {
       steps.push_back(*pair);
       chain.push_back(order[i]);

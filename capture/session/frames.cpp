@@ -17,6 +17,17 @@ std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
+std::string extension_of(const Frame& frame) {
+  std::string extension = std::filesystem::path(frame.file).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+bool is_headerless(const Session& session, const Frame& frame) {
+  return session.camera.raw_layout && extension_of(frame) == ".raw";
+}
+
 std::filesystem::path existing_path(const Session& session, const Frame& frame) {
   std::filesystem::path path = session.folder / frame.file;
   std::error_code ignored;
@@ -69,13 +80,11 @@ std::string shown_session(const Session& session) {
 }
 
 bool is_float_frame(const Frame& frame) {
-  std::string extension = std::filesystem::path(frame.file).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".exr";
+  return extension_of(frame) == ".exr";
 }
 
-bool is_raw_frame(const Frame& frame) {
+bool is_raw_frame(const Session& session, const Frame& frame) {
+  if (is_headerless(session, frame)) return session.camera.raw_layout->mosaic.has_value();
   return io::is_raw_file(frame.file);
 }
 
@@ -87,8 +96,15 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
                      ": a RAW frame is linear and has channels R, G, B; write camera.encoding = "
                      "'linear' and channels = [\"R\", \"G\", \"B\"] in session.json.");
   }
-  io::RawImage image =
-      io::read_raw(path, [&](const io::ImageSize& size) { check_extent(session, path, size); });
+  io::RawImage image;
+  if (is_headerless(session, frame)) {
+    image.mosaic = io::read_headerless_raw(path, *camera.raw_layout, camera.width, camera.height);
+    image.layout = *camera.raw_layout->mosaic;
+    image.white = camera.white_level.value_or(largest_code(camera));
+    check_codes(session, path, image.mosaic);
+    return image;
+  }
+  image = io::read_raw(path, [&](const io::ImageSize& size) { check_extent(session, path, size); });
   if (camera.white_level != image.white) {
     throw InputError(path.string() + ": the sensor saturates at code " +
                      std::to_string(image.white) + ", session.json says camera.white_level = " +
@@ -100,7 +116,7 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
 }
 
 Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
-  if (!is_raw_frame(frame)) return load_frame(session, frame);
+  if (!is_raw_frame(session, frame)) return load_frame(session, frame);
   const io::RawImage raw = load_raw_frame(session, frame);
   return pack_colours(raw.mosaic, raw.layout);
 }
@@ -132,13 +148,17 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
         });
     return codes;
   }
-  if (is_raw_frame(frame)) {
+  if (is_raw_frame(session, frame)) {
     const io::RawImage raw = load_raw_frame(session, frame);
     return demosaic(raw.mosaic, raw.layout);
   }
   const std::filesystem::path path = existing_path(session, frame);
-  Image<std::uint16_t> image = io::read_code_image(
-      path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
+  const Camera& camera = session.camera;
+  Image<std::uint16_t> image =
+      is_headerless(session, frame)
+          ? io::read_headerless_raw(path, *camera.raw_layout, camera.width, camera.height)
+          : io::read_code_image(
+                path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
   check_codes(session, path, image);
   if (session.camera.encoding == Encoding::response) saturate_filled_border(image, top);
   return image;

@@ -11,6 +11,7 @@
 
 #include "core/grid.h"
 #include "core/surface_measurements.h"
+#include "io/image/raw_file.h"
 
 namespace kappamu::capture {
 
@@ -69,6 +70,8 @@ struct Camera {
   std::optional<int> white_level;
   std::optional<double> electrons_full_scale;  ///< photo-electrons at full scale, for shot noise
   std::optional<double> read_noise_electrons;  ///< standard deviation [electrons]
+  /// Of frames named *.raw, which then have no header: width x height codes of bit_depth bits.
+  std::optional<io::RawLayout> raw_layout{};
 };
 
 struct Projector {

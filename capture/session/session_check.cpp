@@ -128,6 +128,23 @@ class Checker {
     }
   }
 
+  void raw_layout(const Camera& camera, const io::RawLayout& layout) const {
+    const std::string field = "camera.raw_layout";
+    require(
+        layout.bits == 8 || layout.bits == 16, field + ".bits",
+        "is " + std::to_string(layout.bits) + "; a stored code has 8 or 16 bits: unpack the files");
+    require(camera.bit_depth <= layout.bits, "camera.bit_depth",
+            "is " + std::to_string(camera.bit_depth) + ", more than the " +
+                std::to_string(layout.bits) + " bits of " + field);
+    require(layout.offset >= 0, field + ".offset",
+            "is " + std::to_string(layout.offset) + "; it must not be negative");
+    require(session_.channels.size() == (layout.mosaic ? 3 : 1), "channels",
+            layout.mosaic ? "must be [\"R\", \"G\", \"B\"] where " + field + " has a mosaic"
+                          : "must be one where " + field + ".mosaic is 'none'");
+    require(!layout.mosaic || (camera.width % 2 == 0 && camera.height % 2 == 0),
+            "camera.width and height", "must be even where " + field + " has a mosaic");
+  }
+
   void camera_and_projector() const {
     const Camera& camera = session_.camera;
     whole(camera.width, 1, largest_image_extent, "camera.width");
@@ -139,6 +156,7 @@ class Checker {
       require(camera.encoding == Encoding::linear, "camera.white_level",
               "is told although encoding is 'response'; it belongs to linear frames: leave it out");
     }
+    if (camera.raw_layout) raw_layout(camera, *camera.raw_layout);
     if (camera.electrons_full_scale) {
       positive(*camera.electrons_full_scale, "camera.electrons_full_scale", " of electrons");
     }

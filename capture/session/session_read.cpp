@@ -59,9 +59,24 @@ Sample read_sample(const Node& node) {
   return sample;
 }
 
+io::RawLayout read_raw_layout(const Node& node) {
+  node.expect_fields({"bits", "byte_order", "offset", "mosaic"});
+  io::RawLayout layout;
+  layout.bits = node["bits"].integer();
+  layout.big_endian = node["byte_order"].choice({"little", "big"}) == "big";
+  layout.offset = node["offset"].integer();
+  const std::string mosaic = node["mosaic"].choice({"RGGB", "BGGR", "GRBG", "GBRG", "none"});
+  if (mosaic == "none") return layout;
+  layout.mosaic.emplace();
+  for (std::size_t site = 0; site < 4; ++site) {
+    (*layout.mosaic)[site] = mosaic[site] == 'R' ? 0 : mosaic[site] == 'G' ? 1 : 2;
+  }
+  return layout;
+}
+
 Camera read_camera(const Node& node) {
   node.expect_fields({"width", "height", "bit_depth", "encoding"},
-                     {"white_level", "electrons_full_scale", "read_noise_electrons"});
+                     {"white_level", "raw_layout", "electrons_full_scale", "read_noise_electrons"});
   Camera camera;
   camera.width = node["width"].integer();
   camera.height = node["height"].integer();
@@ -70,6 +85,7 @@ Camera read_camera(const Node& node) {
                         ? Encoding::linear
                         : Encoding::response;
   if (node.has("white_level")) camera.white_level = node["white_level"].integer();
+  if (node.has("raw_layout")) camera.raw_layout = read_raw_layout(node["raw_layout"]);
   if (node.has("electrons_full_scale")) {
     camera.electrons_full_scale = node["electrons_full_scale"].number();
   }

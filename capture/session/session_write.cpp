@@ -22,12 +22,24 @@ json to_json(const std::vector<Frame>& frames) {
   return list;
 }
 
+json to_json(const io::RawLayout& layout) {
+  std::string mosaic;
+  if (layout.mosaic) {
+    for (const int colour : *layout.mosaic) mosaic += "RGB"[colour];
+  }
+  return {{"bits", layout.bits},
+          {"byte_order", layout.big_endian ? "big" : "little"},
+          {"offset", layout.offset},
+          {"mosaic", mosaic.empty() ? "none" : mosaic}};
+}
+
 json to_json(const Camera& camera) {
   json out{{"width", camera.width},
            {"height", camera.height},
            {"bit_depth", camera.bit_depth},
            {"encoding", camera.encoding == Encoding::linear ? "linear" : "response"}};
   if (camera.white_level) out["white_level"] = *camera.white_level;
+  if (camera.raw_layout) out["raw_layout"] = to_json(*camera.raw_layout);
   if (camera.electrons_full_scale) out["electrons_full_scale"] = *camera.electrons_full_scale;
   if (camera.read_noise_electrons) out["read_noise_electrons"] = *camera.read_noise_electrons;
   return out;

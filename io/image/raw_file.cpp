@@ -152,6 +152,33 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
   return image;
 }
 
+Image<std::uint16_t> read_headerless_raw(const fs::path& file, const RawLayout& layout, int width,
+                                         int height) {
+  const std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
+  const auto offset = static_cast<std::size_t>(layout.offset);
+  const std::size_t code_bytes = layout.bits == 8 ? 1 : 2;
+  const std::size_t expected =
+      offset + code_bytes * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  if (bytes.size() != expected) {
+    fail(file, "the file has " + std::to_string(bytes.size()) + " bytes, but " +
+                   std::to_string(width) + " x " + std::to_string(height) + " codes of " +
+                   std::to_string(layout.bits) + " bits from byte " + std::to_string(offset) +
+                   " on have " + std::to_string(expected) +
+                   "; correct width, height, bits or offset of the layout");
+  }
+  Image<std::uint16_t> image(width, height, 1);
+  const std::byte* code = bytes.data() + offset;
+  for (std::uint16_t& value : image.values()) {
+    const auto first = std::to_integer<unsigned>(code[0]);
+    const unsigned second = code_bytes == 1 ? 0 : std::to_integer<unsigned>(code[1]);
+    value = static_cast<std::uint16_t>(code_bytes == 1     ? first
+                                       : layout.big_endian ? first << 8 | second
+                                                           : second << 8 | first);
+    code += code_bytes;
+  }
+  return image;
+}
+
 PhotoSettings read_raw_settings(const fs::path& file) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   PhotoSettings settings;

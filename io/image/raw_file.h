@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 
 #include "core/image.h"
 #include "io/image/image_limits.h"
@@ -31,6 +32,19 @@ struct RawImage {
 /// Throws InputError naming the file if it is missing, truncated, unknown to LibRaw, or not from a
 /// Bayer sensor. `expected` sees the mosaic's size (one channel) before it is unpacked.
 RawImage read_raw(const std::filesystem::path& file, const SizeCheck& expected = {});
+
+/// How the codes of a RAW file without a header lie, row by row, each row from left to right.
+struct RawLayout {
+  int bits = 16;  ///< a stored code has: 8, or 16 in two bytes
+  bool big_endian = false;
+  int offset = 0;                       ///< of the first code [bytes]
+  std::optional<BayerLayout> mosaic{};  ///< nothing: a grey camera
+};
+
+/// The codes of such a file, one channel. Throws InputError naming the file where its size is not
+/// that of the layout.
+Image<std::uint16_t> read_headerless_raw(const std::filesystem::path& file, const RawLayout& layout,
+                                         int width, int height);
 
 /// Nothing from files that LibRaw does not take. Throws InputError only if `file` cannot be opened.
 PhotoSettings read_raw_settings(const std::filesystem::path& file);

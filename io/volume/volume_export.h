@@ -31,6 +31,9 @@ ExportResult export_vti(const std::filesystem::path& file, const VolumeSet& set)
 /// scene.xml, which renders the block (scene unit mm) with them.
 ExportResult export_mitsuba(const std::filesystem::path& folder, const VolumeSet& set);
 
+/// pbrt-v4: the named medium "block" of type rgbgrid, as text (scene unit mm). One channel is grey.
+ExportResult export_pbrt(const std::filesystem::path& file, const VolumeSet& set);
+
 /// NumPy arrays and volume.json (io/volume/volume_file.h).
 ExportResult export_npy(const std::filesystem::path& folder, const VolumeSet& set);
 

@@ -11,7 +11,7 @@ namespace kappamu::pipeline {
 namespace fs = std::filesystem;
 
 const std::vector<std::string>& export_formats() {
-  static const std::vector<std::string> formats{"vti", "vol", "npy", "vdb", "exr"};
+  static const std::vector<std::string> formats{"vti", "vol", "pbrt", "npy", "vdb", "exr"};
   return formats;
 }
 
@@ -26,7 +26,8 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
       break;
     }
     if (std::find(known.begin(), known.end(), format) == known.end()) {
-      throw InputError("export format '" + format + "' is not one of vti, vol, npy, vdb, exr, all");
+      throw InputError("export format '" + format +
+                       "' is not one of vti, vol, pbrt, npy, vdb, exr, all");
     }
     if (std::find(wanted.begin(), wanted.end(), format) == wanted.end()) wanted.push_back(format);
   }
@@ -40,6 +41,7 @@ io::ExportResult export_volumes(const fs::path& volume, const fs::path& folder,
     io::ExportResult one;
     if (format == "vti") one = io::export_vti(folder / "volume.vti", set);
     if (format == "vol") one = io::export_mitsuba(folder / "mitsuba", set);
+    if (format == "pbrt") one = io::export_pbrt(folder / "medium.pbrt", set);
     if (format == "npy") one = io::export_npy(folder / "npy", set);
     if (format == "vdb") one = io::export_vdb(folder / "volume.vdb", set);
     if (format == "exr") one = io::export_slices(folder / "exr", set);

@@ -6,12 +6,14 @@
 
 A block of 24 x 20 x 8 voxels of 0.5 mm with an inclusion that absorbs (more in blue) is written as
 NumPy arrays, exported, and opened by VTK's reader (ParaView's), by Mitsuba (scene.xml as it stands,
-every value of its two grids) and by Blender (Cycles on a Principled Volume that takes density and
-color by their names). Prints a line per program and ends with an error where one disagrees.
+every value of its two grids), by NanoVDB's converter (Debian's libnanovdb-tools, to NanoVDB and
+back, every value of density) and by Blender (Cycles on a Principled Volume that takes density and
+color by their names). The text for pbrt, which no package has, is parsed here. Prints a line per program and ends with an error where one disagrees.
 """
 import argparse
 import json
 import pathlib
+import re
 import subprocess
 import time
 
@@ -101,6 +103,35 @@ def mitsuba(folder, volume):
             f"B {shadow[2]:.2f}")
 
 
+def pbrt(folder, volume):
+    text = (folder / "medium.pbrt").read_text(encoding="utf-8")
+    found = {name: numbers.split() for name, numbers in re.findall(r'"\S+ (\w+)" \[([^]]*)\]', text)}
+    size = [int(re.search(rf'"integer n{axis}" (\d+)', text)[1]) for axis in "zyx"]
+    assert tuple(size) == SHAPE and [float(x) for x in found["p1"]] == [n * EDGE for n in SHAPE[::-1]]
+    sigma_t, albedo = scattering(volume)
+    worst = max(largest_error(np.array(found[name], float).reshape(*SHAPE, 3), expected)
+                for name, expected in (("sigma_a", sigma_t * (1 - albedo)), ("sigma_s", sigma_t * albedo)))
+    assert worst < 1e-5, worst  # 1 - albedo in single precision
+    return f"sigma_a and sigma_s of the rgbgrid within {worst:.0e}, parsed here"
+
+
+def nanovdb(folder, volume):
+    files = [str(folder.parent / name) for name in ("density.nvdb", "density.vdb")]
+    subprocess.run(["nanovdb_convert", "-f", "-g", "density", folder / "volume.vdb", files[0]], check=True)
+    report = subprocess.run(["nanovdb_validate", "-v", files[0]], check=True, capture_output=True, text=True)
+    assert "passed" in report.stdout and "failed" not in report.stdout, report.stdout
+    subprocess.run(["nanovdb_convert", "-f", files[0], files[1]], check=True)
+    read = ("import sys, numpy, pyopenvdb as v; g = v.read(sys.argv[1], 'density');"
+            "a = numpy.zeros([int(n) for n in sys.argv[3:]], numpy.float32); g.copyToArray(a); numpy.save(sys.argv[2], a)")
+    array = str(folder.parent / "density.npy")
+    # Debian's Python has pyopenvdb.
+    subprocess.run(["/usr/bin/python3", "-c", read, files[1], array, *map(str, SHAPE[::-1])], check=True)
+    expected = scattering(volume)[0].mean(axis=-1)
+    worst = largest_error(np.load(array).transpose(2, 1, 0), expected)
+    assert worst < 1e-6, worst
+    return f"density within {worst:.0e} after NanoVDB and back, validated"
+
+
 def blender(folder, _):
     import bpy
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -163,7 +194,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--kappamu", default="kappamu")
     parser.add_argument("-o", "--out", type=pathlib.Path, required=True)
-    parser.add_argument("--programs", nargs="+", default=["vtk", "mitsuba", "blender"])
+    parser.add_argument("--programs", nargs="+", default=["vtk", "mitsuba", "pbrt", "nanovdb", "blender"])
     arguments = parser.parse_args()
     folder = export(arguments.kappamu, arguments.out)
     for program in arguments.programs:

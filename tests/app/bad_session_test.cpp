@@ -112,7 +112,9 @@ TEST_F(BadSession, WrongUnit) {
 
 TEST_F(BadSession, BoardNotFound) {
   const capture::Session session = read();
-  for (const capture::Frame& frame : session.calibration.camera_boards)
+  std::vector<capture::Frame> boards = session.calibration.camera_boards;
+  for (const auto& plane : session.calibration.projector_planes) boards.push_back(plane.board);
+  for (const capture::Frame& frame : boards)
     flatten(frame.file, 1000, session.camera.width, session.camera.height);
   expect_one_sentence(run("calibrate"), "board");
 }

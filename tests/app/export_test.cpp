@@ -52,7 +52,7 @@ TEST_F(ExportCommand, AllFormatsAreWrittenAndListed) {
   }
   EXPECT_EQ(listed, present);
   for (const char* name : {"out/volume.vti", "out/volume.vdb", "out/mitsuba/scene.xml",
-                           "out/npy/volume.json", "out/exr/slice_003.exr"}) {
+                           "out/medium.pbrt", "out/npy/volume.json", "out/exr/slice_003.exr"}) {
     EXPECT_TRUE(fs::exists(folder() / name)) << name;
   }
 }

@@ -331,14 +331,40 @@ void expect_refused(const capture::Session& session, const std::vector<std::stri
   for (const std::string& part : parts) EXPECT_THAT(sentence, HasSubstr(part));
 }
 
+TEST_F(SimulatedSession, ViewsWithoutABoardAreLeftOutAndNamed) {
+  capture::Session session = state_->session;
+  const capture::Calibration& shots = session.calibration;
+  const std::size_t boards = shots.camera_boards.size();
+  const std::size_t planes = shots.projector_planes.size();
+  session.calibration.camera_boards[1] = shots.dark[0];
+  session.calibration.projector_planes[0].board = shots.dark[1];
+  session.calibration.projector_planes[2].projected = shots.dark[2];
+  Progress progress;
+  const CalibrationResult found = calibrate_lenses_alone(session, progress);
+  for (const std::size_t k : {0U, 1U, 2U}) {
+    EXPECT_THAT(found.warnings, ::testing::Contains(::testing::AllOf(HasSubstr(shots.dark[k].file),
+                                                                     HasSubstr("left out"))));
+  }
+  // The third plane's printed board still helps the camera.
+  EXPECT_EQ(found.camera.views.size(), boards + planes - 2);
+  EXPECT_EQ(found.projector.views.size(), planes - 2);
+  const synthetic::Truth& truth = *state_->truth;
+  EXPECT_NEAR(found.camera.lens.fx, truth.camera_lens.fx, 0.01 * truth.camera_lens.fx);
+  EXPECT_NEAR(found.projector.lens.fx, truth.projector.lens.fx, 0.01 * truth.projector.lens.fx);
+}
+
 TEST_F(SimulatedSession, BadSessionsAreRefusedInOneSentence) {
   capture::Session session = state_->session;
   session.calibration.projector_planes.resize(2);
   expect_refused(session, {"2 planes given and at least 3 are needed", "projector_planes"});
 
   session = state_->session;
-  session.calibration.camera_boards[1] = session.calibration.dark[0];
-  expect_refused(session, {session.calibration.dark[0].file, "no chessboard of 9 x 6"});
+  session.calibration.camera_boards.resize(3);
+  session.calibration.projector_planes.resize(3);
+  for (const std::size_t p : {1U, 2U}) {
+    session.calibration.projector_planes[p].board = session.calibration.dark[0];
+  }
+  expect_refused(session, {session.calibration.dark[0].file, "no chessboard of 9 x 6", "1 more"});
 
   session = state_->session;
   session.calibration.sample_views.pop_back();

@@ -61,6 +61,14 @@ void (*const readers[])(const fs::path& file) = {
     [](const fs::path& file) { io::read_raw(file); },
     [](const fs::path& file) { io::read_photo_settings(file); },
     [](const fs::path& file) { io::read_exr(file); },
+    [](const fs::path& file) {
+      // Four bytes of ours tell the layout.
+      const std::vector<std::byte> bytes = io::read_bytes(file);
+      if (bytes.size() < 4) return;
+      const auto number = [&](std::size_t k) { return std::to_integer<int>(bytes[k]); };
+      io::read_headerless_raw(file, {(number(0) & 1) != 0 ? 8 : 16, (number(0) & 2) != 0, 4, {}},
+                              1 + number(1), 1 + number(2) + 256 * number(3));
+    },
 };
 
 void seed_for(char reader, const fs::path& seeds, const std::string& name, Bytes bytes) {
@@ -93,6 +101,8 @@ void seed_image(const fs::path& seeds) {
   seed_for(1, seeds, "float_a.exr", bytes_of(content("a.exr")));
   seed_for(4, seeds, "layers_a.exr", bytes_of(content("a.exr")));
   seed_for(2, seeds, "raw_a.dng", tiny_dng());
+  seed_for(5, seeds, "headerless_a.raw",
+           std::vector<std::uint8_t>{0, 1, 1, 0, 1, 2, 3, 4, 5, 6, 7, 8});
   const std::vector<std::uint8_t> jpeg = io::encode_jpeg(Image<std::uint8_t>(16, 16, 3, 90), 80);
   seed_for(0, seeds, "code_a.jpg", jpeg);
   seed_for(3, seeds, "settings_a.jpg", jpeg);

@@ -29,7 +29,13 @@ void read_session(Bytes bytes) {
 }
 
 void seed_session(const fs::path& seeds) {
-  write(seeds / "documented.json", bytes_of(documented_session()));
+  std::string text = documented_session();
+  write(seeds / "documented.json", bytes_of(text));
+  const std::string encoding = "\"encoding\": \"response\"";
+  text.replace(text.find(encoding), encoding.size(),
+               "\"encoding\": \"linear\", \"raw_layout\": {\"bits\": 16, \"byte_order\": \"big\", "
+               "\"offset\": 2, \"mosaic\": \"RGGB\"}");
+  write(seeds / "headerless.json", bytes_of(text));
 }
 
 void read_import(Bytes bytes) {

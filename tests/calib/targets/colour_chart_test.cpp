@@ -20,6 +20,7 @@
 #include "capture/radiance/chart_search.h"
 #include "capture/radiance/merge.h"
 #include "capture/session/bayer.h"
+#include "capture/session/frames.h"
 #include "data_synthetic/simulate.h"
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
@@ -130,6 +131,40 @@ ChartReference measure(const char* name, const Image<std::uint16_t>& codes,
   return chart;
 }
 
+/// Which way up the chart lies is told by its colours: the corner patches turn with the picture.
+void expect_found_in_every_turn(const char* name, Image<std::uint16_t> codes,
+                                capture::Encoding encoding) {
+  auto expected = capture::find_chart_place(codes, encoding);
+  ASSERT_TRUE(expected) << name;
+  const double width_px = std::hypot(expected->corners_px[1][0] - expected->corners_px[0][0],
+                                     expected->corners_px[1][1] - expected->corners_px[0][1]);
+  for (int quarter = 1; quarter < 4; ++quarter) {
+    Image<std::uint16_t> turned(codes.height(), codes.width(), codes.channels());
+    for (int y = 0; y < codes.height(); ++y) {
+      for (int x = 0; x < codes.width(); ++x) {
+        for (int c = 0; c < codes.channels(); ++c) {
+          turned(codes.height() - 1 - y, x, c) = codes(x, y, c);
+        }
+      }
+    }
+    for (std::array<double, 2>& corner : expected->corners_px) {
+      corner = {codes.height() - 1 - corner[1], corner[0]};
+    }
+    codes = std::move(turned);
+    const auto place = capture::find_chart_place(codes, encoding);
+    ASSERT_TRUE(place) << name << ", " << quarter << " quarter turns";
+    double farthest = 0.0;
+    for (std::size_t k = 0; k < 4; ++k) {
+      farthest =
+          std::max(farthest, std::hypot(place->corners_px[k][0] - expected->corners_px[k][0],
+                                        place->corners_px[k][1] - expected->corners_px[k][1]));
+    }
+    std::printf("%s, %d quarter turns: corners within %.3f of the pitch, %d patches outlined\n",
+                name, quarter, 5.0 * farthest / width_px, place->patches);
+    EXPECT_LT(5.0 * farthest / width_px, 0.1) << name << ", " << quarter << " quarter turns";
+  }
+}
+
 TEST(RealChart, RawPhotographGivesWhiteBalanceAndScale) {
   const std::filesystem::path folder = data_folder() / "raw-dng-colorchart";
   if (!std::filesystem::exists(folder / "colorchart.dng")) {
@@ -142,8 +177,9 @@ TEST(RealChart, RawPhotographGivesWhiteBalanceAndScale) {
     for (double& mean : w.mean) mean += black;
   }
   const auto light = [&](double code) { return (code - black) / (raw.white - black); };
-  const ChartReference chart = measure("RAW", capture::demosaic(raw.mosaic, raw.layout),
-                                       capture::Encoding::linear, windows, light);
+  const Image<std::uint16_t> codes = capture::demosaic(raw.mosaic, raw.layout);
+  expect_found_in_every_turn("RAW", codes, capture::Encoding::linear);
+  const ChartReference chart = measure("RAW", codes, capture::Encoding::linear, windows, light);
   // The photograph's flare, 1.1 % of white (SOURCE.md: G = 1300 Y + 14.3), brightens the dark ones.
   EXPECT_LT(chart.residual_rms, 0.12);
   EXPECT_NEAR(stray_light(chart, 1).value(), 14.3 / 1300.0, 0.002);
@@ -158,8 +194,9 @@ TEST(RealChart, ProcessedPhotographInATurnIsFound) {
     const double v = code / 255.0;
     return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
   };
-  measure("PNG", io::read_code_image(folder / "classic.png"), capture::Encoding::response,
-          windows_of(folder), srgb);
+  const Image<std::uint16_t> codes = io::read_code_image(folder / "classic.png");
+  expect_found_in_every_turn("PNG", codes, capture::Encoding::response);
+  measure("PNG", codes, capture::Encoding::response, windows_of(folder), srgb);
 }
 
 TEST(SimulatedChart, GivesTheAbsoluteScaleWithinHalfAPercent) {
@@ -176,6 +213,9 @@ TEST(SimulatedChart, GivesTheAbsoluteScaleWithinHalfAPercent) {
   const auto place = capture::find_chart_place(session, session.calibration.colour_chart->frames);
   ASSERT_TRUE(place);
   EXPECT_GE(place->patches, 18);
+  const capture::Stack& stack = session.calibration.colour_chart->frames;
+  expect_found_in_every_turn("simulated", capture::load_frame(session, stack[stack.size() / 2]),
+                             capture::Encoding::linear);
   session.calibration.colour_chart->corners_px = place->corners_px;
   const CalibrationResult found = calibrate(session, progress);
   capture::HdrImage picture = capture::merge_stack(

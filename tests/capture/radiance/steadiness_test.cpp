@@ -113,6 +113,19 @@ TEST(Steadiness, GainAndShiftAreFoundWithinTheirErrors) {
   EXPECT_LT(std::sqrt(shift_squares), 1.5);
 }
 
+// The equations hold for small shifts alone.
+TEST(Steadiness, LargeShiftsAreFoundWithinTheirErrors) {
+  for (const double shift : {2.4, -7.3}) {
+    Disturbance disturbed;
+    disturbed.shift[3] = shift;
+    const Steadiness found = compare_frames(shoot(disturbed, 1), linear_radiometry());
+    ASSERT_TRUE(found[3]);
+    constexpr double deviations = 4.0;
+    EXPECT_NEAR(found[3]->shift_px[0], shift, deviations * found[3]->shift_sigma_px);
+    EXPECT_LT(found[3]->shift_sigma_px, 0.02);
+  }
+}
+
 // The smallest flicker and shift of one frame that every one of ten stacks shows.
 TEST(Steadiness, EdgesAtDefaultNoise) {
   const auto found_in_all = [](const Disturbance& disturbed, Fault::Kind kind, std::size_t frame) {

@@ -54,6 +54,11 @@ std::vector<EditedSession> good_sessions() {
     s["camera"]["encoding"] = "linear";
     s["camera"]["white_level"] = 3900;
   });
+  add("headerless RAW", [](json& s) {
+    s["camera"]["encoding"] = "linear";
+    s["camera"]["raw_layout"] = {
+        {"bits", 16}, {"byte_order", "big"}, {"offset", 32}, {"mosaic", "GBRG"}};
+  });
   add("no read noise", [](json& s) { s["camera"]["read_noise_electrons"] = 0; });
   add("another axis", [](json& s) {
     s["sample"]["lit_face"] = "x+";
@@ -256,6 +261,27 @@ std::vector<BadSession> bad_sessions() {
   });
   add("origin in one number", "calibration.projected_board.origin_px", "is 500; write a list",
       [](json& s) { s["calibration"]["projected_board"]["origin_px"] = 500; });
+
+  const auto headerless = [](json& s) -> json& {
+    s["camera"]["encoding"] = "linear";
+    s["camera"]["raw_layout"] = {
+        {"bits", 16}, {"byte_order", "little"}, {"offset", 0}, {"mosaic", "RGGB"}};
+    return s["camera"]["raw_layout"];
+  };
+  add("packed codes", "camera.raw_layout.bits", "is 12",
+      [=](json& s) { headerless(s)["bits"] = 12; });
+  add("negative offset", "camera.raw_layout.offset", "is -4",
+      [=](json& s) { headerless(s)["offset"] = -4; });
+  add("unknown mosaic", "camera.raw_layout.mosaic", "RGGB",
+      [=](json& s) { headerless(s)["mosaic"] = "RGB"; });
+  add_across("codes longer than their bytes", "camera.bit_depth", "more than the 8 bits",
+             [=](json& s) { headerless(s)["bits"] = 8; });
+  add_across("a grey camera of three channels", "channels", "must be one",
+             [=](json& s) { headerless(s)["mosaic"] = "none"; });
+  add_across("an odd mosaic", "camera.width and height", "must be even", [=](json& s) {
+    headerless(s);
+    s["camera"]["width"] = 639;
+  });
 
   add_across("white level beyond the codes", "camera.white_level", "between 1023 and 4095",
              [](json& s) {

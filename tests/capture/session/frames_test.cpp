@@ -50,6 +50,41 @@ TEST_F(Frames, AGoodFrameComesBackCodeForCode) {
   }
 }
 
+TEST_F(Frames, HeaderlessRawIsReadByItsDescribedLayout) {
+  const auto code = [](int x, int y) { return (41 * x + 7 * y) % 4096; };
+  std::string big(5, '!');
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      big += {static_cast<char>(code(x, y) >> 8), static_cast<char>(code(x, y) & 255)};
+    }
+  }
+  write_text(path("a.raw"), big);
+  session.camera.encoding = Encoding::linear;
+  session.camera.raw_layout = io::RawLayout{16, true, 5, io::BayerLayout{1, 2, 0, 1}};
+  const io::RawImage raw = load_raw_frame(session, {"a.raw", 0.1});
+  EXPECT_EQ(raw.layout, (io::BayerLayout{1, 2, 0, 1}));
+  for (int y = 0; y < 30; ++y) {
+    for (int x = 0; x < 40; ++x) ASSERT_EQ(raw.mosaic(x, y), code(x, y)) << x << ", " << y;
+  }
+  EXPECT_EQ(load_frame(session, {"a.raw", 0.1}).channels(), 3);
+
+  session.channels = {"Y"};
+  session.camera.raw_layout->mosaic.reset();
+  EXPECT_EQ(load_frame(session, {"a.raw", 0.1}).values(), raw.mosaic.values());
+  session.camera.raw_layout->offset = 4;
+  EXPECT_THAT(
+      error_of("a.raw"),
+      AllOf(StartsWith(path("a.raw") + ": the file has 2405 bytes, but 40 x 30 codes of 16"),
+            HasSubstr("from byte 4 on have 2404")));
+  session.camera.raw_layout->offset = 5;
+  session.camera.raw_layout->big_endian = false;
+  EXPECT_THAT(error_of("a.raw"), HasSubstr("camera.bit_depth = 12"));
+  write_text(path("b.raw"), std::string(1200, '\x81'));
+  session.camera.bit_depth = 8;
+  session.camera.raw_layout = io::RawLayout{8, false, 0, {}};
+  EXPECT_EQ(load_frame(session, {"b.raw", 0.1})(39, 29), 0x81);
+}
+
 TEST_F(Frames, AMissingFrameIsNamed) {
   EXPECT_THAT(error_of("frames/none.png"),
               AllOf(StartsWith(path("frames/none.png") + ": no such frame"),

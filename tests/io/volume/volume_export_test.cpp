@@ -1,6 +1,7 @@
 #include "io/volume/volume_export.h"
 
 #include <cstring>
+#include <sstream>
 
 #include "io/image/exr.h"
 #include "tests/io/python.h"
@@ -117,6 +118,41 @@ TEST_F(VolumeExport, MitsubaVolumesFollowTheFormatByteByByte) {
             "albedo.vol 2 5x3x4 at 0.6250 0.6250 0.3750 is 0.82 in 1\n"
             "sigma_t_G.vol 0 5x3x4 at 0.1250 0.6250 0.8750 is 0.83333 in 3.3333\n"
             "albedo_B.vol 0 5x3x4 at 0.6250 0.6250 0.3750 is 0.82 in 1\n");
+}
+
+TEST_F(VolumeExport, PbrtMediumHasTheMarkersWhereTheyAre) {
+  VolumeSet set = marker_set();
+  set.channels.emplace_back("B");
+  set.media.push_back({with_marker(0.3, 0.6, 2, 2, 1), with_marker(0.0, 2.0, 0, 1, 1)});
+  const ExportResult result = export_pbrt(folder_ / "medium.pbrt", set);
+  EXPECT_THAT(result.warnings, ElementsAre(HasSubstr("channel B: 1 of 60 voxels")));
+  const std::string text = read_text(folder_ / "medium.pbrt");
+  EXPECT_THAT(text, HasSubstr("\"integer nx\" 5 \"integer ny\" 3 \"integer nz\" 4"));
+  EXPECT_THAT(text, HasSubstr("\"point3 p1\" [ 1.25 0.75 1 ]"));
+  const auto numbers = [&](const std::string& name) {
+    std::istringstream list(text.substr(text.find('[', text.find(name)) + 1));
+    std::vector<double> values;
+    for (double value = 0.0; list >> value;) values.push_back(value);
+    return values;
+  };
+  const std::vector<double> sigma_a = numbers("rgb sigma_a");
+  const std::vector<double> sigma_s = numbers("rgb sigma_s");
+  ASSERT_EQ(sigma_a.size(), 3U * 60);
+  ASSERT_EQ(sigma_s.size(), 3U * 60);
+  const GridShape& shape = set.shape();
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (int z = 0; z < shape.nz; ++z) {
+      for (int y = 0; y < shape.ny; ++y) {
+        for (int x = 0; x < shape.nx; ++x) {
+          const std::size_t at = 3 * ((static_cast<std::size_t>(z) * 3 + y) * 5 + x) + c;
+          const double sigma_t = 1.0 / (3.0 * set.media[c].kappa(x, y, z));
+          const double mu = std::min(set.media[c].mu(x, y, z), sigma_t);  // clamped beyond
+          EXPECT_NEAR(sigma_a[at], mu, 1e-6);
+          EXPECT_NEAR(sigma_s[at], sigma_t - mu, 1e-6);
+        }
+      }
+    }
+  }
 }
 
 TEST_F(VolumeExport, MitsubaSceneNamesItsVolumesAndUnit) {
