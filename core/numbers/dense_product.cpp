@@ -6,14 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
-
-// Clang and the sanitizers go without: their builds are for checks.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define KAPPAMU_WIDEST __attribute__((target_clones("avx512f", "avx2", "default")))
-#else
-#define KAPPAMU_WIDEST
-#endif
+#include "core/numbers/widest.h"
 
 namespace kappamu {
 

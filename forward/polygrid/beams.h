@@ -20,8 +20,11 @@ struct ChannelBeams {
   ObjectBalance& balance;
 };
 
+/// Beams of a light's channels, up to most_channels of them, which are followed together.
 class BeamWalks {
  public:
+  static constexpr std::size_t most_channels = 4;
+
   /// Keeps references. `keep`: steps are remembered, so that beams that come again, as when a
   /// medium is edited, are neither refracted nor walked again.
   BeamWalks(const Polygrid& grid, const SurfaceMap& map, bool keep);
@@ -33,15 +36,28 @@ class BeamWalks {
   /// meets the surface from inside.
   void add(const ObjectProblem& problem, std::span<const ChannelBeams> channels, double remainder);
 
- private:
-  /// Of a beam: a step's cell, its middle there and how that moves along the beam [1/mm].
+  using OfChannels = std::array<double, most_channels>;
+  struct CellOptics {
+    OfChannels sigma_t{};    ///< σt' [1/mm]
+    OfChannels scattered{};  ///< share of what collides
+  };
+  /// Of a beam in a cell: its middle there and how that moves along the beam [1/mm].
   struct Step {
     int cell = 0;
     float length = 0.0F;  ///< [mm]
     Eigen::Vector3f at, along;
   };
+  /// What beams leave.
+  struct Left {
+    std::vector<double> load;   ///< [corner][most_channels]
+    std::vector<char> touched;  ///< [block of corners] whether their loads are of it
+    OfChannels entering{}, absorbed{}, unscattered{};
+  };
+
+ private:
   /// One path for all channels that have it.
   struct Walk {
+    OfChannels power{};  ///< after Fresnel reflection [mm²]
     Eigen::Vector3d from, direction;
     double length = 0.0;  ///< [mm]
     double walked = 0.0;  ///< [mm]
@@ -50,27 +66,28 @@ class BeamWalks {
   };
 
   bool same(std::span<const ChannelBeams> channels) const;
-  /// Beams of the same place and direction in several channels become one walk.
-  void enter_all(const ObjectProblem& problem, std::span<const ChannelBeams> channels);
+  /// Cells whose coefficients are not those of optics_.
+  std::vector<char> changed_cells(std::span<const ChannelBeams> channels) const;
+  void renew_optics(std::span<const ChannelBeams> channels, const std::vector<char>& changed);
+  /// Beams of the same place and direction in several channels become one walk: one beam of each.
+  std::vector<const Beam*> join(std::span<const ChannelBeams> channels);
+  void enter(const ObjectProblem& problem, double size, Beam beam, Walk& walk) const;
   Step next_step(Walk& walk) const;
-  using OfCell = std::vector<std::span<const Coefficients>>;  ///< [channel][cell]
-  /// Adds a beam's loads and powers, times `sign`, to [corner][channel] and to the channels'
-  /// balances.
-  void march(Walk& walk, const double* power, const OfCell& of_cell, double remainder, double sign,
-             std::vector<double>& load, std::span<ObjectBalance> balance) const;
-  void march_all(const OfCell& of_cell, double remainder);
-  /// Takes away and adds again what beams through cells of other coefficients have left.
-  void march_changed(const OfCell& of_cell, double remainder);
+  /// Adds what a beam leaves, times `sign`.
+  void march(Walk& walk, double remainder, double sign, Left& left) const;
+  /// Where `entering` are given they are entered first, [walk].
+  void march_all(const ObjectProblem& problem, std::span<const Beam* const> entering,
+                 double remainder);
 
   const Polygrid& grid_;
   const SurfaceMap& map_;
   bool keep_;
-  std::vector<std::vector<Beam>> beams_;  ///< [channel] that the walks are of
+  std::vector<std::vector<Beam>> beams_;          ///< [channel] that the walks are of
+  std::vector<std::vector<Coefficients>> media_;  ///< [channel][cell] that optics_ are of
+  std::vector<CellOptics> optics_;
   std::vector<Walk> walks_;
-  std::vector<double> power_;           ///< [walk][channel] after Fresnel reflection [mm²]
-  std::vector<double> load_;            ///< [corner][channel] of all beams
-  std::vector<ObjectBalance> balance_;  ///< [channel]
-  std::vector<std::vector<Coefficients>> media_;  ///< [channel][cell] that these are of
+  Left left_;                ///< by all beams
+  std::vector<Left> parts_;  ///< room for parts of the beams; loads are zero
 };
 
 }  // namespace kappamu::forward::polygrid

@@ -1,17 +1,14 @@
 #include "forward/polygrid/cell_walk.h"
 
-#include <Eigen/LU>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "forward/polygrid/equations/cell_integrals.h"
 
 namespace kappamu::forward::polygrid {
 
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 /// Local coordinates beyond a side by less than `slack` belong to the cell; Newton's method ends
@@ -20,69 +17,82 @@ struct Exactness {
   double slack, settled;
 };
 /// A ray that has crossed a side is in the next cell though the side is bent.
-constexpr Exactness of_points{1e-6, 1e-3}, of_rays{0.05, 0.03};
+constexpr Exactness of_points{1e-6, 1e-3}, of_rays{0.05, 0.1};
 constexpr int newton_steps = 6, most_cells = 64;
 /// Newton's steps stay near the cell, where its map is one to one.
 constexpr double reach = 1.5;
 
+/// A point of a cell, and how it moves with each of the cell's own coordinates.
 struct Mapped {
-  Vector3d point;
-  Matrix3d jacobian;
+  Vector3d point, by_x, by_y, by_z;
 };
 
 Mapped mapped(const Polygrid& grid, std::size_t cell, const Vector3d& local) {
-  Mapped result{Vector3d::Zero(), Matrix3d::Zero()};
-  for (std::size_t c = 0; c < 8; ++c) {
-    const Vector3d& corner = grid.corner[static_cast<std::size_t>(grid.cell_corners[cell][c])];
-    std::array<double, 3> value{}, slope{};
-    for (std::size_t a = 0; a < 3; ++a) {
-      const bool far = (c >> a & 1) != 0;
-      const double x = local[static_cast<Eigen::Index>(a)];
-      value[a] = far ? x : 1.0 - x;
-      slope[a] = far ? 1.0 : -1.0;
-    }
-    result.point += value[0] * value[1] * value[2] * corner;
-    result.jacobian.col(0) += slope[0] * value[1] * value[2] * corner;
-    result.jacobian.col(1) += value[0] * slope[1] * value[2] * corner;
-    result.jacobian.col(2) += value[0] * value[1] * slope[2] * corner;
+  const auto& of_cell = grid.cell_corners[cell];
+  const auto corner = [&](std::size_t c) -> const Vector3d& {
+    return grid.corner[static_cast<std::size_t>(of_cell[c])];
+  };
+  const auto between = [](const Vector3d& a, const Vector3d& b, double t) -> Vector3d {
+    return a + t * (b - a);
+  };
+  std::array<Vector3d, 4> along, edge;  // of the edges along x: their vectors, and points at x
+  for (std::size_t k = 0; k < 4; ++k) {
+    along[k] = corner(2 * k + 1) - corner(2 * k);
+    edge[k] = corner(2 * k) + local[0] * along[k];
   }
-  return result;
+  const Vector3d across_low = edge[1] - edge[0], across_high = edge[3] - edge[2];
+  const Vector3d low = edge[0] + local[1] * across_low, high = edge[2] + local[1] * across_high;
+  return {between(low, high, local[2]),
+          between(between(along[0], along[1], local[1]), between(along[2], along[3], local[1]),
+                  local[2]),
+          between(across_low, across_high, local[2]), high - low};
 }
 
 /// The point's coordinates in a cell, right near it and of the right side beyond, and how they
-/// change with the point.
+/// change with the point: their gradients.
 struct Place {
   Vector3d local;
-  Matrix3d by_point;
+  std::array<Vector3d, 3> gradient;
 };
 
-Place place_of(const Polygrid& grid, std::size_t cell, Vector3d local, const Vector3d& point,
+Place place_of(const Polygrid& grid, std::size_t cell, const Vector3d& start, const Vector3d& point,
                double until) {
-  Matrix3d by_point = Matrix3d::Zero();
+  Place place{start, {Vector3d::Zero(), Vector3d::Zero(), Vector3d::Zero()}};
   for (int step = 0; step < newton_steps; ++step) {
-    const Mapped at = mapped(grid, cell, local);
-    const double volume = at.jacobian.determinant();
+    const Mapped at = mapped(grid, cell, place.local);
+    const Vector3d across = at.by_y.cross(at.by_z);
+    const double volume = at.by_x.dot(across);
     if (!(std::abs(volume) > 0.0)) break;
-    by_point = at.jacobian.inverse();
-    const Vector3d by = by_point * (point - at.point);
-    const Vector3d next =
-        (local + by).cwiseMax(Vector3d::Constant(-reach)).cwiseMin(Vector3d::Constant(1.0 + reach));
-    const double moved = (next - local).cwiseAbs().maxCoeff();
-    local = next;
+    const double per_volume = 1.0 / volume;
+    place.gradient = {per_volume * across, per_volume * at.by_z.cross(at.by_x),
+                      per_volume * at.by_x.cross(at.by_y)};
+    const Vector3d off = point - at.point;
+    double moved = 0.0;
+    for (Eigen::Index a = 0; a < 3; ++a) {
+      const double before = place.local[a];
+      const double by = place.gradient[static_cast<std::size_t>(a)].dot(off);
+      place.local[a] = std::clamp(before + by, -reach, 1.0 + reach);
+      moved = std::max(moved, std::abs(place.local[a] - before));
+    }
     if (moved < until) break;
   }
-  return {local, by_point};
+  return place;
 }
 
-/// walk_to(); `by_point` as Place has it.
-CellPoint walk(const Polygrid& grid, CellPoint at, const Vector3d& point,
-               const Exactness& exactness, Matrix3d& by_point) {
+/// walk_to(), with the gradients there.
+struct Walked {
+  CellPoint at;
+  std::array<Vector3d, 3> gradient;
+};
+
+Walked walk(const Polygrid& grid, CellPoint at, const Vector3d& point, const Exactness& exactness) {
+  std::array<Vector3d, 3> gradient;
   int before = -1;
   for (int step = 0; step < most_cells; ++step) {
     const auto cell = static_cast<std::size_t>(at.cell);
     const Place place = place_of(grid, cell, at.local, point, exactness.settled);
     at.local = place.local;
-    by_point = place.by_point;
+    gradient = place.gradient;
     // Over the side that it lies farthest beyond and that leads to another cell, but not back.
     int next = -1;
     double farthest = exactness.slack;
@@ -105,23 +115,19 @@ CellPoint walk(const Polygrid& grid, CellPoint at, const Vector3d& point,
     at = {next, start.cwiseMax(Vector3d::Zero()).cwiseMin(Vector3d::Ones())};
   }
   at.local = at.local.cwiseMax(Vector3d::Zero()).cwiseMin(Vector3d::Ones());
-  return at;
+  return {at, gradient};
 }
 
 }  // namespace
 
 CellPoint walk_to(const Polygrid& grid, CellPoint from, const Vector3d& point) {
-  Matrix3d by_point;
-  return walk(grid, from, point, of_points, by_point);
+  return walk(grid, from, point, of_points).at;
 }
 
 CellRay ray_at(const Polygrid& grid, CellPoint from, const Vector3d& point,
                const Vector3d& direction) {
-  Matrix3d by_point;
-  CellRay ray;
-  ray.at = walk(grid, from, point, of_rays, by_point);
-  ray.along = by_point * direction;
-  return ray;
+  const auto [at, gradient] = walk(grid, from, point, of_rays);
+  return {at, {gradient[0].dot(direction), gradient[1].dot(direction), gradient[2].dot(direction)}};
 }
 
 CellExit exit_of(const CellRay& ray) {

@@ -68,7 +68,7 @@ ClosestPoint::ClosestPoint(const TriangleMesh& mesh)
   for (Vector3d& normal : vertex_normal_) normal = normal.stableNormalized();
 }
 
-ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near) const {
+ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near, double enough) const {
   Found best;
   const auto look_at = [&](int triangle) {
     const auto& t = mesh_.triangles[at(triangle)];
@@ -82,9 +82,12 @@ ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near) const {
     }
   };
   best.distance = std::numeric_limits<double>::infinity();
+  const double ends = enough > 0.0 ? enough * enough : -1.0;
   look_at(near);
   tree_.visit(
-      [&](const AlignedBox3d& box) { return box.squaredExteriorDistance(point) <= best.distance; },
+      [&](const AlignedBox3d& box) {
+        return best.distance > ends && box.squaredExteriorDistance(point) <= best.distance;
+      },
       look_at);
   best.distance = std::sqrt(best.distance);
   return best;

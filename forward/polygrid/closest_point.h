@@ -25,8 +25,9 @@ class ClosestPoint {
     Eigen::Vector3d point{0.0, 0.0, 0.0};    ///< [mm]
     double distance = 0.0;                   ///< [mm]
   };
-  /// `near`: a triangle that may be close, to look at first; the answer does not depend on it.
-  Found from(const Eigen::Vector3d& point, int near = 0) const;
+  /// `near`: a triangle that may be close, to look at first; the answer does not depend on it
+  /// where it is farther than `enough` [mm], at which the search ends.
+  Found from(const Eigen::Vector3d& point, int near = 0, double enough = 0.0) const;
 
   /// Outward, of unit length, interpolated between those of the triangle's corners.
   Eigen::Vector3d smooth_normal(const Found& found) const;

@@ -4,10 +4,10 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/parallel.h"
 #include "core/processor_time.h"
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/light_entry.h"
-#include "forward/polygrid/beams.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -76,7 +76,11 @@ PolygridDiffusion::PolygridDiffusion(Polygrid grid, const TriangleMesh& mesh,
       hierarchy_(equations_, grid_),
       map_(grid_, mesh, surface),
       solver_(make_linear_solver(equations_, hierarchy_, device, lights)),
-      lights_(lights) {}
+      lights_(lights) {
+  for (std::size_t k = 0; k < grid_.cell.size(); ++k) {
+    longest_cell_ = std::max(longest_cell_, box_of(corners_of(grid_, k)).sizes().maxCoeff());
+  }
+}
 
 PolygridDiffusion::~PolygridDiffusion() = default;
 
@@ -85,11 +89,18 @@ void PolygridDiffusion::set_media(std::span<const ObjectMedium* const> media) {
   bool all = media_.size() != media.size();
   if (all) of_cell_.assign(media.size(), {});
   std::vector<char> changed(equations_.unknowns(), 0);
+  std::vector<Eigen::AlignedBox3d> differences(media.size());
+  if (!all) {
+    for_rows(static_cast<int>(media.size()), [&](int row) {
+      const auto c = static_cast<std::size_t>(row);
+      differences[c] = media[c]->difference(media_[c]);
+    });
+  }
   for (std::size_t c = 0; c < media.size(); ++c) {
     if (all) {
       of_cell_[c] = coefficients_of_cells(grid_, *media[c]);
     } else {
-      renew_cells(*media[c], media[c]->difference(media_[c]), of_cell_[c], changed);
+      renew_cells(*media[c], differences[c], of_cell_[c], changed);
     }
   }
   std::vector<int> rows;
@@ -116,8 +127,12 @@ void PolygridDiffusion::renew_cells(const ObjectMedium& medium, const Eigen::Ali
                                     std::vector<char>& row_changed) const {
   if (region.isEmpty()) return;
   std::vector<char> changed(of_cell.size(), 0);
+  Eigen::AlignedBox3d about(region);  // holds the nodes of cells that meet the region
+  about.min().array() -= longest_cell_;
+  about.max().array() += longest_cell_;
   embedded::for_row_ranges(of_cell.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
+      if (!about.contains(grid_.node[k])) continue;
       const CellCorners at = corners_of(grid_, k);
       const Eigen::AlignedBox3d box = box_of(at);
       if (!region.intersects(box)) continue;
@@ -146,21 +161,25 @@ void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::
         {problems[c].lights[light].beams, of_cell_[c], load.power, answers[c].balance[light]});
   }
   const bool keep = lights_ == Lights::moving;
-  const std::size_t walks = keep ? light : 0;
-  while (walks_.size() <= walks) walks_.emplace_back(grid_, map_, keep);
-  walks_[walks].add(problems[0], channels, remainder);
-  // E_t enters through q = 4 E_t/(1 − R_φ).
-  const double transmitted = diffuse_transmittance(constants_);
-  const double per_entering = 4.0 / (1.0 - constants_.r_phi) / (2.0 * constants_.A);
-  for (std::size_t c = 0; c < problems.size(); ++c) {
+  constexpr std::size_t together = BeamWalks::most_channels;
+  std::size_t walks = keep ? light * ((channels.size() + together - 1) / together) : 0;
+  for (std::size_t c = 0; c < channels.size(); c += together, walks += keep ? 1 : 0) {
+    while (walks_.size() <= walks) walks_.emplace_back(grid_, map_, keep);
+    const std::size_t count = std::min(together, channels.size() - c);
+    walks_[walks].add(problems[0], std::span(channels).subspan(c, count), remainder);
+  }
+  for_rows(static_cast<int>(problems.size()), [&](int row) {
+    const auto c = static_cast<std::size_t>(row);
     const std::vector<double>& diffuse = problems[c].lights[light].diffuse;
-    if (diffuse.empty()) continue;
+    if (diffuse.empty()) return;
+    const double transmitted = diffuse_transmittance(constants_);
     const std::vector<double> incident = map_.loads(diffuse);
     for (std::size_t i = 0; i < incident.size(); ++i) {
-      channels[c].load[i] += per_entering * transmitted * incident[i];
+      channels[c].load[i] += q_per_entering() / (2.0 * constants_.A) * transmitted * incident[i];
       channels[c].balance.entering += transmitted * incident[i];
+      channels[c].balance.exiting += entering_less_q() * transmitted * incident[i];
     }
-  }
+  });
 }
 
 std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProblem> problems,
@@ -182,27 +201,23 @@ std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProbl
 
   const double transmitted = diffuse_transmittance(constants_);
   const double per_fluence = 1.0 / (2.0 * constants_.A);
-  const double per_entering = 1.0 - 4.0 / (1.0 - constants_.r_phi) * per_fluence;
-  std::size_t at = 0;
   for (std::size_t c = 0; c < problems.size(); ++c) {
-    for (std::size_t l = 0; l < problems[c].lights.size(); ++l, ++at) {
-      const ObjectLight& light = problems[c].lights[l];
-      ObjectBalance& balance = answers[c].balance[l];
-      std::vector<double> exitance = map_.on_triangles(fluence_[at]);
-      for (double& value : exitance) value *= per_fluence;
-      balance.exiting = per_fluence * dot(equations_.boundary_share(), fluence_[at]);
-      balance.absorbed += dot(solver_->media()[c].absorption, fluence_[at]);
-      if (!light.diffuse.empty()) {
-        for (std::size_t t = 0; t < exitance.size(); ++t) {
-          exitance[t] += per_entering * transmitted * light.diffuse[t];
-        }
-        for (const double incident : map_.loads(light.diffuse)) {
-          balance.exiting += per_entering * transmitted * incident;
-        }
-      }
-      answers[c].exitance.insert(answers[c].exitance.end(), exitance.begin(), exitance.end());
-    }
+    answers[c].exitance.resize(lights * map_.triangles());
   }
+  for_rows(static_cast<int>(problems.size() * lights), [&](int row) {
+    const auto at = static_cast<std::size_t>(row), c = at / lights, l = at % lights;
+    const ObjectLight& light = problems[c].lights[l];
+    ObjectBalance& balance = answers[c].balance[l];
+    const auto exitance =
+        std::span(answers[c].exitance).subspan(l * map_.triangles(), map_.triangles());
+    map_.on_triangles(fluence_[at], exitance);
+    for (double& value : exitance) value *= per_fluence;
+    balance.exiting += per_fluence * dot(equations_.boundary_share(), fluence_[at]);
+    balance.absorbed += dot(solver_->media()[c].absorption, fluence_[at]);
+    for (std::size_t t = 0; t < light.diffuse.size(); ++t) {
+      exitance[t] += entering_less_q() * transmitted * light.diffuse[t];
+    }
+  });
   seconds_.beams = beams - start;
   seconds_.solving = solved - beams;
   seconds_.exitance = processor_seconds() - solved;

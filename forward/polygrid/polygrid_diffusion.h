@@ -63,6 +63,9 @@ class PolygridDiffusion {
                    std::vector<Coefficients>& of_cell, std::vector<char>& row_changed) const;
   void add_light(std::span<const ObjectProblem> problems, std::size_t light, double remainder,
                  std::vector<Load>& loads, std::vector<PolygridAnswer>& answers);
+  /// q of E_t = 1, and E_t less what q sends out.
+  double q_per_entering() const { return 4.0 / (1.0 - constants_.r_phi); }
+  double entering_less_q() const { return 1.0 - q_per_entering() / (2.0 * constants_.A); }
 
   Polygrid grid_;
   BoundaryConstants constants_;
@@ -71,6 +74,7 @@ class PolygridDiffusion {
   SurfaceMap map_;
   std::unique_ptr<LinearSolver> solver_;
   Lights lights_;
+  double longest_cell_ = 0.0;        ///< along an axis [mm]
   std::vector<BeamWalks> walks_;     ///< [light]; one for all where beams are not kept
   std::vector<ObjectMedium> media_;  ///< [channel]
   std::vector<std::vector<Coefficients>> of_cell_;  ///< [channel][cell]

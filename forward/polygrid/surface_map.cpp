@@ -107,14 +107,13 @@ SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Sur
   });
 }
 
-std::vector<double> SurfaceMap::on_triangles(std::span<const double> at_corners) const {
-  std::vector<double> result(first_.size() - 1, 0.0);
-  for (std::size_t t = 0; t < result.size(); ++t) {
+void SurfaceMap::on_triangles(std::span<const double> at_corners, std::span<double> means) const {
+  for (std::size_t t = 0; t < means.size(); ++t) {
+    means[t] = 0.0;
     for (std::size_t k = first_[t]; k < first_[t + 1]; ++k) {
-      result[t] += shares_[k].weight * at_corners[static_cast<std::size_t>(shares_[k].corner)];
+      means[t] += shares_[k].weight * at_corners[static_cast<std::size_t>(shares_[k].corner)];
     }
   }
-  return result;
 }
 
 std::vector<double> SurfaceMap::loads(std::span<const double> on_triangles) const {

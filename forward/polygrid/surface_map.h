@@ -16,7 +16,8 @@ class SurfaceMap {
 
   /// Means over the triangles of what is given at the corners of the cells and bilinear on the
   /// boundary's sides.
-  std::vector<double> on_triangles(std::span<const double> at_corners) const;
+  void on_triangles(std::span<const double> at_corners, std::span<double> means) const;
+  std::size_t triangles() const { return side_of_.size(); }
   /// ∫ f N dA of every corner's function over the boundary [mm² f], of f given per triangle.
   std::vector<double> loads(std::span<const double> on_triangles) const;
   /// The boundary side nearest to a triangle's middle.

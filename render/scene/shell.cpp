@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "core/parallel.h"
 #include "forward/polygrid/cell_geometry.h"
@@ -18,6 +17,8 @@ using Eigen::Vector3d;
 
 constexpr int cells = 6'000;
 constexpr double most_voxels = 2e6;
+/// Power of the normal's components by which the three views of a place are blended.
+constexpr double sharpness = 8.0;
 
 /// The block's voxel that holds `at` [voxels], the block mirrored beyond its ends.
 int mirrored(double at, int extent) {
@@ -35,26 +36,27 @@ class Shell {
     options.cells = cells;
     grid_ = forward::make_polygrid(mesh, options, silent).grid;
     surface_ = forward::surface_of_grid(grid_);
-    double area = 0.0;
-    for (const double of_side : grid_.area) area += of_side;
-    step_mm_ = std::sqrt(area / static_cast<double>(grid_.area.size()));
     closest_ = std::make_unique<forward::ClosestPoint>(surface_);
     for (std::size_t k = 0; k < grid_.boundary_cell.size(); ++k) {
-      below_.push_back(block_voxel(k, {0.5, 0.5}, block_.nz * block_.voxel_mm));
+      Eigen::Index axis = 0;
+      grid_.normal[k].cwiseAbs().maxCoeff(&axis);
+      below_.push_back(block_voxel(grid_.boundary_node[k], axis, block_.nz * block_.voxel_mm));
     }
   }
 
-  /// Where a point lies: the voxel of the block, or deeper.
-  std::optional<std::size_t> voxel_of(const Vector3d& point) const {
+  /// Calls add(weight, voxel) for the voxels of the block that lie at a point; weights sum to one.
+  /// False: it lies deeper.
+  template <class Add>
+  bool place(const Vector3d& point, const Add& add) const {
     const auto found = closest_->from(point);
     const bool outside = (point - found.point).dot(closest_->normal(found.triangle)) > 0.0;
     const double depth = outside ? 0.0 : found.distance;
-    if (depth >= block_.nz * block_.voxel_mm) return std::nullopt;
-    // Triangles of a side: its corners 0, 1, 2 and 0, 2, 3.
-    const Vector3d& w = found.weights;
-    const Eigen::Vector2d on_side = found.triangle % 2 == 0 ? Eigen::Vector2d(w[1] + w[2], w[2])
-                                                            : Eigen::Vector2d(w[1], w[1] + w[2]);
-    return block_voxel(static_cast<std::size_t>(found.triangle / 2), on_side, depth);
+    if (depth >= block_.nz * block_.voxel_mm) return false;
+    const Eigen::Array3d weight = closest_->smooth_normal(found).array().abs().pow(sharpness);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      add(weight[axis] / weight.sum(), block_voxel(found.point, axis, depth));
+    }
+    return true;
   }
 
   /// Calls add(weight, voxel) for the block's last layer below every side; weights sum to one.
@@ -75,21 +77,15 @@ class Shell {
   }
 
  private:
-  /// At a place on a side, in [0, 1]² from its first corner along its edges.
-  std::size_t block_voxel(std::size_t side, const Eigen::Vector2d& on_side, double depth) const {
-    const int axis = grid_.boundary_side[side] / 2;
-    const std::array<int, 4> corners = forward::side_corners(grid_.boundary_side[side]);
-    const Eigen::Vector3i& place = grid_.cell[static_cast<std::size_t>(grid_.boundary_cell[side])];
-    std::array<double, 2> at{};
-    for (int i = 0; i < 2; ++i) {
-      const int along = (axis + 1 + i) % 3;
-      const auto bit = [&](int c) { return corners[static_cast<std::size_t>(c)] >> along & 1; };
-      const double local = bit(0) + (bit(1) - bit(0)) * on_side[0] + (bit(3) - bit(0)) * on_side[1];
-      at[static_cast<std::size_t>(i)] =
-          ((place[along] + local) * step_mm_ - offset_[i]) / block_.voxel_mm;
+  /// At a place of the surface, seen along an axis.
+  std::size_t block_voxel(const Vector3d& place, Eigen::Index axis, double depth) const {
+    std::array<double, 2> voxel{};
+    for (Eigen::Index i = 0; i < 2; ++i) {
+      voxel[static_cast<std::size_t>(i)] =
+          (place[(axis + 1 + i) % 3] - offset_[i]) / block_.voxel_mm;
     }
     const int layer = std::min(static_cast<int>(depth / block_.voxel_mm), block_.nz - 1);
-    return block_.index(mirrored(at[0], block_.nx), mirrored(at[1], block_.ny),
+    return block_.index(mirrored(voxel[0], block_.nx), mirrored(voxel[1], block_.ny),
                         block_.nz - 1 - layer);
   }
 
@@ -97,7 +93,6 @@ class Shell {
   Vector3d offset_;
   forward::Polygrid grid_;
   TriangleMesh surface_;
-  double step_mm_ = 0.0;  ///< of the lattice on the surface
   std::unique_ptr<forward::ClosestPoint> closest_;
   std::vector<std::size_t> below_;  ///< [side] voxel of the block's last layer
 };
@@ -126,11 +121,7 @@ Wrapped wrapped(const io::VolumeSet& block, const TriangleMesh& mesh, const Vect
           result.set.media[c].mu[i] += weight * block.media[c].mu[voxel];
         }
       };
-      if (const auto voxel = shell.voxel_of(point)) {
-        add(1.0, *voxel);
-      } else {
-        shell.interpolate(point, add);
-      }
+      if (!shell.place(point, add)) shell.interpolate(point, add);
     }
   });
   return result;

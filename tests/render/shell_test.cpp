@@ -82,6 +82,48 @@ TEST(Shell, KeepsTheBlocksSharesAndRange) {
   EXPECT_NEAR(dark / all, 0.25, whole_columns);
 }
 
+/// A pattern that changes slowly in the block does so all round the object, across the edges of its
+/// polycube too.
+TEST(Shell, GoesOnAllRoundTheObject) {
+  constexpr GridShape large{40, 30, 4, voxel};
+  constexpr double mean = 0.05, swing = 0.02;
+  io::VolumeSet block;
+  block.channels = {"grey"};
+  block.media.push_back({Volume<double>(large, 0.3), Volume<double>(large, 0.0)});
+  for (std::size_t i = 0; i < large.cells(); ++i) {
+    const double x = M_PI * static_cast<double>(i % 40) / 40.0,
+                 y = M_PI * static_cast<double>(i / 40 % 30) / 30.0;
+    block.media[0].mu[i] = mean + swing * (std::cos(x) + std::cos(y));
+  }
+  constexpr double outer = 2.0 * radius, depth = large.nz * voxel;
+  const Wrapped around = wrapped(block, sphere_mesh(outer, 24), Vector3d::Zero());
+  const GridShape& shape = around.set.shape();
+  const auto in_shell = [&](const Eigen::Vector3i& at) {
+    const Vector3d place =
+        around.corner_mm + shape.voxel_mm * (at.cast<double>() + Vector3d::Constant(0.5));
+    return place.norm() < outer && place.norm() > outer - 0.9 * depth;
+  };
+  const Volume<double>& mu = around.set.media[0].mu;
+  double step = 0.0, least = mean, most = mean;
+  for (int z = 0; z + 1 < shape.nz; ++z) {
+    for (int y = 0; y + 1 < shape.ny; ++y) {
+      for (int x = 0; x + 1 < shape.nx; ++x) {
+        const Eigen::Vector3i here(x, y, z);
+        if (!in_shell(here)) continue;
+        least = std::min(least, mu(x, y, z));
+        most = std::max(most, mu(x, y, z));
+        for (int axis = 0; axis < 3; ++axis) {
+          const Eigen::Vector3i next = here + Eigen::Vector3i::Unit(axis);
+          if (!in_shell(next)) continue;
+          step = std::max(step, std::abs(mu(next[0], next[1], next[2]) - mu(x, y, z)));
+        }
+      }
+    }
+  }
+  EXPECT_GT(most - least, 3.0 * swing);
+  EXPECT_LT(step, 0.6 * swing);
+}
+
 /// Interpolated values are means of the shell's: the ball's middle has about that of all.
 TEST(Shell, InteriorIsAMeanOfTheLastLayer) {
   const io::VolumeSet block = block_of([](int x, int, int) { return x % 4 == 0 ? 0.05 : 0.01; });

@@ -39,8 +39,4 @@ class Hierarchy {
   std::vector<GraphLevel> level_;
 };
 
-/// Jacobi's step, before and after the coarse correction: of 1, 2 and 3 steps of Chebyshev's
-/// polynomial of the fourth kind on [0, 2] (Lottes 2023) the first takes the least work.
-inline constexpr double jacobi_step = 2.0 / 3.0;
-
 }  // namespace kappamu::forward::polygrid

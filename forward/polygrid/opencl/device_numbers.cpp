@@ -94,7 +94,6 @@ DeviceLevel::DeviceLevel(device::Context& context, const GraphLevel& level, std:
     children[static_cast<std::size_t>(next[static_cast<std::size_t>(level.parent[i])]++)] =
         static_cast<int>(i);
   }
-  parent = uploaded(context, level.parent);
   first_child = uploaded(context, first);
   child = uploaded(context, children);
 }

@@ -48,7 +48,7 @@ struct DeviceLevel {
   DeviceLevel(device::Context& context, const GraphLevel& level, std::size_t coarser);
 
   DevicePattern links;
-  device::Buffer parent, first_child, child;  ///< none on the coarsest
+  device::Buffer first_child, child;  ///< none on the coarsest
 };
 
 /// What a channel's medium is on the levels, on the host.

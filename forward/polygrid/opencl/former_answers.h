@@ -4,7 +4,7 @@
 // right-hand sides, Comput. Methods Appl. Mech. Engrg. 163, 1998).
 #pragma once
 
-#include <functional>
+#include <array>
 #include <vector>
 
 #include "device/context.h"
@@ -15,8 +15,8 @@ using Scalars = std::vector<double>;  ///< [lane]
 
 class FormerAnswers {
  public:
-  /// Dot products of two fields.
-  using Dot = std::function<Scalars(const device::Buffer&, const device::Buffer&)>;
+  static constexpr std::size_t most = 4;
+  using OfEach = std::array<Scalars, most>;
 
   /// Fields of so many bytes.
   FormerAnswers(device::Context& context, std::size_t bytes);
@@ -24,22 +24,26 @@ class FormerAnswers {
   /// The equations have changed.
   void forget() { size_ = 0; }
   std::size_t size() const { return size_; }
-  const device::Buffer& answer(std::size_t k) const { return kept_[k].answer; }
-  const device::Buffer& image(std::size_t k) const { return kept_[k].image; }
+  /// Those beyond size() are one that is there.
+  const device::Buffer& answer(std::size_t k) const { return kept_[k < size_ ? k : 0].answer; }
+  const device::Buffer& image(std::size_t k) const { return kept_[k < size_ ? k : 0].image; }
 
-  /// What each answer is taken times for ‖load − Σ image‖ to be least: [answer][lane].
-  std::vector<Scalars> combination(const device::Buffer& load, const Dot& dot) const;
-  /// Copies an answer and what the matrix makes of it, in place of the oldest.
-  void keep(const device::Buffer& answer, const device::Buffer& image, const Dot& dot);
+  /// What each answer is taken times for ‖load − Σ image‖ to be least, from the load's products
+  /// with the images.
+  OfEach combination(const OfEach& with_load) const;
 
- private:
+  /// Room for an answer and what the matrix makes of it, in place of the oldest.
   struct Kept {
     device::Buffer answer, image;
-    std::vector<Scalars> products;  ///< of the image with those of all others, [other][lane]
+    OfEach products;  ///< of the image with those of all others, itself included
   };
-  device::Context& context_;
-  std::vector<Kept> kept_;
-  std::size_t bytes_, size_ = 0, oldest_ = 0;
+  Kept& next();
+  /// Once next() is filled: its products.
+  void set_products(const OfEach& with_images);
+
+ private:
+  std::array<Kept, most> kept_;
+  std::size_t size_ = 0, last_ = 0;
 };
 
 }  // namespace kappamu::forward::polygrid

@@ -1,6 +1,7 @@
 #include "forward/polygrid/opencl/opencl_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -21,6 +22,8 @@ using embedded::Lanes;
 /// Of the residual that changed media leave: what little they change of the whole is solved for,
 /// too.
 constexpr double of_change = 0.05;
+/// Kinds of sums that a kernel leaves.
+constexpr std::size_t most_sums = 1 + FormerAnswers::most;
 
 /// What has changed on the finest level.
 struct Changed {
@@ -70,14 +73,14 @@ class BatchSolve {
       links_.push_back(context.allocate(std::max<std::size_t>(level.links.entries, 1) * media));
       inverse_diagonal_.push_back(context.allocate(rows * media));
       level_r_.push_back(context.allocate(rows * field));
-      level_x_.push_back(context.allocate(rows * field));
+      level_y_.push_back(context.allocate(rows * field));
     }
     const auto coarsest = static_cast<std::size_t>(levels.back().links.rows);
     coarsest_ = context.allocate(coarsest * coarsest * media);
-    for (Buffer* each : {&b_, &x_, &p_, &image_}) *each = context.allocate(rows() * field);
+    for (Buffer* each : {&b_, &x_, &z_, &p_, &image_}) *each = context.allocate(rows() * field);
     runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
-    partial_ = context.allocate(runs_ * lanes.width * numbers.sum_bytes());
-    scalars_ = context.allocate(lanes.width * numbers.sum_bytes());
+    partial_ = context.allocate(most_sums * runs_ * lanes.width * numbers.sum_bytes());
+    scalars_ = context.allocate(FormerAnswers::most * lanes.width * numbers.sum_bytes());
     if (lights == Lights::moving) former_.emplace(context, rows() * field);
   }
 
@@ -127,16 +130,24 @@ class BatchSolve {
     }
     write_lanes(context_, b_, numbers_, powers, width);
     context_.zero(p_, field_bytes());
-    const Buffer& r = level_r_[0];
+    const Buffer &r = level_r_[0], &y = level_y_[0];
     const bool changed = former_ && former_->size() == 0;
+    Scalars size2, r_r, before(width, 0.0), enough(width);
     if (former_ && !changed) {
-      start_from_former(r);
+      const std::vector<Scalars> products = with_images(b_);
+      size2 = products[0];
+      write(former_->combination({products[1], products[2], products[3], products[4]}));
+      const FormerAnswers& of = *former_;
+      r_r = sums(1, "start_from_former", scalars_, inverse_diagonal_[0], of.answer(0), of.answer(1),
+                 of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2), of.image(3), b_,
+                 x_, r, y)[0];
     } else {
       write_lanes(context_, x_, numbers_, starts, width);
-      over(rows(), "residual", matrix_.start, matrix_.column, value_, b_, x_, r);
+      over(rows(), "residual", matrix_.start, matrix_.column, value_, inverse_diagonal_[0], b_, x_,
+           r, y);
+      size2 = dot(b_, b_);
+      r_r = dot(r, r);
     }
-    const Scalars size2 = sums("dot_product", b_, b_);
-    Scalars r_r = sums("dot_product", r, r), before(width, 0.0), enough(width);
     for (std::size_t lane = 0; lane < width; ++lane) {
       enough[lane] = tolerance * tolerance * size2[lane];
       if (changed) enough[lane] = std::min(enough[lane], of_change * of_change * r_r[lane]);
@@ -149,26 +160,26 @@ class BatchSolve {
     };
     int iteration = 0;
     for (; iteration < most_iterations && !done(); ++iteration) {
-      cycle(0);
-      const Scalars r_z = sums("dot_product", r, level_x_[0]);
+      cycle();
+      const Scalars r_z = dot(r, z_);
       Scalars along(width, 0.0), step(width, 0.0);
       for (std::size_t lane = 0; lane < width; ++lane) {
         if (before[lane] > 0.0) along[lane] = r_z[lane] / before[lane];
       }
-      write(along);
-      over(rows(), "update_direction", scalars_, level_x_[0], p_);
+      write(std::array{along});
+      over(rows(), "update_direction", scalars_, z_, p_);
       over(rows(), "product", matrix_.start, matrix_.column, value_, p_, image_);
-      const Scalars p_image = sums("dot_product", p_, image_);
+      const Scalars p_image = dot(p_, image_);
       for (std::size_t lane = 0; lane < width; ++lane) {
         if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
       }
-      write(step);
-      r_r = sums("update_solution", scalars_, p_, image_, x_, r);
+      write(std::array{step});
+      r_r = sums(1, "update_solution", scalars_, inverse_diagonal_[0], p_, image_, x_, r, y)[0];
       before = r_z;
     }
     report.iterations = std::max(report.iterations, iteration);
-    if (former_) keep(r);
     read_lanes(context_, x_, numbers_, answers, width);
+    if (former_) keep(r);
     for (std::size_t lane = 0; lane < lights.size(); ++lane) {
       double& residual = report.residual[lights[lane]];
       residual = size2[lane] > 0.0 ? std::sqrt(r_r[lane] / size2[lane]) : 0.0;
@@ -180,84 +191,81 @@ class BatchSolve {
   std::size_t rows() const { return static_cast<std::size_t>(matrix_.rows); }
   std::size_t field_bytes() const { return rows() * lanes_.width * numbers_.real_bytes(); }
 
-  /// x = Σ c x_k and r = b − Σ c A x_k of the answers kept.
-  void start_from_former(const Buffer& r) {
-    std::vector<Scalars> times = former_->combination(b_, dot());
-    context_.zero(x_, field_bytes());
-    context_.copy(b_, r, field_bytes());
-    for (std::size_t k = 0; k < times.size(); ++k) {
-      write(times[k]);
-      over(rows(), "add", scalars_, former_->answer(k), x_);
-      for (double& c : times[k]) c = -c;
-      write(times[k]);
-      over(rows(), "add", scalars_, former_->image(k), r);
-    }
+  /// Products of a field with itself, then with the images of former answers.
+  std::vector<Scalars> with_images(const Buffer& of) {
+    return sums(1 + FormerAnswers::most, "products_with_images", of, former_->image(0),
+                former_->image(1), former_->image(2), former_->image(3));
   }
-  /// The answer x with its image b − r.
+  /// The answer x, which is left to it, with its image b − r.
   void keep(const Buffer& r) {
-    context_.copy(b_, image_, field_bytes());
-    write(Scalars(lanes_.width, -1.0));
-    over(rows(), "add", scalars_, r, image_);
-    former_->keep(x_, image_, dot());
+    FormerAnswers::Kept& kept = former_->next();
+    std::swap(kept.answer, x_);
+    over(rows(), "difference", b_, r, kept.image);
+    const std::vector<Scalars> products = with_images(kept.image);
+    former_->set_products({products[1], products[2], products[3], products[4]});
   }
-  FormerAnswers::Dot dot() {
-    return [this](const Buffer& a, const Buffer& b) { return sums("dot_product", a, b); };
-  }
+  Scalars dot(const Buffer& a, const Buffer& b) { return sums(1, "dot_product", a, b)[0]; }
 
   /// An item per number in [0, count).
   template <class... T>
   void over(std::size_t count, const char* kernel, const T&... arguments) {
     context_.launch(program_, kernel, {count, 1, 64, 1}, static_cast<int>(count), arguments...);
   }
+  /// Σ per lane of a kernel that leaves partial sums of `count` kinds.
   template <class... T>
-  void over_step(std::size_t count, const char* kernel, const T&... arguments) {
-    if (numbers_.precision == Precision::single) {
-      over(count, kernel, static_cast<float>(jacobi_step), arguments...);
-    } else {
-      over(count, kernel, jacobi_step, arguments...);
-    }
-  }
-
-  /// Σ per lane of a kernel that leaves partial sums.
-  template <class... T>
-  Scalars sums(const char* kernel, const T&... arguments) {
+  std::vector<Scalars> sums(std::size_t count, const char* kernel, const T&... arguments) {
     context_.launch(program_, kernel, {runs_, 1, 1, 1}, static_cast<int>(rows()),
                     static_cast<int>(runs_), arguments..., partial_);
-    return numbers_.double_sums ? read_sums<double>() : read_sums<float>();
+    return numbers_.double_sums ? read_sums<double>(count) : read_sums<float>(count);
   }
   template <class T>
-  Scalars read_sums() {
-    std::vector<T> parts(runs_ * lanes_.width);
+  std::vector<Scalars> read_sums(std::size_t count) {
+    std::vector<T> parts(count * runs_ * lanes_.width);
     context_.read(partial_, parts.data(), parts.size() * sizeof(T));
-    Scalars total(lanes_.width, 0.0);
+    std::vector<Scalars> total(count, Scalars(lanes_.width, 0.0));
     for (std::size_t k = 0; k < parts.size(); ++k) {
-      total[k % lanes_.width] += static_cast<double>(parts[k]);
+      total[k / (runs_ * lanes_.width)][k % lanes_.width] += static_cast<double>(parts[k]);
     }
     return total;
   }
-  void write(const Scalars& values) {
+  template <std::size_t count>
+  void write(const std::array<Scalars, count>& values) {
+    Scalars all;
+    for (const Scalars& of_lanes : values) all.insert(all.end(), of_lanes.begin(), of_lanes.end());
     if (numbers_.double_sums) {
-      context_.write(scalars_, values.data(), values.size() * sizeof(double));
+      context_.write(scalars_, all.data(), all.size() * sizeof(double));
     } else {
-      const std::vector<float> single(values.begin(), values.end());
+      const std::vector<float> single(all.begin(), all.end());
       context_.write(scalars_, single.data(), single.size() * sizeof(float));
     }
   }
 
-  /// From the residual of a level to its correction.
-  void cycle(std::size_t l) {
-    const DeviceLevel& level = levels_[l];
-    const auto count = static_cast<std::size_t>(level.links.rows);
-    if (l + 1 == levels_.size()) {
-      over(count, "solve_directly", coarsest_, level_r_[l], level_x_[l]);
+  /// From the residual of the finest level to its correction z.
+  void cycle() {
+    const std::size_t coarsest = levels_.size() - 1;
+    const auto rows_of = [&](std::size_t l) {
+      return static_cast<std::size_t>(levels_[l].links.rows);
+    };
+    if (coarsest == 0) {
+      over(rows(), "solve_directly", coarsest_, level_r_[0], z_);
       return;
     }
-    over_step(static_cast<std::size_t>(levels_[l + 1].links.rows), "down", level.first_child,
-              level.child, level.links.start, level.links.column, links_[l], inverse_diagonal_[l],
-              level_r_[l], level_r_[l + 1]);
-    cycle(l + 1);
-    over_step(count, "up", level.parent, level.links.start, level.links.column, links_[l],
-              inverse_diagonal_[l], level_r_[l], level_x_[l + 1], level_x_[l]);
+    for (std::size_t l = 0; l < coarsest; ++l) {
+      const DeviceLevel& level = levels_[l];
+      over(rows_of(l + 1), "down", level.first_child, level.child, level.links.start,
+           level.links.column, links_[l], level_r_[l], level_y_[l], inverse_diagonal_[l + 1],
+           level_r_[l + 1], level_y_[l + 1]);
+    }
+    over(rows_of(coarsest), "direct_to_children", coarsest_, level_r_[coarsest],
+         levels_[coarsest - 1].first_child, levels_[coarsest - 1].child, level_y_[coarsest - 1]);
+    for (std::size_t l = coarsest - 1; l > 0; --l) {
+      const DeviceLevel &level = levels_[l], &finer = levels_[l - 1];
+      over(rows_of(l), "up_to_children", level.links.start, level.links.column, links_[l],
+           inverse_diagonal_[l], level_r_[l], level_y_[l], finer.first_child, finer.child,
+           level_y_[l - 1]);
+    }
+    over(rows(), "up", levels_[0].links.start, levels_[0].links.column, links_[0],
+         inverse_diagonal_[0], level_r_[0], level_y_[0], z_);
   }
 
   device::Context& context_;
@@ -268,8 +276,8 @@ class BatchSolve {
   device::Program& program_;
   std::size_t runs_ = 1;
   Buffer value_, coarsest_;
-  std::vector<Buffer> links_, inverse_diagonal_, level_r_, level_x_;  ///< [level]
-  Buffer b_, x_, p_, image_, partial_, scalars_;
+  std::vector<Buffer> links_, inverse_diagonal_, level_r_, level_y_;  ///< [level]
+  Buffer b_, x_, z_, p_, image_, partial_, scalars_;
   std::optional<FormerAnswers> former_;
 };
 

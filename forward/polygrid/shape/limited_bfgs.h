@@ -1,11 +1,16 @@
 // Limited-memory BFGS with Armijo backtracking (Nocedal and Wright 2006, algorithm 7.4), for
-// functions that are infinite where they are not allowed.
+// functions that are infinite where they are not allowed. Its two loops run over coefficients of
+// the last steps, their changes of the gradient, and the gradient, by the products of these (Chen,
+// Wang and Zhou 2014): each iteration reads them twice, on all cores.
 #pragma once
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <deque>
+#include <vector>
+
+#include "core/parallel.h"
 
 namespace kappamu::forward {
 
@@ -13,52 +18,91 @@ namespace kappamu::forward {
 /// `first_step`: the largest change of an unknown in the first iteration. Returns the last value.
 template <class Function>
 double minimise(const Function& function, Eigen::VectorXd& x, int iterations, double first_step) {
-  constexpr std::size_t memory = 6;
+  using Eigen::Index;
+  constexpr Index memory = 6, at_gradient = 2 * memory;  // columns: steps, changes, gradient
+  constexpr Index piece_rows = 4096;                     // of which all columns stay in the cache
   constexpr double decrease = 1e-4;
-  struct Pair {
-    Eigen::VectorXd step, change;
-    double inverse_product;
+  using Products = Eigen::Matrix<double, at_gradient + 1, at_gradient + 1>;
+  using NewProducts = Eigen::Matrix<double, at_gradient + 1, 3>;
+  using Coefficients = Eigen::Matrix<double, at_gradient + 1, 1>;
+  const Index pieces_of_x = (x.size() + piece_rows - 1) / piece_rows;
+  const auto for_all_pieces = [&](const auto& work) {
+    for_rows(static_cast<int>(pieces_of_x), [&](int piece) {
+      work(piece, piece * piece_rows, std::min(piece_rows, x.size() - piece * piece_rows));
+    });
   };
-  std::deque<Pair> pairs;
-  Eigen::VectorXd gradient(x.size()), next_gradient(x.size()), direction, next;
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(x.size(), at_gradient + 1);
+  Products products = Products::Zero();
+  std::vector<NewProducts> of_piece(static_cast<std::size_t>(pieces_of_x));
+  std::vector<Index> pairs;  // their places among the steps, oldest first
+  Eigen::VectorXd gradient(x.size()), next(x.size()), direction(x.size());
   double value = function(x, gradient);
-  std::array<double, memory> alpha{};
+  columns.col(at_gradient) = gradient;
   for (int iteration = 0; iteration < iterations; ++iteration) {
-    direction = -gradient;
-    for (std::size_t k = pairs.size(); k-- > 0;) {
-      alpha[k] = pairs[k].inverse_product * pairs[k].step.dot(direction);
-      direction -= alpha[k] * pairs[k].change;
-    }
+    Coefficients by = Coefficients::Zero();
+    by[at_gradient] = -1.0;
     if (pairs.empty()) {
-      const double largest = gradient.lpNorm<Eigen::Infinity>();
+      const double largest = columns.col(at_gradient).template lpNorm<Eigen::Infinity>();
       if (!(largest > 0.0)) return value;
-      direction *= first_step / largest;
+      by *= first_step / largest;
+      products(at_gradient, at_gradient) = columns.col(at_gradient).squaredNorm();
     } else {
-      direction /= pairs.back().inverse_product * pairs.back().change.squaredNorm();
+      std::array<double, memory> alpha{};
+      for (auto k = pairs.rbegin(); k != pairs.rend(); ++k) {
+        double& mine = alpha[static_cast<std::size_t>(*k)];
+        mine = products.row(*k).dot(by) / products(*k, *k + memory);
+        by[*k + memory] -= mine;
+      }
+      const Index last = pairs.back(), change = last + memory;
+      by *= products(last, change) / products(change, change);
+      for (const Index k : pairs) {
+        const double beta = products.row(k + memory).dot(by) / products(k, k + memory);
+        by[k] += alpha[static_cast<std::size_t>(k)] - beta;
+      }
     }
-    for (std::size_t k = 0; k < pairs.size(); ++k) {
-      const double beta = pairs[k].inverse_product * pairs[k].change.dot(direction);
-      direction += (alpha[k] - beta) * pairs[k].step;
-    }
-    const double slope = direction.dot(gradient);
+    const double slope = products.row(at_gradient).dot(by);
     if (!(slope < 0.0)) return value;
+    for_all_pieces([&](int, Index begin, Index rows) {
+      direction.segment(begin, rows).noalias() = columns.middleRows(begin, rows) * by;
+    });
     double length = 1.0, next_value = 0.0;
     for (int halvings = 0;; ++halvings) {
       next = x + length * direction;
-      next_value = function(next, next_gradient);
+      next_value = function(next, gradient);
       if (next_value <= value + decrease * length * slope) break;
       if (halvings == 30) return value;
       length /= 2.0;
     }
-    Pair pair{next - x, next_gradient - gradient, 0.0};
-    const double product = pair.step.dot(pair.change);
+    const bool full = pairs.size() == memory;
+    const Index place = full ? pairs.front() : static_cast<Index>(pairs.size());
+    for_all_pieces([&](int piece, Index begin, Index rows) {
+      auto mine = columns.middleRows(begin, rows);
+      mine.col(place) = next.segment(begin, rows) - x.segment(begin, rows);
+      mine.col(place + memory) = gradient.segment(begin, rows) - mine.col(at_gradient);
+      mine.col(at_gradient) = gradient.segment(begin, rows);
+      NewProducts& sums = of_piece[static_cast<std::size_t>(piece)];
+      int column = 0;
+      for (const Index with : {place, place + memory, at_gradient}) {
+        sums.col(column++).noalias() = mine.transpose() * mine.col(with);
+      }
+    });
+    NewProducts sums = NewProducts::Zero();
+    for (const NewProducts& some : of_piece) sums += some;
+    int column = 0;
+    for (const Index with : {place, place + memory, at_gradient}) {
+      products.col(with) = sums.col(column);
+      products.row(with) = sums.col(column++).transpose();
+    }
     x.swap(next);
-    gradient.swap(next_gradient);
     value = next_value;
-    if (product > 1e-12 * pair.step.norm() * pair.change.norm()) {
-      pair.inverse_product = 1.0 / product;
-      if (pairs.size() == memory) pairs.pop_front();
-      pairs.push_back(std::move(pair));
+    if (full) pairs.erase(pairs.begin());
+    const double product = products(place, place + memory);
+    if (product * product >
+            1e-24 * products(place, place) * products(place + memory, place + memory) &&
+        product > 0.0) {
+      pairs.push_back(place);
+    } else if (full) {
+      pairs.clear();  // its place is taken
     }
   }
   return value;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 
+#include "core/parallel.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/cell_energy.h"
 #include "forward/polygrid/shape/limited_bfgs.h"
@@ -25,6 +27,18 @@ constexpr std::size_t samples_per_corner = 10;
 /// A determinant (1 for the target cell) above which a corner counts as not inverted, and the least
 /// ε.
 constexpr double not_inverted = 1e-3, least_epsilon = 1e-2;
+
+/// Points that are looked at one after the other, each from the last one's answer on.
+constexpr std::size_t samples_of_part = 256;
+
+/// Calls work(i) for i in [0, count), those of a part of samples_of_part in order.
+template <class Work>
+void for_parts(std::size_t count, const Work& work) {
+  for_rows(static_cast<int>((count + samples_of_part - 1) / samples_of_part), [&](int part) {
+    const std::size_t begin = static_cast<std::size_t>(part) * samples_of_part;
+    for (std::size_t i = begin; i < std::min(count, begin + samples_of_part); ++i) work(i);
+  });
+}
 
 /// What draws an outer corner: a plane.
 struct Anchor {
@@ -51,9 +65,10 @@ class CellMap {
       cells_[static_cast<std::size_t>(grid_.boundary_cell[k])]
           .inverse_edge[grid_.boundary_side[k] / 2] /= layer_thickness;
     }
+    energies_.emplace(grid_.cell_corners, cells_, grid_.corner.size());
   }
 
-  double least() const { return least_determinant(grid_.cell_corners, cells_, grid_.corner); }
+  double least() const { return energies_->least_determinant(grid_.corner); }
 
   void round(double pull, int power) {
     find_anchors();
@@ -97,7 +112,7 @@ class CellMap {
  private:
   void find_anchors() {
     constexpr double on_surface = 0.1;  // edges: closer, the direction to it is not to be relied on
-    for (std::size_t k = 0; k < anchors_.size(); ++k) {
+    for_parts(anchors_.size(), [&](std::size_t k) {
       const Vector3d& x = grid_.corner[first_ + k];
       const ClosestPoint::Found found = target_.surface.from(x, anchors_[k].triangle);
       anchors_[k] = {found.point,
@@ -105,7 +120,7 @@ class CellMap {
                          ? Vector3d((x - found.point) / found.distance)
                          : target_.surface.smooth_normal(found),
                      found.triangle, 1.0};
-    }
+    });
   }
 
   void reach_what_is_left_away(double pull) {
@@ -115,13 +130,16 @@ class CellMap {
     const std::size_t stride =
         1 +
         target_.samples.size() / (samples_per_corner * std::max<std::size_t>(1, anchors_.size()));
-    int near = 0;
-    for (std::size_t s = 0; s < target_.samples.size(); s += stride) {
-      const Vector3d& sample = target_.samples[s];
-      const ClosestPoint::Found found = closest.from(sample, near);
-      near = found.triangle;
+    std::vector<ClosestPoint::Found> of_sample((target_.samples.size() + stride - 1) / stride);
+    for_parts(of_sample.size(), [&](std::size_t s) {
+      const int near = s % samples_of_part == 0 ? 0 : of_sample[s - 1].triangle;
+      of_sample[s] = closest.from(target_.samples[s * stride], near, reach_beyond * edge_);
+    });
+    for (std::size_t s = 0; s < of_sample.size(); ++s) {
+      const ClosestPoint::Found& found = of_sample[s];
       if (found.distance <= reach_beyond * edge_) continue;
-      const auto& t = faces.triangles[static_cast<std::size_t>(near)];
+      const Vector3d& sample = target_.samples[s * stride];
+      const auto& t = faces.triangles[static_cast<std::size_t>(found.triangle)];
       const auto off = [&](int v) {
         return (grid_.corner[static_cast<std::size_t>(v)] - sample).squaredNorm();
       };
@@ -147,11 +165,10 @@ class CellMap {
     std::vector<Vector3d>& corner = grid_.corner;
     VectorXd x =
         Eigen::Map<const VectorXd>(corner[0].data(), 3 * static_cast<Index>(corner.size()));
-    std::vector<Vector3d> slope(corner.size());
+    std::vector<Vector3d> slope(corner.size(), Vector3d::Zero());
     const auto function = [&](const VectorXd& at, VectorXd& gradient) {
       Eigen::Map<VectorXd>(corner[0].data(), at.size()) = at;
-      std::fill(slope.begin(), slope.end(), Vector3d::Zero());
-      double value = energy(grid_.cell_corners, cells_, corner, slope);
+      double value = (*energies_)(energy, corner, slope);
       for (std::size_t k = 0; k < anchors_.size(); ++k) {
         const Anchor& anchor = anchors_[k];
         const double off = anchor.normal.dot(corner[first_ + k] - anchor.point) / edge_;
@@ -171,6 +188,7 @@ class CellMap {
   std::size_t first_;  ///< outer corner
   double edge_ = 1.0;  ///< of a target cell [mm]
   std::vector<TargetCell> cells_;
+  std::optional<CellEnergies> energies_;
   std::vector<Anchor> anchors_;  ///< of the outer corners
 };
 

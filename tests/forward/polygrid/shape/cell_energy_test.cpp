@@ -29,15 +29,20 @@ std::vector<TargetCell> target_of(const Vector3d& size) {
   return {target};
 }
 
+double energy_of(const CellEnergy& energy, const std::vector<TargetCell>& target,
+                 const std::vector<Vector3d>& corner, std::vector<Vector3d>& gradient) {
+  return CellEnergies(one_cell, target, 8)(energy, corner, gradient);
+}
+
 TEST(CellEnergy, IsLeastForTheTarget) {
   const Vector3d size(2.0, 0.5, 1.0);
   for (const int power : {1, 2, 3}) {
     const CellEnergy energy{0.2, 0.0, power};
     std::vector<Vector3d> gradient(8, Vector3d::Zero());
-    EXPECT_NEAR(energy(one_cell, target_of(size), box(size), gradient), 8.0 * std::pow(1.2, power),
+    EXPECT_NEAR(energy_of(energy, target_of(size), box(size), gradient), 8.0 * std::pow(1.2, power),
                 1e-12);
     for (const Vector3d& g : gradient) EXPECT_NEAR(g.norm(), 0.0, 1e-12);
-    EXPECT_GT(energy(one_cell, target_of(size), box(1.1 * size), gradient),
+    EXPECT_GT(energy_of(energy, target_of(size), box(1.1 * size), gradient),
               8.0 * std::pow(1.2, power));
   }
 }
@@ -56,16 +61,16 @@ TEST(CellEnergy, GradientIsTheDerivative) {
   const auto target = target_of({1.0, 0.7, 1.3});
   for (const CellEnergy& energy :
        {CellEnergy{0.2, 0.3, 1}, CellEnergy{0.2, 0.0, 2}, CellEnergy{0.5, 0.1, 3}}) {
-    ASSERT_GT(least_determinant(one_cell, target, corner), 0.0);
+    ASSERT_GT(CellEnergies(one_cell, target, 8).least_determinant(corner), 0.0);
     std::vector<Vector3d> gradient(8, Vector3d::Zero()), unused(8, Vector3d::Zero());
-    const double value = energy(one_cell, target, corner, gradient);
+    const double value = energy_of(energy, target, corner, gradient);
     double slope = 0.0;
     for (std::size_t b = 0; b < 8; ++b) slope += gradient[b].dot(direction[b]);
     // The remainder of Taylor's first order falls by four where the step is halved.
     const auto remainder = [&](double step) {
       std::vector<Vector3d> moved = corner;
       for (std::size_t b = 0; b < 8; ++b) moved[b] += step * direction[b];
-      return std::abs(energy(one_cell, target, moved, unused) - value - step * slope);
+      return std::abs(energy_of(energy, target, moved, unused) - value - step * slope);
     };
     EXPECT_NEAR(std::log2(remainder(1e-3) / remainder(5e-4)), 2.0, 0.05);
   }
@@ -75,10 +80,10 @@ TEST(CellEnergy, IsInfiniteForInvertedCellsUnlessEpsilonIsGiven) {
   std::vector<Vector3d> corner = box(Vector3d::Ones());
   corner[0] = Vector3d(1.2, 1.2, 1.2);
   const auto target = target_of(Vector3d::Ones());
-  EXPECT_LT(least_determinant(one_cell, target, corner), 0.0);
+  EXPECT_LT(CellEnergies(one_cell, target, 8).least_determinant(corner), 0.0);
   std::vector<Vector3d> gradient(8, Vector3d::Zero());
-  EXPECT_TRUE(std::isinf(CellEnergy{0.2, 0.0, 1}(one_cell, target, corner, gradient)));
-  EXPECT_TRUE(std::isfinite(CellEnergy{0.2, 0.1, 1}(one_cell, target, corner, gradient)));
+  EXPECT_TRUE(std::isinf(energy_of({0.2, 0.0, 1}, target, corner, gradient)));
+  EXPECT_TRUE(std::isfinite(energy_of({0.2, 0.1, 1}, target, corner, gradient)));
 }
 
 }  // namespace
