@@ -247,11 +247,9 @@ TEST(BeamPlaces, StandForAllOfTheSurface) {
     EXPECT_LT(whole.norm(), 1e-9 * area);
     EXPECT_NEAR(static_cast<double>(places.size()), area / (spacing * spacing),
                 0.4 * area / (spacing * spacing));
+    const auto light = beams_at(world, 0, make_light_sources(scene.lights), places);
     double power = 0.0;
-    for (const forward::Beam& beam :
-         beams_at(world, 0, make_light_sources(scene.lights), places)[0].beams) {
-      power += beam.power;
-    }
+    for (const forward::Beam& beam : light[0].beams) power += beam.power;
     EXPECT_NEAR(power, pi * 100.0, 0.01 * pi * 100.0);
   }
 }
