@@ -10,7 +10,7 @@
 #include "forward/polygrid/polygrid_diffusion.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
-#include "render/light/incident_light.h"
+#include "render/light/beam_places.h"
 #include "render/live/live_polygrid.h"
 
 namespace kappamu::bench {
@@ -20,7 +20,7 @@ namespace {
 using Eigen::Vector3d;
 using forward::polygrid::PolygridDiffusion;
 
-/// That live frames are held against, and the share of their beams' spacing.
+/// That live frames are held against, and its beams' spacing over theirs.
 constexpr forward::polygrid::PolygridAccuracy converged{
     .linear_tolerance = 1e-5, .beam_remainder = 1e-6, .most_iterations = 300};
 constexpr double converged_spacing = 0.25;
@@ -125,7 +125,13 @@ class Live {
     options.cells = cells / 8;
     forward::Polygrid grid = forward::polygrid::split(
         forward::make_polygrid(object_.mesh, options, silent).grid, object_.mesh);
-    spacing_ = render::LivePolygrid::beam_spacing_mm(grid);
+    const double spacing = render::LivePolygrid::beam_spacing_mm(grid);
+    places_ = render::beam_places(object_, spacing, 1);
+    converged_places_ = render::beam_places(object_, converged_spacing * spacing, 1);
+    for (std::size_t t = 0; t < object_.surface.size(); ++t) {
+      each_triangle_.push_back({static_cast<int>(t), object_.surface.position[t],
+                                object_.surface.area[t] * object_.surface.normal[t]});
+    }
     diffusion_ = std::make_unique<PolygridDiffusion>(std::move(grid), object_.mesh, object_.surface,
                                                      object_.boundary.eta, device,
                                                      forward::polygrid::Lights::moving);
@@ -142,14 +148,16 @@ class Live {
 
   /// Of a light at this angle, with another medium where one is given.
   Frame frame(double degrees, Entry entry, const render::MediaOfChannels* edited = nullptr) {
-    return answered(degrees, entry, edited, spacing_, render::LivePolygrid::accuracy);
+    return answered(degrees, entry, edited, entry == Entry::beams ? places_ : each_triangle_,
+                    render::LivePolygrid::accuracy);
   }
 
   /// Of the last frame's exitance, from the converged one: relative 2-norm, and the largest
   /// difference over the largest exitance.
   std::array<double, 2> error_of_last(double degrees, Entry entry) {
     const std::vector<double> live = exitance_;
-    answered(degrees, entry, nullptr, converged_spacing * spacing_, converged);
+    answered(degrees, entry, nullptr, entry == Entry::beams ? converged_places_ : each_triangle_,
+             converged);
     double largest = 0.0, most = 0.0;
     for (std::size_t t = 0; t < live.size(); ++t) {
       largest = std::max(largest, std::abs(live[t] - exitance_[t]));
@@ -161,19 +169,18 @@ class Live {
   }
 
  private:
-  Frame answered(double degrees, Entry entry, const render::MediaOfChannels* edited, double spacing,
+  Frame answered(double degrees, Entry entry, const render::MediaOfChannels* edited,
+                 std::span<const render::BeamPlace> places,
                  const forward::polygrid::PolygridAccuracy& accuracy) {
     const auto start = Clock::now();
     const double before = processor_seconds();
     if (edited != nullptr) set(*edited);
     const double media = edited != nullptr ? processor_seconds() - before : 0.0;
-    Progress silent;
     render::DirectionalLight sun;
     const double angle = degrees * M_PI / 180.0;
     sun.direction = Vector3d(-std::sin(angle), -0.5, -std::cos(angle)).normalized();
     const render::LightSources sources = render::make_light_sources({sun});
-    const render::LightOfChannels light =
-        render::incident_light(world_, 0, sources, nullptr, 1, silent, spacing).channels;
+    const render::LightOfChannels light = render::beams_at(world_, 0, sources, places);
     std::array<std::vector<forward::ObjectLight>, 3> lights;
     std::vector<forward::ObjectProblem> problems;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -196,7 +203,8 @@ class Live {
 
   const render::World& world_;
   const render::WorldObject& object_;
-  double spacing_ = 0.0;
+  std::vector<render::BeamPlace> places_, converged_places_;
+  std::vector<render::BeamPlace> each_triangle_;  ///< of light that enters at the surface
   std::unique_ptr<PolygridDiffusion> diffusion_;
   render::MediaOfChannels media_;
   std::vector<double> exitance_;  ///< of the G channel in the last frame

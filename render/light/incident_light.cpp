@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "render/light/beam_places.h"
 #include "render/light/sampling.h"
 
 namespace kappamu::render {
@@ -19,12 +20,10 @@ constexpr std::size_t pieces_per_update = 32;
 constexpr std::size_t most_triangles_lit_each = 1'000'000;
 constexpr double environment_rays = 4e6;
 
-using Beams = std::array<std::vector<forward::Beam>, 3>;  ///< R, G, B
-
 class Illumination {
  public:
   Illumination(const World& world, std::size_t object, const LightSources& sources,
-               const Environment* environment, std::uint64_t seed, double least_spacing)
+               const Environment* environment, std::uint64_t seed)
       : world_(world),
         object_(world.objects()[object]),
         sources_(sources),
@@ -36,13 +35,13 @@ class Illumination {
     }
     const double free_path = 3.0 * kappa;
     const double size = bounding_box(object_.mesh).sizes().maxCoeff();
-    const double spacing = std::max({0.5 * free_path, size / 256.0, least_spacing});
+    const double spacing = std::max(0.5 * free_path, size / 256.0);
     area_per_beam_ = spacing * spacing;
     const double rays = environment_rays / static_cast<double>(object_.surface.size());
     environment_pairs_ = static_cast<std::uint32_t>(std::clamp(0.5 * rays, 8.0, 512.0));
   }
 
-  void add_beams(std::size_t triangle, Beams& out) const;
+  void add_beams(std::size_t triangle, BeamsOfChannels& out) const;
   Colour environment_irradiance(std::size_t triangle) const;
 
  private:
@@ -70,7 +69,7 @@ class Illumination {
   std::uint32_t environment_pairs_ = 0;
 };
 
-void Illumination::add_beams(std::size_t triangle, Beams& out) const {
+void Illumination::add_beams(std::size_t triangle, BeamsOfChannels& out) const {
   const double area = object_.surface.area[triangle];
   if (area <= 0.0) return;
   const std::uint64_t key = key_of({key_, triangle});
@@ -81,25 +80,12 @@ void Illumination::add_beams(std::size_t triangle, Beams& out) const {
     if (uniform(key_of({key, 1})) > wanted) return;
     area_each = area_per_beam_;
   }
-  const Vector3d normal = world_normal(triangle);
   for (std::uint32_t i = 0; i < count; ++i) {
     const auto [u, v] = sobol_point(i, key);
-    const Vector3d in_object = point_on(object_.mesh, triangle, u, v);
-    const Vector3d point = object_.world_from_object * in_object;
-    for (const auto& source : sources_) {
-      const Arrival arrival = source->at(point);
-      const double cosine = -arrival.direction.dot(normal);
-      if (cosine <= 0.0 || arrival.irradiance.maxCoeff() <= 0.0) continue;
-      if (world_.blocked(point, -arrival.direction, arrival.distance)) continue;
-      forward::Beam beam;
-      beam.triangle = static_cast<int>(triangle);
-      beam.position = in_object;
-      beam.direction = object_.world_from_object.rotation.transpose() * arrival.direction;
-      for (std::size_t c = 0; c < 3; ++c) {
-        beam.power = arrival.irradiance[static_cast<Eigen::Index>(c)] * cosine * area_each;
-        if (beam.power > 0.0) out[c].push_back(beam);
-      }
-    }
+    kappamu::render::add_beams(world_, object_, sources_,
+                               {static_cast<int>(triangle), point_on(object_.mesh, triangle, u, v),
+                                area_each * object_.surface.normal[triangle]},
+                               out);
   }
 }
 
@@ -126,18 +112,18 @@ Colour Illumination::environment_irradiance(std::size_t triangle) const {
 }  // namespace
 
 IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
-                             const Environment* environment, std::uint64_t seed, Progress& progress,
-                             double least_spacing_mm) {
+                             const Environment* environment, std::uint64_t seed,
+                             Progress& progress) {
   const std::size_t triangles = world.objects()[object].surface.size();
   const std::vector<double>& area = world.objects()[object].surface.area;
-  const Illumination illumination(world, object, sources, environment, seed, least_spacing_mm);
+  const Illumination illumination(world, object, sources, environment, seed);
   IncidentLight light;
   if (environment) {
     for (forward::ObjectLight& channel : light.channels) channel.diffuse.assign(triangles, 0.0);
   }
   // Beams by pieces, put together in the triangles' order on any number of threads.
   const std::size_t pieces = (triangles + triangles_per_piece - 1) / triangles_per_piece;
-  std::vector<Beams> beams(pieces);
+  std::vector<BeamsOfChannels> beams(pieces);
   const auto light_piece = [&](std::size_t piece) {
     const std::size_t begin = piece * triangles_per_piece;
     for (std::size_t t = begin; t < std::min(triangles, begin + triangles_per_piece); ++t) {
@@ -159,7 +145,7 @@ IncidentLight incident_light(const World& world, std::size_t object, const Light
   for (std::size_t c = 0; c < 3; ++c) {
     forward::ObjectLight& channel = light.channels[c];
     double power = 0.0;
-    for (Beams& piece : beams) {
+    for (BeamsOfChannels& piece : beams) {
       channel.beams.insert(channel.beams.end(), piece[c].begin(), piece[c].end());
       piece[c] = {};
     }

@@ -35,7 +35,7 @@ class LiveObject {
 
   virtual ~LiveObject() = default;
 
-  /// Beams closer than this change the answer no more [mm].
+  /// Beams closer than this change the answer no more [mm]; 0: those of incident_light() do.
   virtual double beam_spacing_mm() const { return 0.0; }
   virtual Answer solve(const LightOfChannels& light) = 0;
   /// Relative error of an answer by solve(), by a finer one.

@@ -5,6 +5,7 @@
 
 #include "forward/block/block_grid.h"
 #include "forward/object_models.h"
+#include "render/light/beam_places.h"
 #include "render/light/incident_light.h"
 #include "render/live/live_object.h"
 
@@ -47,6 +48,9 @@ struct LiveScene::Solver {
     options.tolerance = asked.tolerance.value_or(usual_tolerance);
     kept = make_live_object(name, lit, options);
     if (!kept) model = forward::make_object_model(name);
+    if (kept && kept->beam_spacing_mm() > 0.0) {
+      places = beam_places(lit, kept->beam_spacing_mm(), asked.seed);
+    }
   }
 
   ExitanceOfChannels solve(const LightOfChannels& light, LiveAnswer& answer, Progress& progress) {
@@ -81,11 +85,10 @@ struct LiveScene::Solver {
     return exitance;
   }
 
-  double beam_spacing_mm() const { return kept ? kept->beam_spacing_mm() : 0.0; }
-
   const WorldObject& object;
   forward::ObjectOptions options;
   std::unique_ptr<LiveObject> kept;
+  std::vector<BeamPlace> places;   ///< of a model that says how far apart
   std::optional<double> measured;  ///< error of the first answer
   std::unique_ptr<forward::ObjectModel> model;
 };
@@ -118,9 +121,11 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   const LightSources sources = make_light_sources(question.lights);
   std::vector<LightOfChannels> incident;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    const double spacing = solvers_[i]->beam_spacing_mm();
-    incident.push_back(std::move(
-        incident_light(world_, i, sources, nullptr, options_.seed, progress, spacing).channels));
+    const std::vector<BeamPlace>& places = solvers_[i]->places;
+    incident.push_back(
+        places.empty()
+            ? incident_light(world_, i, sources, nullptr, options_.seed, progress).channels
+            : beams_at(world_, i, sources, places));
     for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];
   }
   answer.light_ms = milliseconds_since(start);
