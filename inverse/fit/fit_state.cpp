@@ -54,7 +54,7 @@ void read(ByteReader& in, ModelChoice& choice) {
 }
 
 void write(ByteWriter& out, const Consistency& c) {
-  for (const bool b : {c.judged, c.explained, c.other_eta.has_value()}) out.put(b);
+  for (const bool b : {c.checked, c.explained, c.other_eta.has_value()}) out.put(b);
   for (const Estimate& e : {c.log_scale, c.shift_u, c.shift_v}) {
     out.put(e.value);
     out.put(e.error);
@@ -66,7 +66,7 @@ void write(ByteWriter& out, const Consistency& c) {
 void read(ByteReader& in, Consistency& c) {
   bool has_eta = false;
   double eta = 0.0;
-  for (bool* b : {&c.judged, &c.explained, &has_eta}) in.get(*b);
+  for (bool* b : {&c.checked, &c.explained, &has_eta}) in.get(*b);
   for (Estimate* e : {&c.log_scale, &c.shift_u, &c.shift_v}) {
     in.get(e->value);
     in.get(e->error);
