@@ -151,8 +151,8 @@ bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
   return folder_.run(fit_stage_, progress, [&](const fs::path& output, Progress& listener) {
     const FitSummary summary = run_fit_stage(measurements, output / "fit", options, listener);
     std::map<std::string, double> errors;
-    for (std::size_t c = 0; c < summary.held_out.size(); ++c) {
-      errors[summary.channels[c]] = summary.held_out[c].error.E();
+    for (std::size_t c = 0; c < summary.validation.size(); ++c) {
+      errors[summary.channels[c]] = summary.validation[c].error.E();
     }
     folder_.set_device(summary.device);
     folder_.set_validation_error(std::move(errors));

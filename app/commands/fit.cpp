@@ -48,10 +48,10 @@ Json to_json(const pipeline::FitSummary& summary) {
                         {"notes", summary.notes[c]},
                         {"adjoint_solves", adjoint_solves(r)},
                         {"seconds", r.seconds}});
-    if (!summary.held_out.empty()) {
-      channels.back()["validation_E"] = summary.held_out[c].error.E();
-      channels.back()["validation_noise_E"] = summary.held_out[c].error.noise_E();
-      channels.back()["validation_chi2_per_value"] = summary.held_out[c].chi2_per_value;
+    if (!summary.validation.empty()) {
+      channels.back()["validation_E"] = summary.validation[c].error.E();
+      channels.back()["validation_noise_E"] = summary.validation[c].error.noise_E();
+      channels.back()["validation_chi2_per_value"] = summary.validation[c].chi2_per_value;
     }
     if (summary.uncertainty[c]) {
       channels.back()["uncertainty"] = pipeline::uncertainty_json(*summary.uncertainty[c]);
@@ -73,8 +73,8 @@ void print_table(const pipeline::FitSummary& summary) {
     const inverse::FitReport& r = summary.reports[c];
     std::printf("%-5s chi2 per value %-8.3g %4d adjoint solves  %6.1f s",
                 summary.channels[c].c_str(), r.chi2_per_value, adjoint_solves(r), r.seconds);
-    if (!summary.held_out.empty()) {
-      const inverse::HeldOutScore& h = summary.held_out[c];
+    if (!summary.validation.empty()) {
+      const inverse::ValidationScore& h = summary.validation[c];
       std::printf("  validation E %.2e (noise %.1e)", h.error.E(), h.error.noise_E());
     }
     std::printf("  %s: %s\n      model %s: %s\n", inverse::to_string(r.status).c_str(),

@@ -20,7 +20,7 @@ namespace {
 constexpr GridShape small{12, 12, 8, 0.4};
 constexpr double kappa = 0.25, mu = 0.01;
 constexpr int fine = 2;
-constexpr int judging = 6;  // patches to a side
+constexpr int score_side = 6;  // patches to a side
 
 Figure3 usual() {
   return structured_block(kappa, mu, 1.0, 1);
@@ -74,7 +74,7 @@ void mask_half(SurfaceMeasurements& m) {
   }
 }
 
-void judge(const InverseLimit& limit, double stated_eta, InverseLimitOutcome& outcome) {
+void score(const InverseLimit& limit, double stated_eta, InverseLimitOutcome& outcome) {
   const Medium& found = outcome.fit->medium;
   const inverse::CoefficientPair truth = on_grid(limit.block.grid, limit.figure);
   std::vector<double> of_kappa, of_mu;
@@ -84,13 +84,13 @@ void judge(const InverseLimit& limit, double stated_eta, InverseLimitOutcome& ou
   }
   outcome.kappa_error = upper_median(std::move(of_kappa));
   outcome.mu_error = upper_median(std::move(of_mu));
-  SurfaceMeasurements held_out =
-      limit.transport ? expose_photons(limit.block, limit.figure, judging, 2, limit.anisotropy)
-                      : expose_figure(limit.block, limit.figure, judging, fine, limit.eta);
+  SurfaceMeasurements validation =
+      limit.transport ? expose_photons(limit.block, limit.figure, score_side, 2, limit.anisotropy)
+                      : expose_figure(limit.block, limit.figure, score_side, fine, limit.eta);
   // As whoever uses the volume would light it: with the eta that was stated.
-  held_out.eta = stated_eta;
+  validation.eta = stated_eta;
   outcome.error = appearance_error(
-      found, held_out, inverse::predict_options(limit.options, outcome.fit->report.physics));
+      found, validation, inverse::predict_options(limit.options, outcome.fit->report.physics));
 }
 
 }  // namespace
@@ -167,7 +167,7 @@ InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::stri
     if (warning) outcome.warnings.push_back(*warning);
   }
   outcome.remarks = inverse::notes_on(*outcome.fit, m);
-  judge(limit, m.eta, outcome);
+  score(limit, m.eta, outcome);
   return outcome;
 }
 

@@ -11,7 +11,7 @@
 #include "bench/cases/population.h"
 #include "bench/inverse/inverse_fit.h"
 #include "core/shown_text.h"
-#include "inverse/problem/held_out.h"
+#include "inverse/validation/validation_patterns.h"
 
 namespace kappamu::bench {
 
@@ -47,7 +47,7 @@ std::vector<Truth> truths_of(const GridShape& fine, std::uint64_t seed) {
 struct Ablation {
   std::string name;
   FitOptions options;
-  std::vector<int> held_out;                         ///< patterns not fitted
+  std::vector<int> kept_out;                         ///< patterns not fitted
   std::function<void(SurfaceMeasurements&)> damage;  ///< the same for all of a section
 };
 
@@ -92,7 +92,7 @@ void measure_ablations(const std::vector<Ablation>& ablations, const Request& re
           options.solver.backend.device = request.device;
           Json row{
               {"variant", ablation.name}, {"truth", truth.name}, {"noise", noise}, {"seed", seed}};
-          row.update(measure_fit(inverse::without_patterns(data, ablation.held_out), validation,
+          row.update(measure_fit(inverse::without_patterns(data, ablation.kept_out), validation,
                                  options, KeptOut::none, 0, silent));
           rows.push_back(row);
         }
@@ -104,7 +104,7 @@ void measure_ablations(const std::vector<Ablation>& ablations, const Request& re
 
 }  // namespace
 
-void measure_held_out(const Request& request, Progress& progress, const Save& save) {
+void measure_validation(const Request& request, Progress& progress, const Save& save) {
   std::vector<Ablation> ablations;
   const std::vector<std::pair<const char*, std::vector<int>>> kept_out{{"0 of 16", {}},
                                                                        {"1 of 16", {5}},

@@ -8,7 +8,7 @@ namespace kappamu::bench {
 
 /// Rows: a fit of each truth (smooth fields, the same with two boxes, two layers), noise and seed
 /// by every variant, always a volume: variant, truth, noise, seed and measure_fit()'s numbers.
-void measure_held_out(const Request& request, Progress& progress, const Save& save);
+void measure_validation(const Request& request, Progress& progress, const Save& save);
 void measure_regularisers(const Request& request, Progress& progress, const Save& save);
 /// Truths of four families (bench/cases/population.h) under bars and patches at three noises, by
 /// the default options. Settings were chosen with --seed 900 and above: report others.

@@ -302,7 +302,7 @@ Subject inverse_subject() {
        {"montecarlo", "data by transport instead of diffusion", measured<monte_carlo_of>},
        {"samples", "wax1, wax2, marble, stone at the paper's sizes, R, G, B: a quarter of an hour",
         measured<samples_of>},
-       {"held-out", "0, 1, 2, 4 of 16 patterns kept out", measure_held_out},
+       {"held-out", "0, 1, 2, 4 of 16 patterns kept out", measure_validation},
        {"regularisers", "h1, huber-tv at several edge slopes, [W]'s at several weights",
         measure_regularisers},
        {"population", "four families of truths, bars and patches, 0.3, 1 and 3 % noise",

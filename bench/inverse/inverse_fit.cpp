@@ -152,10 +152,11 @@ Json measure_fit(const SurfaceMeasurements& m, const Validation& validation,
     if (!kept.empty() && record.solves.total() < ratio * kept.back().record.solves.total()) return;
     kept.push_back({record, shape, fields});
   };
-  const int apart = kept_out == KeptOut::none ? 0 : inverse::usual_held_out(m.patterns);
+  const int apart = kept_out == KeptOut::none ? 0 : inverse::usual_validation_count(m.patterns);
   const inverse::ChannelFit fit =
-      inverse::fit_judged(inverse::keep_out(m, inverse::choose_held_out(m, apart)), 0, options, {},
-                          {}, progress, course_points > 0 ? observer : inverse::Observer{})
+      inverse::fit_validated(
+          inverse::split_validation(m, inverse::choose_validation_patterns(m, apart)), 0, options,
+          {}, {}, progress, course_points > 0 ? observer : inverse::Observer{})
           .fit;
   Json score = score_of(fit, m, validation.fine_fields);
   score["validation_E"] = appearance_error(fit.medium, validation.patches);

@@ -110,17 +110,18 @@ std::string shift_sentence(const Consistency& c, const Problem& problem) {
 }  // namespace
 
 bool Consistency::scale_is_wrong() const {
-  return judged && std::abs(log_scale.value) > log_scale_limit;
+  return checked && std::abs(log_scale.value) > log_scale_limit;
 }
 
 bool Consistency::is_shifted() const {
-  return judged && std::hypot(shift_u.value, shift_v.value) > shift_limit;
+  return checked && std::hypot(shift_u.value, shift_v.value) > shift_limit;
 }
 
 namespace {
 
-Consistency judge(const Problem& problem, double kappa, double mu, const ModelError& model_error,
-                  const Backend& backend, const std::optional<PhotonOptions>& photons) {
+Consistency fit_and_compare(const Problem& problem, double kappa, double mu,
+                            const ModelError& model_error, const Backend& backend,
+                            const std::optional<PhotonOptions>& photons) {
   Consistency result;
   Grid grid = suitable_grid(problem, model_error);
   grid.finer.photons = photons;
@@ -128,7 +129,7 @@ Consistency judge(const Problem& problem, double kappa, double mu, const ModelEr
   const double eta = problem.setup.eta;
   const ExposureFit fit = fit_with_eta(grid, eta, start, model_error, backend, result.solves);
   const double voxels = grid.problem.setup.shape.voxel_mm / problem.setup.shape.voxel_mm;
-  result.judged = true;
+  result.checked = true;
   result.explained = fit.explains;
   result.log_scale = fit.log_scale;
   result.shift_u = {voxels * fit.shift_u.value, voxels * fit.shift_u.error};
@@ -159,7 +160,7 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
                               const std::optional<PhotonOptions>& photons) {
   if (problem.patterns < fewest_patterns) return {};
   try {
-    return judge(problem, kappa, mu, model_error, backend, photons);
+    return fit_and_compare(problem, kappa, mu, model_error, backend, photons);
   } catch (const InputError&) {
     return {};  // a fit must not end because its check cannot be made; warnings_of() says so
   }
@@ -167,11 +168,11 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
 
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem) {
   std::vector<std::string> warnings;
-  if (!consistency.judged && problem.patterns >= fewest_patterns) {
+  if (!consistency.checked && problem.patterns >= fewest_patterns) {
     warnings.emplace_back(
         "Whether scale and pose of the data are right could not be checked: no homogeneous block "
         "comes near them; look at exposure, variances and masks.");
-  } else if (!consistency.judged) {
+  } else if (!consistency.checked) {
     warnings.emplace_back(
         "With fewer than four patterns neither a wrong absolute scale nor a shift of the images "
         "can be told from structure of the block: measure more.");
@@ -191,7 +192,7 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
 }
 
 std::string in_words(const Consistency& consistency, double eta) {
-  if (!consistency.judged) return {};
+  if (!consistency.checked) return {};
   const double factor = std::exp(consistency.log_scale_limit);
   std::array<char, 512> text{};
   std::snprintf(text.data(), text.size(),

@@ -14,7 +14,7 @@
 namespace kappamu::inverse {
 
 struct Consistency {
-  bool judged = false;           ///< false: too few patterns
+  bool checked = false;          ///< false: too few patterns
   bool explained = false;        ///< a homogeneous block with scale and shift explains the data
   Estimate log_scale;            ///< natural logarithm of the data over what they should be
   double log_scale_limit = 0.0;  ///< beyond which it is told
@@ -39,7 +39,7 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);
 
 /// What was found, what would have been told, and what the data cannot tell; empty where nothing
-/// was judged.
+/// was checked.
 std::string in_words(const Consistency& consistency, double eta);
 
 }  // namespace kappamu::inverse

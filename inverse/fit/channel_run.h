@@ -1,5 +1,6 @@
-// The fit of one channel as it runs: what fit.cpp (steps), fit_path.cpp (from one weight or grid to
-// the next), fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of it) share.
+// The fit of one channel as it runs: what fit.cpp (its course), fit_model.cpp (models of few
+// unknowns), fit_physics.cpp, fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of
+// it) share. Where it stands is PathPosition::phase.
 #pragma once
 
 #include <chrono>
@@ -13,9 +14,7 @@
 #include "inverse/fit/fit_state.h"
 #include "inverse/fit/regularisation_path.h"
 #include "inverse/optimise/basis.h"
-#include "inverse/problem/grid_levels.h"
-#include "inverse/problem/objective.h"
-#include "inverse/problem/problem.h"
+#include "inverse/problem/grid_path.h"
 
 namespace kappamu::inverse {
 
@@ -30,29 +29,25 @@ class ChannelRun {
 
  private:
   using Clock = std::chrono::steady_clock;
-  /// What ended the steps at one weight.
-  enum class StepsEnd { minimum, stage_steps };
 
-  void open_level();
+  void open(int level);
   void set_basis();
-  double thickness() const;
   Anchor anchor() const;
-  double refresh_correction();
   void set_physics(Physics physics);
   void choose_physics(double kappa, double mu);
   bool resume();
   void require_possible(const FitState& state) const;
-  bool become(FitState state);
+  void become(FitState state);
   void begin();
   HomogeneousFit refit_by_transport(HomogeneousFit start);
   bool settle_for_simple_model();
   void begin_continued(const Continuation& continued);
   void begin_weight();
-  StepsEnd minimise();
-  void follow_path(StepsEnd end);
+  void minimise();
+  bool out_of_steps() const;
+  void follow_path();
   double cross_validation(double chi2) const;
-  void refine();
-  void conclude(StepsEnd end);
+  void conclude();
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);
   ChannelFit result();
@@ -77,12 +72,11 @@ class ChannelRun {
   std::string stage_name_;
   CheckpointOrigin origin_;
   double per_value_;
-  GridLevels levels_;
+  GridPath grid_;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_save_ = Clock::now();
   FitState state_;
   RegularisationPath path_{options_.path, context_, state_.path};
-  std::unique_ptr<Objective> objective_;
   std::unique_ptr<Basis> basis_;
   std::unique_ptr<FitFunction> function_;
 };

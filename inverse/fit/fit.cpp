@@ -1,18 +1,56 @@
-// The course of a fit: a start, then weight by weight the optimiser's steps.
+// The course of a fit: a start, then the optimiser's steps at one weight after another, grid by
+// grid.
 #include "inverse/fit/fit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "core/error.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/fit/channel_run.h"
+#include "inverse/fit/fit_fingerprint.h"
 #include "inverse/optimise/lateral_hessian.h"
 
 namespace kappamu::inverse {
+
+namespace {
+
+/// In a row, too small to go on: a single short step is often followed by a long one.
+constexpr int few_decreases = 2;
+
+GridLevels make_levels(const SurfaceMeasurements& measurements, int channel,
+                       const FitOptions& options) {
+  const DataOptions& data = options.data;
+  const bool unweighted = options.regulariser.kind == RegulariserKind::wang2008;
+  return {make_problem(measurements, channel, data.convention, data.model_error),
+          data.coarse_model_error, unweighted ? DataWeights::equal : DataWeights::by_variance,
+          options.path.max_levels};
+}
+
+}  // namespace
+
+ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
+                       const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
+                       const Observer& observer, const FitContext& context)
+    : measurements_(measurements),
+      options_(options),
+      checkpoint_(checkpoint),
+      progress_(progress),
+      observer_(observer),
+      context_(context),
+      channel_(channel),
+      stage_name_("fit " + measurements.channels[static_cast<std::size_t>(channel)]),
+      origin_{fingerprint(measurements, channel, options, context),
+              program_fingerprint(checkpoint.program, options.solver.backend)},
+      per_value_(
+          exitance_per_value(measurements, make_setup(measurements, options.data.convention))),
+      grid_(make_levels(measurements, channel, options), options.solver.backend, options.data.term,
+            options.path.correct_grid ? GridCorrection::next_finer : GridCorrection::none) {}
 
 void ChannelRun::warn(const std::string& sentence) {
   auto& warnings = state_.report.warnings;
@@ -26,113 +64,130 @@ void ChannelRun::save() {
   if (!checkpoint_.save) return;
   FitState saved = state_;
   saved.seconds = seconds();
-  saved.solves = objective_->solves();
+  saved.level = grid_.level();
+  saved.correction = grid_.objective().correction();
+  saved.solves = grid_.objective().solves();
   checkpoint_.save(seal(saved.bytes(), origin_));
 }
 
 void ChannelRun::record() {
-  state_.report.history.push_back({state_.level, state_.path.weight, state_.stage_steps,
-                                   objective_->solves(), state_.optimiser.value, state_.chi2,
+  state_.report.history.push_back({grid_.level(), state_.path.weight, state_.stage_steps,
+                                   grid_.objective().solves(), state_.optimiser.value, state_.chi2,
                                    state_.roughness, seconds()});
   if (observer_) {
-    observer_(state_.report.history.back(), objective_->problem().setup.shape,
-              basis_->to_fields(state_.optimiser.z));
+    observer_(state_.report.history.back(), grid_.shape(), basis_->to_fields(state_.optimiser.z));
   }
   // Each grid costs eight times the next coarser one: progress counts grids, then weights.
-  const double levels = levels_.count();
-  const double done = levels - 1.0 - state_.level;
+  const int levels = grid_.levels().count();
+  const int done = levels - 1 - grid_.level();
   char detail[128];
-  std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d",
-                static_cast<int>(done) + 1, levels_.count(), state_.path.weight, state_.chi2,
-                state_.stage_steps);
+  std::snprintf(detail, sizeof detail, "grid %d of %d, weight %.3g, chi2 %.4g, step %d", done + 1,
+                levels, state_.path.weight, state_.chi2, state_.stage_steps);
   const double reach = 1.0 / std::max(1.0, std::sqrt(state_.chi2 / options_.path.target_chi2));
   progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
 }
 
+void ChannelRun::open(int level) {
+  grid_.open(level);
+  if (!grid_.objective().warning().empty()) warn(grid_.objective().warning());
+}
+
+/// What the fields are drawn to.
+Anchor ChannelRun::anchor() const {
+  return {std::log(state_.report.homogeneous_kappa), std::log(state_.report.homogeneous_mu),
+          options_.regulariser.anchor_length * grid_.thickness_mm()};
+}
+
+Regulariser ChannelRun::regulariser() const {
+  Regulariser regulariser{options_.regulariser.kind, options_.regulariser.edge_slope};
+  if (regulariser.kind == RegulariserKind::wang2008) {
+    // All weights are one, w: ½ w Σ (M − d)² + ½ π² w λ Σ |∇κ|² is ½ π² w times [W] (6), L = M/π.
+    const std::vector<double>& weight = grid_.problem().weight;
+    regulariser.scale =
+        std::numbers::pi * std::numbers::pi * *std::max_element(weight.begin(), weight.end());
+  }
+  return regulariser;
+}
+
 /// The coordinates of this weight; needs state_.blocks.
 void ChannelRun::set_basis() {
-  const Problem& problem = objective_->problem();
-  const double depth = thickness();
+  const double depth = grid_.thickness_mm();
   const Regulariser regulariser = this->regulariser();
-  const double metric = metric_weight(regulariser, state_.path.weight, problem.setup.shape, depth,
+  const double metric = metric_weight(regulariser, state_.path.weight, grid_.shape(), depth,
                                       state_.report.homogeneous_kappa);
   basis_ = std::make_unique<Basis>(
-      problem.setup.shape,
-      BasisOptions{options_.solver.coordinates, axis_of(problem.setup.lit_face), depth,
+      grid_.shape(),
+      BasisOptions{options_.solver.coordinates, axis_of(grid_.problem().setup.lit_face), depth,
                    options_.solver.smooth_length * depth, metric},
       state_.blocks);
-  function_ = std::make_unique<FitFunction>(*objective_, *basis_, depth, anchor(),
+  function_ = std::make_unique<FitFunction>(grid_.objective(), *basis_, depth, anchor(),
                                             state_.path.weight, regulariser, state_.fields);
 }
 
 /// On the finest grid, from another fit's volume, one step of the path above where it ended.
 void ChannelRun::begin_continued(const Continuation& continued) {
-  state_.level = 0;
-  open_level();
+  open(0);
   state_.report.homogeneous_kappa = continued.homogeneous_kappa;
   state_.report.homogeneous_mu = continued.homogeneous_mu;
   state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
   state_.fields = to_fields(continued.medium);
   choose_physics(continued.homogeneous_kappa, continued.homogeneous_mu);
-  refresh_correction();
+  grid_.renew_correction(state_.fields);
   path_.start_from(continued.weight);
 }
 
 void ChannelRun::begin() {
   if (context_.continued) return begin_continued(*context_.continued);
-  state_.level = levels_.coarsest();
-  open_level();
+  open(grid_.levels().coarsest());
+  Objective& objective = grid_.objective();
   HomogeneousFit start;
   try {
     const PathOptions& path = options_.path;
     std::optional<HomogeneousGuess> guess;
     if (path.start_kappa) guess = {*path.start_kappa, path.start_mu.value()};
-    start = fit_homogeneous(*objective_, guess);
+    start = fit_homogeneous(objective, guess);
   } catch (const InputError& error) {
     throw InputError(stage_name_ + ": " + error.what());
   }
-  const std::size_t cells = objective_->problem().setup.shape.cells();
   const auto fields = [&] {
+    const std::size_t cells = grid_.shape().cells();
     return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
   };
   if (options_.path.correct_grid) {
-    objective_->refresh_correction(levels_.refinement(state_.level), fields());
-    start = refit_homogeneous(*objective_, start);
+    objective.refresh_correction(grid_.refinement(), fields());
+    start = refit_homogeneous(objective, start);
   }
   choose_physics(start.kappa, start.mu);
   if (state_.report.physics == Physics::transport) start = refit_by_transport(start);
-  if (options_.path.correct_grid) {
-    objective_->refresh_correction(levels_.refinement(state_.level), fields());
-  }
-  state_.correction = objective_->correction();
+  if (options_.path.correct_grid) objective.refresh_correction(grid_.refinement(), fields());
   state_.report.homogeneous_kappa = start.kappa;
   state_.report.homogeneous_mu = start.mu;
   state_.report.homogeneous_log_residual = start.log_residual;
   if (!start.converged) {
     warn("The homogeneous start did not converge; the volumes may depend on where it stopped.");
   }
-  state_.report.consistency =
-      check_consistency(levels_[0], start.kappa, start.mu, options_.data.model_error,
-                        options_.solver.backend, levels_.photons());
-  for (const std::string& sentence : warnings_of(state_.report.consistency, levels_[0])) {
-    warn(sentence);
-  }
-  SolveCount solves = objective_->solves();
-  solves.add(state_.report.consistency.solves);
-  objective_->restore(objective_->correction(), solves);
+  const GridLevels& levels = grid_.levels();
+  Consistency& consistency = state_.report.consistency;
+  consistency = check_consistency(levels[0], start.kappa, start.mu, options_.data.model_error,
+                                  options_.solver.backend, levels.photons());
+  for (const std::string& sentence : warnings_of(consistency, levels[0])) warn(sentence);
+  SolveCount solves = objective.solves();
+  solves.add(consistency.solves);
+  objective.restore(objective.correction(), solves);
   if (settle_for_simple_model()) return;
   state_.fields = fields();
-  objective_->value(state_.fields);
-  path_.start(objective_->chi2_per_value(), state_.level);
+  objective.value(state_.fields);
+  path_.start(objective.chi2_per_value(), grid_.level());
 }
 
 void ChannelRun::begin_weight() {
   if (options_.solver.coordinates == Coordinates::informed) {
     // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
     // block, and a poor metric costs more steps than these solves.
-    objective_->value(state_.fields);
-    state_.blocks = estimate_lateral_blocks(*objective_, axis_of(levels_[0].setup.lit_face),
-                                            options_.solver.metric_probes, options_.solver.seed);
+    grid_.objective().value(state_.fields);
+    state_.blocks =
+        estimate_lateral_blocks(grid_.objective(), axis_of(grid_.problem().setup.lit_face),
+                                options_.solver.metric_probes, options_.solver.seed);
   }
   const std::unique_ptr<Basis> basis_before = std::move(basis_);
   const std::unique_ptr<FitFunction> function_before = std::move(function_);
@@ -142,7 +197,7 @@ void ChannelRun::begin_weight() {
   restart(*function_, state_.optimiser,
           [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
   state_.roughness = function_->last_roughness();
-  state_.chi2 = objective_->chi2_per_value();
+  state_.chi2 = grid_.objective().chi2_per_value();
   state_.path.begun_chi2 = state_.chi2;
   if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
@@ -153,16 +208,14 @@ void ChannelRun::begin_weight() {
   save();
 }
 
-ChannelRun::StepsEnd ChannelRun::minimise() {
-  // Two in a row: a single short step is often followed by a long one.
-  while (state_.small_decreases < 2) {
-    if (state_.stage_steps >= options_.path.stage_steps) return StepsEnd::stage_steps;
+void ChannelRun::minimise() {
+  while (state_.small_decreases < few_decreases && !out_of_steps()) {
     const double before = state_.optimiser.value;
     const StepOutcome outcome = step(*function_, state_.optimiser, options_.solver.optimiser);
     if (outcome == StepOutcome::stalled) break;
     ++state_.stage_steps;
     state_.roughness = function_->last_roughness();
-    state_.chi2 = objective_->chi2_per_value();
+    state_.chi2 = grid_.objective().chi2_per_value();
     const double after = state_.optimiser.value;
     const bool small = before - after < path_.tolerance() * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
@@ -172,7 +225,40 @@ ChannelRun::StepsEnd ChannelRun::minimise() {
       save();
     }
   }
-  return StepsEnd::minimum;
+}
+
+bool ChannelRun::out_of_steps() const {
+  return state_.stage_steps >= options_.path.stage_steps && state_.small_decreases < few_decreases;
+}
+
+void ChannelRun::follow_path() {
+  CoefficientPair begun = std::move(state_.fields);
+  state_.fields = basis_->to_fields(state_.optimiser.z);
+  // What counts is the χ² of a model corrected here, not where this weight was begun.
+  const double renewed = grid_.renew_correction(state_.fields);
+  const NextStep next =
+      path_.minimum(state_.chi2, renewed, cross_validation(renewed), grid_.level());
+  const bool refines = next.what == NextStep::What::finer_grid;
+  if (next.from == NextStep::From::begun) {
+    state_.fields = std::move(begun);
+    if (!refines) grid_.renew_correction(state_.fields);
+  }
+  if (next.what == NextStep::What::conclude) return conclude();
+  if (refines) {
+    state_.fields = grid_.refine(state_.fields);
+    state_.optimiser = OptimiserState{};
+    path_.refine(grid_.renew_correction(state_.fields), grid_.level());
+  }
+  begin_weight();
+}
+
+/// χ²/(1 − γ/N)² per value, N data of which γ unknowns take theirs (Golub, Heath & Wahba 1979); γ
+/// by the metric. 0 where there is none.
+double ChannelRun::cross_validation(double chi2) const {
+  if (options_.solver.coordinates != Coordinates::informed || state_.blocks.empty()) return 0.0;
+  const Basis::Determined told = basis_->determined(state_.blocks);
+  const double left = 1.0 - (told.kappa + told.mu) / static_cast<double>(grid_.problem().used());
+  return left > 0.0 ? chi2 / (left * left) : std::numeric_limits<double>::infinity();
 }
 
 ChannelFit ChannelRun::run() {
@@ -181,7 +267,10 @@ ChannelFit ChannelRun::run() {
     begin();
     if (state_.path.phase != FitPhase::finished) begin_weight();
   }
-  while (state_.path.phase != FitPhase::finished) follow_path(minimise());
+  while (state_.path.phase != FitPhase::finished) {
+    minimise();
+    follow_path();
+  }
   ChannelFit fit = result();
   fit.report.resumed = resumed;
   return fit;

@@ -79,7 +79,7 @@ struct ChannelFit {
   Volume<float> sensitivity_mu;
   std::optional<Uncertainty> uncertainty;  ///< of a volume, where asked for
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
-  /// (model_held_out.h) asks the held-out ones.
+  /// (simpler_model.h) asks the validation patterns.
   std::vector<LayeredMedium> simpler;
   FitReport report;
 };

@@ -83,16 +83,16 @@ bool ChannelRun::settle_for_simple_model() {
   options.coarse_model_error = options_.data.coarse_model_error;
   options.backend = options_.solver.backend;
   ModelSearch search = search_simple_models(
-      levels_, state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
-      objective_->correction(), options,
+      grid_.levels(), state_.report.homogeneous_kappa, state_.report.homogeneous_mu,
+      grid_.objective().correction(), options,
       [&](const std::string& what) { progress_.update(stage_name_, 0.0, "trying " + what); });
   choice.trials = search.trials;
   choice.reason = reason_of(search, options_.path.model);
-  SolveCount solves = objective_->solves();
+  SolveCount solves = grid_.objective().solves();
   solves.add(search.solves);
   if (!search.accepted) {
     for (SimpleFit& fit : search.rejected) state_.simpler.push_back(std::move(fit.medium));
-    objective_->restore(objective_->correction(), solves);
+    grid_.objective().restore(grid_.objective().correction(), solves);
     return false;
   }
   SimpleFit& accepted = *search.accepted;
@@ -102,18 +102,17 @@ bool ChannelRun::settle_for_simple_model() {
     choice.systematic = search.systematic->excess;
     choice.systematic_length = search.systematic->length;
   }
-  state_.level = 0;
-  open_level();
-  objective_->restore(accepted.correction, solves);
-  state_.correction = accepted.correction;
+  open(0);
+  grid_.objective().restore(std::move(accepted.correction), solves);
   state_.fields = std::move(accepted.fields);
   state_.path.weight = 0.0;
   state_.path.last_chi2 = accepted.trial.chi2_per_value;
   state_.report.history.push_back(
-      {0, 0.0, 0, solves, 0.5 * state_.path.last_chi2 * static_cast<double>(levels_[0].used()),
+      {0, 0.0, 0, solves,
+       0.5 * state_.path.last_chi2 * static_cast<double>(grid_.levels()[0].used()),
        state_.path.last_chi2, 0.0, seconds()});
   if (observer_) {
-    observer_(state_.report.history.back(), levels_[0].setup.shape, state_.fields);
+    observer_(state_.report.history.back(), grid_.levels()[0].setup.shape, state_.fields);
   }
   conclude_simple(accepted.trial);
   return true;

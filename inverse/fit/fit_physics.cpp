@@ -28,14 +28,15 @@ PredictOptions predict_options(const FitOptions& options, Physics physics) {
 
 void ChannelRun::set_physics(Physics physics) {
   state_.report.physics = physics;
-  levels_.set_photons(predict_options(options_, physics).photons);
+  grid_.set_photons(predict_options(options_, physics).photons);
 }
 
 /// From the best homogeneous block by diffusion.
 void ChannelRun::choose_physics(double kappa, double mu) {
   if (options_.data.physics != Physics::automatic) return set_physics(options_.data.physics);
-  PhysicsChoice choice = inverse::choose_physics(levels_[0], kappa, mu);
-  if (choice.physics == Physics::transport && objective_->backend_name().starts_with("reference")) {
+  PhysicsChoice choice = inverse::choose_physics(grid_.levels()[0], kappa, mu);
+  if (choice.physics == Physics::transport &&
+      grid_.objective().backend_name().starts_with("reference")) {
     warn(choice.reason + " Yet photons need an OpenCL device, and there is none: by diffusion.");
     choice = {};
   }
@@ -44,14 +45,14 @@ void ChannelRun::choose_physics(double kappa, double mu) {
 }
 
 HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
-  const auto cells = static_cast<std::size_t>(objective_->problem().setup.shape.cells());
+  const auto cells = grid_.shape().cells();
   FixedPoint iteration;
   Eigen::Vector2d at(std::log(start.kappa), std::log(start.mu));
   double move = 0.0;
   for (int k = 0; k < most_starts; ++k) {
-    objective_->refresh_correction(levels_.refinement(state_.level),
-                                   {Vector(cells, at[0]), Vector(cells, at[1])});
-    start = refit_homogeneous(*objective_, start);
+    grid_.objective().refresh_correction(grid_.refinement(),
+                                         {Vector(cells, at[0]), Vector(cells, at[1])});
+    start = refit_homogeneous(grid_.objective(), start);
     const Eigen::Vector2d found(std::log(start.kappa), std::log(start.mu));
     move = (found - at).cwiseAbs().maxCoeff();
     if (move < start_tolerance) return start;

@@ -52,11 +52,11 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
 }
 
 /// How and why the fit ended, once the finest grid is done.
-void ChannelRun::conclude(StepsEnd end) {
+void ChannelRun::conclude() {
   const double chi2 = state_.path.last_chi2;
   FitReport& report = state_.report;
   char sentence[200];
-  if (end == StepsEnd::stage_steps) {
+  if (out_of_steps()) {
     report.status = FitStatus::ran_out;
     std::snprintf(sentence, sizeof sentence,
                   "Stopped after %d steps at one weight, at chi2 per value %.3g.",
@@ -88,8 +88,8 @@ void ChannelRun::finish(double chi2) {
 
 ChannelFit ChannelRun::result() {
   const CoefficientPair& fields = state_.fields;
-  const GridShape& shape = levels_[0].setup.shape;
-  objective_->value(fields);
+  const GridShape& shape = grid_.levels()[0].setup.shape;
+  grid_.objective().value(fields);
   ChannelFit fit;
   fit.medium = to_medium(fields, shape);
   if (!context_.interim) {
@@ -98,12 +98,12 @@ ChannelFit ChannelRun::result() {
       warn(sentence);
     }
   }
-  const std::vector<double> prediction = objective_->prediction();
+  const std::vector<double> prediction = grid_.objective().prediction();
   for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
-  objective_->count_pixel_noise();
+  grid_.objective().count_pixel_noise();
   if (options_.uncertainty.sensitivity_probes > 0) {
     CoefficientPair root = estimate_sensitivity(
-        *objective_, options_.uncertainty.sensitivity_probes, options_.solver.seed);
+        grid_.objective(), options_.uncertainty.sensitivity_probes, options_.solver.seed);
     fit.sensitivity_kappa =
         Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));
     fit.sensitivity_mu =
@@ -114,24 +114,25 @@ ChannelFit ChannelRun::result() {
   if (options_.uncertainty.samples > 0 && state_.path.weight > 0.0 &&
       options_.regulariser.kind != RegulariserKind::wang2008) {
     progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
-    if (spread_over_edge(regulariser(), state_.path.weight, shape, thickness()) > 1.0) {
+    if (spread_over_edge(regulariser(), state_.path.weight, shape, grid_.thickness_mm()) > 1.0) {
       warn(
           "Standard deviations under huber-tv are too small here, by up to half: without edges "
           "neighbouring voxels would differ by more than --edge-slope allows; fit with a larger "
           "one or with h1 to know them.");
     }
     const Anchor anchor = this->anchor();
-    const Prior prior{state_.path.weight, state_.path.weight, thickness(), anchor.length_mm,
-                      roughness(shape, thickness(), fields, anchor, regulariser()).diffusivity};
-    fit.uncertainty =
-        estimate_uncertainty(*objective_, prior, fitted_roughness(shape, prior, fields, anchor),
-                             options_.uncertainty, options_.solver.seed);
+    const Prior prior{
+        state_.path.weight, state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
+        roughness(shape, grid_.thickness_mm(), fields, anchor, regulariser()).diffusivity};
+    fit.uncertainty = estimate_uncertainty(grid_.objective(), prior,
+                                           fitted_roughness(shape, prior, fields, anchor),
+                                           options_.uncertainty, options_.solver.seed);
   }
   fit.simpler = state_.simpler;
   fit.report = state_.report;
-  fit.report.backend = objective_->backend_name();
-  fit.report.data = levels_[0].used();
-  fit.report.solves = objective_->solves();
+  fit.report.backend = grid_.objective().backend_name();
+  fit.report.data = grid_.levels()[0].used();
+  fit.report.solves = grid_.objective().solves();
   fit.report.seconds = seconds();
   return fit;
 }

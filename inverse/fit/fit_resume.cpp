@@ -70,9 +70,9 @@ void require_possible(const SolveCount& s) {
 /// `state` without reading or writing beyond an array. A checksum is no guard against intent.
 void ChannelRun::require_possible(const FitState& state) const {
   using inverse::require_possible;
-  const int levels = levels_.count();
+  const int levels = grid_.levels().count();
   require(state.level >= 0 && state.level < levels);
-  const Problem& problem = levels_[state.level];
+  const Problem& problem = grid_.levels()[state.level];
   const GridShape& shape = problem.setup.shape;
   const int axis = axis_of(problem.setup.lit_face);
 
@@ -109,7 +109,7 @@ void ChannelRun::require_possible(const FitState& state) const {
     require(r.level >= 0 && r.level < levels);
     require_possible(r.solves);
   }
-  const int depth = levels_[0].setup.shape.extent(axis);
+  const int depth = grid_.levels()[0].setup.shape.extent(axis);
   require(report.model.layers >= 0 && report.model.layers <= depth);
   for (const ModelTrial& t : report.model.trials) {
     require(t.level >= 0 && t.level < levels && t.layers >= 0 && t.layers <= depth);
@@ -130,26 +130,26 @@ void ChannelRun::require_possible(const FitState& state) const {
   }
 }
 
-/// As it was when `state` was saved, to the same bits and counts; false where no metric can be made
-/// of it.
-bool ChannelRun::become(FitState state) {
+/// As it was when `state` was saved, to the same bits and counts. Throws InputError as
+/// require_possible() does where no metric can be made of it.
+void ChannelRun::become(FitState state) {
+  require_possible(state);
   state_ = std::move(state);
   set_physics(state_.report.physics);
-  open_level();
-  objective_->restore(state_.correction, state_.solves);
+  open(state_.level);
+  grid_.objective().restore(state_.correction, state_.solves);
   // What was solved last is solved anew and not counted: what comes next finds it at hand.
   if (state_.path.phase != FitPhase::finished) {
     try {
       set_basis();
     } catch (const InternalError&) {
-      return false;
+      throw InputError(impossible);
     }
     function_->value(state_.optimiser.z);
   } else if (state_.report.model.model == Model::volume) {
-    objective_->value(state_.fields);
+    grid_.objective().value(state_.fields);
   }
-  objective_->restore(state_.correction, state_.solves);
-  return true;
+  grid_.objective().restore(std::move(state_.correction), state_.solves);
 }
 
 /// From the newest checkpoint that can be used; false where there is none.
@@ -159,20 +159,16 @@ bool ChannelRun::resume() {
   while (!resumed && checkpoint_.load) {
     const std::optional<std::vector<std::byte>> bytes = checkpoint_.load();
     if (!bytes) break;
-    std::optional<FitState> state;
     try {
-      state = FitState::from(unseal(*bytes, origin_));
-      require_possible(*state);
+      become(FitState::from(unseal(*bytes, origin_)));
+      resumed = true;
     } catch (const InputError& error) {
       unusable.emplace_back(error.what());
-      continue;
     }
-    resumed = become(std::move(*state));
-    if (!resumed) unusable.emplace_back(impossible);
   }
   if (!resumed) {
     state_ = FitState{};
-    levels_.set_photons(std::nullopt);
+    grid_.set_photons(std::nullopt);
   }
   for (const std::string& sentence : state_.report.warnings) tell(sentence);
   for (const std::string& reason : unusable) {

@@ -54,7 +54,7 @@ void read(ByteReader& in, ModelChoice& choice) {
 }
 
 void write(ByteWriter& out, const Consistency& c) {
-  for (const bool b : {c.judged, c.explained, c.other_eta.has_value()}) out.put(b);
+  for (const bool b : {c.checked, c.explained, c.other_eta.has_value()}) out.put(b);
   for (const Estimate& e : {c.log_scale, c.shift_u, c.shift_v}) {
     out.put(e.value);
     out.put(e.error);
@@ -66,7 +66,7 @@ void write(ByteWriter& out, const Consistency& c) {
 void read(ByteReader& in, Consistency& c) {
   bool has_eta = false;
   double eta = 0.0;
-  for (bool* b : {&c.judged, &c.explained, &has_eta}) in.get(*b);
+  for (bool* b : {&c.checked, &c.explained, &has_eta}) in.get(*b);
   for (Estimate* e : {&c.log_scale, &c.shift_u, &c.shift_v}) {
     in.get(e->value);
     in.get(e->error);
@@ -131,7 +131,6 @@ std::vector<std::byte> FitState::bytes() const {
   for (const int n : {level, stage_steps, small_decreases}) out.put(n);
   out.put(path.phase);
   for (const double x : {path.weight, path.begun_chi2, path.last_chi2, path.last_score}) out.put(x);
-  out.put(path.stagnated);
   for (const double x : {seconds, roughness, chi2}) out.put(x);
   out.put(fields.log_kappa);
   out.put(fields.log_mu);
@@ -162,7 +161,6 @@ FitState FitState::from(std::span<const std::byte> bytes) {
   PathPosition& path = state.path;
   in.get(path.phase, FitPhase::finished);
   for (double* x : {&path.weight, &path.begun_chi2, &path.last_chi2, &path.last_score}) in.get(*x);
-  in.get(path.stagnated);
   for (double* x : {&state.seconds, &state.roughness, &state.chi2}) in.get(*x);
   in.get(state.fields.log_kappa);
   in.get(state.fields.log_mu);

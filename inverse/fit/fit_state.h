@@ -14,7 +14,8 @@
 namespace kappamu::inverse {
 
 struct FitState {
-  int level = 0;  ///< of GridLevels; 0 = finest
+  int level =
+      0;  ///< of GridLevels, 0 = finest; as correction and solves GridPath's, set for saving
   PathPosition path;
   int stage_steps = 0;      ///< taken at this weight
   int small_decreases = 0;  ///< in a row
@@ -25,7 +26,7 @@ struct FitState {
   LateralBlocks blocks;     ///< the data's Hessian on this grid, for the metric
   OptimiserState optimiser;
   Correction correction;
-  SolveCount solves;                   ///< on this grid
+  SolveCount solves;                   ///< so far, on all grids
   std::vector<LayeredMedium> simpler;  ///< ChannelFit::simpler
   FitReport report;                    ///< so far
 

@@ -31,7 +31,6 @@ void RegularisationPath::open(int level) {
   at_.phase = last ? FitPhase::last_weight : FitPhase::descending;
   at_.last_chi2 = 0.0;
   at_.last_score = 0.0;
-  at_.stagnated = false;
 }
 
 void RegularisationPath::start(double chi2, int level) {
@@ -54,6 +53,8 @@ void RegularisationPath::refine(double chi2, int level) {
 }
 
 NextStep RegularisationPath::minimum(double minimised, double renewed, double score, int level) {
+  using What = NextStep::What;
+  using From = NextStep::From;
   const double target = options_.target_chi2;
   const bool first = at_.phase == FitPhase::descending || at_.phase == FitPhase::last_weight;
   // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
@@ -62,28 +63,27 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, double sc
       (!fixed_by_user() || context_.continued) && first && minimised <= target && renewed > target;
   if (at_last_weight()) {
     at_.last_chi2 = renewed;
-    if (!unsettled) return NextStep::conclude;
+    if (!unsettled) return {What::conclude};
     at_.phase = FitPhase::last_weight_again;
-    return NextStep::minimise;
+    return {What::minimise};
   }
   // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
   const bool gained = renewed <= std::max(target, most_coarse_share * at_.begun_chi2);
-  if (level > 0 && !fixed_by_user() && !gained) {
+  // Above the noise level a lower weight that cross-validation expects to predict other light worse
+  // fits the model's own error: the weight before it ends the path.
+  const bool worse =
+      !unsettled && renewed > target && at_.last_score > 0.0 && score > at_.last_score;
+  if (!fixed_by_user() && (level > 0 ? !gained : worse)) {
     at_.weight /= options_.weight_factor;
-    return NextStep::finer_grid_as_begun;
-  }
-  if (level == 0 && !fixed_by_user() && !unsettled && renewed > target && at_.last_score > 0.0 &&
-      score > at_.last_score) {
-    return take_back();
+    return {end_grid(level), From::begun};
   }
   const bool stagnated =
       !unsettled && at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2;
   const double next = at_.weight * (unsettled ? 1.0 : options_.weight_factor);
   if (fixed_by_user() || renewed <= target || stagnated || next < options_.last_weight) {
     at_.last_chi2 = renewed;
-    at_.stagnated = stagnated;
-    return end_grid(level);
+    return {end_grid(level)};
   }
   if (!unsettled) {
     at_.last_chi2 = renewed;
@@ -91,27 +91,18 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, double sc
   }
   at_.phase = unsettled ? FitPhase::descending_again : FitPhase::descending;
   at_.weight = next;
-  return NextStep::minimise;
-}
-
-/// Above the noise level a lower weight that cross-validation expects to predict other light worse
-/// fits the model's own error: the weight before it ends the path.
-NextStep RegularisationPath::take_back() {
-  at_.weight /= options_.weight_factor;
-  at_.stagnated = true;
-  return end_grid(0) == NextStep::conclude ? NextStep::conclude_as_begun
-                                           : NextStep::minimise_as_begun;
+  return {What::minimise};
 }
 
 /// On the finest grid the last weight once more, with metric and correction renewed and more
 /// patience: those before it only lead there.
-NextStep RegularisationPath::end_grid(int level) {
-  if (level > 0) return NextStep::finer_grid;
+NextStep::What RegularisationPath::end_grid(int level) {
+  if (level > 0) return NextStep::What::finer_grid;
   if (context_.interim || options_.final_tolerance >= options_.stage_tolerance) {
-    return NextStep::conclude;
+    return NextStep::What::conclude;
   }
   at_.phase = FitPhase::last_weight;
-  return NextStep::minimise;
+  return NextStep::What::minimise;
 }
 
 double RegularisationPath::tolerance() const {

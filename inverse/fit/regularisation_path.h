@@ -23,17 +23,15 @@ struct PathPosition {
   double begun_chi2 = 0.0;  ///< per value where the weight was begun
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
   double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
-  bool stagnated = false;   ///< lower weights stopped helping before the noise level
 };
 
 /// What follows the minimum at one weight.
-enum class NextStep {
-  minimise,             ///< at PathPosition::weight, from the volume found
-  finer_grid,           ///< from the volume found
-  finer_grid_as_begun,  ///< from the volume this weight began with
-  minimise_as_begun,    ///< at PathPosition::weight, from that volume
-  conclude,
-  conclude_as_begun
+struct NextStep {
+  enum class What { minimise, finer_grid, conclude };  ///< the first at PathPosition::weight
+  enum class From { found, begun };                    ///< the volume found, or that before it
+  What what;
+  From from = From::found;
+  bool operator==(const NextStep&) const = default;
 };
 
 /// Moves `position`, which may be replaced by a checkpoint's at any time.
@@ -59,16 +57,15 @@ class RegularisationPath {
   }
   /// Relative decrease per step below which the minimum is found.
   double tolerance() const;
-  /// Where the fit was ended by PathOptions::last_weight.
+  /// No weight below this one may be tried: PathOptions::last_weight.
   bool at_lowest_weight() const {
-    return !at_.stagnated && at_.weight * options_.weight_factor < options_.last_weight;
+    return at_.weight * options_.weight_factor < options_.last_weight;
   }
 
  private:
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
-  NextStep end_grid(int level);
-  NextStep take_back();
+  NextStep::What end_grid(int level);
 
   const PathOptions& options_;
   const FitContext& context_;

@@ -48,8 +48,8 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
 
 /// What the variances leave out shows under light that was not fitted: the fit has taken up what it
 /// did to the fitted.
-std::optional<std::string> surprise(const ChannelFit& fit, const HeldOutScore& judged) {
-  const double chi2 = judged.chi2_per_value;
+std::optional<std::string> surprise(const ChannelFit& fit, const ValidationScore& validation) {
+  const double chi2 = validation.chi2_per_value;
   if (chi2 < surprising_chi2 * std::max(1.0, fit.report.chi2_per_value)) return std::nullopt;
   std::array<char, 384> text{};
   std::snprintf(text.data(), text.size(),
@@ -118,7 +118,7 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
 }
 
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                  const std::optional<HeldOutScore>& judged) {
+                                  const std::optional<ValidationScore>& validation) {
   std::vector<std::string> notes;
   if (!fit.report.physics_reason.empty()) notes.push_back(fit.report.physics_reason);
   const std::string checked = in_words(fit.report.consistency, fitted.eta);
@@ -126,8 +126,8 @@ std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasuremen
   if (fit.report.model.model == Model::volume) {
     if (const auto fine = fine_voxels(fit.medium)) notes.push_back(*fine);
   }
-  if (judged) {
-    if (const auto off = surprise(fit, *judged)) notes.push_back(*off);
+  if (validation) {
+    if (const auto off = surprise(fit, *validation)) notes.push_back(*off);
   }
   return notes;
 }

@@ -7,7 +7,7 @@
 
 #include "core/surface_measurements.h"
 #include "inverse/fit/fit.h"
-#include "inverse/problem/held_out.h"
+#include "inverse/validation/validation_patterns.h"
 
 namespace kappamu::inverse {
 
@@ -20,9 +20,9 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
                                         int channel);
 
 /// Nothing of this is wrong: why diffusion or transport was taken, what the check of scale and pose
-/// found and would have told, voxels far below the mean free path, and held-out light (`judged`, if
-/// any) that is further off than the fitted light and its variances explain.
+/// found and would have told, voxels far below the mean free path, and `validation` patterns, if
+/// any, that is further off than the fitted light and its variances explain.
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                  const std::optional<HeldOutScore>& judged = {});
+                                  const std::optional<ValidationScore>& validation = {});
 
 }  // namespace kappamu::inverse

@@ -3,16 +3,17 @@
 #include <string>
 #include <utility>
 
-#include "inverse/validation/model_held_out.h"
+#include "inverse/validation/simpler_model.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-HeldOutScore score_of(const ChannelFit& fit, const SurfaceMeasurements& held_out, int channel,
-                      const FitOptions& options) {
-  return score_held_out(fit.medium, held_out, channel, predict_options(options, fit.report.physics),
-                        options.data.model_error, options.data.term);
+ValidationScore score_of(const ChannelFit& fit, const SurfaceMeasurements& validation, int channel,
+                         const FitOptions& options) {
+  return validation_score(fit.medium, validation, channel,
+                          predict_options(options, fit.report.physics), options.data.model_error,
+                          options.data.term);
 }
 
 StepRecord later(StepRecord record, const FitReport& before) {
@@ -39,28 +40,28 @@ FitReport joined(FitReport first, FitReport second) {
 
 }  // namespace
 
-JudgedInput keep_out(const SurfaceMeasurements& all, std::span<const int> patterns,
-                     std::optional<SurfaceMeasurements> apart) {
-  JudgedInput input{all, without_patterns(all, patterns), std::move(apart), !patterns.empty()};
-  if (input.rejoin) input.held_out = select_patterns(all, patterns);
+ValidationSplit split_validation(const SurfaceMeasurements& all, std::span<const int> patterns,
+                                 std::optional<SurfaceMeasurements> apart) {
+  ValidationSplit input{all, without_patterns(all, patterns), std::move(apart), !patterns.empty()};
+  if (input.rejoin) input.validation = select_patterns(all, patterns);
   return input;
 }
 
-JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& options,
-                     const Checkpoint& first, const Checkpoint& second, Progress& progress,
-                     const Observer& observer, const std::optional<Continuation>& continued) {
-  if (input.held_out) validate(*input.held_out, "held-out measurements");
+ValidatedFit fit_validated(const ValidationSplit& input, int channel, const FitOptions& options,
+                           const Checkpoint& first, const Checkpoint& second, Progress& progress,
+                           const Observer& observer, const std::optional<Continuation>& continued) {
+  if (input.validation) validate(*input.validation, "measurements for validation");
   FitContext context;
   context.continued = continued;
   context.interim = input.rejoin;
-  FitOptions judged_options = options;
-  if (input.rejoin) judged_options.uncertainty.samples = 0;
-  JudgedFit result;
+  FitOptions first_options = options;
+  if (input.rejoin) first_options.uncertainty.samples = 0;
+  ValidatedFit result;
   result.fit =
-      fit_channel(input.fitted, channel, judged_options, first, progress, observer, context);
-  if (!input.held_out) return result;
-  if (!continued) prefer_simpler(result.fit, input.fitted, *input.held_out, channel, options);
-  result.score = score_of(result.fit, *input.held_out, channel, options);
+      fit_channel(input.fitted, channel, first_options, first, progress, observer, context);
+  if (!input.validation) return result;
+  if (!continued) prefer_simpler(result.fit, input.fitted, *input.validation, channel, options);
+  result.score = score_of(result.fit, *input.validation, channel, options);
   if (!input.rejoin) return result;
 
   FitReport& report = result.fit.report;
@@ -91,7 +92,7 @@ JudgedFit fit_judged(const JudgedInput& input, int channel, const FitOptions& op
   ChannelFit all =
       fit_channel(input.all, channel, all_options, second, progress, all_observer, all_context);
   all.report = joined(std::move(report), std::move(all.report));
-  result.judged = std::move(result.fit.medium);
+  result.validated = std::move(result.fit.medium);
   result.fit = std::move(all);
   return result;
 }

@@ -15,9 +15,10 @@ namespace kappamu::pipeline {
 struct FitStageOptions {
   inverse::FitOptions fit;
   std::vector<std::string> channels;  ///< names of those to fit; empty = all
-  /// Patterns kept out of the fit: "auto", "none", a count or a list (pipeline/stages/hold_out.h).
+  /// Patterns kept out of the fit: "auto", "none", a count or a list
+  /// (pipeline/stages/validation_choice.h).
   std::string hold_out = "auto";
-  /// Measurements under light of their own to judge the fit by; found beside the input when not
+  /// Measurements under light of their own to validate the fit by; found beside the input when not
   /// given.
   std::optional<std::filesystem::path> validate;
   bool restart = false;  ///< ignore checkpoints

@@ -27,7 +27,7 @@ nlohmann::ordered_json model_json(const inverse::ModelChoice& choice) {
 
 nlohmann::ordered_json consistency_json(const inverse::Consistency& c) {
   using Json = nlohmann::ordered_json;
-  if (!c.judged) return {{"checked", false}};
+  if (!c.checked) return {{"checked", false}};
   return {{"checked", true},
           {"homogeneous_explains", c.explained},
           {"scale", std::exp(c.log_scale.value)},

@@ -28,7 +28,7 @@ FinishedFit::FinishedFit(const fs::path& folder)
     const Json fit = Json::parse(io::read_text(file));
     input_ = fit.at("input").get<std::string>();
     options_ = fit.at("options").dump();
-    held_out_ = fit.at("validation").at("patterns").get<std::vector<int>>();
+    validation_ = fit.at("validation").at("patterns").get<std::vector<int>>();
     for (const Json& c : fit.at("channels")) {
       const Json& start = c.at("homogeneous");
       channels_.push_back({c.at("name").get<std::string>(), start.at("kappa_mm").get<double>(),
@@ -61,7 +61,7 @@ void FinishedFit::set_options(FitStageOptions& options) const {
 }
 
 void FinishedFit::require_continuable(const FitStageOptions& options,
-                                      const std::vector<int>& held_out) const {
+                                      const std::vector<int>& validation) const {
   const Json before = Json::parse(options_);
   const Json now = Json::parse(options_json(options));
   const auto refuse = [&](const std::string& what) {
@@ -74,8 +74,8 @@ void FinishedFit::require_continuable(const FitStageOptions& options,
   if (before.value("max_levels", 0) != now.value("max_levels", 0)) {
     refuse("it goes on from the full grid, so that --levels cannot be changed");
   }
-  for (const int m : held_out) {
-    if (std::find(held_out_.begin(), held_out_.end(), m) == held_out_.end()) {
+  for (const int m : validation) {
+    if (std::find(validation_.begin(), validation_.end(), m) == validation_.end()) {
       refuse("it was fitted to pattern " + std::to_string(m) +
              ", which therefore cannot be held out now");
     }
@@ -84,7 +84,7 @@ void FinishedFit::require_continuable(const FitStageOptions& options,
 
 inverse::Continuation FinishedFit::channel(const std::string& channel,
                                            const SurfaceMeasurements& measurements) const {
-  // What is held out must not have been seen: where volumes of before are kept, from these.
+  // What validates must not have been seen: where volumes of before are kept, from these.
   const fs::path before = folder_ / validated_folder;
   const std::string kappa = "kappa_" + channel + ".npy";
   const fs::path from = fs::exists(before / kappa) ? before : folder_;

@@ -24,8 +24,9 @@ class FinishedFit {
   void set_options(FitStageOptions& options) const;
 
   /// Throws InputError in one sentence where `options` ask for what a continuation cannot change:
-  /// the convention of κ and μ, the grids before the last, patterns held out that the fit saw.
-  void require_continuable(const FitStageOptions& options, const std::vector<int>& held_out) const;
+  /// the convention of κ and μ, the grids before the last, validation patterns that the fit saw.
+  void require_continuable(const FitStageOptions& options,
+                           const std::vector<int>& validation) const;
 
   /// Where the fit of `channel` stands. Throws InputError when it has no such channel or another
   /// grid.
@@ -43,7 +44,7 @@ class FinishedFit {
   std::filesystem::path folder_;
   std::filesystem::path input_;
   std::string options_;  ///< JSON, as options_json() writes it
-  std::vector<int> held_out_;
+  std::vector<int> validation_;
   std::vector<Channel> channels_;
 };
 

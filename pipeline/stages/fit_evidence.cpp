@@ -32,12 +32,12 @@ double used_share(const SurfaceMeasurements& measured) {
 }  // namespace
 
 FitRecord make_fit_record(const FitSummary& summary, const SurfaceMeasurements& fitted,
-                          const HeldOut& held_out,
+                          const ValidationChoice& validation,
                           const std::optional<calib::CalibrationResult>& calibration,
                           const std::filesystem::path& input) {
   FitEvidence evidence;
   std::vector<inverse::FitStatus> statuses;
-  evidence.warnings = earlier_warnings(input) + (held_out.warning ? 1 : 0);
+  evidence.warnings = earlier_warnings(input) + (validation.warning ? 1 : 0);
   for (std::size_t c = 0; c < summary.channels.size(); ++c) {
     const inverse::FitReport& report = summary.reports[c];
     evidence.channels.push_back(
@@ -56,17 +56,18 @@ FitRecord make_fit_record(const FitSummary& summary, const SurfaceMeasurements& 
   record.grid = {fitted.grid.nx, fitted.grid.ny, fitted.grid.nz};
   record.camera_rms_px = evidence.camera_rms_px;
   record.projector_rms_px = evidence.projector_rms_px;
-  if (!summary.held_out.empty()) {
+  if (!summary.validation.empty()) {
     AppearanceError all;
-    const std::size_t patterns = summary.held_out.front().pattern_error.size();
+    const std::size_t patterns = summary.validation.front().pattern_error.size();
     for (std::size_t m = 0; m < patterns; ++m) {
       AppearanceError& pattern = evidence.validation.emplace_back();
-      for (const inverse::HeldOutScore& score : summary.held_out) {
+      for (const inverse::ValidationScore& score : summary.validation) {
         pattern.add(score.pattern_error[m]);
       }
       all.add(pattern);
-      evidence.validation_names.push_back(held_out.source == HeldOut::Source::fitted_input
-                                              ? "pattern " + std::to_string(held_out.patterns[m])
+      evidence.validation_names.push_back(validation.source ==
+                                                  ValidationChoice::Source::fitted_input
+                                              ? "pattern " + std::to_string(validation.patterns[m])
                                               : "validation pattern " + std::to_string(m));
     }
     record.validation_E = all.E();

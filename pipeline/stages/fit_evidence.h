@@ -8,14 +8,14 @@
 #include "core/surface_measurements.h"
 #include "pipeline/records/fit_record.h"
 #include "pipeline/stages/fit_stage.h"
-#include "pipeline/stages/hold_out.h"
+#include "pipeline/stages/validation_choice.h"
 
 namespace kappamu::pipeline {
 
 /// `fitted`: the patterns that the fit saw before validation; `input`: the folder whose run.json,
 /// if any, has the warnings of the stages before.
 FitRecord make_fit_record(const FitSummary& summary, const SurfaceMeasurements& fitted,
-                          const HeldOut& held_out,
+                          const ValidationChoice& validation,
                           const std::optional<calib::CalibrationResult>& calibration,
                           const std::filesystem::path& input);
 

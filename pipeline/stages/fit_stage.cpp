@@ -28,9 +28,9 @@
 #include "pipeline/stages/checkpoint_files.h"
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_evidence.h"
-#include "pipeline/stages/hold_out.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/uncertainty_output.h"
+#include "pipeline/stages/validation_choice.h"
 #include "pipeline/verify.h"
 
 namespace kappamu::pipeline {
@@ -90,14 +90,14 @@ void put_patterns(std::vector<float>& all, std::size_t cells, const std::vector<
 /// One channel after another: the whole of run_fit_stage but finding the folders.
 class FitStage {
  public:
-  /// `validation`: measurements of their own that judge the fit.
+  /// `validation`: measurements of their own that validate the fit.
   FitStage(fs::path input, const SurfaceMeasurements& measurements,
            std::optional<SurfaceMeasurements> validation, fs::path output,
            const FitStageOptions& options, Progress& progress)
       : input_(std::move(input)),
         measurements_(measurements),
-        choice_(choose_held_out(options.hold_out, measurements, validation.has_value())),
-        judging_(inverse::keep_out(measurements, choice_.patterns, std::move(validation))),
+        choice_(choose_validation(options.hold_out, measurements, validation.has_value())),
+        split_(inverse::split_validation(measurements, choice_.patterns, std::move(validation))),
         output_(std::move(output)),
         options_(options),
         progress_(progress) {
@@ -115,7 +115,7 @@ class FitStage {
   FitSummary run();
 
  private:
-  /// Of the fit that is judged, and of what follows with all patterns.
+  /// Of the fit that is validated, and of what follows with all patterns.
   std::array<CheckpointFiles, 2> checkpoint_files(const std::string& name) const {
     const std::size_t most = inverse::most_checkpoint_bytes(measurements_, options_.fit);
     return {CheckpointFiles(output_ / ("checkpoint_" + name + ".bin"), most),
@@ -128,8 +128,8 @@ class FitStage {
 
   fs::path input_;
   const SurfaceMeasurements& measurements_;
-  HeldOut choice_;
-  inverse::JudgedInput judging_;
+  ValidationChoice choice_;
+  inverse::ValidationSplit split_;
   std::optional<calib::CalibrationResult>
       calibration_;  ///< of the run that is fitted, if it is one
   std::optional<FinishedFit> continued_;
@@ -155,22 +155,23 @@ void FitStage::fit(int channel) {
   const auto [first, second] = checkpoint_files(name);
   std::optional<inverse::Continuation> start;
   if (continued_) start = continued_->channel(name, measurements_);
-  inverse::JudgedFit fitted = inverse::fit_judged(
-      judging_, channel, options_.fit, checkpoint(first), checkpoint(second), progress_, {}, start);
+  inverse::ValidatedFit fitted = inverse::fit_validated(
+      split_, channel, options_.fit, checkpoint(first), checkpoint(second), progress_, {}, start);
   ChannelFit& result = fitted.fit;
-  if (fitted.judged) {
+  if (fitted.validated) {
     fs::create_directories(output_ / validated_folder);
     io::write_npy_volume(output_ / validated_folder / ("kappa_" + name + ".npy"),
-                         fitted.judged->kappa);
-    io::write_npy_volume(output_ / validated_folder / ("mu_" + name + ".npy"), fitted.judged->mu);
+                         fitted.validated->kappa);
+    io::write_npy_volume(output_ / validated_folder / ("mu_" + name + ".npy"),
+                         fitted.validated->mu);
   }
-  const SurfaceMeasurements& seen = fitted.judged ? measurements_ : judging_.fitted;
+  const SurfaceMeasurements& seen = fitted.validated ? measurements_ : split_.fitted;
   if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
     result.uncertainty = inverse::estimate_model_uncertainty(result, seen, channel, options_.fit);
   }
   std::optional<SquareSize> squares;
   if (calibration_) {
-    squares = judge_square_size(result.report.consistency, *calibration_, measurements_);
+    squares = check_square_size(result.report.consistency, *calibration_, measurements_);
   }
   for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
                               inverse::wild_warning(result, seen, channel),
@@ -192,8 +193,8 @@ void FitStage::fit(int channel) {
   }
   summary_.uncertainty.push_back(
       result.uncertainty ? std::optional(std::move(result.uncertainty->report)) : std::nullopt);
-  if (fitted.score) summary_.held_out.push_back(std::move(*fitted.score));
-  keep_prediction(result, fitted.judged.has_value());
+  if (fitted.score) summary_.validation.push_back(std::move(*fitted.score));
+  keep_prediction(result, fitted.validated.has_value());
   volumes_.channels.push_back(name);
   volumes_.media.push_back(std::move(result.medium));
   summary_.channels.push_back(name);
@@ -201,9 +202,9 @@ void FitStage::fit(int channel) {
   summary_.reports.push_back(std::move(result.report));
 }
 
-/// prediction.npy has every pattern of the input, held-out ones as the volumes predict them that
-/// did not see them; prediction_validate.npy has those measured apart. `of_all`: fit.prediction has
-/// every pattern.
+/// prediction.npy has every pattern of the input, validation patterns as the volumes predict them
+/// that did not see them; prediction_validate.npy has those measured apart. `of_all`:
+/// fit.prediction has every pattern.
 void FitStage::keep_prediction(const ChannelFit& fit, bool of_all) {
   const std::size_t cells = measurements_.seen_shape().cells();
   std::vector<int> fitted;
@@ -213,9 +214,9 @@ void FitStage::keep_prediction(const ChannelFit& fit, bool of_all) {
   }
   std::vector<float> all(cells * static_cast<std::size_t>(measurements_.patterns));
   put_patterns(all, cells, fitted, fit.prediction);
-  if (judging_.held_out) {
-    const std::vector<float>& predicted = summary_.held_out.back().prediction;
-    if (choice_.source == HeldOut::Source::fitted_input) {
+  if (split_.validation) {
+    const std::vector<float>& predicted = summary_.validation.back().prediction;
+    if (choice_.source == ValidationChoice::Source::fitted_input) {
       put_patterns(all, cells, choice_.patterns, predicted);
     } else {
       validation_prediction_.insert(validation_prediction_.end(), predicted.begin(),
@@ -232,11 +233,11 @@ void FitStage::write_json() const {
   for (std::size_t c = 0; c < summary_.channels.size(); ++c) {
     Json channel = channel_json(summary_.channels[c], summary_.reports[c]);
     channel["notes"] = summary_.notes[c];
-    if (judging_.held_out) {
-      channel["validation_E"] = summary_.held_out[c].error.E();
-      channel["validation_noise_E"] = summary_.held_out[c].error.noise_E();
-      channel["validation_chi2_per_value"] = summary_.held_out[c].chi2_per_value;
-      channel["validation_values_used"] = summary_.held_out[c].error.count;
+    if (split_.validation) {
+      channel["validation_E"] = summary_.validation[c].error.E();
+      channel["validation_noise_E"] = summary_.validation[c].error.noise_E();
+      channel["validation_chi2_per_value"] = summary_.validation[c].chi2_per_value;
+      channel["validation_values_used"] = summary_.validation[c].error.count;
     }
     if (summary_.uncertainty[c]) {
       channel["uncertainty"] = uncertainty_json(*summary_.uncertainty[c]);
@@ -265,14 +266,14 @@ void FitStage::write_json() const {
 FitSummary FitStage::run() {
   const auto start = std::chrono::steady_clock::now();
   fs::remove_all(output_ / validated_folder);
-  const inverse::FitMemory memory = inverse::memory_needed(judging_.fitted, options_.fit);
+  const inverse::FitMemory memory = inverse::memory_needed(split_.fitted, options_.fit);
   summary_.memory_needed = memory.total();
   progress_.update("fit", 0.0, inverse::in_words(memory));
   if (const auto warning = inverse::warning_of(memory, main_memory())) progress_.warn(*warning);
   for (const int channel : channel_indices(measurements_, options_.channels)) fit(channel);
   write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
-  if (choice_.source == HeldOut::Source::validation) {
-    write_maps(output_ / "prediction_validate.npy", *judging_.held_out, summary_.channels.size(),
+  if (choice_.source == ValidationChoice::Source::validation) {
+    write_maps(output_ / "prediction_validate.npy", *split_.validation, summary_.channels.size(),
                validation_prediction_);
   }
   // A volume file has them for every channel or for none.
@@ -288,7 +289,7 @@ FitSummary FitStage::run() {
   io::write_vdb(summary_.volume, volumes_);
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
   summary_.seconds = passed.count();
-  summary_.record = make_fit_record(summary_, judging_.fitted, choice_, calibration_, input_);
+  summary_.record = make_fit_record(summary_, split_.fitted, choice_, calibration_, input_);
   write_json();
   for (const std::string& name : summary_.channels) {
     for (const CheckpointFiles& files : checkpoint_files(name)) files.remove();
@@ -297,7 +298,7 @@ FitSummary FitStage::run() {
 }
 
 /// Throws unless both describe the same sample, so that one volume answers for both.
-void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& held_out,
+void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& validation,
                          const fs::path& folder) {
   const auto fail = [&](const std::string& field) {
     throw InputError(
@@ -305,9 +306,9 @@ void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasure
         " differs from that of the measurements to fit; validation patterns must be of "
         "the same sample");
   };
-  if (!(fitted.grid == held_out.grid)) fail("grid or voxel_mm");
-  if (fitted.eta != held_out.eta) fail("eta");
-  if (fitted.channels != held_out.channels) fail("channels");
+  if (!(fitted.grid == validation.grid)) fail("grid or voxel_mm");
+  if (fitted.eta != validation.eta) fail("eta");
+  if (fitted.channels != validation.channels) fail("channels");
 }
 
 }  // namespace

@@ -8,20 +8,21 @@
 
 #include "core/progress.h"
 #include "inverse/fit/fit.h"
-#include "inverse/problem/held_out.h"
+#include "inverse/validation/validation_patterns.h"
 #include "pipeline/records/fit_options.h"
 #include "pipeline/records/fit_record.h"
 
 namespace kappamu::pipeline {
 
-/// Of a fit's folder: kappa_<c>.npy and mu_<c>.npy of volumes that have not seen the held-out
-/// patterns of the input (inverse/fit/validated_fit.h).
+/// Of a fit's folder: kappa_<c>.npy and mu_<c>.npy of volumes that have not seen the
+/// validation patterns of the input (inverse/validation/validated_fit.h).
 inline constexpr const char* validated_folder = "validated";
 
 struct FitSummary {
   std::vector<std::string> channels;
-  std::vector<inverse::FitReport> reports;      ///< one per channel
-  std::vector<inverse::HeldOutScore> held_out;  ///< one per channel; empty where none is kept out
+  std::vector<inverse::FitReport> reports;  ///< one per channel
+  std::vector<inverse::ValidationScore>
+      validation;  ///< one per channel; empty where none is kept out
   /// One per channel, or empty where none was asked for.
   std::vector<std::optional<inverse::UncertaintyReport>> uncertainty;
   std::vector<std::vector<std::string>> notes;  ///< one list per channel (inverse/fit/notes.h)

@@ -37,10 +37,10 @@ Eigen::Vector3d light_shift_per_log_square(const calib::CalibrationResult& calib
   return beam * (normal.dot(base) / normal.dot(beam)) - base;
 }
 
-std::optional<SquareSize> judge_square_size(const inverse::Consistency& consistency,
+std::optional<SquareSize> check_square_size(const inverse::Consistency& consistency,
                                             const calib::CalibrationResult& calibration,
                                             const SurfaceMeasurements& measurements) {
-  if (!consistency.judged) return std::nullopt;
+  if (!consistency.checked) return std::nullopt;
   const GridShape& grid = measurements.grid;
   const Eigen::Vector3d moved =
       light_shift_per_log_square(calibration, grid, measurements.lit_face) / grid.voxel_mm;

@@ -25,8 +25,8 @@ struct SquareSize {
   bool explains = false;  ///< there is a shift, and nothing of it across the line that is told
 };
 
-/// Absent where `consistency` was not judged.
-std::optional<SquareSize> judge_square_size(const inverse::Consistency& consistency,
+/// Absent where `consistency` was not checked.
+std::optional<SquareSize> check_square_size(const inverse::Consistency& consistency,
                                             const calib::CalibrationResult& calibration,
                                             const SurfaceMeasurements& measurements);
 

@@ -71,8 +71,8 @@ FitData fit_from_json(const json& object) {
     require_plain_name(data.channels.back(), "fit/fit.json: a channel's name");
   }
   data.warnings = warnings_of(object);
-  const json held_out = object.value("validation", json::object());
-  data.held_out = held_out.value("patterns", std::vector<int>{});
+  const json validation = object.value("validation", json::object());
+  data.validation = validation.value("patterns", std::vector<int>{});
   return data;
 }
 

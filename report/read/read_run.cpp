@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "inverse/problem/held_out.h"
+#include "inverse/validation/validation_patterns.h"
 #include "io/measurements_file.h"
 #include "io/npy.h"
 #include "report/read/run_data.h"
@@ -72,15 +72,16 @@ void read_comparisons(RunData& data) {
   data.validate_patterns =
       read_comparison(data.session, run / "measurements_validate",
                       run / "fit" / "prediction_validate.npy", capture::PatternRole::validate);
-  if (data.fit_patterns && data.fit && !data.fit->held_out.empty()) {
+  if (data.fit_patterns && data.fit && !data.fit->validation.empty()) {
     const Comparison all = std::move(*data.fit_patterns);
-    const std::vector<int>& held_out = data.fit->held_out;
+    const std::vector<int>& validation = data.fit->validation;
     std::vector<int> fitted;
     for (int m = 0; m < all.measured.patterns; ++m) {
-      if (std::find(held_out.begin(), held_out.end(), m) == held_out.end()) fitted.push_back(m);
+      if (std::find(validation.begin(), validation.end(), m) == validation.end())
+        fitted.push_back(m);
     }
     data.fit_patterns = part_of(all, fitted);
-    data.validate_patterns = part_of(all, held_out);
+    data.validate_patterns = part_of(all, validation);
   }
 }
 

@@ -104,7 +104,7 @@ struct FitData {
   std::vector<std::string> channels;
   std::vector<Convergence> convergence;
   std::vector<std::string> warnings;
-  std::vector<int> held_out;  ///< patterns of the measurements that the fit did not see
+  std::vector<int> validation;  ///< patterns of the measurements that the fit did not see
 };
 
 /// Measured surfaces and what the fitted volume predicts for them.

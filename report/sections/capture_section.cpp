@@ -101,8 +101,8 @@ Html pattern_gallery(const RunData& run) {
     if (hdr != run.hdr.end())
       block += picture(tone_mapped(hdr->thumbnail, hdr->bright), thumbnail_width,
                        "HDR of " + pattern.id);
-    const bool held_out = pattern.role == capture::PatternRole::validate;
-    blocks.push_back(figure(block, pattern.id + (held_out ? " (validation)" : "") + ": " +
+    const bool validates = pattern.role == capture::PatternRole::validate;
+    blocks.push_back(figure(block, pattern.id + (validates ? " (validation)" : "") + ": " +
                                        exposures_of(pattern.frames)));
   }
   return row(blocks);

@@ -143,7 +143,7 @@ TEST_F(RunTest, MeasurementsOfAnyoneAreFittedAndReported) {
   EXPECT_TRUE(fs::exists(folder() / "b" / "fit" / "kappa_R.npy"));
   const std::string page = io::read_text(folder() / "b" / "report.html");
   EXPECT_THAT(page, HasSubstr("This run has no calibration"));
-  // Nobody measured patterns to judge the fit by, so it keeps one of its own out.
+  // Nobody measured patterns to validate the fit by, so it keeps one of its own out.
   const json fit = json::parse(io::read_text(folder() / "b" / "fit" / "fit.json"));
   EXPECT_EQ(fit["validation"]["source"], "input");
   EXPECT_EQ(fit["validation"]["patterns"].size(), 1U);

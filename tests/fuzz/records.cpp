@@ -182,7 +182,7 @@ void read_checkpoint(Bytes bytes) {
 
 void seed_checkpoint(const fs::path& seeds) {
   inverse::FitState state;
-  state.path = {inverse::FitPhase::descending_again, 3000.0, 2.0, 1.5, false};
+  state.path = {inverse::FitPhase::descending_again, 3000.0, 2.0, 1.5};
   state.fields = {{0.1, 0.2}, {0.3, 0.4}};
   state.blocks.push_back(Eigen::MatrixXd::Identity(2, 2));
   state.optimiser.z = state.optimiser.gradient = {1.0, 2.0, 3.0, 4.0};

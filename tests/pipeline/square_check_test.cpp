@@ -53,7 +53,7 @@ struct Rig {
   /// What the fit would find: images shifted by `shift` [mm], told from `limit` voxels on.
   static inverse::Consistency shifted(const Eigen::Vector3d& shift, double limit) {
     inverse::Consistency found;
-    found.judged = true;
+    found.checked = true;
     found.shift_u = {shift.x() / voxel_mm, 0.1};
     found.shift_v = {shift.y() / voxel_mm, 0.1};
     found.shift_limit = limit;
@@ -81,20 +81,20 @@ TEST(SquareCheck, AShiftAlongTheLineTellsTheSize) {
   const Rig rig;
   const Eigen::Vector3d moved =
       light_shift_per_log_square(rig.calibration, rig.grid, Face::z_minus);
-  const auto judged = [&rig](const Eigen::Vector3d& shift) {
+  const auto checked = [&rig](const Eigen::Vector3d& shift) {
     constexpr double limit = 0.6;  // voxels
-    return *judge_square_size(Rig::shifted(shift, limit), rig.calibration, rig.measurements());
+    return *check_square_size(Rig::shifted(shift, limit), rig.calibration, rig.measurements());
   };
-  const SquareSize larger = judged(0.03 * moved);
+  const SquareSize larger = checked(0.03 * moved);
   EXPECT_NEAR(larger.log_factor.value, 0.03, 1e-9);
   EXPECT_TRUE(larger.explains);
   EXPECT_THAT(*warning_of(larger), HasSubstr("about 3.0 % (standard deviation 0.3 %) larger than "
                                              "calibration.board.square_mm"));
-  EXPECT_THAT(*warning_of(judged(-0.03 * moved)), HasSubstr("smaller than calibration.board"));
+  EXPECT_THAT(*warning_of(checked(-0.03 * moved)), HasSubstr("smaller than calibration.board"));
   // Too small to tell, and one across the line, which squares do not make.
-  EXPECT_FALSE(warning_of(judged(0.005 * moved)));
-  EXPECT_FALSE(warning_of(judged(0.03 * Eigen::Vector3d(-moved.y(), moved.x(), 0.0))));
-  EXPECT_FALSE(judge_square_size({}, rig.calibration, rig.measurements()));
+  EXPECT_FALSE(warning_of(checked(0.005 * moved)));
+  EXPECT_FALSE(warning_of(checked(0.03 * Eigen::Vector3d(-moved.y(), moved.x(), 0.0))));
+  EXPECT_FALSE(check_square_size({}, rig.calibration, rig.measurements()));
 }
 
 class SquareCheckTest : public TemporaryFolderTest {

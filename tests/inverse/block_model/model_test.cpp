@@ -1,6 +1,6 @@
 // The simplest block that the data do not reject: homogeneous data give a homogeneous block, layers
-// give layers, structure a volume; and each is judged under light that was not fitted. Data are of
-// a grid three times as fine as the fitted one, the correction is of one twice as fine.
+// give layers, structure a volume; and each is validated under light that was not fitted. Data are
+// of a grid three times as fine as the fitted one, the correction is of one twice as fine.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@
 #include "inverse/block_model/model_choice.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
-#include "inverse/validation/model_held_out.h"
+#include "inverse/validation/simpler_model.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -105,7 +105,7 @@ TEST(Model, WhatIsAskedForIsFittedAndSaidNotToSuffice) {
               ::testing::Contains(HasSubstr("was asked for, but does not explain the data")));
 }
 
-TEST(Model, HeldOutLightOverrulesUnderstatedVariances) {
+TEST(Model, ValidationOverrulesUnderstatedVariances) {
   // Variances a quarter of the true ones, by more than systematic error is taken to be: nothing
   // explains the data to what they state.
   const bench::Figure3 truth = bench::even_block(0.2, 0.02);
@@ -113,13 +113,13 @@ TEST(Model, HeldOutLightOverrulesUnderstatedVariances) {
   constexpr double noise = 0.03;
   SurfaceMeasurements m = bench::expose_figure(b, truth, 4, fine);
   bench::spoil(m, noise, {.variance = 0.25});
-  SurfaceMeasurements held_out = bench::expose_figure(b, truth, 2, fine);
-  bench::spoil(held_out, noise, {.variance = 0.25}, 8);
+  SurfaceMeasurements validation = bench::expose_figure(b, truth, 2, fine);
+  bench::spoil(validation, noise, {.variance = 0.25}, 8);
   FitOptions options;
   options.path.stage_steps = 20;
   ChannelFit fit = cases::fit(m, options);
   EXPECT_EQ(fit.report.model.model, Model::volume) << fit.report.model.reason;
-  prefer_simpler(fit, m, held_out, 0, options);
+  prefer_simpler(fit, m, validation, 0, options);
   EXPECT_EQ(fit.report.model.model, Model::homogeneous) << fit.report.model.reason;
   EXPECT_THAT(fit.report.model.reason, HasSubstr("so the simpler block is kept"));
   EXPECT_EQ(fit.report.status, FitStatus::above_noise);
@@ -127,19 +127,19 @@ TEST(Model, HeldOutLightOverrulesUnderstatedVariances) {
   EXPECT_LT(spread(fit.medium.kappa), 1e-9);
 }
 
-TEST(Model, HeldOutLightKeepsTheVolumeWhereThereIsStructure) {
+TEST(Model, ValidationKeepsTheVolumeWhereThereIsStructure) {
   const bench::Figure3 truth = bench::structured_block(0.2, 0.02, 0.3, 0);
   const bench::Block b = block();
   SurfaceMeasurements m = bench::expose_figure(b, truth, 4, fine);
   bench::spoil(m, b.noise, {});
-  SurfaceMeasurements held_out = bench::expose_figure(b, truth, 2, fine);
-  bench::spoil(held_out, b.noise, {}, 8);
+  SurfaceMeasurements validation = bench::expose_figure(b, truth, 2, fine);
+  bench::spoil(validation, b.noise, {}, 8);
   FitOptions options;
   options.path.stage_steps = 20;
   ChannelFit fit = cases::fit(m, options);
   fit.simpler.push_back(
       {{0}, {std::log(fit.report.homogeneous_kappa)}, {std::log(fit.report.homogeneous_mu)}});
-  prefer_simpler(fit, m, held_out, 0, options);
+  prefer_simpler(fit, m, validation, 0, options);
   EXPECT_EQ(fit.report.model.model, Model::volume) << fit.report.model.reason;
 }
 

@@ -15,9 +15,9 @@ namespace kappamu::inverse {
 namespace {
 
 struct Outcome {
-  double fitted = 0.0;     ///< Σ (L − L')²/ΣL² of the images that were fitted ([W] 13 (c))
-  double held_out = 0.0;   ///< E under light that was not
-  double roughness = 0.0;  ///< ½ Σ |∇κ|² over voxels [dimensionless] ([W] 13 (d))
+  double fitted = 0.0;      ///< Σ (L − L')²/ΣL² of the images that were fitted ([W] 13 (c))
+  double validation = 0.0;  ///< E under light that was not
+  double roughness = 0.0;   ///< ½ Σ |∇κ|² over voxels [dimensionless] ([W] 13 (d))
 };
 
 class Figure13 : public ::testing::Test {
@@ -41,10 +41,10 @@ class Figure13 : public ::testing::Test {
       squares += std::pow(measured_.value[i], 2);
     }
     outcome.fitted /= squares;
-    outcome.held_out = cases::held_out_error(block_, truth_, fit.medium);
+    outcome.validation = cases::validation_error(block_, truth_, fit.medium);
     outcome.roughness = rough(fit.medium);
     std::printf("lambda %.0e: E of fitted images %.2g, of held-out light %.2g, roughness %.2g\n",
-                lambda, outcome.fitted, outcome.held_out, outcome.roughness);
+                lambda, outcome.fitted, outcome.validation, outcome.roughness);
     return outcome;
   }
 
@@ -70,7 +70,7 @@ TEST_F(Figure13, OverWeightedIsFlatUnderWeightedIsRoughAndBothMisfit) {
   // Top row: κ without structure, and even the fitted images are missed.
   EXPECT_LT(over.roughness, 0.1 * truth);
   EXPECT_GT(over.fitted, 2.0 * well.fitted);
-  EXPECT_GT(over.held_out, 1.1 * well.held_out);
+  EXPECT_GT(over.validation, 1.1 * well.validation);
   // Middle row: κ about as rough as the truth.
   EXPECT_GT(well.roughness, 0.2 * truth);
   EXPECT_LT(well.roughness, 5.0 * truth);
@@ -78,7 +78,7 @@ TEST_F(Figure13, OverWeightedIsFlatUnderWeightedIsRoughAndBothMisfit) {
   // others.
   EXPECT_GT(under.roughness, 5.0 * truth);
   EXPECT_GT(under.fitted, 1.5 * well.fitted);
-  EXPECT_GT(under.held_out, 2.0 * well.held_out);
+  EXPECT_GT(under.validation, 2.0 * well.validation);
 }
 
 }  // namespace

@@ -17,8 +17,8 @@ inline SurfaceMeasurements measure(const Block& block, const CoefficientPair& fi
 }
 
 /// E under 8 × 8 patches.
-inline double held_out_error(const Block& block, const CoefficientPair& fine_fields,
-                             const Medium& medium) {
+inline double validation_error(const Block& block, const CoefficientPair& fine_fields,
+                               const Medium& medium) {
   return bench::appearance_error(medium, bench::expose_patches(block, fine_fields, 8));
 }
 

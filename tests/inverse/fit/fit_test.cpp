@@ -113,10 +113,10 @@ TEST(Fit, ThinBlockWithSharpDataConvergesOnOneGrid) {
   // What the fit corrects for, and whoever solves on its volume must know.
   EXPECT_THAT(fit.report.warnings, ::testing::Each(::testing::HasSubstr("split the voxels")));
   constexpr double bound = 1e-3;  // the aim for any sample (docs/theory.md)
-  EXPECT_LT(cases::held_out_error(block, truth, fit.medium), bound);
+  EXPECT_LT(cases::validation_error(block, truth, fit.medium), bound);
 }
 
-TEST(Fit, ReachesTheNoiseAndPredictsHeldOutLight) {
+TEST(Fit, ReachesTheNoiseAndPredictsOtherLight) {
   const Block block;
   const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
   const ChannelFit fit = cases::fit(cases::measure(block, truth), {});
@@ -125,11 +125,11 @@ TEST(Fit, ReachesTheNoiseAndPredictsHeldOutLight) {
   EXPECT_GT(fit.report.chi2_per_value, 0.8) << "fits the noise";
   // The least any 1 % data have given on a block of this kind, with a margin of three.
   constexpr double bound = 4e-4;
-  const double error = cases::held_out_error(block, truth, fit.medium);
+  const double error = cases::validation_error(block, truth, fit.medium);
   EXPECT_LT(error, bound);
   const Medium start{Volume<double>(block.grid, fit.report.homogeneous_kappa),
                      Volume<double>(block.grid, fit.report.homogeneous_mu)};
-  EXPECT_LT(error, 0.02 * cases::held_out_error(block, truth, start));
+  EXPECT_LT(error, 0.02 * cases::validation_error(block, truth, start));
 }
 
 TEST(Fit, GridCorrectionLowersTheErrorOnOtherGrids) {
@@ -138,8 +138,8 @@ TEST(Fit, GridCorrectionLowersTheErrorOnOtherGrids) {
   const SurfaceMeasurements m = cases::measure(block, truth);
   FitOptions without;
   without.path.correct_grid = false;
-  const double corrected = cases::held_out_error(block, truth, cases::fit(m, {}).medium);
-  const double plain = cases::held_out_error(block, truth, cases::fit(m, without).medium);
+  const double corrected = cases::validation_error(block, truth, cases::fit(m, {}).medium);
+  const double plain = cases::validation_error(block, truth, cases::fit(m, without).medium);
   EXPECT_LT(corrected, 0.7 * plain);
 }
 
@@ -190,7 +190,7 @@ TEST(Fit, FrontLitSampleIsFittedFromUnlitPixels) {
   const ChannelFit fit = cases::fit(m, {});
   EXPECT_NE(fit.report.status, FitStatus::ran_out) << fit.report.reason;
   constexpr double bound = 2e-3;  // next to a patch's edge the lit face converges at order 1 only
-  EXPECT_LT(cases::held_out_error(block, truth, fit.medium), bound);
+  EXPECT_LT(cases::validation_error(block, truth, fit.medium), bound);
 }
 
 TEST(Fit, DiffuseLightEntersThroughTheBoundary) {
@@ -199,7 +199,7 @@ TEST(Fit, DiffuseLightEntersThroughTheBoundary) {
   const CoefficientPair truth = cases::smooth_medium(block.grid.refined(2));
   const ChannelFit fit = cases::fit(cases::measure(block, truth), {});
   constexpr double bound = 4e-4;
-  EXPECT_LT(cases::held_out_error(block, truth, fit.medium), bound);
+  EXPECT_LT(cases::validation_error(block, truth, fit.medium), bound);
 }
 
 TEST(Fit, RadianceAlongTheNormalGivesTheVolumesThatExitanceGives) {

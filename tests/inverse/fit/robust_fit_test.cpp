@@ -25,7 +25,7 @@ struct SmallCase {
     measured = cases::measure(block, truth, 3);
   }
   double error(const SurfaceMeasurements& m, const FitOptions& options) const {
-    return cases::held_out_error(block, truth, cases::fit(m, options).medium);
+    return cases::validation_error(block, truth, cases::fit(m, options).medium);
   }
   Block block;
   CoefficientPair truth;
@@ -103,7 +103,7 @@ TEST(RobustFit, GoesOnFromAFinishedFit) {
   EXPECT_LT(second.report.chi2_per_value, 0.5 * first.report.chi2_per_value);
   // It ends about where a fit at once ends.
   const double at_once = c.error(c.measured, {});
-  EXPECT_LT(cases::held_out_error(c.block, c.truth, second.medium), 2.0 * at_once);
+  EXPECT_LT(cases::validation_error(c.block, c.truth, second.medium), 2.0 * at_once);
 }
 
 }  // namespace

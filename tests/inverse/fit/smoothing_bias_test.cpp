@@ -23,7 +23,7 @@ Errors errors_of(bool inclusions, const RegulariserOptions& regulariser) {
   spec.inclusions = inclusions;
   const CoefficientPair truth = bench::make_truth(block.grid.refined(2), spec);
   const SurfaceMeasurements clean = bench::expose_patches(block, truth, 4);
-  const SurfaceMeasurements judge = bench::expose_patches(block, truth, 8);
+  const SurfaceMeasurements validation = bench::expose_patches(block, truth, 8);
   SurfaceMeasurements m = clean;
   bench::add_noise(m, block.noise, 101);
   FitOptions options;
@@ -37,7 +37,8 @@ Errors errors_of(bool inclusions, const RegulariserOptions& regulariser) {
   options.path.weight = fit.report.weight;
   m.value = clean.value;
   const ChannelFit exact = fit_channel(m, 0, options, {}, silent, {}, context);
-  return {bench::appearance_error(fit.medium, judge), bench::appearance_error(exact.medium, judge)};
+  return {bench::appearance_error(fit.medium, validation),
+          bench::appearance_error(exact.medium, validation)};
 }
 
 TEST(SmoothingBias, IsMostOfTheErrorWhereInclusionsAreSharp) {

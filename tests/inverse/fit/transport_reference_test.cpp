@@ -1,5 +1,5 @@
 // The fit's score on measurements made by an independent finite-volume code, as a stranger would
-// judge it: the volume solved on a grid twice as fine under light the fit never saw.
+// validate it: the volume solved on a grid twice as fine under light the fit never saw.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -106,8 +106,8 @@ struct Target {
   double single;
 };
 
-/// As `kappamu fit` does it unless told otherwise: one pattern kept out to judge the fit by.
-TEST(TransportReference, HeldOutAppearanceOfTheFittedVolume) {
+/// As `kappamu fit` does it unless told otherwise: one pattern kept out to validate the fit by.
+TEST(TransportReference, ValidatedAppearanceOfTheFittedVolume) {
   if (!fs::exists(root / "measurements")) GTEST_SKIP() << root << " is not on this machine";
   const SurfaceMeasurements m = reference_measurements();
   const std::vector<float> clean = read_floats(root / "truth" / "exitance_training.npy");
@@ -121,15 +121,18 @@ TEST(TransportReference, HeldOutAppearanceOfTheFittedVolume) {
       noisy.value = clean;
       bench::add_noise(noisy, target.noise, 100);
     }
-    const std::vector<int> out = choose_held_out(noisy, usual_held_out(noisy.patterns));
-    const JudgedFit judged = fit_judged(keep_out(noisy, out), 0, {}, {}, {}, silent);
-    const FitReport& report = judged.fit.report;
+    const std::vector<int> out =
+        choose_validation_patterns(noisy, usual_validation_count(noisy.patterns));
+    const ValidatedFit validated =
+        fit_validated(split_validation(noisy, out), 0, {}, {}, {}, silent);
+    const FitReport& report = validated.fit.report;
     EXPECT_EQ(report.status, FitStatus::converged) << report.reason;
-    const double patches = score(judged.fit.medium, m, root / "truth", "patches");
-    const double single = score(judged.fit.medium, m, root / "truth", "single");
-    const double before = score(*judged.judged, m, root / "truth", "patches");
+    const double patches = score(validated.fit.medium, m, root / "truth", "patches");
+    const double single = score(validated.fit.medium, m, root / "truth", "single");
+    const double before = score(*validated.validated, m, root / "truth", "patches");
     std::printf(
-        "noise %.1f %%: E %.2g under patches (%.2g before the held-out one joined), %.2g under "
+        "noise %.1f %%: E %.2g under patches (%.2g before the validation pattern joined), %.2g "
+        "under "
         "single voxels; chi2 %.3g after %d solves\n",
         100.0 * target.noise, patches, before, single, report.chi2_per_value,
         report.solves.total());

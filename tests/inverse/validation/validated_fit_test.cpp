@@ -1,6 +1,6 @@
-// A fit judged by a pattern of its own: the score is of volumes that did not see that pattern, the
-// volumes handed out are of all patterns, and a kill in either half changes no bit. That they are
-// better for it is transport_reference_test.cpp's to show.
+// A fit validated by a pattern of its own: the score is of volumes that did not see that pattern,
+// the volumes handed out are of all patterns, and a kill in either half changes no bit. That they
+// are better for it is transport_reference_test.cpp's to show.
 #include "inverse/validation/validated_fit.h"
 
 #include <gtest/gtest.h>
@@ -36,21 +36,22 @@ FitOptions volume_options() {
   return options;
 }
 
-JudgedFit judged(const SurfaceMeasurements& m, const Checkpoint& first = {},
-                 const Checkpoint& second = {}) {
+ValidatedFit validated(const SurfaceMeasurements& m, const Checkpoint& first = {},
+                       const Checkpoint& second = {}) {
   Progress silent;
-  return fit_judged(keep_out(m, std::vector<int>{5}), 0, volume_options(), first, second, silent);
+  return fit_validated(split_validation(m, std::vector<int>{5}), 0, volume_options(), first, second,
+                       silent);
 }
 
-TEST(JudgedFit, TheScoreIsOfVolumesThatDidNotSeeTheHeldOutPattern) {
+TEST(ValidatedFit, TheScoreIsOfVolumesThatDidNotSeeTheValidationPattern) {
   const Case c = structured();
   SurfaceMeasurements brighter = c.m;
   const std::size_t cells = c.m.seen_shape().cells();
   for (std::size_t i = 5 * cells; i < 6 * cells; ++i) brighter.value[i] *= 1.05F;
-  const JudgedFit fit = judged(c.m);
-  const JudgedFit other = judged(brighter);
-  ASSERT_TRUE(fit.judged && fit.score && other.judged);
-  EXPECT_EQ(fit.judged->mu.values(), other.judged->mu.values());
+  const ValidatedFit fit = validated(c.m);
+  const ValidatedFit other = validated(brighter);
+  ASSERT_TRUE(fit.validated && fit.score && other.validated);
+  EXPECT_EQ(fit.validated->mu.values(), other.validated->mu.values());
   EXPECT_NE(fit.fit.medium.mu.values(), other.fit.medium.mu.values());
   EXPECT_GT(other.score->error.E(), 2.0 * fit.score->error.E());
   EXPECT_EQ(fit.fit.prediction.size(), c.m.value.size());
@@ -63,9 +64,9 @@ TEST(JudgedFit, TheScoreIsOfVolumesThatDidNotSeeTheHeldOutPattern) {
   }
 }
 
-TEST(JudgedFit, KilledInEitherHalfItEndsInTheSameBits) {
+TEST(ValidatedFit, KilledInEitherHalfItEndsInTheSameBits) {
   const Case c = structured();
-  const JudgedFit whole = judged(c.m);
+  const ValidatedFit whole = validated(c.m);
   // `allowed` saves, then a kill.
   const auto killed = [&](std::vector<std::byte>& saved, int allowed) {
     Checkpoint checkpoint;
@@ -78,24 +79,25 @@ TEST(JudgedFit, KilledInEitherHalfItEndsInTheSameBits) {
     return checkpoint;
   };
   std::vector<std::byte> first, second;
-  EXPECT_THROW(judged(c.m, killed(first, 7)), std::runtime_error);
-  EXPECT_THROW(judged(c.m, killed(first, 1000), killed(second, 3)), std::runtime_error);
-  const JudgedFit resumed = judged(c.m, killed(first, 1000), killed(second, 1000));
+  EXPECT_THROW(validated(c.m, killed(first, 7)), std::runtime_error);
+  EXPECT_THROW(validated(c.m, killed(first, 1000), killed(second, 3)), std::runtime_error);
+  const ValidatedFit resumed = validated(c.m, killed(first, 1000), killed(second, 1000));
   EXPECT_TRUE(resumed.fit.report.resumed);
   EXPECT_EQ(resumed.fit.medium.kappa.values(), whole.fit.medium.kappa.values());
   EXPECT_EQ(resumed.fit.medium.mu.values(), whole.fit.medium.mu.values());
   EXPECT_EQ(resumed.score->error.E(), whole.score->error.E());
 }
 
-TEST(JudgedFit, AHomogeneousBlockStaysAsItWasJudged) {
+TEST(ValidatedFit, AHomogeneousBlockStaysAsItWasValidated) {
   Case c = structured();
   const std::size_t cells = c.truth.log_mu.size();
   c.truth = {std::vector<double>(cells, std::log(0.2)), std::vector<double>(cells, std::log(0.01))};
   c.m = cases::measure(c.block, c.truth);
   Progress silent;
-  const JudgedFit fit = fit_judged(keep_out(c.m, std::vector<int>{5}), 0, {}, {}, {}, silent);
+  const ValidatedFit fit =
+      fit_validated(split_validation(c.m, std::vector<int>{5}), 0, {}, {}, {}, silent);
   EXPECT_EQ(fit.fit.report.model.model, Model::homogeneous);
-  EXPECT_FALSE(fit.judged.has_value());
+  EXPECT_FALSE(fit.validated.has_value());
   EXPECT_TRUE(fit.score.has_value());
 }
 

@@ -1,11 +1,11 @@
-#include "pipeline/stages/hold_out.h"
+#include "pipeline/stages/validation_choice.h"
 
 #include <algorithm>
 #include <charconv>
 #include <string_view>
 
 #include "core/error.h"
-#include "inverse/problem/held_out.h"
+#include "inverse/validation/validation_patterns.h"
 
 namespace kappamu::pipeline {
 
@@ -44,29 +44,30 @@ std::vector<int> listed(const std::string& choice, int patterns) {
 
 }  // namespace
 
-std::string to_string(HeldOut::Source source) {
+std::string to_string(ValidationChoice::Source source) {
   switch (source) {
-    case HeldOut::Source::fitted_input:
+    case ValidationChoice::Source::fitted_input:
       return "input";
-    case HeldOut::Source::validation:
+    case ValidationChoice::Source::validation:
       return "validation";
     default:
       return "none";
   }
 }
 
-HeldOut choose_held_out(const std::string& choice, const SurfaceMeasurements& measurements,
-                        bool has_validation) {
-  using Source = HeldOut::Source;
+ValidationChoice choose_validation(const std::string& choice,
+                                   const SurfaceMeasurements& measurements, bool has_validation) {
+  using Source = ValidationChoice::Source;
   const int patterns = measurements.patterns;
   if (choice == "none") {
     return {has_validation ? Source::validation : Source::none, {}, std::nullopt};
   }
   if (choice == "auto") {
     if (has_validation) return {Source::validation, {}, std::nullopt};
-    const int count = inverse::usual_held_out(patterns);
+    const int count = inverse::usual_validation_count(patterns);
     if (count > 0) {
-      return {Source::fitted_input, inverse::choose_held_out(measurements, count), std::nullopt};
+      return {Source::fitted_input, inverse::choose_validation_patterns(measurements, count),
+              std::nullopt};
     }
     return {Source::none,
             {},
@@ -86,7 +87,7 @@ HeldOut choose_held_out(const std::string& choice, const SurfaceMeasurements& me
     if (count >= patterns) {
       refuse(choice, "the input has " + std::to_string(patterns) + " patterns; keep out fewer");
     }
-    list = inverse::choose_held_out(measurements, count);
+    list = inverse::choose_validation_patterns(measurements, count);
   }
   const Source source = list.empty() ? Source::none : Source::fitted_input;
   return {source, std::move(list), std::nullopt};

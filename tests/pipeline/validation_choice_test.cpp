@@ -1,5 +1,5 @@
 // --hold-out: what it understands, and what it refuses in one sentence.
-#include "pipeline/stages/hold_out.h"
+#include "pipeline/stages/validation_choice.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-using Source = HeldOut::Source;
+using Source = ValidationChoice::Source;
 
 SurfaceMeasurements measured(int patterns) {
   SurfaceMeasurements m;
@@ -23,37 +23,37 @@ SurfaceMeasurements measured(int patterns) {
   return m;
 }
 
-TEST(HoldOut, AutoPrefersValidationPatterns) {
-  const HeldOut beside = choose_held_out("auto", measured(16), true);
+TEST(ValidationChoice, AutoPrefersValidationPatterns) {
+  const ValidationChoice beside = choose_validation("auto", measured(16), true);
   EXPECT_EQ(beside.source, Source::validation);
   EXPECT_THAT(beside.patterns, IsEmpty());
-  const HeldOut own = choose_held_out("auto", measured(16), false);
+  const ValidationChoice own = choose_validation("auto", measured(16), false);
   EXPECT_EQ(own.source, Source::fitted_input);
   EXPECT_THAT(own.patterns, ElementsAre(7));
 }
 
-TEST(HoldOut, TooFewPatternsAreAllFittedAloud) {
+TEST(ValidationChoice, TooFewPatternsAreAllFittedAloud) {
   for (const int patterns : {1, 2, 3}) {
-    const HeldOut held_out = choose_held_out("auto", measured(patterns), false);
-    EXPECT_EQ(held_out.source, Source::none);
-    EXPECT_THAT(held_out.patterns, IsEmpty());
-    ASSERT_TRUE(held_out.warning.has_value());
-    EXPECT_THAT(*held_out.warning, HasSubstr("none is kept out of the fit for validation"));
+    const ValidationChoice validation = choose_validation("auto", measured(patterns), false);
+    EXPECT_EQ(validation.source, Source::none);
+    EXPECT_THAT(validation.patterns, IsEmpty());
+    ASSERT_TRUE(validation.warning.has_value());
+    EXPECT_THAT(*validation.warning, HasSubstr("none is kept out of the fit for validation"));
   }
-  EXPECT_FALSE(choose_held_out("none", measured(1), false).warning.has_value());
+  EXPECT_FALSE(choose_validation("none", measured(1), false).warning.has_value());
 }
 
-TEST(HoldOut, CountsAndListsAreTaken) {
-  EXPECT_THAT(choose_held_out("2", measured(16), false).patterns, ElementsAre(7, 9));
-  EXPECT_THAT(choose_held_out("9,3,9", measured(16), false).patterns, ElementsAre(3, 9));
-  EXPECT_THAT(choose_held_out("5,", measured(16), false).patterns, ElementsAre(5));
-  EXPECT_EQ(choose_held_out("0", measured(16), false).source, Source::none);
+TEST(ValidationChoice, CountsAndListsAreTaken) {
+  EXPECT_THAT(choose_validation("2", measured(16), false).patterns, ElementsAre(7, 9));
+  EXPECT_THAT(choose_validation("9,3,9", measured(16), false).patterns, ElementsAre(3, 9));
+  EXPECT_THAT(choose_validation("5,", measured(16), false).patterns, ElementsAre(5));
+  EXPECT_EQ(choose_validation("0", measured(16), false).source, Source::none);
 }
 
-TEST(HoldOut, WhatCannotBeIsRefusedByName) {
+TEST(ValidationChoice, WhatCannotBeIsRefusedByName) {
   const auto sentence = [](const std::string& choice, bool validated) {
     try {
-      choose_held_out(choice, measured(4), validated);
+      choose_validation(choice, measured(4), validated);
     } catch (const InputError& error) {
       return std::string(error.what());
     }

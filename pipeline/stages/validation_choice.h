@@ -1,4 +1,4 @@
-// Which of the measured patterns a fit keeps out to be judged by: `--hold-out`.
+// Which of the measured patterns a fit keeps out to be validated by: `--hold-out`.
 #pragma once
 
 #include <optional>
@@ -9,8 +9,8 @@
 
 namespace kappamu::pipeline {
 
-/// What a fit is judged by.
-struct HeldOut {
+/// What a fit is validated by.
+struct ValidationChoice {
   enum class Source {
     none,          ///< nothing
     fitted_input,  ///< patterns taken from the measurements to fit
@@ -20,12 +20,12 @@ struct HeldOut {
   std::vector<int> patterns;           ///< kept out of the measurements to fit, rising
   std::optional<std::string> warning;  ///< why nothing is kept out although nobody said so
 };
-std::string to_string(HeldOut::Source source);
+std::string to_string(ValidationChoice::Source source);
 
 /// `choice` is "auto", "none", a count, or pattern numbers (from 0) with commas ("5,10"; "5," is
 /// pattern 5 alone). With validation measurements "auto" keeps nothing of the others out. Throws
 /// InputError naming the option.
-HeldOut choose_held_out(const std::string& choice, const SurfaceMeasurements& measurements,
-                        bool has_validation);
+ValidationChoice choose_validation(const std::string& choice,
+                                   const SurfaceMeasurements& measurements, bool has_validation);
 
 }  // namespace kappamu::pipeline

@@ -1,4 +1,4 @@
-#include "inverse/validation/model_held_out.h"
+#include "inverse/validation/simpler_model.h"
 
 #include <algorithm>
 #include <array>
@@ -83,19 +83,19 @@ void take(FitReport& report, const LayeredMedium& layers, const Difference& diff
 }  // namespace
 
 void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
-                    const SurfaceMeasurements& held_out, int channel, const FitOptions& options) {
+                    const SurfaceMeasurements& validation, int channel, const FitOptions& options) {
   if (fit.simpler.empty() || options.path.model != Model::automatic) return;
   const PredictOptions predicting = predict_options(options, fit.report.physics);
   const Problem problem =
-      make_problem(held_out, channel, options.data.convention, options.data.model_error);
+      make_problem(validation, channel, options.data.convention, options.data.model_error);
   if (problem.used() == 0) return;
-  const double per_value = exitance_per_value(held_out, problem.setup);
-  const std::vector<float> volume = predict(fit.medium, held_out, predicting);
+  const double per_value = exitance_per_value(validation, problem.setup);
+  const std::vector<float> volume = predict(fit.medium, validation, predicting);
   for (const LayeredMedium& layers : fit.simpler) {
     Medium medium =
         to_medium(to_fields(layers, fitted.grid, axis_of(fitted.lit_face)), fitted.grid);
     const Difference difference =
-        compare(problem, per_value, predict(medium, held_out, predicting), volume);
+        compare(problem, per_value, predict(medium, validation, predicting), volume);
     if (difference.mean > difference.error) continue;
     fit.prediction = predict(medium, fitted, predicting);
     fit.medium = std::move(medium);

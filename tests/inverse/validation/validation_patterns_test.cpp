@@ -1,5 +1,5 @@
 // Patterns kept out of the fit: which, how the others stay as they are, and what the score means.
-#include "inverse/problem/held_out.h"
+#include "inverse/validation/validation_patterns.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,47 +36,47 @@ SurfaceMeasurements numbered(int side) {
   return m;
 }
 
-TEST(HeldOut, OneOfSixteenAndNoneOfThree) {
-  EXPECT_EQ(usual_held_out(1), 0);
-  EXPECT_EQ(usual_held_out(3), 0);
-  EXPECT_EQ(usual_held_out(4), 1);
-  EXPECT_EQ(usual_held_out(16), 1);
-  EXPECT_EQ(usual_held_out(64), 4);
+TEST(ValidationPatterns, OneOfSixteenAndNoneOfThree) {
+  EXPECT_EQ(usual_validation_count(1), 0);
+  EXPECT_EQ(usual_validation_count(3), 0);
+  EXPECT_EQ(usual_validation_count(4), 1);
+  EXPECT_EQ(usual_validation_count(16), 1);
+  EXPECT_EQ(usual_validation_count(64), 4);
 }
 
-TEST(HeldOut, ChosenPatternsHaveNeighboursAllAround) {
+TEST(ValidationPatterns, ChosenPatternsHaveNeighboursAllAround) {
   const SurfaceMeasurements m = numbered(4);
   // The middle four of 4 × 4 patches are 5, 6, 9 and 10.
-  EXPECT_THAT(choose_held_out(m, 0), ElementsAre());
-  EXPECT_THAT(choose_held_out(m, 1), ElementsAre(5));
-  EXPECT_THAT(choose_held_out(m, 2), ElementsAre(5, 10));
-  EXPECT_THAT(choose_held_out(m, 4), ElementsAre(5, 6, 9, 10));
-  EXPECT_EQ(choose_held_out(m, 15).size(), 15U);
-  EXPECT_THROW(choose_held_out(m, 16), InputError);
+  EXPECT_THAT(choose_validation_patterns(m, 0), ElementsAre());
+  EXPECT_THAT(choose_validation_patterns(m, 1), ElementsAre(5));
+  EXPECT_THAT(choose_validation_patterns(m, 2), ElementsAre(5, 10));
+  EXPECT_THAT(choose_validation_patterns(m, 4), ElementsAre(5, 6, 9, 10));
+  EXPECT_EQ(choose_validation_patterns(m, 15).size(), 15U);
+  EXPECT_THROW(choose_validation_patterns(m, 16), InputError);
 }
 
-TEST(HeldOut, PartsTogetherAreTheWhole) {
+TEST(ValidationPatterns, PartsTogetherAreTheWhole) {
   SurfaceMeasurements m = numbered(2);
   m.mask.assign(m.value.size(), 1);
   m.mask[m.seen_shape().cells() * 2] = 0;  // of channel R, pattern 2
   const std::vector<int> out{2};
-  const SurfaceMeasurements held_out = select_patterns(m, out);
+  const SurfaceMeasurements validation = select_patterns(m, out);
   const SurfaceMeasurements fitted = without_patterns(m, out);
-  validate(held_out, "held out");
+  validate(validation, "validation");
   validate(fitted, "fitted");
   const std::size_t cells = m.seen_shape().cells();
-  EXPECT_EQ(held_out.patterns, 1);
-  EXPECT_EQ(held_out.value.front(), 102.0F);
-  EXPECT_EQ(held_out.value[cells], 202.0F);
-  EXPECT_EQ(held_out.mask.front(), 0);
+  EXPECT_EQ(validation.patterns, 1);
+  EXPECT_EQ(validation.value.front(), 102.0F);
+  EXPECT_EQ(validation.value[cells], 202.0F);
+  EXPECT_EQ(validation.mask.front(), 0);
   EXPECT_EQ(fitted.patterns, 3);
   EXPECT_EQ(fitted.value[2 * cells], 103.0F);
   EXPECT_EQ(fitted.value[3 * cells], 200.0F);
-  EXPECT_EQ(fitted.irradiance.size() + held_out.irradiance.size(), m.irradiance.size());
+  EXPECT_EQ(fitted.irradiance.size() + validation.irradiance.size(), m.irradiance.size());
   EXPECT_THROW(select_patterns(m, std::vector<int>{4}), InputError);
 }
 
-TEST(HeldOut, ScoreOfTheTruthIsTheNoise) {
+TEST(ValidationPatterns, ScoreOfTheTruthIsTheNoise) {
   cases::Block block;
   block.grid = {12, 12, 4, 0.5};
   const CoefficientPair fine = cases::rough_medium(block.grid, 0.2, 3);
@@ -89,7 +89,7 @@ TEST(HeldOut, ScoreOfTheTruthIsTheNoise) {
     const SurfaceMeasurements m = cases::measure(block, truth);
     const Medium medium{Volume<double>(block.grid, exponential(fine.log_kappa)),
                         Volume<double>(block.grid, exponential(fine.log_mu))};
-    const HeldOutScore score = score_held_out(medium, m, 0, {}, {});
+    const ValidationScore score = validation_score(medium, m, 0, {}, {});
     EXPECT_EQ(score.error.count, m.value.size());
     // Sums of 2304 squares of normal numbers; E's are dominated by the bright few hundred.
     constexpr double four_sigma = 4.0;
@@ -99,11 +99,11 @@ TEST(HeldOut, ScoreOfTheTruthIsTheNoise) {
 }
 
 /// As the demo's: fitted light within its deviations, held-out light 5.6 of them off.
-TEST(HeldOut, DeviationsOfValidationPatternsAreNoted) {
+TEST(ValidationPatterns, DeviationsOfValidationPatternsAreNoted) {
   ChannelFit fit;
   fit.report.model.model = Model::homogeneous;
   fit.report.chi2_per_value = 0.9;
-  HeldOutScore score;
+  ValidationScore score;
   score.chi2_per_value = 31.0;
   EXPECT_THAT(
       notes_on(fit, numbered(2), score),

@@ -1,4 +1,4 @@
-// Patterns kept out of the fit judge it: what a volume predicts under light that no voxel was
+// Patterns kept out of the fit validate it: what a volume predicts under light that no voxel was
 // fitted to, against what was measured there.
 #pragma once
 
@@ -17,12 +17,12 @@ namespace kappamu::inverse {
 
 /// Of `patterns` measured, how many a fit keeps out unless told otherwise: one of every sixteen, at
 /// least one; none of fewer than four, which a volume can do without even less (docs/theory.md, 4).
-int usual_held_out(int patterns);
+int usual_validation_count(int patterns);
 
 /// `count` of the measured patterns, in rising order: those whose light falls nearest the middle of
 /// the lit face, far from each other. Light at the rim reaches voxels no other pattern does.
 /// Throws InputError unless 0 <= count < measurements.patterns.
-std::vector<int> choose_held_out(const SurfaceMeasurements& measurements, int count);
+std::vector<int> choose_validation_patterns(const SurfaceMeasurements& measurements, int count);
 
 /// Those patterns alone, in the order given.
 SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
@@ -31,16 +31,17 @@ SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
 SurfaceMeasurements without_patterns(const SurfaceMeasurements& measurements,
                                      std::span<const int> patterns);
 
-struct HeldOutScore {
+struct ValidationScore {
   AppearanceError error;                       ///< over what the mask allows
   std::vector<AppearanceError> pattern_error;  ///< [M], the same of each pattern
   double chi2_per_value = 0.0;                 ///< with the fit's variances, model error included
   std::vector<float> prediction;               ///< [M][v][u], the measured quantity
 };
 
-/// How `medium` predicts channel `channel` of `held_out`, which must have passed validate().
-HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
-                            const PredictOptions& options, const ModelError& model_error,
-                            const DataTermOptions& data_term = {});
+/// How `medium` predicts channel `channel` of `validation`, which must have passed validate().
+ValidationScore validation_score(const Medium& medium, const SurfaceMeasurements& validation,
+                                 int channel, const PredictOptions& options,
+                                 const ModelError& model_error,
+                                 const DataTermOptions& data_term = {});
 
 }  // namespace kappamu::inverse

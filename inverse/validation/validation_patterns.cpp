@@ -1,4 +1,4 @@
-#include "inverse/problem/held_out.h"
+#include "inverse/validation/validation_patterns.h"
 
 #include <algorithm>
 #include <array>
@@ -57,13 +57,13 @@ std::vector<T> slices(const std::vector<T>& values, std::size_t outer, std::size
 
 }  // namespace
 
-int usual_held_out(int patterns) {
+int usual_validation_count(int patterns) {
   constexpr int fewest = 4;
   constexpr int share = 16;
   return patterns < fewest ? 0 : std::max(1, patterns / share);
 }
 
-std::vector<int> choose_held_out(const SurfaceMeasurements& measurements, int count) {
+std::vector<int> choose_validation_patterns(const SurfaceMeasurements& measurements, int count) {
   if (count < 0 || count >= measurements.patterns) {
     throw InputError("cannot keep " + std::to_string(count) + " of " +
                      std::to_string(measurements.patterns) +
@@ -140,24 +140,24 @@ SurfaceMeasurements without_patterns(const SurfaceMeasurements& measurements,
   return select_patterns(measurements, others);
 }
 
-HeldOutScore score_held_out(const Medium& medium, const SurfaceMeasurements& held_out, int channel,
-                            const PredictOptions& options, const ModelError& model_error,
-                            const DataTermOptions& data_term) {
-  const Problem problem = make_problem(held_out, channel, options.convention, model_error);
-  const double per_value = exitance_per_value(held_out, problem.setup);
-  HeldOutScore score;
-  score.prediction = predict(medium, held_out, options);
+ValidationScore validation_score(const Medium& medium, const SurfaceMeasurements& validation,
+                                 int channel, const PredictOptions& options,
+                                 const ModelError& model_error, const DataTermOptions& data_term) {
+  const Problem problem = make_problem(validation, channel, options.convention, model_error);
+  const double per_value = exitance_per_value(validation, problem.setup);
+  ValidationScore score;
+  score.prediction = predict(medium, validation, options);
   std::vector<double> exitance;
   for (const float value : score.prediction) exitance.push_back(per_value * value);
   const DataTerm term = evaluate(problem, exitance, data_term);
   const std::size_t cells = problem.seen_shape().cells();
   score.chi2_per_value = term.chi2_per_value;
   const std::size_t first = score.prediction.size() * static_cast<std::size_t>(channel);
-  score.pattern_error.resize(static_cast<std::size_t>(held_out.patterns));
+  score.pattern_error.resize(static_cast<std::size_t>(validation.patterns));
   for (std::size_t i = 0; i < score.prediction.size(); ++i) {
     if (problem.weight[i] == 0.0) continue;
     score.pattern_error[i / cells].add(per_value * score.prediction[i], problem.data[i],
-                                       per_value * per_value * held_out.variance[first + i]);
+                                       per_value * per_value * validation.variance[first + i]);
   }
   for (const AppearanceError& error : score.pattern_error) score.error.add(error);
   return score;

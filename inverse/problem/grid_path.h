@@ -1,0 +1,55 @@
+// The path of a fit over the grids, coarse to fine: the grid that is fitted, its objective with the
+// correction r, and what goes on to the next.
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "inverse/problem/grid_levels.h"
+#include "inverse/problem/objective.h"
+
+namespace kappamu::inverse {
+
+enum class GridCorrection {
+  none,
+  next_finer  ///< r by the next finer grid, of the finest by its own with every voxel split
+};
+
+class GridPath {
+ public:
+  /// Nothing is open before open().
+  GridPath(GridLevels levels, const Backend& backend, const DataTermOptions& data_term,
+           GridCorrection correction);
+
+  const GridLevels& levels() const { return levels_; }
+  void set_photons(const std::optional<PhotonOptions>& photons) { levels_.set_photons(photons); }
+
+  /// An objective of the grid `level`, whose solves are as loose as its data allow; no solve is
+  /// counted yet and r is 1.
+  void open(int level);
+
+  int level() const { return level_; }  ///< of levels(), 0 = finest
+  Objective& objective() { return *objective_; }
+  const Objective& objective() const { return *objective_; }
+  const Problem& problem() const { return objective_->problem(); }
+  const GridShape& shape() const { return problem().setup.shape; }
+  double thickness_mm() const;  ///< along the light
+
+  /// What r is made by on this grid.
+  Refinement refinement() const { return levels_.refinement(level_); }
+  /// r anew at `fields`; χ² per value with it.
+  double renew_correction(const CoefficientPair& fields);
+
+  /// Opens the next finer grid, where the count of solves goes on; `fields` there.
+  CoefficientPair refine(const CoefficientPair& fields);
+
+ private:
+  GridLevels levels_;
+  Backend backend_;
+  DataTermOptions data_term_;
+  GridCorrection correction_;
+  int level_ = 0;
+  std::unique_ptr<Objective> objective_;
+};
+
+}  // namespace kappamu::inverse
