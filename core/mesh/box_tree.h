@@ -3,7 +3,9 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace kappamu {
@@ -20,6 +22,15 @@ class BoxTree {
   template <class Meets, class Leaf>
   void visit(const Meets& meets, const Leaf& leaf) const {
     if (!nodes_.empty()) visit(0, meets, leaf);
+  }
+
+  /// Calls leaf(i) for the boxes of all nodes whose off(box) is not above farthest() by then, of
+  /// two children the one of the lesser first.
+  template <class Off, class Farthest, class Leaf>
+  void visit_nearest(const Off& off, const Farthest& farthest, const Leaf& leaf) const {
+    if (!nodes_.empty() && off(nodes_[0].box) <= farthest()) {
+      visit_nearest(0, off, farthest, leaf);
+    }
   }
 
  private:
@@ -65,6 +76,26 @@ class BoxTree {
     }
     visit(index + 1, meets, leaf);
     visit(node.second, meets, leaf);
+  }
+
+  template <class Off, class Farthest, class Leaf>
+  void visit_nearest(int index, const Off& off, const Farthest& farthest, const Leaf& leaf) const {
+    const Node& node = nodes_[static_cast<std::size_t>(index)];
+    if (node.second == 0) {
+      for (int i = node.begin; i < node.end; ++i) leaf(order_[static_cast<std::size_t>(i)]);
+      return;
+    }
+    std::array<int, 2> child{index + 1, node.second};
+    std::array<double, 2> away{};
+    for (std::size_t k = 0; k < 2; ++k)
+      away[k] = off(nodes_[static_cast<std::size_t>(child[k])].box);
+    if (away[1] < away[0]) {
+      std::swap(child[0], child[1]);
+      std::swap(away[0], away[1]);
+    }
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (away[k] <= farthest()) visit_nearest(child[k], off, farthest, leaf);
+    }
   }
 
   std::vector<int> order_;

@@ -84,11 +84,8 @@ ClosestPoint::Found ClosestPoint::from(const Vector3d& point, int near, double e
   best.distance = std::numeric_limits<double>::infinity();
   const double ends = enough > 0.0 ? enough * enough : -1.0;
   look_at(near);
-  tree_.visit(
-      [&](const AlignedBox3d& box) {
-        return best.distance > ends && box.squaredExteriorDistance(point) <= best.distance;
-      },
-      look_at);
+  tree_.visit_nearest([&](const AlignedBox3d& box) { return box.squaredExteriorDistance(point); },
+                      [&] { return best.distance > ends ? best.distance : -1.0; }, look_at);
   best.distance = std::sqrt(best.distance);
   return best;
 }

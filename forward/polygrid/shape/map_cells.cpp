@@ -74,6 +74,7 @@ class CellMap {
     find_anchors();
     reach_what_is_left_away(pull);
     relax(pull, power);
+    ++rounds_;
   }
 
   /// Outer corners go to the closest points of the surface, halfway or less where a cell would
@@ -114,7 +115,10 @@ class CellMap {
     constexpr double on_surface = 0.1;  // edges: closer, the direction to it is not to be relied on
     for_parts(anchors_.size(), [&](std::size_t k) {
       const Vector3d& x = grid_.corner[first_ + k];
-      const ClosestPoint::Found found = target_.surface.from(x, anchors_[k].triangle);
+      const int near = rounds_ > 0                ? anchors_[k].triangle
+                       : k % samples_of_part == 0 ? 0
+                                                  : anchors_[k - 1].triangle;
+      const ClosestPoint::Found found = target_.surface.from(x, near);
       anchors_[k] = {found.point,
                      found.distance > on_surface * edge_
                          ? Vector3d((x - found.point) / found.distance)
@@ -130,13 +134,16 @@ class CellMap {
     const std::size_t stride =
         1 +
         target_.samples.size() / (samples_per_corner * std::max<std::size_t>(1, anchors_.size()));
-    std::vector<ClosestPoint::Found> of_sample((target_.samples.size() + stride - 1) / stride);
-    for_parts(of_sample.size(), [&](std::size_t s) {
-      const int near = s % samples_of_part == 0 ? 0 : of_sample[s - 1].triangle;
-      of_sample[s] = closest.from(target_.samples[s * stride], near, reach_beyond * edge_);
+    of_sample_.resize((target_.samples.size() + stride - 1) / stride);
+    for_parts(of_sample_.size(), [&](std::size_t s) {
+      // Faces keep their numbers from round to round.
+      const int near = rounds_ > 0                ? of_sample_[s].triangle
+                       : s % samples_of_part == 0 ? 0
+                                                  : of_sample_[s - 1].triangle;
+      of_sample_[s] = closest.from(target_.samples[s * stride], near, reach_beyond * edge_);
     });
-    for (std::size_t s = 0; s < of_sample.size(); ++s) {
-      const ClosestPoint::Found& found = of_sample[s];
+    for (std::size_t s = 0; s < of_sample_.size(); ++s) {
+      const ClosestPoint::Found& found = of_sample_[s];
       if (found.distance <= reach_beyond * edge_) continue;
       const Vector3d& sample = target_.samples[s * stride];
       const auto& t = faces.triangles[static_cast<std::size_t>(found.triangle)];
@@ -189,7 +196,9 @@ class CellMap {
   double edge_ = 1.0;  ///< of a target cell [mm]
   std::vector<TargetCell> cells_;
   std::optional<CellEnergies> energies_;
-  std::vector<Anchor> anchors_;  ///< of the outer corners
+  int rounds_ = 0;
+  std::vector<Anchor> anchors_;                 ///< of the outer corners
+  std::vector<ClosestPoint::Found> of_sample_;  ///< closest faces of the last round
 };
 
 }  // namespace
