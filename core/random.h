@@ -54,13 +54,15 @@ inline std::uint32_t owen_scrambled(std::uint32_t bits, std::uint32_t key) {
 inline std::array<double, 2> sobol_point(std::uint32_t index, std::uint64_t key) {
   const std::uint64_t keys = mix(key), more = mix(keys);
   const std::uint32_t i = owen_scrambled(index, static_cast<std::uint32_t>(keys));
-  std::uint32_t second = 0;
-  std::uint32_t column = 1U << 31;
-  for (std::uint32_t digits = i; digits != 0; digits >>= 1, column ^= column >> 1) {
-    if ((digits & 1U) != 0) second ^= column;
-  }
+  // The second dimension's matrix is Pascal's triangle modulo 2: a product of five butterflies.
+  std::uint32_t second = i;
+  second ^= second >> 1 & 0x55555555U;
+  second ^= second >> 2 & 0x33333333U;
+  second ^= second >> 4 & 0x0F0F0F0FU;
+  second ^= second >> 8 & 0x00FF00FFU;
+  second ^= second >> 16;
   return {owen_scrambled(reversed_bits(i), static_cast<std::uint32_t>(keys >> 32)) * 0x1p-32,
-          owen_scrambled(second, static_cast<std::uint32_t>(more)) * 0x1p-32};
+          owen_scrambled(reversed_bits(second), static_cast<std::uint32_t>(more)) * 0x1p-32};
 }
 
 }  // namespace kappamu

@@ -23,6 +23,11 @@ class RayCaster {
   virtual std::optional<RayHit> first_hit(
       const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double nearest = 0.0,
       double farthest = std::numeric_limits<double>::infinity()) const = 0;
+  /// Whether there is one.
+  virtual bool any_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                       double nearest, double farthest) const {
+    return first_hit(origin, direction, nearest, farthest).has_value();
+  }
 };
 
 }  // namespace kappamu

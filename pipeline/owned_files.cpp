@@ -65,6 +65,11 @@ FileState state_of(const fs::path& root, const OwnedFile& file) {
   return content_fingerprint(root / file.path) == file.hash ? FileState::whole : FileState::changed;
 }
 
+void require_absent(const fs::path& file) {
+  if (!is_there(file)) return;
+  throw InputError(file.string() + ": exists already; move it elsewhere or choose another (-o)");
+}
+
 json files_to_json(const std::vector<OwnedFile>& files) {
   json list = json::array();
   for (const OwnedFile& file : files) {

@@ -31,6 +31,9 @@ enum class FileState { whole, changed, missing };
 /// cannot be read.
 FileState state_of(const std::filesystem::path& root, const OwnedFile& file);
 
+/// Throws InputError when something of that name is there, a symbolic link too.
+void require_absent(const std::filesystem::path& file);
+
 nlohmann::json files_to_json(const std::vector<OwnedFile>& files);
 /// Throws nlohmann::json::exception for what is not as written, InputError for a path that leaves
 /// the folder.

@@ -190,4 +190,8 @@ void require_as_written(const fs::path& path) {
   }
 }
 
+void require_as_written(const std::vector<fs::path>& paths) {
+  for (const fs::path& path : paths) require_as_written(path);
+}
+
 }  // namespace kappamu::pipeline

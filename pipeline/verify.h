@@ -45,5 +45,6 @@ Verification verify_folder(const std::filesystem::path& folder, Progress& progre
 /// Throws InputError naming the first file at or below `path` that a record in `path` or in a
 /// folder around it lists otherwise: for what reads results of an earlier command.
 void require_as_written(const std::filesystem::path& path);
+void require_as_written(const std::vector<std::filesystem::path>& paths);
 
 }  // namespace kappamu::pipeline

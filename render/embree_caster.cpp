@@ -110,6 +110,7 @@ class EmbreeCaster final : public RayCaster {
                                  [](int vertex) { return static_cast<unsigned>(vertex); });
     }
     rtcSetGeometryIntersectFilterFunction(geometry, filter);
+    rtcSetGeometryOccludedFilterFunction(geometry, filter);
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(scene_.get(), geometry);
     rtcReleaseGeometry(geometry);
@@ -119,6 +120,19 @@ class EmbreeCaster final : public RayCaster {
 
   std::optional<RayHit> first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                   double nearest, double farthest) const override {
+    return traced<false>(origin, direction, nearest, farthest);
+  }
+
+  bool any_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double nearest,
+               double farthest) const override {
+    return traced<true>(origin, direction, nearest, farthest).has_value();
+  }
+
+ private:
+  /// The first hit, or any.
+  template <bool any>
+  std::optional<RayHit> traced(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                               double nearest, double farthest) const {
     // Where the ray is in the mesh's box, in units of the direction's length.
     double enters = nearest, leaves = farthest;
     for (int axis = 0; axis < 3; ++axis) {
@@ -146,11 +160,14 @@ class EmbreeCaster final : public RayCaster {
     ray.ray.tfar = static_cast<float>((leaves - enters) * length / half_ + 3.0 * slack);
     ray.ray.mask = ~0U;
     ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_.get(), &query.context, &ray);
+    if constexpr (any) {
+      rtcOccluded1(scene_.get(), &query.context, &ray.ray);
+    } else {
+      rtcIntersect1(scene_.get(), &query.context, &ray);
+    }
     return query.best;
   }
 
- private:
   [[noreturn]] void throw_failure() const {
     throw InputError("mesh: no memory is left for rays against its " +
                      std::to_string(mesh_.triangles.size()) +

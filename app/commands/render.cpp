@@ -5,11 +5,11 @@
 #include <string>
 
 #include "app/command.h"
-#include "core/error.h"
 #include "forward/choice/auto_model.h"
 #include "forward/object_models.h"
 #include "io/atomic_file.h"
 #include "pipeline/output_folder.h"
+#include "pipeline/owned_files.h"
 #include "pipeline/verify.h"
 #include "render/machine_costs.h"
 #include "render/render_scene.h"
@@ -25,9 +25,7 @@ struct RenderArguments {
 
 void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
   const std::filesystem::path file(arguments.out);
-  if (std::filesystem::symlink_status(file).type() != std::filesystem::file_type::not_found) {
-    throw InputError(file.string() + ": exists already; move it elsewhere or choose another (-o)");
-  }
+  pipeline::require_absent(file);
   io::write_text_atomically(file, render::new_scene(arguments.new_scene, file.parent_path()));
   if (globals.json) {
     std::printf("%s\n", nlohmann::json{{"scene", file.string()}}.dump().c_str());
@@ -39,8 +37,7 @@ void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
 void run_render(const RenderArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
   const render::Scene scene = render::read_scene(arguments.scene);
-  for (const std::filesystem::path& file : render::files_of(scene))
-    pipeline::require_as_written(file);
+  pipeline::require_as_written(render::files_of(scene));
   const std::filesystem::path out(arguments.out);
   pipeline::OutputFolder folder(
       out, "render", render::files_of(scene),

@@ -65,8 +65,7 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   const auto progress = make_progress();
   std::optional<TemporaryFolder> folder;
   const render::Scene scene = scene_of(arguments.scene, folder);
-  for (const std::filesystem::path& file : render::files_of(scene))
-    pipeline::require_as_written(file);
+  pipeline::require_as_written(render::files_of(scene));
   ViewerOptions options;
   options.script = arguments.script;
   options.out = arguments.out;

@@ -21,6 +21,7 @@
 #include "core/error.h"
 #include "core/numbers/median.h"
 #include "io/image/image_file.h"
+#include "pipeline/owned_files.h"
 
 namespace kappamu::app {
 
@@ -105,12 +106,7 @@ class Viewer {
     std::vector<script::Command> commands = script::read(*options.script);
     for (const script::Command& command : commands) {
       const auto* shot = std::get_if<script::Screenshot>(&command);
-      if (shot == nullptr) continue;
-      const std::filesystem::path file = options.out / shot->name;
-      if (std::filesystem::symlink_status(file).type() == std::filesystem::file_type::not_found)
-        continue;
-      throw InputError(file.string() +
-                       ": exists already; move it elsewhere or choose another folder (-o)");
+      if (shot != nullptr) pipeline::require_absent(options.out / shot->name);
     }
     return commands;
   }

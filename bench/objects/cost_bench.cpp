@@ -1,12 +1,10 @@
 #include "bench/objects/cost_bench.h"
 
-#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "bench/objects/object_measurement.h"
 #include "core/error.h"
 #include "core/mesh/shapes.h"
-#include "core/processor_time.h"
 #include "forward/object_models.h"
 #include "render/embree_caster.h"
 
@@ -43,18 +41,15 @@ void measure_costs(const Request& request, Progress& progress, const Save& save)
     const std::vector<forward::ObjectLight> sky{{{}, std::vector<double>(surface.size(), 1.0)}};
     for (const std::string& model : settings.models) {
       if (slow(model) && surface.size() > most_of_slow) continue;
-      const double processor = processor_seconds();
-      const auto start = std::chrono::steady_clock::now();
+      Json row{{"model", model}, {"triangles", surface.size()}};
       try {
+        const SpentTime spent;
         const forward::ObjectResult result = forward::make_object_model(model)->solve(
             {mesh, surface, *rays, medium, cost_eta, sky}, options, progress);
-        const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-        rows.push_back({{"model", model},
-                        {"triangles", surface.size()},
-                        {"elements", result.elements},
-                        {"error_estimate", result.error_estimate.front()},
-                        {"cpu_seconds", processor_seconds() - processor},
-                        {"seconds", spent.count()}});
+        spent.record(row);
+        row["elements"] = result.elements;
+        row["error_estimate"] = result.error_estimate.front();
+        rows.push_back(std::move(row));
         save({{"tolerance", options.tolerance}, {"photons", options.photons}, {"rows", rows}});
       } catch (const InputError&) {  // `grid`: no box of whole voxels
       }

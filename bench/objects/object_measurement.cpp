@@ -54,6 +54,14 @@ ObjectSettings object_settings(const Request& request) {
   return s;
 }
 
+SpentTime::SpentTime()
+    : start_(std::chrono::steady_clock::now()), processor_(processor_seconds()) {}
+
+void SpentTime::record(Json& row) const {
+  row["cpu_seconds"] = processor_seconds() - processor_;
+  row["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
 ObjectMeasurement::ObjectMeasurement(const ObjectCase& object, const ObjectSettings& settings,
                                      const Request& request, Progress& progress)
     : object_(object),
@@ -79,11 +87,10 @@ Json ObjectMeasurement::row(const std::string& model, const forward::ObjectOptio
   Json row{{"name", object_.name}, {"model", model}};
   try {
     const auto maker = forward::make_object_model(model);
-    const double cpu = processor_seconds();
-    const auto start = std::chrono::steady_clock::now();
+    const SpentTime spent;
     const forward::ObjectResult result = maker->solve(bench_.problem(), options, progress_);
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    add(result, options, spent.count(), processor_seconds() - cpu, row);
+    spent.record(row);
+    add(result, options, row);
     if (settings_.maps) write_map(model, result);
   } catch (const InputError& refusal) {
     row["refused"] = refusal.what();
@@ -115,8 +122,7 @@ ObjectReference ObjectMeasurement::reference() const {
 }
 
 void ObjectMeasurement::add(const forward::ObjectResult& result,
-                            const forward::ObjectOptions& options, double seconds, double cpu,
-                            Json& row) const {
+                            const forward::ObjectOptions& options, Json& row) const {
   const double allowed = validity_error(bench_);
   const ObjectError error = error_against(
       reference_, patches_, patches_.mean(result.exitance, bench_.object().surface), allowed);
@@ -135,8 +141,6 @@ void ObjectMeasurement::add(const forward::ObjectResult& result,
   row["validity_error"] = allowed;
   row["outside"] = error.outside;
   row["error_estimate"] = result.error_estimate.front();
-  row["seconds"] = seconds;
-  row["cpu_seconds"] = cpu;
   row["elements"] = result.elements;
   row["tolerance"] = options.tolerance;
   row["photons"] = options.photons;

@@ -1,6 +1,8 @@
 // One scene of objects with its reference: what a model answers is held against it.
 #pragma once
 
+#include <chrono>
+
 #include "bench/objects/object_case.h"
 #include "bench/objects/object_reference.h"
 #include "bench/subject.h"
@@ -18,6 +20,18 @@ struct ObjectSettings {
   bool maps = false;
 };
 ObjectSettings object_settings(const Request& request);
+
+/// What passes from here on.
+class SpentTime {
+ public:
+  SpentTime();
+  /// As "seconds", and "cpu_seconds" of all threads together.
+  void record(Json& row) const;
+
+ private:
+  std::chrono::steady_clock::time_point start_;
+  double processor_;
+};
 
 class ObjectMeasurement {
  public:
@@ -40,7 +54,7 @@ class ObjectMeasurement {
  private:
   ObjectReference reference() const;
   void add(const forward::ObjectResult& result, const forward::ObjectOptions& options,
-           double seconds, double cpu, Json& row) const;
+           Json& row) const;
   double exact_error(const forward::ObjectResult& result) const;
   void write_map(const std::string& model, const forward::ObjectResult& result) const;
 

@@ -13,8 +13,8 @@ namespace kappamu::forward::embedded {
 namespace {
 
 /// When no more than this share of a beam is left, the rest collides in the cube that it has
-/// reached.
-constexpr double negligible = 1e-9;
+/// reached: as much as the linear systems leave open.
+constexpr double negligible = 1e-6;
 
 /// Below this depth the powers of `Fading` come from their series, above from one another.
 constexpr double shallow = 0.25;
@@ -25,50 +25,59 @@ struct Fading {
   std::array<double, 4>
       moment;  ///< means over what collides of t^0 to t^3, 0 ≤ t ≤ 1 the way along
 
-  explicit Fading(double depth) : collided(-std::expm1(-depth)) {
+  explicit Fading(double depth) {
     // J_k = ∫ t^k e^(−depth t) dt; by parts depth J_k = k J_(k−1) − e^−depth. Where the depth is
     // small, downwards from J_3 = e^−depth Σ_n depth^n 3!/(n+4)!.
-    const double left = 1.0 - collided;
+    const double left = std::exp(-depth);
     std::array<double, 4> j;
     if (depth < shallow) {
       double series = 1.0;
-      for (int n = 11; n > 4; --n) series = 1.0 + depth * series / n;
-      j[3] = left * series / 4.0;
-      for (std::size_t k = 3; k > 0; --k) {
-        j[k - 1] = (depth * j[k] + left) / static_cast<double>(k);
+      for (const double part : {1.0 / 11, 1.0 / 10, 1.0 / 9, 1.0 / 8, 1.0 / 7, 1.0 / 6, 1.0 / 5}) {
+        series = 1.0 + depth * part * series;
       }
+      j[3] = 0.25 * left * series;
+      j[2] = (depth * j[3] + left) * (1.0 / 3.0);
+      j[1] = (depth * j[2] + left) * 0.5;
+      j[0] = depth * j[1] + left;
+      collided = depth * j[0];
     } else {
-      j[0] = collided / depth;
+      collided = 1.0 - left;
+      const double inverse = 1.0 / depth;
+      j[0] = collided * inverse;
       for (std::size_t k = 1; k < 4; ++k) {
-        j[k] = (static_cast<double>(k) * j[k - 1] - left) / depth;
+        j[k] = (static_cast<double>(k) * j[k - 1] - left) * inverse;
       }
     }
-    for (std::size_t k = 0; k < 4; ++k) moment[k] = j[k] / j[0];
+    const double scale = 1.0 / j[0];
+    for (std::size_t k = 0; k < 4; ++k) moment[k] = j[k] * scale;
   }
 };
 
-/// Mean of each shape function over what collides along a chord of the unit cube.
+/// `power` shared among the corners by the mean of their shape functions over what collides along a
+/// chord of the unit cube.
 std::array<double, 8> along_chord(const Eigen::Vector3d& from, const Eigen::Vector3d& way,
-                                  const std::array<double, 4>& moment) {
-  // Of the products of x, y and z, each linear in t, that the bits of the place name.
-  std::array<double, 8> mean{1.0};
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    mean[std::size_t{1} << i] = from[i] + moment[1] * way[i];
-    const Eigen::Index j = (i + 1) % 3;
-    mean[(std::size_t{1} << i) | (std::size_t{1} << j)] =
-        from[i] * from[j] + moment[1] * (from[i] * way[j] + from[j] * way[i]) +
-        moment[2] * way[i] * way[j];
-  }
-  const double xy = from.x() * from.y(), turned = from.x() * way.y() + from.y() * way.x(),
+                                  const std::array<double, 4>& moment, double power) {
+  // Means of x, y, z and their products, all polynomials in t.
+  const auto pair = [&](Eigen::Index i, Eigen::Index j) {
+    return from[i] * from[j] + moment[1] * (from[i] * way[j] + from[j] * way[i]) +
+           moment[2] * way[i] * way[j];
+  };
+  const double x = from.x() + moment[1] * way.x(), y = from.y() + moment[1] * way.y(),
+               z = from.z() + moment[1] * way.z();
+  const double xy = pair(0, 1), yz = pair(1, 2), zx = pair(2, 0);
+  const double here = from.x() * from.y(), turned = from.x() * way.y() + from.y() * way.x(),
                along = way.x() * way.y();
-  mean[7] = xy * from.z() + moment[1] * (xy * way.z() + turned * from.z()) +
-            moment[2] * (turned * way.z() + along * from.z()) + moment[3] * along * way.z();
-  for (std::size_t bit = 1; bit < 8; bit *= 2) {
-    for (std::size_t i = 0; i < 8; ++i) {
-      if ((i & bit) == 0) mean[i] -= mean[i | bit];
-    }
-  }
-  return mean;
+  const double xyz = here * from.z() + moment[1] * (here * way.z() + turned * from.z()) +
+                     moment[2] * (turned * way.z() + along * from.z()) +
+                     moment[3] * along * way.z();
+  return {power * (1.0 - x - y - z + xy + yz + zx - xyz),
+          power * (x - xy - zx + xyz),
+          power * (y - xy - yz + xyz),
+          power * (xy - xyz),
+          power * (z - yz - zx + xyz),
+          power * (zx - xyz),
+          power * (yz - xyz),
+          power * xyz};
 }
 
 /// Marches beams that run alike, one of every channel, with loads and powers of its own.
@@ -82,11 +91,14 @@ class March {
         channels_(channels),
         power_(channels.size()),
         least_(channels.size()),
+        share_(channels.size()),
         powers_(channels.size()),
-        loads_(channels.size(), std::vector<double>(space.unknowns(), 0.0)) {}
+        load_(channels.size() * space.unknowns(), 0.0) {}
 
   const BeamPowers& powers(std::size_t channel) const { return powers_[channel]; }
-  const std::vector<double>& load(std::size_t channel) const { return loads_[channel]; }
+  double load(std::size_t channel, std::size_t unknown) const {
+    return load_[unknown * channels_.size() + channel];
+  }
 
   /// The beams number `beam`.
   void run(const Chord& chord, std::size_t beam) {
@@ -99,19 +111,22 @@ class March {
     }
     const double step_over = 1e-12;  // of the root, into the next cube
     const Eigen::Vector3d start = tree_.to_root(chord.from);
+    const Eigen::Vector3d inverse = chord.direction.cwiseInverse();
     const double end = chord.length / tree_.edge_mm();
     double at = 0.0;
+    int leaf = 0;
     while (any && at < end) {
-      const int leaf = tree_.leaf_at(start + (at + step_over) * chord.direction);
+      leaf = tree_.leaf_at(start + (at + step_over) * chord.direction, leaf);
       const Cube& cube = tree_.cube(leaf);
       const double edge = std::ldexp(1.0, -cube.level);
       const double next =
-          std::min(end, std::max(leaves_at(cube, edge, start, chord.direction), at + step_over));
+          std::min(end, std::max(leaves_at(cube, edge, start, inverse), at + step_over));
       const int k = mesh_.cube_of_leaf[static_cast<std::size_t>(leaf)];
       if (k >= 0) {
         const Eigen::Vector3d corner(cube.at[0], cube.at[1], cube.at[2]);
-        any = collide(static_cast<std::size_t>(k), (start + at * chord.direction) / edge - corner,
-                      (next - at) / edge * chord.direction, (next - at) * tree_.edge_mm());
+        const double count = std::ldexp(1.0, cube.level);
+        any = collide(static_cast<std::size_t>(k), (start + at * chord.direction) * count - corner,
+                      (next - at) * count * chord.direction, (next - at) * tree_.edge_mm());
       }
       at = next;
     }
@@ -124,33 +139,40 @@ class March {
                double length_mm) {
     bool any = false;
     for (std::size_t c = 0; c < channels_.size(); ++c) {
+      share_[c].fill(0.0);
       if (power_[c] <= 0.0) continue;
       const Coefficients& here = (*channels_[c].coefficients)[cube];
       const double sigma_t = 1.0 / (3.0 * here.kappa);
       const Fading fading(sigma_t * length_mm);
       double collided = power_[c] * fading.collided;
       if (power_[c] - collided <= least_[c]) collided = power_[c];
-      const double absorbed = collided * std::min(1.0, here.mu / sigma_t);
-      std::array<double, 8> share = along_chord(from, way, fading.moment);
-      for (double& s : share) s *= collided - absorbed;
-      add_load(space_, cube, share, loads_[c]);
+      const double absorbed = collided * std::min(1.0, 3.0 * here.kappa * here.mu);
+      share_[c] = along_chord(from, way, fading.moment, collided - absorbed);
       powers_[c].absorbed += absorbed;
       powers_[c].scattered += collided - absorbed;
       power_[c] -= collided;
       any = any || power_[c] > 0.0;
     }
+    for (std::size_t i = 0; i < 8; ++i) {
+      const auto parts = space_.parts(cube, i);
+      const double weight = NodeSpace::weight(parts);
+      for (const int u : parts) {
+        double* to = load_.data() + static_cast<std::size_t>(u) * channels_.size();
+        for (std::size_t c = 0; c < channels_.size(); ++c) to[c] += weight * share_[c][i];
+      }
+    }
     return any;
   }
 
-  /// Where the ray leaves the cube.
+  /// Where the ray leaves the cube; `inverse` of its direction.
   static double leaves_at(const Cube& cube, double edge, const Eigen::Vector3d& start,
-                          const Eigen::Vector3d& direction) {
+                          const Eigen::Vector3d& inverse) {
     double nearest = std::numeric_limits<double>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
-      if (direction[axis] == 0.0) continue;
+      if (!std::isfinite(inverse[axis])) continue;
       const double plane =
-          edge * (cube.at[static_cast<std::size_t>(axis)] + (direction[axis] > 0.0 ? 1.0 : 0.0));
-      nearest = std::min(nearest, (plane - start[axis]) / direction[axis]);
+          edge * (cube.at[static_cast<std::size_t>(axis)] + (inverse[axis] > 0.0 ? 1.0 : 0.0));
+      nearest = std::min(nearest, (plane - start[axis]) * inverse[axis]);
     }
     return nearest;
   }
@@ -159,9 +181,10 @@ class March {
   const CutMesh& mesh_;
   const NodeSpace& space_;
   std::span<const ChannelBeams> channels_;
-  std::vector<double> power_, least_;  ///< of each channel's beam
+  std::vector<double> power_, least_;         ///< of each channel's beam
+  std::vector<std::array<double, 8>> share_;  ///< of each channel, of a cube's corners
   std::vector<BeamPowers> powers_;
-  std::vector<std::vector<double>> loads_;
+  std::vector<double> load_;  ///< [unknown][channel]
 };
 
 }  // namespace
@@ -202,10 +225,17 @@ std::vector<BeamPowers> add_beams(const Octree& tree, const CutMesh& mesh, const
       total[c].scattered += part.scattered;
       total[c].absorbed += part.absorbed;
       total[c].unscattered += part.unscattered;
-      std::vector<double>& load = *channels[c].load;
-      for (std::size_t u = 0; u < load.size(); ++u) load[u] += march->load(c)[u];
     }
   }
+  for_row_ranges(space.unknowns(), [&](std::size_t begin, std::size_t end) {
+    for (const std::optional<March>& march : marches) {
+      for (std::size_t u = begin; u < end; ++u) {
+        for (std::size_t c = 0; c < channels.size(); ++c) {
+          (*channels[c].load)[u] += march->load(c, u);
+        }
+      }
+    }
+  });
   return total;
 }
 

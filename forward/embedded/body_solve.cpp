@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <future>
+#include <memory>
 #include <sstream>
 
 #include "core/error.h"
@@ -58,15 +60,14 @@ class BodySolve {
     BodyAnswer best;
     for (int step = 0;; ++step) {
       // The mesh and the same with every cube split: two resolutions, one error.
-      Octree fine_tree = tree;
-      fine_tree.refine_each(coarse_mesh.leaf);
-      CutMesh fine_mesh = cut_mesh(fine_tree, problem_.mesh, problem_.rays);
-      if (fine_mesh.cubes.size() > most_cubes_) {
-        if (step == 0) refuse(fine_mesh.cubes.size());
-        return best;
-      }
+      // Made side by side: what one does on a single core, the other fills up.
+      auto finer = std::async(std::launch::async, [&, leaves = coarse_mesh.leaf] {
+        return split_everywhere(tree, leaves, step == 0);
+      });
       const Answers coarse = solved(discretised(tree, std::move(coarse_mesh)));
-      const Discretisation fine = discretised(std::move(fine_tree), std::move(fine_mesh));
+      const std::unique_ptr<const Discretisation> made = finer.get();
+      if (!made) return best;
+      const Discretisation& fine = *made;
       Answers found = solved(fine);
       best.channel = std::move(found.channel);
       best.cubes = fine.mesh.cubes.size();
@@ -113,11 +114,26 @@ class BodySolve {
                           channels_.constants.A);
   }
 
+  /// With each of the leaves split; none where that is too large. What is asked for first is
+  /// refused then.
+  std::unique_ptr<const Discretisation> split_everywhere(Octree tree,
+                                                         const std::vector<int>& leaves,
+                                                         bool first) const {
+    tree.refine_each(leaves);
+    CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
+    if (mesh.cubes.size() > most_cubes_) {
+      if (first) refuse(mesh.cubes.size());
+      return nullptr;
+    }
+    return std::make_unique<const Discretisation>(discretised(std::move(tree), std::move(mesh)));
+  }
+
   Answers solved(const Discretisation& discretisation) {
     const auto start = std::chrono::steady_clock::now();
     Answers result =
         answers(discretisation, channels_,
-                *make_linear_solver(discretisation.levels, channels_.lights(), options_.device));
+                *make_linear_solver(discretisation.levels, channels_.lights(), options_.device),
+                linear_tolerance(options_.tolerance));
     solving_ += seconds_since(start);
     return result;
   }

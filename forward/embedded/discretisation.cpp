@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/parallel.h"
 #include "forward/light_entry.h"
 
 namespace kappamu::forward::embedded {
@@ -124,7 +125,8 @@ std::size_t Channels::lights() const {
   return count;
 }
 
-Answers answers(const Discretisation& d, const Channels& channels, LinearSolver& solver) {
+Answers answers(const Discretisation& d, const Channels& channels, LinearSolver& solver,
+                double linear_tolerance) {
   Answers result;
   std::vector<Load> loads;
   std::vector<std::size_t> light_of;
@@ -135,26 +137,35 @@ Answers answers(const Discretisation& d, const Channels& channels, LinearSolver&
     for (std::size_t l = 0; l < lights.size(); ++l) {
       loads.push_back({c, std::vector<double>(d.space().unknowns(), 0.0)});
       light_of.push_back(l);
-      add_diffuse_load(d, channels, lights[l], loads.back(), answer.balance[l]);
     }
+    answer.fluence.resize(lights.size());
+    answer.exitance.resize(lights.size());
   }
+  const auto for_loads = [&](const auto& work) {
+    for_rows(static_cast<int>(loads.size()), [&](int row) {
+      const auto k = static_cast<std::size_t>(row);
+      work(k, channels.problems[loads[k].channel].lights[light_of[k]],
+           result.channel[loads[k].channel]);
+    });
+  };
+  for_loads([&](std::size_t k, const ObjectLight& light, Answer& answer) {
+    add_diffuse_load(d, channels, light, loads[k], answer.balance[light_of[k]]);
+  });
   add_beam_loads(d, channels, loads, light_of, result);
   std::vector<std::vector<double>> fluence;
   result.report = solver.solve(loads, fluence, linear_tolerance, most_iterations);
-  for (std::size_t k = 0; k < loads.size(); ++k) {
-    const std::size_t c = loads[k].channel;
-    const ObjectProblem& problem = channels.problems[c];
-    Answer& answer = result.channel[c];
-    const std::size_t l = answer.exitance.size();
-    answer.exitance.push_back(
-        exitance_of(d, problem, problem.lights[l], channels.constants, fluence[k]));
-    ObjectBalance& balance = answer.balance[l];
+  for_loads([&](std::size_t k, const ObjectLight& light, Answer& answer) {
+    const ObjectProblem& problem = channels.problems[loads[k].channel];
+    std::vector<double> exitance = exitance_of(d, problem, light, channels.constants, fluence[k]);
+    ObjectBalance& balance = answer.balance[light_of[k]];
     for (std::size_t t = 0; t < problem.surface.size(); ++t) {
-      balance.exiting += answer.exitance[l][t] * problem.surface.area[t];
+      balance.exiting += exitance[t] * problem.surface.area[t];
     }
-    balance.absorbed += absorbed_power(d.mesh, d.space(), d.coefficients[c], fluence[k]);
-    answer.fluence.push_back(std::move(fluence[k]));
-  }
+    balance.absorbed +=
+        absorbed_power(d.mesh, d.space(), d.coefficients[loads[k].channel], fluence[k]);
+    answer.exitance[light_of[k]] = std::move(exitance);
+    answer.fluence[light_of[k]] = std::move(fluence[k]);
+  });
   return result;
 }
 

@@ -1,6 +1,7 @@
 // One object on one octree, in several media (colour channels) at once: from lights to exitances.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <span>
 
@@ -47,11 +48,14 @@ struct Answers {
   CgReport report;
 };
 
-/// Relative residual of the linear systems: far below any error of the discretisation. The powers
-/// balance whatever it is.
-inline constexpr double linear_tolerance = 1e-6;
+/// Relative residual of the linear systems for exitances of this relative tolerance, of which what
+/// it leaves open is some percent (measured: 20 times the residual). The powers balance whatever it
+/// is.
+inline double linear_tolerance(double tolerance) {
+  return std::min(1e-5, 2e-3 * tolerance);
+}
 
 Answers answers(const Discretisation& discretisation, const Channels& channels,
-                LinearSolver& solver);
+                LinearSolver& solver, double linear_tolerance);
 
 }  // namespace kappamu::forward::embedded

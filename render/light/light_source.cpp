@@ -51,20 +51,22 @@ class Spot : public Positional {
       : Positional(light.point),
         axis_((light.target_mm - light.point.position_mm).normalized()),
         half_cone_(0.5 * light.cone_deg * std::numbers::pi / 180.0),
-        edge_(light.edge_deg * std::numbers::pi / 180.0) {}
+        edge_(light.edge_deg * std::numbers::pi / 180.0),
+        full_(std::cos(std::max(0.0, half_cone_ - edge_))) {}
 
  protected:
   Colour shape(const Vector3d& direction) const override {
-    const double angle = std::acos(std::clamp(direction.dot(axis_), -1.0, 1.0));
+    const double cosine = direction.dot(axis_);
+    if (cosine > full_) return Colour::Ones();
+    const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
     if (angle >= half_cone_) return Colour::Zero();
-    if (angle <= half_cone_ - edge_) return Colour::Ones();
     const double t = (half_cone_ - angle) / edge_;
     return Colour::Constant(t * t * (3.0 - 2.0 * t));
   }
 
  private:
   Vector3d axis_;
-  double half_cone_, edge_;
+  double half_cone_, edge_, full_;  ///< [rad]; full light where the cosine exceeds `full_`
 };
 
 /// An image thrown through a pinhole. A pixel on the axis gives the point light's irradiance; off

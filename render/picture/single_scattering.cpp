@@ -11,6 +11,9 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// Optical depth that less than a millionth of the light crosses: none of it is looked for.
+constexpr double dark = 14.0;
+
 struct Scattering {
   Colour extinction;  ///< σt' = 1/(3κ) [1/mm]
   Colour scattering;  ///< σs' = σt' − μ [1/mm]
@@ -54,15 +57,20 @@ Colour SingleScattering::arriving(std::size_t object_index, const Vector3d& poin
                                   const LightSource& source) const {
   const Arrival arrival = source.at(point);
   if (arrival.irradiance.maxCoeff() <= 0.0) return Colour::Zero();
+  const WorldObject& object = world_.objects()[object_index];
+  double free_path = 0.0;  // the longest of all channels [mm]
+  for (const auto& medium : object.media.channels) {
+    free_path = std::max(free_path, 3.0 * medium->largest().kappa);
+  }
   const Vector3d towards = -arrival.direction;
-  const auto exit = world_.first_hit(point, towards, 0.0, arrival.distance);
+  const auto exit =
+      world_.first_hit(point, towards, 0.0, std::min(arrival.distance, dark * free_path));
   if (!exit || exit->object != object_index) return Colour::Zero();
   const double cos_outside = exit->normal.dot(towards);
   if (cos_outside <= 0.0) return Colour::Zero();
   if (world_.blocked(exit->position, towards, arrival.distance - exit->distance)) {
     return Colour::Zero();
   }
-  const WorldObject& object = world_.objects()[object_index];
   const double eta = object.boundary.eta;
   const double cos_inside = std::sqrt(1.0 - (1.0 - cos_outside * cos_outside) / (eta * eta));
   const double stretch = cos_outside / cos_inside;
@@ -88,7 +96,7 @@ Colour SingleScattering::radiance_inside(const WorldHit& hit, const Vector3d& in
   const double depth = -std::log(std::max(1e-300, 1.0 - v)) / rate[channel];
   const double density = (rate * (-rate * depth).exp()).mean();
   const Vector3d point = hit.position + depth * inward;
-  if (world_.first_hit(hit.position, inward, world_.skin(), depth)) return Colour::Zero();
+  if (world_.blocked(hit.position, inward, depth + world_.skin())) return Colour::Zero();
 
   const Vector3d in_object = object_from_world * point;
   const Scattering here = scattering_at(object, in_object);

@@ -57,7 +57,7 @@ class World {
       double farthest = std::numeric_limits<double>::infinity()) const;
   bool blocked(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                double farthest) const {
-    return rays_->first_hit(origin, direction, skin_, farthest - skin_).has_value();
+    return rays_->any_hit(origin, direction, skin_, farthest - skin_);
   }
   /// The object that holds the point, if any.
   std::optional<std::size_t> object_at(const Eigen::Vector3d& point) const;

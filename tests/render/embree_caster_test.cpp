@@ -121,6 +121,23 @@ TEST(EmbreeCaster, DistancesAreOfDoublePrecision) {
   EXPECT_GT(met, 400);
 }
 
+TEST(EmbreeCaster, AnyHitIsThereWhereAFirstIs) {
+  const TriangleMesh mesh = ball(1.0, 9, {0.3, 0.2, 0.1});
+  const auto caster = make_embree_caster(mesh);
+  Directions draw;
+  int met = 0;
+  constexpr int rays = 2000;
+  for (int i = 0; i < rays; ++i) {
+    const Vector3d origin = 1.5 * draw(), direction = draw();
+    const double nearest = std::abs(0.3 * draw().x()), farthest = nearest + std::abs(draw().y());
+    const bool first = caster->first_hit(origin, direction, nearest, farthest).has_value();
+    ASSERT_EQ(caster->any_hit(origin, direction, nearest, farthest), first);
+    met += first ? 1 : 0;
+  }
+  EXPECT_GT(met, rays / 20);
+  EXPECT_LT(met, rays / 2);
+}
+
 TEST(EmbreeCaster, NoRayLeaksThroughEdgesAndVertices) {
   const TriangleMesh mesh = ball(1.0, 9, {0.3, 0.2, 0.1});
   const auto caster = make_embree_caster(mesh);

@@ -155,7 +155,7 @@ double scaled_bound(const Element& element) {
       power(i, j) = power(j, i) = static_cast<float>(scale[i] * scale[j] * value);
     }
   }
-  for (int square = 0; square < 3; ++square) power = (power * power).eval();
+  for (int square = 0; square < 3; ++square) power = power.lazyProduct(power).eval();
   constexpr double rounding = 1.0 + 1e-5;
   return rounding *
          std::pow(static_cast<double>(power.cwiseAbs().rowwise().sum().maxCoeff()), 1.0 / 8.0);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::embedded {
 
@@ -56,6 +57,14 @@ class PointTable {
   int count_ = 0;
 };
 
+bool siblings(const Cube& one, const Cube& other) {
+  bool same = one.level == other.level;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    same = same && one.at[axis] / 2 == other.at[axis] / 2;
+  }
+  return same;
+}
+
 }  // namespace
 
 NodeSpace::NodeSpace(const std::vector<Cube>& cubes) : corner_(cubes.size()) {
@@ -69,27 +78,49 @@ NodeSpace::NodeSpace(const std::vector<Cube>& cubes) : corner_(cubes.size()) {
   const auto corner_point = [&](const Cube& cube, int i) {
     return point(cube, 2 * (i & 1), (i & 2), 2 * (i >> 2 & 1));
   };
-  // 1. Every corner is a node.
+  // 1. Every corner is a node. Siblings follow each other and share theirs.
   PointTable table(cubes.size() + cubes.size() / 2);
   int finest = 0;
+  std::array<int, 27> shared{};  // of the parent's lattice of corners, edges' middles, ...
   for (std::size_t k = 0; k < cubes.size(); ++k) {
-    finest = std::max(finest, cubes[k].level);
-    for (int i = 0; i < 8; ++i) {
-      corner_[k][static_cast<std::size_t>(i)] = table.insert(key_of(corner_point(cubes[k], i)));
+    const Cube& cube = cubes[k];
+    finest = std::max(finest, cube.level);
+    if (k == 0 || !siblings(cube, cubes[k - 1])) shared.fill(-1);
+    for (unsigned i = 0; i < 8; ++i) {
+      const unsigned x = (cube.at[0] & 1U) + (i & 1U), y = (cube.at[1] & 1U) + (i >> 1U & 1U),
+                     z = (cube.at[2] & 1U) + (i >> 2U);
+      int& node = shared[x + 3 * y + 9 * z];
+      if (node < 0) node = table.insert(key_of(corner_point(cube, static_cast<int>(i))));
+      corner_[k][i] = node;
     }
   }
   // 2. Nodes in the middle of an edge or face hang.
+  struct Middle {
+    std::size_t cube;
+    int node, place;  ///< in the cube's lattice of halves
+  };
+  constexpr std::size_t chunk = 4096;
+  std::vector<std::vector<Middle>> middles((cubes.size() + chunk - 1) / chunk);
+  for_rows(static_cast<int>(middles.size()), [&](int row) {
+    const auto part = static_cast<std::size_t>(row);
+    for (std::size_t k = part * chunk; k < std::min(cubes.size(), (part + 1) * chunk); ++k) {
+      if (cubes[k].level == finest) continue;
+      for (int place = 0; place < 27; ++place) {
+        const int x = place % 3, y = place / 3 % 3, z = place / 9;
+        const int halves = (x & 1) + (y & 1) + (z & 1);
+        if (halves != 1 && halves != 2) continue;
+        const int node = table.find(key_of(point(cubes[k], x, y, z)));
+        if (node >= 0) middles[part].push_back({k, node, place});
+      }
+    }
+  });
   std::vector<int> hanging(static_cast<std::size_t>(table.size()), 0);  // ~place in masters_
-  for (std::size_t k = 0; k < cubes.size(); ++k) {
-    if (cubes[k].level == finest) continue;
-    for (int middle = 0; middle < 27; ++middle) {
-      const std::array<int, 3> at{middle % 3, middle / 3 % 3, middle / 9};
-      const auto halves = std::count(at.begin(), at.end(), 1);
-      if (halves != 1 && halves != 2) continue;
-      const int node = table.find(key_of(point(cubes[k], at[0], at[1], at[2])));
-      if (node < 0 || hanging[static_cast<std::size_t>(node)] != 0) continue;
+  for (const auto& part : middles) {
+    for (const auto& [k, node, place] : part) {
+      if (hanging[static_cast<std::size_t>(node)] != 0) continue;
       hanging[static_cast<std::size_t>(node)] = ~static_cast<int>(masters_.size());
-      masters_.push_back(halves == 1 ? 2 : 4);
+      const std::array<int, 3> at{place % 3, place / 3 % 3, place / 9};
+      masters_.push_back(std::count(at.begin(), at.end(), 1) == 1 ? 2 : 4);
       for (int i = 0; i < 8; ++i) {
         bool on = true;
         for (int axis = 0; axis < 3; ++axis) {

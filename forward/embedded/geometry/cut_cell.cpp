@@ -7,17 +7,20 @@ namespace kappamu::forward::embedded {
 
 namespace {
 
-// Gauss-Legendre rules on [0, 1]: exact to degree 5, 7 and 9.
+// Gauss-Legendre rule on [0, 1], exact to degree 5.
 constexpr std::array<double, 3> node3{0.1127016653792583, 0.5, 0.8872983346207417};
 constexpr std::array<double, 3> weight3{0.2777777777777778, 0.4444444444444444, 0.2777777777777778};
-constexpr std::array<double, 4> node4{0.0694318442029737, 0.3300094782075719, 0.6699905217924281,
-                                      0.9305681557970263};
-constexpr std::array<double, 4> weight4{0.1739274225687269, 0.3260725774312731, 0.3260725774312731,
-                                        0.1739274225687269};
-constexpr std::array<double, 5> node5{0.0469100770306680, 0.2307653449471585, 0.5,
-                                      0.7692346550528415, 0.9530899229693320};
-constexpr std::array<double, 5> weight5{0.1184634425280945, 0.2393143352496832, 0.2844444444444444,
-                                        0.2393143352496832, 0.1184634425280945};
+
+/// Rule on a triangle of area ½, exact to degree 7 (Gatermann 1988): each entry stands for three
+/// points, its first two barycentric weights turned round.
+struct TriangleNode {
+  double a, b, weight;
+};
+constexpr std::array<TriangleNode, 4> triangle_nodes{
+    {{0.06238226509439084, 0.06751786707392436, 0.02651702815743450},
+     {0.05522545665692000, 0.32150249385198182, 0.04388140871444811},
+     {0.03432430294509488, 0.66094919618673565, 0.02877504278497528},
+     {0.51584233435359177, 0.27771616697639178, 0.06749318700980879}}};
 
 /// x^a y^b for a, b ≤ 2, a fastest.
 std::array<double, 9> plane_powers(double x, double y) {
@@ -34,39 +37,43 @@ void CutCell::add(int triangle, const Triangle& corners) {
   if (polygon.size == 0) return;
   const Eigen::Vector3d normal =
       (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
-  SurfacePiece piece;
-  piece.triangle = triangle;
-  double area = 0.0;
+  // ∫ x^a y^b z^c dA over the piece, c ≤ 3.
+  std::array<std::array<double, 9>, 4> moment{};
   for (std::size_t i = 1; i + 1 < static_cast<std::size_t>(polygon.size); ++i) {
     const Eigen::Vector3d& p = polygon.vertex[0];
-    const Eigen::Vector3d u = polygon.vertex[i] - p;
-    const Eigen::Vector3d v = polygon.vertex[i + 1] - polygon.vertex[i];
-    const double doubled = u.cross(v).norm();
+    const Eigen::Vector3d& q = polygon.vertex[i];
+    const Eigen::Vector3d& r = polygon.vertex[i + 1];
+    const double doubled = (q - p).cross(r - p).norm();
     if (!(doubled > 0.0)) continue;
-    area += doubled;
-    for (std::size_t s = 0; s < node5.size(); ++s) {
-      for (std::size_t t = 0; t < node4.size(); ++t) {
-        // The square (s, t) collapsed onto the triangle: p + s (u + t v), with Jacobian s.
-        const Eigen::Vector3d x = p + node5[s] * (u + node4[t] * v);
-        const double w = weight5[s] * weight4[t] * node5[s] * doubled;
-        const std::array<double, 9> xy = plane_powers(x.x(), x.y());
-        const double z = x.z(), wn = w * normal.z() * z;
-        const std::array<double, 3> on_surface{w, w * z, w * z * z};
-        const std::array<double, 3> in_volume{wn, wn * z / 2.0, wn * z * z / 3.0};
-        for (std::size_t c = 0; c < 3; ++c) {
-          for (std::size_t ab = 0; ab < 9; ++ab) {
-            surface_[9 * c + ab] += on_surface[c] * xy[ab];
-            volume_[9 * c + ab] += in_volume[c] * xy[ab];
-          }
-        }
-        for (std::size_t k = 0; k < 8; ++k) {
-          piece.weight[k] += w * ((k & 1) ? x.x() : 1.0 - x.x()) * ((k & 2) ? x.y() : 1.0 - x.y()) *
-                             ((k & 4) ? z : 1.0 - z);
+    for (const TriangleNode& node : triangle_nodes) {
+      const double c = 1.0 - node.a - node.b;
+      for (const Eigen::Vector3d& x : {Eigen::Vector3d(node.a * p + node.b * q + c * r),
+                                       Eigen::Vector3d(node.b * p + c * q + node.a * r),
+                                       Eigen::Vector3d(c * p + node.a * q + node.b * r)}) {
+        const std::array<double, 9> term = plane_powers(x.x(), x.y());
+        double power = node.weight * doubled;
+        for (auto& of_power : moment) {
+          for (std::size_t ab = 0; ab < 9; ++ab) of_power[ab] += power * term[ab];
+          power *= x.z();
         }
       }
     }
   }
-  if (!(area > 0.0)) return;
+  if (!(moment[0][0] > 0.0)) return;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double in_volume = normal.z() / (static_cast<double>(c) + 1.0);
+    for (std::size_t ab = 0; ab < 9; ++ab) {
+      surface_[9 * c + ab] += moment[c][ab];
+      volume_[9 * c + ab] += in_volume * moment[c + 1][ab];
+    }
+  }
+  SurfacePiece piece{triangle, {}};
+  for (std::size_t k = 0; k < 8; ++k) piece.weight[k] = moment[k >> 2][(k & 1) + 3 * (k >> 1 & 1)];
+  for (std::size_t bit = 1; bit < 8; bit *= 2) {
+    for (std::size_t k = 0; k < 8; ++k) {
+      if ((k & bit) == 0) piece.weight[k] -= piece.weight[k | bit];
+    }
+  }
   pieces_.push_back(piece);
   for (int i = 0; i < polygon.size; ++i) {
     add_edge(polygon.vertex[static_cast<std::size_t>(i)],

@@ -133,14 +133,26 @@ int Octree::containing(int level, const std::array<std::int64_t, 3>& at) const {
   return node;
 }
 
-int Octree::leaf_at(const Eigen::Vector3d& point) const {
-  std::array<std::int64_t, 3> at;
+int Octree::leaf_at(const Eigen::Vector3d& point, int near) const {
+  std::array<std::uint32_t, 3> at;
   const double count = std::ldexp(1.0, deepest_level);
   for (int axis = 0; axis < 3; ++axis) {
     at[static_cast<std::size_t>(axis)] =
-        static_cast<std::int64_t>(std::clamp(point[axis] * count, 0.0, count - 1.0));
+        static_cast<std::uint32_t>(std::clamp(point[axis] * count, 0.0, count - 1.0));
   }
-  return containing(deepest_level, at);
+  const auto holds = [&](const Cube& cube) {
+    const int below = deepest_level - cube.level;
+    return at[0] >> below == cube.at[0] && at[1] >> below == cube.at[1] &&
+           at[2] >> below == cube.at[2];
+  };
+  int node = near;
+  while (!holds(cube(node))) node = parent(node);
+  for (int below = deepest_level - cube(node).level - 1; !is_leaf(node); --below) {
+    node =
+        first_child(node) + static_cast<int>((at[0] >> below & 1U) | (at[1] >> below & 1U) << 1U |
+                                             (at[2] >> below & 1U) << 2U);
+  }
+  return node;
 }
 
 }  // namespace kappamu::forward::embedded

@@ -46,8 +46,8 @@ class Octree {
   bool meets_surface(int node) const { return nodes_[static_cast<std::size_t>(node)].count > 0; }
   /// The smallest node that contains the cube; none where it lies outside the root.
   int containing(int level, const std::array<std::int64_t, 3>& at) const;
-  /// The leaf that contains a point of root units in [0, 1)³.
-  int leaf_at(const Eigen::Vector3d& point) const;
+  /// The leaf that contains a point of root units in [0, 1)³; found soonest from a node close by.
+  int leaf_at(const Eigen::Vector3d& point, int near = 0) const;
 
   /// Calls visit(triangle index, triangle in units of the root) for those that meet the cube.
   template <class Visit>

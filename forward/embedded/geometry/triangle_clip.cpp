@@ -46,6 +46,9 @@ bool meets_cube(const Triangle& triangle, const Eigen::Vector3d& centre, double 
     const auto [low, high] = std::minmax({t[0][axis], t[1][axis], t[2][axis]});
     if (low > reach || high < -reach) return false;
   }
+  for (const Eigen::Vector3d& corner : t) {
+    if (corner.cwiseAbs().maxCoeff() <= half) return true;
+  }
   const std::array<Eigen::Vector3d, 3> edge{t[1] - t[0], t[2] - t[1], t[0] - t[2]};
   const Eigen::Vector3d normal = edge[0].cross(edge[1]);
   if (std::abs(normal.dot(t[0])) > reach * normal.cwiseAbs().sum()) return false;

@@ -6,16 +6,39 @@ namespace kappamu::forward::embedded {
 
 namespace {
 
+/// A row under construction: some tens of entries.
+class RowSum {
+ public:
+  explicit RowSum(std::size_t columns) : place_(columns, -1) {}
+  void clear() {
+    for (const auto& entry : entries_) place_[static_cast<std::size_t>(entry.first)] = -1;
+    entries_.clear();
+  }
+  void add(int column, double value) {
+    int& place = place_[static_cast<std::size_t>(column)];
+    if (place < 0) {
+      place = static_cast<int>(entries_.size());
+      entries_.emplace_back(column, 0.0);
+    }
+    entries_[static_cast<std::size_t>(place)].second += value;
+  }
+  const std::vector<std::pair<int, double>>& entries() const { return entries_; }
+
+ private:
+  std::vector<std::pair<int, double>> entries_;
+  std::vector<int> place_;  ///< of each column in entries_
+};
+
 /// Rows filled from parts that are made independently.
-template <class Row, class Fill>
-SparseRows<double> make_rows(std::size_t rows, const Fill& fill) {
+template <class Fill>
+SparseRows<double> make_rows(std::size_t rows, std::size_t columns, const Fill& fill) {
   constexpr std::size_t range = 4096;
   const std::size_t parts = (rows + range - 1) / range;
   std::vector<SparseRows<double>> part(parts);
   for_rows(static_cast<int>(parts), [&](int p) {
     SparseRows<double>& mine = part[static_cast<std::size_t>(p)];
     const std::size_t begin = static_cast<std::size_t>(p) * range;
-    Row row;
+    RowSum row(columns);
     for (std::size_t i = begin; i < std::min(rows, begin + range); ++i) {
       row.clear();
       fill(i, row);
@@ -36,29 +59,10 @@ SparseRows<double> make_rows(std::size_t rows, const Fill& fill) {
   return all;
 }
 
-/// A row under construction: some tens of entries.
-class RowSum {
- public:
-  void clear() { entries_.clear(); }
-  void add(int column, double value) {
-    for (auto& entry : entries_) {
-      if (entry.first == column) {
-        entry.second += value;
-        return;
-      }
-    }
-    entries_.emplace_back(column, value);
-  }
-  const std::vector<std::pair<int, double>>& entries() const { return entries_; }
-
- private:
-  std::vector<std::pair<int, double>> entries_;
-};
-
 SparseRows<double> assembled(const NodeSpace& space, const Elements& elements,
                              std::size_t channel) {
   const Incidence incidence(space);
-  return make_rows<RowSum>(space.unknowns(), [&](std::size_t u, RowSum& row) {
+  return make_rows(space.unknowns(), space.unknowns(), [&](std::size_t u, RowSum& row) {
     for (int k = incidence.start[u]; k < incidence.start[u + 1]; ++k) {
       const auto slot = static_cast<std::size_t>(incidence.slot[static_cast<std::size_t>(k)]);
       const std::size_t cube = slot / 8, i = slot % 8;
@@ -85,7 +89,7 @@ SparseRows<float> rounded(const SparseRows<double>& matrix) {
 SparseRows<double> interpolation(const NodeSpace& fine, const NodeSpace& coarse,
                                  const Coarser& coarser) {
   const std::vector<int> owner = owner_slots(fine);
-  return make_rows<RowSum>(fine.unknowns(), [&](std::size_t u, RowSum& row) {
+  return make_rows(fine.unknowns(), coarse.unknowns(), [&](std::size_t u, RowSum& row) {
     const auto k = static_cast<std::size_t>(owner[u] / 8),
                i = static_cast<std::size_t>(owner[u] % 8);
     const auto parent = static_cast<std::size_t>(coarser.parent[k]);

@@ -114,6 +114,19 @@ TEST(EmbeddedGeometry, NeighboursDifferByOneLevelAtMost) {
   }
 }
 
+TEST(EmbeddedGeometry, ALeafIsFoundFromAnyNode) {
+  Octree tree(icosphere(1.0, 2, {0.0, 0.0, 0.0}));
+  tree.refine_surface(4);
+  const std::vector<int> leaves = tree.leaves();
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    const Cube& cube = tree.cube(leaves[k]);
+    const Eigen::Vector3d middle(cube.at[0] + 0.5, cube.at[1] + 0.5, cube.at[2] + 0.5);
+    for (const int near : {0, leaves[k], leaves[leaves.size() - 1 - k]}) {
+      ASSERT_EQ(tree.leaf_at(std::ldexp(1.0, -cube.level) * middle, near), leaves[k]);
+    }
+  }
+}
+
 TEST(EmbeddedGeometry, BodiesKeepTheirVoids) {
   Eigen::Affine3d aside = Eigen::Affine3d::Identity();
   aside.translate(Eigen::Vector3d(10.01, 0.0, 0.0));

@@ -11,6 +11,7 @@
 #include "exact_sphere.h"
 #include "forward/embedded/discretisation.h"
 #include "forward/embedded/embedded_model.h"
+#include "forward/embedded/solver_choice.h"
 #include "forward/light_entry.h"
 #include "tests/forward/lit_object.h"
 
@@ -137,6 +138,31 @@ TEST(EmbeddedModel, BeamsLeaveTheirPowerByBeerAndLambert) {
               rounding * entering);
   EXPECT_NEAR(std::accumulate(load.begin(), load.end(), 0.0), powers.scattered,
               rounding * entering);
+}
+
+TEST(EmbeddedModel, LinearSystemsLeaveATenthOfTheToleranceAtMost) {
+  const TriangleMesh mesh = icosphere(5.0, 4, {0.1, 0.2, 0.3});
+  const Surface surface = surface_of(mesh);
+  const std::vector<ObjectLight> lights{sky(mesh), sun(mesh)};
+  const auto rays = make_caster(mesh);
+  const ObjectMedium medium(wax);
+  const ObjectProblem problem{mesh, surface, *rays, medium, eta, lights};
+  const Channels channels(std::span(&problem, 1));
+  Octree tree(mesh);
+  tree.refine_surface(5);
+  CutMesh cut = cut_mesh(tree, mesh, *rays);
+  const Discretisation d(std::move(tree), std::move(cut), channels.media(), channels.constants.A);
+  const auto exitance = [&](double residual) {
+    const auto solver = make_linear_solver(d.levels, channels.lights(), "reference");
+    return answers(d, channels, *solver, residual).channel[0].exitance;
+  };
+  const auto solved = exitance(1e-11);
+  for (const double tolerance : {0.05, 0.005, 0.0005}) {
+    const auto left = exitance(linear_tolerance(tolerance));
+    for (std::size_t l = 0; l < lights.size(); ++l) {
+      EXPECT_LE(relative_difference(mesh, left[l], solved[l]), 0.1 * tolerance) << tolerance;
+    }
+  }
 }
 
 TEST(EmbeddedModel, IsReciprocal) {
