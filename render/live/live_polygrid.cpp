@@ -16,12 +16,12 @@ using forward::polygrid::PolygridAnswer;
 using forward::polygrid::PolygridDiffusion;
 
 constexpr int cells = 20'000;
-constexpr double beam_places = 12'000.0;
+constexpr double most_places = 12'000.0;
 
 }  // namespace
 
 double LivePolygrid::beam_spacing_mm(const Surface& surface) {
-  return std::sqrt(std::accumulate(surface.area.begin(), surface.area.end(), 0.0) / beam_places);
+  return std::sqrt(std::accumulate(surface.area.begin(), surface.area.end(), 0.0) / most_places);
 }
 
 LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
