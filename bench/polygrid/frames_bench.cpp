@@ -125,7 +125,7 @@ class Live {
     options.cells = cells / 8;
     forward::Polygrid grid = forward::polygrid::split(
         forward::make_polygrid(object_.mesh, options, silent).grid, object_.mesh);
-    const double spacing = render::LivePolygrid::beam_spacing_mm(grid);
+    const double spacing = render::LivePolygrid::beam_spacing_mm(object_.surface);
     places_ = render::beam_places(object_, spacing, 1);
     converged_places_ = render::beam_places(object_, converged_spacing * spacing, 1);
     for (std::size_t t = 0; t < object_.surface.size(); ++t) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/shape/make_polygrid.h"
@@ -15,13 +16,12 @@ using forward::polygrid::PolygridAnswer;
 using forward::polygrid::PolygridDiffusion;
 
 constexpr int cells = 20'000;
+constexpr double most_places = 12'000.0;
 
 }  // namespace
 
-double LivePolygrid::beam_spacing_mm(const forward::Polygrid& grid) {
-  double area = 0.0;
-  for (const double of_side : grid.area) area += of_side;
-  return std::sqrt(area / static_cast<double>(grid.area.size()));
+double LivePolygrid::beam_spacing_mm(const Surface& surface) {
+  return std::sqrt(std::accumulate(surface.area.begin(), surface.area.end(), 0.0) / most_places);
 }
 
 LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
@@ -30,7 +30,6 @@ LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
   forward::PolygridOptions options;
   options.cells = cells;
   forward::MadePolygrid made = forward::make_polygrid(object.mesh, options, silent);
-  spacing_mm_ = beam_spacing_mm(made.grid);
   diffusion_ = std::make_unique<PolygridDiffusion>(std::move(made.grid), object.mesh,
                                                    object.surface, object.boundary.eta, device,
                                                    forward::polygrid::Lights::moving);
