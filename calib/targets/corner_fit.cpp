@@ -137,14 +137,14 @@ class Saddle {
 };
 using Numbers = Eigen::Matrix<double, Saddle::NUM_PARAMETERS, 1>;
 
-constexpr double longest_px = 11.0;    // edges bent by the lens pull beyond
 constexpr double longest_steps = 0.8;  // the next corner's blur ends before
 
 std::vector<Pixel> pixels_about(const Image<float>& grey, const Eigen::Vector2d& start,
                                 const CornerWindow& window) {
   const Eigen::Matrix2d in_steps = window.steps.inverse();
-  const double along_row = std::min(longest_steps, longest_px / window.steps.col(0).norm());
-  const double along_column = std::min(longest_steps, longest_px / window.steps.col(1).norm());
+  const double along_row = std::min(longest_steps, window.longest_px / window.steps.col(0).norm());
+  const double along_column =
+      std::min(longest_steps, window.longest_px / window.steps.col(1).norm());
   const Eigen::Vector2d reach = window.steps.cwiseAbs() * Eigen::Vector2d(along_row, along_column);
   std::vector<Pixel> pixels;
   const auto from = [](double low) { return std::max(0, static_cast<int>(std::ceil(low))); };
@@ -229,21 +229,21 @@ std::optional<Eigen::Vector2d> fit_corner(const Image<float>& grey, const Eigen:
   // Also false for what is not a number.
   const bool is_corner =
       residual < worst_residual * std::abs(numbers[Saddle::contrast]) && shift.norm() < furthest_px;
-  if (summary.status == ceres::TinySolver<Saddle>::HIT_MAX_ITERATIONS || !is_corner) {
-    return std::nullopt;
-  }
+  // In sharpened pictures the blur runs to nothing and never settles; the corner has.
+  if (!is_corner) return std::nullopt;
   return start + shift;
 }
 
 void refine_corners(const Image<float>& grey, BoardCorners& corners, double clear) {
   const double part = std::min(clear, 0.4);  // the window never sees a neighbouring corner
   const int half = std::clamp(static_cast<int>(part * smallest_spacing(corners)), 2,
-                              static_cast<int>(longest_px));
+                              static_cast<int>(CornerWindow{}.longest_px));
   const cv::Mat sharp(grey.height(), grey.width(), CV_32F,
                       const_cast<float*>(grey.values().data()));  // OpenCV's view; only read
   cv::Mat smooth;  // its own memory: the blur must not write into the caller's image
   cv::GaussianBlur(sharp, smooth, cv::Size(), std::min(1.5, half / 3.0));
   const cv::TermCriteria stop(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4);
+  const std::vector<Eigen::Vector2d> detected = corners.pixels;
   std::vector<cv::Point2f> points;
   for (const Eigen::Vector2d& pixel : corners.pixels) {
     points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
@@ -252,9 +252,15 @@ void refine_corners(const Image<float>& grey, BoardCorners& corners, double clea
   for (std::size_t k = 0; k < points.size(); ++k) corners.pixels[k] = {points[k].x, points[k].y};
   const std::vector<Eigen::Matrix2d> steps = steps_at(corners);
   for (std::size_t k = 0; k < steps.size(); ++k) {
-    if (const auto fitted = fit_corner(grey, corners.pixels[k], {steps[k], clear})) {
-      corners.pixels[k] = *fitted;
+    CornerWindow window{steps[k], clear};
+    auto fitted = fit_corner(grey, corners.pixels[k], window);
+    // Something else lies in the windows, as the outer edge of a narrow border square: again from
+    // where it was found, in a smaller one.
+    if (!fitted) {
+      window.longest_px *= 0.5;
+      fitted = fit_corner(grey, detected[k], window);
     }
+    if (fitted) corners.pixels[k] = *fitted;
   }
 }
 

@@ -16,9 +16,11 @@ struct CornerWindow {
   /// Distance from the nearer edge in steps: below 1 where something else is printed in the squares
   /// (markers).
   double clear = 1.0;
+  double longest_px = 11.0;  ///< along each edge: those bent by the lens pull beyond
 };
 
-/// Least squares over the pixels about `start`, at most 11 px and 0.8 steps along each edge, of
+/// Least squares over the pixels about `start`, at most longest_px and 0.8 steps along each edge,
+/// of
 ///   I(x) = (1 + s·(x - c)) (m + b P + q P²),   P = S(n₁·(x - c)) S(n₂·(x - c)),
 /// with c the corner, n₁ and n₂ the edges' normals, S the sign of a distance blurred by a Gaussian
 /// and averaged over the pixel, and s the shading. All but the shading is symmetric about c, so
@@ -29,8 +31,8 @@ std::optional<Eigen::Vector2d> fit_corner(const Image<float>& grey, const Eigen:
 
 /// Refines the corners of a chessboard or ChArUco board: by gradients (Förstner & Gülch 1987) in
 /// windows of at most 23 x 23 px that end `clear` of a step from the corner, after a Gaussian of at
-/// most 1.5 px, then by fit_corner. Corners that it does not take stay where the gradients put
-/// them.
+/// most 1.5 px, then by fit_corner. A corner that it does not take there is tried again from
+/// where it was, in half the window, and else stays where the gradients put it.
 void refine_corners(const Image<float>& grey, BoardCorners& corners, double clear = 1.0);
 
 }  // namespace kappamu::calib

@@ -121,6 +121,48 @@ TEST(CornerFit, IsReachedFromAPixelAndAHalfAway) {
   }
 }
 
+// A board whose border squares are cut to a third: their outer edges lie in the windows of the
+// outer corners and pull what looks at gradients.
+TEST(CornerFit, NarrowBorderSquaresDoNotPullTheOuterCorners) {
+  const Rigid pose = poses()[2];
+  Image<float> image = picture_of(pose, 0.008);
+  const auto place = [&](double i, double j) {
+    const Eigen::Vector2d at = camera_lens().project(
+        pose * Eigen::Vector3d(board.square_mm * i, board.square_mm * j, 0.0));
+    return cv::Point(static_cast<int>(std::lround(at.x())), static_cast<int>(std::lround(at.y())));
+  };
+  constexpr double left = 0.3;  // of a square
+  const double right = board.columns - 1 + left;
+  const double bottom = board.rows - 1 + left;
+  std::vector<cv::Point> outline;
+  for (int k = 0; k < 10; ++k) outline.push_back(place(-left + 0.1 * k * (right + left), -left));
+  for (int k = 0; k < 10; ++k) outline.push_back(place(right, -left + 0.1 * k * (bottom + left)));
+  for (int k = 0; k < 10; ++k) outline.push_back(place(right - 0.1 * k * (right + left), bottom));
+  for (int k = 0; k < 10; ++k) outline.push_back(place(-left, bottom - 0.1 * k * (bottom + left)));
+  cv::Mat inside = cv::Mat::zeros(image.height(), image.width(), CV_8U);
+  cv::fillPoly(inside, std::vector<std::vector<cv::Point>>{outline}, cv::Scalar(255));
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      if (inside.at<uchar>(y, x) == 0) image(x, y) = 1.0F;
+    }
+  }
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> off(-1.0, 1.0);
+  BoardCorners corners{board.columns, board.rows, {}};
+  for (int k = 0; k < board.columns * board.rows; ++k) {
+    corners.pixels.push_back(drawn(pose, k % board.columns, k / board.columns) +
+                             Eigen::Vector2d(off(random), off(random)));
+  }
+  refine_corners(image, corners);
+  double worst = 0.0;
+  for (int k = 0; k < board.columns * board.rows; ++k) {
+    worst = std::max(
+        worst, (corners.pixels[k] - drawn(pose, k % board.columns, k / board.columns)).norm());
+  }
+  std::printf("border squares cut to %.1f: worst corner %.3f px\n", left, worst);
+  EXPECT_LT(worst, 0.05);
+}
+
 TEST(CornerFit, WhatIsNoCornerIsNotTaken) {
   std::mt19937 random(2);
   std::normal_distribution<float> grain(0.0F, 0.01F);

@@ -8,9 +8,11 @@
 
 #include <cmath>
 #include <cstdio>
+#include <regex>
 #include <string>
 
 #include "capture/rig/shoot.h"
+#include "capture/session/frames.h"
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
 #include "io/read_file.h"
@@ -167,6 +169,40 @@ class Import : public testing::Test {
   std::optional<fs::path> table;
   Session session;
 };
+
+TEST_F(Import, HeaderlessRawIsTakenAsThePlanDescribesIt) {
+  session.channels = {"Y"};
+  session.camera.width = width;
+  session.camera.height = height;
+  session.camera.raw_layout = io::RawLayout{16, false, 0, {}};
+  write_session(session);
+  table = folder.path() / "table.csv";
+  std::string rows = "file,shot,exposure_s\n";
+  std::vector<fs::path> pngs;
+  for (const auto& entry : fs::directory_iterator(photographs / "day_1")) {
+    pngs.push_back(entry.path());
+  }
+  for (const fs::path& png : pngs) {
+    const Image<std::uint16_t> codes = io::read_code_image(png);
+    std::string bytes;
+    for (std::size_t i = 1; i < codes.size(); i += 3) {
+      const unsigned code = codes.values()[i];
+      bytes += {static_cast<char>(code & 255U), static_cast<char>(code >> 8)};
+    }
+    const std::string stem = png.stem().string();
+    rows += "day_1/" + stem + ".raw," + std::regex_replace(stem, std::regex("_[0-9]+$"), "") + "," +
+            std::to_string(*io::read_photo_settings(png).exposure_s) + "\n";
+    write_text(path(stem + ".raw"), bytes);
+    fs::remove(png);
+  }
+  write_text(*table, rows);
+  import();
+  const Session read = read_session(out);
+  EXPECT_EQ(read.camera.bit_depth, 12);
+  ASSERT_EQ(read.patterns[0].frames.size(), 3U);
+  EXPECT_EQ(read.patterns[0].frames[0].file, "photographs/day_1/fit_00_0.raw");
+  EXPECT_EQ(load_frame(read, read.patterns[0].frames[0]).channels(), 1);
+}
 
 TEST_F(Import, TakesExposuresSizeAndShotsFromThePhotographs) {
   const Session made = import();
