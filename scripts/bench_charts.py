@@ -654,7 +654,7 @@ def refinement(record):
                        THESIS_SECONDS.get(r["asked"], "") if cubes == "even at the surface" else ""] for r in own]
         for grid, seconds in THESIS_SECONDS.items():
             ax.axvline(seconds, color="0.6", linestyle=":")
-            ax.annotate(f"[T] {grid}", (seconds, ax.get_ylim()[0]), rotation=90, color="0.4")
+            ax.text(seconds, 0.03, f"[T] {grid} ", rotation=90, color="0.4", ha="right", transform=ax.get_xaxis_transform())
         dress(ax, name, "processor time from mesh to exitance [s]", "error, 2-norm", "xy")
     return {"": figure}, {"": provenance(record) + "\n" + table(
         ["object", "cubes", "asked", "number", "processor [s]", "wall [s]", "error", "stated", "[T] [s]"], lines)}
