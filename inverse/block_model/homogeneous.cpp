@@ -1,6 +1,5 @@
 #include "inverse/block_model/homogeneous.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +9,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "inverse/optimise/levenberg_marquardt.h"
 #include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
@@ -19,17 +19,11 @@ namespace {
 /// Spread of log data that a homogeneous block cannot follow: keeps bright, precise pixels from
 /// outvoting the rest.
 constexpr double heterogeneity = 0.3;
-constexpr int max_iterations = 25;
 /// Largest last step [log units] of what leads to the end, and there.
 constexpr double interim_tolerance = 2e-2;
 constexpr double step_tolerance = 1e-3;
 
-struct Residuals {
-  Eigen::VectorXd value;  ///< weighted
-  double square = std::numeric_limits<double>::infinity();
-};
-
-class LogResidual {
+class LogResidual final : public Residuals {
  public:
   explicit LogResidual(Objective& objective) : objective_(objective) {
     const Problem& problem = objective.problem();
@@ -48,24 +42,21 @@ class LogResidual {
     }
   }
 
-  Residuals operator()(const Eigen::Vector2d& p) {
+  Eigen::VectorXd residual(const Eigen::VectorXd& p) override {
     const Problem& problem = objective_.problem();
-    Residuals r;
-    if (!std::isfinite(objective_.value(even(p)))) return r;
+    if (!std::isfinite(objective_.value(even(p)))) return {};
     const std::vector<double> prediction = objective_.prediction();
-    r.value.resize(static_cast<Eigen::Index>(used_.size()));
+    Eigen::VectorXd r(static_cast<Eigen::Index>(used_.size()));
     for (std::size_t k = 0; k < used_.size(); ++k) {
       const double d = problem.data[used_[k]];
       const double ratio = std::max(prediction[used_[k]] / d, darkest_ratio);
-      r.value[static_cast<Eigen::Index>(k)] = root_weight_[k] * std::log(ratio);
+      r[static_cast<Eigen::Index>(k)] = root_weight_[k] * std::log(ratio);
     }
-    r.square = r.value.squaredNorm();
     return r;
   }
 
-  /// By log κ and log μ at p; empty where the solver fails. Two tangent solves, and one more where
-  /// p is not what was evaluated last.
-  Eigen::MatrixXd jacobian(const Eigen::Vector2d& p) {
+  /// By log κ and log μ. Two tangent solves, and one more where p is not what was evaluated last.
+  Eigen::MatrixXd jacobian(const Eigen::VectorXd& p) override {
     const Problem& problem = objective_.problem();
     if (!std::isfinite(objective_.value(even(p)))) return {};
     const std::vector<double> prediction = objective_.prediction();
@@ -94,7 +85,7 @@ class LogResidual {
 
  private:
   /// Fields that are p everywhere.
-  CoefficientPair even(const Eigen::Vector2d& p) const {
+  CoefficientPair even(const Eigen::VectorXd& p) const {
     const std::size_t cells = objective_.problem().setup.shape.cells();
     return {std::vector<double>(cells, p[0]), std::vector<double>(cells, p[1])};
   }
@@ -106,86 +97,45 @@ class LogResidual {
 
 /// The weak opinion on absorption that decides where the data have none: (log 3κμ − log
 /// expected)²/spread², times `weight`.
-struct AbsorptionPrior {
-  double weight = 0.0;
-
-  double root() const { return std::sqrt(weight) / absorption_spread; }
-  double residual(const Eigen::Vector2d& p) const {
-    return root() * (p[0] + p[1] + std::log(3.0 / expected_absorption));
-  }
-};
-
-struct Point {
-  Eigen::Vector2d p = Eigen::Vector2d::Zero();  ///< log κ, log μ
-  Residuals at;
-  Eigen::MatrixXd jacobian;  ///< [used][2] of the residuals; empty before it is known
-  bool converged = false;
-};
-
-double cost(const Point& point, const AbsorptionPrior& prior) {
-  return point.at.square + std::pow(prior.residual(point.p), 2);
+LinearPrior absorption_prior(double weight) {
+  const double root = std::sqrt(weight) / absorption_spread;
+  return {Eigen::MatrixXd::Constant(1, 2, root),
+          Eigen::VectorXd::Constant(1, root * std::log(expected_absorption / 3.0))};
 }
 
-/// Levenberg-Marquardt from `point`, which keeps its Jacobian: Broyden's update makes it good for
-/// the next step, and a fresh one costs two solves only where a step disappoints.
-Point descend(LogResidual& residual, const AbsorptionPrior& prior, Point point, double tolerance) {
-  double damping = 1e-2;
-  point.converged = false;
-  bool fresh = false;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    if (point.jacobian.size() == 0) {
-      point.jacobian = residual.jacobian(point.p);
-      fresh = true;
-      if (point.jacobian.size() == 0) return point;  // the solver's range ends here
-    }
-    const Eigen::Vector2d along = Eigen::Vector2d::Constant(prior.root());
-    const Eigen::Matrix2d normal =
-        point.jacobian.transpose() * point.jacobian + along * along.transpose();
-    const Eigen::Vector2d slope =
-        point.jacobian.transpose() * point.at.value + along * prior.residual(point.p);
-    Eigen::Matrix2d damped = normal;
-    damped.diagonal() +=
-        damping * normal.diagonal() + Eigen::Vector2d::Constant(1e-9 * normal.trace());
-    const Eigen::Vector2d step = (-damped.ldlt().solve(slope)).cwiseMax(-1.5).cwiseMin(1.5);
-    point.converged = step.cwiseAbs().maxCoeff() < tolerance;
-    if (point.converged) return point;
-    Point next{point.p + step, residual(point.p + step), {}, false};
-    const double promised = -(2.0 * slope.dot(step) + step.dot(normal * step));
-    const double gain = cost(point, prior) - cost(next, prior);
-    const bool poor = gain < trusted_step * promised;
-    if (gain > 0.0) {
-      const Eigen::VectorXd surprise = next.at.value - point.at.value - point.jacobian * step;
-      next.jacobian = std::move(point.jacobian);
-      next.jacobian += surprise / step.squaredNorm() * step.transpose();
-      point = std::move(next);
-      damping = std::max(1e-6, 0.2 * damping);
-    } else {
-      damping *= 8.0;
-    }
-    if (poor && (gain > 0.0 || !fresh)) point.jacobian.resize(0, 0);
-    fresh = fresh && gain <= 0.0;
-  }
-  return point;
+double square(const LeastSquaresState& at) {
+  return at.residual.size() > 0 ? at.residual.squaredNorm()
+                                : std::numeric_limits<double>::infinity();
+}
+
+bool descend(LogResidual& residual, const LinearPrior& prior, LeastSquaresState& at,
+             double tolerance) {
+  const auto next = [tolerance](const PlannedStep& planned) {
+    return planned.step.cwiseAbs().maxCoeff() < tolerance ? Continue::converged : Continue::yes;
+  };
+  return levenberg_marquardt(residual, prior, at, {}, next).converged;
 }
 
 /// The best of a table that spans marble to milk to wax at any size of block, first along κ, then
 /// along the attenuation; and `own`, where the solver gets along with it.
-std::vector<Point> best_guesses(LogResidual& residual, double thickness,
-                                const std::optional<HomogeneousGuess>& own) {
+std::vector<LeastSquaresState> best_guesses(LogResidual& residual, double thickness,
+                                            const std::optional<HomogeneousGuess>& own) {
   const auto at = [&](double kappa, double mu) {
     const Eigen::Vector2d p(std::log(kappa), std::log(mu));
-    return Point{p, residual(p), {}, false};
+    return LeastSquaresState{p, residual.residual(p), {}};
   };
   // Attenuation is the thickness in diffusion lengths, √(μ/κ) ℓ.
   const auto of_slab = [&](double kappa, double attenuation) {
     return at(kappa * thickness, attenuation * attenuation * kappa / thickness);
   };
-  const auto better = [](Point a, Point b) { return b.at.square < a.at.square ? b : a; };
-  std::array<Point, 2> usual{of_slab(0.02, 1.0), of_slab(0.1, 1.0)};
-  const double kappa = usual[1].at.square < usual[0].at.square ? 0.1 : 0.02;
-  std::vector<Point> guesses;
-  const auto offer = [&](Point guess) {
-    if (std::isfinite(guess.at.square)) guesses.push_back(std::move(guess));
+  const auto better = [](LeastSquaresState a, LeastSquaresState b) {
+    return square(b) < square(a) ? b : a;
+  };
+  std::array<LeastSquaresState, 2> usual{of_slab(0.02, 1.0), of_slab(0.1, 1.0)};
+  const double kappa = square(usual[1]) < square(usual[0]) ? 0.1 : 0.02;
+  std::vector<LeastSquaresState> guesses;
+  const auto offer = [&](LeastSquaresState guess) {
+    if (std::isfinite(square(guess))) guesses.push_back(std::move(guess));
   };
   offer(better(better(better(usual[0], usual[1]), of_slab(kappa, 0.3)), of_slab(kappa, 3.0)));
   if (own) offer(at(own->kappa, own->mu));
@@ -198,15 +148,14 @@ std::vector<Point> best_guesses(LogResidual& residual, double thickness,
 /// The end of a descent from `best`. The residuals that remain are the block's structure, common to
 /// the pixels of a pattern: the prior weighs what one pattern's residuals do, as the last descent
 /// left them; of exactly homogeneous data nothing is left, and the prior vanishes.
-HomogeneousFit settle(LogResidual& residual, Point best) {
-  const AbsorptionPrior prior{residual.per_pattern(best.at.square)};
-  const Point end = descend(residual, prior, std::move(best), step_tolerance);
+HomogeneousFit settle(LogResidual& residual, LeastSquaresState at) {
+  const LinearPrior prior = absorption_prior(residual.per_pattern(square(at)));
   HomogeneousFit fit;
-  fit.kappa = std::exp(end.p[0]);
-  fit.mu = std::exp(end.p[1]);
-  fit.log_residual = residual.root_mean_square(end.at.square);
-  fit.converged = end.converged;
-  fit.jacobian = end.jacobian;
+  fit.converged = descend(residual, prior, at, step_tolerance);
+  fit.kappa = std::exp(at.p[0]);
+  fit.mu = std::exp(at.p[1]);
+  fit.log_residual = residual.root_mean_square(square(at));
+  fit.jacobian = std::move(at.jacobian);
   return fit;
 }
 
@@ -216,20 +165,19 @@ HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<Homogen
   LogResidual residual(objective);
   const forward::GridSetup& setup = objective.problem().setup;
   const double thickness = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
-  std::vector<Point> guesses = best_guesses(residual, thickness, guess);
-  const AbsorptionPrior prior{residual.per_pattern(guesses.front().at.square)};
-  std::optional<Point> best;
-  for (Point& start : guesses) {
-    Point found = descend(residual, prior, std::move(start), interim_tolerance);
-    if (!best || cost(found, prior) < cost(*best, prior)) best = std::move(found);
-  }
-  return settle(residual, std::move(*best));
+  std::vector<LeastSquaresState> guesses = best_guesses(residual, thickness, guess);
+  const LinearPrior prior = absorption_prior(residual.per_pattern(square(guesses.front())));
+  for (LeastSquaresState& found : guesses) descend(residual, prior, found, interim_tolerance);
+  const auto cost = [&](const LeastSquaresState& at) { return square(at) + prior.square(at.p); };
+  return settle(residual,
+                *std::min_element(guesses.begin(), guesses.end(),
+                                  [&](const auto& a, const auto& b) { return cost(a) < cost(b); }));
 }
 
 HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from) {
   LogResidual residual(objective);
   const Eigen::Vector2d p(std::log(from.kappa), std::log(from.mu));
-  return settle(residual, {p, residual(p), from.jacobian, false});
+  return settle(residual, {p, residual.residual(p), from.jacobian});
 }
 
 }  // namespace kappamu::inverse

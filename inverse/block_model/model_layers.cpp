@@ -3,8 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <utility>
 
 #include "core/error.h"
 #include "inverse/problem/expected_blocks.h"
@@ -13,10 +11,6 @@ namespace kappamu::inverse {
 
 namespace {
 
-constexpr int max_steps = 25;
-/// A step that keeps less than this of its promise is bent back into the valley it left (geodesic
-/// acceleration, Transtrum & Sethna 2012), if by less than this share of its length.
-constexpr double kept_well = 0.75;
 constexpr double most_bend = 0.75;
 /// A step that promises less of χ² moves no unknown by more than 0.3 of its standard error.
 constexpr double negligible = 0.1;
@@ -25,11 +19,13 @@ constexpr double negligible_share = 2e-3;
 /// No descent keeps so many times what its next step promises.
 constexpr double most_kept = 3.0;
 
-struct Trial {
-  Eigen::VectorXd step;
-  Eigen::VectorXd residual;
-  double cost = 0.0;
-};
+Eigen::VectorXd unknowns(const LayeredMedium& medium) {
+  const Eigen::Index layers = medium.layers();
+  Eigen::VectorXd p(2 * layers);
+  p << Eigen::Map<const Eigen::VectorXd>(medium.log_kappa.data(), layers),
+      Eigen::Map<const Eigen::VectorXd>(medium.log_mu.data(), layers);
+  return p;
+}
 
 int layer_of(const std::vector<int>& first, int slice) {
   const auto after = std::upper_bound(first.begin(), first.end(), slice);
@@ -68,32 +64,30 @@ LayeredMedium with_layers(const LayeredMedium& coarse, int layers, int depth) {
   return fine;
 }
 
-LayerFitter::LayerFitter(Objective& objective, LayeredMedium start)
-    : objective_(objective), first_(std::move(start.first)) {
+LinearPrior layer_prior(const LayeredMedium& start) {
+  const Eigen::Index layers = start.layers();
+  LinearPrior prior{Eigen::MatrixXd::Zero(2 * layers - 1, 2 * layers),
+                    Eigen::VectorXd::Zero(2 * layers - 1)};
+  for (Eigen::Index l = 0; l + 1 < layers; ++l) {
+    for (Eigen::Index half = 0; half < 2; ++half) {
+      prior.rows(2 * l + half, half * layers + l) = -1.0 / layer_spread;
+      prior.rows(2 * l + half, half * layers + l + 1) = 1.0 / layer_spread;
+    }
+  }
+  prior.rows.bottomRows(1).setConstant(1.0 / (absorption_spread * static_cast<double>(layers)));
+  prior.value.tail(1) = prior.rows.bottomRows(1) * unknowns(start);
+  return prior;
+}
+
+LayerFitter::LayerFitter(Objective& objective, const LayeredMedium& start)
+    : objective_(objective),
+      first_(start.first),
+      prior_(layer_prior(start)),
+      at_{unknowns(start), {}, {}} {
   const Problem& problem = objective.problem();
   for (std::size_t i = 0; i < problem.weight.size(); ++i) {
     if (problem.weight[i] > 0.0) used_.push_back(i);
   }
-  const auto layers = static_cast<Eigen::Index>(first_.size());
-  p_.resize(2 * layers);
-  p_.head(layers) = Eigen::Map<const Eigen::VectorXd>(start.log_kappa.data(), layers);
-  p_.tail(layers) = Eigen::Map<const Eigen::VectorXd>(start.log_mu.data(), layers);
-  make_prior();
-}
-
-void LayerFitter::make_prior() {
-  const Eigen::Index layers = p_.size() / 2;
-  prior_ = Eigen::MatrixXd::Zero(2 * (layers - 1) + 1, 2 * layers);
-  for (Eigen::Index l = 0; l + 1 < layers; ++l) {
-    for (const Eigen::Index half : {Eigen::Index{0}, layers}) {
-      const Eigen::Index row = 2 * l + (half == 0 ? 0 : 1);
-      prior_(row, half + l) = -1.0 / layer_spread;
-      prior_(row, half + l + 1) = 1.0 / layer_spread;
-    }
-  }
-  prior_.bottomRows(1).setConstant(1.0 / (absorption_spread * static_cast<double>(layers)));
-  prior_value_ = Eigen::VectorXd::Zero(prior_.rows());
-  prior_value_.tail(1) = prior_.bottomRows(1) * p_;
 }
 
 LayeredMedium LayerFitter::medium(const Eigen::VectorXd& p) const {
@@ -102,64 +96,64 @@ LayeredMedium LayerFitter::medium(const Eigen::VectorXd& p) const {
           std::vector<double>(p.data() + layers, p.data() + 2 * layers)};
 }
 
-bool LayerFitter::evaluate(const Eigen::VectorXd& p, Eigen::VectorXd& residual) {
-  const Problem& problem = objective_.problem();
-  const GridShape& shape = problem.setup.shape;
-  const double misfit =
-      objective_.value(to_fields(medium(p), shape, axis_of(problem.setup.lit_face)));
-  if (!std::isfinite(misfit)) return false;
-  const std::vector<double> prediction = objective_.prediction();
-  residual.resize(static_cast<Eigen::Index>(used_.size()));
-  for (std::size_t k = 0; k < used_.size(); ++k) {
-    const std::size_t i = used_[k];
-    residual[static_cast<Eigen::Index>(k)] =
-        std::sqrt(problem.weight[i]) * (prediction[i] - problem.data[i]);
-  }
-  return true;
+CoefficientPair LayerFitter::fields(const Eigen::VectorXd& p) const {
+  const forward::GridSetup& setup = objective_.problem().setup;
+  return to_fields(medium(p), setup.shape, axis_of(setup.lit_face));
 }
 
-/// At p_, where the objective was evaluated last.
-void LayerFitter::differentiate() {
-  const forward::GridSetup& setup = objective_.problem().setup;
-  const int layers = static_cast<int>(first_.size());
-  jacobian_.resize(static_cast<Eigen::Index>(used_.size()), p_.size());
-  for (int k = 0; k < 2 * layers; ++k) {
-    LayeredMedium direction{first_, std::vector<double>(first_.size(), 0.0),
-                            std::vector<double>(first_.size(), 0.0)};
-    (k < layers ? direction.log_kappa : direction.log_mu)[static_cast<std::size_t>(k % layers)] =
-        1.0;
+Eigen::VectorXd LayerFitter::residual(const Eigen::VectorXd& p) {
+  const Problem& problem = objective_.problem();
+  if (!std::isfinite(objective_.value(fields(p)))) return {};
+  const std::vector<double> prediction = objective_.prediction();
+  Eigen::VectorXd r(static_cast<Eigen::Index>(used_.size()));
+  for (std::size_t k = 0; k < used_.size(); ++k) {
+    const std::size_t i = used_[k];
+    r[static_cast<Eigen::Index>(k)] =
+        std::sqrt(problem.weight[i]) * (prediction[i] - problem.data[i]);
+  }
+  return r;
+}
+
+Eigen::MatrixXd LayerFitter::jacobian(const Eigen::VectorXd& p) {
+  objective_.value(fields(p));
+  Eigen::MatrixXd result(static_cast<Eigen::Index>(used_.size()), p.size());
+  for (Eigen::Index k = 0; k < p.size(); ++k) {
     const std::vector<double> change =
-        objective_.jacobian(to_fields(direction, setup.shape, axis_of(setup.lit_face)));
+        objective_.jacobian(fields(Eigen::VectorXd::Unit(p.size(), k)));
     for (std::size_t i = 0; i < used_.size(); ++i) {
-      jacobian_(static_cast<Eigen::Index>(i), k) = change[used_[i]];
+      result(static_cast<Eigen::Index>(i), k) = change[used_[i]];
     }
   }
+  return result;
+}
+
+const Eigen::VectorXd& LayerFitter::evaluate() {
+  at_.residual = residual(at_.p);
+  if (at_.residual.size() == 0) throw InputError("the diffusion solver fails at these layers");
+  return at_.residual;
 }
 
 Eigen::MatrixXd LayerFitter::normal() const {
-  return jacobian_.transpose() * jacobian_ + prior_.transpose() * prior_;
+  return at_.jacobian.transpose() * at_.jacobian + prior_.rows.transpose() * prior_.rows;
 }
 
 Eigen::MatrixXd LayerFitter::slope_covariance(const ErrorCovariance& errors) const {
-  return errors.between(jacobian_, used_) + prior_.transpose() * prior_;
+  return errors.between(at_.jacobian, used_) + prior_.rows.transpose() * prior_.rows;
 }
 
 std::vector<double> LayerFitter::residual_without_common(const ErrorCovariance& errors) {
-  Eigen::VectorXd residual;
-  if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at these layers");
-  residual = errors.without_common(residual, jacobian_, used_);
+  const Eigen::VectorXd left = errors.without_common(evaluate(), at_.jacobian, used_);
   std::vector<double> all(objective_.problem().data.size(), 0.0);
   for (std::size_t k = 0; k < used_.size(); ++k) {
-    all[used_[k]] = residual[static_cast<Eigen::Index>(k)];
+    all[used_[k]] = left[static_cast<Eigen::Index>(k)];
   }
   return all;
 }
 
 Eigen::MatrixXd LayerFitter::covariance() {
-  Eigen::VectorXd residual;
-  if (!evaluate(p_, residual)) throw InputError("the diffusion solver fails at these layers");
-  differentiate();
-  return normal().ldlt().solve(Eigen::MatrixXd::Identity(p_.size(), p_.size()));
+  evaluate();
+  at_.jacobian = jacobian(at_.p);
+  return normal().ldlt().solve(Eigen::MatrixXd::Identity(at_.p.size(), at_.p.size()));
 }
 
 Eigen::MatrixXd LayerFitter::covariance(const ErrorCovariance& errors) {
@@ -168,81 +162,18 @@ Eigen::MatrixXd LayerFitter::covariance(const ErrorCovariance& errors) {
 }
 
 LayeredFit LayerFitter::descend(double useful) {
-  LayeredFit fit;
-  Eigen::VectorXd residual;
-  if (!evaluate(p_, residual)) {
-    throw InputError("the diffusion solver fails at the starting layers");
-  }
-  const auto cost_of = [&](const Eigen::VectorXd& p, const Eigen::VectorXd& r) {
-    return r.squaredNorm() + (prior_ * p - prior_value_).squaredNorm();
-  };
+  evaluate();
   const auto noise = static_cast<double>(used_.size());
-  double cost = cost_of(p_, residual);
-  const auto attempt = [&](const Eigen::VectorXd& step) {
-    Trial trial{step, {}, std::numeric_limits<double>::infinity()};
-    if (evaluate(p_ + step, trial.residual)) trial.cost = cost_of(p_ + step, trial.residual);
-    return trial;
+  const auto next = [useful, noise](const PlannedStep& planned) {
+    if (useful > 0.0 && planned.cost - most_kept * planned.hoped > useful * noise) {
+      return Continue::give_up;
+    }
+    const double enough = negligible + negligible_share * std::max(0.0, planned.cost - 2.0 * noise);
+    return planned.promised < enough ? Continue::converged : Continue::yes;
   };
-  double damping = 1e-2;
-  double raise = 2.0;
-  bool fresh = false;
-  if (jacobian_.size() == 0) {
-    differentiate();
-    fresh = true;
-  }
-  for (; fit.steps < max_steps && !fit.converged; ++fit.steps) {
-    const Eigen::VectorXd slope =
-        jacobian_.transpose() * residual + prior_.transpose() * (prior_ * p_ - prior_value_);
-    const Eigen::MatrixXd curvature = normal();
-    Eigen::MatrixXd damped = curvature;
-    damped.diagonal() += damping * curvature.diagonal();
-    const Eigen::LDLT<Eigen::MatrixXd> factored(damped);
-    Eigen::VectorXd step = -factored.solve(slope);
-    const auto promise_of = [&](const Eigen::VectorXd& move) {
-      return -(2.0 * slope.dot(move) + move.dot(curvature * move));
-    };
-    if (useful > 0.0 && cost - most_kept * promise_of(step) > useful * noise) break;
-    const double largest = step.cwiseAbs().maxCoeff();
-    if (largest > longest_step) step *= longest_step / largest;
-    const double promised = promise_of(step);
-    const double enough = negligible + negligible_share * std::max(0.0, cost - 2.0 * noise);
-    fit.converged = promised < enough;
-    if (fit.converged) break;
-    Trial trial = attempt(step);
-    if (trial.cost > cost - kept_well * promised && trial.residual.size() > 0) {
-      // What the step left unforeseen is half its second derivative: go back by what undoes it.
-      const Eigen::VectorXd bend =
-          -factored.solve(jacobian_.transpose() * (trial.residual - residual - jacobian_ * step));
-      if (bend.norm() < most_bend * step.norm()) {
-        Trial bent = attempt(step + bend);
-        if (bent.cost < trial.cost) trial = std::move(bent);
-      }
-    }
-    const double gain = cost - trial.cost;
-    const double kept = gain / promised;
-    if (gain > 0.0) {
-      const Eigen::VectorXd surprise = trial.residual - residual - jacobian_ * trial.step;
-      jacobian_ += surprise / trial.step.squaredNorm() * trial.step.transpose();
-      p_ += trial.step;
-      residual = std::move(trial.residual);
-      cost = trial.cost;
-      // Nielsen's rule: smooth in how far the promise was kept.
-      damping *= std::max(1.0 / 3.0, 1.0 - std::pow(2.0 * std::min(1.0, kept) - 1.0, 3));
-      raise = 2.0;
-    } else {
-      damping *= raise;
-      raise *= 2.0;
-    }
-    const bool poor = kept < trusted_step;
-    if (poor && !(fresh && gain <= 0.0)) {
-      evaluate(p_, residual);
-      differentiate();
-    }
-    fresh = poor;
-  }
-  fit.medium = medium(p_);
-  fit.chi2_per_value = residual.squaredNorm() / noise;
-  return fit;
+  const LevenbergMarquardtReport report =
+      levenberg_marquardt(*this, prior_, at_, {.most_bend = most_bend}, next);
+  return {medium(at_.p), at_.residual.squaredNorm() / noise, report.steps, report.converged};
 }
 
 }  // namespace kappamu::inverse

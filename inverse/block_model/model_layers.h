@@ -9,6 +9,7 @@
 
 #include "inverse/block_model/block_model.h"
 #include "inverse/block_model/systematic_error.h"
+#include "inverse/optimise/levenberg_marquardt.h"
 #include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
@@ -20,6 +21,10 @@ CoefficientPair to_fields(const LayeredMedium& medium, const GridShape& shape, i
 /// their middle. Twice the layers of a medium made this way lie within its own.
 LayeredMedium with_layers(const LayeredMedium& coarse, int layers, int depth);
 
+/// A weak prior decides what the data leave open of log κ of the layers, then log μ: those of
+/// neighbouring layers differ by 1 (one standard deviation), log 3κμ is that of `start` within 2.
+LinearPrior layer_prior(const LayeredMedium& start);
+
 struct LayeredFit {
   LayeredMedium medium;
   double chi2_per_value = 0.0;
@@ -30,14 +35,12 @@ struct LayeredFit {
 /// Keeps its Jacobian, so that descending again from where it is, with another correction of the
 /// objective or after a step, costs few solves: 2 per layer for a Jacobian, one per step, which
 /// Broyden's update makes good for the next.
-class LayerFitter {
+class LayerFitter final : private Residuals {
  public:
-  /// A weak prior decides what the data leave open: log κ and log μ of neighbouring layers differ
-  /// by 1 (one standard deviation), log 3κμ is where it starts within 2.
-  LayerFitter(Objective& objective, LayeredMedium start);
+  LayerFitter(Objective& objective, const LayeredMedium& start);
 
-  /// Minimises ½ χ² + prior from where the last call ended. Gives up, unconverged, where χ² per
-  /// datum would stay above `useful` even if a step kept several times its promise.
+  /// Minimises ½ χ² + layer_prior() from where the last call ended. Gives up, unconverged, where χ²
+  /// per datum would stay above `useful` even if a step kept several times its promise.
   LayeredFit descend(double useful = 0.0);
 
   /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().
@@ -56,19 +59,18 @@ class LayerFitter {
   Eigen::MatrixXd covariance(const ErrorCovariance& errors);
 
  private:
-  bool evaluate(const Eigen::VectorXd& p, Eigen::VectorXd& residual);
-  void differentiate();
+  Eigen::VectorXd residual(const Eigen::VectorXd& p) override;
+  Eigen::MatrixXd jacobian(const Eigen::VectorXd& p) override;
+  /// Residuals where it is now.
+  const Eigen::VectorXd& evaluate();
+  CoefficientPair fields(const Eigen::VectorXd& p) const;
   LayeredMedium medium(const Eigen::VectorXd& p) const;
-  /// Rows of the prior, linear in p: prior_ p − prior_value_.
-  void make_prior();
 
   Objective& objective_;
   std::vector<int> first_;
   std::vector<std::size_t> used_;  ///< data with weight
-  Eigen::VectorXd p_;              ///< log κ of the layers, then log μ
-  Eigen::MatrixXd jacobian_;       ///< [used][p] of the residuals; empty before it is known
-  Eigen::MatrixXd prior_;
-  Eigen::VectorXd prior_value_;
+  LinearPrior prior_;
+  LeastSquaresState at_;  ///< p: log κ of the layers, then log μ; Jacobian [used][p]
 };
 
 }  // namespace kappamu::inverse

@@ -1,7 +1,7 @@
 #pragma once
 
-/// What blocks are expected to be before their data are seen, and how a few unknowns of them are
-/// fitted: shared by the homogeneous start, the layers and the check of scale and shift.
+/// What blocks are expected to be before their data are seen: shared by the homogeneous start, the
+/// layers and the check of scale and shift.
 namespace kappamu::inverse {
 
 /// Expected share of collisions that absorb, 3κμ, and the spread of its logarithm: marble, milk,
@@ -12,9 +12,5 @@ inline constexpr double absorption_spread = 2.0;
 inline constexpr double layer_spread = 1.0;
 /// Vanishing predictions count as this share of the datum.
 inline constexpr double darkest_ratio = 1e-6;
-/// A step of a fit of few unknowns that keeps less of its promise asks for a fresh Jacobian.
-inline constexpr double trusted_step = 0.25;
-/// No such step goes further [log units].
-inline constexpr double longest_step = 1.0;
 
 }  // namespace kappamu::inverse
