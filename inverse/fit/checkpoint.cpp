@@ -4,7 +4,7 @@
 #include <array>
 
 #include "core/error.h"
-#include "inverse/optimise/state_bytes.h"
+#include "inverse/fit/state_bytes.h"
 
 namespace kappamu::inverse {
 
@@ -26,11 +26,8 @@ std::uint64_t checksum(std::span<const std::byte> header, std::span<const std::b
 
 std::vector<std::byte> seal(std::span<const std::byte> state, const CheckpointOrigin& origin) {
   ByteWriter out;
-  for (const std::uint64_t n :
-       {format, version, std::uint64_t{state.size()}, origin.inputs, origin.program}) {
-    out.put(n);
-  }
-  out.put(checksum(out.bytes(), state));
+  out(format, version, std::uint64_t{state.size()}, origin.inputs, origin.program);
+  out(checksum(out.bytes(), state));
   std::vector<std::byte> sealed(header_bytes + state.size());
   const auto begin = std::copy(out.bytes().begin(), out.bytes().end(), sealed.begin());
   std::copy(state.begin(), state.end(), begin);
@@ -42,7 +39,7 @@ std::span<const std::byte> unseal(std::span<const std::byte> bytes,
   if (bytes.size() < header_bytes) throw InputError("is cut short");
   ByteReader in(bytes);
   std::array<std::uint64_t, 6> header{};
-  for (std::uint64_t& n : header) in.get(n);
+  for (std::uint64_t& n : header) in(n);
   const auto [found_format, found_version, size, inputs, program, sum] = header;
   if (found_format != format) throw InputError("is damaged or no checkpoint");
   if (found_version != version) throw InputError("is damaged or of another version of kappamu");

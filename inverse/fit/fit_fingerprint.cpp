@@ -5,7 +5,7 @@
 
 #include "forward/grid/grid_solver.h"
 #include "inverse/fit/describe_options.h"
-#include "inverse/optimise/state_bytes.h"
+#include "inverse/fit/state_bytes.h"
 
 namespace kappamu::inverse {
 

@@ -46,7 +46,8 @@ void require_possible(const OptimiserState& s, std::size_t size, int pairs) {
   }
   require(s.direction.empty() == s.previous_gradient.empty());
   require(std::isfinite(s.value) && std::isfinite(s.previous_step));
-  require(s.steps.size() <= static_cast<std::size_t>(pairs) && s.changes.size() == s.steps.size());
+  require(s.steps.size() <= static_cast<std::size_t>(pairs) && s.changes.size() == s.steps.size() &&
+          s.products.size() == s.steps.size());
   for (const auto* list : {&s.steps, &s.changes}) {
     for (const std::vector<float>& v : *list) require(has(v, size));
   }

@@ -262,40 +262,7 @@ StepOutcome wang2008_step(Function& function, OptimiserState& state,
   return StepOutcome::progressed;
 }
 
-void put_all(ByteWriter& out, const std::vector<std::vector<float>>& list) {
-  out.put<std::uint64_t>(list.size());
-  for (const auto& item : list) out.put(item);
-}
-
-void get_all(ByteReader& in, std::vector<std::vector<float>>& list) {
-  std::uint64_t count = 0;
-  in.get(count);
-  list.clear();
-  for (std::uint64_t k = 0; k < count; ++k) in.get(list.emplace_back());
-}
-
 }  // namespace
-
-void OptimiserState::write(ByteWriter& out) const {
-  for (const Vector* v : {&z, &gradient, &direction, &previous_gradient}) out.put(*v);
-  for (const double x : {value, previous_step}) out.put(x);
-  put_all(out, steps);
-  put_all(out, changes);
-  for (const LbfgsProducts& p : products) {
-    for (const double x : {p.curvature, p.step_square, p.change_square}) out.put(x);
-  }
-}
-
-void OptimiserState::read(ByteReader& in) {
-  for (Vector* v : {&z, &gradient, &direction, &previous_gradient}) in.get(*v);
-  for (double* x : {&value, &previous_step}) in.get(*x);
-  get_all(in, steps);
-  get_all(in, changes);
-  products.resize(steps.size());
-  for (LbfgsProducts& p : products) {
-    for (double* x : {&p.curvature, &p.step_square, &p.change_square}) in.get(*x);
-  }
-}
 
 void start(Function& function, OptimiserState& state) {
   OptimiserState fresh;

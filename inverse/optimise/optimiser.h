@@ -8,7 +8,6 @@
 
 #include "core/names.h"
 #include "inverse/optimise/basis.h"
-#include "inverse/optimise/state_bytes.h"
 
 namespace kappamu::inverse {
 
@@ -56,9 +55,6 @@ struct OptimiserState {
   Vector direction;          ///< conjugate gradients: the last direction
   Vector previous_gradient;  ///< conjugate gradients: the gradient it was made of
   double previous_step = 0.0;
-
-  void write(ByteWriter& out) const;
-  void read(ByteReader& in);
 };
 
 enum class StepOutcome { progressed, stalled };

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -15,22 +16,44 @@
 
 namespace kappamu::inverse {
 
+/// Takes numbers, enumerators, strings, optional values, vectors of any of them, and what a
+/// function transfer(bytes, value) in this namespace is for: the same one writes and reads.
 class ByteWriter {
  public:
-  template <class T>
-  void put(const T& value) {
-    static_assert(std::is_arithmetic_v<T> || std::is_enum_v<T>);
-    append(&value, sizeof(T));
+  template <class... T>
+  void operator()(const T&... values) {
+    (put(values), ...);
   }
-  template <class T>
-  void put(const std::vector<T>& values) {
-    put<std::uint64_t>(values.size());
-    append(values.data(), values.size() * sizeof(T));
+  template <class E>
+  void enumerator(const E& value, E /*last*/) {
+    put(value);
   }
-  void put(const std::string& text) { put(std::vector<char>(text.begin(), text.end())); }
   const std::vector<std::byte>& bytes() const { return bytes_; }
 
  private:
+  template <class T>
+  void put(const T& value) {
+    if constexpr (std::is_arithmetic_v<T> || std::is_enum_v<T>) {
+      append(&value, sizeof(T));
+    } else {
+      transfer(*this, value);
+    }
+  }
+  template <class T>
+  void put(const std::vector<T>& values) {
+    put(static_cast<std::uint64_t>(values.size()));
+    if constexpr (std::is_arithmetic_v<T>) {
+      append(values.data(), values.size() * sizeof(T));
+    } else {
+      for (const T& value : values) put(value);
+    }
+  }
+  template <class T>
+  void put(const std::optional<T>& value) {
+    put(value.has_value());
+    if (value) put(*value);
+  }
+  void put(const std::string& text) { put(std::vector<char>(text.begin(), text.end())); }
   void append(const void* data, std::size_t count) {
     if (count == 0) return;
     const std::size_t end = bytes_.size();
@@ -45,10 +68,29 @@ class ByteWriter {
 class ByteReader {
  public:
   explicit ByteReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  template <class... T>
+  void operator()(T&... values) {
+    (get(values), ...);
+  }
+  /// From 0 to `last`.
+  template <class E>
+  void enumerator(E& value, E last) {
+    std::underlying_type_t<E> number{};
+    get(number);
+    if (number < 0 || number > static_cast<std::underlying_type_t<E>>(last)) throw impossible();
+    value = static_cast<E>(number);
+  }
+  bool at_end() const { return bytes_.empty(); }
+
+ private:
   template <class T>
   void get(T& value) {
-    static_assert(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>);
-    std::memcpy(&value, take(sizeof(T)), sizeof(T));
+    static_assert(!std::is_enum_v<T>, "its last enumerator is to be given");
+    if constexpr (std::is_arithmetic_v<T>) {
+      std::memcpy(&value, take(sizeof(T)), sizeof(T));
+    } else {
+      transfer(*this, value);
+    }
   }
   void get(bool& value) {
     std::uint8_t byte = 0;
@@ -56,31 +98,30 @@ class ByteReader {
     if (byte > 1) throw impossible();
     value = byte == 1;
   }
-  /// An enumerator from 0 to `last`.
-  template <class E>
-  void get(E& value, E last) {
-    std::underlying_type_t<E> number{};
-    get(number);
-    if (number < 0 || number > static_cast<std::underlying_type_t<E>>(last)) throw impossible();
-    value = static_cast<E>(number);
-  }
   template <class T>
   void get(std::vector<T>& values) {
     std::uint64_t count = 0;
     get(count);
-    if (count > bytes_.size() / sizeof(T)) throw truncated();
-    const std::byte* from = take(count * sizeof(T));
-    values.resize(count);
-    if (count > 0) std::memcpy(values.data(), from, count * sizeof(T));
+    if constexpr (std::is_arithmetic_v<T>) {
+      if (count > bytes_.size() / sizeof(T)) throw truncated();
+      const std::byte* from = take(count * sizeof(T));
+      values.resize(count);
+      if (count > 0) std::memcpy(values.data(), from, count * sizeof(T));
+    } else {
+      for (std::uint64_t k = 0; k < count; ++k) get(values.emplace_back());
+    }
+  }
+  template <class T>
+  void get(std::optional<T>& value) {
+    bool has_value = false;
+    get(has_value);
+    if (has_value) get(value.emplace());
   }
   void get(std::string& text) {
     std::vector<char> characters;
     get(characters);
     text.assign(characters.begin(), characters.end());
   }
-  bool at_end() const { return bytes_.empty(); }
-
- private:
   static InputError truncated() { return InputError("is damaged: it ends too early"); }
   static InputError impossible() { return InputError("is damaged: it holds impossible values"); }
   const std::byte* take(std::size_t count) {
