@@ -143,8 +143,8 @@ fs::path OutputFolder::prepared(const fs::path& folder, const std::vector<fs::pa
 OutputFolder::OutputFolder(const fs::path& folder, const std::string& command,
                            const std::vector<fs::path>& inputs,
                            const std::vector<std::string>& outputs, Former former,
-                           const std::string& key, bool continues)
-    : continues_(continues),
+                           const std::string& key, Interrupted interrupted)
+    : interrupted_(interrupted),
       command_(command),
       folder_(prepared(folder, inputs)),
       lock_(folder_, FolderLock::By::folder),
@@ -154,7 +154,7 @@ OutputFolder::OutputFolder(const fs::path& folder, const std::string& command,
   remove_stale_record(folder_ / files_record_name, format_name);
   files_.recover();
   files_.require_room(outputs, Changed::refused);
-  files_.begin(key, continues);
+  files_.begin(key, interrupted);
 }
 
 void OutputFolder::commit() {
@@ -166,7 +166,7 @@ OutputFolder::~OutputFolder() {
   // Complete, though something was in the way of the move: kept.
   if (committed_ || claims_.at(command_).status == StageStatus::moving) return;
   try {
-    if (continues_ && !fs::is_empty(partial())) return;
+    if (interrupted_ == Interrupted::continued && !fs::is_empty(partial())) return;
     files_.discard();
     if (!claims_.at(command_).files.empty()) return;
     claims_.erase(command_);

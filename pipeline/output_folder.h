@@ -59,12 +59,12 @@ class FolderLock {
 class OutputFolder {
  public:
   /// Throws InputError unless `folder` is apart from `inputs` and everything at or below `outputs`
-  /// (names in it that `command` will write) is as the same command wrote it earlier. An
-  /// interrupted attempt with the same `key` goes on if `continues`.
+  /// (names in it that `command` will write) is as the same command wrote it earlier. What
+  /// attempts may be continued by is their `key`.
   OutputFolder(const std::filesystem::path& folder, const std::string& command,
                const std::vector<std::filesystem::path>& inputs,
                const std::vector<std::string>& outputs, Former former = Former::removed,
-               const std::string& key = "", bool continues = false);
+               const std::string& key = "", Interrupted interrupted = Interrupted::removed);
   /// Without commit(): leaves what there is to go on with, and otherwise no trace.
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -82,7 +82,7 @@ class OutputFolder {
                                  const std::vector<std::filesystem::path>& inputs);
 
   bool made_ = false;
-  bool continues_ = false;
+  Interrupted interrupted_;
   bool committed_ = false;
   std::string command_;
   std::filesystem::path folder_;

@@ -150,8 +150,9 @@ void StagedFiles::require_room(const std::vector<std::string>& outputs, Changed 
   }
 }
 
-void StagedFiles::begin(const std::string& key, bool continues) {
-  continues = continues && claim_.status == StageStatus::started && claim_.key == key;
+void StagedFiles::begin(const std::string& key, Interrupted interrupted) {
+  const bool continues = interrupted == Interrupted::continued &&
+                         claim_.status == StageStatus::started && claim_.key == key;
   // While the record still tells that it is ours.
   if (!continues) discard();
   claim_.status = StageStatus::started;

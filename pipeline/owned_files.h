@@ -61,6 +61,9 @@ enum class Former { removed, kept };
 /// What becomes of our own files that somebody changed after they were written.
 enum class Changed { replaced, refused };
 
+/// What becomes of an attempt that was interrupted, when one of the same key follows.
+enum class Interrupted { removed, continued };
+
 /// The files of one stage while it works.
 class StagedFiles {
  public:
@@ -73,8 +76,8 @@ class StagedFiles {
   /// Throws InputError naming the first file in the way: one at or below `outputs` (names in the
   /// folder) that is not on the list, or is changed where that is refused.
   void require_room(const std::vector<std::string>& outputs, Changed changed) const;
-  /// Makes partial(), empty, or as an interrupted attempt of the same key left it if `continues`.
-  void begin(const std::string& key, bool continues);
+  /// Makes partial(), empty unless an interrupted attempt is continued.
+  void begin(const std::string& key, Interrupted interrupted);
   std::filesystem::path partial() const { return root_ / (name_ + ".partial"); }
   /// Moves everything below partial() to its place. Throws InputError, everything left as it is,
   /// when a file is in the way.

@@ -110,7 +110,7 @@ RunFolder::Stage Pipeline::merge_stage() const {
               .add(calibration ? "measured by " + *calibration : "hdr")
               .text(),
           {"hdr", "measurements", "measurements_validate"},
-          true};
+          Interrupted::continued};
 }
 
 void Pipeline::require_room() {
@@ -146,7 +146,7 @@ RunFolder::Stage Pipeline::stage_after(const RunFolder::Stage& earlier, const st
 bool Pipeline::fit(const FitStageOptions& options, Progress& progress) {
   const RunFolder::Stage input = session_ ? merge_stage() : RunFolder::Stage{"", fingerprint_, {}};
   fit_stage_ = stage_after(input, "fit", options_json(options), {"fit"});
-  fit_stage_.continues = true;
+  fit_stage_.interrupted = Interrupted::continued;
   const fs::path measurements = session_ ? folder_.path() : folder_.record().input;
   return folder_.run(fit_stage_, progress, [&](const fs::path& output, Progress& listener) {
     const FitSummary summary = run_fit_stage(measurements, output / "fit", options, listener);

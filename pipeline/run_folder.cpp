@@ -136,7 +136,7 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   // 1. Either continue an interrupted attempt, or begin anew; former outputs stay meanwhile.
   require_room(stage);
   StagedFiles files = files_of(stage.name);
-  files.begin(stage.key, stage.continues && !force_);
+  files.begin(stage.key, force_ ? Interrupted::removed : stage.interrupted);
 
   // 2. Work; a failure leaves the stage "started".
   RecordingProgress recording(progress);
@@ -144,7 +144,9 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   try {
     work(files.partial(), recording);
   } catch (...) {
-    if (!stage.continues || is_without_files(files.partial())) files.discard();
+    if (stage.interrupted == Interrupted::removed || is_without_files(files.partial())) {
+      files.discard();
+    }
     throw;
   }
 

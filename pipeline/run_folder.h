@@ -42,8 +42,7 @@ class RunFolder {
     std::string key;   ///< fingerprint of everything its outputs depend on
     /// Files and folders of the run that the stage may write.
     std::vector<std::string> outputs;
-    /// Whether an interrupted attempt with the same key leaves something to go on with.
-    bool continues = false;
+    Interrupted interrupted = Interrupted::removed;
   };
 
   /// The key with which a stage is complete and its files are as it wrote them; nothing if they are

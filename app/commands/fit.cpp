@@ -113,9 +113,10 @@ void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
           .add(pipeline::options_json(options))
           .add(pipeline::measurements_fingerprint(pipeline::find_measurements(input)))
           .text();
-  pipeline::OutputFolder folder(out, "fit", pipeline::fit_inputs(input, options),
-                                pipeline::fit_outputs(out), pipeline::Former::removed, key,
-                                !options.restart);
+  pipeline::OutputFolder folder(
+      out, "fit", pipeline::fit_inputs(input, options), pipeline::fit_outputs(out),
+      pipeline::Former::removed, key,
+      options.restart ? pipeline::Interrupted::removed : pipeline::Interrupted::continued);
   pipeline::FitSummary summary =
       pipeline::run_fit_stage(input, folder.partial(), options, *progress);
   summary.volume = out / "volume.vdb";

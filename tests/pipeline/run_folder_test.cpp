@@ -59,7 +59,7 @@ TEST_F(RunFolderTest, OtherKeyOrLostOutputOrForceRepeats) {
 }
 
 TEST_F(RunFolderTest, InterruptedStageFindsItsPartialOutputs) {
-  const RunFolder::Stage stage{"fit", "key", {"out"}, true};
+  const RunFolder::Stage stage{"fit", "key", {"out"}, Interrupted::continued};
   EXPECT_THROW(open().run(stage, silent_, interrupted), InputError);
   bool found = false;
   open().run(stage, silent_,
@@ -68,9 +68,10 @@ TEST_F(RunFolderTest, InterruptedStageFindsItsPartialOutputs) {
 }
 
 TEST_F(RunFolderTest, PartialOutputsOfOtherInputsAreNotFound) {
-  EXPECT_THROW(open().run({"fit", "key", {"out"}, true}, silent_, interrupted), InputError);
+  EXPECT_THROW(open().run({"fit", "key", {"out"}, Interrupted::continued}, silent_, interrupted),
+               InputError);
   bool found = true;
-  open().run({"fit", "other key", {"out"}, true}, silent_,
+  open().run({"fit", "other key", {"out"}, Interrupted::continued}, silent_,
              [&](const fs::path& output, Progress&) { found = fs::exists(output / "out"); });
   EXPECT_FALSE(found);
 }
@@ -113,7 +114,7 @@ TEST_F(RunFolderTest, FileOfSomeoneElseIsRefusedAndStays) {
     std::ofstream(folder() / "run" / "out") << "mine";
   };
   EXPECT_THAT(sentence_of([&] {
-                open().run({"merge", "key", {"out"}, true}, silent_, late);
+                open().run({"merge", "key", {"out"}, Interrupted::continued}, silent_, late);
               }),
               HasSubstr("out: is in the way"));
   EXPECT_EQ(out(), "mine");

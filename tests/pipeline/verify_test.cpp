@@ -99,7 +99,7 @@ TEST_F(Verify, ADamagedStageIsDoneAgain) {
 }
 
 TEST_F(Verify, UnfinishedStagesAreNamed) {
-  EXPECT_THROW(open().run({"merge", "key", {"hdr"}, true}, silent_,
+  EXPECT_THROW(open().run({"merge", "key", {"hdr"}, Interrupted::continued}, silent_,
                           [](const fs::path& output, Progress&) {
                             std::ofstream(output / "hdr") << "half";
                             throw InputError("killed");
