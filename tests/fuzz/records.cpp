@@ -133,8 +133,8 @@ void read_run(Bytes bytes) {
   if (is_run) {
     act([&] { pipeline::RunFolder(run).require_whole("fit"); });
     act([&] {
-      pipeline::RunFolder(run).run({"fit", "k", {"fit"}, true}, progress,
-                                   [](const fs::path&, Progress&) {});
+      pipeline::RunFolder(run).run({"fit", "k", {"fit"}, pipeline::Interrupted::continued},
+                                   progress, [](const fs::path&, Progress&) {});
     });
   } else {
     act([&] { pipeline::OutputFolder(run, "export", {}, {"volume.vti"}).commit(); });
