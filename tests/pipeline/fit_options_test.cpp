@@ -9,6 +9,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/error.h"
 #include "io/read_file.h"
 #include "pipeline/records/versions.h"
 #include "pipeline/stages/continuation.h"
