@@ -236,7 +236,8 @@ TEST_F(ObjectsTest, AutoIsHeldAgainstTheCheapestThatMetTheTolerance) {
 }
 
 TEST_F(ObjectsTest, ReferencesAreReadAgainAndThoseOfOtherScenesRefused) {
-  const Request request = asked({"sphere-marble-8-sky"});
+  Request request = asked({"sphere-marble-8-sky"});
+  request.settings["models"] = {"embedded"};
   const auto error_of_embedded = [&] {
     return quick_record("objects", "models", request).at("rows").at(0).at("error");
   };
