@@ -22,8 +22,7 @@ struct BeamPlace {
 
 /// About `spacing_mm` apart, in the order of the triangles: several on large triangles, of low
 /// discrepancy over `seed`; one for all small triangles in a cube of the object's space that face
-/// alike. Areas sum to the surface's: so
-/// does light that comes from afar.
+/// alike. Areas sum to the surface's; so does light that comes from afar.
 std::vector<BeamPlace> beam_places(const WorldObject& object, double spacing_mm,
                                    std::uint64_t seed);
 
