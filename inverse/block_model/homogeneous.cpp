@@ -113,7 +113,7 @@ bool descend(LogResidual& residual, const LinearPrior& prior, LeastSquaresState&
   const auto next = [tolerance](const PlannedStep& planned) {
     return planned.step.cwiseAbs().maxCoeff() < tolerance ? Continue::converged : Continue::yes;
   };
-  return levenberg_marquardt(residual, prior, at, {}, next).converged;
+  return levenberg_marquardt(residual, prior, at, {.longest_step = 1.5}, next).converged;
 }
 
 /// The best of a table that spans marble to milk to wax at any size of block, first along κ, then
