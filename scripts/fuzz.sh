@@ -21,8 +21,6 @@ cmake -S tests/fuzz -B build-fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ >build-f
 flock -u 9
 if [[ -z $what ]]; then exec build-fuzz/fuzz; fi
 [[ $what == all ]] && targets=$(build-fuzz/fuzz) || targets=$what
-# The system's libraries are not instrumented, so that their containers look overflown to the sanitizer.
-export ASAN_OPTIONS=detect_container_overflow=0
 # Files of a fuzzer live for a millisecond: in memory, where there is room.
 [[ ! -w /dev/shm ]] || export TMPDIR=/dev/shm
 status=0
@@ -30,14 +28,16 @@ for target in $targets; do
   export KAPPAMU_FUZZ=$target
   folders=("build-fuzz/corpus/$target" "build-fuzz/seeds/$target")
   mkdir -p "${folders[0]}" "build-fuzz/crashes/$target"
-  KAPPAMU_FUZZ_SEEDS=${folders[1]} build-fuzz/fuzz
-  [[ ! -d tests/fuzz/regression/$target ]] || folders+=("tests/fuzz/regression/$target")
-  log=build-fuzz/$target.log
-  found=0
   # OpenVDB loses a node of 270 kB wherever a file ends within it, and assimp keeps caches: a search for leaks after each
   # input would take all the time, so that these two go without, and with room for what is lost.
   leaks=1
   [[ $target != vdb && $target != mesh ]] || leaks=0
+  # The system's libraries are not instrumented, so that their containers look overflown to the sanitizer.
+  export ASAN_OPTIONS=detect_container_overflow=0:detect_leaks=$leaks
+  KAPPAMU_FUZZ_SEEDS=${folders[1]} build-fuzz/fuzz
+  [[ ! -d tests/fuzz/regression/$target ]] || folders+=("tests/fuzz/regression/$target")
+  log=build-fuzz/$target.log
+  found=0
   build-fuzz/fuzz -seed="$seed" -max_total_time="$seconds" -timeout=30 -rss_limit_mb=8192 -malloc_limit_mb=1024 \
     -detect_leaks=$leaks \
     -max_len=65536 -print_final_stats=1 -verbosity=0 -close_fd_mask=2 -artifact_prefix="build-fuzz/crashes/$target/" \
