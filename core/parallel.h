@@ -35,23 +35,27 @@ void for_rows(int rows, const Work& work, unsigned threads = 0) {
   if (failure) std::rethrow_exception(failure);
 }
 
-/// Elements of a vector that for_pieces() hands out at once.
+/// Elements of a vector that for_pieces() hands out at once by default.
 inline constexpr std::size_t piece_length = 65536;
 
 /// How many pieces a vector of `size` has.
-inline std::size_t pieces(std::size_t size) {
-  return (size + piece_length - 1) / piece_length;
+inline std::size_t pieces(std::size_t size, std::size_t length = piece_length) {
+  return (size + length - 1) / length;
 }
 
 /// Calls work(piece, begin, end) for every piece [begin, end) of a vector of `size`, on all cores.
 /// The pieces are the same on any number of cores: sums per piece, added up in order, have the same
 /// bits.
 template <class Work>
-void for_pieces(std::size_t size, const Work& work) {
-  for_rows(static_cast<int>(pieces(size)), [&](int row) {
+void for_pieces(std::size_t size, std::size_t length, const Work& work) {
+  for_rows(static_cast<int>(pieces(size, length)), [&](int row) {
     const auto piece = static_cast<std::size_t>(row);
-    work(piece, piece * piece_length, std::min(size, (piece + 1) * piece_length));
+    work(piece, piece * length, std::min(size, (piece + 1) * length));
   });
+}
+template <class Work>
+void for_pieces(std::size_t size, const Work& work) {
+  for_pieces(size, piece_length, work);
 }
 
 }  // namespace kappamu

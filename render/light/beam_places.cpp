@@ -129,16 +129,13 @@ void add_beams(const World& world, const WorldObject& object, const LightSources
 std::array<forward::ObjectLight, 3> beams_at(const World& world, std::size_t object,
                                              const LightSources& sources,
                                              std::span<const BeamPlace> places) {
-  const std::size_t pieces_of_places = (places.size() + places_per_piece - 1) / places_per_piece;
-  std::vector<BeamsOfChannels> beams(pieces_of_places);
-  for_rows(static_cast<int>(pieces_of_places), [&](int row) {
-    const auto piece = static_cast<std::size_t>(row);
-    const std::size_t begin = piece * places_per_piece;
-    for (const BeamPlace& place :
-         places.subspan(begin, std::min(places_per_piece, places.size() - begin))) {
-      add_beams(world, world.objects()[object], sources, place, beams[piece]);
-    }
-  });
+  std::vector<BeamsOfChannels> beams(pieces(places.size(), places_per_piece));
+  for_pieces(places.size(), places_per_piece,
+             [&](std::size_t piece, std::size_t begin, std::size_t end) {
+               for (const BeamPlace& place : places.subspan(begin, end - begin)) {
+                 add_beams(world, world.objects()[object], sources, place, beams[piece]);
+               }
+             });
   std::array<forward::ObjectLight, 3> light;
   for (std::size_t c = 0; c < 3; ++c) {
     for (const BeamsOfChannels& of_piece : beams) {

@@ -100,10 +100,9 @@ NodeSpace::NodeSpace(const std::vector<Cube>& cubes) : corner_(cubes.size()) {
     int node, place;  ///< in the cube's lattice of halves
   };
   constexpr std::size_t chunk = 4096;
-  std::vector<std::vector<Middle>> middles((cubes.size() + chunk - 1) / chunk);
-  for_rows(static_cast<int>(middles.size()), [&](int row) {
-    const auto part = static_cast<std::size_t>(row);
-    for (std::size_t k = part * chunk; k < std::min(cubes.size(), (part + 1) * chunk); ++k) {
+  std::vector<std::vector<Middle>> middles(pieces(cubes.size(), chunk));
+  for_pieces(cubes.size(), chunk, [&](std::size_t part, std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
       if (cubes[k].level == finest) continue;
       for (int place = 0; place < 27; ++place) {
         const int x = place % 3, y = place / 3 % 3, z = place / 9;

@@ -1,7 +1,6 @@
 // Work on long arrays, spread over the cores.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 
 #include "core/parallel.h"
@@ -16,10 +15,8 @@ void for_row_ranges(std::size_t rows, const Work& work) {
     work(std::size_t{0}, rows);
     return;
   }
-  for_rows(static_cast<int>((rows + range - 1) / range), [&](int k) {
-    const std::size_t begin = static_cast<std::size_t>(k) * range;
-    work(begin, std::min(rows, begin + range));
-  });
+  for_pieces(rows, range,
+             [&](std::size_t, std::size_t begin, std::size_t end) { work(begin, end); });
 }
 
 }  // namespace kappamu::forward::embedded

@@ -25,15 +25,6 @@ constexpr std::size_t cells_of_piece = 1024;
 typedef double Eight __attribute__((vector_size(8 * sizeof(double))));            // NOLINT
 typedef std::int64_t EightBits __attribute__((vector_size(8 * sizeof(double))));  // NOLINT
 
-template <class Work>
-void for_pieces_of_cells(std::size_t cells, const Work& work) {
-  const std::size_t pieces_of_cells = (cells + cells_of_piece - 1) / cells_of_piece;
-  for_rows(static_cast<int>(pieces_of_cells), [&](int piece) {
-    const std::size_t begin = at(piece) * cells_of_piece;
-    work(at(piece), begin, std::min(cells, begin + cells_of_piece));
-  });
-}
-
 /// Sum over some cells, and each one's slopes.
 KAPPAMU_WIDEST double energy_of_some(const CellEnergy& energy, const std::array<int, 8>* cells,
                                      const TargetCell* targets, std::size_t count,
@@ -139,16 +130,17 @@ CellEnergies::CellEnergies(const std::vector<std::array<int, 8>>& cells,
 
 double CellEnergies::operator()(const CellEnergy& energy, const std::vector<Vector3d>& corner,
                                 std::vector<Vector3d>& gradient) {
-  std::vector<double> of_piece(cells_.size() / cells_of_piece + 1, 0.0);
-  for_pieces_of_cells(cells_.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
-    of_piece[piece] = energy_of_some(energy, &cells_[begin], &targets_[begin], end - begin,
-                                     corner.data(), &slopes_[begin]);
-  });
+  std::vector<double> of_piece(pieces(cells_.size(), cells_of_piece), 0.0);
+  for_pieces(cells_.size(), cells_of_piece,
+             [&](std::size_t piece, std::size_t begin, std::size_t end) {
+               of_piece[piece] = energy_of_some(energy, &cells_[begin], &targets_[begin],
+                                                end - begin, corner.data(), &slopes_[begin]);
+             });
   double total = 0.0;
   for (const double some : of_piece) total += some;
   if (!std::isfinite(total)) return infinite;
   gradient.resize(corner.size());
-  for_pieces_of_cells(corner.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+  for_pieces(corner.size(), cells_of_piece, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t c = begin; c < end; ++c) {
       gradient[c].setZero();
       for (int s = slot_start_[c]; s < slot_start_[c + 1]; ++s) {
@@ -162,18 +154,21 @@ double CellEnergies::operator()(const CellEnergy& energy, const std::vector<Vect
 }
 
 double CellEnergies::least_determinant(const std::vector<Vector3d>& corner) const {
-  std::vector<double> of_piece(cells_.size() / cells_of_piece + 1, infinite);
-  for_pieces_of_cells(cells_.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto x = [&](unsigned b) -> const Vector3d& { return corner[at(cells_[i][b])]; };
-      for (unsigned b = 0; b < 8; ++b) {
-        const double d =
-            (x(b | 1U) - x(b & ~1U)).dot((x(b | 2U) - x(b & ~2U)).cross(x(b | 4U) - x(b & ~4U)));
-        of_piece[piece] = std::min(of_piece[piece], d * targets_[i].inverse_edge.prod());
-      }
-    }
-  });
-  return *std::min_element(of_piece.begin(), of_piece.end());
+  std::vector<double> of_piece(pieces(cells_.size(), cells_of_piece), infinite);
+  for_pieces(
+      cells_.size(), cells_of_piece, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto x = [&](unsigned b) -> const Vector3d& { return corner[at(cells_[i][b])]; };
+          for (unsigned b = 0; b < 8; ++b) {
+            const double d = (x(b | 1U) - x(b & ~1U))
+                                 .dot((x(b | 2U) - x(b & ~2U)).cross(x(b | 4U) - x(b & ~4U)));
+            of_piece[piece] = std::min(of_piece[piece], d * targets_[i].inverse_edge.prod());
+          }
+        }
+      });
+  double least = infinite;
+  for (const double some : of_piece) least = std::min(least, some);
+  return least;
 }
 
 }  // namespace kappamu::forward

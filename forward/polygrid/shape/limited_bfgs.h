@@ -20,20 +20,20 @@ template <class Function>
 double minimise(const Function& function, Eigen::VectorXd& x, int iterations, double first_step) {
   using Eigen::Index;
   constexpr Index memory = 6, at_gradient = 2 * memory;  // columns: steps, changes, gradient
-  constexpr Index piece_rows = 4096;                     // of which all columns stay in the cache
+  constexpr std::size_t piece_rows = 4096;               // of which all columns stay in the cache
   constexpr double decrease = 1e-4;
   using Products = Eigen::Matrix<double, at_gradient + 1, at_gradient + 1>;
   using NewProducts = Eigen::Matrix<double, at_gradient + 1, 3>;
   using Coefficients = Eigen::Matrix<double, at_gradient + 1, 1>;
-  const Index pieces_of_x = (x.size() + piece_rows - 1) / piece_rows;
+  const auto size = static_cast<std::size_t>(x.size());
   const auto for_all_pieces = [&](const auto& work) {
-    for_rows(static_cast<int>(pieces_of_x), [&](int piece) {
-      work(piece, piece * piece_rows, std::min(piece_rows, x.size() - piece * piece_rows));
+    for_pieces(size, piece_rows, [&](std::size_t piece, std::size_t begin, std::size_t end) {
+      work(piece, static_cast<Index>(begin), static_cast<Index>(end - begin));
     });
   };
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(x.size(), at_gradient + 1);
   Products products = Products::Zero();
-  std::vector<NewProducts> of_piece(static_cast<std::size_t>(pieces_of_x));
+  std::vector<NewProducts> of_piece(pieces(size, piece_rows));
   std::vector<Index> pairs;  // their places among the steps, oldest first
   Eigen::VectorXd gradient(x.size()), next(x.size()), direction(x.size());
   double value = function(x, gradient);
@@ -62,7 +62,7 @@ double minimise(const Function& function, Eigen::VectorXd& x, int iterations, do
     }
     const double slope = products.row(at_gradient).dot(by);
     if (!(slope < 0.0)) return value;
-    for_all_pieces([&](int, Index begin, Index rows) {
+    for_all_pieces([&](std::size_t, Index begin, Index rows) {
       direction.segment(begin, rows).noalias() = columns.middleRows(begin, rows) * by;
     });
     double length = 1.0, next_value = 0.0;
@@ -75,12 +75,12 @@ double minimise(const Function& function, Eigen::VectorXd& x, int iterations, do
     }
     const bool full = pairs.size() == memory;
     const Index place = full ? pairs.front() : static_cast<Index>(pairs.size());
-    for_all_pieces([&](int piece, Index begin, Index rows) {
+    for_all_pieces([&](std::size_t piece, Index begin, Index rows) {
       auto mine = columns.middleRows(begin, rows);
       mine.col(place) = next.segment(begin, rows) - x.segment(begin, rows);
       mine.col(place + memory) = gradient.segment(begin, rows) - mine.col(at_gradient);
       mine.col(at_gradient) = gradient.segment(begin, rows);
-      NewProducts& sums = of_piece[static_cast<std::size_t>(piece)];
+      NewProducts& sums = of_piece[piece];
       int column = 0;
       for (const Index with : {place, place + memory, at_gradient}) {
         sums.col(column++).noalias() = mine.transpose() * mine.col(with);

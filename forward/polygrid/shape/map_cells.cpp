@@ -34,9 +34,8 @@ constexpr std::size_t samples_of_part = 256;
 /// Calls work(i) for i in [0, count), those of a part of samples_of_part in order.
 template <class Work>
 void for_parts(std::size_t count, const Work& work) {
-  for_rows(static_cast<int>((count + samples_of_part - 1) / samples_of_part), [&](int part) {
-    const std::size_t begin = static_cast<std::size_t>(part) * samples_of_part;
-    for (std::size_t i = begin; i < std::min(count, begin + samples_of_part); ++i) work(i);
+  for_pieces(count, samples_of_part, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) work(i);
   });
 }
 
