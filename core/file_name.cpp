@@ -1,6 +1,7 @@
 #include "core/file_name.h"
 
 #include <algorithm>
+#include <cctype>
 
 #include "core/error.h"
 #include "core/shown_text.h"
@@ -38,6 +39,13 @@ bool stays_inside(std::string_view relative_path) {
     begin = end + 1;
   }
   return true;
+}
+
+std::string lower_extension(const std::filesystem::path& file) {
+  std::string extension = file.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
 }
 
 std::string shown_name(std::string_view text) {

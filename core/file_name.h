@@ -1,6 +1,7 @@
 // Names from files of others that become part of a path: what may be one, decided in one place.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,9 @@ void require_plain_name(std::string_view name, const std::string& where);
 /// Whether a relative path stays in the folder it starts from as far as its text shows: not empty,
 /// not absolute, no "..", no control characters. Symbolic links: capture::require_files_inside().
 bool stays_inside(std::string_view relative_path);
+
+/// ".png" of "A.PNG"; empty where there is none.
+std::string lower_extension(const std::filesystem::path& file);
 
 /// `text` for a message: control characters as \xNN.
 std::string shown_name(std::string_view text);

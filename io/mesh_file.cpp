@@ -9,13 +9,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "core/mesh/mesh_check.h"
 #include "io/mesh/mesh_claims.h"
 #include "io/read_file.h"
@@ -80,9 +80,7 @@ class FolderFiles final : public Assimp::IOSystem {
 };
 
 std::string format_of(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string ending = lower_extension(file);
   for (const char* known : {"obj", "ply", "stl", "gltf", "glb"}) {
     if (ending == std::string(".") + known) return known;
   }

@@ -1,7 +1,6 @@
 #include "capture/import/import_photographs.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cstdio>
 #include <map>
@@ -24,13 +23,6 @@ namespace fs = std::filesystem;
 
 // Cameras round the numbers they write.
 constexpr double equal_settings = 0.02;
-
-std::string lower_extension(const fs::path& file) {
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
 
 bool is_photograph(const fs::path& file) {
   static const std::set<std::string> endings{".png", ".tif", ".tiff", ".jpg", ".jpeg", ".exr"};
@@ -209,7 +201,7 @@ void require_exposure_times(const std::vector<Photograph>& photographs) {
 }
 
 void read_camera(const fs::path& photograph, Camera& camera) {
-  if (camera.raw_layout && lower_extension(photograph) == ".raw") return;
+  if (is_headerless(camera, photograph)) return;
   if (io::is_raw_file(photograph)) {
     const io::RawImage raw = io::read_raw(photograph);
     camera.width = raw.mosaic.width();

@@ -1,13 +1,13 @@
 #include "capture/session/frames.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <string>
 
 #include "capture/session/bayer.h"
 #include "capture/session/filled_border.h"
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::capture {
@@ -15,17 +15,6 @@ namespace {
 
 std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
-}
-
-std::string extension_of(const Frame& frame) {
-  std::string extension = std::filesystem::path(frame.file).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension;
-}
-
-bool is_headerless(const Session& session, const Frame& frame) {
-  return session.camera.raw_layout && extension_of(frame) == ".raw";
 }
 
 std::filesystem::path existing_path(const Session& session, const Frame& frame) {
@@ -80,11 +69,16 @@ std::string shown_session(const Session& session) {
 }
 
 bool is_float_frame(const Frame& frame) {
-  return extension_of(frame) == ".exr";
+  return lower_extension(frame.file) == ".exr";
+}
+
+bool is_headerless(const Camera& camera, const std::filesystem::path& file) {
+  return camera.raw_layout && lower_extension(file) == ".raw";
 }
 
 bool is_raw_frame(const Session& session, const Frame& frame) {
-  if (is_headerless(session, frame)) return session.camera.raw_layout->mosaic.has_value();
+  if (is_headerless(session.camera, frame.file))
+    return session.camera.raw_layout->mosaic.has_value();
   return io::is_raw_file(frame.file);
 }
 
@@ -97,7 +91,7 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
                      "'linear' and channels = [\"R\", \"G\", \"B\"] in session.json.");
   }
   io::RawImage image;
-  if (is_headerless(session, frame)) {
+  if (is_headerless(camera, frame.file)) {
     image.mosaic = io::read_headerless_raw(path, *camera.raw_layout, camera.width, camera.height);
     image.layout = *camera.raw_layout->mosaic;
     image.white = camera.white_level.value_or(largest_code(camera));
@@ -155,7 +149,7 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
   Image<std::uint16_t> image =
-      is_headerless(session, frame)
+      is_headerless(camera, frame.file)
           ? io::read_headerless_raw(path, *camera.raw_layout, camera.width, camera.height)
           : io::read_code_image(
                 path, [&](const io::ImageSize& size) { check_shape(session, path, size); });

@@ -34,12 +34,15 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame);
 /// sites of each 2 x 2 cell as R, one G and B, half the extent; otherwise as load_frame().
 Image<std::uint16_t> load_sites(const Session& session, const Frame& frame);
 
+/// Whether the file is a RAW one without a header, whose layout the camera's description has.
+bool is_headerless(const Camera& camera, const std::filesystem::path& file);
+
 /// Whether the frame is a Bayer sensor's mosaic: a camera RAW file, or one without a header whose
 /// layout the session describes.
 bool is_raw_frame(const Session& session, const Frame& frame);
 
 /// A RAW frame's mosaic. Throws as load_frame() does, and where the session's camera is not linear
-/// or tells another white level than the file. Without a header the session's white level is taken.
+/// or has another white level than the file. Without a header the session's white level is taken.
 io::RawImage load_raw_frame(const Session& session, const Frame& frame);
 
 /// An EXR frame as it is: linear light as fractions of full scale, 1 and above saturated. Throws

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/atomic_file.h"
 #include "io/image/exr.h"
 #include "io/image/image_integrity.h"
@@ -48,9 +49,7 @@ std::vector<unsigned char> encode_tiff(const Image<Code>& image, const std::stri
 
 template <class Code>
 void write_by_extension(const fs::path& file, const Image<Code>& image) {
-  std::string extension = file.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  const std::string extension = lower_extension(file);
   if (extension != ".png" && extension != ".tif" && extension != ".tiff") {
     throw InputError("cannot write " + file.string() +
                      ": images are written as .png, .tif or .tiff, choose one of these endings");

@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/read_file.h"
 
 namespace kappamu::io {
@@ -99,10 +99,7 @@ bool is_raw_file(const fs::path& file) {
   static const std::vector<std::string> endings{
       ".dng", ".cr2", ".cr3", ".crw", ".nef", ".nrw", ".arw", ".sr2", ".srf", ".orf",
       ".rw2", ".pef", ".srw", ".raf", ".3fr", ".iiq", ".erf", ".mef", ".mos", ".raw"};
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(endings.begin(), endings.end(), ending) != endings.end();
+  return std::find(endings.begin(), endings.end(), lower_extension(file)) != endings.end();
 }
 
 RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
