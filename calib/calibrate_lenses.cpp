@@ -18,7 +18,7 @@ namespace kappamu::calib {
 namespace {
 
 /// What the photographs of boards show. A view without its board is left out, a plane without
-/// either of its boards too; `without` tells of them.
+/// either of its boards too; `without` names them.
 struct SeenBoards {
   std::vector<BoardView> views;  ///< the last ones are the printed boards of `planes`
   std::vector<PlaneView> planes;

@@ -187,7 +187,7 @@ std::optional<FramePair> compare_pair(
     const NoiseModel& noise) {
   Eigen::Vector2i offset = Eigen::Vector2i::Zero();
   Blocks longer = longer_at(offset);
-  const double told = longer.exposure_s;
+  const double stated = longer.exposure_s;
   std::vector<double> logarithms;
   const double faintest = least_signal_to_noise * std::sqrt(noise.variance(0.0F));
   for (std::size_t i = 0; i < shorter.signal.size(); ++i) {
@@ -215,7 +215,7 @@ std::optional<FramePair> compare_pair(
     offset = next;
   }
   const Fit& fitted = placed->fit;
-  return FramePair{std::log(placed->exposure_s / told), fitted.covariance(0, 0),
+  return FramePair{std::log(placed->exposure_s / stated), fitted.covariance(0, 0),
                    offset.cast<double>() + fitted.found.tail<2>(),
                    std::max(fitted.covariance(1, 1), fitted.covariance(2, 2))};
 }

@@ -256,8 +256,9 @@ void ChannelRun::follow_path() {
 /// by the metric. 0 where there is none.
 double ChannelRun::cross_validation(double chi2) const {
   if (options_.solver.coordinates != Coordinates::informed || state_.blocks.empty()) return 0.0;
-  const Basis::Determined told = basis_->determined(state_.blocks);
-  const double left = 1.0 - (told.kappa + told.mu) / static_cast<double>(grid_.problem().used());
+  const Basis::Determined determined = basis_->determined(state_.blocks);
+  const double left =
+      1.0 - (determined.kappa + determined.mu) / static_cast<double>(grid_.problem().used());
   return left > 0.0 ? chi2 / (left * left) : std::numeric_limits<double>::infinity();
 }
 

@@ -14,8 +14,7 @@
 namespace kappamu::inverse {
 
 struct FitState {
-  int level =
-      0;  ///< of GridLevels, 0 = finest; as correction and solves GridPath's, set for saving
+  int level = 0;  ///< of GridLevels, 0 = finest; GridPath's, as correction and solves are
   PathPosition path;
   int stage_steps = 0;      ///< taken at this weight
   int small_decreases = 0;  ///< in a row

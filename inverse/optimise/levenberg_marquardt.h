@@ -4,7 +4,6 @@
 
 #include <Eigen/Core>
 #include <functional>
-#include <limits>
 
 namespace kappamu::inverse {
 

@@ -48,7 +48,8 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
 
 /// What the variances leave out shows under light that was not fitted: the fit has taken up what it
 /// did to the fitted.
-std::optional<std::string> surprise(const ChannelFit& fit, const ValidationScore& validation) {
+std::optional<std::string> validation_misfit(const ChannelFit& fit,
+                                             const ValidationScore& validation) {
   const double chi2 = validation.chi2_per_value;
   if (chi2 < surprising_chi2 * std::max(1.0, fit.report.chi2_per_value)) return std::nullopt;
   std::array<char, 384> text{};
@@ -127,7 +128,7 @@ std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasuremen
     if (const auto fine = fine_voxels(fit.medium)) notes.push_back(*fine);
   }
   if (validation) {
-    if (const auto off = surprise(fit, *validation)) notes.push_back(*off);
+    if (const auto off = validation_misfit(fit, *validation)) notes.push_back(*off);
   }
   return notes;
 }

@@ -20,8 +20,8 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
                                         int channel);
 
 /// Nothing of this is wrong: why diffusion or transport was taken, what the check of scale and pose
-/// found and would have told, voxels far below the mean free path, and `validation` patterns, if
-/// any, that is further off than the fitted light and its variances explain.
+/// found and would have reported, voxels far below the mean free path, and a misfit of the
+/// `validation` patterns, if any, that the fitted light and its variances do not explain.
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                   const std::optional<ValidationScore>& validation = {});
 

@@ -8,9 +8,8 @@ namespace kappamu::render {
 
 class LivePolygrid final : public LiveObject {
  public:
-  /// What these and the beams' distance leave of the exitance is measured by `kappamu bench
-  /// polygrid
-  /// --section frames`.
+  /// What these and the beams' distance leave of the exitance: `kappamu bench polygrid --section
+  /// frames`.
   static constexpr forward::polygrid::PolygridAccuracy accuracy{
       .linear_tolerance = 2e-2, .beam_remainder = 1e-2, .most_iterations = 100};
   /// Of some 12,000 beams on all of the surface: their distance bounds the light's time and error.

@@ -62,7 +62,7 @@ void (*const readers[])(const fs::path& file) = {
     [](const fs::path& file) { io::read_photo_settings(file); },
     [](const fs::path& file) { io::read_exr(file); },
     [](const fs::path& file) {
-      // Four bytes of ours tell the layout.
+      // Four bytes of ours are the layout.
       const std::vector<std::byte> bytes = io::read_bytes(file);
       if (bytes.size() < 4) return;
       const auto number = [&](std::size_t k) { return std::to_integer<int>(bytes[k]); };

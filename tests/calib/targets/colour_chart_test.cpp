@@ -131,7 +131,7 @@ ChartReference measure(const char* name, const Image<std::uint16_t>& codes,
   return chart;
 }
 
-/// Which way up the chart lies is told by its colours: the corner patches turn with the picture.
+/// Which way up the chart lies follows from its colours: the corner patches turn with the picture.
 void expect_found_in_every_turn(const char* name, Image<std::uint16_t> codes,
                                 capture::Encoding encoding) {
   auto expected = capture::find_chart_place(codes, encoding);

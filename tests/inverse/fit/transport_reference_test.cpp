@@ -106,7 +106,7 @@ struct Target {
   double single;
 };
 
-/// As `kappamu fit` does it unless told otherwise: one pattern kept out to validate the fit by.
+/// As `kappamu fit` does it by default: one pattern kept out to validate the fit by.
 TEST(TransportReference, ValidatedAppearanceOfTheFittedVolume) {
   if (!fs::exists(root / "measurements")) GTEST_SKIP() << root << " is not on this machine";
   const SurfaceMeasurements m = reference_measurements();
