@@ -53,6 +53,27 @@ TEST_F(RegularisationPathTest, DescendsToTheNoiseThenMinimisesTheLastWeightOnceM
   EXPECT_EQ(at.last_chi2, 0.8);
 }
 
+TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOverstated) {
+  constexpr double left = 0.9;  // 1 − γ/N: what a right variance leaves of χ² per value
+  const auto score = [](double chi2) { return chi2 / (left * left); };
+  path.start(50.0, finest);
+  EXPECT_EQ(path.minimum(0.5, 0.5, score(0.5), finest), minimise);
+  EXPECT_EQ(at.weight, 500.0);
+  EXPECT_EQ(at.phase, FitPhase::descending);
+  EXPECT_EQ(path.minimum(0.4, 0.4, 1.1 * score(0.5), finest), minimise_as_begun);
+  EXPECT_EQ(at.weight, 1000.0) << "other light would be worse: back to the weight before";
+  EXPECT_EQ(at.phase, FitPhase::last_weight);
+
+  path.start(50.0, finest);
+  EXPECT_EQ(path.minimum(0.5, 0.5, score(0.5), finest), minimise);
+  EXPECT_EQ(path.minimum(0.49, 0.49, score(0.49), finest), minimise);
+  EXPECT_EQ(at.phase, FitPhase::last_weight) << "hardly anything gained";
+
+  path.start(50.0, finest);
+  path.minimum(0.88, 0.88, score(0.88), finest);
+  EXPECT_EQ(at.phase, FitPhase::last_weight) << "as small as right variances leave it";
+}
+
 TEST_F(RegularisationPathTest, EndsWithTheDescentWhereNoMorePatienceIsAskedForOrAnotherFitGoesOn) {
   options.final_tolerance = options.stage_tolerance;
   path.start(50.0, finest);
