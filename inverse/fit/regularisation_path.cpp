@@ -14,9 +14,6 @@ constexpr double usual_structured_chi2 = 1000.0;
 /// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
 /// to this share of what it was (docs/theory.md, section 4).
 constexpr double most_coarse_share = 0.5;
-/// Of the χ² that stated variances leave where they are right, 1 − γ/N per value: residuals below
-/// this share show them to be overstated (docs/theory.md, section 4).
-constexpr double least_honest_share = 0.9;
 
 /// χ² of the start counts how much sharper than its structure the data are: where it is large, a
 /// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
@@ -73,9 +70,10 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, double sc
   // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
   const bool gained = renewed <= std::max(target, most_coarse_share * at_.begun_chi2);
-  // Where the noise is overstated χ² = 1 is no mark to end at, and cross-validation decides alone.
-  const double left = score > 0.0 ? std::sqrt(renewed / score) : 0.0;  // 1 − γ/N
-  const bool overstated = level == 0 && renewed < least_honest_share * left * target;
+  // Variances that are right leave χ² = 1 − γ/N at least. Below it they are overstated: χ² = 1 is
+  // then no mark to end at, and cross-validation decides alone.
+  const double left = score > 0.0 ? std::sqrt(renewed / score) : 0.0;
+  const bool overstated = level == 0 && renewed < left * target;
   // Above the noise level, too, a lower weight that cross-validation expects to predict other light
   // worse fits the model's own error: the weight before it ends the path.
   const bool judged = renewed > target || overstated;
