@@ -7,10 +7,9 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
-/// path are made for.
-constexpr double usual_homogeneous_chi2 = 100.0;
-constexpr double usual_structured_chi2 = 1000.0;
+/// χ² per value of a start, homogeneous or from a coarser grid, that the weights of the path are
+/// made for.
+constexpr double usual_chi2 = 100.0;
 /// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
 /// to this share of what it was (docs/theory.md, section 4).
 constexpr double most_coarse_share = 0.5;
@@ -36,7 +35,7 @@ void RegularisationPath::open(int level) {
 void RegularisationPath::start(double chi2, int level) {
   open(level);
   at_.weight = options_.weight.value_or(
-      sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));
+      sharpened(options_.first_weight, chi2 / usual_chi2, options_.weight_factor));
 }
 
 void RegularisationPath::start_from(double weight) {
@@ -49,7 +48,7 @@ void RegularisationPath::refine(double chi2, int level) {
   open(level);
   if (fixed_by_user()) return;
   const double usual = at_.weight;
-  at_.weight = sharpened(usual, chi2 / usual_structured_chi2, options_.weight_factor);
+  at_.weight = sharpened(usual, chi2 / usual_chi2, options_.weight_factor);
 }
 
 NextStep RegularisationPath::minimum(double minimised, double renewed, double score, int level) {

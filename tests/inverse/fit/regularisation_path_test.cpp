@@ -159,7 +159,7 @@ TEST_F(RegularisationPathTest, OnAFinerGridGoesOnByWholeStepsAboveWhereTheVolume
   path.start(50.0, coarse);
   at.begun_chi2 = 50.0;
   EXPECT_EQ(path.minimum(0.5, 0.5, 0.0, coarse), finer_grid);
-  path.refine(2500.0, finest);
+  path.refine(250.0, finest);
   EXPECT_EQ(at.weight, 4000.0);
 }
 
