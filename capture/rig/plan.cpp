@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "capture/rig/printables.h"
@@ -21,14 +20,8 @@ constexpr double patch_overhang = 0.5;
 
 // Extents [mm] of the lit face along its two axes.
 std::array<double, 2> lit_face_mm(const Sample& sample) {
-  const int normal = static_cast<int>(sample.lit_face) / 2;
-  std::array<double, 2> extents{};
-  std::size_t at = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (axis != normal)
-      extents[at++] = sample.grid[static_cast<std::size_t>(axis)] * sample.voxel_mm;
-  }
-  return extents;
+  const FaceShape face = face_shape(sample.shape(), sample.lit_face);
+  return {face.nu * sample.voxel_mm, face.nv * sample.voxel_mm};
 }
 
 ProjectorQuad centred_quad(const PlanRequest& request) {
@@ -65,9 +58,7 @@ std::string level_image(int value) {
 }
 
 std::string gray_code_image(std::size_t number) {
-  char name[48];
-  std::snprintf(name, sizeof name, "calibration/gray_code_%02zu.png", number);
-  return name;
+  return formatted("calibration/gray_code_%02zu.png", number);
 }
 
 std::string phase_image(std::size_t set, std::size_t step) {
@@ -102,7 +93,7 @@ class ShotList {
     if (shots.white_target) {
       add(shots.white_target->frames, "white target in the plane of the lit face, room light off",
           front, "white");
-      add(shots.white_target_black, "white target, unmoved", front, "black");
+      add(shots.white_target->black_frames, "white target, unmoved", front, "black");
       for (const ProjectorLevel& level : shots.white_target->levels) {
         add(level.frames, "white target, unmoved", front, level_image(level.value));
       }

@@ -1,12 +1,12 @@
 #include "capture/rig/shoot.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "capture/response/response.h"
 #include "capture/session/frames.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/shown_text.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::capture {
@@ -15,9 +15,7 @@ namespace {
 constexpr double saturated_share = 0.002;
 
 std::string numbered(const std::string& stem, std::size_t number) {
-  char text[16];
-  std::snprintf(text, sizeof text, "%02zu", number);
-  return stem + text;
+  return stem + formatted("%02zu", number);
 }
 
 class Shooter {
@@ -268,18 +266,19 @@ class Shooter {
     if (plan_.white_reflectance) {
       place(Subject::white_target, plan_.calibration_station, Lighting::projector);
       show(white);
-      session_.calibration.white_target =
-          WhiteTarget{*plan_.white_reflectance, stack("calibration/white", target_exposures_)};
+      WhiteTarget& target = session_.calibration.white_target.emplace();
+      target.reflectance = *plan_.white_reflectance;
+      target.frames = stack("calibration/white", target_exposures_);
       show(make_uniform_image(session_.projector, 0));
-      session_.calibration.white_target_black = stack("calibration/black", target_exposures_);
+      target.black_frames = stack("calibration/black", target_exposures_);
       for (const std::uint8_t value : plan_.projector_levels) {
         show(make_uniform_image(session_.projector, value));
-        session_.calibration.white_target->levels.push_back(
+        target.levels.push_back(
             {value, stack("calibration/level_" + std::to_string(value), target_exposures_)});
       }
       if (plan_.ambient) {
         place(Subject::white_target, plan_.calibration_station, Lighting::none);
-        session_.calibration.white_target->off_frames = stack("calibration/off", target_exposures_);
+        target.off_frames = stack("calibration/off", target_exposures_);
       }
     }
     if (plan_.colour_chart) {
@@ -342,27 +341,10 @@ bool gray_codes(PlaneLight light) {
   return light == PlaneLight::gray_code || light == PlaneLight::both;
 }
 
-std::string to_string(PlaneLight light) {
-  switch (light) {
-    case PlaneLight::chessboard:
-      return "chessboard";
-    case PlaneLight::gray_code:
-      return "gray-code";
-    case PlaneLight::both:
-      return "both";
-    case PlaneLight::phase_shift:
-      break;
-  }
-  return "phase-shift";
-}
-
 PlaneLight plane_light_from_string(const std::string& text) {
-  for (const PlaneLight light :
-       {PlaneLight::chessboard, PlaneLight::gray_code, PlaneLight::both, PlaneLight::phase_shift}) {
-    if (text == to_string(light)) return light;
-  }
-  throw InputError("the light on the projector's planes is '" + text +
-                   "'; write chessboard, gray-code, both or phase-shift.");
+  if (const auto light = value_of(plane_light_names, text)) return *light;
+  throw InputError("the light on the projector's planes is '" + text + "'; write " +
+                   list_of(plane_light_names) + ".");
 }
 
 Session shoot_session(RigDevice& device, const CapturePlan& plan,

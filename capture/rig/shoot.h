@@ -10,6 +10,7 @@
 #include "capture/rig/device.h"
 #include "capture/session/session.h"
 #include "core/image.h"
+#include "core/names.h"
 #include "core/progress.h"
 
 namespace kappamu::capture {
@@ -29,8 +30,11 @@ enum class PlaneLight {
   phase_shift  ///< sinusoids of three periods in both directions, six steps each
 };
 bool gray_codes(PlaneLight light);  ///< whether it has a Gray code
-/// "chessboard", "gray-code", "both", "phase-shift"; the latter throws InputError for another text.
-std::string to_string(PlaneLight light);
+inline constexpr Names<PlaneLight, 4> plane_light_names{{{"chessboard", PlaneLight::chessboard},
+                                                         {"gray-code", PlaneLight::gray_code},
+                                                         {"both", PlaneLight::both},
+                                                         {"phase-shift", PlaneLight::phase_shift}}};
+/// Throws InputError for another text.
 PlaneLight plane_light_from_string(const std::string& text);
 
 /// Everything a session needs that the rig cannot know by itself. Empty or zero parts are left out
