@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "calib/calibrate_lenses.h"
 #include "calib/linear_frame.h"
@@ -68,12 +67,11 @@ capture::HdrImage calibrate_white(const capture::Session& session,
   capture::HdrImage white = picture(target.frames, "white target", Light::expected);
   capture::HdrImage projected = white;
   std::optional<capture::HdrImage> black;
-  if (session.calibration.white_target_black.empty()) {
+  if (target.black_frames.empty()) {
     stages.warn(
         "no white_target.black_frames: light from the projector's black pixels is taken as zero.");
   } else {
-    black =
-        picture(session.calibration.white_target_black, "white target under black", Light::none);
+    black = picture(target.black_frames, "white target under black", Light::none);
   }
   std::optional<capture::HdrImage> off;
   if (!target.off_frames.empty()) {

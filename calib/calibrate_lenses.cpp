@@ -1,8 +1,6 @@
 #include "calib/calibrate_lenses.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
 #include "calib/linear_frame.h"
 #include "calib/projector/correspondences.h"

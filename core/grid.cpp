@@ -7,27 +7,14 @@
 
 namespace kappamu {
 
-std::string to_string(Face face) {
-  static const std::array<const char*, 6> names{"x-", "x+", "y-", "y+", "z-", "z+"};
-  return names[static_cast<std::size_t>(face)];
-}
-
 Face face_from_string(const std::string& name) {
-  for (const Face face : all_faces) {
-    if (to_string(face) == name) return face;
-  }
+  if (const auto face = value_of(face_names, name)) return *face;
   throw InputError("face '" + name + "' is not one of x-, x+, y-, y+, z-, z+");
 }
 
 FaceShape face_shape(const GridShape& grid, Face face) {
-  switch (axis_of(face)) {
-    case 0:
-      return {grid.ny, grid.nz};
-    case 1:
-      return {grid.nx, grid.nz};
-    default:
-      return {grid.nx, grid.ny};
-  }
+  const auto [u, v] = face_axes(face);
+  return {grid.extent(u), grid.extent(v)};
 }
 
 std::size_t face_cell(const GridShape& grid, Face face, int u, int v, int depth) {

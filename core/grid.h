@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/names.h"
+
 namespace kappamu {
 
 /// Number of voxels along each axis and the voxel edge.
@@ -51,8 +53,15 @@ inline Face opposite(Face face) {
   return static_cast<Face>(static_cast<int>(face) ^ 1);
 }
 
-/// "x-", "x+", "y-", ...
-std::string to_string(Face face);
+inline constexpr Names<Face, 6> face_names{{{"x-", Face::x_minus},
+                                            {"x+", Face::x_plus},
+                                            {"y-", Face::y_minus},
+                                            {"y+", Face::y_plus},
+                                            {"z-", Face::z_minus},
+                                            {"z+", Face::z_plus}}};
+inline std::string to_string(Face face) {
+  return name_of(face_names, face);
+}
 /// Throws InputError unless `name` is one of the six names.
 Face face_from_string(const std::string& name);
 
@@ -64,6 +73,12 @@ struct FaceShape {
   std::size_t cells() const { return static_cast<std::size_t>(nu) * static_cast<std::size_t>(nv); }
 };
 FaceShape face_shape(const GridShape& grid, Face face);
+
+/// The axes of u and v.
+inline std::array<int, 2> face_axes(Face face) {
+  const int axis = axis_of(face);
+  return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
+}
 
 /// Cell index of the voxel `depth` layers below `face` at face position (u, v); depth 0 is at the
 /// surface.

@@ -1,6 +1,8 @@
 #include "core/shown_text.h"
 
+#include <algorithm>
 #include <array>
+#include <cstdarg>
 #include <cstdint>
 #include <cstdio>
 #include <utility>
@@ -36,12 +38,6 @@ bool turns_writing(std::uint32_t code) {
          (code >= 0x2066 && code <= 0x2069);
 }
 
-std::string escaped(const char* format, unsigned code) {
-  std::array<char, 12> digits{};
-  std::snprintf(digits.data(), digits.size(), format, code);
-  return digits.data();
-}
-
 }  // namespace
 
 std::string shown_text(std::string_view text, std::size_t most_characters) {
@@ -50,15 +46,27 @@ std::string shown_text(std::string_view text, std::size_t most_characters) {
     if (count == most_characters) return result + "...";
     const auto [code, length] = decoded(text);
     if (length == 0) {
-      result += escaped("\\x%02x", static_cast<unsigned char>(text.front()));
+      result += formatted("\\x%02x", static_cast<unsigned char>(text.front()));
     } else if (is_control(code) || turns_writing(code)) {
-      result += escaped(code < 0x80 ? "\\x%02x" : "\\u%04x", code);
+      result += code < 0x80 ? formatted("\\x%02x", code) : formatted("\\u%04x", code);
     } else {
       result += text.substr(0, length);
     }
     text.remove_prefix(length == 0 ? 1 : length);
   }
   return result;
+}
+
+std::string formatted(const char* format, ...) {
+  std::va_list arguments, again;
+  va_start(arguments, format);
+  va_copy(again, arguments);
+  const int length = std::vsnprintf(nullptr, 0, format, arguments);
+  va_end(arguments);
+  std::string text(static_cast<std::size_t>(std::max(length, 0)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, again);
+  va_end(again);
+  return text;
 }
 
 std::string shown_number(double value, const char* format) {

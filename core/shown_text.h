@@ -12,6 +12,9 @@ namespace kappamu {
 /// as another, and bytes that are not UTF-8. Longer text ends in "...".
 std::string shown_text(std::string_view text, std::size_t most_characters = std::string_view::npos);
 
+/// What printf would print.
+[[gnu::format(printf, 1, 2)]] std::string formatted(const char* format, ...);
+
 /// A number by a format of printf for one double, such as "%.3f".
 std::string shown_number(double value, const char* format = "%.6g");
 

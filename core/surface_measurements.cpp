@@ -7,30 +7,24 @@
 
 namespace kappamu {
 
-std::string to_string(Quantity quantity) {
-  return quantity == Quantity::exitance ? "exitance" : "radiance_normal";
-}
-std::string to_string(Light light) {
-  return light == Light::collimated ? "collimated" : "diffuse";
-}
-std::string to_string(Sides sides) {
-  return sides == Sides::open ? "open" : "mirror";
+namespace {
+
+template <class Value>
+Value from_string(const Names<Value, 2>& names, const std::string& name, const std::string& what) {
+  if (const auto value = value_of(names, name)) return *value;
+  throw InputError(what + " '" + name + "' is not " + list_of(names));
 }
 
+}  // namespace
+
 Quantity quantity_from_string(const std::string& name) {
-  if (name == "exitance") return Quantity::exitance;
-  if (name == "radiance_normal") return Quantity::radiance_normal;
-  throw InputError("quantity '" + name + "' is not exitance or radiance_normal");
+  return from_string(quantity_names, name, "quantity");
 }
 Light light_from_string(const std::string& name) {
-  if (name == "collimated") return Light::collimated;
-  if (name == "diffuse") return Light::diffuse;
-  throw InputError("light '" + name + "' is not collimated or diffuse");
+  return from_string(light_names, name, "light");
 }
 Sides sides_from_string(const std::string& name) {
-  if (name == "open") return Sides::open;
-  if (name == "mirror") return Sides::mirror;
-  throw InputError("sides '" + name + "' is not open or mirror");
+  return from_string(sides_names, name, "sides");
 }
 
 void validate(const SurfaceMeasurements& m, const std::string& source) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/grid.h"
+#include "core/names.h"
 
 namespace kappamu {
 
@@ -24,9 +25,20 @@ enum class Sides {
   mirror  ///< no flux through the four side faces
 };
 
-std::string to_string(Quantity quantity);
-std::string to_string(Light light);
-std::string to_string(Sides sides);
+inline constexpr Names<Quantity, 2> quantity_names{
+    {{"exitance", Quantity::exitance}, {"radiance_normal", Quantity::radiance_normal}}};
+inline constexpr Names<Light, 2> light_names{
+    {{"collimated", Light::collimated}, {"diffuse", Light::diffuse}}};
+inline constexpr Names<Sides, 2> sides_names{{{"open", Sides::open}, {"mirror", Sides::mirror}}};
+inline std::string to_string(Quantity quantity) {
+  return name_of(quantity_names, quantity);
+}
+inline std::string to_string(Light light) {
+  return name_of(light_names, light);
+}
+inline std::string to_string(Sides sides) {
+  return name_of(sides_names, sides);
+}
 Quantity quantity_from_string(const std::string& name);  ///< throws InputError
 Light light_from_string(const std::string& name);        ///< throws InputError
 Sides sides_from_string(const std::string& name);        ///< throws InputError

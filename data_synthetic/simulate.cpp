@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "capture/session/session_files.h"
 #include "core/error.h"
 #include "data_synthetic/rig/targets.h"
 #include "data_synthetic/truth.h"
@@ -149,24 +150,6 @@ Truth truth_of(const SimulatedRig& simulated, const SimulationOptions& options,
   return truth;
 }
 
-int count_frames(const capture::Session& session) {
-  std::size_t count = session.calibration.camera_boards.size() +
-                      session.calibration.projector_planes.size() +
-                      session.calibration.sample_views.size() + session.calibration.dark.size() +
-                      session.calibration.white_target_black.size();
-  if (const auto& white = session.calibration.white_target) {
-    count += white->frames.size() + white->off_frames.size();
-    for (const capture::ProjectorLevel& level : white->levels) count += level.frames.size();
-  }
-  for (const capture::Stack& stack : session.calibration.ambient) count += stack.size();
-  if (session.calibration.colour_chart) count += session.calibration.colour_chart->frames.size();
-  for (const capture::ProjectorPlane& plane : session.calibration.projector_planes) {
-    count += plane.gray_code.size() + (plane.projected ? 1 : 0);
-  }
-  for (const capture::Pattern& pattern : session.patterns) count += pattern.frames.size();
-  return static_cast<int>(count);
-}
-
 }  // namespace
 
 std::vector<PlannedPattern> planned_patterns(const Rig& rig, const SimulationOptions& options) {
@@ -289,7 +272,8 @@ SimulationReport simulate(const SimulationOptions& options, const std::filesyste
   report.transport_model = truth.transport_model;
   report.transport_backend = truth.transport_backend;
   report.patterns = static_cast<int>(plan.patterns.size());
-  report.frames = count_frames(session);
+  const std::size_t shown = session.patterns.size();  // the other files are photographs
+  report.frames = static_cast<int>(capture::named_files(session).size() - shown);
   return report;
 }
 

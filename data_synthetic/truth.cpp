@@ -1,171 +1,123 @@
+// truth.json by one description of its fields (io/json_fields.h).
 #include "data_synthetic/truth.h"
 
-#include <nlohmann/json.hpp>
-#include <tuple>
-#include <utility>
-
-#include "core/error.h"
 #include "core/file_name.h"
 #include "io/atomic_file.h"
-#include "io/json_reason.h"
-#include "io/read_file.h"
+#include "io/json_fields.h"
 
-namespace kappamu::synthetic {
+namespace kappamu {
 
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-Json to_json(const GridShape& grid) {
-  return {{"voxels", {grid.nx, grid.ny, grid.nz}}, {"voxel_mm", grid.voxel_mm}};
-}
-GridShape grid_from(const Json& json) {
-  const auto voxels = json.at("voxels").get<std::array<int, 3>>();
-  return {voxels[0], voxels[1], voxels[2], json.at("voxel_mm").get<double>()};
+template <class Fields>
+void describe(Fields& fields, GridShape& grid) {
+  std::array<int, 3> voxels{grid.nx, grid.ny, grid.nz};
+  fields("voxels", voxels);
+  fields("voxel_mm", grid.voxel_mm);
+  grid = {voxels[0], voxels[1], voxels[2], grid.voxel_mm};
 }
 
-// The plain fields of a model, once for writing and reading.
-constexpr auto lens_fields = std::make_tuple(
-    std::pair{"width", &calib::Lens::width}, std::pair{"height", &calib::Lens::height},
-    std::pair{"fx", &calib::Lens::fx}, std::pair{"fy", &calib::Lens::fy},
-    std::pair{"cx", &calib::Lens::cx}, std::pair{"cy", &calib::Lens::cy},
-    std::pair{"distortion", &calib::Lens::distortion});
-constexpr auto sensor_fields =
-    std::make_tuple(std::pair{"bit_depth", &SensorModel::bit_depth},
-                    std::pair{"electrons_full_scale", &SensorModel::electrons_full_scale},
-                    std::pair{"read_noise_electrons", &SensorModel::read_noise_electrons},
-                    std::pair{"noise_scale", &SensorModel::noise_scale},
-                    std::pair{"black_level", &SensorModel::black_level},
-                    std::pair{"response_strength", &SensorModel::response_strength},
-                    std::pair{"seed", &SensorModel::seed});
-constexpr auto projector_fields =
-    std::make_tuple(std::pair{"black_level", &ProjectorModel::black_level},
-                    std::pair{"gamma", &ProjectorModel::gamma},
-                    std::pair{"defocus_px", &ProjectorModel::defocus_px},
-                    std::pair{"falloff", &ProjectorModel::falloff},
-                    std::pair{"intensity", &ProjectorModel::intensity});
-
-template <class Model, class Fields>
-Json json_of(const Model& model, const Fields& fields) {
-  Json json;
-  std::apply([&](const auto&... field) { ((json[field.first] = model.*field.second), ...); },
-             fields);
-  return json;
-}
-template <class Model, class Fields>
-void read_fields(const Json& json, const Fields& fields, Model& model) {
-  std::apply([&](const auto&... field) { (json.at(field.first).get_to(model.*field.second), ...); },
-             fields);
-}
-
-Json to_json(const Rigid& pose) {
-  Json rows = Json::array();
-  for (int r = 0; r < 3; ++r) {
-    rows.push_back({pose.rotation(r, 0), pose.rotation(r, 1), pose.rotation(r, 2)});
+template <class Fields>
+void describe(Fields& fields, Rigid& pose) {
+  std::array<std::array<double, 3>, 3> rotation{};
+  std::array<double, 3> translation{};
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) rotation[r][c] = pose.rotation(r, c);
+    translation[r] = pose.translation[r];
   }
-  const Eigen::Vector3d& t = pose.translation;
-  return {{"rotation", rows}, {"translation_mm", {t.x(), t.y(), t.z()}}};
-}
-Rigid rigid_from(const Json& json) {
-  Rigid pose;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) pose.rotation(r, c) = json.at("rotation").at(r).at(c).get<double>();
-    pose.translation[r] = json.at("translation_mm").at(r).get<double>();
+  fields("rotation", rotation);
+  fields("translation_mm", translation);
+  for (std::size_t r = 0; r < 3; ++r) {
+    for (std::size_t c = 0; c < 3; ++c) pose.rotation(r, c) = rotation[r][c];
+    pose.translation[r] = translation[r];
   }
-  return pose;
 }
 
-Json to_json(const SensorModel& sensor) {
-  Json json = json_of(sensor, sensor_fields);
-  json["encoding"] = sensor.encoding == capture::Encoding::linear ? "linear" : "response";
-  return json;
+namespace calib {
+
+template <class Fields>
+void describe(Fields& fields, Lens& lens) {
+  fields("width", lens.width);
+  fields("height", lens.height);
+  fields("fx", lens.fx);
+  fields("fy", lens.fy);
+  fields("cx", lens.cx);
+  fields("cy", lens.cy);
+  fields("distortion", lens.distortion);
 }
 
-Json to_json(const ProjectorModel& projector) {
-  Json json = json_of(projector, projector_fields);
-  json["lens"] = json_of(projector.lens, lens_fields);
-  json["projector_from_world"] = to_json(projector.projector_from_world);
-  return json;
+}  // namespace calib
+
+namespace synthetic {
+
+template <class Fields>
+void describe(Fields& fields, ProjectorModel& projector) {
+  fields("black_level", projector.black_level);
+  fields("gamma", projector.gamma);
+  fields("defocus_px", projector.defocus_px);
+  fields("falloff", projector.falloff);
+  fields("intensity", projector.intensity);
+  fields("lens", projector.lens);
+  fields("projector_from_world", projector.projector_from_world);
 }
 
-}  // namespace
+template <class Fields>
+void describe(Fields& fields, SensorModel& sensor) {
+  fields("bit_depth", sensor.bit_depth);
+  fields("electrons_full_scale", sensor.electrons_full_scale);
+  fields("read_noise_electrons", sensor.read_noise_electrons);
+  fields("noise_scale", sensor.noise_scale);
+  fields("black_level", sensor.black_level);
+  fields("response_strength", sensor.response_strength);
+  fields("seed", sensor.seed);
+  fields.named("encoding", sensor.encoding, capture::encoding_names);
+}
+
+template <class Fields>
+void describe(Fields& fields, Truth& truth) {
+  fields.format("kappamu-truth");
+  fields.object("units", [](auto& inner) {
+    inner.fixed("length", "mm", "simulate again");
+    inner.fixed("time", "s", "simulate again");
+  });
+  fields("sample", truth.sample);
+  fields("seed", truth.seed);
+  fields("channels", truth.channels);
+  fields("grid", truth.grid);
+  fields.object("transport", [&](auto& inner) {
+    inner("model", truth.transport_model);
+    inner("grid", truth.transport_grid);
+    inner("backend", truth.transport_backend);
+  });
+  fields("eta", truth.eta);
+  fields.named("setup", truth.setup, capture::setup_names);
+  fields.named("lit_face", truth.lit_face, face_names);
+  fields.named("seen_face", truth.seen_face, face_names);
+  fields.named("sides", truth.sides, sides_names);
+  fields("holdout", truth.holdout);
+  fields("camera", truth.camera_lens);
+  fields("projector", truth.projector);
+  fields("world_from_sample", truth.world_from_sample);
+  fields("world_from_camera", truth.world_from_camera);
+  fields("calibration_station", truth.calibration_station);
+  fields("pattern_station", truth.pattern_station);
+  fields("sensor", truth.sensor);
+  fields("responsivity", truth.responsivity);
+}
 
 void write_truth(const std::filesystem::path& folder, const Truth& truth) {
-  Json stations;
-  for (const auto& [name, pose] : truth.world_from_camera) stations[name] = to_json(pose);
-  const Json json{{"format", "kappamu-truth"},
-                  {"version", 1},
-                  {"units", {{"length", "mm"}, {"time", "s"}}},
-                  {"sample", truth.sample},
-                  {"seed", truth.seed},
-                  {"channels", truth.channels},
-                  {"grid", to_json(truth.grid)},
-                  {"transport",
-                   {{"model", truth.transport_model},
-                    {"grid", to_json(truth.transport_grid)},
-                    {"backend", truth.transport_backend}}},
-                  {"eta", truth.eta},
-                  {"setup", truth.setup == capture::Setup::back_lit ? "back-lit" : "front-lit"},
-                  {"lit_face", to_string(truth.lit_face)},
-                  {"seen_face", to_string(truth.seen_face)},
-                  {"sides", to_string(truth.sides)},
-                  {"holdout", truth.holdout},
-                  {"camera", json_of(truth.camera_lens, lens_fields)},
-                  {"projector", to_json(truth.projector)},
-                  {"world_from_sample", to_json(truth.world_from_sample)},
-                  {"world_from_camera", stations},
-                  {"calibration_station", truth.calibration_station},
-                  {"pattern_station", truth.pattern_station},
-                  {"sensor", to_json(truth.sensor)},
-                  {"responsivity", truth.responsivity}};
-  io::write_text_atomically(folder / "truth.json", json.dump(1) + "\n");
+  const std::filesystem::path file = folder / "truth.json";
+  Truth written = truth;
+  io::write_text_atomically(file, io::FieldWriter::written(written).text(file));
 }
 
 Truth read_truth(const std::filesystem::path& folder) {
   const std::filesystem::path file = folder / "truth.json";
-  try {
-    const Json json = Json::parse(io::read_text(file));
-    if (json.at("format") != "kappamu-truth" || json.at("version") != 1) {
-      throw InputError(file.string() + ": not a truth file of version 1; simulate again");
-    }
-    Truth truth;
-    json.at("sample").get_to(truth.sample);
-    json.at("seed").get_to(truth.seed);
-    json.at("channels").get_to(truth.channels);
-    for (const std::string& channel : truth.channels) {
-      require_plain_name(channel, file.string() + ": a name in channels");
-    }
-    truth.grid = grid_from(json.at("grid"));
-    truth.transport_grid = grid_from(json.at("transport").at("grid"));
-    json.at("transport").at("model").get_to(truth.transport_model);
-    json.at("transport").at("backend").get_to(truth.transport_backend);
-    json.at("eta").get_to(truth.eta);
-    truth.setup =
-        json.at("setup") == "back-lit" ? capture::Setup::back_lit : capture::Setup::front_lit;
-    truth.lit_face = face_from_string(json.at("lit_face"));
-    truth.seen_face = face_from_string(json.at("seen_face"));
-    truth.sides = sides_from_string(json.at("sides"));
-    json.at("holdout").get_to(truth.holdout);
-    read_fields(json.at("camera"), lens_fields, truth.camera_lens);
-    const Json& projector = json.at("projector");
-    read_fields(projector, projector_fields, truth.projector);
-    read_fields(projector.at("lens"), lens_fields, truth.projector.lens);
-    truth.projector.projector_from_world = rigid_from(projector.at("projector_from_world"));
-    truth.world_from_sample = rigid_from(json.at("world_from_sample"));
-    for (const auto& [name, pose] : json.at("world_from_camera").items()) {
-      truth.world_from_camera[name] = rigid_from(pose);
-    }
-    json.at("calibration_station").get_to(truth.calibration_station);
-    json.at("pattern_station").get_to(truth.pattern_station);
-    const Json& sensor = json.at("sensor");
-    read_fields(sensor, sensor_fields, truth.sensor);
-    truth.sensor.encoding =
-        sensor.at("encoding") == "linear" ? capture::Encoding::linear : capture::Encoding::response;
-    json.at("responsivity").get_to(truth.responsivity);
-    return truth;
-  } catch (const Json::exception& error) {
-    throw InputError(file.string() + ": " + io::json_reason(error) + "; simulate again");
+  Truth truth;
+  io::FieldReader::read(io::JsonDocument(file, "simulate again").root(), truth);
+  for (const std::string& channel : truth.channels) {
+    require_plain_name(channel, file.string() + ": a name in channels");
   }
+  return truth;
 }
 
-}  // namespace kappamu::synthetic
+}  // namespace synthetic
+}  // namespace kappamu

@@ -18,18 +18,16 @@ using nlohmann::json;
 
 namespace {
 
-using Names = std::initializer_list<std::string_view>;
+using Words = std::vector<std::string_view>;
 
-bool contains(Names names, std::string_view name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
+bool contains(const Words& words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-std::string list(Names first, Names second, const std::string& separator = ", ") {
+std::string list(const Words& words, const std::string& separator) {
   std::string text;
-  for (const auto& names : {first, second}) {
-    for (const std::string_view name : names) {
-      text += (text.empty() ? "'" : separator + "'") + std::string(name) + "'";
-    }
+  for (const std::string_view word : words) {
+    text += (text.empty() ? "'" : separator + "'") + std::string(word) + "'";
   }
   return text;
 }
@@ -103,13 +101,15 @@ void JsonNode::fail(const std::string& what) const {
                    ".");
 }
 
-void JsonNode::expect_fields(Names required, Names optional) const {
+void JsonNode::expect_fields(const Words& required, const Words& optional) const {
+  Words allowed = required;
+  allowed.insert(allowed.end(), optional.begin(), optional.end());
   if (!value_->is_object()) fail("is " + kind() + "; write an object in braces");
   for (const auto& [name, unused] : value_->items()) {
     if (document_->comments_ == JsonComments::allowed && name == "_comment") continue;
-    if (!contains(required, name) && !contains(optional, name)) {
+    if (!contains(allowed, name)) {
       JsonNode(*value_, child_path(name), *document_)
-          .fail("is an unknown field; allowed here are " + list(required, optional));
+          .fail("is an unknown field; allowed here are " + list(allowed, ", "));
     }
   }
   for (const std::string_view name : required) {
@@ -202,14 +202,21 @@ int JsonNode::integer() const {
   return static_cast<int>(value);
 }
 
-std::string JsonNode::choice(Names choices) const {
+std::uint64_t JsonNode::whole() const {
+  if (!value_->is_number_unsigned()) {
+    fail("is " + kind() + "; write a whole number that is not negative");
+  }
+  return value_->get<std::uint64_t>();
+}
+
+std::string JsonNode::choice(const Words& choices) const {
   std::string value = text();
   if (!contains(choices, value))
-    fail("is '" + shown_name(value) + "'; write " + list(choices, {}, " or "));
+    fail("is '" + shown_name(value) + "'; write " + list(choices, " or "));
   return value;
 }
 
-std::string JsonNode::choice(const std::vector<std::string>& choices) const {
+std::string JsonNode::one_of(const std::vector<std::string>& choices) const {
   std::string value = text();
   if (std::find(choices.begin(), choices.end(), value) == choices.end()) {
     std::string listed;

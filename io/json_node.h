@@ -3,8 +3,8 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/names.h"
 
 namespace kappamu::io {
 
@@ -28,8 +29,8 @@ class JsonNode {
   [[noreturn]] void fail(const std::string& what) const;
 
   /// Refuses anything but an object with exactly these fields; those in `optional` may be missing.
-  void expect_fields(std::initializer_list<std::string_view> required,
-                     std::initializer_list<std::string_view> optional = {}) const;
+  void expect_fields(const std::vector<std::string_view>& required,
+                     const std::vector<std::string_view>& optional = {}) const;
   bool has(std::string_view name) const;
   JsonNode operator[](const char* name) const;
 
@@ -47,9 +48,17 @@ class JsonNode {
   double number() const;
   double number_between(double smallest, double largest) const;
   int integer() const;
+  std::uint64_t whole() const;  ///< not negative, all 64 bits of it
   /// A text out of a fixed list.
-  std::string choice(std::initializer_list<std::string_view> choices) const;
-  std::string choice(const std::vector<std::string>& choices) const;
+  std::string choice(const std::vector<std::string_view>& choices) const;
+  /// The same of a list too long for quotes.
+  std::string one_of(const std::vector<std::string>& choices) const;
+  template <class Value, std::size_t n>
+  Value named(const Names<Value, n>& names) const {
+    std::vector<std::string_view> choices;
+    for (const auto& [name, value] : names) choices.push_back(name);
+    return *value_of(names, choice(choices));
+  }
   /// A text through one of core's readers of names.
   template <class T>
   T named(T (*from_string)(const std::string&)) const {

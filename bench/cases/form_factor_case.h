@@ -7,7 +7,7 @@
 #include <array>
 #include <cstdint>
 
-#include "forward/analytic/half_space.h"
+#include "forward/dipole/profile/profile.h"
 
 namespace kappamu::bench {
 

@@ -49,7 +49,7 @@ Bracket shoot(const synthetic::SensorModel& sensor, const Image<float>& scene, i
         shortest_s * std::pow(longest_s / shortest_s, static_cast<double>(i) / (exposures - 1));
     const auto number = static_cast<std::uint64_t>(100 * exposures + i);
     bracket.frames.push_back({synthetic::expose(sensor, scene, t, number, 1), t});
-    const Image<std::uint16_t>& codes = bracket.frames.back().codes;
+    const Image<std::uint16_t>& codes = bracket.frames.back().pixels;
     cv::Mat image(codes.height(), codes.width(), CV_8UC3);
     for (std::size_t k = 0; k < codes.size(); ++k) {
       image.data[k] = static_cast<unsigned char>(codes.values()[k]);
@@ -98,7 +98,7 @@ cv::Mat opencv_response(const capture::Radiometry& radiometry) {
 
 void write_frames(const Bracket& bracket, const std::filesystem::path& folder) {
   for (std::size_t i = 0; i < bracket.frames.size(); ++i) {
-    const Image<std::uint16_t>& codes = bracket.frames[i].codes;
+    const Image<std::uint16_t>& codes = bracket.frames[i].pixels;
     Image<std::uint8_t> image(codes.width(), codes.height(), codes.channels());
     std::transform(codes.values().begin(), codes.values().end(), image.values().begin(),
                    [](std::uint16_t code) { return static_cast<std::uint8_t>(code); });

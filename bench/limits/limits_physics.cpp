@@ -1,11 +1,10 @@
 // Absorption and voxel size: where the grid, rather than its solver, meets its edge.
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "bench/cases/limit_case.h"
 #include "bench/limits/limits.h"
-#include "forward/analytic/slab.h"
+#include "forward/analytic/layered_mode.h"
 
 namespace kappamu::bench {
 
@@ -28,15 +27,16 @@ struct SlabLight {
 };
 SlabLight slab_light(const forward::GridSetup& setup, double kappa, double mu) {
   const BoundaryConstants constants = boundary_constants(setup.eta);
-  const forward::Slab slab{kappa, mu, setup.shape.nz * setup.shape.voxel_mm};
-  const bool boundary = setup.source == SourceModel::boundary;
-  const forward::SlabFluence fluence = boundary
-                                           ? forward::slab_boundary(slab, constants, 1.0)
-                                           : forward::slab_first_collision(slab, constants, 1.0);
+  const std::vector<forward::Layer> layers{{kappa, mu, setup.shape.nz * setup.shape.voxel_mm}};
   const double entering = constants.normal_transmittance;
-  // Under the boundary source exitance_near() is the net flux; E_t enters besides.
+  const bool boundary = setup.source == SourceModel::boundary;
+  const forward::ModeSource source =
+      boundary ? forward::ModeSource{.q = 4.0 * entering / (1.0 - constants.r_phi)}
+               : forward::ModeSource{.beam = entering};
+  const forward::LayeredMode slab(layers, constants.A, source);
+  // Under the boundary source the flux out is a net one; E_t enters besides.
   const double apart = boundary ? entering : 0.0;
-  return {(fluence.exitance_near() + apart) / entering, fluence.exitance_far() / entering};
+  return {(slab.flux_out_near() + apart) / entering, slab.flux_out_far() / entering};
 }
 
 }  // namespace
@@ -56,8 +56,7 @@ void limit_absorption(const Request& request, Progress& progress, const Save& sa
     limit.options.tolerance = 1e-12;
     limit.precision = Precision::double_precision;
     const LimitOutcome best = run_limit(limit);
-    // The closed form divides by μ; 1e-9 of it leaves nothing to see.
-    const SlabLight slab = slab_light(limit.setup, kappa, std::max(mu, 1e-9));
+    const SlabLight slab = slab_light(limit.setup, kappa, mu);
     rows.push_back({{"μ [1/mm]", mu},
                     {"voxels per penetration depth", std::sqrt(kappa / mu) / 0.25},
                     {"iterations", outcome.iterations},

@@ -7,6 +7,7 @@
 #include "calib/lens/camera_fit.h"
 #include "calib/lens/lens_model.h"
 #include "calib/lens/opencv_convert.h"
+#include "calib/targets/board_picture.h"
 #include "core/error.h"
 #include "core/numbers/median.h"
 
@@ -69,26 +70,6 @@ CameraFit leave_out_outliers(CameraSetting& setting, const CameraFit& start, Len
   return fit;
 }
 
-ViewResidual residual_of(const CameraSetting& setting, const CameraFit& fit, std::size_t v) {
-  const BoardView& view = setting.views[v];
-  ViewResidual result;
-  result.name = view.name;
-  result.pixels = view.corners.pixels;
-  double sum = 0.0;
-  int used = 0;
-  for (std::size_t k = 0; k < view.corners.pixels.size(); ++k) {
-    result.residuals.push_back(corner_residual(setting, fit, v, k));
-    if (setting.mask[v][k] == 0) {
-      result.left_out.push_back(static_cast<int>(k));
-    } else {
-      sum += result.residuals.back().squaredNorm();
-      ++used;
-    }
-  }
-  result.rms_px = std::sqrt(sum / used);
-  return result;
-}
-
 CornerMask everything(const std::vector<BoardView>& views) {
   CornerMask mask;
   for (const BoardView& view : views) mask.emplace_back(view.corners.pixels.size(), 1);
@@ -133,12 +114,43 @@ CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double s
   result.covariance = result.joint_covariance.topLeftCorner<lens_numbers, lens_numbers>();
   result.bend_mm = fit.bend_mm;
   result.converged = fit.converged;
-  result.rms_px = std::sqrt(2.0 * fit.residual_sum_of_squares / static_cast<double>(fit.residuals));
   for (std::size_t v = 0; v < views.size(); ++v) {
     result.camera_from_board.push_back(rigid_of(fit.poses[v]));
-    result.views.push_back(residual_of(setting, fit, v));
+    ViewResidual view{views[v].name, 0.0, views[v].corners.pixels, {}, {}};
+    for (std::size_t k = 0; k < setting.mask[v].size(); ++k) {
+      if (setting.mask[v][k] == 0) view.left_out.push_back(static_cast<int>(k));
+    }
+    result.views.push_back(std::move(view));
   }
+  measure_residuals(views, square_mm, result);
   return result;
+}
+
+void measure_residuals(const std::vector<BoardView>& views, double square_mm,
+                       CameraCalibration& camera) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (std::size_t v = 0; v < views.size(); ++v) {
+    const BoardCorners& corners = views[v].corners;
+    const BoardShape board{corners.columns, corners.rows, square_mm, corners.staggered};
+    ViewResidual& view = camera.views[v];
+    view.residuals.clear();
+    double view_sum = 0.0;
+    for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
+      const auto [i, j] = corners.place(k);
+      const Eigen::Vector3d corner = bent_corner<double>(board, camera.bend_mm.data(), i, j);
+      view.residuals.push_back(camera.lens.project(camera.camera_from_board[v] * corner) -
+                               corners.pixels[k]);
+      const bool out = std::find(view.left_out.begin(), view.left_out.end(), static_cast<int>(k)) !=
+                       view.left_out.end();
+      if (!out) view_sum += view.residuals.back().squaredNorm();
+    }
+    const std::size_t used = corners.pixels.size() - view.left_out.size();
+    view.rms_px = std::sqrt(view_sum / static_cast<double>(used));
+    sum += view_sum;
+    count += used;
+  }
+  camera.rms_px = std::sqrt(sum / static_cast<double>(count));
 }
 
 Rigid board_pose(const Lens& lens, const BoardCorners& corners, double square_mm,

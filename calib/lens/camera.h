@@ -88,6 +88,10 @@ inline constexpr std::size_t least_views = 3;
 CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double square_mm, int width,
                                    int height, std::optional<LensModel> model = std::nullopt);
 
+/// Sets rms_px and the views' residuals and rms_px from lens, bend and poses.
+void measure_residuals(const std::vector<BoardView>& views, double square_mm,
+                       CameraCalibration& camera);
+
 /// Pose of one board in a camera already known, over all its corners.
 Rigid board_pose(const Lens& lens, const BoardCorners& corners, double square_mm,
                  const std::string& name, const std::array<double, 2>& bend_mm = {});

@@ -13,6 +13,7 @@
 #include "calib/lens/lens_model.h"
 #include "calib/lens/normal_equations.h"
 #include "calib/lens/opencv_convert.h"
+#include "calib/targets/board_picture.h"
 #include "core/error.h"
 
 namespace kappamu::calib {
@@ -117,24 +118,6 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
 
 constexpr int first_tangential = 6;  // p1 and p2 among the lens' numbers
 
-/// p1 and p2 as observations of 0.
-class TangentialPrior : public ceres::SizedCostFunction<2, lens_numbers> {
- public:
-  explicit TangentialPrior(double weight) : weight_(weight) {}
-  bool Evaluate(const double* const* parameters, double* residual,
-                double** jacobians) const override {
-    for (int k = 0; k < 2; ++k) residual[k] = weight_ * parameters[0][first_tangential + k];
-    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    Eigen::Map<Eigen::Matrix<double, 2, lens_numbers, Eigen::RowMajor>> out(jacobians[0]);
-    out.setZero();
-    for (int k = 0; k < 2; ++k) out(k, first_tangential + k) = weight_;
-    return true;
-  }
-
- private:
-  double weight_;
-};
-
 }  // namespace
 
 CameraFit start_camera(const CameraSetting& setting, int width, int height) {
@@ -204,8 +187,7 @@ CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& star
   }
   if (!fit_.bent) problem_->SetParameterBlockConstant(fit_.bend_mm.data());
   if (has_prior()) {
-    problem_->AddResidualBlock(new TangentialPrior(setting.noise_px / tangential_spread), nullptr,
-                               fit_.numbers.data());
+    add_prior(*problem_, tangential_prior(setting.noise_px), fit_.numbers);
   }
 }
 

@@ -1,65 +1,57 @@
 #include "calib/lens/lens_model.h"
 
+#include <algorithm>
+
 #include "core/error.h"
 
 namespace kappamu::calib {
+namespace {
+
+struct ModelOfLens {
+  LensModel model;
+  const char* name;  ///< the numbers it estimates; "f": fx, with fy held to it
+  bool square;
+  int distortion;  ///< how many of k1, k2, p1, p2, k3 ... k6, from the first
+};
+constexpr std::array<ModelOfLens, 8> models_of_lens{
+    {{LensModel::pinhole_square, "f cx cy", true, 0},
+     {LensModel::radial1_square, "f cx cy k1", true, 1},
+     {LensModel::pinhole, "fx fy cx cy", false, 0},
+     {LensModel::radial1, "fx fy cx cy k1", false, 1},
+     {LensModel::radial2, "fx fy cx cy k1 k2", false, 2},
+     {LensModel::radial2_tangential, "fx fy cx cy k1 k2 p1 p2", false, 4},
+     {LensModel::full, "fx fy cx cy k1 k2 p1 p2 k3", false, 5},
+     {LensModel::rational, "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6", false, 8}}};
+
+const ModelOfLens& entry_of(LensModel model) {
+  return *std::find_if(models_of_lens.begin(), models_of_lens.end(),
+                       [&](const ModelOfLens& entry) { return entry.model == model; });
+}
+
+}  // namespace
 
 std::string to_string(LensModel model) {
-  switch (model) {
-    case LensModel::pinhole_square:
-      return "f cx cy";
-    case LensModel::radial1_square:
-      return "f cx cy k1";
-    case LensModel::pinhole:
-      return "fx fy cx cy";
-    case LensModel::radial1:
-      return "fx fy cx cy k1";
-    case LensModel::radial2:
-      return "fx fy cx cy k1 k2";
-    case LensModel::radial2_tangential:
-      return "fx fy cx cy k1 k2 p1 p2";
-    case LensModel::full:
-      return "fx fy cx cy k1 k2 p1 p2 k3";
-    case LensModel::rational:
-      return "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6";
-  }
-  throw InternalError("internal error: unknown lens model");
+  return entry_of(model).name;
 }
 
 LensModel lens_model_from_string(const std::string& name, const std::string& file) {
-  for (const LensModel model :
-       {LensModel::pinhole_square, LensModel::radial1_square, LensModel::pinhole,
-        LensModel::radial1, LensModel::radial2, LensModel::radial2_tangential, LensModel::full,
-        LensModel::rational}) {
-    if (to_string(model) == name) return model;
+  for (const ModelOfLens& entry : models_of_lens) {
+    if (entry.name == name) return entry.model;
   }
   throw InputError(file + ": unknown lens model \"" + name + "\"; calibrate the session again");
 }
 
 bool has_square_pixels(LensModel model) {
-  return model == LensModel::pinhole_square || model == LensModel::radial1_square;
+  return entry_of(model).square;
 }
 
 std::vector<int> fixed_numbers(LensModel model) {
-  switch (model) {
-    case LensModel::pinhole_square:
-      return {1, 4, 5, 6, 7, 8, 9, 10, 11};
-    case LensModel::radial1_square:
-      return {1, 5, 6, 7, 8, 9, 10, 11};
-    case LensModel::pinhole:
-      return {4, 5, 6, 7, 8, 9, 10, 11};
-    case LensModel::radial1:
-      return {5, 6, 7, 8, 9, 10, 11};
-    case LensModel::radial2:
-      return {6, 7, 8, 9, 10, 11};
-    case LensModel::radial2_tangential:
-      return {8, 9, 10, 11};
-    case LensModel::full:
-      return {9, 10, 11};
-    case LensModel::rational:
-      return {};
-  }
-  throw InternalError("internal error: unknown lens model");
+  constexpr int fy = 1;
+  constexpr int k1 = 4;
+  std::vector<int> fixed;
+  if (has_square_pixels(model)) fixed.push_back(fy);
+  for (int n = k1 + entry_of(model).distortion; n < lens_numbers; ++n) fixed.push_back(n);
+  return fixed;
 }
 
 int parameter_count(LensModel model) {

@@ -6,6 +6,12 @@
 
 namespace kappamu::calib {
 
+void add_prior(ceres::Problem& problem, const LensPrior& prior, LensNumbers& numbers) {
+  problem.AddResidualBlock(
+      new ceres::AutoDiffCostFunction<LensPrior, 4, lens_numbers>(new LensPrior(prior)), nullptr,
+      numbers.data());
+}
+
 bool solve(ceres::Problem& problem, LensFit& fit, double tolerance, int max_iterations) {
   const std::vector<int> fixed = fixed_numbers(fit.model);
   if (!fixed.empty()) {

@@ -13,6 +13,9 @@ class Problem;
 
 namespace kappamu::calib {
 
+/// To `problem`, on the lens numbers it refers to.
+void add_prior(ceres::Problem& problem, const LensPrior& prior, LensNumbers& numbers);
+
 /// A lens fitted to observations, and how well.
 struct LensFit {
   LensModel model = LensModel::pinhole_square;

@@ -24,13 +24,4 @@ std::vector<cv::Point3f> board_points(const BoardCorners& corners, double square
   return points;
 }
 
-std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels) {
-  std::vector<cv::Point2f> points;
-  points.reserve(pixels.size());
-  for (const Eigen::Vector2d& pixel : pixels) {
-    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-  }
-  return points;
-}
-
 }  // namespace kappamu::calib

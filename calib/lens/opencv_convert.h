@@ -26,6 +26,5 @@ std::array<double, 6> six_of(const cv::Mat& rotation_vector, const cv::Mat& tran
 
 /// The corners' places on the flat board, in their order.
 std::vector<cv::Point3f> board_points(const BoardCorners& corners, double square);
-std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels);
 
 }  // namespace kappamu::calib

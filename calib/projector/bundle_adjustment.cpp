@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "calib/lens/camera_fit.h"
+#include "calib/lens/lens_solver.h"
 #include "calib/lens/normal_equations.h"
 #include "calib/lens/pose_numbers.h"
 #include "calib/lens/rigid_motion.h"
@@ -80,12 +81,7 @@ struct ProjectedResidual {
   template <class T>
   bool operator()(const T* camera, const T* projector, const T* projector_pose, const T* plane,
                   T* residual) const {
-    const Vector3<T> axis(T(0.0), T(0.0), T(1.0));
-    Vector3<T> normal;
-    ceres::AngleAxisRotatePoint(plane, axis.data(), normal.data());
-    const Vector3<T> direction = unproject_numbers<T>(camera, square_camera, seen);
-    const Eigen::Map<const Vector3<T>> origin(plane + 3);
-    const Vector3<T> point = direction * (normal.dot(origin) / normal.dot(direction));
+    const Vector3<T> point = met_by(plane, unproject_numbers<T>(camera, square_camera, seen));
     const Vector2<T> pixel =
         project_numbers<T>(projector, square_projector, moved<T>(projector_pose, point));
     residual[0] = weight * (pixel.x() - shown.x());
@@ -129,8 +125,9 @@ class Adjustment {
     projected_.clear();
     add_printed(1.0 / printed_px);
     add_projected(1.0 / projected_px);
-    add_prior(tangential_prior(1.0), numbers_.camera);
-    add_prior(distortion_prior(1.0, numbers_.projector[0], width_, height_), numbers_.projector);
+    add_prior(*problem_, tangential_prior(1.0), numbers_.camera);
+    add_prior(*problem_, distortion_prior(1.0, numbers_.projector[0], width_, height_),
+              numbers_.projector);
     hold(numbers_.camera.data(), camera_fixed_);
     hold(numbers_.projector.data(), projector_fixed_);
     if (!bent_) problem_->SetParameterBlockConstant(numbers_.bend.data());
@@ -212,12 +209,6 @@ class Adjustment {
     const int held = static_cast<int>(camera_fixed_.size() + projector_fixed_.size());
     return 2.0 * lens_numbers - held + (bent_ ? 2.0 : 0.0) + 6.0 +
            6.0 * static_cast<double>(numbers_.poses.size());
-  }
-
-  void add_prior(const LensPrior& prior, LensNumbers& lens) {
-    problem_->AddResidualBlock(
-        new ceres::AutoDiffCostFunction<LensPrior, 4, lens_numbers>(new LensPrior(prior)), nullptr,
-        lens.data());
   }
 
   void hold(double* lens, const std::vector<int>& fixed) {
@@ -316,30 +307,10 @@ JointCalibration adjust_jointly(const JointSetting& setting, const CameraCalibra
     if (k < JointNumbers::projector_at || k >= JointNumbers::views_at) kept.push_back(k);
   }
   eye.joint_covariance = joint.covariance(kept, kept);
-  double sum = 0.0;
-  std::size_t count = 0;
   for (std::size_t v = 0; v < setting.views.size(); ++v) {
-    const BoardCorners& corners = setting.views[v].corners;
-    const BoardShape board{corners.columns, corners.rows, setting.printed.square_mm,
-                           corners.staggered};
     eye.camera_from_board[v] = rigid_of(numbers.poses[v]);
-    ViewResidual& view = eye.views[v];
-    double view_sum = 0.0;
-    for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
-      const auto [i, j] = corners.place(k);
-      view.residuals[k] = eye.lens.project(eye.camera_from_board[v] *
-                                           bent_corner<double>(board, eye.bend_mm.data(), i, j)) -
-                          corners.pixels[k];
-      const bool out = std::find(view.left_out.begin(), view.left_out.end(), static_cast<int>(k)) !=
-                       view.left_out.end();
-      if (!out) view_sum += view.residuals[k].squaredNorm();
-    }
-    const std::size_t used = corners.pixels.size() - view.left_out.size();
-    view.rms_px = std::sqrt(view_sum / static_cast<double>(used));
-    sum += view_sum;
-    count += used;
   }
-  eye.rms_px = std::sqrt(sum / static_cast<double>(count));
+  measure_residuals(setting.views, setting.printed.square_mm, eye);
 
   joint.projector = projector;
   ProjectorCalibration& light = joint.projector;

@@ -1,7 +1,6 @@
 #include "calib/projector/projector.h"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 
 #include <algorithm>
 #include <limits>
@@ -50,12 +49,7 @@ struct ProjectedCornerResidual {
 
   template <class T>
   bool operator()(const T* numbers, const T* projector, const T* plane, T* residual) const {
-    const Eigen::Matrix<T, 3, 1> axis(T(0.0), T(0.0), T(1.0));
-    Eigen::Matrix<T, 3, 1> normal;
-    ceres::AngleAxisRotatePoint(plane, axis.data(), normal.data());
-    const Eigen::Matrix<T, 3, 1> direction = ray.cast<T>();
-    const Eigen::Map<const Eigen::Matrix<T, 3, 1>> origin(plane + 3);
-    const Eigen::Matrix<T, 3, 1> point = direction * (normal.dot(origin) / normal.dot(direction));
+    const Eigen::Matrix<T, 3, 1> point = met_by<T>(plane, ray.cast<T>());
     const Eigen::Matrix<T, 2, 1> pixel =
         project_numbers<T>(numbers, square_pixels, moved<T>(projector, point));
     residual[0] = (pixel.x() - projector_pixel.x()) * camera_px_per_projector_px;
@@ -164,10 +158,8 @@ Fit refine(const Setting& setting, const Fit& start, LensModel model, double noi
   ceres::Problem problem;
   add_residuals(setting, fit, problem);
   if (noise_px > 0.0) {
-    problem.AddResidualBlock(
-        new ceres::AutoDiffCostFunction<LensPrior, 4, lens_numbers>(new LensPrior(
-            distortion_prior(noise_px, fit.numbers[0], setting.width, setting.height))),
-        nullptr, fit.numbers.data());
+    add_prior(problem, distortion_prior(noise_px, fit.numbers[0], setting.width, setting.height),
+              fit.numbers);
   }
   const bool usable = solve(problem, fit);
 
@@ -315,27 +307,15 @@ void measure_residuals(const Lens& camera, const capture::Board& printed,
 double projected_board_rms(const Lens& camera, const ProjectorCalibration& projector,
                            const capture::ProjectedBoard& projected,
                            const std::vector<PlaneView>& planes) {
-  const capture::Board no_board;
-  const Setting setting{camera, no_board, projected, planes};
-  double sum = 0.0;
-  std::size_t count = 0;
-  for (std::size_t p = 0; p < planes.size(); ++p) {
-    const Rigid& pose = projector.station_from_plane[p];
-    for (std::size_t k = 0; k < planes[p].projected.pixels.size(); ++k) {
-      const Eigen::Vector3d point = pose * meet_plane(camera, pose, planes[p].projected.pixels[k]);
-      sum += (projector.lens.project(projector.projector_from_station * point) -
-              setting.projector_pixel(planes[p], k))
-                 .squaredNorm();
-      ++count;
-    }
-  }
-  return std::sqrt(sum / static_cast<double>(count));
+  ProjectorCalibration measured = projector;
+  measure_residuals(camera, {}, projected, planes, measured);
+  return measured.rms_px;
 }
 
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,
-                                         int height, LensModel model) {
+                                         int height) {
   if (planes.size() < least_views) {
     throw InputError("projector calibration: " + std::to_string(planes.size()) +
                      " planes given and at least 3 are needed (6 or more are good); add entries to "
@@ -346,7 +326,9 @@ ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Boar
   try {
     best = refine(setting, start_with_opencv(setting), LensModel::pinhole_square);
     // The first pass takes distortion for noise.
-    for (int pass = 0; pass < 2; ++pass) best = refine(setting, best, model, best.noise_px);
+    for (int pass = 0; pass < 2; ++pass) {
+      best = refine(setting, best, LensModel::radial2_tangential, best.noise_px);
+    }
   } catch (const InputError&) {
     explain(setting, std::numeric_limits<double>::infinity());
     throw;

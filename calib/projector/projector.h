@@ -45,8 +45,7 @@ struct ProjectorCalibration {
 ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Board& printed,
                                          const capture::ProjectedBoard& projected,
                                          const std::vector<PlaneView>& planes, int width,
-                                         int height,
-                                         LensModel model = LensModel::radial2_tangential);
+                                         int height);
 
 /// Which projector pixel corner k of a projected board is.
 Eigen::Vector2d projector_pixel(const capture::ProjectedBoard& projected,

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
@@ -60,6 +61,15 @@ std::optional<Eigen::Vector2d> locate(const std::vector<Sample>& samples) {
   return Eigen::Vector2d(mean.x + middle.x() / middle.z(), mean.y + middle.y() / middle.z());
 }
 
+template <class T>
+std::vector<T> chosen_of(const std::vector<T>& all, const std::vector<std::uint8_t>& chosen) {
+  std::vector<T> result;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (chosen[k] != 0) result.push_back(all[k]);
+  }
+  return result;
+}
+
 /// Unchooses points further than five median residuals (0.4 px at least) from a quadratic
 /// correction of the homography, which is what distortion needs: at the plane's edge half a cell
 /// lies on what is behind.
@@ -67,15 +77,10 @@ void drop_odd_points(const std::vector<cv::Point2f>& shown, const std::vector<cv
                      std::vector<std::uint8_t>& chosen) {
   constexpr int passes = 4;
   for (int pass = 0; pass < passes; ++pass) {
-    std::vector<std::size_t> in;
-    std::vector<cv::Point2f> from;
-    std::vector<cv::Point2f> to;
-    for (std::size_t k = 0; k < chosen.size(); ++k) {
-      if (chosen[k] == 0) continue;
-      in.push_back(k);
-      from.push_back(shown[k]);
-      to.push_back(seen[k]);
-    }
+    std::vector<std::size_t> all(chosen.size());
+    std::iota(all.begin(), all.end(), 0U);
+    const std::vector<std::size_t> in = chosen_of(all, chosen);
+    const std::vector<cv::Point2f> from = chosen_of(shown, chosen), to = chosen_of(seen, chosen);
     if (in.size() < least_points) return;
     const cv::Mat view = cv::findHomography(from, to, 0);
     if (view.empty()) return;
@@ -185,19 +190,13 @@ BoardCorners points_on_plane(const BoardCorners& points, const BoardCorners& pri
                              const std::string& name) {
   const double tolerance = 0.006 * width_px;
   std::vector<cv::Point2f> shown;
-  std::vector<cv::Point2f> seen;
   for (std::size_t k = 0; k < points.pixels.size(); ++k) {
     const auto [i, j] = points.place(k);
     shown.emplace_back(static_cast<float>(i), static_cast<float>(j));
-    seen.emplace_back(static_cast<float>(points.pixels[k].x()),
-                      static_cast<float>(points.pixels[k].y()));
   }
-  std::vector<cv::Point2f> corners;
-  for (const Eigen::Vector2d& pixel : printed.pixels) {
-    corners.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-  }
+  const std::vector<cv::Point2f> seen = image_points(points.pixels);
   std::vector<cv::Point2f> hull;
-  cv::convexHull(corners, hull);
+  cv::convexHull(image_points(printed.pixels), hull);
   std::vector<std::uint8_t> chosen(points.pixels.size(), 0);
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     chosen[k] = cv::pointPolygonTest(hull, seen[k], false) > 0.0 ? 1 : 0;
@@ -212,15 +211,9 @@ BoardCorners points_on_plane(const BoardCorners& points, const BoardCorners& pri
   }
   constexpr int passes = 8;
   for (int pass = 0; pass < passes && count() >= least_points; ++pass) {
-    std::vector<cv::Point2f> from;
-    std::vector<cv::Point2f> to;
-    for (std::size_t k = 0; k < chosen.size(); ++k) {
-      if (chosen[k] == 0) continue;
-      from.push_back(shown[k]);
-      to.push_back(seen[k]);
-    }
     // Robust, should the printed board's outline contain something before it.
-    const cv::Mat view = cv::findHomography(from, to, cv::RANSAC, tolerance);
+    const cv::Mat view = cv::findHomography(chosen_of(shown, chosen), chosen_of(seen, chosen),
+                                            cv::RANSAC, tolerance);
     if (view.empty()) break;
     std::vector<cv::Point2f> expected;
     cv::perspectiveTransform(shown, expected, view);

@@ -1,9 +1,7 @@
 #include "calib/projector/view_checks.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 

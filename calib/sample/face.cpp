@@ -3,21 +3,6 @@
 #include <Eigen/Geometry>
 
 namespace kappamu::calib {
-namespace {
-
-/// Axes of the face's u and v: z faces (x, y), y faces (x, z), x faces (y, z).
-std::array<int, 2> face_axes(Face face) {
-  switch (axis_of(face)) {
-    case 0:
-      return {1, 2};
-    case 1:
-      return {0, 2};
-    default:
-      return {0, 1};
-  }
-}
-
-}  // namespace
 
 Eigen::Vector3d face_point(const GridShape& grid, Face face, double u, double v) {
   const int axis = axis_of(face);

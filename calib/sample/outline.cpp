@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "calib/targets/board_picture.h"
 #include "core/error.h"
 #include "core/numbers/median.h"
 
@@ -17,22 +18,16 @@ InputError not_found(const std::string& name, const std::string& reason) {
                     "corners_px of this sample view in session.json");
 }
 
-cv::Mat view_of(const Image<float>& grey) {
-  return {grey.height(), grey.width(), CV_32F,
-          const_cast<float*>(grey.values().data())};  // OpenCV's view; only read
-}
-
 /// Bright region: a quarter of the way from the background's level to the foreground's, the two
 /// being Otsu's classes, so that a face which darkens towards its edges stays whole.
 cv::Mat bright_region(const Image<float>& grey) {
-  cv::Mat smooth;
-  cv::GaussianBlur(view_of(grey), smooth, cv::Size(), 1.0);
+  const Image<float> smooth = blurred(grey, 1.0);
   double low = 0.0;
   double high = 0.0;
-  cv::minMaxLoc(smooth, &low, &high);
+  cv::minMaxLoc(view_of(smooth), &low, &high);
   cv::Mat bytes;
   const double scale = 255.0 / std::max(high - low, 1e-12);
-  smooth.convertTo(bytes, CV_8U, scale, -low * scale);
+  view_of(smooth).convertTo(bytes, CV_8U, scale, -low * scale);
   cv::Mat mask;
   cv::threshold(bytes, mask, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU);
   const double foreground = cv::mean(bytes, mask)[0];
@@ -78,30 +73,20 @@ std::optional<std::vector<cv::Point>> four_corners(const std::vector<cv::Point>&
   return std::nullopt;
 }
 
-double bilinear(const cv::Mat& image, const Eigen::Vector2d& at) {
-  const int x = static_cast<int>(std::floor(at.x()));
-  const int y = static_cast<int>(std::floor(at.y()));
-  const double fx = at.x() - x;
-  const double fy = at.y() - y;
-  const auto* upper = image.ptr<float>(y);
-  const auto* lower = image.ptr<float>(y + 1);
-  return (1.0 - fy) * ((1.0 - fx) * upper[x] + fx * upper[x + 1]) +
-         fy * ((1.0 - fx) * lower[x] + fx * lower[x + 1]);
-}
-
 /// Offset along `outward` from `middle` at which the brightness drops fastest, and how fast.
 struct Drop {
   double offset = 0.0;
   double slope = 0.0;
 };
-std::optional<Drop> steepest_drop(const cv::Mat& smooth, const Eigen::Vector2d& middle,
+std::optional<Drop> steepest_drop(const Image<float>& smooth, const Eigen::Vector2d& middle,
                                   const Eigen::Vector2d& outward, double reach) {
   constexpr double step = 0.25;  // pixels; the image is smoothed by 1 px
   const int half = static_cast<int>(std::ceil(reach / step));
   std::vector<double> profile;
   for (int k = -half; k <= half; ++k) {
     const Eigen::Vector2d at = middle + outward * (k * step);
-    if (at.x() < 0.0 || at.y() < 0.0 || at.x() >= smooth.cols - 1 || at.y() >= smooth.rows - 1) {
+    if (at.x() < 0.0 || at.y() < 0.0 || at.x() >= smooth.width() - 1 ||
+        at.y() >= smooth.height() - 1) {
       return std::nullopt;
     }
     profile.push_back(bilinear(smooth, at));
@@ -168,8 +153,7 @@ Quad find_bright_quad(const Image<float>& grey, const std::string& name) {
 std::vector<std::vector<Eigen::Vector2d>> edge_points(
     const Image<float>& grey, const std::vector<std::vector<Eigen::Vector2d>>& lines,
     double reach) {
-  cv::Mat smooth;
-  cv::GaussianBlur(view_of(grey), smooth, cv::Size(), 1.0);
+  const Image<float> smooth = blurred(grey, 1.0);
   std::vector<std::vector<Eigen::Vector2d>> result;
   for (const std::vector<Eigen::Vector2d>& line : lines) {
     // `line` is a polyline (a straight edge seen through a distorting lens); positions run over it.

@@ -15,6 +15,7 @@
 #include "calib/sample/face.h"
 #include "calib/sample/outline.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::calib {
 namespace {
@@ -264,13 +265,10 @@ SamplePose result_of(const Refined& refined, const Lens& lens, const GridShape& 
 
 InputError does_not_fit(const std::string& name, const GridShape& grid, Face face) {
   const FaceShape shape = face_shape(grid, face);
-  const auto rounded = [](double value) {
-    std::string text = std::to_string(value);
-    return text.substr(0, text.find('.') + 3);
-  };
   return InputError(
-      name + ": the outline does not fit a face of " + rounded(shape.nu * grid.voxel_mm) + " x " +
-      rounded(shape.nv * grid.voxel_mm) +
+      name + ": the outline does not fit a face of " +
+      shown_number(shape.nu * grid.voxel_mm, "%.2f") + " x " +
+      shown_number(shape.nv * grid.voxel_mm, "%.2f") +
       " mm; check sample.grid and sample.voxel_mm in session.json, or give corners_px "
       "of this sample view in the documented order");
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 
 namespace kappamu::calib {
 
@@ -24,6 +25,25 @@ cv::Mat stretch_to_bytes(const Image<float>& grey) {
     }
   }
   return bytes;
+}
+
+cv::Mat view_of(const Image<float>& grey) {
+  return {grey.height(), grey.width(), CV_32F, const_cast<float*>(grey.values().data())};
+}
+
+Image<float> blurred(const Image<float>& grey, double deviation_px) {
+  Image<float> smooth(grey.width(), grey.height(), 1);
+  cv::GaussianBlur(view_of(grey), view_of(smooth), cv::Size(), deviation_px);
+  return smooth;
+}
+
+std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels) {
+  std::vector<cv::Point2f> points;
+  points.reserve(pixels.size());
+  for (const Eigen::Vector2d& pixel : pixels) {
+    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
+  }
+  return points;
 }
 
 double bilinear(const Image<float>& image, const Eigen::Vector2d& at) {

@@ -14,6 +14,14 @@ namespace kappamu::calib {
 /// Eight bits between the darkest and brightest per mille, which is what the detectors want.
 cv::Mat stretch_to_bytes(const Image<float>& grey);
 
+/// OpenCV's view of the same numbers; only read.
+cv::Mat view_of(const Image<float>& grey);
+
+/// By a Gaussian of so many pixels.
+Image<float> blurred(const Image<float>& grey, double deviation_px);
+
+std::vector<cv::Point2f> image_points(const std::vector<Eigen::Vector2d>& pixels);
+
 double bilinear(const Image<float>& image, const Eigen::Vector2d& at);
 
 /// Blur of the one edge that the line from a to b crosses: its contrast over its steepest slope is

@@ -155,12 +155,8 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
 BoardCorners find_projected_chessboard(const Image<float>& grey, int columns, int rows,
                                        const BoardCorners& printed, const std::string& name) {
   const BoardCorners found = find_chessboard(grey, columns, rows, name);
-  std::vector<cv::Point2f> points;
-  for (const Eigen::Vector2d& pixel : printed.pixels) {
-    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-  }
   std::vector<cv::Point2f> outline;
-  cv::convexHull(points, outline);
+  cv::convexHull(image_points(printed.pixels), outline);
   // Half a spacing more: the corners themselves lie on the outline.
   const double reach = 0.5 * smallest_spacing(found);
   const bool is_printed = std::all_of(found.pixels.begin(), found.pixels.end(), [&](const auto& p) {

@@ -238,17 +238,11 @@ void refine_corners(const Image<float>& grey, BoardCorners& corners, double clea
   const double part = std::min(clear, 0.4);  // the window never sees a neighbouring corner
   const int half = std::clamp(static_cast<int>(part * smallest_spacing(corners)), 2,
                               static_cast<int>(CornerWindow{}.longest_px));
-  const cv::Mat sharp(grey.height(), grey.width(), CV_32F,
-                      const_cast<float*>(grey.values().data()));  // OpenCV's view; only read
-  cv::Mat smooth;  // its own memory: the blur must not write into the caller's image
-  cv::GaussianBlur(sharp, smooth, cv::Size(), std::min(1.5, half / 3.0));
+  const Image<float> smooth = blurred(grey, std::min(1.5, half / 3.0));
   const cv::TermCriteria stop(cv::TermCriteria::EPS + cv::TermCriteria::COUNT, 100, 1e-4);
   const std::vector<Eigen::Vector2d> detected = corners.pixels;
-  std::vector<cv::Point2f> points;
-  for (const Eigen::Vector2d& pixel : corners.pixels) {
-    points.emplace_back(static_cast<float>(pixel.x()), static_cast<float>(pixel.y()));
-  }
-  cv::cornerSubPix(smooth, points, cv::Size(half, half), cv::Size(-1, -1), stop);
+  std::vector<cv::Point2f> points = image_points(corners.pixels);
+  cv::cornerSubPix(view_of(smooth), points, cv::Size(half, half), cv::Size(-1, -1), stop);
   for (std::size_t k = 0; k < points.size(); ++k) corners.pixels[k] = {points[k].x, points[k].y};
   const std::vector<Eigen::Matrix2d> steps = steps_at(corners);
   for (std::size_t k = 0; k < steps.size(); ++k) {

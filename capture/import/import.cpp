@@ -195,19 +195,18 @@ void find_planes(const Session& plan, Shots& shots, Session& session) {
 
 void find_targets(Shots& shots, Session& session, Progress& progress) {
   Calibration& calibration = session.calibration;
-  if (calibration.white_target) {
-    calibration.white_target->frames = shots.take("white");
-    if (calibration.white_target->frames.empty()) {
-      calibration.white_target.reset();
-      calibration.white_target_black.clear();
+  if (std::optional<WhiteTarget>& target = calibration.white_target) {
+    target->frames = shots.take("white");
+    if (target->frames.empty()) {
+      target.reset();
       progress.warn("there are no photographs of the white target (white_0 ...).");
     } else {
-      calibration.white_target_black = shots.take("black");
-      calibration.white_target->off_frames = shots.take("off");
-      calibration.white_target->levels.clear();
+      target->black_frames = shots.take("black");
+      target->off_frames = shots.take("off");
+      target->levels.clear();
       for (int value = 1; value < 255; ++value) {
         Stack frames = shots.take("level_" + std::to_string(value));
-        if (!frames.empty()) calibration.white_target->levels.push_back({value, std::move(frames)});
+        if (!frames.empty()) target->levels.push_back({value, std::move(frames)});
       }
     }
   }

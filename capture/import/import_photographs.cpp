@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <map>
 #include <regex>
 #include <set>
@@ -12,6 +11,7 @@
 #include "capture/session/session_files.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/shown_text.h"
 #include "io/image/image_file.h"
 #include "io/image/raw_file.h"
 #include "io/read_file.h"
@@ -148,9 +148,7 @@ std::vector<Photograph> from_table(const PhotographSource& source) {
 }
 
 std::string shown(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
+  return shown_number(value, "%.4g");
 }
 
 bool differ(double a, double b) {

@@ -104,15 +104,23 @@ void check_light(const HdrImage& image, const std::vector<float>& exposures,
   }
 }
 
-// `pixels[j]` are the values of frame j, by rising exposure time.
-template <class Reader, class T>
-HdrImage merge_sorted(const std::vector<const Image<T>*>& images,
-                      const std::vector<float>& exposures, const Radiometry& radiometry,
-                      const std::string& name, const MergeOptions& options) {
-  const Image<T>& shape = *images.front();
+template <class Value>
+HdrImage merge(std::span<const Exposed<Value>> frames, const Radiometry& radiometry,
+               const std::string& name, const MergeOptions& options) {
+  using Reader = FrameReader<Value>;
+  if (frames.empty()) throw InputError(name + ": there are no frames to merge; add at least one.");
+  std::vector<const Exposed<Value>*> sorted;
+  for (const Exposed<Value>& frame : frames) sorted.push_back(&frame);
+  std::sort(sorted.begin(), sorted.end(),
+            [](const auto* a, const auto* b) { return a->exposure_s < b->exposure_s; });
+  const Image<Value>& shape = sorted.front()->pixels;
   const int channels = shape.channels();
-  for (const Image<T>* image : images) {
-    check(image->same_shape(shape), "merge: frames of one stack differ in shape");
+  std::vector<const Value*> pixels;  // of frame j, by rising exposure time
+  std::vector<float> exposures;
+  for (const Exposed<Value>* frame : sorted) {
+    check(frame->pixels.same_shape(shape), "merge: frames of one stack differ in shape");
+    pixels.push_back(frame->pixels.values().data());
+    exposures.push_back(static_cast<float>(frame->exposure_s));
   }
   check(radiometry.response.linear.size() == static_cast<std::size_t>(channels) &&
             radiometry.noise.size() == static_cast<std::size_t>(channels),
@@ -120,9 +128,6 @@ HdrImage merge_sorted(const std::vector<const Image<T>*>& images,
   HdrImage out{Image<float>(shape.width(), shape.height(), channels),
                Image<float>(shape.width(), shape.height(), channels),
                Image<std::uint8_t>(shape.width(), shape.height(), channels)};
-  std::vector<const T*> pixels;
-  pixels.reserve(images.size());
-  for (const Image<T>* image : images) pixels.push_back(image->values().data());
   for (int c = 0; c < channels; ++c) {
     const auto channel = static_cast<std::size_t>(c);
     const NoiseModel noise(radiometry.response.linear[channel], radiometry.noise[channel],
@@ -139,36 +144,16 @@ HdrImage merge_sorted(const std::vector<const Image<T>*>& images,
   return out;
 }
 
-template <class Reader, class Exposed, class Access>
-HdrImage merge(std::span<const Exposed> frames, const Access& image_of,
-               const Radiometry& radiometry, const std::string& name, const MergeOptions& options) {
-  if (frames.empty()) throw InputError(name + ": there are no frames to merge; add at least one.");
-  std::vector<const Exposed*> sorted;
-  for (const Exposed& frame : frames) sorted.push_back(&frame);
-  std::sort(sorted.begin(), sorted.end(),
-            [](const Exposed* a, const Exposed* b) { return a->exposure_s < b->exposure_s; });
-  std::vector<decltype(image_of(*sorted.front()))> images;
-  std::vector<float> exposures;
-  for (const Exposed* frame : sorted) {
-    images.push_back(image_of(*frame));
-    exposures.push_back(static_cast<float>(frame->exposure_s));
-  }
-  return merge_sorted<Reader>(images, exposures, radiometry, name, options);
-}
-
 }  // namespace
 
 HdrImage merge_frames(std::span<const ExposedFrame> frames, const Radiometry& radiometry,
                       const std::string& name, const MergeOptions& options) {
-  return merge<CodeReader>(
-      frames, [](const ExposedFrame& frame) { return &frame.codes; }, radiometry, name, options);
+  return merge(frames, radiometry, name, options);
 }
 
-HdrImage merge_float_frames(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
-                            const std::string& name, const MergeOptions& options) {
-  return merge<FloatReader>(
-      frames, [](const ExposedFloatFrame& frame) { return &frame.linear; }, radiometry, name,
-      options);
+HdrImage merge_frames(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
+                      const std::string& name, const MergeOptions& options) {
+  return merge(frames, radiometry, name, options);
 }
 
 }  // namespace kappamu::capture

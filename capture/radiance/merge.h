@@ -33,10 +33,8 @@ struct MergeOptions {
 /// pattern fit_03"). Throws InputError if every pixel is saturated in every frame, or dark.
 HdrImage merge_frames(std::span<const ExposedFrame> frames, const Radiometry& radiometry,
                       const std::string& name, const MergeOptions& options = {});
-
-/// The same from linear images.
-HdrImage merge_float_frames(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
-                            const std::string& name, const MergeOptions& options = {});
+HdrImage merge_frames(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
+                      const std::string& name, const MergeOptions& options = {});
 
 /// What does not fit in one stack of a session (capture/radiance/steadiness.h), without merging it.
 std::vector<Fault> find_stack_faults(const Session& session, const Stack& stack,

@@ -28,18 +28,18 @@ std::string advice(const Fault& fault) {
 }
 
 // Frames, exposure times and file names of a stack, whatever a frame holds.
-template <class Exposed>
+template <class Value>
 class StackMerger {
  public:
   StackMerger(const Session& session, const Stack& stack, const std::string& label,
-              std::vector<Exposed> frames)
+              std::vector<Exposed<Value>> frames)
       : session_(session), label_(label), frames_(std::move(frames)) {
     for (const Frame& frame : stack) files_.push_back(frame.file);
   }
 
   // `pitch` is the distance of neighbouring pixels of the frames in pixels of the picture.
   std::vector<Fault> faults(const Radiometry& radiometry, double pitch) {
-    steadiness_ = compare_frames(std::span<const Exposed>(frames_), radiometry);
+    steadiness_ = compare_frames(std::span<const Exposed<Value>>(frames_), radiometry);
     for (std::optional<FrameState>& state : steadiness_) {
       if (!state) continue;
       for (double& shift : state->shift_px) shift *= pitch;
@@ -85,20 +85,20 @@ class StackMerger {
     }
   }
 
-  const std::vector<Exposed>& frames() const { return frames_; }
+  const std::vector<Exposed<Value>>& frames() const { return frames_; }
   std::string name() const { return shown_session(session_) + ": " + label_; }
 
  private:
   std::vector<double> exposures() const {
     std::vector<double> times;
-    for (const Exposed& frame : frames_) times.push_back(frame.exposure_s);
+    for (const Exposed<Value>& frame : frames_) times.push_back(frame.exposure_s);
     return times;
   }
   std::string path(std::size_t frame) const { return (session_.folder / files_[frame]).string(); }
 
   const Session& session_;
   const std::string& label_;
-  std::vector<Exposed> frames_;
+  std::vector<Exposed<Value>> frames_;
   std::vector<std::string> files_;
   Steadiness steadiness_;
 };
@@ -140,15 +140,6 @@ auto with_frames(const Session& session, const Stack& stack, const Radiometry& r
              [layout](const HdrImage& packed) { return demosaic(packed, layout); });
 }
 
-HdrImage merge_any(std::span<const ExposedFrame> frames, const Radiometry& radiometry,
-                   const std::string& name, const MergeOptions& options) {
-  return merge_frames(frames, radiometry, name, options);
-}
-HdrImage merge_any(std::span<const ExposedFloatFrame> frames, const Radiometry& radiometry,
-                   const std::string& name, const MergeOptions& options) {
-  return merge_float_frames(frames, radiometry, name, options);
-}
-
 }  // namespace
 
 std::vector<Fault> find_stack_faults(const Session& session, const Stack& stack,
@@ -169,7 +160,7 @@ HdrImage merge_stack(const Session& session, const Stack& stack, const std::stri
       [&](auto frames, const Radiometry& of_frames, double pitch, const auto& picture) {
         StackMerger merger(session, stack, label, std::move(frames));
         merger.settle_faults(of_frames, options, pitch, notes);
-        return picture(merge_any(merger.frames(), of_frames, merger.name(), options));
+        return picture(merge_frames(merger.frames(), of_frames, merger.name(), options));
       });
 }
 

@@ -20,11 +20,11 @@ constexpr double changed_relative = 0.1;
 constexpr double shifted_px = 0.1;
 
 // The blocks' grid lies `offset` px off the frame's corner.
-template <class Reader>
-Blocks block_means(const Image<typename Reader::Value>& image, double exposure_s,
-                   const Reader& reader, int channel,
+template <class Value>
+Blocks block_means(const Exposed<Value>& frame, const FrameReader<Value>& reader, int channel,
                    const Eigen::Vector2i& offset = Eigen::Vector2i::Zero()) {
-  Blocks blocks{image.width() / block_px, image.height() / block_px, exposure_s, {}};
+  const Image<Value>& image = frame.pixels;
+  Blocks blocks{image.width() / block_px, image.height() / block_px, frame.exposure_s, {}};
   const float limit = near_saturation * reader.saturation();
   for (int row = 0; row < blocks.rows; ++row) {
     for (int column = 0; column < blocks.columns; ++column) {
@@ -148,12 +148,12 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
   }
 }
 
-template <class Reader, class Exposed, class Pixels>
-Steadiness compare_stack(std::span<const Exposed> stack, const Radiometry& radiometry,
-                         const Pixels& pixels) {
+template <class Value>
+Steadiness compare_stack(std::span<const Exposed<Value>> stack, const Radiometry& radiometry) {
+  using Reader = FrameReader<Value>;
   Steadiness states(stack.size());
   if (stack.size() < 2) return states;
-  const auto& shape = pixels(stack.front());
+  const Image<Value>& shape = stack.front().pixels;
   if (shape.width() < smallest_frame_px || shape.height() < smallest_frame_px) return states;
   const int channel = shape.channels() / 2;
   const Reader reader(radiometry, channel);
@@ -165,8 +165,8 @@ Steadiness compare_stack(std::span<const Exposed> stack, const Radiometry& radio
     return stack[a].exposure_s < stack[b].exposure_s;
   });
   std::vector<Blocks> blocks;
-  for (const Exposed& frame : stack) {
-    blocks.push_back(block_means<Reader>(pixels(frame), frame.exposure_s, reader, channel));
+  for (const Exposed<Value>& frame : stack) {
+    blocks.push_back(block_means(frame, reader, channel));
   }
   std::vector<std::size_t> chain{order.front()};
   std::vector<FramePair> steps;
@@ -175,11 +175,9 @@ Steadiness compare_stack(std::span<const Exposed> stack, const Radiometry& radio
     steps.clear();
   };
   for (std::size_t i = 1; i < order.size(); ++i) {
-    const Exposed& longer = stack[order[i]];
     const auto longer_at = [&](const Eigen::Vector2i& offset) {
-      return offset.isZero()
-                 ? blocks[order[i]]
-                 : block_means<Reader>(pixels(longer), longer.exposure_s, reader, channel, offset);
+      return offset.isZero() ? blocks[order[i]]
+                             : block_means(stack[order[i]], reader, channel, offset);
     };
     const std::optional<FramePair> pair = compare_pair(blocks[order[i - 1]], longer_at, noise);
     if (pair) {
@@ -198,14 +196,11 @@ Steadiness compare_stack(std::span<const Exposed> stack, const Radiometry& radio
 }  // namespace
 
 Steadiness compare_frames(std::span<const ExposedFrame> stack, const Radiometry& radiometry) {
-  return compare_stack<CodeReader>(
-      stack, radiometry, [](const ExposedFrame& frame) -> const auto& { return frame.codes; });
+  return compare_stack(stack, radiometry);
 }
 
 Steadiness compare_frames(std::span<const ExposedFloatFrame> stack, const Radiometry& radiometry) {
-  return compare_stack<FloatReader>(
-      stack, radiometry,
-      [](const ExposedFloatFrame& frame) -> const auto& { return frame.linear; });
+  return compare_stack(stack, radiometry);
 }
 
 }  // namespace kappamu::capture

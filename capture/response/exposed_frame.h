@@ -7,16 +7,14 @@
 
 namespace kappamu::capture {
 
-/// Code values [y][x][channel].
-struct ExposedFrame {
-  Image<std::uint16_t> codes;
+template <class Value>
+struct Exposed {
+  Image<Value> pixels;  ///< [y][x][channel]
   double exposure_s = 0.0;
 };
-
-/// Linear light (EXR) [y][x][channel], fractions of full scale, saturated from 1 on.
-struct ExposedFloatFrame {
-  Image<float> linear;
-  double exposure_s = 0.0;
-};
+/// Code values.
+using ExposedFrame = Exposed<std::uint16_t>;
+/// Linear light (EXR), fractions of full scale, saturated from 1 on.
+using ExposedFloatFrame = Exposed<float>;
 
 }  // namespace kappamu::capture

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "capture/response/radiometry.h"
@@ -14,7 +15,6 @@ namespace kappamu::capture {
 /// Code values through the inverse response.
 class CodeReader {
  public:
-  using Value = std::uint16_t;
   static constexpr bool rounds = true;
 
   CodeReader(const Radiometry& radiometry, int channel)
@@ -35,7 +35,6 @@ class CodeReader {
 /// Fractions of full scale (EXR): saturated near 1.
 class FloatReader {
  public:
-  using Value = float;
   static constexpr bool rounds = false;
 
   FloatReader(const Radiometry& radiometry, int channel)
@@ -49,5 +48,8 @@ class FloatReader {
  private:
   float black_;
 };
+
+template <class Value>
+using FrameReader = std::conditional_t<std::is_same_v<Value, float>, FloatReader, CodeReader>;
 
 }  // namespace kappamu::capture

@@ -40,10 +40,10 @@ std::optional<double> electrons_at_full_scale(std::span<const ExposedFrame> stac
   const int saturated = saturation_code(response);
   std::vector<double> estimates;  // of 1/N
   for (std::size_t pair = 0; pair + 1 < sorted.size(); ++pair) {
-    const std::vector<std::uint16_t>& shorter = sorted[pair]->codes.values();
-    const std::vector<std::uint16_t>& longer = sorted[pair + 1]->codes.values();
+    const std::vector<std::uint16_t>& shorter = sorted[pair]->pixels.values();
+    const std::vector<std::uint16_t>& longer = sorted[pair + 1]->pixels.values();
     const double ratio = sorted[pair]->exposure_s / sorted[pair + 1]->exposure_s;
-    const auto channels = static_cast<std::size_t>(sorted[pair]->codes.channels());
+    const auto channels = static_cast<std::size_t>(sorted[pair]->pixels.channels());
     const std::size_t stride =
         channels * std::max<std::size_t>(1, shorter.size() / channels / pixels_per_frame);
     std::vector<Bin> bins(signal_bins);

@@ -42,7 +42,6 @@ std::vector<const Stack*> informative_stacks(const Session& session) {
 
 void recover_responses(const Session& session, Progress& progress, Radiometry& radiometry) {
   const std::size_t channels = session.channels.size();
-  const ResponseOptions options;
   std::vector<std::vector<ResponseSample>> samples(channels);
   const std::vector<const Stack*> stacks = informative_stacks(session);
   for (std::size_t i = 0; i < stacks.size(); ++i) {
@@ -50,14 +49,13 @@ void recover_responses(const Session& session, Progress& progress, Radiometry& r
                     "stack " + std::to_string(i + 1) + " of " + std::to_string(stacks.size()));
     const std::vector<ExposedFrame> frames = load_stack(session, *stacks[i]);
     for (std::size_t c = 0; c < channels; ++c) {
-      collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, options,
-                               samples[c]);
+      collect_response_samples(frames, static_cast<int>(c), radiometry.bit_depth, samples[c]);
     }
   }
   for (std::size_t c = 0; c < channels; ++c) {
     const std::string name = shown_session(session) + ": channel " + session.channels[c];
-    RecoveredResponse recovered = recover_response(samples[c], radiometry.bit_depth,
-                                                   radiometry.black_level[c], options, name);
+    RecoveredResponse recovered =
+        recover_response(samples[c], radiometry.bit_depth, radiometry.black_level[c], name);
     radiometry.response.linear.push_back(std::move(recovered.linear));
     radiometry.reports.push_back(recovered.report);
   }

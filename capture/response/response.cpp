@@ -33,6 +33,7 @@ constexpr double log_exposure_floor = 0.002;
 constexpr double least_signal_to_noise = 20.0;
 constexpr double tukey_constant = 4.685;  // 95 % efficiency on normal errors, as Huber's
 constexpr double huber_constant = 1.345;
+constexpr int unknowns = 192;    // of s
 constexpr int plain_rounds = 2;  // until the weights fit the slope of the curve
 constexpr int huber_rounds = 4;
 constexpr int tukey_rounds = 3;
@@ -106,8 +107,8 @@ class Curve {
   Eigen::VectorXd s_;
 };
 
-std::vector<Group> usable_groups(const std::vector<ResponseSample>& samples, const Curve& curve,
-                                 int block_pixels) {
+std::vector<Group> usable_groups(const std::vector<ResponseSample>& samples, const Curve& curve) {
+  constexpr int block_pixels = sample_block_px * sample_block_px;
   std::vector<Group> groups;
   for (const ResponseSample& sample : samples) {
     Group group;
@@ -331,8 +332,7 @@ int make_rising(std::vector<double>& linear) {
 }  // namespace
 
 RecoveredResponse recover_response(const std::vector<ResponseSample>& samples, int bit_depth,
-                                   double black_level, const ResponseOptions& options,
-                                   const std::string& name) {
+                                   double black_level, const std::string& name) {
   const int top = (1 << bit_depth) - 1;
   double highest = black_level;
   for (const ResponseSample& sample : samples) {
@@ -340,8 +340,8 @@ RecoveredResponse recover_response(const std::vector<ResponseSample>& samples, i
       if (sample.valid[j] != 0) highest = std::max(highest, sample.code[j]);
     }
   }
-  Curve curve(black_level, bit_depth, options.knots, highest);
-  std::vector<Group> groups = usable_groups(samples, curve, options.block_px * options.block_px);
+  Curve curve(black_level, bit_depth, unknowns, highest);
+  std::vector<Group> groups = usable_groups(samples, curve);
 
   RecoveredResponse recovered;
   ResponseReport& report = recovered.report;

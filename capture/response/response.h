@@ -25,11 +25,7 @@ struct ResponseSample {
   std::vector<std::uint8_t> valid;   ///< [frame] 1 unless a code is saturated
 };
 
-struct ResponseOptions {
-  int block_px = 4;             ///< edge of a sample block [px]
-  int blocks_per_code_bin = 8;  ///< smoothest blocks kept per frame and code bin (32 bins)
-  int knots = 192;              ///< unknowns of s
-};
+inline constexpr int sample_block_px = 4;  ///< edge of a sample block [px]
 
 /// How well the curve explains its samples.
 struct ResponseReport {
@@ -57,12 +53,11 @@ int saturation_code(const std::vector<double>& linear);
 
 /// Adds the smoothest blocks of one stack that cover the code range evenly. Deterministic.
 void collect_response_samples(std::span<const ExposedFrame> stack, int channel, int bit_depth,
-                              const ResponseOptions& options, std::vector<ResponseSample>& samples);
+                              std::vector<ResponseSample>& samples);
 
 /// Throws InputError if the samples do not hold two exposures each on at least a quarter of the
 /// code range. `name` begins the sentence (a file or folder).
 RecoveredResponse recover_response(const std::vector<ResponseSample>& samples, int bit_depth,
-                                   double black_level, const ResponseOptions& options,
-                                   const std::string& name);
+                                   double black_level, const std::string& name);
 
 }  // namespace kappamu::capture

@@ -10,6 +10,7 @@ namespace kappamu::capture {
 namespace {
 
 constexpr int code_bins = 32;
+constexpr std::size_t blocks_per_code_bin = 8;  // the smoothest of each frame
 
 // Blocks with a code from here on are not used. Eight-bit files come out of a camera's own
 // processing, which bends the codes below clipping; deeper ones are true to their last codes, and
@@ -27,19 +28,20 @@ struct BlockStatistics {
 
 // [block] of one frame and channel; blocks in rows, what is left at the right and bottom unused.
 std::vector<BlockStatistics> block_statistics(const Image<std::uint16_t>& codes, int channel,
-                                              int block_px, int saturated_from) {
-  const int columns = codes.width() / block_px;
-  const int rows = codes.height() / block_px;
+                                              int saturated_from) {
+  constexpr int edge = sample_block_px;
+  const int columns = codes.width() / edge;
+  const int rows = codes.height() / edge;
   std::vector<BlockStatistics> blocks;
   blocks.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
-  const double count = block_px * block_px;
+  const double count = edge * edge;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
       std::int64_t sum = 0;
       std::int64_t sum_of_squares = 0;
       int largest = 0;
-      for (int y = row * block_px; y < (row + 1) * block_px; ++y) {
-        for (int x = column * block_px; x < (column + 1) * block_px; ++x) {
+      for (int y = row * edge; y < (row + 1) * edge; ++y) {
+        for (int x = column * edge; x < (column + 1) * edge; ++x) {
           const std::int64_t code = codes(x, y, channel);
           sum += code;
           sum_of_squares += code * code;
@@ -70,13 +72,11 @@ int saturation_code(const std::vector<double>& linear) {
 }
 
 void collect_response_samples(std::span<const ExposedFrame> stack, int channel, int bit_depth,
-                              const ResponseOptions& options,
                               std::vector<ResponseSample>& samples) {
   if (stack.empty()) return;
   std::vector<std::vector<BlockStatistics>> blocks;  // [frame][block]
   for (const ExposedFrame& frame : stack) {
-    blocks.push_back(
-        block_statistics(frame.codes, channel, options.block_px, clipping_code(bit_depth)));
+    blocks.push_back(block_statistics(frame.pixels, channel, clipping_code(bit_depth)));
   }
   // For each frame and code bin the blocks whose codes vary least.
   const std::size_t block_count = blocks.front().size();
@@ -90,7 +90,7 @@ void collect_response_samples(std::span<const ExposedFrame> stack, int channel, 
       bins[std::min<std::size_t>(bin, code_bins - 1)].emplace_back(frame[block].variance, block);
     }
     for (auto& bin : bins) {
-      const auto keep = std::min<std::size_t>(bin.size(), options.blocks_per_code_bin);
+      const auto keep = std::min<std::size_t>(bin.size(), blocks_per_code_bin);
       std::partial_sort(bin.begin(), bin.begin() + static_cast<std::ptrdiff_t>(keep), bin.end());
       for (std::size_t i = 0; i < keep; ++i) chosen[bin[i].second] = 1;
     }

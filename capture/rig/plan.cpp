@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "capture/rig/printables.h"
@@ -21,14 +20,8 @@ constexpr double patch_overhang = 0.5;
 
 // Extents [mm] of the lit face along its two axes.
 std::array<double, 2> lit_face_mm(const Sample& sample) {
-  const int normal = static_cast<int>(sample.lit_face) / 2;
-  std::array<double, 2> extents{};
-  std::size_t at = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (axis != normal)
-      extents[at++] = sample.grid[static_cast<std::size_t>(axis)] * sample.voxel_mm;
-  }
-  return extents;
+  const FaceShape face = face_shape(sample.shape(), sample.lit_face);
+  return {face.nu * sample.voxel_mm, face.nv * sample.voxel_mm};
 }
 
 ProjectorQuad centred_quad(const PlanRequest& request) {
@@ -59,128 +52,6 @@ ProjectedBoard projected_board(const Projector& projector) {
                      std::floor(0.5 * (projector.height - board.square_px * (board.rows - 1)))};
   return board;
 }
-
-std::string level_image(int value) {
-  return "calibration/level_" + std::to_string(value) + ".png";
-}
-
-std::string gray_code_image(std::size_t number) {
-  char name[48];
-  std::snprintf(name, sizeof name, "calibration/gray_code_%02zu.png", number);
-  return name;
-}
-
-std::string phase_image(std::size_t set, std::size_t step) {
-  return "calibration/phase_" + std::to_string(set) + "_" + std::to_string(step) + ".png";
-}
-
-class ShotList {
- public:
-  explicit ShotList(const Session& session) : session_(session) {}
-
-  std::vector<Shot> list() {
-    const Calibration& shots = session_.calibration;
-    const std::string& front = session_.calibration_station;
-    add(shots.dark, "lens covered", front, "black");
-    for (std::size_t i = 0; i < shots.camera_boards.size(); ++i) {
-      metered(shots.camera_boards[i],
-              "printed board, pose " + of(i, shots.camera_boards.size()) +
-                  ": over the whole frame, some tilted, room light on",
-              front, "off");
-    }
-    for (std::size_t i = 0; i < shots.projector_planes.size(); ++i) {
-      const std::string pose = ", pose " + of(i, shots.projector_planes.size());
-      metered(shots.projector_planes[i].board,
-              "plane with printed board and blank part" + pose + ", room light on", front, "black");
-      const std::string unmoved = "the same plane, unmoved, room light off";
-      if (const auto& projected = shots.projector_planes[i].projected) {
-        metered(*projected, unmoved, front, "calibration/projected_board.png");
-      }
-      gray_code(shots.projector_planes[i].gray_code, unmoved, front);
-      phase_shift(shots.projector_planes[i].phase_shift, unmoved, front);
-    }
-    if (shots.white_target) {
-      add(shots.white_target->frames, "white target in the plane of the lit face, room light off",
-          front, "white");
-      add(shots.white_target_black, "white target, unmoved", front, "black");
-      for (const ProjectorLevel& level : shots.white_target->levels) {
-        add(level.frames, "white target, unmoved", front, level_image(level.value));
-      }
-      add(shots.white_target->off_frames, "white target, unmoved, projector's lens capped", front,
-          "anything");
-    }
-    if (shots.colour_chart) {
-      add(shots.colour_chart->frames, "colour chart in the plane of the lit face", front, "white");
-    }
-    for (const SampleView& view : shots.sample_views) {
-      metered(view.frame, "sample before a dark background, room light on", view.station, "black");
-    }
-    const auto ambient = [&](std::size_t time) {
-      add(shots.ambient[time], "sample, projector's lens capped, room light as under the patterns",
-          session_.pattern_station, "anything");
-    };
-    if (!shots.ambient.empty()) ambient(0);
-    for (const Pattern& pattern : session_.patterns) {
-      add(pattern.frames, "sample, room light off", session_.pattern_station, pattern.image);
-    }
-    for (std::size_t i = 1; i < shots.ambient.size(); ++i) ambient(i);
-    return std::move(shots_);
-  }
-
- private:
-  static std::string of(std::size_t i, std::size_t count) {
-    return std::to_string(i + 1) + " of " + std::to_string(count);
-  }
-  void add(const std::vector<Frame>& frames, const std::string& subject, const std::string& station,
-           const std::string& show) {
-    for (const Frame& frame : frames) {
-      shots_.push_back({.file = frame.file,
-                        .subject = subject,
-                        .station = station,
-                        .show = show,
-                        .exposure_s = frame.exposure_s,
-                        .metered = false});
-    }
-  }
-  // White first: the time metered for it is the others'.
-  void gray_code(const std::vector<Frame>& code, const std::string& subject,
-                 const std::string& station) {
-    if (code.empty()) return;
-    const std::size_t white = code.size() - 2;
-    metered(code[white], subject, station, gray_code_image(white));
-    for (std::size_t k = 0; k < code.size(); ++k) {
-      if (k == white) continue;
-      add({code[k]}, subject, station, gray_code_image(k));
-    }
-  }
-  // The shortest period first: the time metered for it is the others'.
-  void phase_shift(const std::vector<PhaseShift>& sets, const std::string& subject,
-                   const std::string& station) {
-    if (sets.empty()) return;
-    const std::size_t finest = finest_set(sets);
-    const auto add_set = [&](std::size_t s) {
-      for (std::size_t n = 0; n < sets[s].frames.size(); ++n) {
-        if (s == finest && n == 0) {
-          metered(sets[s].frames[n], subject, station, phase_image(s, n));
-        } else {
-          add({sets[s].frames[n]}, subject, station, phase_image(s, n));
-        }
-      }
-    };
-    add_set(finest);
-    for (std::size_t s = 0; s < sets.size(); ++s) {
-      if (s != finest) add_set(s);
-    }
-  }
-  void metered(const Frame& frame, const std::string& subject, const std::string& station,
-               const std::string& show) {
-    add({frame}, subject, station, show);
-    shots_.back().metered = true;
-  }
-
-  const Session& session_;
-  std::vector<Shot> shots_;
-};
 
 std::string csv(const std::vector<Shot>& shots) {
   std::string text = "file,exposure_s,metered,station,show,subject\n";
@@ -289,8 +160,8 @@ Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder) 
   capture.white_reflectance = request.white_reflectance;
   capture.colour_chart = request.colour_chart;
 
-  plan.session = rehearse_session(request.camera, request.projector, capture, folder);
-  plan.shots = ShotList(plan.session).list();
+  static_cast<Rehearsal&>(plan) =
+      rehearse_session(request.camera, request.projector, capture, folder);
   std::string scene;
   for (const Shot& shot : plan.shots) {
     plan.exposing_s += shot.exposure_s;
@@ -308,31 +179,8 @@ void write_plan(const Plan& plan) {
   std::filesystem::create_directories(folder / "patterns");
   std::filesystem::create_directories(folder / "calibration");
   std::filesystem::create_directories(folder / "frames");
-  for (std::size_t i = 0; i < plan.capture.patterns.size(); ++i) {
-    io::write_image(folder / plan.session.patterns[i].image, plan.capture.patterns[i].image);
-  }
-  if (plan.session.calibration.projected_board) {
-    io::write_image(folder / "calibration" / "projected_board.png",
-                    make_chessboard_image(plan.session.projector, plan.capture.projected_board));
-  }
-  for (const std::uint8_t value : plan.capture.projector_levels) {
-    io::write_image(folder / level_image(value), make_uniform_image(plan.session.projector, value));
-  }
-  if (plan.capture.plane_light == PlaneLight::phase_shift) {
-    const std::vector<PhaseShift> sets = usual_phase_shift(plan.session.projector);
-    for (std::size_t s = 0; s < sets.size(); ++s) {
-      const auto images =
-          make_phase_shift_images(plan.session.projector, sets[s], usual_phase_steps);
-      for (std::size_t n = 0; n < images.size(); ++n) {
-        io::write_image(folder / phase_image(s, n), images[n]);
-      }
-    }
-  }
-  if (gray_codes(plan.capture.plane_light)) {
-    const auto code = make_gray_code_images(plan.session.projector);
-    for (std::size_t k = 0; k < code.size(); ++k) {
-      io::write_image(folder / gray_code_image(k), code[k]);
-    }
+  for (const auto& [name, picture] : plan.pictures) {
+    if (name.ends_with(".png")) io::write_image(folder / name, picture);
   }
   io::write_text_atomically(folder / "board.pdf", board_pdf(plan.capture.board));
   io::write_text_atomically(folder / "rig.svg",

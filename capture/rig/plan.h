@@ -36,20 +36,9 @@ struct PlanRequest {
 /// InputError if longest_s allows none.
 std::vector<double> exposure_times(double period_s, double longest_s, int count);
 
-/// One photograph to take, in the order to take them.
-struct Shot {
-  std::string file;         ///< relative to the session folder
-  std::string subject;      ///< what stands before the rig, in words
-  std::string station;      ///< camera station
-  std::string show;         ///< what the projector shows: an image of the folder, black, off
-  double exposure_s = 0.0;  ///< [s]; for metered shots a beginning
-  bool metered = false;     ///< choose the longest of the plan's times that does not saturate
-};
-
-struct Plan {
+/// The session is as it will be once every photograph is there.
+struct Plan : Rehearsal {
   CapturePlan capture;
-  Session session;  ///< as it will be once every photograph is there
-  std::vector<Shot> shots;
   double disk_bytes = 0.0;  ///< 16-bit files uncompressed: an upper bound
   double exposing_s = 0.0;  ///< sum of exposure times
   double working_s = 0.0;   ///< with 2 s per frame and 30 s per new arrangement of things
@@ -59,9 +48,9 @@ struct Plan {
 /// a longest exposure below 1/30 s, a grid finer than the projector's pixels.
 Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder);
 
-/// Writes session.json, patterns/, calibration/projected_board.png or gray_code_NN.png (what the
-/// planes are shown), board.pdf, rig.svg (printables.h), shots.csv, shots.json and shots.txt into
-/// the plan's folder. `kappamu run` accepts it once the photographs are there.
+/// Writes session.json, what the projector shows (patterns/, calibration/projected_board.png or
+/// gray_code_NN.png ...), board.pdf, rig.svg (printables.h), shots.csv, shots.json and shots.txt
+/// into the plan's folder. `kappamu run` accepts it once the photographs are there.
 void write_plan(const Plan& plan);
 
 }  // namespace kappamu::capture

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <vector>
 
 #include "core/error.h"
@@ -29,9 +28,7 @@ std::string pdf(const std::vector<std::string>& objects) {
   std::string file = "%PDF-1.4\n";
   std::string places;
   for (std::size_t i = 0; i < objects.size(); ++i) {
-    char place[32];
-    std::snprintf(place, sizeof place, "%010zu 00000 n \n", file.size());
-    places += place;
+    places += formatted("%010zu 00000 n \n", file.size());
     file += std::to_string(i + 1) + " 0 obj\n" + objects[i] + "\nendobj\n";
   }
   const std::string size = std::to_string(objects.size() + 1);

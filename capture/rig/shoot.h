@@ -3,6 +3,7 @@
 
 #include <array>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "capture/rig/device.h"
 #include "capture/session/session.h"
 #include "core/image.h"
+#include "core/names.h"
 #include "core/progress.h"
 
 namespace kappamu::capture {
@@ -29,8 +31,11 @@ enum class PlaneLight {
   phase_shift  ///< sinusoids of three periods in both directions, six steps each
 };
 bool gray_codes(PlaneLight light);  ///< whether it has a Gray code
-/// "chessboard", "gray-code", "both", "phase-shift"; the latter throws InputError for another text.
-std::string to_string(PlaneLight light);
+inline constexpr Names<PlaneLight, 4> plane_light_names{{{"chessboard", PlaneLight::chessboard},
+                                                         {"gray-code", PlaneLight::gray_code},
+                                                         {"both", PlaneLight::both},
+                                                         {"phase-shift", PlaneLight::phase_shift}}};
+/// Throws InputError for another text.
 PlaneLight plane_light_from_string(const std::string& text);
 
 /// Everything a session needs that the rig cannot know by itself. Empty or zero parts are left out
@@ -66,10 +71,24 @@ struct CapturePlan {
 Session shoot_session(RigDevice& device, const CapturePlan& plan,
                       const std::filesystem::path& folder, Progress& progress);
 
-/// The session that shoot_session() would leave, without a device and without a file: what a plan
-/// lists. Metered frames have the plan's first exposure time.
-Session rehearse_session(const Camera& camera, const Projector& projector, const CapturePlan& plan,
-                         const std::filesystem::path& folder);
+/// One photograph to take, in the order to take them.
+struct Shot {
+  std::string file;         ///< relative to the session folder
+  std::string subject;      ///< what stands before the rig, in words
+  std::string station;      ///< camera station
+  std::string show;         ///< what the projector shows: an image of the folder, black, off
+  double exposure_s = 0.0;  ///< [s]; for metered shots a beginning
+  bool metered = false;     ///< choose the longest of the plan's times that does not saturate
+};
+
+/// What shoot_session() would do, without a device and without a file: what a plan lists.
+struct Rehearsal {
+  Session session;  ///< as it would be left; metered frames have the plan's first exposure time
+  std::vector<Shot> shots;
+  std::map<std::string, Image<std::uint8_t>> pictures;  ///< by the names of Shot::show
+};
+Rehearsal rehearse_session(const Camera& camera, const Projector& projector,
+                           const CapturePlan& plan, const std::filesystem::path& folder);
 
 /// The lit face's outline in projector pixels, corners in the order of docs/conventions.md:
 /// (u, v) = (0,0), (max,0), (max,max), (0,max).

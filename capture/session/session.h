@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/grid.h"
+#include "core/names.h"
 #include "core/surface_measurements.h"
 #include "io/image/raw_file.h"
 
@@ -28,6 +30,8 @@ enum class Setup {
   back_lit,  ///< camera and projector on opposite sides: lit face and seen face are opposite
   front_lit  ///< camera beside the projector: one face is lit and seen, lit pixels are left out
 };
+inline constexpr Names<Setup, 2> setup_names{
+    {{"back-lit", Setup::back_lit}, {"front-lit", Setup::front_lit}}};
 
 enum class PatternRole {
   fit,      ///< used by the fit
@@ -59,6 +63,8 @@ enum class Encoding {
   linear,   ///< code value proportional to light above the black level (RAW)
   response  ///< an unknown monotone response curve, recovered from the stacks
 };
+inline constexpr Names<Encoding, 2> encoding_names{
+    {{"linear", Encoding::linear}, {"response", Encoding::response}}};
 
 struct Camera {
   int width = 0;      ///< [px]
@@ -85,7 +91,14 @@ enum class BoardKind {
   circles,            ///< dark dots on a square lattice
   asymmetric_circles  ///< dark dots, every other row moved by half a spacing, as OpenCV's
 };
-std::string to_string(BoardKind kind);
+inline constexpr Names<BoardKind, 4> board_kind_names{
+    {{"chessboard", BoardKind::chessboard},
+     {"charuco", BoardKind::charuco},
+     {"circles", BoardKind::circles},
+     {"asymmetric-circles", BoardKind::asymmetric_circles}}};
+inline std::string to_string(BoardKind kind) {
+  return name_of(board_kind_names, kind);
+}
 
 /// A printed board by its inner corners or dots, (i, j) at square_mm (i, j) in its plane;
 /// asymmetric circles at square_mm (2 i + j mod 2, j).
@@ -154,7 +167,12 @@ struct ProjectorPlane {
 };
 
 /// Frames of a Gray code of `projector`: two for each bit of its columns and rows, white, black.
-int gray_code_frames(const Projector& projector);
+inline int gray_code_frames(const Projector& projector) {
+  const auto bits = [](int extent) {
+    return static_cast<int>(std::bit_width(static_cast<unsigned>(extent - 1)));
+  };
+  return 2 * (bits(projector.width) + bits(projector.height)) + 2;
+}
 
 /// The sample itself, evenly lit before a dark background, from one camera station.
 struct SampleView {
@@ -176,7 +194,8 @@ struct ProjectorLevel {
 struct WhiteTarget {
   double reflectance = 0.0;  ///< in (0, 1]
   Stack frames;
-  Stack off_frames{};  ///< projector off or capped, the room's light; may be empty
+  Stack black_frames{};  ///< the same while the projector shows black; may be empty
+  Stack off_frames{};    ///< projector off or capped, the room's light; may be empty
   std::vector<ProjectorLevel> levels{};  ///< values rising; may be empty
 };
 
@@ -199,7 +218,6 @@ struct Calibration {
   std::vector<SampleView> sample_views;
   std::vector<Frame> dark;  ///< lens covered
   std::optional<WhiteTarget> white_target;
-  Stack white_target_black;  ///< the same target while the projector shows black; may be empty
   /// The sample from the pattern station with the projector off or capped, the room as under the
   /// patterns; taken several times it tells how the room's light changed. May be empty.
   std::vector<Stack> ambient{};

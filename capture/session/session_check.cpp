@@ -1,7 +1,6 @@
 // What the values of a session must fulfil, alone and together; used on reading and on writing.
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <optional>
 #include <set>
@@ -9,6 +8,7 @@
 #include "capture/session/session.h"
 #include "core/error.h"
 #include "core/file_name.h"
+#include "core/shown_text.h"
 
 namespace kappamu::capture {
 namespace {
@@ -19,9 +19,7 @@ constexpr int largest_image_extent = 65535;  // [px], of the file formats
 constexpr int largest_grid_extent = 8192;    // [voxels]
 
 std::string shown(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
+  return shown_number(value, "%.9g");
 }
 
 class Checker {
@@ -88,6 +86,9 @@ class Checker {
                     "'); each exposure has its own file");
       }
     }
+  }
+  void stack_if_any(const Stack& list, const std::string& field) const {
+    if (!list.empty()) stack(list, field);
   }
   static std::string indexed(const std::string& field, std::size_t i) {
     return field + "[" + std::to_string(i) + "]";
@@ -370,31 +371,9 @@ class Checker {
   void targets() const {
     const Calibration& calibration = session_.calibration;
     frames(calibration.dark, "calibration.dark");
-    if (calibration.white_target) {
-      const double reflectance = calibration.white_target->reflectance;
-      require(reflectance > 0.0 && reflectance <= 1.0, "calibration.white_target.reflectance",
-              "is " + shown(reflectance) + "; a reflectance must be above 0 and at most 1");
-      stack(calibration.white_target->frames, "calibration.white_target.frames");
-      if (!calibration.white_target->off_frames.empty()) {
-        stack(calibration.white_target->off_frames, "calibration.white_target.off_frames");
-      }
-      levels(calibration.white_target->levels, "calibration.white_target.levels");
-    }
-    const bool off = calibration.white_target && !calibration.white_target->off_frames.empty();
-    require(!off || !calibration.ambient.empty(), "calibration.ambient",
-            "is missing although white_target.off_frames tell of room light; photograph the sample "
-            "with the projector off too");
-    require(off || calibration.ambient.empty() || calibration.white_target_black.empty(),
-            "calibration.white_target.off_frames",
-            "is missing although there is calibration.ambient; without it room light would count "
-            "as the projector's black");
+    if (calibration.white_target) white_target(*calibration.white_target);
     for (std::size_t i = 0; i < calibration.ambient.size(); ++i) {
       stack(calibration.ambient[i], indexed("calibration.ambient", i) + ".frames");
-    }
-    if (!calibration.white_target_black.empty()) {
-      require(calibration.white_target.has_value(), "calibration.white_target",
-              "is missing although there are black frames of it; add the white frames too");
-      stack(calibration.white_target_black, "calibration.white_target.black_frames");
     }
     if (calibration.colour_chart) {
       stack(calibration.colour_chart->frames, "calibration.colour_chart.frames");
@@ -402,6 +381,24 @@ class Checker {
         corners(*calibration.colour_chart->corners_px, "calibration.colour_chart.corners_px");
       }
     }
+  }
+
+  void white_target(const WhiteTarget& target) const {
+    const std::string field = "calibration.white_target";
+    require(target.reflectance > 0.0 && target.reflectance <= 1.0, field + ".reflectance",
+            "is " + shown(target.reflectance) + "; a reflectance must be above 0 and at most 1");
+    stack(target.frames, field + ".frames");
+    stack_if_any(target.off_frames, field + ".off_frames");
+    levels(target.levels, field + ".levels");
+    const bool ambient = !session_.calibration.ambient.empty();
+    require(target.off_frames.empty() || ambient, "calibration.ambient",
+            "is missing although white_target.off_frames tell of room light; photograph the sample "
+            "with the projector off too");
+    require(!target.off_frames.empty() || !ambient || target.black_frames.empty(),
+            field + ".off_frames",
+            "is missing although there is calibration.ambient; without it room light would count "
+            "as the projector's black");
+    stack_if_any(target.black_frames, field + ".black_frames");
   }
 
   void levels(const std::vector<ProjectorLevel>& list, const std::string& field) const {

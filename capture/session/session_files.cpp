@@ -30,11 +30,11 @@ std::vector<std::string> named_files(const Session& session) {
   add(calibration.dark);
   if (calibration.white_target) {
     add(calibration.white_target->frames);
+    add(calibration.white_target->black_frames);
     add(calibration.white_target->off_frames);
     for (const ProjectorLevel& level : calibration.white_target->levels) add(level.frames);
   }
   for (const Stack& stack : calibration.ambient) add(stack);
-  add(calibration.white_target_black);
   if (calibration.colour_chart) add(calibration.colour_chart->frames);
   return files;
 }

@@ -1,9 +1,7 @@
 #include "core/mesh/mesh_check.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -55,9 +53,7 @@ class MeshCheck {
   }
 
   std::string place(const Vector3d& point) const {
-    char text[96];
-    std::snprintf(text, sizeof text, "(%.4g, %.4g, %.4g) mm", point.x(), point.y(), point.z());
-    return text;
+    return formatted("(%.4g, %.4g, %.4g) mm", point.x(), point.y(), point.z());
   }
   /// "at (1, 2, 3) mm (triangle 7)", in the middle of an edge of a triangle.
   std::string place(const Edge& edge) const {

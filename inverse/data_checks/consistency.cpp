@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
 
 namespace kappamu::inverse {
@@ -62,44 +62,27 @@ ExposureFit fit_with_eta(const Grid& grid, double eta, const LayeredMedium& star
   return fit;
 }
 
-/// The axes along u and v of a face's arrays [v][u] (docs/conventions.md).
-std::array<char, 2> array_axes(Face face) {
-  switch (axis_of(face)) {
-    case 0:
-      return {'y', 'z'};
-    case 1:
-      return {'x', 'z'};
-    default:
-      return {'x', 'y'};
-  }
-}
-
 std::string scale_sentence(const Consistency& c) {
   const double low = std::exp(c.log_scale.value - 2.0 * c.log_scale.error);
   const double high = std::exp(c.log_scale.value + 2.0 * c.log_scale.error);
-  std::array<char, 512> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  return formatted(
       "All values are about %.2f times (%.2f to %.2f) what a homogeneous block would show%s: kappa "
       "and mu absorb such a factor and are then wrong. Check the white reference, the exposure "
       "times and eta, and whether diffusion holds in so thick or thin a block.",
       std::exp(c.log_scale.value), low, high,
       c.explained ? ", and with that factor it explains the data to their noise"
                   : ", more than the structure of usual blocks does to this figure");
-  return text.data();
 }
 
 std::string shift_sentence(const Consistency& c, const Problem& problem) {
   std::string towards;
-  const auto part = [&](double shift, char axis) {
+  const auto part = [&](double shift, int axis) {
     if (std::abs(shift) < 0.5 * c.shift_limit) return;
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "%s%.1f voxels (%.2f mm) towards %c%c",
-                  towards.empty() ? "" : " and ", std::abs(shift),
-                  std::abs(shift) * problem.setup.shape.voxel_mm, shift > 0.0 ? '+' : '-', axis);
-    towards += text.data();
+    towards += formatted("%s%.1f voxels (%.2f mm) towards %c%c", towards.empty() ? "" : " and ",
+                         std::abs(shift), std::abs(shift) * problem.setup.shape.voxel_mm,
+                         shift > 0.0 ? '+' : '-', "xyz"[axis]);
   };
-  const auto [u, v] = array_axes(problem.seen_face);
+  const auto [u, v] = face_axes(problem.seen_face);
   part(c.shift_u.value, u);
   part(c.shift_v.value, v);
   return "The images sit " + towards +
@@ -178,12 +161,10 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
         "can be told from structure of the block: measure more.");
   }
   if (consistency.other_eta) {
-    std::array<char, 256> text{};
-    std::snprintf(text.data(), text.size(),
-                  "A homogeneous block explains the data to their noise with eta %.2f, not with "
+    warnings.push_back(
+        formatted("A homogeneous block explains the data to their noise with eta %.2f, not with "
                   "the stated %.2f: check eta of the sample.",
-                  *consistency.other_eta, problem.setup.eta);
-    warnings.emplace_back(text.data());
+                  *consistency.other_eta, problem.setup.eta));
   } else if (consistency.scale_is_wrong()) {
     warnings.push_back(scale_sentence(consistency));
   }
@@ -194,21 +175,18 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
 std::string in_words(const Consistency& consistency, double eta) {
   if (!consistency.checked) return {};
   const double factor = std::exp(consistency.log_scale_limit);
-  std::array<char, 512> text{};
-  std::snprintf(text.data(), text.size(),
-                "The homogeneous block that suits the data best makes them %.2f times what they "
-                "should be and %.2f voxels off; told as wrong is what exceeds a factor of %.2f or "
-                "%.2f voxels.",
-                std::exp(consistency.log_scale.value),
-                std::hypot(consistency.shift_u.value, consistency.shift_v.value), factor,
-                consistency.shift_limit);
-  std::string words = text.data();
+  std::string words = formatted(
+      "The homogeneous block that suits the data best makes them %.2f times what they "
+      "should be and %.2f voxels off; told as wrong is what exceeds a factor of %.2f or "
+      "%.2f voxels.",
+      std::exp(consistency.log_scale.value),
+      std::hypot(consistency.shift_u.value, consistency.shift_v.value), factor,
+      consistency.shift_limit);
   if (!consistency.explained && !consistency.other_eta) {
-    std::snprintf(text.data(), text.size(),
-                  " Only a block that is homogeneous to the noise tells its eta: kappa and mu hold "
-                  "for the stated %.2f.",
-                  eta);
-    words += text.data();
+    words += formatted(
+        " Only a block that is homogeneous to the noise tells its eta: kappa and mu hold "
+        "for the stated %.2f.",
+        eta);
   }
   return words;
 }

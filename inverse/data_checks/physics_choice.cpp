@@ -1,13 +1,12 @@
 #include "inverse/data_checks/physics_choice.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <utility>
 #include <vector>
 
 #include "core/numbers/median.h"
+#include "core/shown_text.h"
 #include "forward/analytic/validity.h"
 
 namespace kappamu::inverse {
@@ -42,12 +41,11 @@ PhysicsChoice choose_physics(const Problem& problem, double kappa, double mu) {
   const double model = diffusion_error(problem, forward::diffusion_validity(albedo, paths));
   const double data = data_error(problem);
   const bool transport = model > data;
-  std::array<char, 320> text{};
-  std::snprintf(text.data(), text.size(),
-                "Diffusion errs by about %.2g %% in a slab like this block (albedo %.3g, %.2g "
-                "transport mean free paths thick), the data by %.2g %%: the fit is by %s.",
-                100.0 * model, albedo, paths, 100.0 * data, transport ? "transport" : "diffusion");
-  return {transport ? Physics::transport : Physics::diffusion, text.data()};
+  std::string reason = formatted(
+      "Diffusion errs by about %.2g %% in a slab like this block (albedo %.3g, %.2g "
+      "transport mean free paths thick), the data by %.2g %%: the fit is by %s.",
+      100.0 * model, albedo, paths, 100.0 * data, transport ? "transport" : "diffusion");
+  return {transport ? Physics::transport : Physics::diffusion, std::move(reason)};
 }
 
 }  // namespace kappamu::inverse

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/shown_text.h"
 #include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::inverse {
@@ -19,9 +19,7 @@ constexpr double decided_by_data = 0.5;      // resolution below which the smoot
 constexpr double trading = 0.5;              // correlation from which κ and μ trade
 
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3g", value);
-  return text;
+  return shown_number(value, "%.3g");
 }
 
 /// First and last layer that `holds` is true of, gaps included.

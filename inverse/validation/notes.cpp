@@ -1,12 +1,11 @@
 #include "inverse/validation/notes.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 
 #include "core/numbers/median.h"
+#include "core/shown_text.h"
 
 namespace kappamu::inverse {
 
@@ -37,13 +36,11 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
   if (h >= fine_voxel * path || advised_voxel * path * fewest_voxels > thinnest) {
     return std::nullopt;
   }
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "The voxels of %.3g mm are %.2g of a mean free path (3 kappa): light carries no "
-                "structure finer than that, and voxels of %.2g mm tell as much from %.0f times "
-                "fewer.",
-                h, h / path, advised_voxel * path, std::pow(advised_voxel * path / h, 3));
-  return text.data();
+  return formatted(
+      "The voxels of %.3g mm are %.2g of a mean free path (3 kappa): light carries no "
+      "structure finer than that, and voxels of %.2g mm tell as much from %.0f times "
+      "fewer.",
+      h, h / path, advised_voxel * path, std::pow(advised_voxel * path / h, 3));
 }
 
 /// What the variances leave out shows under light that was not fitted: the fit has taken up what it
@@ -52,13 +49,11 @@ std::optional<std::string> validation_misfit(const ChannelFit& fit,
                                              const ValidationScore& validation) {
   const double chi2 = validation.chi2_per_value;
   if (chi2 < surprising_chi2 * std::max(1.0, fit.report.chi2_per_value)) return std::nullopt;
-  std::array<char, 384> text{};
-  std::snprintf(text.data(), text.size(),
-                "Validation patterns deviate from the prediction by %.2g of their stated standard "
-                "deviations, fitted ones by %.2g: the variances leave something out, and at the "
-                "seen face the errors of kappa and mu may be as many of theirs.",
-                std::sqrt(chi2), std::sqrt(fit.report.chi2_per_value));
-  return text.data();
+  return formatted(
+      "Validation patterns deviate from the prediction by %.2g of their stated standard "
+      "deviations, fitted ones by %.2g: the variances leave something out, and at the "
+      "seen face the errors of kappa and mu may be as many of theirs.",
+      std::sqrt(chi2), std::sqrt(fit.report.chi2_per_value));
 }
 
 }  // namespace
@@ -79,13 +74,11 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
   }
   const double share = static_cast<double>(unseen) / static_cast<double>(cells);
   if (share < much_unseen) return std::nullopt;
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "%.0f %% of the seen face is measured under no pattern (masks): beneath it kappa "
-                "and mu are what neighbours and smoothing make of them. Photograph it, or trust "
-                "them as far as std_kappa and std_mu say.",
-                100.0 * share);
-  return text.data();
+  return formatted(
+      "%.0f %% of the seen face is measured under no pattern (masks): beneath it kappa "
+      "and mu are what neighbours and smoothing make of them. Photograph it, or trust "
+      "them as far as std_kappa and std_mu say.",
+      100.0 * share);
 }
 
 std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
@@ -110,12 +103,10 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
   }
   const double share = static_cast<double>(count) / static_cast<double>(deviation.size());
   if (wild < 0.5 * all || share > few) return std::nullopt;
-  std::array<char, 256> text{};
-  std::snprintf(text.data(), text.size(),
-                "%.2g %% of the values are outliers that make %.0f %% of chi2 and bend the fit: "
-                "mask them, or fit with --loss student, which is robust to outliers.",
-                100.0 * share, 100.0 * wild / all);
-  return text.data();
+  return formatted(
+      "%.2g %% of the values are outliers that make %.0f %% of chi2 and bend the fit: "
+      "mask them, or fit with --loss student, which is robust to outliers.",
+      100.0 * share, 100.0 * wild / all);
 }
 
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,

@@ -1,13 +1,12 @@
 #include "inverse/validation/simpler_model.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdio>
 #include <utility>
 #include <vector>
 
+#include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
 #include "inverse/problem/adjoint.h"
 #include "inverse/problem/predict.h"
@@ -66,18 +65,14 @@ void take(FitReport& report, const LayeredMedium& layers, const Difference& diff
     }
   }
   report.status = FitStatus::above_noise;
-  std::array<char, 256> text{};
-  std::snprintf(
-      text.data(), text.size(),
+  choice.reason += formatted(
       " Yet a volume predicts the validation patterns no better (chi2 per value there, %s less the "
       "volume's: %.3g, sampling error %.2g), so the simpler block is kept.",
       choice.layers == 1 ? "the homogeneous block's" : "the layers'", difference.mean,
       difference.error);
-  choice.reason += text.data();
-  std::snprintf(text.data(), text.size(),
-                "%s at chi2 per value %.3g, kept for the validation patterns.",
+  report.reason =
+      formatted("%s at chi2 per value %.3g, kept for the validation patterns.",
                 choice.layers == 1 ? "A homogeneous block" : "Even layers", report.chi2_per_value);
-  report.reason = text.data();
 }
 
 }  // namespace

@@ -71,10 +71,6 @@ void copy_codes(const std::byte* from, std::size_t pixels, std::size_t stored, s
   for (std::size_t i = 0; i < pixels; ++i) std::copy_n(codes + i * stored, kept, to + i * kept);
 }
 
-}  // namespace
-
-namespace {
-
 struct Codes {
   Image<std::uint16_t> image;
   int bits = 8;  ///< of each code in the file, 8 or 16

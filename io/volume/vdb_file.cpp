@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <iterator>
 #include <map>
 #include <set>
@@ -15,6 +14,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/numbers/fnv.h"
+#include "core/shown_text.h"
 #include "io/atomic_file.h"
 #include "io/volume/vdb_content.h"
 #include "io/volume/volume_file.h"
@@ -58,12 +58,10 @@ std::string identity_of(const VolumeSet& set) {
   const std::uint64_t high = hash.value();
   hash.add(&high, sizeof high);
   const std::uint64_t low = hash.value();
-  std::array<char, 40> text{};
-  std::snprintf(text.data(), text.size(), "%08x-%04x-8%03x-8%03x-%012llx",
-                static_cast<unsigned>(high >> 32), static_cast<unsigned>(high >> 16 & 0xFFFF),
-                static_cast<unsigned>(high & 0xFFF), static_cast<unsigned>(low >> 52),
-                static_cast<unsigned long long>(low & 0xFFFFFFFFFFFF));
-  return text.data();
+  return formatted("%08x-%04x-8%03x-8%03x-%012llx", static_cast<unsigned>(high >> 32),
+                   static_cast<unsigned>(high >> 16 & 0xFFFF), static_cast<unsigned>(high & 0xFFF),
+                   static_cast<unsigned>(low >> 52),
+                   static_cast<unsigned long long>(low & 0xFFFFFFFFFFFF));
 }
 
 /// Sample frame [mm] from voxel index: scale by h, centres at half voxels.

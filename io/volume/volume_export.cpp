@@ -1,7 +1,6 @@
 #include "io/volume/volume_export.h"
 
-#include <cstdio>
-
+#include "core/shown_text.h"
 #include "io/image/exr.h"
 #include "io/volume/volume_file.h"
 
@@ -42,10 +41,9 @@ ExportResult export_slices(const fs::path& folder, const VolumeSet& set) {
     image.attributes = {{"units", "kappa mm, mu 1/mm"},
                         {"pixel", std::to_string(shape.voxel_mm) + " mm, x right, y down"},
                         {"z", std::to_string((z + 0.5) * shape.voxel_mm) + " mm"}};
-    char name[32];
-    std::snprintf(name, sizeof name, "slice_%03d.exr", z);
-    write_exr(folder / name, image);
-    result.files.push_back(folder / name);
+    const fs::path file = folder / formatted("slice_%03d.exr", z);
+    write_exr(file, image);
+    result.files.push_back(file);
   }
   return result;
 }

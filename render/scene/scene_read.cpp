@@ -238,7 +238,7 @@ ModelChoice read_model(const Node& node) {
   ModelChoice model;
   std::vector<std::string> names = forward::object_model_names();
   names.insert(names.begin(), forward::auto_model_name);
-  model.name = node["name"].choice(names);
+  model.name = node["name"].one_of(names);
   if (node.has("tolerance")) model.tolerance = node["tolerance"].number_between(1e-6, 1.0);
   if (node.has("photons")) {
     model.photons = static_cast<std::uint64_t>(node["photons"].number_between(2.0, 2147483648.0));

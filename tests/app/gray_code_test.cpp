@@ -46,7 +46,7 @@ void write_table(const capture::Session& session, const fs::path& table) {
   }
   stack(shots.dark, "dark");
   stack(shots.white_target->frames, "white");
-  stack(shots.white_target_black, "black");
+  stack(shots.white_target->black_frames, "black");
   stack(shots.white_target->off_frames, "off");
   for (std::size_t time = 0; time < shots.ambient.size(); ++time) {
     stack(shots.ambient[time], "ambient_" + std::to_string(time));

@@ -49,7 +49,7 @@ std::vector<ExposedFrame> shoot_stack(const SimulatedCamera& camera, const Image
                                               : electrons + std::sqrt(electrons) * normal(random);
       const double noisy = counted + camera.read_noise_electrons * normal(random);
       const double code = std::round(camera.code_of(noisy / camera.electrons_full_scale));
-      frame.codes.values()[i] =
+      frame.pixels.values()[i] =
           static_cast<std::uint16_t>(std::clamp(code, 0.0, static_cast<double>(camera.top())));
     }
     frames.push_back(std::move(frame));

@@ -70,7 +70,7 @@ TEST_F(Simulated, SessionIsOneThatThePipelineReads) {
   EXPECT_EQ(session.calibration.sample_views.size(), 2U);
   EXPECT_FALSE(session.calibration.dark.empty());
   EXPECT_TRUE(session.calibration.white_target.has_value());
-  EXPECT_FALSE(session.calibration.white_target_black.empty());
+  EXPECT_FALSE(session.calibration.white_target->black_frames.empty());
   EXPECT_TRUE(session.calibration.colour_chart.has_value());
   const Image<std::uint16_t> frame =
       io::read_code_image(session.folder / session.patterns[0].frames[0].file);

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "forward/analytic/slab.h"
+#include "tests/forward/analytic/slab.h"
 #include "tests/stability/bounds.h"
 #include "tests/stability/stability_tools.h"
 

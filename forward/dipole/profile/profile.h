@@ -12,9 +12,16 @@
 #include <string_view>
 #include <vector>
 
-#include "forward/analytic/half_space.h"
+#include "core/optics.h"
 
-namespace kappamu::forward::dipole {
+namespace kappamu::forward {
+
+struct Material {
+  double kappa = 0.0;  ///< κ [mm], > 0
+  double mu = 0.0;     ///< μ [1/mm], >= 0, < 1/(3κ)
+};
+
+namespace dipole {
 
 /// One source at height or depth z: adds a·e^(−σs)/s + b·(1 + σs)e^(−σs)/s³, s² = r² + z².
 struct SourceTerm {
@@ -78,4 +85,5 @@ Profile beam_diffusion(const Material& material, const BoundaryConstants& consta
 /// for another name, or a medium with kappa <= 0 or mu outside [0, 1/(3 kappa)).
 Profile make_profile(std::string_view name, const Material& material, double eta);
 
-}  // namespace kappamu::forward::dipole
+}  // namespace dipole
+}  // namespace kappamu::forward

@@ -66,9 +66,8 @@ TEST(Projector, CovarianceIsTheSpreadOfRepeatedCalibrations) {
   double focal = 0.0;
   double height = 0.0;
   for (int run = 0; run < runs; ++run) {
-    const ProjectorCalibration found =
-        calibrate_projector(rig.camera, rig.printed, rig.projected, rig.planes(6, 0.05, 10 + run),
-                            1024, 768, LensModel::pinhole_square);
+    const ProjectorCalibration found = calibrate_projector(
+        rig.camera, rig.printed, rig.projected, rig.planes(6, 0.05, 10 + run), 1024, 768);
     focal += std::pow(found.lens.fx - rig.projector.fx, 2) / found.covariance(0, 0);
     height += std::pow(found.projector_from_station.translation.y() -
                            rig.projector_from_station.translation.y(),

@@ -148,7 +148,7 @@ class Import : public testing::Test {
     double divisor = 1.0;
     std::sscanf(exif.exposure, "%lf/%lf", &seconds, &divisor);
     const auto frames = shoot_stack(camera, light, {seconds / divisor}, ++seed);
-    io::write_code_image(file, frames[0].codes, 12);
+    io::write_code_image(file, frames[0].pixels, 12);
     write_exif(file, exif);
   }
   Session import() {
@@ -307,7 +307,7 @@ TEST_F(Import, RefusesAShotWithoutPhotographs) {
 TEST_F(Import, RefusesAPhotographWithoutExposureTimeUnlessATableTellsIt) {
   // Written anew, without EXIF.
   const auto frames = shoot_stack(camera, smooth_scene(width, height, 3, 0.05, 2.0), {0.2}, 99);
-  io::write_code_image(path("fit_00_1.png"), frames[0].codes, 12);
+  io::write_code_image(path("fit_00_1.png"), frames[0].pixels, 12);
   EXPECT_THAT(refusal(), AllOf(StartsWith(path("fit_00_1.png") + ": neither EXIF nor a table"),
                                HasSubstr("--table")));
   std::string text = "file,shot,exposure_s\n";

@@ -134,13 +134,13 @@ TEST(MergeFrames, AllSaturatedOrAllDarkIsToldWithTheFix) {
               testing::StrEq("s: pattern fit_03: every pixel is saturated in all 2 frames; add "
                              "exposures shorter than 0.1 s."));
   auto dark = shoot_stack(camera, Image<float>(5, 4, 1, 0.0F), exposures, 1);
-  for (ExposedFrame& frame : dark) frame.codes = Image<std::uint16_t>(5, 4, 1, 40);
+  for (ExposedFrame& frame : dark) frame.pixels = Image<std::uint16_t>(5, 4, 1, 40);
   EXPECT_THAT(sentence_of([&] { merge_frames(dark, radiometry, "s: pattern fit_03"); }),
               testing::HasSubstr("darker than the noise in all 2 frames; add exposures longer "
                                  "than 0.5 s"));
   const HdrImage black = merge_frames(dark, radiometry, "s", {.require_light = false});
   EXPECT_NEAR(black.radiance(0, 0), 0.0, 1e-6);
-  EXPECT_THAT(sentence_of([&] { merge_frames({}, radiometry, "s"); }),
+  EXPECT_THAT(sentence_of([&] { merge_frames(std::vector<ExposedFrame>{}, radiometry, "s"); }),
               testing::HasSubstr("no frames"));
 }
 
@@ -152,7 +152,7 @@ TEST(MergeFloatFrames, KeepsLinearValuesAndLeavesSaturatedOnesOut) {
   radiometry.noise = {{20000.0, 5.0, false}};
   std::vector<ExposedFloatFrame> frames{{Image<float>(1, 1, 1, 0.01F + 0.99F * 0.2F), 0.1},
                                         {Image<float>(1, 1, 1, 1.3F), 1.0}};
-  const HdrImage merged = merge_float_frames(frames, radiometry, "a");
+  const HdrImage merged = merge_frames(frames, radiometry, "a");
   EXPECT_NEAR(merged.radiance(0, 0), 2.0, 1e-5);
   // Shot and read noise of the one frame, by hand.
   const double expected = (0.2 / 20000.0 + 25.0 / 4e8) / 0.01;

@@ -62,7 +62,7 @@ TEST(Bayer, MergedVarianceIsRightAfterDemosaicing) {
   }
   std::vector<ExposedFrame> packed;
   for (const ExposedFrame& frame : shoot_stack(camera, scene, {1.0 / 30.0, 0.2, 1.0}, 8)) {
-    packed.push_back({pack_sites(frame.codes), frame.exposure_s});
+    packed.push_back({pack_sites(frame.pixels), frame.exposure_s});
   }
   const HdrImage image = demosaic(
       merge_frames(packed, site_radiometry(radiometry_of(camera), rggb), "simulated"), rggb);

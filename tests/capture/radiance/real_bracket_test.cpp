@@ -45,8 +45,8 @@ Radiometry recovered_radiometry(const std::vector<ExposedFrame>& stack) {
   radiometry.bit_depth = 8;
   for (int c = 0; c < 3; ++c) {
     std::vector<ResponseSample> samples;
-    collect_response_samples(stack, c, 8, {}, samples);
-    RecoveredResponse recovered = recover_response(samples, 8, 0.0, {}, "bracket");
+    collect_response_samples(stack, c, 8, samples);
+    RecoveredResponse recovered = recover_response(samples, 8, 0.0, "bracket");
     radiometry.response.linear.push_back(std::move(recovered.linear));
     radiometry.reports.push_back(recovered.report);
     radiometry.black_level.push_back(0.0);
@@ -67,8 +67,8 @@ std::vector<double> ratios_by(const std::vector<double>& linear,
   std::vector<double> ratios;
   for (std::size_t j = 0; j + 1 < stack.size(); ++j) {
     std::vector<double> logarithms;
-    const auto& shorter = stack[j].codes;
-    const auto& longer = stack[j + 1].codes;
+    const auto& shorter = stack[j].pixels;
+    const auto& longer = stack[j + 1].pixels;
     for (std::size_t i = green; i < shorter.size(); i += 3) {
       const std::uint16_t a = shorter.values()[i];
       const std::uint16_t b = longer.values()[i];
@@ -141,7 +141,7 @@ struct OpenCvStack {
 
   explicit OpenCvStack(const std::vector<ExposedFrame>& stack) {
     for (const ExposedFrame& frame : stack) {
-      images.push_back(as_mat(frame.codes));
+      images.push_back(as_mat(frame.pixels));
       times.push_back(static_cast<float>(frame.exposure_s));
     }
   }
@@ -236,15 +236,15 @@ TEST(RealBracket, ResponseAndMergeBesideOpenCv) {
 // The steps that the left and the right half show, against the deviations that they state.
 void expect_halves_agree(const std::array<ExposedFrame, 2>& pair, const Radiometry& radiometry) {
   std::array<FrameState, 2> states;
-  const int half = pair[0].codes.width() / 2;
+  const int half = pair[0].pixels.width() / 2;
   for (const int side : {0, 1}) {
     std::vector<ExposedFrame> cut;
     for (const ExposedFrame& whole : pair) {
-      cut.push_back({Image<std::uint16_t>(half, whole.codes.height(), 3), whole.exposure_s});
-      for (int y = 0; y < whole.codes.height(); ++y) {
+      cut.push_back({Image<std::uint16_t>(half, whole.pixels.height(), 3), whole.exposure_s});
+      for (int y = 0; y < whole.pixels.height(); ++y) {
         for (int x = 0; x < half; ++x) {
           for (int c = 0; c < 3; ++c)
-            cut.back().codes(x, y, c) = whole.codes(x + side * half, y, c);
+            cut.back().pixels(x, y, c) = whole.pixels(x + side * half, y, c);
         }
       }
     }
@@ -298,7 +298,7 @@ TEST(RealBracket, IsLinearAndIsSeenToHaveMoved) {
   // pictures, each cut to black and white at its median (Ward 2003), agree best. The first frame's
   // median is 0.
   const auto bitmap = [&](std::size_t frame) {
-    const Image<std::uint16_t>& codes = stack[frame].codes;
+    const Image<std::uint16_t>& codes = stack[frame].pixels;
     std::vector<std::uint16_t> sorted;
     for (int y = 0; y < codes.height(); ++y) {
       for (int x = 0; x < codes.width(); ++x) sorted.push_back(codes(x, y, green));

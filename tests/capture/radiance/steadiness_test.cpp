@@ -229,7 +229,7 @@ TEST(Steadiness, AMislabelledExposureIsToldWithTheOneThatFits) {
 TEST(Steadiness, AHandBeforeTheLensIsToldAsSuch) {
   std::vector<ExposedFrame> stack = shoot({}, 5);
   for (int y = 100; y < 160; ++y) {
-    for (int x = 120; x < 180; ++x) stack[2].codes(x, y) = 60;
+    for (int x = 120; x < 180; ++x) stack[2].pixels(x, y) = 60;
   }
   const std::vector<Fault> faults =
       find_faults(compare_frames(stack, linear_radiometry()), times, files, {});
@@ -270,7 +270,7 @@ class UnsteadySession : public testing::Test {
   }
   void write(const std::vector<ExposedFrame>& frames) {
     for (std::size_t j = 0; j < frames.size(); ++j) {
-      io::write_code_image(folder.path() / files[j], frames[j].codes, 12);
+      io::write_code_image(folder.path() / files[j], frames[j].pixels, 12);
       stack.push_back({files[j], times[j]});
     }
   }

@@ -56,9 +56,8 @@ RecoveredResponse recover(const SimulatedCamera& camera, unsigned seed) {
   const Image<float> scene = smooth_scene(320, 240, 1, 0.003, 20.0);
   const std::vector<ExposedFrame> stack = shoot_stack(camera, scene, seven_exposures(), seed);
   std::vector<ResponseSample> samples;
-  const ResponseOptions options;
-  collect_response_samples(stack, 0, camera.bit_depth, options, samples);
-  return recover_response(samples, camera.bit_depth, camera.black_code, options, "simulated");
+  collect_response_samples(stack, 0, camera.bit_depth, samples);
+  return recover_response(samples, camera.bit_depth, camera.black_code, "simulated");
 }
 
 struct Case {
@@ -134,14 +133,14 @@ TEST(ResponseCurve, IsNotBentByWhatMoves) {
   for (std::size_t j = 0; j < stack.size(); j += 2) {
     for (int y = 100; y < 124; ++y) {
       for (int x = 0; x < 320; ++x) {
-        auto& code = stack[j].codes(x, y);
+        auto& code = stack[j].pixels(x, y);
         code = static_cast<std::uint16_t>(std::min(4095, code + 300));
       }
     }
   }
   std::vector<ResponseSample> samples;
-  collect_response_samples(stack, 0, 12, {}, samples);
-  const RecoveredResponse recovered = recover_response(samples, 12, 40.0, {}, "simulated");
+  collect_response_samples(stack, 0, 12, samples);
+  const RecoveredResponse recovered = recover_response(samples, 12, 40.0, "simulated");
   EXPECT_GT(recovered.report.outlier_share, 0.01);
   EXPECT_LT(curve_error(camera, recovered.linear).median_percent, 0.5);
 }
@@ -150,8 +149,8 @@ TEST(ResponseCurve, OneExposureIsNotEnoughAndSaysSo) {
   const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, srgb_curve};
   const Image<float> scene = smooth_scene(64, 64, 1, 0.003, 20.0);
   std::vector<ResponseSample> samples;
-  collect_response_samples(shoot_stack(camera, scene, {0.1}, 5), 0, 12, {}, samples);
-  EXPECT_THAT(sentence_of([&] { recover_response(samples, 12, 40.0, {}, "s/session.json"); }),
+  collect_response_samples(shoot_stack(camera, scene, {0.1}, 5), 0, 12, samples);
+  EXPECT_THAT(sentence_of([&] { recover_response(samples, 12, 40.0, "s/session.json"); }),
               testing::AllOf(testing::StartsWith("s/session.json: the exposure stacks do not hold"),
                              testing::HasSubstr("add exposure times")));
 }

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/rig/replay.h"
 #include "capture/session/frames.h"
 #include "io/image/image_file.h"
+#include "tests/capture/rig/replay.h"
 #include "tests/capture/session_files.h"
 #include "tests/sentence.h"
 
@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(Light, PlanUnder,
                          testing::Values(PlaneLight::chessboard, PlaneLight::gray_code,
                                          PlaneLight::both, PlaneLight::phase_shift),
                          [](const auto& light) {
-                           std::string name = to_string(light.param);
+                           std::string name = name_of(plane_light_names, light.param);
                            std::replace(name.begin(), name.end(), '-', '_');
                            return name;
                          });
@@ -128,7 +128,7 @@ TEST_P(PlanUnder, ListsEveryPhotographOfItsSessionOnce) {
   }
   for (const SampleView& view : shots.sample_views) need({view.frame});
   need(shots.white_target->frames);
-  need(shots.white_target_black);
+  need(shots.white_target->black_frames);
   need(shots.white_target->off_frames);
   EXPECT_EQ(shots.white_target->levels.size(), GetParam() == PlaneLight::both ? 2U : 0U);
   for (const ProjectorLevel& level : shots.white_target->levels) need(level.frames);

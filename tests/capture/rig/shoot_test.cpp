@@ -48,7 +48,7 @@ class RampRig final : public RigDevice {
     Image<float> radiance = smooth_scene(96, 64, 3, 0.01, 12.0);
     const double scale = scene_.subject == Subject::lens_covered ? 0.0 : level_;
     for (float& value : radiance.values()) value *= static_cast<float>(scale);
-    return shoot_stack(sensor, radiance, {exposure_s}, static_cast<unsigned>(exposed))[0].codes;
+    return shoot_stack(sensor, radiance, {exposure_s}, static_cast<unsigned>(exposed))[0].pixels;
   }
 
   int placed = 0;
@@ -85,7 +85,7 @@ TEST(Shoot, WritesASessionThatReadsBackAndWhoseFramesAllLoad) {
   EXPECT_EQ(session.calibration.projector_planes.size(), 2U);
   EXPECT_EQ(session.calibration.sample_views.size(), 2U);
   EXPECT_EQ(session.calibration.dark.size(), 4U);
-  EXPECT_EQ(session.calibration.white_target_black.size(), 7U);
+  EXPECT_EQ(session.calibration.white_target->black_frames.size(), 7U);
   for (const Pattern& pattern : session.patterns) {
     for (const Frame& frame : pattern.frames) EXPECT_EQ(load_frame(session, frame).channels(), 3);
     EXPECT_EQ(io::read_code_image(folder.path() / pattern.image).width(), 64);

@@ -162,7 +162,7 @@ std::vector<long> dark_histogram(double level, double deviation, bool clipped) {
   const Image<float> nothing(200, 200, 1, 0.0F);
   std::vector<long> histogram(4096, 0);
   const auto stack = shoot_stack(camera, nothing, {0.1}, 77);
-  for (const std::uint16_t code : stack[0].codes.values()) ++histogram[code];
+  for (const std::uint16_t code : stack[0].pixels.values()) ++histogram[code];
   if (!clipped) {
     histogram[4000] += 5;  // hot pixels
   }

@@ -49,7 +49,7 @@ TEST(Session, TheDocumentedExampleIsReadWithEveryValueInItsPlace) {
   EXPECT_EQ(session.calibration.sample_views[1].face, Face::z_plus);
   ASSERT_TRUE(session.calibration.white_target.has_value());
   EXPECT_EQ(session.calibration.white_target->reflectance, 0.99);
-  EXPECT_EQ(session.calibration.white_target_black.size(), 1U);
+  EXPECT_EQ(session.calibration.white_target->black_frames.size(), 1U);
   EXPECT_TRUE(session.calibration.colour_chart.has_value());
 }
 

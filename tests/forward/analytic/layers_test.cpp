@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/error.h"
-#include "forward/analytic/half_space.h"
 #include "forward/analytic/layered_mode.h"
-#include "forward/analytic/slab.h"
+#include "tests/forward/analytic/half_space.h"
+#include "tests/forward/analytic/slab.h"
 
 namespace kappamu::forward {
 namespace {

@@ -1,5 +1,5 @@
 // The closed form against its own equations.
-#include "forward/analytic/slab.h"
+#include "tests/forward/analytic/slab.h"
 
 #include <gtest/gtest.h>
 

@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "forward/dipole/profile/profile.h"
+#include "tests/forward/analytic/half_space.h"
 
 namespace kappamu::forward::dipole {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <functional>
 
-#include "forward/analytic/slab.h"
 #include "forward/grid/grid_physics.h"
+#include "tests/forward/analytic/slab.h"
 #include "tests/forward/grid/backends.h"
 #include "tests/forward/grid/test_tools.h"
 

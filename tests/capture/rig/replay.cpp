@@ -1,4 +1,4 @@
-#include "capture/rig/replay.h"
+#include "tests/capture/rig/replay.h"
 
 #include <algorithm>
 #include <cmath>
@@ -79,7 +79,7 @@ std::vector<Frame> FolderReplay::frames_of_scene() const {
     case Subject::white_target:
       if (!shots.white_target) return {};
       if (scene_.lighting == Lighting::none) return shots.white_target->off_frames;
-      if (is_uniform(shown_, 0)) return shots.white_target_black;
+      if (is_uniform(shown_, 0)) return shots.white_target->black_frames;
       for (const ProjectorLevel& level : shots.white_target->levels) {
         if (is_uniform(shown_, static_cast<std::uint8_t>(level.value))) return level.frames;
       }

@@ -8,13 +8,9 @@
 #pragma once
 
 #include "core/optics.h"
+#include "forward/dipole/profile/profile.h"
 
 namespace kappamu::forward {
-
-struct Material {
-  double kappa = 0.0;  ///< κ [mm], > 0
-  double mu = 0.0;     ///< μ [1/mm], >= 0, < 1/(3κ)
-};
 
 /// φ at distance r > 0 [mm] from an isotropic point source of unit power in an unbounded medium,
 /// e^(−μ_eff r)/(4πκr), μ_eff = √(μ/κ) [1/mm²].

@@ -1,4 +1,4 @@
-#include "forward/analytic/half_space.h"
+#include "tests/forward/analytic/half_space.h"
 
 #include <array>
 #include <cmath>

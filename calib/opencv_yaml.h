@@ -1,0 +1,49 @@
+// OpenCV's YAML. Writer and reader have the same members, so that one function describes what a
+// file holds for both: the writer leaves the values it is given as they are, the reader sets them.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cv {
+class FileStorage;
+}
+
+namespace kappamu::calib {
+
+/// With as many digits as a double needs to come back unchanged (OpenCV's own writer keeps 16).
+class YamlWriter {
+ public:
+  void number(const std::string& key, double value);
+  void text(const std::string& key, const std::string& value);
+  /// Row-major, rows * columns numbers.
+  void matrix(const std::string& key, int rows, int columns, const std::vector<double>& values);
+  void column(const std::string& key, const std::vector<double>& values) {
+    matrix(key, static_cast<int>(values.size()), 1, values);
+  }
+
+  const std::string& str() const { return text_; }
+
+ private:
+  std::string text_ = "%YAML:1.0\n---\n";
+};
+
+/// Each member throws InputError naming file and field where it is missing or misshapen.
+class YamlReader {
+ public:
+  explicit YamlReader(const std::filesystem::path& file);
+
+  void number(const std::string& key, double& value) const;
+  void text(const std::string& key, std::string& value) const;
+  void matrix(const std::string& key, int rows, int columns, std::vector<double>& values) const;
+  /// A matrix of one column and any number of rows.
+  void column(const std::string& key, std::vector<double>& values) const;
+
+ private:
+  std::filesystem::path file_;
+  std::shared_ptr<cv::FileStorage> storage_;
+};
+
+}  // namespace kappamu::calib
