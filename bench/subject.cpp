@@ -6,21 +6,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "bench/boundary/boundary_bench.h"
-#include "bench/calibration/rig_needs.h"
-#include "bench/calibration/views.h"
-#include "bench/dipole/dipole_bench.h"
-#include "bench/forward/forward_bench.h"
-#include "bench/forward/slabs.h"
-#include "bench/forward/validity.h"
-#include "bench/hdr/hdr_error.h"
-#include "bench/inverse/inverse_bench.h"
-#include "bench/inverse/systematic_bench.h"
-#include "bench/inverse/uncertainty_bench.h"
-#include "bench/limits/limits.h"
-#include "bench/objects/object_bench.h"
-#include "bench/polygrid/polygrid_bench.h"
 #include "bench/record.h"
+#include "bench/subjects.h"
 #include "core/error.h"
 
 namespace kappamu::bench {
@@ -83,10 +70,10 @@ std::vector<std::string> Request::words(const std::string& setting) const {
 
 const std::vector<Subject>& subjects() {
   static const std::vector<Subject> all{
-      forward_subject(),  validity_subject(),    slabs_subject(),      inverse_subject(),
-      limits_subject(),   uncertainty_subject(), systematic_subject(), views_subject(),
-      rig_subject(),      hdr_subject(),         objects_subject(),    dipole_subject(),
-      boundary_subject(), polygrid_subject()};
+      forward_subject(), validity_subject(),    slabs_subject(),  inverse_subject(),
+      limits_subject(),  uncertainty_subject(), views_subject(),  rig_subject(),
+      hdr_subject(),     objects_subject(),     dipole_subject(), boundary_subject(),
+      polygrid_subject()};
   return all;
 }
 

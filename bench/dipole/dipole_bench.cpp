@@ -9,6 +9,7 @@
 
 #include "bench/cases/form_factor_case.h"
 #include "bench/forward/slab_photons.h"
+#include "bench/subjects.h"
 #include "forward/dipole/form_factor/form_factor.h"
 #include "forward/dipole/form_factor/quadrature.h"
 
@@ -142,9 +143,10 @@ void dipole_energy(const Request& /*request*/, Progress& progress, const Save& s
 Subject dipole_subject() {
   return {"dipole",
           "Cost and error of the dipole's hierarchy, form factors and profiles (docs/dipole.md)",
-          "  kappamu bench dipole -o out/\n\n"
-          "Times are medians of wall-clock and processor time over repetitions, by section\n"
-          "hierarchy; a machine that is busy shows in the first, not in the second.",
+          R"(  kappamu bench dipole -o out/
+
+Times are medians of wall-clock and processor time over repetitions, by section
+hierarchy; a machine that is busy shows in the first, not in the second.)",
           {{"hierarchy", "2 k to 500 k triangles, RGB marble at 25 mm", dipole_hierarchy},
            {"form-factors", "a random sweep against adaptive quadrature", dipole_form_factors},
            {"profiles", "total reflectance against Monte Carlo in a half-space", dipole_profiles},

@@ -1,10 +1,9 @@
-#include "bench/polygrid/frames_bench.h"
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/polygrid/polygrid_bench.h"
 #include "core/mesh/surface_norm.h"
 #include "core/processor_time.h"
 #include "forward/polygrid/polygrid_diffusion.h"
