@@ -293,8 +293,6 @@ class Viewer {
   }
   void obey(script::Channel channel) { state_.channel = channel.number; }
   void obey(const script::Preview& asked) { preview(asked.edit); }
-  void obey(script::Keep) { obey(Asked::keep); }
-  void obey(script::Cancel) { obey(Asked::cancel); }
   void obey(const script::ShowPhotograph& show) {
     const int count = photographs_ ? photographs_->count() : 0;
     if (show.number > count) {
@@ -303,8 +301,6 @@ class Viewer {
     }
     state_.photograph = {show.number > 0, std::max(0, show.number - 1)};
   }
-  void obey(script::Undo) { obey(Asked::undo); }
-  void obey(script::Redo) { obey(Asked::redo); }
   void obey(const script::ShowSlice& show) {
     const std::optional<std::size_t> object = painter_.first_volume();
     const auto volumes = object ? io::named_volumes(painter_.volume(*object)->history().volume())
@@ -318,7 +314,6 @@ class Viewer {
     throw InputError(options_.script->string() + ": slice: there is no volume '" + show.volume +
                      "'");
   }
-  void obey(script::Save) { save(); }
   void obey(script::Quit) { done_ = true; }
 
   ViewerOptions options_;

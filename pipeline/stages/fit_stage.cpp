@@ -96,7 +96,9 @@ class FitStage {
            const FitStageOptions& options, Progress& progress)
       : input_(std::move(input)),
         measurements_(measurements),
-        choice_(choose_validation(options.hold_out, measurements, validation.has_value())),
+        choice_(choose_validation(
+            options.hold_out, measurements,
+            validation ? ValidationMeasurements::present : ValidationMeasurements::absent)),
         split_(inverse::split_validation(measurements, choice_.patterns, std::move(validation))),
         output_(std::move(output)),
         options_(options),
