@@ -1,14 +1,13 @@
 #include "bench/subject.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "bench/record.h"
 #include "bench/subjects.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::bench {
 
@@ -31,9 +30,7 @@ std::string to_text(Size size) {
 std::string cell(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_number_float()) return value.dump();
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value.get<double>());
-  return text.data();
+  return shown_number(value.get<double>(), "%.4g");
 }
 
 /// Characters, not bytes, of UTF-8.

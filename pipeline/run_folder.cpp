@@ -1,9 +1,9 @@
 #include "pipeline/run_folder.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "pipeline/records/versions.h"
 
 namespace kappamu::pipeline {
@@ -143,7 +143,7 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
 
   // 2. Work; a failure leaves the stage "started".
   RecordingProgress recording(progress);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   try {
     work(files.partial(), recording);
   } catch (...) {
@@ -154,9 +154,8 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   }
 
   // 3. Commit.
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   StageRecord& entry = record_.stages.at(stage.name);
-  entry.seconds = elapsed.count();
+  entry.seconds = watch.seconds();
   entry.warnings = recording.warnings();
   files.commit();
   damage_.erase(stage.name);

@@ -1,11 +1,11 @@
 // Integral equations on surfaces, with the exact solution u = e^(λ d·x) prescribed: its q at the
 // panels is the light, so that any mesh has a known answer and no facets' error.
 #include <cmath>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "bench/subjects.h"
 #include "core/mesh/shapes.h"
+#include "core/processor_time.h"
 #include "forward/boundary_integral/boundary_solve.h"
 #include "io/npy.h"
 
@@ -86,9 +86,9 @@ Json measured(const Case& one, const Request& request) {
   const auto norm = [&](const Eigen::VectorXd& v) {
     return std::sqrt((area * v.array().square()).sum());
   };
-  const std::clock_t start = std::clock();
+  const double start = processor_seconds();
   const BoundaryAnswer answer = solve_boundary(problem, constants, panels, accuracy);
-  const double cpu = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  const double cpu = processor_seconds() - start;
   const Eigen::VectorXd& fluence = answer.fluence[0];
   const BoundaryAnswer check = solve_boundary(problem, constants, panels, closer);
   if (request.has("fields")) {

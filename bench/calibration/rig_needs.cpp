@@ -237,8 +237,6 @@ void measure(const Request& request, Progress& progress, const Save& save) {
   options.seed = request.seed;
   if (request.device != "auto") options.device = request.device;
   options.folder = request.folder / "sessions";
-  options.corner_noise_px = request.number("corner-noise", options.corner_noise_px);
-  options.rigs = request.count("rigs", options.rigs);
   const Json rows = measure_rig_needs(options, progress);
   save({{"sample", "tiny"},
         {"channel", "G"},
@@ -251,21 +249,16 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 }  // namespace
 
 Subject rig_subject() {
-  return {
-      "rig",
-      "Calibration views and exposures a rig needs (docs/calibration.md, docs/hdr.md)",
-      R"(  kappamu bench rig -o out/            four rigs: six minutes of CPU
+  return {"rig",
+          "Calibration views and exposures a rig needs (docs/calibration.md, docs/hdr.md)",
+          R"(  kappamu bench rig -o out/            four rigs: six minutes of CPU
   kappamu bench rig --quick -o out/    one rig, fewer counts: a minute
 
 Simulated rigs of the sample tiny: the change that corners of so many views, or stacks
 of so many exposures, bring into measurements, kappa and mu; found by fitting again, and
 predicted from the calibration's joint covariance and the merge's variance. The sessions
 stay in OUT/sessions and are used again.)",
-      {{"rig", "views and exposures", measure}},
-      {{"corner-noise",
-        "Standard deviation of a board's corner, per coordinate [camera px] (default 0.1)",
-        Setting::Kind::number, 1e-3, 1.0},
-       {"rigs", "Rigs, with seeds from --seed on (default 4)", Setting::Kind::number, 1, 1000}}};
+          {{"rig", "views and exposures", measure}}};
 }
 
 }  // namespace kappamu::bench

@@ -28,7 +28,7 @@ class Bench {
  public:
   Bench(const Request& request, Progress& progress, Save save)
       : quick(request.size == Size::quick),
-        peers(!request.has("no-peers") && has_peer()),
+        peers(has_peer()),
         repetitions(request.count("repetitions", 3)),
         device(request.device),
         exchange(request.folder / "exchange"),
@@ -304,8 +304,7 @@ Do not trust it on a machine that does anything else.)",
        {"peers", "hypre's PFMG (scripts/setup.sh --peers) there, beside ours", measure_peers},
        {"grids", "every method on other grids and contrasts", measure_grids},
        {"scaling", "ours and hypre's PFMG on cubes of 32 to 256 voxels a side", measure_scaling}},
-      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100},
-       {"no-peers", "Leave out hypre's PFMG", Setting::Kind::flag}},
+      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100}},
       summary_of};
 }
 

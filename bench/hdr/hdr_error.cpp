@@ -3,7 +3,6 @@
 // spaced in ln t. OpenCV's merges run in the same program on the same frames.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -13,6 +12,7 @@
 
 #include "bench/subjects.h"
 #include "capture/radiance/merge.h"
+#include "core/processor_time.h"
 #include "data_synthetic/rig/sensor.h"
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
@@ -152,8 +152,7 @@ Json score(const std::vector<float>& found, const Image<float>& truth) {
 
 void measure(const Request& request, Progress& progress, const Save& save) {
   const bool quick = request.size == Size::quick;
-  const int width = request.count("width", quick ? 64 : 320);
-  const int height = request.count("height", quick ? 48 : 240);
+  const int width = quick ? 64 : 320, height = quick ? 48 : 240;
   const int repetitions = request.count("repetitions", 3);
   synthetic::SensorModel sensor;
   sensor.bit_depth = 8;
@@ -191,9 +190,9 @@ void measure(const Request& request, Progress& progress, const Save& save) {
       std::vector<double> seconds;
       std::vector<float> merged;
       for (int repetition = 0; repetition < repetitions; ++repetition) {
-        const std::clock_t start = std::clock();
+        const double start = processor_seconds();
         merged = merge();
-        seconds.push_back(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+        seconds.push_back(processor_seconds() - start);
       }
       Json row{{"method", name}, {"exposures", exposures}};
       row.update(score(merged, scene));
@@ -221,9 +220,7 @@ Subject hdr_subject() {
 Ours beside OpenCV's merges, on a simulated eight-bit camera; every method gets its true
 response.)",
           {{"hdr", "two to nine exposures", measure}},
-          {{"width", "Of the frames [px] (default 320)", Setting::Kind::number, 16, 10000},
-           {"height", "Of the frames [px] (default 240)", Setting::Kind::number, 16, 10000},
-           {"repetitions", "Merges timed (default 3)", Setting::Kind::number, 1, 1000},
+          {{"repetitions", "Merges timed (default 3)", Setting::Kind::number, 1, 1000},
            {"frames",
             "Also write frames/ with what other programs need to merge the same "
             "(scripts/referees/hdr_peers.py)",
