@@ -49,12 +49,12 @@ std::string fingerprint_of(const std::vector<OwnedFile>& files) {
 
 Pipeline::Input Pipeline::open_input(const fs::path& folder, const fs::path& run,
                                      const Permissions& permissions) {
-  require_apart(run, {folder});  // before the input's files are read for their hashes
   Input input;
   input.folder = folder;
   if (fs::exists(folder / "session.json")) {
     input.session = capture::read_session(folder);
     if (!permissions.follow_links) capture::require_files_inside(*input.session);
+    require_apart(run, {folder});  // before the frames are read for their hashes
     std::vector<std::string> names = capture::named_files(*input.session);
     names.insert(names.begin(), "session.json");
     input.files = describe_files(folder, names);
@@ -62,6 +62,7 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder, const fs::path& run
   }
   if (fs::exists(folder / "measurements.json")) {
     input.kind = RunRecord::InputKind::measurements;
+    require_apart(run, {folder});
     input.files = describe_files(folder, measurement_files(folder));
     return input;
   }
