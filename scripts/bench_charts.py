@@ -334,24 +334,23 @@ def scores(record):
 
 def patterns(record):
     figure, axes = panels(2)
-    kinds = unique(record["rows"], lambda r: (r["variant"], r["patterns"]))
-    lines, curves = [], {}
-    for variant, images in kinds:
-        some = [r for r in record["rows"] if (r["variant"], r["patterns"]) == (variant, images)]
+    rows = sorted(record["rows"], key=lambda r: r["patterns"])
+    middles, curves = [], {}
+    for variant, images in unique(rows, lambda r: (r["variant"], r["patterns"])):
+        some = [r for r in rows if (r["variant"], r["patterns"]) == (variant, images)]
         middle = lambda value: statistics.median(value(r) for r in some)
-        errors = [middle(lambda r: r["validation_E"]), middle(lambda r: r["single_voxel_E"])]
+        errors = [middle(lambda r: r[key]) for key in ("validation_E", "single_voxel_E")]
+        changes = [percent(middle(lambda r: statistics.median(r[key])))
+                   for key in ("kappa_error_by_depth", "mu_error_by_depth")]
         curves.setdefault(variant, []).append((images, *errors))
-        lines.append([variant, images] + [f"{e:.1e}" for e in errors]
-                     + [percent(middle(lambda r: statistics.median(r[key])))
-                        for key in ("kappa_error_by_depth", "mu_error_by_depth")]
-                     + [f"{middle(lambda r: r['data_misfit_chi2']):.2f}",
-                        f"{middle(lambda r: r['batched_solves']):.0f}"])
+        middles.append({"images": images, "light": variant,
+                        "cell": ", ".join(f"{e:.1e}" for e in errors) + "; " + ", ".join(changes)})
     for k, (ax, name) in enumerate(zip(axes, ("8 × 8 patches", "single voxels"))):
         for number, (variant, points) in enumerate(curves.items()):
             line(ax, number, [p[0] for p in points], [p[k + 1] for p in points], variant)
         dress(ax, f"E under {name}, noise 1 %", "images", "E, median", "xy")
-    return {"": figure}, {"": provenance(record) + "\n" + table(
-        ["light", "images", "E, 8 × 8 patches", "E, single voxels", "κ error", "μ error", "χ²", "solves"], lines)}
+    return {"": figure}, {"": provenance(record) + "\nE under 8 × 8 patches, of single voxels; error of κ, of μ:\n\n"
+                          + cross(middles, "images", "light", lambda r: r["cell"])}
 
 
 def voxels(record):
