@@ -59,10 +59,7 @@ void measure(const Request& request, Progress& progress, const Save& save) {
   }
   options.device = request.device;
   options.seed = request.seed;
-  options.weight = request.number("weight", options.weight);
-  options.noise = request.number("noise", options.noise);
-  const int fits = request.count("fits", quick ? 10 : 60);
-  const int truths = quick ? 100 : 1000;
+  const int fits = quick ? 10 : 60, truths = quick ? 100 : 1000;
   progress.update("uncertainty", 0.0, "the fitted block, dense");
   Proof proof(options);
   const std::vector<bool> all(static_cast<std::size_t>(proof.unknowns()), true);
@@ -123,10 +120,7 @@ the exact posterior, by batched solves.
 
 Ratios of standard deviations, as 5 % quantile, median and 95 % quantile over voxels. Sixty
 fits know a deviation to 9 %.)",
-          {{"uncertainty", "all", measure}},
-          {{"fits", "Fits to fresh noise (default 60)", Setting::Kind::number, 2, 100000},
-           {"weight", "Weight of the smoothing (default 30)", Setting::Kind::number, 1e-12},
-           {"noise", "Relative to each value (default 0.01)", Setting::Kind::number, 1e-12, 1.0}}};
+          {{"uncertainty", "all", measure}}};
 }
 
 }  // namespace kappamu::bench
