@@ -1,9 +1,10 @@
-// What every subcommand shares. One file per subcommand, cmd_<name>.cpp, which parses its options,
-// calls the libraries and prints; it computes nothing itself.
+// What every subcommand shares. One file per subcommand, commands/<name>.cpp, which parses its
+// options, calls the libraries and prints; it computes nothing itself.
 #pragma once
 
 #include <cstdint>
 #include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "core/progress.h"
@@ -27,9 +28,15 @@ struct Globals {
 /// standard error.
 std::unique_ptr<Progress> make_progress();
 
+/// The line of --json. What is not UTF-8, as in a stranger's file name, is replaced.
+void print_json(const nlohmann::ordered_json& object);
+
 /// Adds the required option -o of a file or folder to write.
 void add_out(CLI::App& command, std::string& out, const std::string& text,
              const std::string& type = "OUT");
+
+/// Adds --max-voxels of a command that reads volumes.
+void add_most_voxels(CLI::App& command, std::size_t& most);
 
 // Each adds its subcommand to `app`; `globals` outlives the parse.
 void add_bench(CLI::App& app, Globals& globals);

@@ -2,6 +2,8 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -30,9 +32,22 @@ struct Group {
 
 }  // namespace
 
+void print_json(const nlohmann::ordered_json& object) {
+  std::printf("%s\n",
+              object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
 void add_out(CLI::App& command, std::string& out, const std::string& text,
              const std::string& type) {
   command.add_option("-o,--out", out, text)->required()->type_name(type);
+}
+
+void add_most_voxels(CLI::App& command, std::size_t& most) {
+  command
+      .add_option("--max-voxels", most,
+                  "Refuse a volume file with more numbers than this in all its volumes together")
+      ->capture_default_str()
+      ->type_name("N");
 }
 
 void add_commands(CLI::App& app, Globals& globals) {

@@ -4,7 +4,6 @@
 #include <sys/sysinfo.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
@@ -12,6 +11,7 @@
 #include <thread>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "io/atomic_file.h"
 
 namespace kappamu::bench {
@@ -50,7 +50,7 @@ double host_copy_bandwidth(int repetitions) {
   const auto cores = static_cast<std::size_t>(std::max(1, usable_cores()));
   double best = 0.0;
   for (int repetition = 0; repetition < repetitions; ++repetition) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     std::vector<std::thread> threads;
     for (std::size_t t = 0; t < cores; ++t) {
       const std::size_t first = bytes * t / cores, end = bytes * (t + 1) / cores;
@@ -58,8 +58,7 @@ double host_copy_bandwidth(int repetitions) {
           [&, first, end] { std::memcpy(to.data() + first, from.data() + first, end - first); });
     }
     for (std::thread& thread : threads) thread.join();
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    best = std::max(best, 2.0 * static_cast<double>(bytes) / spent.count());
+    best = std::max(best, 2.0 * static_cast<double>(bytes) / watch.seconds());
   }
   return best;
 }

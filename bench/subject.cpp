@@ -1,27 +1,13 @@
 #include "bench/subject.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "bench/boundary/boundary_bench.h"
-#include "bench/calibration/rig_needs.h"
-#include "bench/calibration/views.h"
-#include "bench/dipole/dipole_bench.h"
-#include "bench/forward/forward_bench.h"
-#include "bench/forward/slabs.h"
-#include "bench/forward/validity.h"
-#include "bench/hdr/hdr_error.h"
-#include "bench/inverse/inverse_bench.h"
-#include "bench/inverse/systematic_bench.h"
-#include "bench/inverse/uncertainty_bench.h"
-#include "bench/limits/limits.h"
-#include "bench/objects/object_bench.h"
-#include "bench/polygrid/polygrid_bench.h"
 #include "bench/record.h"
+#include "bench/subjects.h"
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::bench {
 
@@ -44,9 +30,7 @@ std::string to_text(Size size) {
 std::string cell(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (!value.is_number_float()) return value.dump();
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.4g", value.get<double>());
-  return text.data();
+  return shown_number(value.get<double>(), "%.4g");
 }
 
 /// Characters, not bytes, of UTF-8.
@@ -83,10 +67,10 @@ std::vector<std::string> Request::words(const std::string& setting) const {
 
 const std::vector<Subject>& subjects() {
   static const std::vector<Subject> all{
-      forward_subject(),  validity_subject(),    slabs_subject(),      inverse_subject(),
-      limits_subject(),   uncertainty_subject(), systematic_subject(), views_subject(),
-      rig_subject(),      hdr_subject(),         objects_subject(),    dipole_subject(),
-      boundary_subject(), polygrid_subject()};
+      forward_subject(), validity_subject(),    slabs_subject(),  inverse_subject(),
+      limits_subject(),  uncertainty_subject(), views_subject(),  rig_subject(),
+      hdr_subject(),     objects_subject(),     dipole_subject(), boundary_subject(),
+      polygrid_subject()};
   return all;
 }
 

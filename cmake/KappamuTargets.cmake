@@ -80,10 +80,11 @@ function(kappamu_install name)
           FILES_MATCHING PATTERN "*.h" PATTERN "*.inc")
 endfunction()
 
-# kappamu_test(core DEPS ... SLOW ...): tests/<name>/*_test.cpp as one GoogleTest program, each case in CTest; SLOW
-# names, as GoogleTest filters, the statistical and other long ones, whose label then ends in `-slow`.
+# kappamu_test(core DEPS ... SLOW ... TOGETHER ...): tests/<name>/*_test.cpp as one GoogleTest program, each case in
+# CTest; SLOW names, as GoogleTest filters, the statistical and other long ones, whose label then ends in `-slow`;
+# TOGETHER names suites whose cases share a long set-up, and therefore a process.
 function(kappamu_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "DEPS;SLOW" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "DEPS;SLOW;TOGETHER" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/${name}/*.cpp)
   if(NOT sources)
     return()
@@ -97,18 +98,24 @@ function(kappamu_test name)
   # Behind a precompiled header GCC 12 warns of std::string's own code.
   target_compile_options(${name}_test PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow>")
   target_compile_definitions(${name}_test PRIVATE KAPPAMU_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
-  kappamu_discover(${name}_test ${name} ${ARG_TIMEOUT} "${ARG_SLOW}")
+  kappamu_discover(${name}_test ${name} ${ARG_TIMEOUT} "${ARG_SLOW}" ${ARG_TOGETHER})
 endfunction()
 
-# kappamu_discover(core_test core 300 "Slow.*;Other.*"): the cases of a program in CTest.
+# kappamu_discover(core_test core 300 "Slow.*;Other.*" [Suite ...]): the cases of a program in CTest, those of the suites
+# together.
 function(kappamu_discover program label timeout slow)
   set(common DISCOVERY_MODE PRE_TEST TEST_PREFIX ${label}.)
   if(slow)
     list(JOIN slow ":" filter)
     gtest_discover_tests(${program} ${common} TEST_FILTER ${filter} TEST_LIST ${program}_slow
                          PROPERTIES TIMEOUT ${timeout} LABELS ${label}-slow)
-    gtest_discover_tests(${program} ${common} TEST_FILTER -${filter} PROPERTIES TIMEOUT ${timeout} LABELS ${label})
-  else()
-    gtest_discover_tests(${program} ${common} PROPERTIES TIMEOUT ${timeout} LABELS ${label})
   endif()
+  foreach(suite ${ARGN})
+    add_test(NAME ${label}.${suite} COMMAND ${program} --gtest_filter=${suite}.*)
+    set_tests_properties(${label}.${suite} PROPERTIES TIMEOUT ${timeout} LABELS ${label})
+  endforeach()
+  list(TRANSFORM ARGN APPEND ".*" OUTPUT_VARIABLE together)
+  set(apart ${slow} ${together})
+  list(JOIN apart ":" filter)
+  gtest_discover_tests(${program} ${common} TEST_FILTER -${filter} PROPERTIES TIMEOUT ${timeout} LABELS ${label})
 endfunction()

@@ -47,12 +47,14 @@ std::string fingerprint_of(const std::vector<OwnedFile>& files) {
 
 }  // namespace
 
-Pipeline::Input Pipeline::open_input(const fs::path& folder, bool follow_links) {
+Pipeline::Input Pipeline::open_input(const fs::path& folder, const fs::path& run,
+                                     const Permissions& permissions) {
   Input input;
   input.folder = folder;
   if (fs::exists(folder / "session.json")) {
     input.session = capture::read_session(folder);
-    if (!follow_links) capture::require_files_inside(*input.session);
+    if (!permissions.follow_links) capture::require_files_inside(*input.session);
+    require_apart(run, {folder});  // before the frames are read for their hashes
     std::vector<std::string> names = capture::named_files(*input.session);
     names.insert(names.begin(), "session.json");
     input.files = describe_files(folder, names);
@@ -60,6 +62,7 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder, bool follow_links) 
   }
   if (fs::exists(folder / "measurements.json")) {
     input.kind = RunRecord::InputKind::measurements;
+    require_apart(run, {folder});
     input.files = describe_files(folder, measurement_files(folder));
     return input;
   }
@@ -71,12 +74,13 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder, bool follow_links) 
 }
 
 Pipeline::Pipeline(const fs::path& input, const fs::path& run, const Permissions& permissions)
-    : Pipeline(open_input(input, permissions.follow_links), run, permissions.replace_other_run) {}
+    : Pipeline(open_input(input, run, permissions), run, permissions) {}
 
-Pipeline::Pipeline(Input input, const fs::path& run, bool force)
+Pipeline::Pipeline(Input input, const fs::path& run, const Permissions& permissions)
     : session_(std::move(input.session)),
       fingerprint_(fingerprint_of(input.files)),
-      folder_(run, input.kind, input.folder, input.files.front().hash, force) {
+      folder_(run, input.kind, input.folder, input.files.front().hash,
+              permissions.replace_other_run ? Results::replaced : Results::kept) {
   folder_.set_inputs(std::move(input.files));
 }
 

@@ -54,8 +54,9 @@ class Pipeline {
 
  private:
   struct Input;
-  static Input open_input(const std::filesystem::path& folder, bool follow_links);
-  Pipeline(Input input, const std::filesystem::path& run, bool force);
+  static Input open_input(const std::filesystem::path& folder, const std::filesystem::path& run,
+                          const Permissions& permissions);
+  Pipeline(Input input, const std::filesystem::path& run, const Permissions& permissions);
   const capture::Session& require_session() const;
   RunFolder::Stage calibrate_stage() const;
   RunFolder::Stage merge_stage() const;

@@ -1,9 +1,9 @@
 #include "pipeline/run_folder.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "pipeline/records/versions.h"
 
 namespace kappamu::pipeline {
@@ -49,10 +49,10 @@ fs::path RunFolder::prepared(const fs::path& folder, const fs::path& input) {
 }
 
 RunFolder::RunFolder(const fs::path& folder, RunRecord::InputKind kind, const fs::path& input,
-                     const std::string& input_fingerprint, bool force)
-    : folder_(prepared(folder, input)), lock_(folder_, FolderLock::By::file), force_(force) {
+                     const std::string& input_fingerprint, Results results)
+    : folder_(prepared(folder, input)), lock_(folder_, FolderLock::By::file), results_(results) {
   const std::optional<RunRecord> earlier = read_run_record(folder_);
-  if (earlier && earlier->input_fingerprint != input_fingerprint && !force)
+  if (earlier && earlier->input_fingerprint != input_fingerprint && results == Results::kept)
     throw InputError(folder_.string() + ": holds a run of another input (" +
                      earlier->input.string() +
                      ", or what it was before an edit); choose another -o, or --force to replace "
@@ -69,7 +69,9 @@ RunFolder::RunFolder(const fs::path& folder, RunRecord::InputKind kind, const fs
 }
 
 RunFolder::RunFolder(const fs::path& folder)
-    : folder_(canonical_path(folder)), lock_(folder_, FolderLock::By::file), force_(true) {
+    : folder_(canonical_path(folder)),
+      lock_(folder_, FolderLock::By::file),
+      results_(Results::replaced) {
   const std::optional<RunRecord> earlier = read_run_record(folder_);
   if (!earlier) throw InputError(folder.string() + ": has no run.json; give a run folder");
   record_ = *earlier;
@@ -127,20 +129,21 @@ void RunFolder::require_whole(const std::string& stage) const {
 }
 
 bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
-  if (!force_ && done_key(stage.name) == stage.key) return false;
+  const bool keeps = results_ == Results::kept;
+  if (keeps && done_key(stage.name) == stage.key) return false;
   if (const auto former = record_.stages.find(stage.name);
-      !force_ && former != record_.stages.end() && former->second.status == StageStatus::done &&
+      keeps && former != record_.stages.end() && former->second.status == StageStatus::done &&
       former->second.key == stage.key)
     progress.warn(damage(stage.name) + " after kappamu wrote it: " + stage.name + " is done again");
 
   // 1. Either continue an interrupted attempt, or begin anew; former outputs stay meanwhile.
   require_room(stage);
   StagedFiles files = files_of(stage.name);
-  files.begin(stage.key, force_ ? Interrupted::removed : stage.interrupted);
+  files.begin(stage.key, keeps ? stage.interrupted : Interrupted::removed);
 
   // 2. Work; a failure leaves the stage "started".
   RecordingProgress recording(progress);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   try {
     work(files.partial(), recording);
   } catch (...) {
@@ -151,9 +154,8 @@ bool RunFolder::run(const Stage& stage, Progress& progress, const Work& work) {
   }
 
   // 3. Commit.
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   StageRecord& entry = record_.stages.at(stage.name);
-  entry.seconds = elapsed.count();
+  entry.seconds = watch.seconds();
   entry.warnings = recording.warnings();
   files.commit();
   damage_.erase(stage.name);

@@ -16,14 +16,21 @@
 
 namespace kappamu::pipeline {
 
+/// What becomes of a folder's results.
+enum class Results {
+  kept,     ///< those of another input are refused, stages that are done stay
+  replaced  ///< every stage is done again, whatever the folder's input was
+};
+
 class RunFolder {
  public:
   /// Opens or makes `folder` for results from `input` (of `kind`; `input_fingerprint` is that of
   /// session.json or measurements.json) and locks it against a second kappamu. Throws InputError
-  /// when it is not apart from the input, holds the results of another one, unless `force`, or is
+  /// when it is not apart from the input, holds the results of another one that are kept, or is
   /// locked.
   RunFolder(const std::filesystem::path& folder, RunRecord::InputKind kind,
-            const std::filesystem::path& input, const std::string& input_fingerprint, bool force);
+            const std::filesystem::path& input, const std::string& input_fingerprint,
+            Results results);
   /// Opens a folder that has a run.json, as it is; stages are done again whatever their keys.
   explicit RunFolder(const std::filesystem::path& folder);
 
@@ -73,7 +80,7 @@ class RunFolder {
   FolderLock lock_;
   RunRecord record_;
   mutable std::map<std::string, std::string> damage_;  ///< by stage: damage(), once read
-  bool force_ = false;
+  Results results_;
 };
 
 }  // namespace kappamu::pipeline

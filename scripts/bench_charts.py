@@ -154,10 +154,22 @@ def solver_label(sample):
     return names.get(sample["method"], sample["method"])
 
 
+def reached(samples, label):
+    """Seconds of the cheapest sample within each error, the least error and the set-up, of each solver."""
+    bounds, lines = (1e-2, 1e-4, 1e-6), []
+    for name in unique(samples, label):
+        own = [s for s in samples if label(s) == name]
+        within = [min((s["seconds_per_rhs"] for s in own if s["true_error"] <= bound), default=None) for bound in bounds]
+        lines.append([name] + ["–" if w is None else f"{w:.4f}" for w in within]
+                     + [f"{min(s['true_error'] for s in own):.1e}", f"{own[0]['set_up_seconds']:.3f}"])
+    return table(["method", "seconds per right-hand side to a true error of 1e-2", "1e-4", "1e-6", "least error",
+                  "set-up [s]"], lines)
+
+
 def time_error(record):
     runs = record["runs"]
     figure, axes = panels(len(runs), 2, 9.5, 5.6)
-    text = ""
+    text = provenance(record) + "\n"
     for ax, run in zip(axes, runs):
         samples = run["samples"]
         label = lambda s: solver_label(s) + ("" if s["error_of"] == "phi" else " (maps)")
@@ -168,13 +180,7 @@ def time_error(record):
               "worst pattern", "seconds per right-hand side", "xy", "outside")
         ax.set_xlim(2, 1e-12)
         text += (f"**{problem_title(run['problem'])}**; the converged solution is known to "
-                 f"{run['problem']['truth_error']:.0e}. {provenance(record)}\n")
-        text += table(["method", "precision", "residual asked", "iterations", "set-up [s]",
-                       "per right-hand side [s]", "true error", "of"],
-                      [[s["method"] + (": " + s["setting"] if "setting" in s else ""), s["precision"],
-                        f"{s['tolerance']:.0e}", f"{s['iterations']}{'' if s['converged'] else ' (stopped)'}",
-                        f"{s['set_up_seconds']:.3f}", f"{s['seconds_per_rhs']:.4f}", f"{s['true_error']:.1e}",
-                        "φ" if s["error_of"] == "phi" else "maps"] for s in samples]) + "\n"
+                 f"{run['problem']['truth_error']:.0e}.\n\n" + reached(samples, label) + "\n")
     return {"": figure}, {"": text}
 
 
@@ -190,13 +196,13 @@ def peers(record):
                                              [f"{s['seconds']:.4f}", f"{s['unshared_seconds']:.4f}",
                                               f"{s['ratio']:.1f}", f"{s['unshared_ratio']:.1f}"])
                         for s in compared["solvers"]]) + "\n"
-    for name, peer in run["peers"].items():
+    for name, peer in run.get("peers", {}).items():
         texts[""] += (f"- {name}, {peer['ranks']} ranks, settings tried on one pattern at residual 1e-6: "
                       + "; ".join(peer["tried"]) + ".\n")
     return figures, texts
 
 
-def relaxation(record):
+def headline(record):
     figures, texts = time_error(record)
     for claim in record["runs"][0]["relaxation"]:
         bound = claim["ratio_is_lower_bound"]
@@ -293,7 +299,7 @@ def optimisers(record):
             for number, r in enumerate(some):
                 line(ax, number, [p[key] for p in r["course"]], [p["validation_E"] for p in r["course"]],
                      r["label"], markersize=3)
-            dress(ax, f"noise {100 * noise:g} %", label, "E under held-out 8 × 8 patches", "xy", "upper right")
+            dress(ax, f"noise {100 * noise:g} %", label, "E under 8 × 8 validation patterns", "xy", "upper right")
         for r in some:
             lines.append([f"{100 * noise:g} %", r["label"], f"{r['validation_E']:.1e}",
                           f"{r['single_voxel_E']:.1e}", f"{r['data_misfit_chi2']:.2f}", r["batched_solves"],
@@ -328,24 +334,23 @@ def scores(record):
 
 def patterns(record):
     figure, axes = panels(2)
-    kinds = unique(record["rows"], lambda r: (r["variant"], r["patterns"]))
-    lines, curves = [], {}
-    for variant, images in kinds:
-        some = [r for r in record["rows"] if (r["variant"], r["patterns"]) == (variant, images)]
+    rows = sorted(record["rows"], key=lambda r: r["patterns"])
+    middles, curves = [], {}
+    for variant, images in unique(rows, lambda r: (r["variant"], r["patterns"])):
+        some = [r for r in rows if (r["variant"], r["patterns"]) == (variant, images)]
         middle = lambda value: statistics.median(value(r) for r in some)
-        errors = [middle(lambda r: r["validation_E"]), middle(lambda r: r["single_voxel_E"])]
+        errors = [middle(lambda r: r[key]) for key in ("validation_E", "single_voxel_E")]
+        changes = [percent(middle(lambda r: statistics.median(r[key])))
+                   for key in ("kappa_error_by_depth", "mu_error_by_depth")]
         curves.setdefault(variant, []).append((images, *errors))
-        lines.append([variant, images] + [f"{e:.1e}" for e in errors]
-                     + [percent(middle(lambda r: statistics.median(r[key])))
-                        for key in ("kappa_error_by_depth", "mu_error_by_depth")]
-                     + [f"{middle(lambda r: r['data_misfit_chi2']):.2f}",
-                        f"{middle(lambda r: r['batched_solves']):.0f}"])
+        middles.append({"images": images, "light": variant,
+                        "cell": ", ".join(f"{e:.1e}" for e in errors) + "; " + ", ".join(changes)})
     for k, (ax, name) in enumerate(zip(axes, ("8 × 8 patches", "single voxels"))):
         for number, (variant, points) in enumerate(curves.items()):
             line(ax, number, [p[0] for p in points], [p[k + 1] for p in points], variant)
         dress(ax, f"E under {name}, noise 1 %", "images", "E, median", "xy")
-    return {"": figure}, {"": provenance(record) + "\n" + table(
-        ["light", "images", "E, 8 × 8 patches", "E, single voxels", "κ error", "μ error", "χ²", "solves"], lines)}
+    return {"": figure}, {"": provenance(record) + "\nE under 8 × 8 patches, of single voxels; error of κ, of μ:\n\n"
+                          + cross(middles, "images", "light", lambda r: r["cell"])}
 
 
 def voxels(record):
@@ -361,21 +366,6 @@ def voxels(record):
           f"{1e6 * r['seconds'] / n:.0f}", f"{r['validation_E']:.1e}"] for n, r in zip(cells, record["rows"])])}
 
 
-def monte_carlo(record):
-    row = record["rows"][0]
-    figure, (ax,) = panels(1)
-    lines = {name: row[key] for name, key in (("κ", "kappa_error_by_depth"), ("μ", "mu_error_by_depth"))}
-    for number, (name, depths) in enumerate(lines.items()):
-        line(ax, number, range(1, len(depths) + 1), depths, name)
-    dress(ax, "data from Monte Carlo", "layer, 1 = lit face", "median |found/true - 1|", "y")
-    seen = [f"{100 * d[-1]:.0f}, {100 * d[-2]:.0f} %" for d in lines.values()]
-    return {"": figure}, {"": provenance(record) + "\n" + table(
-        ["grid", "χ²", "E of the fitted volume", "E of the true coefficients under diffusion",
-         "κ error, two layers at the seen face", "μ error"],
-        [[grid_name(row["grid"]), f"{row['data_misfit_chi2']:.2f}", f"{row['validation_E']:.1e}",
-          f"{row['truth_E']:.1e}"] + seen])}
-
-
 def samples(record):
     hours = {"wax1": 2, "wax2": 4, "marble": 11, "stone": 3}  # [W] Table II
     return {}, {"": provenance(record) + "\n" + table(
@@ -387,7 +377,7 @@ def samples(record):
 
 def ablations(record):
     rows = record["rows"]
-    mean_error = {"κ": "kappa_error_by_depth", "μ": "mu_error_by_depth"}
+    mean_error = "kappa_error_by_depth"
     middle = lambda some, value: statistics.median(value(r) for r in some)
     figure, axes = panels(2)
     for number, variant in enumerate(unique(rows, "variant")):
@@ -395,19 +385,21 @@ def ablations(record):
                  for noise in unique(rows, "noise")]
         line(axes[0], number, [c[0] for c in curve], [middle(c[1], lambda r: r["validation_E"]) for c in curve], variant)
         line(axes[1], number, [c[0] for c in curve],
-             [middle(c[1], lambda r: statistics.mean(r[mean_error["κ"]])) for c in curve], variant)
-    dress(axes[0], "", "noise, relative", "E under held-out 8 × 8 patches", "xy", "outside")
+             [middle(c[1], lambda r: statistics.mean(r[mean_error])) for c in curve], variant)
+    dress(axes[0], "", "noise, relative", "E under 8 × 8 validation patterns", "xy", "outside")
     dress(axes[1], "", "noise, relative", "median error of κ", "xy", "outside")
+    noises = unique(rows, "noise")
     lines = []
-    for noise, variant in unique(rows, lambda r: (r["noise"], r["variant"])):
-        some = [r for r in rows if r["variant"] == variant and r["noise"] == noise]
-        lines.append([f"{100 * noise:g} %", variant, f"{middle(some, lambda r: r['validation_E']):.2e}",
-                      f"{max(r['validation_E'] for r in some):.2e}", f"{middle(some, lambda r: r['single_voxel_E']):.2e}"]
-                     + [percent(middle(some, lambda r: statistics.mean(r[key])), 1) for key in mean_error.values()]
-                     + [f"{middle(some, lambda r: r['data_misfit_chi2']):.3g}",
-                        f"{middle(some, lambda r: r['batched_solves']):.0f}"])
-    return {"": figure}, {"": table(["noise", "variant", "E, 8 × 8 patches: median", "worst",
-                                     "E, single voxels: median", "κ error", "μ error", "χ²", "solves"], lines)}
+    for variant in unique(rows, "variant"):
+        lines.append([variant])
+        for noise in noises:
+            some = [r for r in rows if r["variant"] == variant and r["noise"] == noise]
+            worst = max(r["validation_E"] for r in some)
+            lines[-1].append(f"{middle(some, lambda r: r['validation_E']):.2e} ({worst:.2e}), "
+                             f"{middle(some, lambda r: r['single_voxel_E']):.2e}, "
+                             + percent(middle(some, lambda r: statistics.mean(r[mean_error])), 1))
+    text = "E under 8 × 8 patches, median (worst), median E of single voxels and error of κ, at each noise:\n\n"
+    return {"": figure}, {"": text + table(["variant"] + [f"{100 * noise:g} %" for noise in noises], lines)}
 
 
 def uncertainty(record):
@@ -424,20 +416,11 @@ def uncertainty(record):
                     label="equal, ± 25 %" if factor == 1 else "_")
         dress(ax, chart["title"], "predicted standard deviation [log units]",
               "sampled standard deviation [log units]", "xy", "upper left")
-    cost, (ax,) = panels(1)
-    estimated = [r for r in record["rows"] if r["part"].startswith("estimated")]
-    for number, (begin, name) in enumerate((("samples", "sampled"), ("rank", "low rank, at best"))):
-        some = [r for r in estimated if r["method"].startswith(begin)]
-        for key, style in (("ratio_median", "-"), ("ratio_5", "--"), ("ratio_95", "--")):
-            line(ax, number, [r["batched_solves"] for r in some], [r[key] for r in some],
-                 name if style == "-" else "_", style)
-    dress(ax, "Standard deviations against the exact posterior's: 5 %, median, 95 %", "batched solves",
-          "estimated over exact", "xy")
     text = "\n".join(table([part, "solves", "unknowns", "5 %", "median", "95 %"],
                            [[r["method"], r["batched_solves"] or "", r["unknowns"]]
                             + [f"{r[key]:.2f}" for key in ("ratio_5", "ratio_median", "ratio_95")]
                             for r in record["rows"] if r["part"] == part]) for part in unique(record["rows"], "part"))
-    return {"": figure, "-cost": cost}, {"": text}
+    return {"": figure}, {"": text}
 
 
 # ---- Calibration and frames
@@ -470,7 +453,7 @@ def rig(record):
         dress(ax, title, label, "change of the median voxel [%]", "y")
     changes = lambda r: [fine_percent(r[k]) for k in ("value_relative", "log_kappa", "log_kappa_predicted", "log_mu",
                                                       "log_mu_predicted")] + [f"{r['validation_E']:.1e}"]
-    head = ["a measurement", "κ", "predicted", "μ", "predicted", "held-out E"]
+    head = ["a measurement", "κ", "predicted", "μ", "predicted", "validation E"]
     return {"": figure}, {
         "-views": table(["boards, planes", "refused", "seen face [camera px]", "lit face [projector px]",
                          "turn [degrees]"] + head,
@@ -872,10 +855,6 @@ LIMITS = {
     "absorption": lambda rows: flat(rows, ["μ [1/mm]", "voxels per penetration depth", "iterations", "true error",
                                            "transmitted", "its error, 1e-6 single", "its error, 1e-12 double",
                                            "grid's error of it", "program"]),
-    "mirror": lambda rows: flat(rows, ["κ [mm]", "voxels deep", "iterations", "true error", "imbalance", "ended"]),
-    "shape": lambda rows: cross(rows, "voxels", "contrast", lambda r: f"{r['iterations']} ({short(r['true error'])})"),
-    "boundary": lambda rows: flat(rows, ["κ outermost / inside", "iterations", "true error", "error of the unlit face",
-                                         "imbalance", "ended"]),
     "coarse": lambda rows: flat(rows, list(rows[0])),
     "stencil": lambda rows: cross(rows, "κ", "contrast", lambda r: f"{100 * r['accounted for by (8)']:.4g} % "
                                                                    f"({short(r['distance of the maps'])})"),
@@ -883,25 +862,27 @@ LIMITS = {
                                      lambda r: f"{short(r['residual'])} → {short(r['error of the maps'])}"),
     "inverse": lambda rows: flat(rows, ["case", "model", "ended", "χ² per value", "E, light not fitted", "κ error",
                                         "μ error"], {"κ error": percent, "μ error": percent}) + sentences(rows),
-    "consistency": lambda rows: flat(rows, list(rows[0]), {f"reported: {what}": percent
-                                                           for what in ("scale", "shift", "eta")}),
+    "consistency": lambda rows: cross(rows, "data", "block",
+                                      lambda r: f"{short(r['factor found'])} ({short(r['its spread'])}), "
+                                                f"{short(r['shift found'])}; " + ", ".join(
+                                                    percent(r[f"reported: {what}"])
+                                                    for what in ("scale", "shift", "eta"))),
     "objects": lambda rows: cross(rows, "object", "equivalent", lambda r: f"{iterations_or_failure(r)} "
                                                                           f"({short(r['smallest volume fraction'])})"),
-    "objects-cost": lambda rows: flat(rows, list(rows[0])),
 }
 
-SUBJECTS = {"forward-headline": time_error, "forward-kernels": kernels, "forward-peers": peers,
-            "forward-relaxation": relaxation, "forward-grids": time_error, "forward-scaling": scaling,
+SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-peers": peers,
+            "forward-grids": time_error, "forward-scaling": scaling,
             "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
-            "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
-            "inverse-held-out": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
+            "inverse-voxels": voxels, "inverse-samples": samples,
+            "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
-               for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy", "systematic")},
+               for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy")},
              "dipole-importance": importance,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}

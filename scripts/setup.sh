@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what kappamu builds and tests with: Debian 12 packages, by name, nothing else. Quick when they are there.
-#   scripts/setup.sh [--peers]     --peers: also the solvers that `kappamu bench` sets beside ours (hypre, PETSc, MPI)
+#   scripts/setup.sh [--peers]     --peers: also the solver that `kappamu bench` sets beside ours (hypre, MPI)
 set -euo pipefail
 
 build_packages=(
@@ -19,7 +19,7 @@ test_packages=(
 )
 peer_packages=()
 case ${1:-} in
-  --peers) peer_packages=(libhypre-dev petsc-dev libopenmpi-dev openmpi-bin) ;;
+  --peers) peer_packages=(libhypre-dev libopenmpi-dev openmpi-bin) ;;
   "") ;;
   *) echo "setup: unknown option $1; the only one is --peers" >&2; exit 2 ;;
 esac

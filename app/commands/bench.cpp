@@ -30,7 +30,7 @@ void run(Options options, const Globals& globals, const bench::Subject& subject)
   request.seed = globals.seed;
   const auto records = bench::measure(subject, options.sections, request, *progress);
   if (globals.json) {
-    std::printf("%s\n", bench::summary(subject, records, request.folder).dump().c_str());
+    print_json(bench::summary(subject, records, request.folder));
     return;
   }
   for (const bench::Json& record : records) {
@@ -96,10 +96,11 @@ void add_subject(CLI::App& bench_command, const bench::Subject& subject, Globals
 void add_bench(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "bench",
-      "Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours.\n\n"
-      "Every section of a subject writes its raw numbers as one JSON record (machine, device,\n"
-      "build, repetitions) into the folder of -o; scripts/bench_charts.py draws charts and tables\n"
-      "from them. scripts/bench.sh measures all and renews the pages.");
+      R"(Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours.
+
+Every section of a subject writes its raw numbers as one JSON record (machine, device,
+build, repetitions) into the folder of -o; scripts/bench_charts.py draws charts and tables
+from them. scripts/bench.sh measures all and renews the pages.)");
   command->require_subcommand(1);
   command->fallthrough();
   for (const bench::Subject& subject : bench::subjects()) add_subject(*command, subject, globals);

@@ -6,10 +6,10 @@
 #include "app/command.h"
 #include "app/photograph_options.h"
 #include "app/session_command.h"
+#include "calib/calibration_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/stages/photographs.h"
-#include "report/read/run_data.h"
 
 namespace kappamu::app {
 
@@ -62,7 +62,7 @@ void calibrate_lenses(const SessionCommand& options, const PhotographCommand& ph
       object["projector"] = lens_json(result.projector.lens, result.projector.rms_px,
                                       to_string(result.projector.model));
     }
-    std::printf("%s\n", object.dump().c_str());
+    print_json(object);
     return;
   }
   print_lens("camera", result.camera.lens, result.camera.rms_px, to_string(result.camera.model));
@@ -84,35 +84,34 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
       {.replace_other_run = options.force, .follow_links = options.follow_links});
   stages.set_hdr_options(options.hdr);
   const bool worked = stages.calibrate(*progress);
-  const auto data = report::read_calibration(stages.folder().path());
-  const double camera = data->camera.rms_px, projector = data->projector.rms_px;
-  const auto& deviations = data->uncertainty.deviation_px;
+  const calib::CalibrationResult found =
+      calib::load_calibration(stages.folder().path() / "calibration");
+  const double camera = found.camera.rms_px, projector = found.projector.rms_px;
+  const std::string camera_model = to_string(found.camera.model);
+  const std::string projector_model = to_string(found.projector.model);
+  const auto& deviations = found.camera_uncertainty.deviation_px;
   const double worst_px = *std::max_element(deviations.begin(), deviations.end());
   const double middle_px = deviations[deviations.size() / 2];
   const calib::PoseUncertainty pose =
-      calib::pose_uncertainty(data->poses.back(), Eigen::Vector3d::Zero());
+      calib::pose_uncertainty(found.pattern_pose, Eigen::Vector3d::Zero());
   const std::string folder = (stages.folder().path() / "calibration").string();
   const double seconds = stages.folder().record().stages.at("calibrate").seconds;
   if (globals.json) {
-    std::printf("%s\n", nlohmann::json{{"calibration", folder},
-                                       {"camera_rms_px", camera},
-                                       {"projector_rms_px", projector},
-                                       {"camera_model", data->camera_model},
-                                       {"projector_model", data->projector_model},
-                                       {"camera_deviation_px", middle_px},
-                                       {"camera_largest_deviation_px", worst_px},
-                                       {"sample_deviation_mm",
-                                        {pose.place_mm.x(), pose.place_mm.y(), pose.place_mm.z()}},
-                                       {"sample_deviation_degrees", pose.turn_degrees},
-                                       {"warnings", data->warnings},
-                                       {"seconds", seconds}}
-                            .dump()
-                            .c_str());
+    print_json({{"calibration", folder},
+                {"camera_rms_px", camera},
+                {"projector_rms_px", projector},
+                {"camera_model", camera_model},
+                {"projector_model", projector_model},
+                {"camera_deviation_px", middle_px},
+                {"camera_largest_deviation_px", worst_px},
+                {"sample_deviation_mm", {pose.place_mm.x(), pose.place_mm.y(), pose.place_mm.z()}},
+                {"sample_deviation_degrees", pose.turn_degrees},
+                {"warnings", found.warnings},
+                {"seconds", seconds}});
     return;
   }
-  std::printf("camera reprojection RMS     %.3f px  (%s)\n", camera, data->camera_model.c_str());
-  std::printf("projector reprojection RMS  %.3f px  (%s)\n", projector,
-              data->projector_model.c_str());
+  std::printf("camera reprojection RMS     %.3f px  (%s)\n", camera, camera_model.c_str());
+  std::printf("projector reprojection RMS  %.3f px  (%s)\n", projector, projector_model.c_str());
   std::printf("camera at the sample        +- %.3f px, %.3f px where it is known least\n",
               middle_px, worst_px);
   std::printf("sample's first corner       +- %.3f, %.3f, %.3f mm, turn +- %.3f degrees\n",
@@ -125,22 +124,21 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
 void add_calibrate(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "calibrate",
-      "Calibrate camera, projector, sample pose and radiometry from a session's own shots.\n\n"
-      "Writes RUN/calibration: camera.yml and projector.yml (OpenCV's model, with covariance),\n"
-      "pose.yml, response.yml, radiometry.yml and calibration.json (residuals by view).\n"
-      "The reprojection RMS is the distance [px] between found corners and where the fitted model\n"
-      "puts them. Below 0.3 px is good; above 1 px, look for a blurred or misread board: the "
-      "report\n"
-      "shows the residuals of every view. A low RMS says nothing about parts of the picture that "
-      "no\n"
-      "board reached: that is what the deviation (one standard deviation, px) tells, at the\n"
-      "sample's distance, in the middle of the picture and where it is largest. The sample's "
-      "place\n"
-      "is that of its first corner along the camera's x, y, z at the pattern station.\n\n"
-      "With --board, SESSION is a folder of photographs of that board and nothing else is needed:\n"
-      "into RUN go camera.yml and calibration.json. With --projector, photographs named\n"
-      "plane_<n>_board and plane_<n>_gray_<k> (or listed so in --table) give projector.yml, too;\n"
-      "docs/howto/one-stage.md.");
+      R"(Calibrate camera, projector, sample pose and radiometry from a session's own shots.
+
+Writes RUN/calibration: camera.yml and projector.yml (OpenCV's model, with covariance),
+pose.yml, response.yml, radiometry.yml and calibration.json (residuals by view).
+The reprojection RMS is the distance [px] between found corners and where the fitted model
+puts them. Below 0.3 px is good; above 1 px, look for a blurred or misread board: the report
+shows the residuals of every view. A low RMS says nothing about parts of the picture that no
+board reached: that is what the deviation (one standard deviation, px) tells, at the
+sample's distance, in the middle of the picture and where it is largest. The sample's place
+is that of its first corner along the camera's x, y, z at the pattern station.
+
+With --board, SESSION is a folder of photographs of that board and nothing else is needed:
+into RUN go camera.yml and calibration.json. With --projector, photographs named
+plane_<n>_board and plane_<n>_gray_<k> (or listed so in --table) give projector.yml, too;
+docs/howto/one-stage.md.)");
   const auto options = add_session_options(*command);
   auto photographs = std::make_shared<PhotographCommand>();
   add_board_options(*command, photographs->board);

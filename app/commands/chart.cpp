@@ -40,12 +40,10 @@ void run_chart(const ChartArguments& arguments, const Globals& globals) {
                          {"pixels", patch.pixels},
                          {"saturated", patch.saturated}});
     }
-    std::printf("%s\n", nlohmann::json{{"chart", arguments.out},
-                                       {"outlines", chart.outlines},
-                                       {"neutral_slope", chart.neutral_slope},
-                                       {"patches", patches}}
-                            .dump()
-                            .c_str());
+    print_json({{"chart", arguments.out},
+                {"outlines", chart.outlines},
+                {"neutral_slope", chart.neutral_slope},
+                {"patches", patches}});
     return;
   }
   std::printf("%-14s %9s %9s %9s  %s\n", "patch", "R", "G", "B", "deviation R, G, B");
@@ -64,20 +62,17 @@ void run_chart(const ChartArguments& arguments, const Globals& globals) {
 }  // namespace
 
 void add_chart(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "chart",
-      "Measure a ColorChecker Classic in one photograph.\n\n"
-      "Finds the chart in any turn and prints mean code and standard deviation of the middle half\n"
-      "of its 24 patches, and how code grows with reflectance along the neutrals. OUT/chart.png\n"
-      "shows what was measured: look whether each outline lies within its patch. OUT/chart.csv "
-      "has\n"
-      "the numbers. Where the chart is not recognised, --corners gives it.");
+  auto* command = app.add_subcommand("chart",
+                                     R"(Measure a ColorChecker Classic in one photograph.
+
+Finds the chart in any turn and prints mean code and standard deviation of the middle half
+of its 24 patches, and how code grows with reflectance along the neutrals. OUT/chart.png
+shows what was measured: look whether each outline lies within its patch. OUT/chart.csv has
+the numbers. Where the chart is not recognised, --corners gives it.)");
   auto arguments = std::make_shared<ChartArguments>();
   command->add_option("photograph", arguments->photograph, "RAW, PNG, TIFF, JPEG or EXR")
       ->required();
-  command->add_option("-o,--out", arguments->out, "Folder of chart.png and chart.csv")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, arguments->out, "Folder of chart.png and chart.csv");
   command
       ->add_option("--corners", arguments->corners,
                    "Centres x y [px] of the dark skin, bluish green, black and white patches")

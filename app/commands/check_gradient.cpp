@@ -86,7 +86,7 @@ void run_check(const CheckOptions& options, Globals& globals) {
     if (!globals.json) print(names[c], check);
   }
   if (globals.json) {
-    std::printf("%s\n", Json{{"holds", holds}, {"channels", channels}}.dump().c_str());
+    print_json({{"holds", holds}, {"channels", channels}});
   } else {
     std::printf("%s\n", holds ? "The gradient is that of the objective on these data."
                               : "The gradient is NOT that of the objective on these data: do not "
@@ -98,17 +98,18 @@ void run_check(const CheckOptions& options, Globals& globals) {
 }  // namespace
 
 void add_check_gradient(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "check-gradient",
-      "Test the fit's gradient and adjoint on your own measurements.\n\n"
-      "INPUT is a folder with measurements.json or a run that `kappamu merge` filled. At the best\n"
-      "homogeneous block, with every voxel varied by 20 %, along a random direction (--seed):\n"
-      "  Taylor    J(u + s d) - J(u) - s <gradient, d> falls as s squared, over three decades\n"
-      "  adjoint   the Jacobian by differences of predictions and its transpose by the adjoint\n"
-      "            solve agree on random vectors\n"
-      "  symmetry  <inverse(A) b, w> = <b, inverse(A) w>\n"
-      "All in double precision on the device that --device chooses: some 30 solves of all\n"
-      "patterns.");
+  auto* command =
+      app.add_subcommand("check-gradient",
+                         R"(Test the fit's gradient and adjoint on your own measurements.
+
+INPUT is a folder with measurements.json or a run that `kappamu merge` filled. At the best
+homogeneous block, with every voxel varied by 20 %, along a random direction (--seed):
+  Taylor    J(u + s d) - J(u) - s <gradient, d> falls as s squared, over three decades
+  adjoint   the Jacobian by differences of predictions and its transpose by the adjoint
+            solve agree on random vectors
+  symmetry  <inverse(A) b, w> = <b, inverse(A) w>
+All in double precision on the device that --device chooses: some 30 solves of all
+patterns.)");
   auto options = std::make_shared<CheckOptions>();
   command->add_option("input", options->input, "Folder of measurements, or run folder")
       ->required()

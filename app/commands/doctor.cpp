@@ -122,9 +122,10 @@ void print(const Examination& found, const HostMemory& memory) {
       std::printf("  known-answer test PASSED: %s\n", found.verdict.message.c_str());
     } else {
       std::printf(
-          "  KNOWN-ANSWER TEST FAILED: %s\n"
-          "  THIS DEVICE IS NOT USED: commands fall back to the serial reference, which is slow.\n"
-          "  Update its driver, or choose another with --device.\n",
+          R"(  KNOWN-ANSWER TEST FAILED: %s
+  THIS DEVICE IS NOT USED: commands fall back to the serial reference, which is slow.
+  Update its driver, or choose another with --device.
+)",
           found.verdict.message.c_str());
     }
   }
@@ -157,20 +158,24 @@ void measure_costs(const Globals& globals, Json& json) {
 }  // namespace
 
 void add_doctor(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "doctor",
-      "Examine this machine: OpenCL devices, memory, versions, self-test.\n\n"
-      "Names the device that is chosen, and why.\n\n"
-      "  kappamu doctor                    the device `auto` takes\n"
-      "  kappamu doctor --device NVIDIA    the first whose platform or name contains the word\n\n"
-      "The self-test runs kernels whose answers are known (reductions, prefix sums, a small grid\n"
-      "solve held against the serial reference in double precision). A device that fails is never\n"
-      "used: every command then says so and solves with the reference.\n"
-      "The marked (*) device is the one chosen. --json prints the same as one object.\n\n"
-      "--measure solves a marble cube by every model of objects, the best of three times, and\n"
-      "keeps what they cost here beside the shipped costs in $XDG_CACHE_HOME/kappamu or\n"
-      "~/.cache/kappamu, by device: \"model\": {\"name\": \"auto\"} of scenes chooses by them.\n"
-      "A minute; leave the machine alone meanwhile.");
+  auto* command =
+      app.add_subcommand("doctor",
+                         R"(Examine this machine: OpenCL devices, memory, versions, self-test.
+
+Names the device that is chosen, and why.
+
+  kappamu doctor                    the device `auto` takes
+  kappamu doctor --device NVIDIA    the first whose platform or name contains the word
+
+The self-test runs kernels whose answers are known (reductions, prefix sums, a small grid
+solve held against the serial reference in double precision). A device that fails is never
+used: every command then says so and solves with the reference.
+The marked (*) device is the one chosen. --json prints the same as one object.
+
+--measure solves a marble cube by every model of objects, the best of three times, and
+keeps what they cost here beside the shipped costs in $XDG_CACHE_HOME/kappamu or
+~/.cache/kappamu, by device: "model": {"name": "auto"} of scenes chooses by them.
+A minute; leave the machine alone meanwhile.)");
   auto measure = std::make_shared<bool>(false);
   command->add_flag("--measure", *measure, "Measure what models of objects cost on this machine");
   command->footer(
@@ -181,7 +186,7 @@ void add_doctor(CLI::App& app, Globals& globals) {
     Json json = to_json(found, memory);
     if (!globals.json) print(found, memory);
     if (*measure) measure_costs(globals, json);
-    if (globals.json) std::printf("%s\n", json.dump().c_str());
+    if (globals.json) print_json(json);
     const bool well = globals.device == "reference" || (found.choice && found.verdict.trusted);
     globals.exit_code = well ? 0 : 1;
   });

@@ -33,7 +33,7 @@ void run_export(const ExportOptions& options, const Globals& globals) {
                                 {"files", nlohmann::json::array()},
                                 {"warnings", result.warnings}};
     for (const auto& file : result.files) json["files"].push_back(file.string());
-    std::printf("%s\n", json.dump().c_str());
+    print_json(json);
     return;
   }
   for (const auto& file : result.files) std::printf("%s\n", file.c_str());
@@ -42,28 +42,28 @@ void run_export(const ExportOptions& options, const Globals& globals) {
 }  // namespace
 
 void add_export(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "export",
-      "Write κ and μ volumes in the formats of other programs.\n\n"
-      "VOLUME is a .vdb file, a run folder of `kappamu run` or `kappamu fit`, or a folder with\n"
-      "volume.json and kappa_R.npy, mu_R.npy, ... Into OUT go, by --format:\n\n"
-      "  vti  volume.vti   ParaView, VTK: cell data kappa [mm], mu [1/mm], sigma_t, albedo\n"
-      "  vol  mitsuba/     Mitsuba 3: sigma_t.vol, albedo.vol, one pair per channel, scene.xml\n"
-      "  pbrt medium.pbrt  pbrt-v4: named medium of type rgbgrid, sigma_a and sigma_s [1/mm]\n"
-      "  npy  npy/         NumPy: float32 [z][y][x] per coefficient and channel, volume.json\n"
-      "  vdb  volume.vdb   OpenVDB: fog grids kappa_R, mu_R, sigma_t_R, albedo_R, ..., density\n"
-      "  exr  exr/         one image per z layer with channels kappa.R, mu.R, ...\n\n"
-      "Lengths are mm, coefficients mm and 1/mm, in every format. Values belong to voxel centres:\n"
-      "voxel (i, j, k) of edge h is centred at ((i+1/2) h, (j+1/2) h, (k+1/2) h), x fastest.\n"
-      "Renderers get sigma_t = 1/(3 kappa) and albedo = 1 - 3 kappa mu, for isotropic scattering;\n"
-      "where 3 kappa mu >= 1 the albedo is set to 0 and a warning counts the voxels. If there are\n"
-      "many, diffusion does not describe the sample, and neither will the render.\n"
-      "A volume with a NaN or with kappa <= 0 is refused (exit code 1).");
+  auto* command = app.add_subcommand("export",
+                                     R"(Write κ and μ volumes in the formats of other programs.
+
+VOLUME is a .vdb file, a run folder of `kappamu run` or `kappamu fit`, or a folder with
+volume.json and kappa_R.npy, mu_R.npy, ... Into OUT go, by --format:
+
+  vti  volume.vti   ParaView, VTK: cell data kappa [mm], mu [1/mm], sigma_t, albedo
+  vol  mitsuba/     Mitsuba 3: sigma_t.vol, albedo.vol, one pair per channel, scene.xml
+  pbrt medium.pbrt  pbrt-v4: named medium of type rgbgrid, sigma_a and sigma_s [1/mm]
+  npy  npy/         NumPy: float32 [z][y][x] per coefficient and channel, volume.json
+  vdb  volume.vdb   OpenVDB: fog grids kappa_R, mu_R, sigma_t_R, albedo_R, ..., density
+  exr  exr/         one image per z layer with channels kappa.R, mu.R, ...
+
+Lengths are mm, coefficients mm and 1/mm, in every format. Values belong to voxel centres:
+voxel (i, j, k) of edge h is centred at ((i+1/2) h, (j+1/2) h, (k+1/2) h), x fastest.
+Renderers get sigma_t = 1/(3 kappa) and albedo = 1 - 3 kappa mu, for isotropic scattering;
+where 3 kappa mu >= 1 the albedo is set to 0 and a warning counts the voxels. If there are
+many, diffusion does not describe the sample, and neither will the render.
+A volume with a NaN or with kappa <= 0 is refused (exit code 1).)");
   auto options = std::make_shared<ExportOptions>();
   command->add_option("volume", options->volume, "What to export")->required()->type_name("VOLUME");
-  command->add_option("-o,--out", options->out, "Folder for the files; made if missing")
-      ->required()
-      ->type_name("OUT");
+  add_out(*command, options->out, "Folder for the files; made if missing");
   std::vector<std::string> names = pipeline::export_formats();
   names.emplace_back("all");
   command
@@ -73,11 +73,7 @@ void add_export(CLI::App& app, Globals& globals) {
       ->delimiter(',')
       ->check(CLI::IsMember(names))
       ->type_name("FORMAT");
-  command
-      ->add_option("--max-voxels", options->most_voxels,
-                   "Refuse a VOLUME with more numbers than this in all its volumes together")
-      ->capture_default_str()
-      ->type_name("N");
+  add_most_voxels(*command, options->most_voxels);
   command->footer(
       "Prints the files' names; with --json one object with volume, files and warnings.\n"
       "Example: kappamu export demo/run -o demo/export --format vti,vol");

@@ -122,7 +122,7 @@ void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
   summary.volume = out / "volume.vdb";
   folder.commit();
   if (globals.json) {
-    std::printf("%s\n", to_json(summary).dump().c_str());
+    print_json(to_json(summary));
   } else {
     print_table(summary);
   }
@@ -132,35 +132,31 @@ void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
 }  // namespace
 
 void add_fit(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "fit",
-      "Find the volumes of κ and μ that explain surface measurements.\n\n"
-      "INPUT is a folder with measurements.json (docs/formats.md) from any rig or program, or a "
-      "run\n"
-      "that `kappamu merge` filled. Each channel is fitted on its own: the best homogeneous block\n"
-      "first, then even layers, and where the data reject both a volume, coarse grid to fine, the\n"
-      "smoothing lowered until the residuals are as large as the measurements' own noise.\n\n"
-      "Writes OUT/kappa_<channel>.npy [mm] and mu_<channel>.npy [1/mm], float32 [z][y][x],\n"
-      "std_kappa_<channel>.npy, std_mu_<channel>.npy, resolution_kappa_<channel>.npy,\n"
-      "resolution_mu_<channel>.npy, correlation_<channel>.npy, sensitivity_<channel>.npy, "
-      "prediction.npy, prediction_validate.npy, volume.vdb and "
-      "fit.json.\n"
-      "Where no patterns were captured for validation, one of every 16 is kept out of the fit\n"
-      "(--hold-out) and gives the validation error E. Then these patterns join and the last\n"
-      "weight is minimised once more: E is of the volumes before that, in OUT/validated.\n"
-      "Killed at any moment and started again with the same command it goes on where it was and\n"
-      "ends in the same volumes.\n\n"
-      "Reading the result: chi2 per value near 1 means that the volumes explain the data to their\n"
-      "stated noise; well above 1, variances, calibration or the diffusion model do not hold. "
-      "What\n"
-      "counts is E = Σ(L' − L)²/ΣL² of validation patterns, the error under light the fit never\n"
-      "saw, beside the part of it that those patterns' own noise makes. Light at steady state "
-      "does\n"
-      "not determine deep voxels: the standard deviations std_kappa and std_mu, and the sentence "
-      "that\n"
-      "goes with them, say how far κ and μ can be trusted; where resolution is near 0 they are "
-      "the\n"
-      "smoothing's choice.");
+  auto* command =
+      app.add_subcommand("fit",
+                         R"(Find the volumes of κ and μ that explain surface measurements.
+
+INPUT is a folder with measurements.json (docs/formats.md) from any rig or program, or a run
+that `kappamu merge` filled. Each channel is fitted on its own: the best homogeneous block
+first, then even layers, and where the data reject both a volume, coarse grid to fine, the
+smoothing lowered until the residuals are as large as the measurements' own noise.
+
+Writes OUT/kappa_<channel>.npy [mm] and mu_<channel>.npy [1/mm], float32 [z][y][x],
+std_kappa_<channel>.npy, std_mu_<channel>.npy, resolution_kappa_<channel>.npy,
+resolution_mu_<channel>.npy, correlation_<channel>.npy, sensitivity_<channel>.npy,
+prediction.npy, prediction_validate.npy, volume.vdb and fit.json. Where no patterns were
+captured for validation, one of every 16 is kept out of the fit (--hold-out) and gives the
+validation error E. Then these patterns join and the last weight is minimised once more: E
+is of the volumes before that, in OUT/validated. Killed at any moment and started again
+with the same command it goes on where it was and ends in the same volumes.
+
+Reading the result: chi2 per value near 1 means that the volumes explain the data to their
+stated noise; well above 1, variances, calibration or the diffusion model do not hold. What
+counts is E = Σ(L' − L)²/ΣL² of validation patterns, the error under light the fit never
+saw, beside the part of it that those patterns' own noise makes. Light at steady state does
+not determine deep voxels: the standard deviations std_kappa and std_mu, and the sentence that
+goes with them, say how far κ and μ can be trusted; where resolution is near 0 they are the
+smoothing's choice.)");
   auto options = std::make_shared<FitCommand>();
   // First of all: options given beside it are set after it and so prevail.
   command
@@ -191,11 +187,11 @@ void add_fit(CLI::App& app, Globals& globals) {
   command->add_flag("--options-table", options->table)->group("");
   add_fit_options(*command, options->fit);
   command->footer(
-      "Exit code 3: a channel ran out of steps, its data are not explained to their noise (chi2\n"
-      "per value above 1.5), or the verdict is red; the volumes are kept, with the verdict, in\n"
-      "fit.json.\n"
-      "Examples: kappamu fit demo/run -o demo/run/fit\n"
-      "          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30");
+      R"(Exit code 3: a channel ran out of steps, its data are not explained to their noise (chi2
+per value above 1.5), or the verdict is red; the volumes are kept, with the verdict, in
+fit.json.
+Examples: kappamu fit demo/run -o demo/run/fit
+          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30)");
   command->callback([command, options, &globals] { run_fit(*command, *options, globals); });
 }
 

@@ -104,7 +104,7 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
     globals.exit_code = 3;
   }
   if (globals.json) {
-    std::printf("%s\n", summary.dump().c_str());
+    print_json(summary);
   } else {
     std::printf("%d pattern%s on %d x %d x %d voxels by %s, %s: %s, %.2f s\n%s\n", run.patterns,
                 run.patterns == 1 ? "" : "s", shape.nx, shape.ny, shape.nz, run.method.c_str(),
@@ -114,44 +114,51 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
 }
 
 constexpr const char* manual =
-    "Predict the light that leaves a block of known coefficients under given light.\n\n"
-    "  kappamu forward --kappa k.npy --mu m.npy --voxel 0.25 --eta 1.3 \\\n"
-    "                  --irradiance e.npy --lit-face z- -o out/\n\n"
-    "Solves the diffusion equation div(kappa grad phi) - mu phi + S = 0 with Fresnel (Robin)\n"
-    "boundaries by conservative finite volumes on the voxels given, all patterns at once; other\n"
-    "models and solvers under METHODS.\n\n"
-    "INPUT, float arrays in C order, the last axis varying fastest:\n"
-    "  kappa       [z][y][x]  diffusion coefficient 1/(3(mu + sigma_s')) [mm], > 0\n"
-    "  mu          [z][y][x]  absorption coefficient [1/mm], >= 0\n"
-    "  irradiance  [M][v][u]  incident on the lit face before Fresnel, one map per pattern, any\n"
-    "              unit: [y][x] on z faces, [z][x] on y faces, [z][y] on x faces; [v][u] is M = 1\n"
-    "kappa and mu may be .vdb files (grids kappa_R, mu_R, ...; --channel R), which bring their\n"
-    "voxel edge along.\n\n"
-    "OUTPUT in the folder of -o:\n"
-    "  exitance_x-.npy ... exitance_z+.npy  [M][v][u] flux per area leaving each face, in the\n"
-    "              unit of the irradiance; mean over each surface voxel; unscattered light and\n"
-    "              the specular reflection are not in it\n"
-    "  standard_error_<face>.npy  of the exitance, the same shapes (montecarlo only)\n"
-    "  summary.json  per pattern: power entering (after Fresnel), exiting by face, unscattered,\n"
-    "              absorbed [mm^2 times the unit of irradiance], residual; iterations, seconds\n\n"
-    "MASKS. --light-mask covers the lit face: 1 lets light pass, 0 stops it. --view-masks covers\n"
-    "faces on the way out: maps are multiplied by mask_<face>.npy of that folder where there is\n"
-    "one, and summary.json gains \"seen\", the power through each mask (\"exiting\" stays "
-    "whole).\n\n"
-    "SOURCES. first-collision (default): a collimated beam at normal incidence deposits its first\n"
-    "collisions along the columns below the lit face, which suits projectors. boundary: light\n"
-    "enters diffusely at the face, which suits diffuse illumination.\n\n"
-    "CONVENTIONS. physical (default): coefficients comparable with published ones. wang2008: the\n"
-    "equations of Wang et al. 2008 as printed (C = 2.1489, q = E_t, source boundary); the maps\n"
-    "then hold pi times their radiance, negative where light enters, and do not balance.";
+    R"(Predict the light that leaves a block of known coefficients under given light.
+
+  kappamu forward --kappa k.npy --mu m.npy --voxel 0.25 --eta 1.3 \
+                  --irradiance e.npy --lit-face z- -o out/
+
+Solves the diffusion equation div(kappa grad phi) - mu phi + S = 0 with Fresnel (Robin)
+boundaries by conservative finite volumes on the voxels given, all patterns at once; other
+models and solvers under METHODS.
+
+INPUT, float arrays in C order, the last axis varying fastest:
+  kappa       [z][y][x]  diffusion coefficient 1/(3(mu + sigma_s')) [mm], > 0
+  mu          [z][y][x]  absorption coefficient [1/mm], >= 0
+  irradiance  [M][v][u]  incident on the lit face before Fresnel, one map per pattern, any
+              unit: [y][x] on z faces, [z][x] on y faces, [z][y] on x faces; [v][u] is M = 1
+kappa and mu may be .vdb files (grids kappa_R, mu_R, ...; --channel R), which bring their
+voxel edge along.
+
+OUTPUT in the folder of -o:
+  exitance_x-.npy ... exitance_z+.npy  [M][v][u] flux per area leaving each face, in the
+              unit of the irradiance; mean over each surface voxel; unscattered light and
+              the specular reflection are not in it
+  standard_error_<face>.npy  of the exitance, the same shapes (montecarlo only)
+  summary.json  per pattern: power entering (after Fresnel), exiting by face, unscattered,
+              absorbed [mm^2 times the unit of irradiance], residual; iterations, seconds
+
+MASKS. --light-mask covers the lit face: 1 lets light pass, 0 stops it. --view-masks covers
+faces on the way out: maps are multiplied by mask_<face>.npy of that folder where there is
+one, and summary.json gains "seen", the power through each mask ("exiting" stays whole).
+
+SOURCES. first-collision (default): a collimated beam at normal incidence deposits its first
+collisions along the columns below the lit face, which suits projectors. boundary: light
+enters diffusely at the face, which suits diffuse illumination.
+
+CONVENTIONS. physical (default): coefficients comparable with published ones. wang2008: the
+equations of Wang et al. 2008 as printed (C = 2.1489, q = E_t, source boundary); the maps
+then hold pi times their radiance, negative where light enters, and do not balance.)";
 
 constexpr const char* manual_end =
-    "Exit codes: 0 done, 1 bad input (one sentence), 2 usage, 3 tolerance not met (outputs kept;\n"
-    "summary.json says \"converged\": false).\n\n"
-    "WHEN NOT TO TRUST IT. Diffusion fails where mu is not far below sigma_s', within a few\n"
-    "transport mean free paths (3 kappa) of beam edges, in thinner blocks and in voids; the\n"
-    "program warns of the first two. The grid adds its own error, of order voxel^2: split the\n"
-    "voxels and compare. On the lit face under the boundary source the order is 1 to 1.5.";
+    R"(Exit codes: 0 done, 1 bad input (one sentence), 2 usage, 3 tolerance not met (outputs kept;
+summary.json says "converged": false).
+
+WHEN NOT TO TRUST IT. Diffusion fails where mu is not far below sigma_s', within a few
+transport mean free paths (3 kappa) of beam edges, in thinner blocks and in voids; the
+program warns of the first two. The grid adds its own error, of order voxel^2: split the
+voxels and compare. On the lit face under the boundary source the order is 1 to 1.5.)";
 
 std::string methods_manual() {
   std::string text = "METHODS of --method:\n";
@@ -161,13 +168,14 @@ std::string methods_manual() {
     text += "  " + method.name + padding + method.description + "\n";
   }
   return text +
-         "multigrid is the one to use; analytic and montecarlo judge it, auto decides between\n"
-         "multigrid and montecarlo by errors measured on other blocks (docs/objects-bench.md);\n"
-         "the message of summary.json names the one taken and why. The others are\n"
-         "earlier papers' solvers. Only montecarlo and analytic need no convergence; relaxations "
-         "need thousands\n"
-         "of sweeps and may stall in single precision.\n"
-         "[W] is Wang et al. 2008, [T] Mertens' thesis of 2005.\n\n";
+         R"(multigrid is the one to use; analytic and montecarlo judge it, auto decides between
+multigrid and montecarlo by errors measured on other blocks (docs/objects-bench.md); the
+message of summary.json names the one taken and why. The others are earlier papers'
+solvers. Only montecarlo and analytic need no convergence; relaxations need thousands of
+sweeps and may stall in single precision. [W] is Wang et al. 2008, [T] Mertens' thesis of
+2005.
+
+)";
 }
 
 }  // namespace
@@ -195,11 +203,7 @@ void add_forward(CLI::App& app, Globals& globals) {
   command->add_option("--voxel", files.voxel, "Voxel edge [mm]; needed with .npy volumes")
       ->check(CLI::PositiveNumber);
   command->add_option("--channel", files.channel, "Channel of a .vdb with several, such as R");
-  command
-      ->add_option("--max-voxels", files.most_voxels,
-                   "Refuse a volume file with more numbers than this in all its volumes together")
-      ->capture_default_str()
-      ->type_name("N");
+  add_most_voxels(*command, files.most_voxels);
   command->add_option("--eta", options->eta, "Relative refractive index (default 1.3)");
   std::vector<std::string> methods;
   for (const auto& method : forward::forward_methods()) methods.push_back(method.name);

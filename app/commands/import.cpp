@@ -32,16 +32,14 @@ void run_import(const ImportArguments& arguments, const Globals& globals) {
   for (const capture::Pattern& pattern : session.patterns) frames += pattern.frames.size();
   const capture::Camera& camera = session.camera;
   if (globals.json) {
-    std::printf("%s\n", nlohmann::json{{"session", file},
-                                       {"patterns", session.patterns.size()},
-                                       {"frames", frames},
-                                       {"boards", session.calibration.camera_boards.size()},
-                                       {"planes", session.calibration.projector_planes.size()},
-                                       {"width", camera.width},
-                                       {"height", camera.height},
-                                       {"bit_depth", camera.bit_depth}}
-                            .dump()
-                            .c_str());
+    print_json({{"session", file},
+                {"patterns", session.patterns.size()},
+                {"frames", frames},
+                {"boards", session.calibration.camera_boards.size()},
+                {"planes", session.calibration.projector_planes.size()},
+                {"width", camera.width},
+                {"height", camera.height},
+                {"bit_depth", camera.bit_depth}});
     return;
   }
   std::printf("%zu patterns in %zu frames, %zu boards, %zu planes, %d x %d pixels of %d bits\n",
@@ -54,23 +52,24 @@ void run_import(const ImportArguments& arguments, const Globals& globals) {
 }  // namespace
 
 void add_import(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "import",
-      "Build a capture session from a folder of photographs.\n\n"
-      "Exposure times, aperture, sensitivity and camera are read from EXIF; size, depth and\n"
-      "encoding from the files (RAW: linear; JPEG: 8 bits behind a curve to be recovered).\n"
-      "File names tell the shot: <pattern>_<n>, board_<n>, plane_<n>_board, plane_<n>_projected,\n"
-      "plane_<n>_gray_<k>, plane_<n>_phase_<k>, sample_<station>, dark_<n>, white_<n>, black_<n>,\n"
-      "level_<value>_<n>, off_<n>, ambient_<m>_<n>, chart_<n>, with any image ending, in any "
-      "subfolder. Or a CSV\n"
-      "does (--table): columns file, shot (the same, without the last _<n> of stacks and boards)\n"
-      "and, where EXIF does not tell it, exposure_s.\n\n"
-      "What photographs cannot tell (sample, projector, boards, stations, patterns) comes from\n"
-      "PLAN/session.json, as `kappamu plan` writes it or written by hand (docs/formats.md); its\n"
-      "frames and the camera's size are replaced.\n\n"
-      "Refused, one sentence each: another aperture, sensitivity, focal length or camera than the\n"
-      "rest; a photograph of no shot, or a shot without photographs; no exposure time; a frame\n"
-      "whose brightness does not fit its exposure time.");
+  auto* command = app.add_subcommand("import",
+                                     R"(Build a capture session from a folder of photographs.
+
+Exposure times, aperture, sensitivity and camera are read from EXIF; size, depth and
+encoding from the files (RAW: linear; JPEG: 8 bits behind a curve to be recovered). File
+names tell the shot: <pattern>_<n>, board_<n>, plane_<n>_board, plane_<n>_projected,
+plane_<n>_gray_<k>, plane_<n>_phase_<k>, sample_<station>, dark_<n>, white_<n>, black_<n>,
+level_<value>_<n>, off_<n>, ambient_<m>_<n>, chart_<n>, with any image ending, in any
+subfolder. Or a CSV does (--table): columns file, shot (the same, without the last _<n> of
+stacks and boards) and, where EXIF does not tell it, exposure_s.
+
+What photographs cannot tell (sample, projector, boards, stations, patterns) comes from
+PLAN/session.json, as `kappamu plan` writes it or written by hand (docs/formats.md); its
+frames and the camera's size are replaced.
+
+Refused, one sentence each: another aperture, sensitivity, focal length or camera than the
+rest; a photograph of no shot, or a shot without photographs; no exposure time; a frame
+whose brightness does not fit its exposure time.)");
   auto arguments = std::make_shared<ImportArguments>();
   command->add_option("photographs", arguments->photographs, "Folder of the photographs")
       ->required()

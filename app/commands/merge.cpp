@@ -30,15 +30,13 @@ void merge_bracket(const SessionCommand& options, const BracketCommand& bracket,
   out.commit();
   const std::string file = (out.path() / "radiance.exr").string();
   if (globals.json) {
-    std::printf("%s\n", nlohmann::json{{"radiance", file},
-                                       {"frames", summary.frames},
-                                       {"dark_frames", summary.dark_frames},
-                                       {"saturated_share", summary.saturated_share},
-                                       {"dark_share", summary.dark_share},
-                                       {"darkest", summary.darkest},
-                                       {"brightest", summary.brightest}}
-                            .dump()
-                            .c_str());
+    print_json({{"radiance", file},
+                {"frames", summary.frames},
+                {"dark_frames", summary.dark_frames},
+                {"saturated_share", summary.saturated_share},
+                {"dark_share", summary.dark_share},
+                {"darkest", summary.darkest},
+                {"brightest", summary.brightest}});
     return;
   }
   std::printf("%zu frames, %zu dark frames; radiance %.3g to %.3g full scales/s\n", summary.frames,
@@ -66,7 +64,7 @@ void run_merge(const SessionCommand& options, const BracketCommand& bracket,
                           {"measurements", nullptr},
                           {"seconds", seconds}};
     if (measured) object["measurements"] = (run / "measurements").string();
-    std::printf("%s\n", object.dump().c_str());
+    print_json(object);
     return;
   }
   std::printf("%zu HDR images  %s  (%s)\n", stages.session()->patterns.size(),
@@ -79,19 +77,21 @@ void run_merge(const SessionCommand& options, const BracketCommand& bracket,
 void add_merge(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "merge",
-      "Merge each pattern's exposures into an HDR image and measure the surface.\n\n"
-      "Writes RUN/hdr/<pattern>.exr: radiance R, G, B [full scales/s], its variance and flags\n"
-      "(1 saturated, 2 dark, 4 missing). Where RUN is calibrated (`kappamu calibrate`), also\n"
-      "RUN/measurements and RUN/measurements_validate: mean exitance and variance of every "
-      "surface\n"
-      "voxel, which `kappamu fit` reads (docs/formats.md). A pixel saturated in every exposure is\n"
-      "left out of the fit: add a shorter exposure when the report shows many.\n\n"
-      "The frames of a stack must show one scene under one light: a frame that is brighter,\n"
-      "shifted or partly changed against the rest is refused by name (docs/hdr.md). Give\n"
-      "`calibrate` and `merge` the same options; --response takes effect in `calibrate`.\n\n"
-      "A folder without session.json is taken as one bracket: every photograph in it a frame,\n"
-      "dark_0 ... frames of the covered lens (without any, black is estimated). Into RUN go\n"
-      "radiance.exr and response.yml; docs/howto/one-stage.md.");
+      R"(Merge each pattern's exposures into an HDR image and measure the surface.
+
+Writes RUN/hdr/<pattern>.exr: radiance R, G, B [full scales/s], its variance and flags
+(1 saturated, 2 dark, 4 missing). Where RUN is calibrated (`kappamu calibrate`), also
+RUN/measurements and RUN/measurements_validate: mean exitance and variance of every surface
+voxel, which `kappamu fit` reads (docs/formats.md). A pixel saturated in every exposure is
+left out of the fit: add a shorter exposure when the report shows many.
+
+The frames of a stack must show one scene under one light: a frame that is brighter,
+shifted or partly changed against the rest is refused by name (docs/hdr.md). Give
+`calibrate` and `merge` the same options; --response takes effect in `calibrate`.
+
+A folder without session.json is taken as one bracket: every photograph in it a frame,
+dark_0 ... frames of the covered lens (without any, black is estimated). Into RUN go
+radiance.exr and response.yml; docs/howto/one-stage.md.)");
   const auto options = add_session_options(*command);
   auto bracket = std::make_shared<BracketCommand>();
   add_table(*command, bracket->table);

@@ -58,17 +58,15 @@ void run_plan(PlanArguments arguments, const Globals& globals) {
     std::fprintf(stderr, "warning: %s\n", warning.c_str());
   }
   if (globals.json) {
-    std::printf("%s\n", nlohmann::json{{"plan", arguments.out},
-                                       {"photographs", plan.shots.size()},
-                                       {"patterns", plan.session.patterns.size()},
-                                       {"grid", sample.grid},
-                                       {"exposures_s", plan.capture.exposures_s},
-                                       {"disk_bytes", plan.disk_bytes},
-                                       {"exposing_s", plan.exposing_s},
-                                       {"working_s", plan.working_s},
-                                       {"warnings", warnings}}
-                            .dump()
-                            .c_str());
+    print_json({{"plan", arguments.out},
+                {"photographs", plan.shots.size()},
+                {"patterns", plan.session.patterns.size()},
+                {"grid", sample.grid},
+                {"exposures_s", plan.capture.exposures_s},
+                {"disk_bytes", plan.disk_bytes},
+                {"exposing_s", plan.exposing_s},
+                {"working_s", plan.working_s},
+                {"warnings", warnings}});
     return;
   }
   std::printf("grid          %d x %d x %d voxels of %g mm\n", sample.grid[0], sample.grid[1],
@@ -88,19 +86,21 @@ void run_plan(PlanArguments arguments, const Globals& globals) {
 }  // namespace
 
 void add_plan(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "plan",
-      "Plan a capture: what to photograph, how long, in which order.\n\n"
-      "Writes PLAN: session.json as it will be, patterns/ and calibration/ with the projector's\n"
-      "images, board.pdf to print, rig.svg (where things stand), and the shot list as shots.txt "
-      "(to follow by hand), shots.csv and shots.json (for\n"
-      "a script). Exposure times are multiples of the projector's period, since others catch part\n"
-      "of a colour wheel's turn, and at least 1/30 s.\n\n"
-      "Save the photographs under the names listed and `kappamu run PLAN` works; where the camera\n"
-      "names and formats them itself, `kappamu import FOLDER --plan PLAN -o SESSION` sorts them.\n"
-      "The patterns assume that the lit face is centred in the projector's picture, its x axis\n"
-      "along the picture's; they reach half a face beyond it. Time: 2 s per photograph and 30 s\n"
-      "per new arrangement besides the exposures. Disk: 16-bit RGB uncompressed.");
+  auto* command =
+      app.add_subcommand("plan",
+                         R"(Plan a capture: what to photograph, how long, in which order.
+
+Writes PLAN: session.json as it will be, patterns/ and calibration/ with the projector's
+images, board.pdf to print, rig.svg (where things stand), and the shot list as shots.txt
+(to follow by hand), shots.csv and shots.json (for a script). Exposure times are multiples
+of the projector's period, since others catch part of a colour wheel's turn, and at least
+1/30 s.
+
+Save the photographs under the names listed and `kappamu run PLAN` works; where the camera
+names and formats them itself, `kappamu import FOLDER --plan PLAN -o SESSION` sorts them.
+The patterns assume that the lit face is centred in the projector's picture, its x axis
+along the picture's; they reach half a face beyond it. Time: 2 s per photograph and 30 s
+per new arrangement besides the exposures. Disk: 16-bit RGB uncompressed.)");
   auto arguments = std::make_shared<PlanArguments>();
   PlanArguments& a = *arguments;
   capture::PlanRequest& request = a.request;

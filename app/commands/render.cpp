@@ -28,7 +28,7 @@ void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
   pipeline::require_absent(file);
   io::write_text_atomically(file, render::new_scene(arguments.new_scene, file.parent_path()));
   if (globals.json) {
-    std::printf("%s\n", nlohmann::json{{"scene", file.string()}}.dump().c_str());
+    print_json({{"scene", file.string()}});
   } else {
     std::printf("%s\n", file.c_str());
   }
@@ -77,20 +77,22 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
 }  // namespace
 
 void add_render(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "render",
-      "Render objects of measured or published materials under any light.\n\n"
-      "SCENE is a file of format kappamu-scene (docs/scene.md): objects (a mesh or a named shape,\n"
-      "its size, its material), lights, camera, film, model. Into OUT go:\n\n"
-      "  picture.exr    radiance, linear R, G, B, per unit of irradiance; A: coverage\n"
-      "  picture.png    the same, exposed and tone-mapped, for a screen\n"
-      "  exitance.npy   [3][sample] what leaves each triangle, scattered, relative to the lights\n"
-      "  surface.npy    [sample][7] position [mm], outward normal, area [mm2] of each triangle\n"
-      "  summary.json   power in, out and absorbed; the model's error estimate, seconds, "
-      "warnings\n\n"
-      "The error estimate is the model's own, of its numerics. Whether diffusion describes the\n"
-      "material is another question: warnings name it, and \"model\": {\"name\": \"montecarlo\"}\n"
-      "answers it.");
+  auto* command =
+      app.add_subcommand("render",
+                         R"(Render objects of measured or published materials under any light.
+
+SCENE is a file of format kappamu-scene (docs/scene.md): objects (a mesh or a named shape,
+its size, its material), lights, camera, film, model. Into OUT go:
+
+  picture.exr    radiance, linear R, G, B, per unit of irradiance; A: coverage
+  picture.png    the same, exposed and tone-mapped, for a screen
+  exitance.npy   [3][sample] what leaves each triangle, scattered, relative to the lights
+  surface.npy    [sample][7] position [mm], outward normal, area [mm2] of each triangle
+  summary.json   power in, out and absorbed; the model's error estimate, seconds, warnings
+
+The error estimate is the model's own, of its numerics. Whether diffusion describes the
+material is another question: warnings name it, and "model": {"name": "montecarlo"}
+answers it.)");
   auto arguments = std::make_shared<RenderArguments>();
   auto* scene =
       command->add_option("scene", arguments->scene, "What to render")->type_name("SCENE");

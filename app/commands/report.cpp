@@ -45,12 +45,13 @@ fs::path write(const fs::path& run) {
 void add_report(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "report",
-      "Write RUN/report.html: one self-contained page that shows whether to trust a fit.\n\n"
-      "On top the fit's verdict (fit.json has the same), with one line each for fit, validation,\n"
-      "coverage, calibration and warnings. Below it measured and re-rendered pictures with\n"
-      "residual maps, slices of κ [mm] and μ [1/mm], convergence, what was captured, calibration\n"
-      "residuals, response, dynamic range, times, device and versions. Parts the run does not\n"
-      "have are left out with a sentence.");
+      R"(Write RUN/report.html: one self-contained page that shows whether to trust a fit.
+
+On top the fit's verdict (fit.json has the same), with one line each for fit, validation,
+coverage, calibration and warnings. Below it measured and re-rendered pictures with
+residual maps, slices of κ [mm] and μ [1/mm], convergence, what was captured, calibration
+residuals, response, dynamic range, times, device and versions. Parts the run does not
+have are left out with a sentence.)");
   auto run = std::make_shared<std::string>();
   command->add_option("run", *run, "Run folder, as written by `kappamu run`")
       ->required()
@@ -59,7 +60,7 @@ void add_report(CLI::App& app, Globals& globals) {
   command->callback([run, &globals] {
     const std::filesystem::path path = write(*run);
     if (globals.json)
-      std::printf("%s\n", nlohmann::json{{"report", path.string()}}.dump().c_str());
+      print_json({{"report", path.string()}});
     else
       std::printf("%s\n", path.c_str());
   });

@@ -88,7 +88,7 @@ void run_run(const CLI::App& app, RunOptions& options, Globals& globals) {
   const std::string sample = stages.session() ? stages.session()->sample.name
                                               : stages.folder().record().input.filename().string();
   if (globals.json)
-    std::printf("%s\n", to_json(record, sample, stages.folder()).dump().c_str());
+    print_json(to_json(record, sample, stages.folder()));
   else
     print_table(record, stages.folder());
   globals.exit_code = record.verdict.exit_code();
@@ -99,22 +99,20 @@ void run_run(const CLI::App& app, RunOptions& options, Globals& globals) {
 void add_run(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "run",
-      "Do everything: from a capture session to volumes of κ and μ and a report.\n\n"
-      "INPUT is a folder with session.json: calibrate, merge, fit, export, report. Or a folder "
-      "with\n"
-      "measurements.json from any rig or program: fit, export, report. RUN then holds "
-      "calibration/,\n"
-      "hdr/, measurements/, measurements_validate/, fit/ (volume.vdb, kappa_R.npy ... [mm],\n"
-      "mu_R.npy ... [1/mm]), export/ and report.html (docs/formats.md).\n\n"
-      "Each stage that is complete for the same inputs, options and program is skipped; killed at\n"
-      "any moment and started again, the command goes on where it was and ends in the same bits. "
-      "A\n"
-      "RUN made from another input is refused.\n\n"
-      "The validation error E = Σ(L' − L)²/ΣL² compares photographs under light that the fit "
-      "never\n"
-      "saw with what the volumes predict: below 1e-3, or close to what the photographs' noise "
-      "alone\n"
-      "makes, is good. The last line is the verdict: whether to trust the fit, and if not, why.");
+      R"(Do everything: from a capture session to volumes of κ and μ and a report.
+
+INPUT is a folder with session.json: calibrate, merge, fit, export, report. Or a folder with
+measurements.json from any rig or program: fit, export, report. RUN then holds calibration/,
+hdr/, measurements/, measurements_validate/, fit/ (volume.vdb, kappa_R.npy ... [mm],
+mu_R.npy ... [1/mm]), export/ and report.html (docs/formats.md).
+
+Each stage that is complete for the same inputs, options and program is skipped; killed at
+any moment and started again, the command goes on where it was and ends in the same bits. A
+RUN made from another input is refused.
+
+The validation error E = Σ(L' − L)²/ΣL² compares photographs under light that the fit never
+saw with what the volumes predict: below 1e-3, or close to what the photographs' noise alone
+makes, is good. The last line is the verdict: whether to trust the fit, and if not, why.)");
   auto options = std::make_shared<RunOptions>();
   command->add_option("input", options->input, "Session folder, or folder of measurements")
       ->required()
@@ -125,12 +123,12 @@ void add_run(CLI::App& app, Globals& globals) {
   add_hdr_options(*command, options->hdr);
   add_fit_options(*command, options->fit);
   command->footer(
-      "Exit code 3: a channel ran out of steps, its data are not explained to their noise, or the\n"
-      "verdict is red; everything is kept, and the report shows why.\n"
-      "With --json the last line is one object: sample, grid, status, verdict, validation_E,\n"
-      "validation_noise_E, camera_rms_px, projector_rms_px, kappa_mu_volume, report, seconds by\n"
-      "stage, seconds_total, device, warnings.\n"
-      "Example: kappamu run demo/session -o demo/run");
+      R"(Exit code 3: a channel ran out of steps, its data are not explained to their noise, or the
+verdict is red; everything is kept, and the report shows why.
+With --json the last line is one object: sample, grid, status, verdict, validation_E,
+validation_noise_E, camera_rms_px, projector_rms_px, kappa_mu_volume, report, seconds by
+stage, seconds_total, device, warnings.
+Example: kappamu run demo/session -o demo/run)");
   command->callback([command, options, &globals] { run_run(*command, *options, globals); });
 }
 

@@ -109,22 +109,20 @@ void print_table(const synthetic::Score& score) {
 }  // namespace
 
 void add_score(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "score",
-      "Compare a finished run of a simulated capture with the ground truth.\n\n"
-      "The truth error E = Σ(L' − L)²/ΣL² compares what the run's volumes send out under light "
-      "patches the "
-      "capture\n"
-      "never showed, solved on a grid refined two times, with the noise-free truth; below 1e-3 is\n"
-      "good, a homogeneous block has a few 1e-2. The HDR error is the median of |found/true − 1|\n"
-      "over unflagged pixels on the sample. Calibration is compared on the sample's faces, in\n"
-      "pixels, and by its scale of radiance. κ and μ are compared voxel by voxel, by layer below "
-      "the lit face: continuous light\n"
-      "leaves deep μ undetermined, so large errors there do not spoil E. Whether the fit says so\n"
-      "is the share of voxels whose log κ and log μ lie within two stated standard deviations of\n"
-      "the truth (95 % if errors are Gaussian and stated rightly) and the median error in "
-      "standard\n"
-      "deviations (then 0.67). Parts a run does not have are left out.");
+  auto* command =
+      app.add_subcommand("score",
+                         R"(Compare a finished run of a simulated capture with the ground truth.
+
+The truth error E = Σ(L' − L)²/ΣL² compares what the run's volumes send out under light
+patches the capture never showed, solved on a grid refined two times, with the noise-free
+truth; below 1e-3 is good, a homogeneous block has a few 1e-2. The HDR error is the median
+of |found/true − 1| over unflagged pixels on the sample. Calibration is compared on the
+sample's faces, in pixels, and by its scale of radiance. κ and μ are compared voxel by
+voxel, by layer below the lit face: continuous light leaves deep μ undetermined, so large
+errors there do not spoil E. Whether the fit says so is the share of voxels whose log κ
+and log μ lie within two stated standard deviations of the truth (95 % if errors are
+Gaussian and stated rightly) and the median error in standard deviations (then 0.67).
+Parts a run does not have are left out.)");
   auto run = std::make_shared<std::string>();
   auto truth = std::make_shared<std::string>();
   command->add_option("run", *run, "Run folder, as written by `kappamu run`")
@@ -134,18 +132,16 @@ void add_score(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("TRUTH");
   command->footer(
-      "Example: kappamu score demo/run --truth demo/truth\n"
-      "With --json: truth_E, hdr_relative_error_median, kappa_relative_error, "
-      "mu_relative_error,\n"
-      "kappa_coverage, mu_coverage, calibration (objects) and more; null or empty where the run "
-      "lacks\n"
-      "the part.");
+      R"(Example: kappamu score demo/run --truth demo/truth
+With --json: truth_E, hdr_relative_error_median, kappa_relative_error, mu_relative_error,
+kappa_coverage, mu_coverage, calibration (objects) and more; null or empty where the run lacks
+the part.)");
   command->callback([run, truth, &globals] {
     const auto progress = make_progress();
     pipeline::require_as_written(*run);
     const synthetic::Score score = synthetic::score_run(*run, *truth, globals.device, *progress);
     if (globals.json)
-      std::printf("%s\n", to_json(score).dump().c_str());
+      print_json(to_json(score));
     else
       print_table(score);
   });

@@ -93,7 +93,7 @@ void print(const synthetic::SimulationReport& report, bool as_json) {
                                 {"frames", report.frames},
                                 {"seconds_by_stage", report.seconds},
                                 {"seconds", total}};
-    std::printf("%s\n", object.dump().c_str());
+    print_json(object);
     return;
   }
   std::printf("session   %s (%d patterns, %d frames)\n", report.session.c_str(), report.patterns,
@@ -110,19 +110,18 @@ void print(const synthetic::SimulationReport& report, bool as_json) {
 }  // namespace
 
 void add_simulate(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "simulate",
-      "Simulate the capture of a translucent block by a projector and a camera.\n\n"
-      "Writes OUT/session, a capture session such as any rig leaves (docs/formats.md), and\n"
-      "OUT/truth, the ground truth for `kappamu score`: true κ, μ, optics, poses, noise-free\n"
-      "pictures, and the block's answer to light patches the session never shows. Light passes\n"
-      "through the block by grid diffusion in the physical convention with the first-collision\n"
-      "source, on a grid two times finer than the one to be fitted, or by Monte Carlo transport "
-      "in\n"
-      "the same cells, whose noise is then in the truth too (docs/montecarlo.md); lenses, "
-      "vignetting, defocus,\n"
-      "black level, response, noise and mounting errors are those of docs/simulator.md. The pose\n"
-      "of everything is a little off and unknown to the pipeline.");
+  auto* command =
+      app.add_subcommand("simulate",
+                         R"(Simulate the capture of a translucent block by a projector and a camera.
+
+Writes OUT/session, a capture session such as any rig leaves (docs/formats.md), and
+OUT/truth, the ground truth for `kappamu score`: true κ, μ, optics, poses, noise-free
+pictures, and the block's answer to light patches the session never shows. Light passes
+through the block by grid diffusion in the physical convention with the first-collision
+source, on a grid two times finer than the one to be fitted, or by Monte Carlo transport
+in the same cells, whose noise is then in the truth too (docs/montecarlo.md); lenses,
+vignetting, defocus, black level, response, noise and mounting errors are those of
+docs/simulator.md. The pose of everything is a little off and unknown to the pipeline.)");
   auto arguments = std::make_shared<SimulateArguments>();
   SimulateArguments& a = *arguments;
   command
@@ -215,12 +214,12 @@ void add_simulate(CLI::App& app, Globals& globals) {
       ->type_name("N")
       ->capture_default_str();
   command->footer(
-      "Example:\n"
-      "  $ kappamu simulate --sample demo -o demo\n"
-      "  $ kappamu run demo/session -o demo/run\n"
-      "  $ kappamu score demo/run --truth demo/truth\n"
-      "Equal options and --seed give equal frames on one --device. Not simulated: colour wheel,\n"
-      "camera defocus and vignetting, inter-reflections, surface gloss, light past the block.");
+      R"(Example:
+  $ kappamu simulate --sample demo -o demo
+  $ kappamu run demo/session -o demo/run
+  $ kappamu score demo/run --truth demo/truth
+Equal options and --seed give equal frames on one --device. Not simulated: colour wheel,
+camera defocus and vignetting, inter-reflections, surface gloss, light past the block.)");
   command->callback([arguments, &globals] {
     const auto progress = make_progress();
     pipeline::require_apart(arguments->out,

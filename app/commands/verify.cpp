@@ -22,8 +22,7 @@ void run_verify(const std::string& run, const Globals& globals) {
                                       {"findings", nlohmann::json::array()}};
     for (const pipeline::Finding& f : found.findings)
       found_here["findings"].push_back({{"what", to_string(f.what)}, {"name", f.name}});
-    std::printf("%s\n",
-                found_here.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+    print_json(found_here);
   } else {
     for (const pipeline::Finding& f : found.findings)
       std::printf("%-14s %s\n", to_string(f.what).c_str(), f.name.c_str());
@@ -39,26 +38,28 @@ void run_verify(const std::string& run, const Globals& globals) {
 }  // namespace
 
 void add_verify(CLI::App& app, Globals& globals) {
-  auto* command = app.add_subcommand(
-      "verify",
-      "Check that a run folder is as kappamu wrote it.\n\n"
-      "Reads every file that run.json or kappamu-files.json lists, and every file of the input,\n"
-      "and compares its contents with the recorded hash. Prints a line per finding:\n\n"
-      "  missing, changed               a result is lost or damaged\n"
-      "  input missing, input changed   a file that the results were made from\n"
-      "  unfinished                     a stage that was cut short: run it again\n"
-      "  foreign                        a file that kappamu did not write; it is left alone\n"
-      "  no input                       the input folder is not there and was not compared\n\n"
-      "Hashes detect damage and edits. They do not protect against someone who changes a file and\n"
-      "its record together.");
+  auto* command = app.add_subcommand("verify",
+                                     R"(Check that a run folder is as kappamu wrote it.
+
+Reads every file that run.json or kappamu-files.json lists, and every file of the input,
+and compares its contents with the recorded hash. Prints a line per finding:
+
+  missing, changed               a result is lost or damaged
+  input missing, input changed   a file that the results were made from
+  unfinished                     a stage that was cut short: run it again
+  foreign                        a file that kappamu did not write; it is left alone
+  no input                       the input folder is not there and was not compared
+
+Hashes detect damage and edits. They do not protect against someone who changes a file and
+its record together.)");
   auto run = std::make_shared<std::string>();
   command->add_option("run", *run, "Run folder, or a folder that fit, export or plan filled")
       ->required()
       ->type_name("RUN");
   command->footer(
-      "Exit code 1: the first two kinds were found. With --json one object: run, whole, files,\n"
-      "bytes, findings (what, name).\n"
-      "Example: kappamu verify demo/run");
+      R"(Exit code 1: the first two kinds were found. With --json one object: run, whole, files,
+bytes, findings (what, name).
+Example: kappamu verify demo/run)");
   command->callback([run, &globals] { run_verify(*run, globals); });
 }
 

@@ -91,7 +91,7 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
                                  {"screenshots", times.screenshots},
                                  {"saved", times.saved},
                                  {"warnings", times.warnings}};
-    std::printf("%s\n", summary.dump().c_str());
+    print_json(summary);
     return;
   }
   std::printf("model                %s, estimated error %.2g %%\n", live.model().c_str(),
@@ -110,23 +110,23 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
 void add_view(CLI::App& app, Globals& globals) {
   auto* command = app.add_subcommand(
       "view",
-      "Turn lights round objects in a window, their diffusion solved again each time.\n\n"
-      "SCENE is what `kappamu render` takes; of a RUN it is the measured block between two lamps.\n"
-      "Drag left: orbit; drag right: the light; wheel: nearer or farther. The panel states what "
-      "an\n"
-      "answer takes, the model's estimated error, and whether the picture lags behind the "
-      "light.\n\n"
-      "Seen is the light that diffusion lets out; reflections and single scattering are in\n"
-      "`kappamu render` alone.\n\n"
-      "Edits change kappa or mu of a measured volume: under a brush's stroke down to a depth, in "
-      "a\n"
-      "box, a layer or below an image on a face. They are undone and done again, and saved as\n"
-      "`kappamu edit` does: a volume and the recipe that makes it.\n\n"
-      "A script has one command per line: lamp N, light AZ EL, orbit DX DY (degrees), exposure E,\n"
-      "panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y "
-      "...,\n"
-      "preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N, save,\n"
-      "screenshot NAME, quit.");
+      R"(Turn lights round objects in a window, their diffusion solved again each time.
+
+SCENE is what `kappamu render` takes; of a RUN it is the measured block between two lamps.
+Drag left: orbit; drag right: the light; wheel: nearer or farther. The panel states what an
+answer takes, the model's estimated error, and whether the picture lags behind the light.
+
+Seen is the light that diffusion lets out; reflections and single scattering are in
+`kappamu render` alone.
+
+Edits change kappa or mu of a measured volume: under a brush's stroke down to a depth, in a
+box, a layer or below an image on a face. They are undone and done again, and saved as
+`kappamu edit` does: a volume and the recipe that makes it.
+
+A script has one command per line: lamp N, light AZ EL, orbit DX DY (degrees), exposure E,
+panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y ...,
+preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N, save,
+screenshot NAME, quit.)");
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()

@@ -29,6 +29,9 @@ struct Brush {
   render::Edit edit(render::Selection where) const;
 };
 
+/// What a person asks of the edits, by a button or a line of a script.
+enum class Asked { nothing, undo, redo, save, preview, keep, cancel };
+
 class Painter {
  public:
   /// Keeps references to both.

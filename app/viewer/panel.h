@@ -17,8 +17,6 @@ struct PanelNumbers {
   bool photographs = false;                    ///< there are some to show
 };
 
-enum class Asked { nothing, undo, redo, save, preview, keep, cancel };
-
 /// Between ImGui's NewFrame and Render. `painter` is none where there is no volume to paint.
 Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState& state);
 

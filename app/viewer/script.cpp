@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <optional>
 #include <sstream>
 
@@ -33,6 +34,12 @@ std::optional<Command> brush_of(std::istringstream& words) {
 /// Recipes are named relative to `folder`, the script's.
 std::optional<Command> command_of(const std::string& name, std::istringstream& words,
                                   const std::filesystem::path& folder) {
+  static const std::map<std::string, Asked> of_edits{{"keep", Asked::keep},
+                                                     {"cancel", Asked::cancel},
+                                                     {"undo", Asked::undo},
+                                                     {"redo", Asked::redo},
+                                                     {"save", Asked::save}};
+  if (const auto asked = of_edits.find(name); asked != of_edits.end()) return asked->second;
   if (name == "lamp") {
     Lamp lamp;
     if (words >> lamp.number && lamp.number >= 1) return lamp;
@@ -73,17 +80,9 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
     if (!(words >> recipe)) return std::nullopt;
     const render::Recipe read = render::read_recipe(folder / recipe);
     if (read.edits.size() == 1) return Preview{read.edits.front()};
-  } else if (name == "keep") {
-    return Keep{};
-  } else if (name == "cancel") {
-    return Cancel{};
   } else if (name == "photograph") {
     ShowPhotograph show;
     if (words >> show.number && show.number >= 0) return show;
-  } else if (name == "undo") {
-    return Undo{};
-  } else if (name == "redo") {
-    return Redo{};
   } else if (name == "slice") {
     ShowSlice show;
     char axis = '?';
@@ -91,8 +90,6 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
       show.axis = axis - 'x';
       return show;
     }
-  } else if (name == "save") {
-    return Save{};
   } else if (name == "quit") {
     return Quit{};
   }

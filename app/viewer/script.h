@@ -55,23 +55,17 @@ struct Channel {
 struct Preview {
   render::Edit edit;
 };
-struct Keep {};
-struct Cancel {};
 struct ShowPhotograph {
   int number = 1;
 };
-struct Undo {};
-struct Redo {};
 struct ShowSlice {
   std::string volume;
   int axis = 2, index = 0;
 };
-struct Save {};
 struct Quit {};
 
-using Command =
-    std::variant<Lamp, TurnLight, Orbit, Exposure, Panel, Screenshot, Brush, Paint, Channel,
-                 Preview, Keep, Cancel, ShowPhotograph, Undo, Redo, ShowSlice, Save, Quit>;
+using Command = std::variant<Lamp, TurnLight, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
+                             Channel, Preview, Asked, ShowPhotograph, ShowSlice, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

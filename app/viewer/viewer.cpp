@@ -20,18 +20,13 @@
 #include "app/viewer/window.h"
 #include "core/error.h"
 #include "core/numbers/median.h"
+#include "core/processor_time.h"
 #include "io/image/image_file.h"
 #include "pipeline/owned_files.h"
 
 namespace kappamu::app {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
@@ -112,7 +107,7 @@ class Viewer {
   }
 
   void ask() {
-    if (!asked_since_) asked_since_ = Clock::now();
+    if (!asked_since_) asked_since_.emplace();
     answers_.ask({state_.lights, painter_.media()});
   }
 
@@ -129,18 +124,18 @@ class Viewer {
     light_ms_.push_back(answer_->light_ms);
     model_ms_.push_back(answer_->model_ms);
     asked_since_.reset();
-    if (answers_.waiting()) asked_since_ = Clock::now();
+    if (answers_.waiting()) asked_since_.emplace();
     return true;
   }
 
   /// The panel counts the seconds of a long answer.
   bool label_changes() const {
-    return asked_since_ && milliseconds_since(last_drawn_) > label_period_ms;
+    return asked_since_ && since_drawn_.milliseconds() > label_period_ms;
   }
 
   void draw_frame() {
-    const auto start = Clock::now();
-    last_drawn_ = start;
+    const Stopwatch watch;
+    since_drawn_ = watch;
     int width = options_.width, height = options_.height;
     if (!options_.script) glfwGetFramebufferSize(window_.handle(), &width, &height);
     if (width < 1 || height < 1) return;
@@ -154,7 +149,7 @@ class Viewer {
       glfwSwapBuffers(window_.handle());
     }
     ++times_.frames;
-    last_frame_ms_ = milliseconds_since(start);
+    last_frame_ms_ = watch.milliseconds();
     frame_ms_.push_back(last_frame_ms_);
   }
 
@@ -166,7 +161,7 @@ class Viewer {
     const std::optional<std::size_t> paintable = painter_.first_volume();
     if (state_.panel) {
       obey(draw_panel({live_.model(), answer_ ? &*answer_ : nullptr, last_frame_ms_,
-                       asked_since_ ? milliseconds_since(*asked_since_) : 0.0, saved_,
+                       asked_since_ ? asked_since_->milliseconds() : 0.0, saved_,
                        photographs_ && photographs_->count() > 0},
                       paintable ? &painter_ : nullptr, state_));
     }
@@ -293,8 +288,6 @@ class Viewer {
   }
   void obey(script::Channel channel) { state_.channel = channel.number; }
   void obey(const script::Preview& asked) { preview(asked.edit); }
-  void obey(script::Keep) { obey(Asked::keep); }
-  void obey(script::Cancel) { obey(Asked::cancel); }
   void obey(const script::ShowPhotograph& show) {
     const int count = photographs_ ? photographs_->count() : 0;
     if (show.number > count) {
@@ -303,8 +296,6 @@ class Viewer {
     }
     state_.photograph = {show.number > 0, std::max(0, show.number - 1)};
   }
-  void obey(script::Undo) { obey(Asked::undo); }
-  void obey(script::Redo) { obey(Asked::redo); }
   void obey(const script::ShowSlice& show) {
     const std::optional<std::size_t> object = painter_.first_volume();
     const auto volumes = object ? io::named_volumes(painter_.volume(*object)->history().volume())
@@ -318,7 +309,6 @@ class Viewer {
     throw InputError(options_.script->string() + ": slice: there is no volume '" + show.volume +
                      "'");
   }
-  void obey(script::Save) { save(); }
   void obey(script::Quit) { done_ = true; }
 
   ViewerOptions options_;
@@ -332,8 +322,8 @@ class Viewer {
   Canvas canvas_;
   std::size_t next_ = 0;
   std::optional<render::LiveAnswer> answer_;  ///< that the picture shows
-  std::optional<Clock::time_point> asked_since_;
-  Clock::time_point last_drawn_;
+  std::optional<Stopwatch> asked_since_;
+  Stopwatch since_drawn_;
   double last_frame_ms_ = 0.0;
   std::vector<double> light_ms_, model_ms_, frame_ms_;
   ViewerTimes times_;

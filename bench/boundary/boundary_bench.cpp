@@ -1,10 +1,11 @@
-#include "bench/boundary/boundary_bench.h"
-
+// Integral equations on surfaces, with the exact solution u = e^(λ d·x) prescribed: its q at the
+// panels is the light, so that any mesh has a known answer and no facets' error.
 #include <cmath>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "bench/subjects.h"
 #include "core/mesh/shapes.h"
+#include "core/processor_time.h"
 #include "forward/boundary_integral/boundary_solve.h"
 #include "io/npy.h"
 
@@ -85,9 +86,9 @@ Json measured(const Case& one, const Request& request) {
   const auto norm = [&](const Eigen::VectorXd& v) {
     return std::sqrt((area * v.array().square()).sum());
   };
-  const std::clock_t start = std::clock();
+  const double start = processor_seconds();
   const BoundaryAnswer answer = solve_boundary(problem, constants, panels, accuracy);
-  const double cpu = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  const double cpu = processor_seconds() - start;
   const Eigen::VectorXd& fluence = answer.fluence[0];
   const BoundaryAnswer check = solve_boundary(problem, constants, panels, closer);
   if (request.has("fields")) {
@@ -139,10 +140,11 @@ Subject boundary_subject() {
       "boundary",
       "Error, cost and memory of boundary integrals against triangles "
       "(docs/boundary-integral.md)",
-      "  kappamu bench boundary -o out/\n\n"
-      "One resolution, one light, an exact solution prescribed. error: of the fluence at the\n"
-      "centroids, relative 2-norm; sum_error: of it, what fast sums and linear solver add,\n"
-      "found by solving again ten times as accurately (its time is not counted).",
+      R"(  kappamu bench boundary -o out/
+
+One resolution, one light, an exact solution prescribed. error: of the fluence at the
+centroids, relative 2-norm; sum_error: of it, what fast sums and linear solver add,
+found by solving again ten times as accurately (its time is not counted).)",
       {{"boundary", "spheres and cubes of 1,200 to 101,568 triangles", measure}},
       {{"fields", "Also write meshes, lights and solutions for scripts/referees/bempp_boundary.py",
         Setting::Kind::flag}}};

@@ -1,7 +1,6 @@
 #include "bench/calibration/rig_needs.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -9,6 +8,7 @@
 
 #include "bench/calibration/rig_trial.h"
 #include "bench/inverse/dense_fit.h"
+#include "bench/subjects.h"
 #include "core/error.h"
 #include "core/numbers/median.h"
 #include "data_synthetic/rig/rig.h"
@@ -22,6 +22,7 @@ constexpr int all_exposures = 9;
 constexpr int usual_exposures = 5;
 constexpr int channel = 1;                   // G
 constexpr double median_of_normal = 0.6745;  // of |x| of deviation 1
+constexpr const char* predicted_end = "_predicted";
 
 /// With as few rendered boards as do: their corners are exact to 0.002 px.
 synthetic::SimulationOptions tiny(std::uint64_t seed) {
@@ -52,41 +53,36 @@ Changes of_median_voxel(const Eigen::VectorXd& change) {
   return {median_of(size.head(cells)), median_of(size.tail(cells))};
 }
 
-/// All that is measured of one case, to become medians.
-class Samples {
+/// One case over the rigs: what is measured of it, by the names of the record, to become medians.
+class Case {
  public:
-  void add(double RigCase::*what, double value) { values_[index_of(what)].push_back(value); }
-  void add(const Changes& found) {
-    add(&RigCase::kappa, found.kappa);
-    add(&RigCase::mu, found.mu);
-  }
-  void add_predicted(const Changes& predicted) {
-    add(&RigCase::kappa_predicted, predicted.kappa);
-    add(&RigCase::mu_predicted, predicted.mu);
+  Case(const char* part, const RigViews& views, int exposures)
+      : row_{{"part", part},
+             {"boards", views.boards},
+             {"planes", views.planes},
+             {"exposures", exposures},
+             {"refused", 0}} {}
+  void add(const std::string& name, double value) { values_[name].push_back(value); }
+  void add(const Changes& found, const std::string& end = "") {
+    add("log_kappa" + end, found.kappa);
+    add("log_mu" + end, found.mu);
   }
   void add(const synthetic::CalibrationErrors& errors) {
-    add(&RigCase::camera_px, errors.camera_face_px);
-    add(&RigCase::projector_px, errors.projector_face_px);
-    add(&RigCase::turn_degrees, errors.camera_angle_degrees);
-    add(&RigCase::scale, errors.scale_relative);
+    add("camera_px", errors.camera_face_px);
+    add("projector_px", errors.projector_face_px);
+    add("turn_degrees", errors.camera_angle_degrees);
+    add("scale_relative", errors.scale_relative);
   }
-  void into(RigCase& one) const {
-    for (std::size_t k = 0; k < quantities.size(); ++k) {
-      if (!values_[k].empty()) one.*quantities[k] = median(values_[k]);
-    }
+  void refuse() { row_["refused"] = row_["refused"].get<int>() + 1; }
+  Json row() const {
+    Json row = row_;
+    for (const auto& [name, values] : values_) row[name] = median(values);
+    return row;
   }
 
  private:
-  static constexpr std::array quantities{&RigCase::camera_px,    &RigCase::projector_px,
-                                         &RigCase::turn_degrees, &RigCase::scale,
-                                         &RigCase::value,        &RigCase::kappa,
-                                         &RigCase::mu,           &RigCase::kappa_predicted,
-                                         &RigCase::mu_predicted, &RigCase::validation_E};
-  static std::size_t index_of(double RigCase::*what) {
-    return static_cast<std::size_t>(std::find(quantities.begin(), quantities.end(), what) -
-                                    quantities.begin());
-  }
-  std::array<std::vector<double>, quantities.size()> values_;
+  Json row_;
+  std::map<std::string, std::vector<double>> values_;
 };
 
 double relative_change(const SurfaceMeasurements& found, const SurfaceMeasurements& expected) {
@@ -112,18 +108,18 @@ class Rig {
         best_(usual_.measured(usual_.calibrated(true_lenses(usual_.truth())))),
         fit_(best_, channel, fit_options(options.device)) {}
 
-  void best(Samples& samples) {
+  void best(Case& result) {
     const synthetic::Truth& truth = usual_.truth();
-    samples.add(synthetic::calibration_errors(usual_.calibrated(true_lenses(truth)), truth));
+    result.add(synthetic::calibration_errors(usual_.calibrated(true_lenses(truth)), truth));
     const Eigen::VectorXd none = Eigen::VectorXd::Zero(fit_.unknowns());
-    samples.add(&RigCase::validation_E, held_out(none));
+    result.add("validation_E", validation_error(none));
     const Medium expected =
         synthetic::true_medium(truth, usual_.truth_folder(), truth.channels[channel]);
-    samples.add(of_median_voxel(fit_.fitted() - joined(inverse::to_fields(expected))));
+    result.add(of_median_voxel(fit_.fitted() - joined(inverse::to_fields(expected))));
   }
 
   /// Throws InputError where the calibration does.
-  void views(const RigViews& views, Samples& samples) {
+  void views(const RigViews& views, Case& result) {
     synthetic::SimulationOptions options = tiny(seed_);
     options.board_views = 60;  // to choose from: the first few would lie in one row of the picture
     options.projector_planes = views.planes;
@@ -134,11 +130,11 @@ class Rig {
     const calib::CalibrationResult calibration = usual_.calibrated(
         {joint.camera.lens, joint.projector.lens, joint.projector.projector_from_station});
     const SurfaceMeasurements found = usual_.measured(calibration);
-    samples.add(synthetic::calibration_errors(calibration, usual_.truth()));
-    samples.add(&RigCase::value, relative_change(found, best_));
+    result.add(synthetic::calibration_errors(calibration, usual_.truth()));
+    result.add("value_relative", relative_change(found, best_));
     const Eigen::VectorXd change = fit_.refitted(found);
-    samples.add(of_median_voxel(change));
-    samples.add(&RigCase::validation_E, held_out(change));
+    result.add(of_median_voxel(change));
+    result.add("validation_E", validation_error(change));
     const Eigen::VectorXd linear = fit_.change(found);
     std::vector<double> kappa;
     std::vector<double> mu;
@@ -148,21 +144,21 @@ class Rig {
       kappa.push_back(predicted.kappa);
       mu.push_back(predicted.mu);
     }
-    samples.add_predicted({median(kappa), median(mu)});
+    result.add({median(kappa), median(mu)}, predicted_end);
   }
 
-  void exposures(int count, Samples& samples) {
+  void exposures(int count, Case& result) {
     const RigTrial own = shot_.with_exposures(count);
     const calib::CalibrationResult& calibration = own.calibration();
     const SurfaceMeasurements found = own.measured(calibration);
     const SurfaceMeasurements exact = own.exact(calibration);
-    samples.add(synthetic::calibration_errors(calibration, own.truth()));
-    samples.add(&RigCase::value, relative_change(found, exact));
+    result.add(synthetic::calibration_errors(calibration, own.truth()));
+    result.add("value_relative", relative_change(found, exact));
     const Eigen::VectorXd change = fit_.refitted(found);
-    samples.add(of_median_voxel(change - fit_.refitted(exact)));
-    samples.add(&RigCase::validation_E, held_out(change));
+    result.add(of_median_voxel(change - fit_.refitted(exact)));
+    result.add("validation_E", validation_error(change));
     const Variances noise = fit_.propagated(own.measured(calibration, {0.0, 0.0}));
-    samples.add_predicted(of_median_voxel(median_of_normal * noise.cwiseSqrt()));
+    result.add(of_median_voxel(median_of_normal * noise.cwiseSqrt()), predicted_end);
   }
 
  private:
@@ -175,7 +171,7 @@ class Rig {
   }
 
   /// E of the fitted volume moved by `change`.
-  double held_out(const Eigen::VectorXd& change) {
+  double validation_error(const Eigen::VectorXd& change) {
     const synthetic::Truth& truth = usual_.truth();
     const Medium medium = inverse::to_medium(fields_of(fit_.fitted() + change), best_.grid);
     std::map<std::string, double> by_channel;
@@ -204,22 +200,13 @@ RigNeedsOptions quick_rig_needs() {
   return options;
 }
 
-RigNeeds measure_rig_needs(const RigNeedsOptions& options, Progress& progress) {
-  std::vector<Samples> views(options.views.size());
-  std::vector<Samples> exposures(options.exposures.size());
-  Samples best;
-  RigNeeds needs;
-  for (const RigViews& v : options.views) {
-    needs.views.push_back({});
-    needs.views.back().views = v;
-    needs.views.back().exposures = usual_exposures;
-  }
+Json measure_rig_needs(const RigNeedsOptions& options, Progress& progress) {
   const synthetic::SimulationOptions usual = tiny(options.seed);
-  for (const int count : options.exposures) {
-    needs.exposures.push_back({});
-    needs.exposures.back().views = {usual.board_views, usual.projector_planes};
-    needs.exposures.back().exposures = count;
-  }
+  const RigViews rendered{usual.board_views, usual.projector_planes};
+  std::vector<Case> views, exposures;
+  for (const RigViews& v : options.views) views.emplace_back("views", v, usual_exposures);
+  for (const int count : options.exposures) exposures.emplace_back("exposures", rendered, count);
+  Case best("true lenses", rendered, usual_exposures);
   for (int r = 0; r < options.rigs; ++r) {
     progress.update("rigs", static_cast<double>(r) / options.rigs, std::to_string(r + 1));
     Rig rig(options, options.seed + static_cast<std::uint64_t>(r), progress);
@@ -228,50 +215,29 @@ RigNeeds measure_rig_needs(const RigNeedsOptions& options, Progress& progress) {
       try {
         rig.views(options.views[k], views[k]);
       } catch (const InputError&) {
-        ++needs.views[k].refused;
+        views[k].refuse();
       }
     }
     for (std::size_t k = 0; k < exposures.size(); ++k) {
       rig.exposures(options.exposures[k], exposures[k]);
     }
   }
-  best.into(needs.best);
-  for (std::size_t k = 0; k < views.size(); ++k) views[k].into(needs.views[k]);
-  for (std::size_t k = 0; k < exposures.size(); ++k) exposures[k].into(needs.exposures[k]);
-  return needs;
+  Json rows = Json::array();
+  for (const auto* cases : {&views, &exposures}) {
+    for (const Case& one : *cases) rows.push_back(one.row());
+  }
+  rows.push_back(best.row());
+  return rows;
 }
 
 namespace {
-
-Json to_json(const std::string& part, const RigCase& c) {
-  return {{"part", part},
-          {"boards", c.views.boards},
-          {"planes", c.views.planes},
-          {"exposures", c.exposures},
-          {"refused", c.refused},
-          {"camera_px", c.camera_px},
-          {"projector_px", c.projector_px},
-          {"turn_degrees", c.turn_degrees},
-          {"scale_relative", c.scale},
-          {"value_relative", c.value},
-          {"log_kappa", c.kappa},
-          {"log_kappa_predicted", c.kappa_predicted},
-          {"log_mu", c.mu},
-          {"log_mu_predicted", c.mu_predicted},
-          {"validation_E", c.validation_E}};
-}
 
 void measure(const Request& request, Progress& progress, const Save& save) {
   RigNeedsOptions options = request.size == Size::quick ? quick_rig_needs() : RigNeedsOptions{};
   options.seed = request.seed;
   if (request.device != "auto") options.device = request.device;
   options.folder = request.folder / "sessions";
-  options.corner_noise_px = request.number("corner-noise", options.corner_noise_px);
-  options.rigs = request.count("rigs", options.rigs);
-  const RigNeeds needs = measure_rig_needs(options, progress);
-  Json rows = Json::array({to_json("true lenses", needs.best)});
-  for (const RigCase& c : needs.views) rows.push_back(to_json("views", c));
-  for (const RigCase& c : needs.exposures) rows.push_back(to_json("exposures", c));
+  const Json rows = measure_rig_needs(options, progress);
   save({{"sample", "tiny"},
         {"channel", "G"},
         {"rigs", options.rigs},
@@ -283,20 +249,16 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 }  // namespace
 
 Subject rig_subject() {
-  return {
-      "rig",
-      "Calibration views and exposures a rig needs (docs/calibration.md, docs/hdr.md)",
-      "  kappamu bench rig -o out/            four rigs: six minutes of CPU\n"
-      "  kappamu bench rig --quick -o out/    one rig, fewer counts: a minute\n\n"
-      "Simulated rigs of the sample tiny: the change that corners of so many views, or stacks\n"
-      "of so many exposures, bring into measurements, kappa and mu; found by fitting again, and\n"
-      "predicted from the calibration's joint covariance and the merge's variance. The sessions\n"
-      "stay in OUT/sessions and are used again.",
-      {{"rig", "views and exposures", measure}},
-      {{"corner-noise",
-        "Standard deviation of a board's corner, per coordinate [camera px] (default 0.1)",
-        Setting::Kind::number, 1e-3, 1.0},
-       {"rigs", "Rigs, with seeds from --seed on (default 4)", Setting::Kind::number, 1, 1000}}};
+  return {"rig",
+          "Calibration views and exposures a rig needs (docs/calibration.md, docs/hdr.md)",
+          R"(  kappamu bench rig -o out/            four rigs: six minutes of CPU
+  kappamu bench rig --quick -o out/    one rig, fewer counts: a minute
+
+Simulated rigs of the sample tiny: the change that corners of so many views, or stacks
+of so many exposures, bring into measurements, kappa and mu; found by fitting again, and
+predicted from the calibration's joint covariance and the merge's variance. The sessions
+stay in OUT/sessions and are used again.)",
+          {{"rig", "views and exposures", measure}}};
 }
 
 }  // namespace kappamu::bench

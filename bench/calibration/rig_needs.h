@@ -40,32 +40,13 @@ struct RigNeedsOptions {
 };
 RigNeedsOptions quick_rig_needs();
 
-/// Medians over rigs, of the channel G. κ and μ: |δ log| of the median voxel [dimensionless].
-struct RigCase {
-  RigViews views;
-  int exposures = 0;
-  int refused = 0;            ///< calibrations that ended with an error
-  double camera_px = 0.0;     ///< largest error over the seen face [camera px]
-  double projector_px = 0.0;  ///< the same over the lit face [projector px]
-  double turn_degrees = 0.0;  ///< of the sample before the camera
-  double scale = 0.0;         ///< relative error of the radiance scale, worst channel
-  double value = 0.0;         ///< relative change of a measurement
-  double kappa = 0.0;
-  double mu = 0.0;
-  double kappa_predicted = 0.0;
-  double mu_predicted = 0.0;
-  double validation_E = 0.0;  ///< of this volume (synthetic::truth_error)
-};
-
-struct RigNeeds {
-  std::vector<RigCase> views;      ///< five exposures
-  std::vector<RigCase> exposures;  ///< under the lenses of rendered corners
-  /// Five exposures under the true lenses; κ and μ are the errors of the fit against the truth.
-  RigCase best;
-};
-
-RigNeeds measure_rig_needs(const RigNeedsOptions& options, Progress& progress);
-
-Subject rig_subject();
+/// A row per case, medians over rigs, of the channel G. part: "views" (five exposures), "exposures"
+/// (under the lenses of rendered corners), "true lenses" (five exposures; κ and μ are the errors of
+/// the fit against the truth); boards, planes, exposures; refused: calibrations that ended with an
+/// error; camera_px, projector_px: largest error over the seen face [camera px] and the lit face
+/// [projector px]; turn_degrees of the sample before the camera; scale_relative: error of the
+/// radiance scale, worst channel; value_relative: change of a measurement; log_kappa, log_mu and as
+/// predicted: |δ log| of the median voxel; validation_E of this volume (synthetic::truth_error).
+Json measure_rig_needs(const RigNeedsOptions& options, Progress& progress);
 
 }  // namespace kappamu::bench

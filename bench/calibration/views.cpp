@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include "bench/subjects.h"
 #include "calib/lens/projection_uncertainty.h"
 #include "core/error.h"
 #include "data_synthetic/rig/rig_corners.h"
@@ -99,18 +100,18 @@ void run_views(const Request& request, Progress& progress, const Save& save) {
 }  // namespace
 
 Subject views_subject() {
-  return {
-      "calibration",
-      "Error of a camera calibration against the number of board views (docs/calibration.md)",
-      "  kappamu bench calibration -o out/            3 to 40 views, 60 runs each: minutes\n"
-      "  kappamu bench calibration --quick -o out/    seconds\n\n"
-      "Of the projection at the sample's distance over the whole frame and of the focal length,\n"
-      "each against what the calibrations state themselves.",
-      {{"calibration", "all counts", run_views}},
-      {{"corner-noise",
-        "Standard deviation of a corner, per coordinate [px] (default 0.03): 0.1 is what real "
-        "boards leave, 0.0013 what rendered ones do",
-        Setting::Kind::number, 1e-4, 10.0}}};
+  return {"calibration",
+          "Error of a camera calibration against the number of board views (docs/calibration.md)",
+          R"(  kappamu bench calibration -o out/            3 to 40 views, 60 runs each: minutes
+  kappamu bench calibration --quick -o out/    seconds
+
+Of the projection at the sample's distance over the whole frame and of the focal length,
+each against what the calibrations state themselves.)",
+          {{"calibration", "all counts", run_views}},
+          {{"corner-noise",
+            "Standard deviation of a corner, per coordinate [px] (default 0.03): 0.1 is what real "
+            "boards leave, 0.0013 what rendered ones do",
+            Setting::Kind::number, 1e-4, 10.0}}};
 }
 
 }  // namespace kappamu::bench

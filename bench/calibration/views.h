@@ -34,6 +34,4 @@ struct ViewsCase {
 
 std::vector<ViewsCase> measure_views(const ViewsOptions& options, Progress& progress);
 
-Subject views_subject();
-
 }  // namespace kappamu::bench

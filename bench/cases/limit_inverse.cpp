@@ -33,18 +33,6 @@ InverseLimit started(const std::string& name, const Block& block, double factor)
   return limit;
 }
 
-InverseLimit half_masked(const std::string& name, const Block& block) {
-  InverseLimit limit{name, block, usual()};
-  limit.half_masked = true;
-  return limit;
-}
-
-InverseLimit dark(const std::string& name, const Block& block) {
-  InverseLimit limit{name, block, usual()};
-  limit.dark = true;
-  return limit;
-}
-
 InverseLimit wild(const std::string& name, const Block& block, inverse::Loss loss) {
   InverseLimit limit{name, block, usual()};
   limit.mistake.wild = 0.01;
@@ -123,8 +111,11 @@ std::vector<InverseLimit> inverse_limits() {
       fitted_by_transport(thin),
       fitted_by_transport(thin, 0.8),
       fitted_by_transport({"1 mean free path thick", {.grid = {12, 12, 4, 0.15}}, thin.figure}),
-      half_masked("front-lit, half the face masked", front),
-      dark("all dark", block),
+      {.name = "front-lit, half the face masked",
+       .block = front,
+       .figure = usual(),
+       .half_masked = true},
+      {.name = "all dark", .block = block, .figure = usual(), .dark = true},
       wild("1 % of wild pixels", block, inverse::Loss::gaussian),
       wild("1 % of wild pixels, --loss student", block, inverse::Loss::student),
       {"voxels of 0.13 mean free paths", {.grid = {24, 24, 32, 0.1}}, usual()},

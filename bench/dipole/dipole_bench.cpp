@@ -2,13 +2,14 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "bench/cases/form_factor_case.h"
 #include "bench/forward/slab_photons.h"
+#include "bench/subjects.h"
+#include "core/processor_time.h"
 #include "forward/dipole/form_factor/form_factor.h"
 #include "forward/dipole/form_factor/quadrature.h"
 
@@ -33,8 +34,7 @@ double share_below(const std::vector<double>& values, double limit) {
 }  // namespace
 
 void dipole_form_factors(const Request& request, Progress& progress, const Save& save) {
-  using Clock = std::chrono::steady_clock;
-  const int cases = request.count("cases", request.size == Size::quick ? 40 : 2000);
+  const int cases = request.size == Size::quick ? 40 : 2000;
   struct Method {
     std::string name;
     double ratio;
@@ -57,7 +57,7 @@ void dipole_form_factors(const Request& request, Progress& progress, const Save&
   for (const Method& method : methods) {
     std::vector<double> relative, near, absolute;
     double samples = 0.0;
-    const auto start = Clock::now();
+    const Stopwatch watch;
     for (std::size_t i = 0; i < all.size(); ++i) {
       const FormFactorCase& c = all[i];
       const FormFactor f = method.ratio > 0.0
@@ -69,7 +69,7 @@ void dipole_form_factors(const Request& request, Progress& progress, const Save&
       // What a triangle of consequence sends, seen from where the paper's criterion can be met.
       if (exact[i] > 0.01 * profile[i].reflectance() && !c.on_edge) near.push_back(relative.back());
     }
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const double seconds = watch.seconds();
     rows.push_back({{"method", method.name},
                     {"ratio", method.ratio},
                     {"median", percentile(relative, 0.5)},
@@ -142,19 +142,17 @@ void dipole_energy(const Request& /*request*/, Progress& progress, const Save& s
 Subject dipole_subject() {
   return {"dipole",
           "Cost and error of the dipole's hierarchy, form factors and profiles (docs/dipole.md)",
-          "  kappamu bench dipole -o out/\n\n"
-          "Times are medians of wall-clock and processor time over repetitions, by section\n"
-          "hierarchy; a machine that is busy shows in the first, not in the second.",
+          R"(  kappamu bench dipole -o out/
+
+Times are medians of wall-clock and processor time over repetitions, by section
+hierarchy; a machine that is busy shows in the first, not in the second.)",
           {{"hierarchy", "2 k to 500 k triangles, RGB marble at 25 mm", dipole_hierarchy},
            {"form-factors", "a random sweep against adaptive quadrature", dipole_form_factors},
            {"profiles", "total reflectance against Monte Carlo in a half-space", dipole_profiles},
            {"importance", "samples of local diffusion by importance against uniform ones",
             dipole_importance},
            {"energy", "marble cylinders that send out more than enters", dipole_energy}},
-          {{"cases", "Of the form factors' sweep (default 2000)", Setting::Kind::number, 1, 1e6},
-           {"repetitions", "Frames timed per mode (default 15)", Setting::Kind::number, 1, 1000},
-           {"opening", "Of the hierarchy's oracle (default: the model's own)",
-            Setting::Kind::number, 0.05, 2.0}}};
+          {{"repetitions", "Frames timed per mode (default 15)", Setting::Kind::number, 1, 1000}}};
 }
 
 }  // namespace kappamu::bench

@@ -7,8 +7,6 @@
 
 namespace kappamu::bench {
 
-Subject dipole_subject();
-
 /// Rows per number of triangles.
 void dipole_hierarchy(const Request& request, Progress& progress, const Save& save);
 /// Rows per method and criterion.

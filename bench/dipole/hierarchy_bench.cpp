@@ -2,14 +2,13 @@
 // of 25 mm; light from one side, marble of Jensen et al. 2001 in red, green and blue.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "bench/dipole/dipole_bench.h"
+#include "core/processor_time.h"
 #include "core/random.h"
 #include "forward/dipole/direct/direct_sum.h"
 #include "forward/dipole/hierarchy/hierarchy.h"
@@ -107,12 +106,11 @@ Times timed(int repetitions, const std::function<void()>& frame) {
   frame();
   std::vector<double> wall, cpu;
   for (int i = 0; i < repetitions; ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    const std::clock_t clock = std::clock();
+    const Stopwatch watch;
+    const double before = processor_seconds();
     frame();
-    cpu.push_back(1e3 * static_cast<double>(std::clock() - clock) / CLOCKS_PER_SEC);
-    wall.push_back(1e3 *
-                   std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    cpu.push_back(1e3 * (processor_seconds() - before));
+    wall.push_back(watch.milliseconds());
   }
   return {median(wall), *std::min_element(wall.begin(), wall.end()), median(cpu)};
 }
@@ -126,9 +124,7 @@ void dipole_hierarchy(const Request& request, Progress& progress, const Save& sa
   const std::vector<Profile> profiles = marble(1.0), other = marble(1.02);
   device::Context& context =
       device::Context::of(device::choose(device::list_devices(), request.device).index);
-  HierarchyOptions options;
-  options.opening =
-      static_cast<float>(request.number("opening", static_cast<double>(options.opening)));
+  const HierarchyOptions options;
   Json rows = Json::array();
   for (const Quads& quads : sizes) {
     const TriangleMesh mesh = torus(quads);
@@ -137,10 +133,9 @@ void dipole_hierarchy(const Request& request, Progress& progress, const Save& sa
     const std::vector<Eigen::Array4f> light = sunlight(surface_of(mesh));
     const std::size_t triangles = mesh.triangles.size();
     progress.update("bench dipole", 0.5, std::to_string(triangles) + " triangles");
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Hierarchy hierarchy(context, mesh, profiles, options);
-    const double build =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double build = watch.seconds();
     std::vector<Eigen::Array4f> exitance;
     const double error = error_of(mesh, profiles, light, hierarchy.exitance(light), request.seed);
     const std::size_t links = hierarchy.links(), near = hierarchy.near_pairs();

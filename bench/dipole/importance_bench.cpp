@@ -1,10 +1,10 @@
 #include <array>
 #include <cmath>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "bench/dipole/dipole_bench.h"
 #include "bench/objects/object_case.h"
+#include "core/processor_time.h"
 #include "core/random.h"
 #include "forward/dipole/direct/direct_sum.h"
 #include "forward/dipole/local/local_sum.h"
@@ -85,7 +85,7 @@ Json row_of(const Scene& scene, const Method& method, int samples, std::uint64_t
   const ObjectProblem problem = scene.bench.problem();
   const LocalSum sum(problem, scene.profile, scene.irradiance);
   double squares = 0.0, size = 0.0;
-  const std::clock_t start = std::clock();
+  const double start = processor_seconds();
   for (std::size_t i = 0; i < scene.to.size(); ++i) {
     for (std::uint64_t k = 0; k < repetitions; ++k) {
       const std::uint64_t key = key_of({seed, i, k});
@@ -96,7 +96,7 @@ Json row_of(const Scene& scene, const Method& method, int samples, std::uint64_t
       size += scene.exact[i] * scene.exact[i];
     }
   }
-  const double spent = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  const double spent = processor_seconds() - start;
   const auto estimates = static_cast<double>(scene.to.size() * repetitions);
   return {{"scene", scene.name},
           {"method", method.name},

@@ -47,12 +47,9 @@ Json short_json(const Sample& sample) {
           {"true_error", sample.error()}};
 }
 
-/// Other people's solvers, as available_peers() names them.
+/// Other people's solvers.
 bool is_peer(const std::string& method) {
-  for (const char* library : {"hypre-", "petsc-", "eigen-"}) {
-    if (method.rfind(library, 0) == 0) return true;
-  }
-  return false;
+  return method.starts_with("hypre-");
 }
 
 /// Seconds that a solver adds where one pattern pays its whole set-up.

@@ -10,6 +10,7 @@
 #include "bench/forward/kernels.h"
 #include "bench/forward/measure.h"
 #include "bench/forward/peer_runner.h"
+#include "bench/subjects.h"
 #include "core/error.h"
 #include "device/bandwidth.h"
 
@@ -20,8 +21,6 @@ namespace {
 using forward::Precision;
 
 const std::vector<double> all_tolerances{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10};
-const std::vector<double> quickest_peer_tolerances{1e-2, 1e-4, 1e-6, 1e-8};
-const std::vector<double> other_peer_tolerances{1e-2, 1e-4, 1e-6};
 constexpr double voxel_mm = 0.25;
 
 /// What every section needs.
@@ -29,7 +28,7 @@ class Bench {
  public:
   Bench(const Request& request, Progress& progress, Save save)
       : quick(request.size == Size::quick),
-        peers(!request.has("no-peers")),
+        peers(has_peer()),
         repetitions(request.count("repetitions", 3)),
         device(request.device),
         exchange(request.folder / "exchange"),
@@ -66,9 +65,6 @@ class Bench {
     body[key] = values;
     save_(body);
   }
-  void save(const Problem& problem, const std::vector<Sample>& samples) const {
-    save("runs", Json::array({run_of(problem, samples)}));
-  }
   Json run_of(const Problem& problem, const std::vector<Sample>& samples) const {
     Json run{{"problem", description_of(problem.spec())}, {"samples", to_json(samples)}};
     run["problem"]["truth_error"] = problem.truth_error();
@@ -87,17 +83,13 @@ class Bench {
             {"mu", spec.medium.mu}};
   }
 
-  std::vector<Sample> single(const Problem& problem, const std::vector<double>& tolerances) const {
-    return measure_grid_solver(problem, device, Precision::single_precision,
-                               problem.spec().patterns, tolerances, repetitions);
-  }
   /// Ours in both precisions.
   std::vector<Sample> ours(const Problem& problem,
                            const std::vector<double>& single_tolerances = all_tolerances,
                            const std::vector<double>& double_tolerances = all_tolerances) const;
   /// The serial reference on one pattern, and the papers' methods while `seconds` last for each
-  /// solve.
-  std::vector<Sample> others(const Problem& problem, double seconds) const;
+  /// solve, `relaxing` for their smoothers alone.
+  std::vector<Sample> others(const Problem& problem, double seconds, double relaxing) const;
 
   const bool quick, peers;
   const int repetitions;
@@ -118,31 +110,38 @@ void add(std::vector<Sample>& all, const std::vector<Sample>& some) {
 std::vector<Sample> Bench::ours(const Problem& problem,
                                 const std::vector<double>& single_tolerances,
                                 const std::vector<double>& double_tolerances) const {
-  std::vector<Sample> samples = single(problem, single_tolerances);
-  add(samples, measure_grid_solver(problem, device, Precision::double_precision,
-                                   problem.spec().patterns, double_tolerances, repetitions));
+  const int patterns = problem.spec().patterns;
+  std::vector<Sample> samples = measure_grid_solver(problem, device, Precision::single_precision,
+                                                    patterns, single_tolerances, repetitions);
+  add(samples, measure_grid_solver(problem, device, Precision::double_precision, patterns,
+                                   double_tolerances, repetitions));
   return samples;
 }
 
-std::vector<Sample> Bench::others(const Problem& problem, double seconds) const {
+std::vector<Sample> Bench::others(const Problem& problem, double seconds, double relaxing) const {
   update(problem.spec().name + ": serial reference");
   std::vector<Sample> samples = measure_grid_solver(
       problem, "reference", Precision::double_precision, 1, {1e-2, 1e-4, 1e-6, 1e-8, 1e-10}, 1);
   if (!on_opencl()) return samples;
   for (const std::string& method : baseline_methods()) {
     update(problem.spec().name + ": " + method);
-    add(samples,
-        measure_model(problem, method, device, {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6}, seconds));
+    const bool smoother = method == "relaxation" || method == "gauss-seidel";
+    add(samples, measure_model(problem, method, device, {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6},
+                               smoother ? relaxing : seconds));
   }
   return samples;
 }
 
+/// The two smoothers alone may take a minute: how far they are from 1e-2 by then is a claim of
+/// ours.
 void measure_headline(const Request& request, Progress& progress, const Save& save) {
   const Bench bench(request, progress, save);
   const Problem problem(bench.headline(), bench.device);
   std::vector<Sample> samples = bench.ours(problem);
-  add(samples, bench.others(problem, bench.quick ? 0.5 : 6.0));
-  bench.save(problem, samples);
+  add(samples, bench.others(problem, bench.quick ? 0.5 : 6.0, bench.quick ? 1.0 : 50.0));
+  Json run = bench.run_of(problem, samples);
+  run["relaxation"] = compare_relaxation(samples);
+  bench.save("runs", Json::array({run}));
 }
 
 void measure_kernels(const Request& request, Progress& progress, const Save& save) {
@@ -160,44 +159,21 @@ void measure_kernels(const Request& request, Progress& progress, const Save& sav
              Json::array({{{"problem", Bench::description_of(spec)}, {"profiles", profiles}}}));
 }
 
-/// The papers' smoothers alone, for as long as one may wait: how far they are from 1e-2 by then.
-void measure_relaxation(const Request& request, Progress& progress, const Save& save) {
-  const Bench bench(request, progress, save);
-  const Problem problem(bench.headline(), bench.device);
-  std::vector<Sample> samples = bench.single(problem, {1e-1, 1e-2, 1e-3, 1e-4});
-  for (const char* method : {"gauss-seidel", "relaxation"}) {
-    if (!bench.on_opencl()) break;
-    bench.update(method);
-    add(samples, measure_model(problem, method, bench.device, {1e-4}, bench.quick ? 1.0 : 50.0));
-  }
-  Json run = bench.run_of(problem, samples);
-  run["relaxation"] = compare_relaxation(samples);
-  bench.save("runs", Json::array({run}));
-}
-
 void measure_peers(const Request& request, Progress& progress, const Save& save) {
   const Bench bench(request, progress, save);
   const Problem problem(bench.headline(), bench.device);
   std::vector<Sample> samples = bench.ours(problem, {1e-2, 1e-4, 1e-5, 1e-6, 1e-7}, {1e-5, 1e-6});
-  Json trials = Json::object();
-  const auto save_all = [&] {
-    Json run = bench.run_of(problem, samples);
-    run["peers"] = trials;
-    bench.save("runs", Json::array({run}));
-  };
-  save_all();
-  const int patterns = bench.quick ? 2 : 3;
-  for (const std::string& peer : bench.peers ? available_peers() : std::vector<std::string>()) {
-    bench.update("peer " + peer);
-    // The quickest peer deserves the finer curve.
-    const bool quickest = peer == "hypre-pfmg";
-    const PeerRun run = run_peer(problem, peer, quickest ? patterns : 1,
-                                 quickest ? quickest_peer_tolerances : other_peer_tolerances,
-                                 quickest ? bench.repetitions : 1, bench.exchange);
-    add(samples, run.samples);
-    trials[peer] = {{"ranks", run.ranks}, {"setting", run.setting}, {"tried", run.trials}};
-    save_all();
-  }
+  Json run = bench.run_of(problem, samples);
+  bench.save("runs", Json::array({run}));
+  if (!bench.peers) return;
+  bench.update(peer_name);
+  const PeerRun peer = run_peer(problem, bench.quick ? 2 : 3, {1e-2, 1e-4, 1e-6, 1e-8},
+                                bench.repetitions, bench.exchange);
+  add(samples, peer.samples);
+  run = bench.run_of(problem, samples);
+  run["peers"][peer_name] = {
+      {"ranks", peer.ranks}, {"setting", peer.setting}, {"tried", peer.trials}};
+  bench.save("runs", Json::array({run}));
 }
 
 void measure_grids(const Request& request, Progress& progress, const Save& save) {
@@ -217,7 +193,8 @@ void measure_grids(const Request& request, Progress& progress, const Save& save)
     bench.update(spec.name);
     const Problem problem(spec, bench.device);
     std::vector<Sample> samples = bench.ours(problem);
-    add(samples, bench.others(problem, bench.quick ? 0.2 : 3.0));
+    const double seconds = bench.quick ? 0.2 : 3.0;
+    add(samples, bench.others(problem, seconds, seconds));
     runs.push_back(bench.run_of(problem, samples));
     bench.save("runs", runs);
   }
@@ -256,10 +233,8 @@ void measure_scaling(const Request& request, Progress& progress, const Save& sav
     std::vector<Sample> samples =
         measure_grid_solver(problem, bench.device, Precision::single_precision, patterns, {1e-6},
                             large ? 1 : bench.repetitions);
-    for (const std::string& peer :
-         bench.peers && !large ? available_peers() : std::vector<std::string>()) {
-      if (peer != "hypre-pfmg") continue;
-      add(samples, run_peer(problem, peer, 1, {1e-6}, 1, bench.exchange).samples);
+    if (bench.peers && !large) {
+      add(samples, run_peer(problem, 1, {1e-6}, 1, bench.exchange).samples);
     }
     runs.push_back(bench.run_of(problem, samples));
     bench.save("runs", runs);
@@ -292,8 +267,8 @@ Json forward_summary(const std::filesystem::path& folder) {
     }
     summary.update(run.at("comparison"));
   }
-  summary["relaxation"] = found.contains("relaxation")
-                              ? found["relaxation"]["runs"][0].at("relaxation")
+  summary["relaxation"] = found.contains("headline")
+                              ? found["headline"]["runs"][0].value("relaxation", Json::array())
                               : Json::array();
   summary["kernels"] =
       found.contains("kernels") ? found["kernels"]["runs"][0].at("profiles") : Json::array();
@@ -305,33 +280,31 @@ Subject forward_subject() {
   return {
       "forward",
       "Time and true error of every method that solves the diffusion equation",
-      "  kappamu bench forward -o out/bench                    all sections, about half an hour\n"
-      "  kappamu bench forward -o out/bench --section peers    one\n"
-      "  kappamu bench forward -o out/bench --quick            toy grids, seconds\n\n"
-      "seconds_per_rhs: median over repetitions of the solve of all patterns from zero, divided "
-      "by\n"
-      "their number, plus the set-up that a change of kappa and mu asks for, shared by the 16\n"
-      "patterns on every side. Peers' set-up leaves out the assembly of their matrix, and each\n"
-      "runs with the best of a few settings, named in the record. true_error: ||phi - phi*|| /\n"
-      "||phi*|| of the worst pattern, phi* converged in double to a residual of 1e-13; the "
-      "papers'\n"
-      "methods show exitance only and are compared by the maps of all six faces. ratio: the "
-      "peer's\n"
-      "time over ours at equal true error, interpolated between tolerances on logarithmic axes.\n\n"
-      "--json: of the folder's records: grid, patterns, contrast, method, precision, iterations,\n"
-      "seconds_per_rhs, true_error, bandwidth_fraction (bytes the whole solve must move over\n"
-      "seconds times measured copy bandwidth), peers with ratio, fastest_peer and its ratio,\n"
-      "relaxation (ratio at a true error of 1e-2, or a lower bound), kernels.\n\n"
-      "Do not trust it on a machine that does anything else.",
+      R"(  kappamu bench forward -o out/bench                    all sections, about half an hour
+  kappamu bench forward -o out/bench --section peers    one
+  kappamu bench forward -o out/bench --quick            toy grids, seconds
+
+seconds_per_rhs: median over repetitions of the solve of all patterns from zero, divided by
+their number, plus the set-up that a change of kappa and mu asks for, shared by the 16
+patterns on every side. Peers' set-up leaves out the assembly of their matrix, and each
+runs with the best of a few settings, named in the record. true_error: ||phi - phi*|| /
+||phi*|| of the worst pattern, phi* converged in double to a residual of 1e-13; the papers'
+methods show exitance only and are compared by the maps of all six faces. ratio: the peer's
+time over ours at equal true error, interpolated between tolerances on logarithmic axes.
+
+--json: of the folder's records: grid, patterns, contrast, method, precision, iterations,
+seconds_per_rhs, true_error, bandwidth_fraction (bytes the whole solve must move over
+seconds times measured copy bandwidth), peers with ratio, fastest_peer and its ratio,
+relaxation (ratio at a true error of 1e-2, or a lower bound), kernels.
+
+Do not trust it on a machine that does anything else.)",
       {{"headline", "every method on 256x256x20, 16 patterns, contrast 10, inclusions x100, /100",
         measure_headline},
        {"kernels", "seconds and bytes of each kernel of our solve there", measure_kernels},
-       {"peers", "hypre and PETSc (scripts/setup.sh --peers) there, beside ours", measure_peers},
-       {"relaxation", "a minute of the papers' relaxation there", measure_relaxation},
+       {"peers", "hypre's PFMG (scripts/setup.sh --peers) there, beside ours", measure_peers},
        {"grids", "every method on other grids and contrasts", measure_grids},
        {"scaling", "ours and hypre's PFMG on cubes of 32 to 256 voxels a side", measure_scaling}},
-      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100},
-       {"no-peers", "Leave out hypre and PETSc", Setting::Kind::flag}},
+      {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100}},
       summary_of};
 }
 

@@ -6,12 +6,10 @@
 
 namespace kappamu::bench {
 
-Subject forward_subject();
-
 /// What --json prints, from the folder's record of section peers where there is one, else of
-/// headline: its comparison (comparison.h) with relaxation and kernels of those sections' records;
-/// without either these two and the names of the sections there are. Throws InputError where there
-/// is none.
+/// headline: its comparison (comparison.h) with the relaxation of headline and kernels of that
+/// section; without either these two and the names of the sections there are. Throws InputError
+/// where there is none.
 Json forward_summary(const std::filesystem::path& folder);
 
 }  // namespace kappamu::bench

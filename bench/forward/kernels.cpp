@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "bench/record.h"
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "device/bandwidth.h"
 #include "device/context.h"
 #include "forward/grid/opencl/multigrid/grid_hierarchy.h"
@@ -103,10 +103,9 @@ KernelProfile profile_kernels(const ProblemSpec& spec, const std::string& device
   std::map<std::string, std::vector<double>> seconds;
   const auto solve = [&] {
     const auto phi = solver.make_field(spec.patterns);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     profile.iterations = solver.solve(*b, *phi, {1e-6, 400}).iterations;
-    walls.push_back(
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    walls.push_back(watch.seconds());
   };
   solve();  // compiles
   walls.clear();

@@ -1,22 +1,16 @@
 #include "bench/forward/measure.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "bench/record.h"
+#include "core/processor_time.h"
 #include "core/progress.h"
 #include "forward/forward_model.h"
 
 namespace kappamu::bench {
 
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::string name_of(forward::Precision precision) {
   return precision == forward::Precision::single_precision ? "single" : "double";
@@ -38,9 +32,9 @@ std::vector<Sample> measure_grid_solver(const Problem& problem, const std::strin
   solver.light_source(light, *b);
   solver.solve(*b, *phi, {0.1, 2});
   for (int r = 0; r < repetitions; ++r) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     solver.set_medium(medium.kappa.values(), medium.mu.values());
-    set_up.push_back(seconds_since(start));
+    set_up.push_back(watch.seconds());
   }
 
   const std::size_t size = problem.setup().shape.cells() * static_cast<std::size_t>(patterns);
@@ -57,9 +51,9 @@ std::vector<Sample> measure_grid_solver(const Problem& problem, const std::strin
     for (int r = 0; r < repetitions; ++r) {
       std::fill(values.begin(), values.end(), 0.0);
       solver.fill(*phi, values);
-      const auto start = Clock::now();
+      const Stopwatch watch;
       const forward::SolveReport report = solver.solve(*b, *phi, {tolerance, 400});
-      seconds.push_back(seconds_since(start));
+      seconds.push_back(watch.seconds());
       sample.iterations = report.iterations;
       sample.converged = report.termination == forward::Termination::converged;
     }

@@ -86,32 +86,26 @@ void write_problem(const Problem& problem, int patterns, const fs::path& folder)
 
 }  // namespace
 
-std::vector<std::string> available_peers() {
-  if (*peers_program == '\0' || access(peers_program, X_OK) != 0) return {};
-  if (run("mpirun --version 2>/dev/null").status != 0) return {};
-  std::istringstream list(run(quoted(peers_program) + " --list 2>/dev/null").output);
-  std::vector<std::string> names;
-  for (std::string name; std::getline(list, name);) names.push_back(name);
-  return names;
+bool has_peer() {
+  return *peers_program != '\0' && access(peers_program, X_OK) == 0 &&
+         run("mpirun --version 2>/dev/null").status == 0;
 }
 
-PeerRun run_peer(const Problem& problem, const std::string& peer, int patterns,
-                 const std::vector<double>& tolerances, int repetitions, const fs::path& folder) {
+PeerRun run_peer(const Problem& problem, int patterns, const std::vector<double>& tolerances,
+                 int repetitions, const fs::path& folder) {
   write_problem(problem, patterns, folder);
   PeerRun result;
-  result.peer = peer;
   result.ranks = usable_cores();
   std::string command = "OMP_NUM_THREADS=1 " + launcher(result.ranks) + quoted(peers_program) +
-                        " " + quoted(folder.string()) + " " + peer + " " +
-                        std::to_string(repetitions);
+                        " " + quoted(folder.string()) + " " + std::to_string(repetitions);
   for (const double tolerance : tolerances) {
     command += shown_number(tolerance, " %g");
   }
   const fs::path errors = folder / "stderr.txt";
   const Ended ended = run(command + " 2>" + quoted(errors.string()));
   if (ended.status != 0) {
-    throw InputError("peer " + peer + " failed with exit code " + std::to_string(ended.status) +
-                     "; its words are in " + errors.string() + ".");
+    throw InputError(std::string(peer_name) + " failed with exit code " +
+                     std::to_string(ended.status) + "; its words are in " + errors.string() + ".");
   }
   std::istringstream lines(ended.output);
   for (std::string line; std::getline(lines, line);) {
@@ -127,7 +121,7 @@ PeerRun run_peer(const Problem& problem, const std::string& peer, int patterns,
       continue;
     }
     Sample sample;
-    sample.method = peer;
+    sample.method = peer_name;
     sample.precision = "double";
     sample.setting = result.setting = setting;
     sample.tolerance = object.at("tolerance").get<double>();
@@ -148,7 +142,7 @@ PeerRun run_peer(const Problem& problem, const std::string& peer, int patterns,
   }
   fs::remove_all(folder);
   if (result.samples.size() != tolerances.size()) {
-    throw InputError("peer " + peer + " reported " + std::to_string(result.samples.size()) +
+    throw InputError(std::string(peer_name) + " reported " + std::to_string(result.samples.size()) +
                      " of " + std::to_string(tolerances.size()) + " tolerances.");
   }
   return result;

@@ -5,6 +5,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "bench/subjects.h"
 #include "core/error.h"
 #include "forward/analytic/layered_mode.h"
 
@@ -208,18 +209,18 @@ void measure_slabs(const Request& request, Progress& progress, const Save& save)
 }  // namespace
 
 Subject slabs_subject() {
-  return {
-      "slabs",
-      "Totals of measured slabs predicted by diffusion and by Monte Carlo (docs/validity.md)",
-      "  kappamu bench slabs --data ../shared/data/slab-rt-iad -o out/\n\n"
-      "From coefficients that inverse adding-doubling found: median |predicted - measured| of\n"
-      "total reflectance M_R and transmittance M_T, by file. The folder holds peer_iad.csv and\n"
-      "the .rxt files of github.com/scottprahl/iad it was made from.",
-      {{"slabs", "all files", measure_slabs}},
-      {{"data", "Folder of the measurements", Setting::Kind::words},
-       {"photons", "Per row (default 100000)", Setting::Kind::number, 100, 1e8},
-       {"every", "Of long spectra, one row in so many (default 1: all)", Setting::Kind::number,
-        1}}};
+  return {"slabs",
+          "Totals of measured slabs predicted by diffusion and by Monte Carlo (docs/validity.md)",
+          R"(  kappamu bench slabs --data ../shared/data/slab-rt-iad -o out/
+
+From coefficients that inverse adding-doubling found: median |predicted - measured| of
+total reflectance M_R and transmittance M_T, by file. The folder holds peer_iad.csv and
+the .rxt files of github.com/scottprahl/iad it was made from.)",
+          {{"slabs", "all files", measure_slabs}},
+          {{"data", "Folder of the measurements", Setting::Kind::words},
+           {"photons", "Per row (default 100000)", Setting::Kind::number, 100, 1e8},
+           {"every", "Of long spectra, one row in so many (default 1: all)", Setting::Kind::number,
+            1}}};
 }
 
 }  // namespace kappamu::bench

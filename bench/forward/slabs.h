@@ -51,6 +51,4 @@ struct SlabOptions {
 std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs,
                                           const SlabOptions& options, Progress& progress);
 
-Subject slabs_subject();
-
 }  // namespace kappamu::bench

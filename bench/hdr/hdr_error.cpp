@@ -1,20 +1,24 @@
-#include "bench/hdr/hdr_error.h"
-
+// HDR merges side by side on a simulated bracket of an eight-bit camera, whose true response all
+// are given: error of radiance and time against the number of exposures, two to nine of them evenly
+// spaced in ln t. OpenCV's merges run in the same program on the same frames.
 #include <algorithm>
 #include <cmath>
-#include <ctime>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <opencv2/photo.hpp>
 #include <sstream>
 
+#include "bench/subjects.h"
 #include "capture/radiance/merge.h"
+#include "core/processor_time.h"
 #include "data_synthetic/rig/sensor.h"
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::bench {
+
 namespace {
 
 constexpr double shortest_s = 1.0 / 30.0;
@@ -22,6 +26,7 @@ constexpr double longest_s = 8.0;
 constexpr double darkest = 0.002;  // full scales per second
 constexpr double brightest = 20.0;
 constexpr double near_saturation = 0.9;
+constexpr int fewest = 2, most = 9;  // exposures
 
 struct Bracket {
   std::vector<capture::ExposedFrame> frames;
@@ -29,11 +34,11 @@ struct Bracket {
   std::vector<float> times;
 };
 
-Image<float> ramp(const HdrErrorOptions& options) {
-  Image<float> scene(options.width, options.height, 3);
-  for (int y = 0; y < options.height; ++y) {
-    for (int x = 0; x < options.width; ++x) {
-      const double share = (x + 0.5) / options.width;
+Image<float> ramp(int width, int height) {
+  Image<float> scene(width, height, 3);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const double share = (x + 0.5) / width;
       for (int c = 0; c < 3; ++c) {
         scene(x, y, c) = static_cast<float>(darkest * std::pow(brightest / darkest, share));
       }
@@ -96,6 +101,7 @@ cv::Mat opencv_response(const capture::Radiometry& radiometry) {
   return response;
 }
 
+/// <exposures>_<index>.png: with response.txt all that other programs need to merge the same.
 void write_frames(const Bracket& bracket, const std::filesystem::path& folder) {
   for (std::size_t i = 0; i < bracket.frames.size(); ++i) {
     const Image<std::uint16_t>& codes = bracket.frames[i].pixels;
@@ -107,6 +113,7 @@ void write_frames(const Bracket& bracket, const std::filesystem::path& folder) {
   }
 }
 
+/// The linear value of each code, a column per channel.
 void write_response(const capture::Radiometry& radiometry, const std::filesystem::path& file) {
   std::ostringstream text;
   text.precision(9);
@@ -122,7 +129,10 @@ std::vector<float> values_of(const cv::Mat& merged) {
   return {first, first + merged.total() * 3};
 }
 
-void score(const std::vector<float>& found, const Image<float>& truth, HdrErrorRow& row) {
+/// relative_rms: root mean square of radiance / truth - 1 over four decades of radiance, where the
+/// shortest frame does not saturate; the common factor (median) is taken out, as OpenCV's is
+/// arbitrary. dark_rms: the same over the darkest decade.
+Json score(const std::vector<float>& found, const Image<float>& truth) {
   std::vector<double> ratios;
   std::vector<double> dark;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -137,32 +147,31 @@ void score(const std::vector<float>& found, const Image<float>& truth, HdrErrorR
     for (const double value : values) sum += (value / scale - 1.0) * (value / scale - 1.0);
     return std::sqrt(sum / static_cast<double>(values.size()));
   };
-  row.relative_rms = rms(ratios);
-  row.dark_rms = rms(dark);
+  return {{"relative_rms", rms(ratios)}, {"dark_rms", rms(dark)}};
 }
 
-}  // namespace
-
-std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Progress& progress) {
+void measure(const Request& request, Progress& progress, const Save& save) {
+  const bool quick = request.size == Size::quick;
+  const int width = quick ? 64 : 320, height = quick ? 48 : 240;
+  const int repetitions = request.count("repetitions", 3);
   synthetic::SensorModel sensor;
   sensor.bit_depth = 8;
   sensor.black_level = 0.0;  // the papers and OpenCV know of no pedestal
-  sensor.seed = options.seed;
+  sensor.seed = request.seed;
   const capture::Radiometry radiometry = true_radiometry(sensor);
   const cv::Mat response = opencv_response(radiometry);
-  const Image<float> scene = ramp(options);
-  if (options.frames) {
-    std::filesystem::create_directories(*options.frames);
-    write_response(radiometry, *options.frames / "response.txt");
+  const Image<float> scene = ramp(width, height);
+  const std::filesystem::path frames = request.folder / "frames";
+  if (request.has("frames")) {
+    std::filesystem::create_directories(frames);
+    write_response(radiometry, frames / "response.txt");
   }
-  std::vector<HdrErrorRow> rows;
-  for (int exposures = options.fewest; exposures <= options.most; ++exposures) {
-    progress.update(
-        "bench hdr",
-        static_cast<double>(exposures - options.fewest) / (options.most - options.fewest + 1),
-        std::to_string(exposures) + " exposures");
+  Json rows = Json::array();
+  for (int exposures = fewest; exposures <= most; ++exposures) {
+    progress.update("bench hdr", static_cast<double>(exposures - fewest) / (most - fewest + 1),
+                    std::to_string(exposures) + " exposures");
     const Bracket bracket = shoot(sensor, scene, exposures);
-    if (options.frames) write_frames(bracket, *options.frames);
+    if (request.has("frames")) write_frames(bracket, frames);
     const auto ours = [&] {
       return capture::merge_frames(bracket.frames, radiometry, "bench").radiance.values();
     };
@@ -178,68 +187,44 @@ std::vector<HdrErrorRow> compare_hdr_merges(const HdrErrorOptions& options, Prog
         {"OpenCV MergeDebevec", opencv(cv::createMergeDebevec())},
         {"OpenCV MergeRobertson", opencv(cv::createMergeRobertson())}};
     for (const auto& [name, merge] : methods) {
-      HdrErrorRow row{name, exposures};
       std::vector<double> seconds;
       std::vector<float> merged;
-      for (int repetition = 0; repetition < options.repetitions; ++repetition) {
-        const std::clock_t start = std::clock();
+      for (int repetition = 0; repetition < repetitions; ++repetition) {
+        const double start = processor_seconds();
         merged = merge();
-        seconds.push_back(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+        seconds.push_back(processor_seconds() - start);
       }
-      row.seconds = median(seconds);
-      score(merged, scene, row);
+      Json row{{"method", name}, {"exposures", exposures}};
+      row.update(score(merged, scene));
+      row["seconds"] = median(seconds);  // of processor time, of the merge alone
       rows.push_back(row);
     }
   }
-  progress.update("bench hdr", 1.0, "done");
-  return rows;
-}
-
-namespace {
-
-void measure(const Request& request, Progress& progress, const Save& save) {
-  HdrErrorOptions options;
-  options.seed = request.seed;
-  const bool quick = request.size == Size::quick;
-  options.width = request.count("width", quick ? 64 : options.width);
-  options.height = request.count("height", quick ? 48 : options.height);
-  options.repetitions = request.count("repetitions", options.repetitions);
-  if (request.has("frames")) options.frames = request.folder / "frames";
-  Json rows = Json::array();
-  for (const HdrErrorRow& row : compare_hdr_merges(options, progress)) {
-    rows.push_back({{"method", row.method},
-                    {"exposures", row.exposures},
-                    {"relative_rms", row.relative_rms},
-                    {"dark_rms", row.dark_rms},
-                    {"seconds", row.seconds}});
-  }
   save({{"opencv", CV_VERSION},
         {"scene",
-         {{"width", options.width},
-          {"height", options.height},
+         {{"width", width},
+          {"height", height},
           {"radiance_full_scales_per_s", {darkest, brightest}},
           {"exposures_s", {shortest_s, longest_s}}}},
-        {"repetitions", options.repetitions},
+        {"repetitions", repetitions},
         {"rows", rows}});
 }
 
 }  // namespace
 
 Subject hdr_subject() {
-  return {
-      "hdr",
-      "Error and CPU time of merged radiance against the number of exposures (docs/hdr.md)",
-      "  kappamu bench hdr -o out/\n\n"
-      "Ours beside OpenCV's merges, on a simulated eight-bit camera; every method gets its true\n"
-      "response.",
-      {{"hdr", "two to nine exposures", measure}},
-      {{"width", "Of the frames [px] (default 320)", Setting::Kind::number, 16, 10000},
-       {"height", "Of the frames [px] (default 240)", Setting::Kind::number, 16, 10000},
-       {"repetitions", "Merges timed (default 3)", Setting::Kind::number, 1, 1000},
-       {"frames",
-        "Also write frames/ with what other programs need to merge the same "
-        "(scripts/referees/hdr_peers.py)",
-        Setting::Kind::flag}}};
+  return {"hdr",
+          "Error and CPU time of merged radiance against the number of exposures (docs/hdr.md)",
+          R"(  kappamu bench hdr -o out/
+
+Ours beside OpenCV's merges, on a simulated eight-bit camera; every method gets its true
+response.)",
+          {{"hdr", "two to nine exposures", measure}},
+          {{"repetitions", "Merges timed (default 3)", Setting::Kind::number, 1, 1000},
+           {"frames",
+            "Also write frames/ with what other programs need to merge the same "
+            "(scripts/referees/hdr_peers.py)",
+            Setting::Kind::flag}}};
 }
 
 }  // namespace kappamu::bench

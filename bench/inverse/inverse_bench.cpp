@@ -7,8 +7,8 @@
 #include "bench/cases/media.h"
 #include "bench/inverse/ablations.h"
 #include "bench/inverse/inverse_fit.h"
-#include "bench/inverse/inverse_photons.h"
 #include "bench/inverse/inverse_samples.h"
+#include "bench/subjects.h"
 
 namespace kappamu::bench {
 
@@ -176,25 +176,6 @@ Json voxels_of(const Bench& bench) {
   return fits;
 }
 
-Json monte_carlo_of(const Bench& bench) {
-  Block block = bench.block(0.0);
-  PhotonOptions photons;
-  photons.device = bench.request.device;
-  photons.seed = bench.request.seed;
-  if (bench.request.size == Size::full) {
-    block.grid = {16, 16, 8, 0.5};
-    photons.per_pattern = 4'000'000;
-    photons.validation_patterns = 16;
-  } else {
-    block.grid = {12, 12, 6, 0.5};
-    const bool quick = bench.request.size == Size::quick;
-    photons.per_pattern = quick ? 50'000 : 400'000;
-    photons.validation_patterns = 4;
-  }
-  return Json::array({fit_monte_carlo(block, bench.truth(block, 0), bench.with_device({}), photons,
-                                      bench.progress)});
-}
-
 /// Rows already in the record stay where their sample is not asked for.
 Json samples_of(const Bench& bench) {
   const Request& request = bench.request;
@@ -275,22 +256,22 @@ Subject inverse_subject() {
   return {
       "inverse",
       "What fits cost and how good their volumes are, under light they never saw",
-      "  kappamu bench inverse -o out/bench                      all sections, about half an hour\n"
-      "  kappamu bench inverse -o out/bench --section scores     one\n"
-      "  kappamu bench inverse -o out/bench --small              smaller blocks, minutes\n\n"
-      "Truths are smooth random fields of contrast 4 with two boxes, solved on a grid twice as "
-      "fine\n"
-      "as the fitted one; data get Gaussian noise relative to each value, with a floor.\n"
-      "E = sum (L' - L)^2 / sum L^2 of the exported volume, every voxel split 2x2x2 and nothing\n"
-      "corrected, against noise-free truth under 8x8 patches, or single voxels, that the fit "
-      "never\n"
-      "saw. Solves are batched ones of all patterns on whatever grid, start included; work is "
-      "their\n"
-      "iterations times voxels over the fitted grid's voxels.\n\n"
-      "--json: sample, grid, channels, patterns, noise, optimiser, batched_solves, seconds,\n"
-      "validation_E, data_misfit_chi2, device, of the median truth at 1 % noise, or of the sample\n"
-      "asked for.\n\n"
-      "Do not trust seconds on a machine that does anything else.",
+      R"(  kappamu bench inverse -o out/bench                      all sections, about half an hour
+  kappamu bench inverse -o out/bench --section scores     one
+  kappamu bench inverse -o out/bench --small              smaller blocks, minutes
+
+Truths are smooth random fields of contrast 4 with two boxes, solved on a grid twice as fine
+as the fitted one; data get Gaussian noise relative to each value, with a floor.
+E = sum (L' - L)^2 / sum L^2 of the exported volume, every voxel split 2x2x2 and nothing
+corrected, against noise-free truth under 8x8 patches, or single voxels, that the fit never
+saw. Solves are batched ones of all patterns on whatever grid, start included; work is their
+iterations times voxels over the fitted grid's voxels.
+
+--json: sample, grid, channels, patterns, noise, optimiser, batched_solves, seconds,
+validation_E, data_misfit_chi2, device, of the median truth at 1 % noise, or of the sample
+asked for.
+
+Do not trust seconds on a machine that does anything else.)",
       {{"optimisers", "E along the fit by every optimiser, at noise 0, 0.3, 1, 3 %",
         measured<optimisers_of>},
        {"scores", "the default over several truths and seeds, under bars and under patches",
@@ -299,21 +280,15 @@ Subject inverse_subject() {
        {"patterns", "by number of images, patches and bars, back-lit and front-lit",
         measured<patterns_of>},
        {"voxels", "cost against the size of the block", measured<voxels_of>},
-       {"montecarlo", "data by transport instead of diffusion", measured<monte_carlo_of>},
        {"samples", "wax1, wax2, marble, stone at the paper's sizes, R, G, B: a quarter of an hour",
         measured<samples_of>},
-       {"held-out", "0, 1, 2, 4 of 16 patterns kept out", measure_validation},
+       {"validation", "0, 1, 2, 4 of 16 patterns kept out", measure_validation},
        {"regularisers", "h1, huber-tv at several edge slopes, [W]'s at several weights",
         measure_regularisers},
-       {"population", "four families of truths, bars and patches, 0.3, 1 and 3 % noise",
-        measure_population},
        {"losses", "gaussian, huber, student, with and without 1 % of outliers", measure_losses}},
       {{"sample", "Of section samples, these alone; the record keeps the others' rows",
         Setting::Kind::words, 0, 0, paper_samples()},
-       {"seeds",
-        "Of held-out, regularisers and losses: noises per truth; of population: truths of each "
-        "family "
-        "(default 1)",
+       {"seeds", "Of validation, regularisers and losses: noises per truth (default 1)",
         Setting::Kind::number, 1, 100}},
       inverse_summary};
 }

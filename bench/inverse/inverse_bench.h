@@ -9,8 +9,6 @@
 
 namespace kappamu::bench {
 
-Subject inverse_subject();
-
 /// What --json prints: sample, grid, channels, patterns, noise, optimiser, batched_solves, seconds,
 /// validation_E, data_misfit_chi2, device and section of one fit: the default at 1 % noise, of the
 /// median truth, from the first of scores, optimisers, samples and the others that was measured.

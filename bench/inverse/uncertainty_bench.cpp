@@ -1,9 +1,9 @@
-#include "bench/inverse/uncertainty_bench.h"
-
+// The standard deviations of a fit proved by sampling, and what each estimate of them costs.
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "bench/inverse/uncertainty_proof.h"
+#include "bench/subjects.h"
 
 namespace kappamu::bench {
 
@@ -48,11 +48,6 @@ void estimate_all(Proof& proof, Progress& progress, Json& rows) {
     rows.push_back(row_of("estimated over exact", "samples, " + std::to_string(samples), solves,
                           deviation_ratio(found, proof.posterior(), all)));
   }
-  for (int rank = 16; rank <= proof.unknowns() / 2; rank *= 2) {
-    // A randomised method needs more than one product with J and one with Jᵀ per direction.
-    rows.push_back(row_of("estimated over exact", "rank " + std::to_string(rank), 2 * rank,
-                          deviation_ratio(proof.low_rank_posterior(rank), proof.posterior(), all)));
-  }
 }
 
 void measure(const Request& request, Progress& progress, const Save& save) {
@@ -64,10 +59,7 @@ void measure(const Request& request, Progress& progress, const Save& save) {
   }
   options.device = request.device;
   options.seed = request.seed;
-  options.weight = request.number("weight", options.weight);
-  options.noise = request.number("noise", options.noise);
-  const int fits = request.count("fits", quick ? 10 : 60);
-  const int truths = quick ? 100 : 1000;
+  const int fits = quick ? 10 : 60, truths = quick ? 100 : 1000;
   progress.update("uncertainty", 0.0, "the fitted block, dense");
   Proof proof(options);
   const std::vector<bool> all(static_cast<std::size_t>(proof.unknowns()), true);
@@ -114,27 +106,21 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 }  // namespace
 
 Subject uncertainty_subject() {
-  return {
-      "uncertainty",
-      "The standard deviations of a fit proved by sampling, and the cost of each estimate",
-      "  kappamu bench uncertainty -o out/bench            12 x 12 x 6 voxels, some minutes\n"
-      "  kappamu bench uncertainty -o out/bench --small    8 x 8 x 4 voxels, under a minute\n\n"
-      "A block is fitted to data from a grid twice as fine; its posterior is made of dense\n"
-      "matrices. Then (a) data get fresh noise and the full objective is minimised again, with "
-      "the\n"
-      "same weight and grid correction: the spread of those fits over the predicted one; (b) "
-      "truths\n"
-      "are drawn from the prior, measured with noise in the linearised problem and estimated: the\n"
-      "spread of the errors over the posterior's; (c) the estimate that `kappamu fit` makes and "
-      "the\n"
-      "best possible low-rank update of the prior, over the exact posterior, by batched solves.\n\n"
-      "Ratios of standard deviations, as 5 % quantile, median and 95 % quantile over voxels. "
-      "Sixty\n"
-      "fits know a deviation to 9 %.",
-      {{"uncertainty", "all", measure}},
-      {{"fits", "Fits to fresh noise (default 60)", Setting::Kind::number, 2, 100000},
-       {"weight", "Weight of the smoothing (default 30)", Setting::Kind::number, 1e-12},
-       {"noise", "Relative to each value (default 0.01)", Setting::Kind::number, 1e-12, 1.0}}};
+  return {"uncertainty",
+          "The standard deviations of a fit proved by sampling, and the cost of each estimate",
+          R"(  kappamu bench uncertainty -o out/bench            12 x 12 x 6 voxels, some minutes
+  kappamu bench uncertainty -o out/bench --small    8 x 8 x 4 voxels, under a minute
+
+A block is fitted to data from a grid twice as fine; its posterior is made of dense
+matrices. Then (a) data get fresh noise and the full objective is minimised again, with the
+same weight and grid correction: the spread of those fits over the predicted one; (b) truths
+are drawn from the prior, measured with noise in the linearised problem and estimated: the
+spread of the errors over the posterior's; (c) the estimate that `kappamu fit` makes over
+the exact posterior, by batched solves.
+
+Ratios of standard deviations, as 5 % quantile, median and 95 % quantile over voxels. Sixty
+fits know a deviation to 9 %.)",
+          {{"uncertainty", "all", measure}}};
 }
 
 }  // namespace kappamu::bench

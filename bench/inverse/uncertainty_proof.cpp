@@ -1,7 +1,6 @@
 #include "bench/inverse/uncertainty_proof.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -94,18 +93,6 @@ Variances Proof::sampled_posterior(int count) {
     squares += (fit_.covariance() * (fit_.jacobian().transpose() * data) - truth).cwiseAbs2();
   }
   return squares / count;
-}
-
-Variances Proof::low_rank_posterior(Index rank) {
-  const Eigen::LLT<MatrixXd> root(fit_.precision());
-  if (eigenvalues_.size() == 0) {
-    const MatrixXd half = root.matrixL().solve(fit_.jacobian().transpose());  // L⁻¹ JᵀW^½
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(half * half.transpose());
-    eigenvalues_ = eigen.eigenvalues().reverse();
-    directions_ = root.matrixU().solve(eigen.eigenvectors().rowwise().reverse());
-  }
-  const auto shrunk = eigenvalues_.head(rank).array() / (1.0 + eigenvalues_.head(rank).array());
-  return prior_ - directions_.leftCols(rank).cwiseAbs2() * shrunk.matrix();
 }
 
 Variances Proof::estimated_posterior(const inverse::UncertaintyOptions& options, int& solves) {

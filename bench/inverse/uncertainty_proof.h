@@ -46,8 +46,6 @@ class Proof {
   /// data of the linearised problem.
   Variances sampled_posterior(int count);
 
-  /// The posterior of the best possible update of the prior by `rank` directions.
-  Variances low_rank_posterior(Eigen::Index rank);
   /// That of inverse::estimate_uncertainty, and the batched solves it took.
   Variances estimated_posterior(const inverse::UncertaintyOptions& options, int& solves);
 
@@ -55,8 +53,6 @@ class Proof {
   ProofOptions options_;
   DenseFit fit_;
   Variances posterior_, prior_, noise_part_;
-  Eigen::VectorXd eigenvalues_;  ///< of the prior-preconditioned Hessian, falling
-  Eigen::MatrixXd directions_;   ///< their directions, of prior length 1
   Noise noise_;
 };
 

@@ -1,8 +1,6 @@
 #include "bench/limits/cut_trial.h"
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
 
 #include "forward/embedded/discretisation.h"
 #include "forward/embedded/solver_choice.h"
@@ -20,22 +18,6 @@ constexpr double eta = 1.3;
 constexpr double tolerance = 1e-6;
 constexpr int most_iterations = 100;
 
-class Stopwatch {
- public:
-  Phase lap() {
-    const double processor = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-    const auto wall = std::chrono::steady_clock::now();
-    const Phase phase{processor - processor_, std::chrono::duration<double>(wall - wall_).count()};
-    processor_ = processor;
-    wall_ = wall;
-    return phase;
-  }
-
- private:
-  double processor_ = static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
-  std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
-};
-
 }  // namespace
 
 CutTrial run_cut_trial(const TriangleMesh& mesh, const std::vector<ObjectMedium>& media, int level,
@@ -43,16 +25,12 @@ CutTrial run_cut_trial(const TriangleMesh& mesh, const std::vector<ObjectMedium>
   const auto rays = render::make_embree_caster(mesh);
   const Surface surface = surface_of(mesh);
   CutTrial trial;
-  Stopwatch watch;
   Octree tree(mesh);
   tree.refine_surface(level);
-  trial.octree = watch.lap();
   CutMesh cut = cut_mesh(tree, mesh, *rays);
-  trial.cuts = watch.lap();
   std::vector<const ObjectMedium*> pointers;
   for (const ObjectMedium& medium : media) pointers.push_back(&medium);
   const Discretisation d(std::move(tree), std::move(cut), pointers, boundary_constants(eta).A);
-  trial.equations = watch.lap();
 
   std::vector<double> flux;
   for (const Eigen::Vector3d& normal : surface.normal) flux.push_back(std::max(0.0, normal.z()));
@@ -62,12 +40,9 @@ CutTrial run_cut_trial(const TriangleMesh& mesh, const std::vector<ObjectMedium>
     add_surface_load(d.mesh, d.space(), flux, loads.back().power);
   }
   std::vector<std::vector<double>> fluence;
-  watch.lap();
   const CgReport report = make_linear_solver(d.levels, loads.size(), device)
                               ->solve(loads, fluence, tolerance, most_iterations);
-  trial.solve = watch.lap();
   trial.cubes = d.mesh.cubes.size();
-  trial.unknowns = d.levels.unknowns();
   trial.iterations = report.iterations;
   trial.converged = report.converged;
   for (std::size_t k = 0; k < d.mesh.cubes.size(); ++k) {

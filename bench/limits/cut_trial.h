@@ -1,5 +1,4 @@
-// One object on an octree split evenly at its surface, solved under light from above: what tables
-// of iterations and of costs of model `embedded` are made of.
+// One object on an octree split evenly at its surface, solved under light from above.
 #pragma once
 
 #include <filesystem>
@@ -11,17 +10,11 @@
 
 namespace kappamu::bench {
 
-/// Seconds of a phase.
-struct Phase {
-  double processor = 0.0, wall = 0.0;
-};
-
 struct CutTrial {
-  std::size_t cubes = 0, unknowns = 0;
+  std::size_t cubes = 0;
   double smallest_fraction = 1.0;  ///< of a cube inside the object, above 0
   int iterations = 0;              ///< to a residual of 1e-6, at most 100
   bool converged = false;
-  Phase octree, cuts, equations, solve;
 };
 
 /// `level`: surface cubes are the root's edge over 2^level, "64³ equivalent" being 6. One light in

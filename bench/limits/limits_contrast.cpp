@@ -1,8 +1,6 @@
 // Contrast of κ: iterations, their growth with the grid, and what each precision can attain.
 #include <array>
-#include <nlohmann/json.hpp>
 
-#include "bench/cases/limit_case.h"
 #include "bench/limits/limits.h"
 
 namespace kappamu::bench {
@@ -37,30 +35,33 @@ MediumSpec of_contrast(MediumSpec spec, double contrast) {
   return spec;
 }
 
+/// `row` with what a solve is judged by.
+Json with_outcome(Json row, const LimitOutcome& outcome) {
+  row["iterations"] = outcome.iterations;
+  if (outcome.true_error) row["true error"] = *outcome.true_error;
+  row["imbalance"] = outcome.imbalance;
+  row["ended"] = to_string(outcome.termination);
+  return row;
+}
+
 }  // namespace
 
-void limit_contrast(const Request& request, Progress& progress, const Save& save) {
+Json limit_contrast(const Request& request, Progress& progress) {
   Json rows = Json::array();
   for (const KappaField& material : kappa_fields()) {
     for (const double contrast : contrasts) {
       progress.update("contrast", 0.0, material.name);
-      const LimitOutcome outcome = run_limit({.setup = {.shape = {48, 48, 20, 0.25}},
-                                              .medium = of_contrast(material.spec, contrast),
-                                              .patterns = 2,
-                                              .options = {1e-6, 200},
-                                              .device = request.device});
-      rows.push_back({{"κ", material.name},
-                      {"contrast", contrast},
-                      {"iterations", outcome.iterations},
-                      {"true error", *outcome.true_error},
-                      {"imbalance", outcome.imbalance},
-                      {"ended", to_string(outcome.termination)}});
+      rows.push_back(with_outcome({{"κ", material.name}, {"contrast", contrast}},
+                                  run_limit({.setup = {.shape = {48, 48, 20, 0.25}},
+                                             .medium = of_contrast(material.spec, contrast),
+                                             .patterns = 2,
+                                             .device = request.device})));
     }
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
-void limit_size(const Request& request, Progress& progress, const Save& save) {
+Json limit_size(const Request& request, Progress& progress) {
   Json rows = Json::array();
   std::vector<int> edges{32, 64, 128};
   if (request.size == Size::full) edges.push_back(256);
@@ -71,23 +72,20 @@ void limit_size(const Request& request, Progress& progress, const Save& save) {
         progress.update("size", 0.0, std::string(material.name) + " " + std::to_string(n));
         const LimitOutcome outcome = run_limit({.setup = {.shape = {n, n, n, 16.0 / n}},
                                                 .medium = of_contrast(material.spec, contrast),
-                                                .options = {1e-6, 200},
                                                 .device = request.device,
                                                 .with_error = false});
-        rows.push_back({{"κ", material.name},
-                        {"contrast", contrast},
-                        {"grid", std::to_string(n) + "³"},
-                        {"iterations", outcome.iterations},
-                        {"ended", to_string(outcome.termination)}});
+        rows.push_back(with_outcome(
+            {{"κ", material.name}, {"contrast", contrast}, {"grid", std::to_string(n) + "³"}},
+            outcome));
         // Where a small grid runs out, a larger one only takes longer to.
         if (outcome.termination != forward::Termination::converged) break;
       }
     }
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
-void limit_floor(const Request& request, Progress& progress, const Save& save) {
+Json limit_floor(const Request& request, Progress& progress) {
   Json rows = Json::array();
   constexpr double out_of_reach = 1e-16;
   for (const KappaField& material : kappa_fields()) {
@@ -110,7 +108,7 @@ void limit_floor(const Request& request, Progress& progress, const Save& save) {
       rows.push_back(row);
     }
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
 }  // namespace kappamu::bench

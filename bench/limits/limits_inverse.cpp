@@ -1,12 +1,11 @@
 // Where the inverse solve meets its limits, what comes out there and what the program reports.
-#include <nlohmann/json.hpp>
 
 #include "bench/cases/limit_inverse.h"
 #include "bench/limits/limits.h"
 
 namespace kappamu::bench {
 
-void limit_inverse(const Request& request, Progress& progress, const Save& save) {
+Json limit_inverse(const Request& request, Progress& progress) {
   Json rows = Json::array();
   for (const InverseLimit& limit : inverse_limits()) {
     progress.update("inverse", 0.0, limit.name);
@@ -25,7 +24,7 @@ void limit_inverse(const Request& request, Progress& progress, const Save& save)
     row["remarks"] = outcome.remarks;
     rows.push_back(row);
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
 }  // namespace kappamu::bench

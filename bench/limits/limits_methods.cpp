@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "bench/cases/limit_case.h"
 #include "bench/limits/limits.h"
 #include "forward/forward_model.h"
 
@@ -56,7 +54,7 @@ double accounted_for(const ForwardResult& result) {
 
 }  // namespace
 
-void limit_stencil(const Request& request, Progress& progress, const Save& save) {
+Json limit_stencil(const Request& request, Progress& progress) {
   Json rows = Json::array();
   struct Case {
     const char* name;
@@ -88,10 +86,10 @@ void limit_stencil(const Request& request, Progress& progress, const Save& save)
                       {"(8) ended", to_string(theirs.termination)}});
     }
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
-void limit_relaxation(const Request& request, Progress& progress, const Save& save) {
+Json limit_relaxation(const Request& request, Progress& progress) {
   Json rows = Json::array();
   struct Case {
     const char* name;
@@ -123,7 +121,7 @@ void limit_relaxation(const Request& request, Progress& progress, const Save& sa
       }
     }
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
 }  // namespace kappamu::bench

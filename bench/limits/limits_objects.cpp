@@ -1,7 +1,6 @@
 // Iterations of model `embedded` on jagged, thin and mixed objects.
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "bench/limits/cut_trial.h"
@@ -68,7 +67,7 @@ std::vector<ObjectTrial> object_trials(std::uint64_t seed) {
 
 }  // namespace
 
-void limit_objects(const Request& request, Progress& progress, const Save& save) {
+Json limit_objects(const Request& request, Progress& progress) {
   std::vector<int> levels{6, 7, 8, 9};
   if (request.size == Size::small) levels = {6, 7};
   if (request.size == Size::quick) levels = {4};
@@ -83,9 +82,9 @@ void limit_objects(const Request& request, Progress& progress, const Save& save)
                       {"smallest volume fraction", trial.smallest_fraction},
                       {"iterations", trial.iterations},
                       {"ended", trial.converged ? "converged" : "stopped"}});
-      save({{"rows", rows}});
     }
   }
+  return rows;
 }
 
 }  // namespace kappamu::bench

@@ -1,8 +1,6 @@
 // Absorption and voxel size: where the grid, rather than its solver, meets its edge.
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "bench/cases/limit_case.h"
 #include "bench/limits/limits.h"
 #include "forward/analytic/layered_mode.h"
 
@@ -41,7 +39,7 @@ SlabLight slab_light(const forward::GridSetup& setup, double kappa, double mu) {
 
 }  // namespace
 
-void limit_absorption(const Request& request, Progress& progress, const Save& save) {
+Json limit_absorption(const Request& request, Progress& progress) {
   Json rows = Json::array();
   constexpr double kappa = 0.3;
   for (const double mu : {0.0, 1e-6, 1e-3, 1e-1, 1.0, 10.0, 100.0}) {
@@ -50,7 +48,6 @@ void limit_absorption(const Request& request, Progress& progress, const Save& sa
                               .sides = Sides::mirror,
                               .source = SourceModel::boundary},
                     .medium = {.mean_kappa = kappa, .mu = mu},
-                    .options = {1e-6, 200},
                     .device = request.device};
     const LimitOutcome outcome = run_limit(limit);
     limit.options.tolerance = 1e-12;
@@ -68,10 +65,10 @@ void limit_absorption(const Request& request, Progress& progress, const Save& sa
                     {"grid's error of it", relative(best.transmitted, slab.transmitted)},
                     {"program", verdict(outcome)}});
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
-void limit_coarse(const Request& request, Progress& progress, const Save& save) {
+Json limit_coarse(const Request& request, Progress& progress) {
   Json rows = Json::array();
   constexpr double mean_free_path = 1.0, thickness = 16.0, mu = 0.01;
   constexpr double kappa = mean_free_path / 3.0;
@@ -99,7 +96,7 @@ void limit_coarse(const Request& request, Progress& progress, const Save& save) 
     row["program, first collision"] = program;
     rows.push_back(row);
   }
-  save({{"rows", rows}});
+  return rows;
 }
 
 }  // namespace kappamu::bench

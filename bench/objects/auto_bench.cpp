@@ -1,4 +1,4 @@
-#include "bench/objects/auto_bench.h"
+#include "bench/objects/object_bench.h"
 
 #include <nlohmann/json.hpp>
 #include <optional>

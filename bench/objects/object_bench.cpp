@@ -3,10 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "bench/objects/auto_bench.h"
-#include "bench/objects/cost_bench.h"
 #include "bench/objects/object_measurement.h"
-#include "bench/objects/refinement_bench.h"
+#include "bench/subjects.h"
 #include "core/optics.h"
 #include "forward/object_models.h"
 
@@ -64,37 +62,37 @@ Subject objects_subject() {
   return {
       "objects",
       "Error and time of every model of objects, against Monte Carlo on the same scenes",
-      "  kappamu bench objects -o out/bench                           all, half an hour\n"
-      "  kappamu bench objects -o out/bench --scenes bob --models embedded\n"
-      "  kappamu bench objects -o out/bench --quick                   two toy scenes, seconds\n\n"
-      "Scenes are <shape>-<material>-<size>: named shapes and the meshes of scenes/meshes, the "
-      "red\n"
-      "channel of published materials or a measured block, the box's longest edge over the mean\n"
-      "free path, under parallel light from aslant; -side, -below: from there, -sky: even diffuse\n"
-      "light. --mesh FILE: that object in marble of 8, 24 and 72 and in skin2 of 24.\n\n"
-      "error: relative 2-norm over the surface of the difference from Monte Carlo in patches of\n"
-      "1/8 of the object, what the reference's noise adds taken off; reference_error: that noise.\n"
-      "mean_difference: mean of |difference| over the mean exitance, noise included, which alone\n"
-      "would make it mean_difference_of_noise. validity_error: largest error of diffusion that\n"
-      "docs/validity.md has for a slab of this albedo and of thickness 2V/S; outside: share of "
-      "the\n"
-      "surface where the difference exceeds it by more than three standard errors. exact_error:\n"
-      "against the closed form of diffusion. balance: power out over power in, less 1. A model "
-      "that\n"
-      "refuses a scene has its sentence in the row instead.\n\n"
-      "References are read from bench/objects/references in the working directory; one that is\n"
-      "missing is measured, minutes, and recorded there.\n\n"
-      "Section auto: of every validation scene and tolerance the model that is taken, its error\n"
-      "and processor time; met: the error is within the tolerance; cheapest: the model of those\n"
-      "that met it with the least processor time; cost_ratio: the taken one's over that.\n"
-      "--draw N measures N scenes drawn at random by --seed instead.\n\n"
-      "Section refinement: diffusion on cubes refined by the model's own estimate beside even "
-      "ones,\n"
-      "from mesh to exitance of one light and channel; error: from that on some millions of "
-      "cubes.\n\n"
-      "Do not trust seconds on a machine that does anything else; cpu_seconds (all threads "
-      "together)\n"
-      "suffer less.",
+      R"(  kappamu bench objects -o out/bench                           all, half an hour
+  kappamu bench objects -o out/bench --scenes bob --models embedded
+  kappamu bench objects -o out/bench --quick                   two toy scenes, seconds
+
+Scenes are <shape>-<material>-<size>: named shapes and the meshes of scenes/meshes, the red
+channel of published materials or a measured block, the box's longest edge over the mean
+free path, under parallel light from aslant; -side, -below: from there, -sky: even diffuse
+light. --mesh FILE: that object in marble of 8, 24 and 72 and in skin2 of 24.
+
+error: relative 2-norm over the surface of the difference from Monte Carlo in patches of
+1/8 of the object, what the reference's noise adds taken off; reference_error: that noise.
+mean_difference: mean of |difference| over the mean exitance, noise included, which alone
+would make it mean_difference_of_noise. validity_error: largest error of diffusion that
+docs/validity.md has for a slab of this albedo and of thickness 2V/S; outside: share of the
+surface where the difference exceeds it by more than three standard errors. exact_error:
+against the closed form of diffusion. balance: power out over power in, less 1. A model that
+refuses a scene has its sentence in the row instead.
+
+References are read from bench/objects/references in the working directory; one that is
+missing is measured, minutes, and recorded there.
+
+Section auto: of every validation scene and tolerance the model that is taken, its error
+and processor time; met: the error is within the tolerance; cheapest: the model of those
+that met it with the least processor time; cost_ratio: the taken one's over that.
+--draw N measures N scenes drawn at random by --seed instead.
+
+Section refinement: diffusion on cubes refined by the model's own estimate beside even ones,
+from mesh to exitance of one light and channel; error: from that on some millions of cubes.
+
+Do not trust seconds on a machine that does anything else; cpu_seconds (all threads together)
+suffer less.)",
       {{"models", "Every model on the tuning scenes", measure_models},
        {"cost", "Seconds against triangles and elements, a marble torus under an even sky",
         measure_costs},

@@ -6,7 +6,12 @@
 
 namespace kappamu::bench {
 
-Subject objects_subject();
+/// Seconds of every model against triangles and elements.
+void measure_costs(const Request& request, Progress& progress, const Save& save);
+/// Model `auto` on scenes that its table was not made from.
+void measure_auto(const Request& request, Progress& progress, const Save& save);
+/// Time against error of diffusion on cubes refined where the light asks for it, beside even cubes.
+void measure_refinement(const Request& request, Progress& progress, const Save& save);
 
 /// Closed form: exitance of a sphere in even diffuse light of irradiance 1 by diffusion, φ ∝
 /// sinh(r √(μ/κ))/r.

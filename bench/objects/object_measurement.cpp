@@ -1,12 +1,10 @@
 #include "bench/objects/object_measurement.h"
 
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "bench/objects/object_bench.h"
 #include "core/error.h"
-#include "core/processor_time.h"
 #include "forward/analytic/validity.h"
 #include "forward/object_models.h"
 #include "io/npy.h"
@@ -54,12 +52,9 @@ ObjectSettings object_settings(const Request& request) {
   return s;
 }
 
-SpentTime::SpentTime()
-    : start_(std::chrono::steady_clock::now()), processor_(processor_seconds()) {}
-
 void SpentTime::record(Json& row) const {
   row["cpu_seconds"] = processor_seconds() - processor_;
-  row["seconds"] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  row["seconds"] = watch_.seconds();
 }
 
 ObjectMeasurement::ObjectMeasurement(const ObjectCase& object, const ObjectSettings& settings,

@@ -1,11 +1,10 @@
 // One scene of objects with its reference: what a model answers is held against it.
 #pragma once
 
-#include <chrono>
-
 #include "bench/objects/object_case.h"
 #include "bench/objects/object_reference.h"
 #include "bench/subject.h"
+#include "core/processor_time.h"
 #include "forward/choice/object_features.h"
 #include "forward/choice/patches.h"
 
@@ -24,13 +23,12 @@ ObjectSettings object_settings(const Request& request);
 /// What passes from here on.
 class SpentTime {
  public:
-  SpentTime();
   /// As "seconds", and "cpu_seconds" of all threads together.
   void record(Json& row) const;
 
  private:
-  std::chrono::steady_clock::time_point start_;
-  double processor_;
+  Stopwatch watch_;
+  double processor_ = processor_seconds();
 };
 
 class ObjectMeasurement {

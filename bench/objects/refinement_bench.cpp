@@ -1,4 +1,4 @@
-#include "bench/objects/refinement_bench.h"
+#include "bench/objects/object_bench.h"
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

@@ -1,14 +1,14 @@
-// kappamu-peers: solves a problem that `kappamu bench` assembled with somebody else's library, and
-// reports as lines of JSON what it took. Started by the bench through mpirun.
-//   kappamu-peers --list                            names of the peers that were built in
-//   kappamu-peers FOLDER PEER REPETITIONS TOLERANCE...
-// Every setting of the peer is tried on the first pattern at residual 1e-6; the one with the least
+// kappamu-peers FOLDER REPETITIONS TOLERANCE...: solves a problem that `kappamu bench` assembled
+// with hypre's PFMG, and reports as lines of JSON what it took. Started by the bench through
+// mpirun. Every setting is tried on the first pattern at residual 1e-6; the one with the least
 // set-up/16 + solve goes on to all tolerances and patterns. The φ of tolerance number n is written
 // to FOLDER/phi_<n>.bin, doubles [pattern][z][y][x].
+#include <HYPRE_utilities.h>
 #include <mpi.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <functional>
@@ -17,30 +17,11 @@
 #include <utility>
 #include <vector>
 
-#include "bench/peers/peer.h"
-
-#ifdef KAPPAMU_HAS_PETSC
-#include <petscsys.h>
-#endif
-#ifdef KAPPAMU_HAS_HYPRE
-#include <HYPRE_utilities.h>
-#endif
+#include "bench/peers/pfmg.h"
 
 namespace kappamu::peers {
 
 namespace {
-
-using Maker = std::unique_ptr<Peer> (*)(const Problem&);
-const std::vector<std::pair<std::string, Maker>> makers{
-#ifdef KAPPAMU_HAS_HYPRE
-    {"hypre-pfmg", make_hypre_pfmg},
-    {"hypre-boomeramg", make_hypre_boomeramg},
-#endif
-#ifdef KAPPAMU_HAS_PETSC
-    {"petsc-gamg", make_petsc_gamg},
-    {"petsc-icc", make_petsc_icc},
-#endif
-};
 
 /// Wall time of `work` on the slowest rank.
 double timed(const std::function<void()>& work) {
@@ -62,22 +43,19 @@ double median(std::vector<double> values) {
 
 class Run {
  public:
-  Run(std::string folder, const std::string& name, int repetitions)
+  Run(std::string folder, int repetitions)
       : folder_(std::move(folder)),
         repetitions_(repetitions),
         rank_(value_of(MPI_Comm_rank)),
         ranks_(value_of(MPI_Comm_size)),
-        problem_(folder_, rank_, ranks_) {
-    for (const auto& [known, make] : makers) {
-      if (known == name) peer_ = make(problem_);
-    }
-    if (!peer_) throw std::runtime_error("no peer '" + name + "' was built in");
+        problem_(folder_, rank_, ranks_),
+        peer_(problem_) {
     for (int m = 0; m < problem_.patterns(); ++m) rhs_.push_back(problem_.local_rhs(m));
   }
 
   void all(const std::vector<double>& tolerances) {
-    const int setting = best_setting();
-    const double set_up = median(repeated([&] { peer_->set_up(setting); }));
+    const Setting& setting = settings[best_setting()];
+    const double set_up = median(repeated([&] { peer_.set_up(setting); }));
     for (std::size_t t = 0; t < tolerances.size(); ++t)
       solve_all(t, tolerances[t], set_up, setting);
   }
@@ -95,22 +73,21 @@ class Run {
     return seconds;
   }
 
-  int best_setting() {
+  std::size_t best_setting() {
     constexpr double shared_by = 16.0, tolerance = 1e-6;
-    const auto names = peer_->settings();
-    int best = 0;
+    std::uint64_t best = 0;
     double least = 0.0;
-    for (int s = 0; s < static_cast<int>(names.size()); ++s) {
-      const double set_up = timed([&] { peer_->set_up(s); });
+    for (std::size_t s = 0; s < settings.size(); ++s) {
+      const double set_up = timed([&] { peer_.set_up(settings[s]); });
       int iterations = 0;
       std::vector<double> phi;
-      const double solve = timed([&] { iterations = peer_->solve(rhs_[0], tolerance, phi); });
+      const double solve = timed([&] { iterations = peer_.solve(rhs_[0], tolerance, phi); });
       const double cost = set_up / shared_by + solve;
       if (rank_ == 0) {
         std::printf(
             "{\"setting\": \"%s\", \"set_up_seconds\": %.6g, \"solve_seconds\": %.6g, "
             "\"iterations\": %d, \"trial\": true}\n",
-            names[static_cast<std::size_t>(s)].c_str(), set_up, solve, iterations);
+            settings[s].name, set_up, solve, iterations);
       }
       // A setting that fails to converge has no claim, however quick.
       if (iterations < max_iterations && (s == 0 || cost < least || least == 0.0)) {
@@ -118,17 +95,17 @@ class Run {
         least = cost;
       }
     }
-    MPI_Bcast(&best, 1, MPI_INT, 0, MPI_COMM_WORLD);
+    MPI_Bcast(&best, 1, MPI_UINT64_T, 0, MPI_COMM_WORLD);
     return best;
   }
 
-  void solve_all(std::size_t number, double tolerance, double set_up, int setting) {
+  void solve_all(std::size_t number, double tolerance, double set_up, const Setting& setting) {
     std::vector<std::vector<double>> phi(rhs_.size());
     double seconds = 0.0;
     int iterations = 0;
     for (std::size_t m = 0; m < rhs_.size(); ++m) {
       int needed = 0;
-      seconds += median(repeated([&] { needed = peer_->solve(rhs_[m], tolerance, phi[m]); }));
+      seconds += median(repeated([&] { needed = peer_.solve(rhs_[m], tolerance, phi[m]); }));
       iterations = std::max(iterations, needed);
     }
     write(number, phi);
@@ -137,8 +114,8 @@ class Run {
           "{\"setting\": \"%s\", \"tolerance\": %g, \"iterations\": %d, "
           "\"set_up_seconds\": %.6g, \"solve_seconds_per_rhs\": %.6g, \"ranks\": %d, "
           "\"trial\": false}\n",
-          peer_->settings()[static_cast<std::size_t>(setting)].c_str(), tolerance, iterations,
-          set_up, seconds / static_cast<double>(rhs_.size()), ranks_);
+          setting.name, tolerance, iterations, set_up, seconds / static_cast<double>(rhs_.size()),
+          ranks_);
     }
   }
 
@@ -169,45 +146,29 @@ class Run {
   int repetitions_;
   int rank_, ranks_;
   Problem problem_;
-  std::unique_ptr<Peer> peer_;
+  Pfmg peer_;
   std::vector<std::vector<double>> rhs_;
 };
-
-void start_libraries() {
-#ifdef KAPPAMU_HAS_PETSC
-  PetscInitializeNoArguments();
-#endif
-#ifdef KAPPAMU_HAS_HYPRE
-  HYPRE_Init();
-#endif
-}
 
 }  // namespace
 }  // namespace kappamu::peers
 
 int main(int argc, char** argv) {
   using namespace kappamu::peers;
-  if (argc == 2 && std::string(argv[1]) == "--list") {
-    for (const auto& [name, make] : makers) std::printf("%s\n", name.c_str());
-    return 0;
-  }
-  if (argc < 5) {
-    std::fprintf(stderr, "usage: kappamu-peers FOLDER PEER REPETITIONS TOLERANCE...\n");
+  if (argc < 4) {
+    std::fprintf(stderr, "usage: kappamu-peers FOLDER REPETITIONS TOLERANCE...\n");
     return 2;
   }
   MPI_Init(&argc, &argv);
   try {
-    start_libraries();
+    HYPRE_Init();
     std::vector<double> tolerances;
-    for (int i = 4; i < argc; ++i) tolerances.push_back(std::stod(argv[i]));
-    Run(argv[1], argv[2], std::stoi(argv[3])).all(tolerances);
+    for (int i = 3; i < argc; ++i) tolerances.push_back(std::stod(argv[i]));
+    Run(argv[1], std::stoi(argv[2])).all(tolerances);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "kappamu-peers: %s\n", error.what());
     MPI_Abort(MPI_COMM_WORLD, 1);
   }
-#ifdef KAPPAMU_HAS_PETSC
-  PetscFinalize();
-#endif
   MPI_Finalize();
   return 0;
 }

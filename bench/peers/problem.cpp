@@ -54,36 +54,12 @@ std::size_t Problem::index(const std::array<int, 3>& position) const {
   return result;
 }
 
-std::array<double, 7> Problem::stencil(int local) const {
+std::array<double, 4> Problem::upper_row(int local) const {
   const std::array<int, 3> at = position(first_row() + local);
   const std::size_t i = index(at);
-  std::array<double, 7> result{diagonal_[i]};
-  for (std::size_t a = 0; a < 3; ++a) {
-    result[1 + 2 * a] = at[a] > 0 ? -link_[a][i - stride_[a]] : 0.0;
-    result[2 + 2 * a] = at[a] + 1 < extent_[a] ? -link_[a][i] : 0.0;
-  }
-  return result;
-}
-
-Row Problem::row(int local) const {
-  const std::array<int, 3> at = position(first_row() + local);
-  const std::array<double, 7> s = stencil(local);
-  const int row = first_row() + local;
-  const std::array<int, 3> step{1, extent_[0], plane()};
-  Row result;
-  const auto add = [&](int column, double value) {
-    const auto e = static_cast<std::size_t>(result.count++);
-    result.columns[e] = column;
-    result.values[e] = value;
-  };
-  for (std::size_t a = 3; a-- > 0;) {
-    if (at[a] > 0) add(row - step[a], s[1 + 2 * a]);
-  }
-  add(row, s[0]);
-  for (std::size_t a = 0; a < 3; ++a) {
-    if (at[a] + 1 < extent_[a]) add(row + step[a], s[2 + 2 * a]);
-  }
-  return result;
+  std::array<double, 4> row{diagonal_[i]};
+  for (std::size_t a = 0; a < 3; ++a) row[1 + a] = at[a] + 1 < extent_[a] ? -link_[a][i] : 0.0;
+  return row;
 }
 
 std::vector<double> Problem::local_rhs(int pattern) const {

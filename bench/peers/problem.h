@@ -16,13 +16,6 @@
 
 namespace kappamu::peers {
 
-/// One row of A: at most seven entries, columns ascending.
-struct Row {
-  int count = 0;
-  std::array<int, 7> columns{};
-  std::array<double, 7> values{};
-};
-
 class Problem {
  public:
   /// Reads the folder and takes rank's slab of `ranks`. Throws std::runtime_error naming the file.
@@ -37,10 +30,8 @@ class Problem {
   std::array<int, 3> lower() const { return {0, 0, slab_begin_}; }
   std::array<int, 3> upper() const { return {extent_[0] - 1, extent_[1] - 1, slab_end_ - 1}; }
 
-  /// Row number first_row() + local.
-  Row row(int local) const;
-  /// The same as a stencil: centre, −x, +x, −m, +m, −s, +s; 0 towards the outside.
-  std::array<double, 7> stencil(int local) const;
+  /// Of row first_row() + local the centre, +x, +m, +s; 0 towards the outside.
+  std::array<double, 4> upper_row(int local) const;
 
   std::vector<double> local_rhs(int pattern) const;  ///< in row order
   /// Index in [z][y][x] of a row of any rank.

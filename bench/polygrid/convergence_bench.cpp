@@ -1,7 +1,6 @@
-#include "bench/polygrid/convergence_bench.h"
-
 #include <nlohmann/json.hpp>
 
+#include "bench/polygrid/polygrid_bench.h"
 #include "core/optics.h"
 #include "core/processor_time.h"
 #include "forward/polygrid/cell_geometry.h"

@@ -1,10 +1,8 @@
-#include "bench/polygrid/frames_bench.h"
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/polygrid/polygrid_bench.h"
 #include "core/mesh/surface_norm.h"
 #include "core/processor_time.h"
 #include "forward/polygrid/polygrid_diffusion.h"
@@ -101,12 +99,6 @@ struct Frame {
 /// Whether light is refracted and collides inside, or enters all at the surface, as in [W].
 enum class Entry { beams, surface };
 
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
 void enter_at_surface(forward::ObjectLight& light, const Surface& surface) {
   light.diffuse.assign(surface.size(), 0.0);
   for (const forward::Beam& beam : light.beams) {
@@ -172,7 +164,7 @@ class Live {
   Frame answered(double degrees, Entry entry, const render::MediaOfChannels* edited,
                  std::span<const render::BeamPlace> places,
                  const forward::polygrid::PolygridAccuracy& accuracy) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const double before = processor_seconds();
     if (edited != nullptr) set(*edited);
     const double media = edited != nullptr ? processor_seconds() - before : 0.0;
@@ -196,7 +188,7 @@ class Live {
             1e3 * (incident + seconds.beams),
             1e3 * seconds.solving,
             1e3 * seconds.exitance,
-            milliseconds_since(start),
+            watch.milliseconds(),
             1e3 * seconds.solving_elapsed,
             diffusion_->report().iterations};
   }

@@ -3,8 +3,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
-#include "bench/polygrid/convergence_bench.h"
-#include "bench/polygrid/frames_bench.h"
+#include "bench/subjects.h"
 #include "core/error.h"
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
@@ -130,21 +129,21 @@ Subject polygrid_subject() {
       "polygrid",
       "Polygrids of closed meshes: quality (docs/polygrid.md), live frames "
       "(docs/polygrid-diffusion.md)",
-      "  kappamu bench polygrid --section polygrid -o out/ --files bunny.obj\n\n"
-      "polygrid: cells, scaled Jacobians (1: a box; not above 0: inverted), edge lengths,\n"
-      "nodes whose six weights (Wang et al. 2008, appendix B) are negative or ill-conditioned,\n"
-      "spread of volumes and areas, distance of the mesh from the grid's surface in spacings of "
-      "its\n"
-      "boundary nodes, processor seconds. Of the shapes known by name, or of the files.\n"
-      "convergence: the sum of (L - L0)^2 over that of L0^2 against nodes processed and processor\n"
-      "time (relaxations: serial, in double; ours: OpenCL, in float), each scheme against its own\n"
-      "converged answer, a cube lit on one side, from zero (Wang et al. 2008,\n"
-      "figure 15).\n"
-      "frames: milliseconds of processor time, all cores together, of the light, diffusion and\n"
-      "exitance of a frame whose light has moved by 2 degrees and of one in which 10,000 voxels\n"
-      "were edited, of the first file, at the nodes of Table III of Wang et al. 2008; elapsed: by\n"
-      "the clock, to be trusted on a machine that does nothing else; surface: all light enters at\n"
-      "the surface, as there, and no beams are followed. Medians of seven frames.",
+      R"(  kappamu bench polygrid --section polygrid -o out/ --files bunny.obj
+
+polygrid: cells, scaled Jacobians (1: a box; not above 0: inverted), edge lengths,
+nodes whose six weights (Wang et al. 2008, appendix B) are negative or ill-conditioned,
+spread of volumes and areas, distance of the mesh from the grid's surface in spacings of its
+boundary nodes, processor seconds. Of the shapes known by name, or of the files.
+convergence: the sum of (L - L0)^2 over that of L0^2 against nodes processed and processor
+time (relaxations: serial, in double; ours: OpenCL, in float), each scheme against its own
+converged answer, a cube lit on one side, from zero (Wang et al. 2008,
+figure 15).
+frames: milliseconds of processor time, all cores together, of the light, diffusion and
+exitance of a frame whose light has moved by 2 degrees and of one in which 10,000 voxels
+were edited, of the first file, at the nodes of Table III of Wang et al. 2008; elapsed: by
+the clock, to be trusted on a machine that does nothing else; surface: all light enters at
+the surface, as there, and no beams are followed. Medians of seven frames.)",
       {{"polygrid", "shapes and files, 20,000 and 100,000 cells", measure},
        {"convergence", "error against nodes processed, relaxations and ours", measure_convergence},
        {"frames", "live frames and edits at 62,000 to 1,500,000 nodes", measure_frames}},

@@ -1,10 +1,13 @@
-// Polygrids of meshes: how good their cells are, how close to the object, how long they take.
+// Sections of `kappamu bench polygrid` in files of their own.
 #pragma once
 
 #include "bench/subject.h"
 
 namespace kappamu::bench {
 
-Subject polygrid_subject();
+/// Error against nodes processed on a polygrid, as figure 15 of [W]: its relaxations and ours.
+void measure_convergence(const Request& request, Progress& progress, const Save& save);
+/// What a live frame on a polygrid costs, beside Table III of [W].
+void measure_frames(const Request& request, Progress& progress, const Save& save);
 
 }  // namespace kappamu::bench

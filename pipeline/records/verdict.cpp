@@ -1,12 +1,11 @@
 #include "pipeline/records/verdict.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::pipeline {
 
@@ -27,9 +26,7 @@ constexpr double usable_E = 1e-2;
 constexpr double noise_margin = 1.5;  // E within this factor of the noise's cannot be told from it
 
 std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.3g", value);
-  return text.data();
+  return shown_number(value, "%.3g");
 }
 
 Grade graded(double value, double good, double usable) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include "calib/calibration_file.h"
 #include "core/error.h"
 #include "core/process_memory.h"
+#include "core/processor_time.h"
 #include "core/surface_measurements.h"
 #include "inverse/fit/fit_memory.h"
 #include "inverse/fit/fit_state.h"
@@ -96,7 +96,9 @@ class FitStage {
            const FitStageOptions& options, Progress& progress)
       : input_(std::move(input)),
         measurements_(measurements),
-        choice_(choose_validation(options.hold_out, measurements, validation.has_value())),
+        choice_(choose_validation(
+            options.hold_out, measurements,
+            validation ? ValidationMeasurements::present : ValidationMeasurements::absent)),
         split_(inverse::split_validation(measurements, choice_.patterns, std::move(validation))),
         output_(std::move(output)),
         options_(options),
@@ -264,7 +266,7 @@ void FitStage::write_json() const {
 }
 
 FitSummary FitStage::run() {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   fs::remove_all(output_ / validated_folder);
   const inverse::FitMemory memory = inverse::memory_needed(split_.fitted, options_.fit);
   summary_.memory_needed = memory.total();
@@ -287,8 +289,7 @@ FitSummary FitStage::run() {
   volumes_.metadata = {{"program", "kappamu fit"}, {"device", summary_.device}};
   summary_.volume = output_ / "volume.vdb";
   io::write_vdb(summary_.volume, volumes_);
-  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
-  summary_.seconds = passed.count();
+  summary_.seconds = watch.seconds();
   summary_.record = make_fit_record(summary_, split_.fitted, choice_, calibration_, input_);
   write_json();
   for (const std::string& name : summary_.channels) {

@@ -1,10 +1,9 @@
 #include "pipeline/stages/square_check.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "calib/sample/face.h"
+#include "core/shown_text.h"
 
 namespace kappamu::pipeline {
 
@@ -13,9 +12,7 @@ namespace {
 constexpr double limit_deviations = 3.0;  // a shift's limit is as many of its deviations
 
 std::string percent(double share) {
-  std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "%.1f", 100.0 * share);
-  return text.data();
+  return shown_number(100.0 * share, "%.1f");
 }
 
 }  // namespace

@@ -56,7 +56,9 @@ std::string to_string(ValidationChoice::Source source) {
 }
 
 ValidationChoice choose_validation(const std::string& choice,
-                                   const SurfaceMeasurements& measurements, bool has_validation) {
+                                   const SurfaceMeasurements& measurements,
+                                   ValidationMeasurements validation) {
+  const bool has_validation = validation == ValidationMeasurements::present;
   using Source = ValidationChoice::Source;
   const int patterns = measurements.patterns;
   if (choice == "none") {

@@ -22,10 +22,14 @@ struct ValidationChoice {
 };
 std::string to_string(ValidationChoice::Source source);
 
+/// Whether the input has measurements of validation patterns beside those to fit.
+enum class ValidationMeasurements { absent, present };
+
 /// `choice` is "auto", "none", a count, or pattern numbers (from 0) with commas ("5,10"; "5," is
 /// pattern 5 alone). With validation measurements "auto" keeps nothing of the others out. Throws
 /// InputError naming the option.
 ValidationChoice choose_validation(const std::string& choice,
-                                   const SurfaceMeasurements& measurements, bool has_validation);
+                                   const SurfaceMeasurements& measurements,
+                                   ValidationMeasurements validation);
 
 }  // namespace kappamu::pipeline

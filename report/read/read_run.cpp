@@ -2,6 +2,7 @@
 #include <cmath>
 #include <utility>
 
+#include "calib/calibration_file.h"
 #include "core/error.h"
 #include "inverse/validation/validation_patterns.h"
 #include "io/measurements_file.h"
@@ -101,7 +102,9 @@ RunData read_run(const std::filesystem::path& run) {
       data.session.reset();
     }
   }
-  data.calibration = read_calibration(run);
+  if (std::filesystem::exists(run / "calibration" / "calibration.json")) {
+    data.calibration = calib::load_calibration(run / "calibration");
+  }
   if (data.session && data.calibration) {
     data.sample_pictures = sample_pictures(*data.session, *data.calibration);
   }

@@ -20,44 +20,12 @@
 
 namespace kappamu::report {
 
-/// One lens calibration, camera or projector.
-struct LensCalibration {
-  double rms_px = 0.0;              ///< reprojection RMS over all corners
-  std::vector<std::string> views;   ///< file names
-  std::vector<double> view_rms_px;  ///< per view
-  int width = 0;                    ///< [px]
-  int height = 0;                   ///< [px]
-  std::vector<double> x, y;         ///< found corners [px], of all views
-  std::vector<double> dx, dy;       ///< residuals, projected - found [px], as long as x
-};
-
 /// The sample as a station photographed it, with the voxels' edges drawn where calibration puts
 /// them.
 struct SamplePicture {
   std::string station;
   std::string face;
   Image<std::uint8_t> image;
-};
-
-struct CalibrationData {
-  LensCalibration camera;
-  LensCalibration projector;
-  std::string camera_model, projector_model;
-  std::vector<calib::ModelScore> models_tried;  ///< of the camera; empty in old runs
-  std::array<double, 2> bend_mm{};              ///< of the printed board
-  calib::ProjectionUncertainty uncertainty;     ///< across the camera's frame
-  double projector_deviation_px = 0.0;          ///< at the lit face
-  std::vector<calib::GrayCodeView> gray_code;   ///< by plane, where the session has them
-  std::optional<double> gray_code_check_px;
-  std::vector<calib::SamplePose> poses;  ///< calibration station, pattern station
-  calib::Lens camera_lens;
-  /// [channel][code] linear signal as a fraction of full scale.
-  std::vector<std::vector<double>> response;
-  std::vector<double> scale;    ///< [channel] full scales per second for unit radiance
-  calib::WhiteReference white;  ///< scale empty where there was no white target
-  std::optional<calib::ProjectorCurve> projector_curve;
-  std::optional<calib::ChartReference> chart;
-  std::vector<std::string> warnings;
 };
 
 /// What one pattern's HDR image is worth.
@@ -118,7 +86,7 @@ struct RunData {
   std::filesystem::path folder;
   std::optional<pipeline::RunRecord> record;
   std::optional<capture::Session> session;  ///< absent when the session folder is gone
-  std::optional<CalibrationData> calibration;
+  std::optional<calib::CalibrationResult> calibration;
   std::vector<SamplePicture> sample_pictures;
   std::vector<HdrSummary> hdr;
   std::optional<Comparison> fit_patterns;
@@ -130,10 +98,9 @@ struct RunData {
 /// a file that is there is damaged.
 RunData read_run(const std::filesystem::path& run);
 
-std::optional<CalibrationData> read_calibration(const std::filesystem::path& run);
 /// The session's sample views that still have their photograph.
 std::vector<SamplePicture> sample_pictures(const capture::Session& session,
-                                           const CalibrationData& calibration);
+                                           const calib::CalibrationResult& calibration);
 /// Sets `data`'s patterns, of the fit and kept out of it, from its folder, record, session and fit.
 void read_comparisons(RunData& data);
 std::vector<HdrSummary> summarise_hdr(const std::filesystem::path& run);

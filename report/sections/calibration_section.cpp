@@ -14,22 +14,22 @@ namespace {
 
 /// Residuals enlarged so that a typical one (their RMS) is drawn as 3 % of the picture's width,
 /// rounded to a power of ten times 1, 2 or 5.
-double drawing_scale(const LensCalibration& lens) {
+double drawing_scale(const PointChart& points) {
   double sum = 0.0;
-  for (std::size_t i = 0; i < lens.dx.size(); ++i)
-    sum += lens.dx[i] * lens.dx[i] + lens.dy[i] * lens.dy[i];
-  const double rms = std::sqrt(sum / std::max<double>(1.0, static_cast<double>(lens.dx.size())));
+  for (std::size_t i = 0; i < points.dx.size(); ++i)
+    sum += points.dx[i] * points.dx[i] + points.dy[i] * points.dy[i];
+  const double rms = std::sqrt(sum / std::max<double>(1.0, static_cast<double>(points.dx.size())));
   if (rms <= 0.0) return 1.0;
-  const double wanted = 0.03 * lens.width / rms;
+  const double wanted = 0.03 * points.plane_width / rms;
   const double power = std::pow(10.0, std::floor(std::log10(wanted)));
   const double digit = wanted / power;
   return power * (digit < 2.0 ? 1.0 : digit < 5.0 ? 2.0 : 5.0);
 }
 
 /// What the lens model explains of views it was not fitted to.
-Html models_table(const CalibrationData& calibration) {
+Html models_table(const calib::CalibrationResult& calibration) {
   std::vector<std::vector<Html>> rows;
-  for (const calib::ModelScore& score : calibration.models_tried) {
+  for (const calib::ModelScore& score : calibration.camera.scores) {
     rows.push_back({text(to_string(score.model)), text(score.bent ? "bent" : "flat"),
                     text(number(score.held_out_rms_px, 4)), text(score.chosen ? "chosen" : "")});
   }
@@ -37,8 +37,8 @@ Html models_table(const CalibrationData& calibration) {
 }
 
 /// Standard deviation across the frame, as a map.
-Html uncertainty_map(const CalibrationData& calibration) {
-  const calib::ProjectionUncertainty& map = calibration.uncertainty;
+Html uncertainty_map(const calib::CalibrationResult& calibration) {
+  const calib::ProjectionUncertainty& map = calibration.camera_uncertainty;
   Image<float> image(map.columns, map.rows, 1);
   for (std::size_t k = 0; k < image.size(); ++k) {
     image.values()[k] = static_cast<float>(map.deviation_px[k]);
@@ -53,7 +53,7 @@ Html uncertainty_map(const CalibrationData& calibration) {
 }
 
 /// How legible each plane's Gray code is, where on the picture; one scale for all.
-Html gray_code_block(const CalibrationData& calibration) {
+Html gray_code_block(const calib::CalibrationResult& calibration) {
   constexpr int width = 200;  // CSS px
   double high = 0.0;
   for (const calib::GrayCodeView& view : calibration.gray_code) {
@@ -82,7 +82,8 @@ Html gray_code_block(const CalibrationData& calibration) {
 
 Html poses_table(const RunData& run) {
   std::vector<std::vector<Html>> rows;
-  for (const calib::SamplePose& pose : run.calibration->poses) {
+  for (const calib::SamplePose& pose :
+       {run.calibration->calibration_pose, run.calibration->pattern_pose}) {
     Eigen::Vector3d point = Eigen::Vector3d::Zero();
     if (run.session) {
       const auto corners = calib::face_corners(run.session->sample.shape(), pose.face);
@@ -109,35 +110,36 @@ Html sample_block(const RunData& run) {
   return poses_table(run) + row(blocks);
 }
 
-Html lens_block(const std::string& name, const LensCalibration& lens) {
+Html lens_block(const std::string& name, const calib::Lens& lens, double rms_px,
+                const std::vector<calib::ViewResidual>& views) {
   BarChart bars;
   bars.y_label = "RMS [px]";
-  bars.values = lens.view_rms_px;
-  for (std::size_t i = 0; i < lens.view_rms_px.size(); ++i)
-    bars.labels.push_back(std::to_string(i));
-  bars.reference = lens.rms_px;
-  bars.reference_label = "all: " + number(lens.rms_px) + " px";
-  std::vector<Html> blocks;
-  if (!bars.values.empty())
-    blocks.push_back(
-        element("figure", render(bars) + element("figcaption", text("Reprojection RMS by view"))));
-  if (!lens.x.empty()) {
-    PointChart points;
-    points.plane_width = lens.width;
-    points.plane_height = lens.height;
-    points.x = lens.x;
-    points.y = lens.y;
-    points.dx = lens.dx;
-    points.dy = lens.dy;
-    points.vector_scale = drawing_scale(lens);
-    std::string caption = "Where the " + std::to_string(lens.x.size()) +
-                          " corners lie in the picture (" + std::to_string(lens.width) + " × " +
-                          std::to_string(lens.height) + " px)";
-    if (!lens.dx.empty())
-      caption += ", residuals drawn " + number(points.vector_scale) + " times enlarged";
-    blocks.push_back(element("figure", render(points) + element("figcaption", text(caption))));
+  bars.reference = rms_px;
+  bars.reference_label = "all: " + number(rms_px) + " px";
+  PointChart points;
+  points.plane_width = lens.width;
+  points.plane_height = lens.height;
+  for (const calib::ViewResidual& view : views) {
+    bars.labels.push_back(std::to_string(bars.labels.size()));
+    bars.values.push_back(view.rms_px);
+    for (std::size_t i = 0; i < view.pixels.size(); ++i) {
+      points.x.push_back(view.pixels[i].x());
+      points.y.push_back(view.pixels[i].y());
+      points.dx.push_back(view.residuals[i].x());
+      points.dy.push_back(view.residuals[i].y());
+    }
   }
-  return subsection(name + ": " + number(lens.rms_px) + " px RMS", row(blocks));
+  points.vector_scale = drawing_scale(points);
+  std::vector<Html> blocks;
+  if (!bars.values.empty()) blocks.push_back(figure(render(bars), "Reprojection RMS by view"));
+  if (!points.x.empty()) {
+    blocks.push_back(
+        figure(render(points), "Where the " + std::to_string(points.x.size()) +
+                                   " corners lie in the picture (" + std::to_string(lens.width) +
+                                   " × " + std::to_string(lens.height) + " px), residuals drawn " +
+                                   number(points.vector_scale) + " times enlarged"));
+  }
+  return subsection(name + ": " + number(rms_px) + " px RMS", row(blocks));
 }
 
 }  // namespace
@@ -148,18 +150,22 @@ Html calibration_section(const RunData& run) {
     content += note("This run has no calibration: it was fitted from ready surface measurements.");
     return section("Geometric calibration", content);
   }
-  const CalibrationData& calibration = *run.calibration;
-  content += lens_block("Camera (" + calibration.camera_model + ")", calibration.camera);
+  const calib::CalibrationResult& calibration = *run.calibration;
+  const calib::CameraCalibration& lens = calibration.camera;
+  const calib::ProjectorCalibration& projector = calibration.projector;
+  content +=
+      lens_block("Camera (" + to_string(lens.model) + ")", lens.lens, lens.rms_px, lens.views);
   std::vector<Html> camera;
-  if (calibration.uncertainty.columns > 0) camera.push_back(uncertainty_map(calibration));
-  if (!calibration.models_tried.empty()) camera.push_back(models_table(calibration));
+  if (calibration.camera_uncertainty.columns > 0) camera.push_back(uncertainty_map(calibration));
+  if (!lens.scores.empty()) camera.push_back(models_table(calibration));
   if (!camera.empty()) content += subsection("What the camera's calibration is worth", row(camera));
-  if (calibration.bend_mm != std::array<double, 2>{}) {
-    content += note("The printed board is bent by " + number(calibration.bend_mm[0], 2) +
-                    " mm across and " + number(calibration.bend_mm[1], 2) +
-                    " mm along its height; this was allowed for.");
+  if (lens.bend_mm != std::array<double, 2>{}) {
+    content +=
+        note("The printed board is bent by " + number(lens.bend_mm[0], 2) + " mm across and " +
+             number(lens.bend_mm[1], 2) + " mm along its height; this was allowed for.");
   }
-  content += lens_block("Projector (" + calibration.projector_model + ")", calibration.projector);
+  content += lens_block("Projector (" + to_string(projector.model) + ")", projector.lens,
+                        projector.rms_px, projector.views);
   content += note("Which projector pixel lights a corner of the lit face is known to " +
                   number(calibration.projector_deviation_px, 2) +
                   " px (one standard deviation, the worst corner's; camera, projector and planes "

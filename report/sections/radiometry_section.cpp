@@ -18,7 +18,7 @@ Html response_block(const RunData& run) {
   LineChart chart;
   chart.x_label = "code value, fraction of the largest";
   chart.y_label = "linear signal";
-  const auto& response = run.calibration->response;
+  const auto& response = run.calibration->radiometry.response.linear;
   const std::vector<std::string> names = channel_names(run);
   for (std::size_t c = 0; c < response.size(); ++c) {
     Series series;
@@ -40,7 +40,7 @@ Html response_block(const RunData& run) {
 }
 
 Html scale_table(const RunData& run) {
-  const CalibrationData& calibration = *run.calibration;
+  const calib::CalibrationResult& calibration = *run.calibration;
   const std::vector<std::string> names = channel_names(run);
   const double reference = calibration.scale[calibration.scale.size() / 2];
   std::vector<std::vector<Html>> rows;
@@ -91,7 +91,7 @@ Html projector_block(const RunData& run) {
 }
 
 /// What black pixels, the projector's rim and stray light add or take, where they were measured.
-std::string light_sentence(const CalibrationData& calibration) {
+std::string light_sentence(const calib::CalibrationResult& calibration) {
   std::string sentence;
   const calib::WhiteReference& white = calibration.white;
   if (white.black_measured && white.projector_black > 0.0) {
@@ -207,7 +207,7 @@ Html hdr_maps(const std::vector<HdrSummary>& summaries) {
 
 Html radiometry_section(const RunData& run) {
   Html content;
-  if (run.calibration && !run.calibration->response.empty())
+  if (run.calibration && !run.calibration->radiometry.response.linear.empty())
     content += subsection("Camera response", response_block(run));
   if (run.calibration && !run.calibration->scale.empty()) {
     content += subsection("Scale and white balance", scale_table(run));

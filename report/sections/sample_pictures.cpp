@@ -141,9 +141,9 @@ Image<std::uint8_t> with_grid(const capture::Session& session, const Image<float
 }  // namespace
 
 std::vector<SamplePicture> sample_pictures(const capture::Session& session,
-                                           const CalibrationData& calibration) {
+                                           const calib::CalibrationResult& calibration) {
   std::vector<SamplePicture> pictures;
-  for (const calib::SamplePose& pose : calibration.poses) {
+  for (const calib::SamplePose& pose : {calibration.calibration_pose, calibration.pattern_pose}) {
     for (const capture::SampleView& view : session.calibration.sample_views) {
       if (view.station != pose.station || view.face != pose.face) continue;
       const bool shown = std::any_of(pictures.begin(), pictures.end(), [&](const SamplePicture& p) {
@@ -153,7 +153,7 @@ std::vector<SamplePicture> sample_pictures(const capture::Session& session,
       try {
         pictures.push_back(
             {view.station, to_string(view.face),
-             with_grid(session, photograph(session, view.frame), calibration.camera_lens, pose)});
+             with_grid(session, photograph(session, view.frame), calibration.camera.lens, pose)});
       } catch (const InputError&) {
         // The photograph may have been moved away since; the page does without.
         continue;

@@ -14,37 +14,47 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path make_session() {
+/// What `kappamu arguments -o FOLDER` writes, in a folder of all tests.
+fs::path made(const std::string& name, const std::string& arguments) {
   const fs::path folder = fs::path(KAPPAMU_TEST_FOLDER) / "tiny";
   fs::create_directories(folder);
-  // CTest runs tests in processes of their own, several at once: the first simulates.
-  const int lock = open((folder / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+  // CTest runs tests in processes of their own, several at once: the first makes it.
+  const int lock = open((folder / (name + ".lock")).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
   flock(lock, LOCK_EX);
-  const fs::path complete = folder / "complete";
-  // A session older than the program may be of another format.
+  const fs::path complete = folder / (name + ".complete");
+  // What is older than the program may be of another format.
   const bool is_current =
       fs::exists(complete) && fs::last_write_time(complete) > fs::last_write_time(KAPPAMU_PROGRAM);
   if (!is_current) {
-    fs::remove_all(folder / "capture");
-    const ProcessResult result =
-        kappamu("simulate --sample tiny --seed 3 --patches 2 --holdout 0 -o " +
-                (folder / "capture").string());
-    if (result.exit_code != 0) {
+    fs::remove_all(folder / name);
+    const ProcessResult result = kappamu(arguments + " -o " + (folder / name).string());
+    if (result.exit_code != 0 && result.exit_code != 3) {
       close(lock);
-      throw std::runtime_error("kappamu simulate failed: " + result.standard_error);
+      throw std::runtime_error("kappamu " + arguments + " failed: " + result.standard_error);
     }
     close(open(complete.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644));
     fs::last_write_time(complete, fs::file_time_type::clock::now());
   }
   close(lock);
-  return folder / "capture" / "session";
+  return folder / name;
 }
 
 }  // namespace
 
 const fs::path& tiny_session() {
-  static const fs::path session = make_session();
+  static const fs::path session =
+      made("capture", "simulate --sample tiny --seed 3 --patches 2 --holdout 0") / "session";
   return session;
+}
+
+const fs::path& tiny_run() {
+  static const fs::path run = made("run", "run " + tiny_session().string() + " --device reference");
+  return run;
+}
+
+fs::path copied_run(const fs::path& folder) {
+  fs::copy(tiny_run(), folder, fs::copy_options::recursive);
+  return folder;
 }
 
 fs::path linked_session(const fs::path& folder) {

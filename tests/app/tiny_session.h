@@ -1,4 +1,4 @@
-// One small simulated session, made once and shared by every test that needs frames.
+// One small simulated session and its run, made once and shared by every test that needs them.
 #pragma once
 
 #include <filesystem>
@@ -10,5 +10,11 @@ const std::filesystem::path& tiny_session();
 
 /// A copy in `folder` whose files are hard links: replace files there, never write into them.
 std::filesystem::path linked_session(const std::filesystem::path& folder);
+
+/// Folder that `kappamu run` filled from the session with the serial solver; read-only as well.
+const std::filesystem::path& tiny_run();
+
+/// A copy of it in `folder` that may be changed.
+std::filesystem::path copied_run(const std::filesystem::path& folder);
 
 }  // namespace kappamu

@@ -48,6 +48,11 @@ class Ratios(unittest.TestCase):
         self.assertIs(charts.first_to_reach(course, 0.05), course[2])
         self.assertIsNone(charts.first_to_reach(course, 1e-3))
 
+    def test_a_solver_is_quoted_by_its_cheapest_sample_within_each_error(self):
+        sample = lambda seconds, error: {"seconds_per_rhs": seconds, "true_error": error, "set_up_seconds": 1.5}
+        lines = charts.reached([sample(1.0, 5e-3), sample(2.0, 9e-5), sample(0.5, 8e-3)], lambda s: "ours")
+        self.assertEqual(lines.splitlines()[2], "| ours | 0.5000 | 2.0000 | – | 9.0e-05 | 1.500 |")
+
     def test_a_fixed_weight_may_end_above_its_best(self):
         point = lambda solves, error: {"solves": solves, "work": 2.0 * solves, "validation_E": error}
         ours = {"course": [point(10, 1e-2), point(20, 1e-3)], "validation_E": 1e-3, "batched_solves": 20}
@@ -69,7 +74,7 @@ class Pages(unittest.TestCase):
             self.assertIn(f"<!-- bench:limits-{name} -->\n", page)
 
     def test_every_place_and_picture_of_a_page_is_made_by_a_subject(self):
-        ends = ("", "-cost", "-views", "-exposures", "-thesis")
+        ends = ("", "-views", "-exposures", "-thesis")
         made = {stem + end for stem in charts.SUBJECTS for end in ends}
         for page in sorted((ROOT / "docs").glob("*.md")):
             for name in charts.re.findall(r"<!-- bench:([a-z-]+) -->", page.read_text()):

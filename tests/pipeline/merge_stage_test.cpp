@@ -28,18 +28,17 @@ class TakingAway : public Progress {
 };
 
 TEST_F(MergeStage, MeasuresWhatItMergedWithoutReadingItBack) {
-  const fs::path run = folder() / "run";
-  ASSERT_EQ(kappamu("calibrate " + tiny_session().string() + " -o " + run.string()).exit_code, 0);
+  const fs::path run = folder() / "run", calibration = tiny_run() / "calibration";
   const capture::Session session = capture::read_session(tiny_session());
   TakingAway progress(folder() / "out" / "hdr");
-  run_merge_stage(session, {}, run / "calibration", folder() / "out", progress);
+  run_merge_stage(session, {}, calibration, folder() / "out", progress);
   EXPECT_EQ(progress.taken, session.patterns.size());
 
   // A second attempt reads pictures that the first one left, and measures the same.
   Progress silent;
-  run_merge_stage(session, {}, run / "calibration", run, silent);
+  run_merge_stage(session, {}, calibration, run, silent);
   fs::remove_all(run / "measurements");
-  run_merge_stage(session, {}, run / "calibration", run, silent);
+  run_merge_stage(session, {}, calibration, run, silent);
   const SurfaceMeasurements once = io::read_measurements(folder() / "out" / "measurements");
   const SurfaceMeasurements again = io::read_measurements(run / "measurements");
   EXPECT_EQ(once.value, again.value);

@@ -23,9 +23,9 @@ using testing::HasSubstr;
 
 class RunFolderTest : public TemporaryFolderTest {
  protected:
-  RunFolder open(const std::string& input_fingerprint = "one", bool force = false) {
+  RunFolder open(const std::string& input_fingerprint = "one", Results results = Results::kept) {
     return {folder() / "run", RunRecord::InputKind::session, folder() / "session",
-            input_fingerprint, force};
+            input_fingerprint, results};
   }
   /// Work that leaves its output and counts.
   RunFolder::Work work(const std::string& content = "complete") {
@@ -54,7 +54,7 @@ TEST_F(RunFolderTest, OtherKeyOrLostOutputOrForceRepeats) {
   EXPECT_TRUE(open().run({"fit", "other key", {"out"}}, silent_, work()));
   fs::remove(folder() / "run" / "out");
   EXPECT_TRUE(open().run({"fit", "other key", {"out"}}, silent_, work()));
-  EXPECT_TRUE(open("one", true).run({"fit", "other key", {"out"}}, silent_, work()));
+  EXPECT_TRUE(open("one", Results::replaced).run({"fit", "other key", {"out"}}, silent_, work()));
   EXPECT_EQ(calls_, 4);
 }
 
@@ -162,7 +162,7 @@ TEST_F(RunFolderTest, RecordThatLeavesTheFolderIsRefused) {
   text.replace(text.find("\"path\": \"out\""), 13, "\"path\": \"../precious.txt\"");
   std::ofstream(folder() / "precious.txt") << "mine";
   std::ofstream(file) << text;
-  EXPECT_THAT(sentence_of([&] { open("one", true); }), HasSubstr("../precious.txt"));
+  EXPECT_THAT(sentence_of([&] { open("one", Results::replaced); }), HasSubstr("../precious.txt"));
   EXPECT_TRUE(fs::exists(folder() / "precious.txt"));
 }
 
@@ -195,7 +195,7 @@ TEST_F(RunFolderTest, AnotherInputIsRefusedUnlessForced) {
   const std::string sentence = sentence_of([&] { open("two"); });
   EXPECT_THAT(sentence, HasSubstr("holds a run of another input"));
   EXPECT_THAT(sentence, HasSubstr("--force"));
-  EXPECT_NO_THROW(open("two", true));
+  EXPECT_NO_THROW(open("two", Results::replaced));
 }
 
 TEST_F(RunFolderTest, SecondProcessIsKeptOut) {

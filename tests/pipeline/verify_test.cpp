@@ -45,7 +45,8 @@ class Verify : public TemporaryFolderTest {
     });
   }
   RunFolder open() {
-    return {folder() / "run", RunRecord::InputKind::session, folder() / "session", "one", false};
+    return {folder() / "run", RunRecord::InputKind::session, folder() / "session", "one",
+            Results::kept};
   }
   fs::path run(const std::string& file) const { return folder() / "run" / file; }
   /// "what name" of every finding.

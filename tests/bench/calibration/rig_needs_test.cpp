@@ -6,7 +6,9 @@
 
 #include <array>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <random>
+#include <string>
 
 #include "bench/calibration/rig_trial.h"
 #include "data_synthetic/rig/rig.h"
@@ -59,19 +61,24 @@ TEST_F(RigNeedsTest, FewViewsAndExposuresCostWhatIsPredicted) {
   RigNeedsOptions options = quick_rig_needs();
   options.folder = folder();
   Progress silent;
-  const RigNeeds needs = measure_rig_needs(options, silent);
-  const RigCase& few = needs.views.front();
-  const RigCase& many = needs.views.back();
-  EXPECT_EQ(few.refused + many.refused, 0);
-  EXPECT_GT(few.camera_px, 2.0 * many.camera_px);
-  EXPECT_GT(few.value, 2.0 * many.value);
-  EXPECT_GT(few.kappa, 1e-3);
+  const Json rows = measure_rig_needs(options, silent);
+  ASSERT_EQ(rows.size(), 4U);
+  const auto figure = [&](std::size_t row, const char* name) {
+    return rows.at(row).at(name).get<double>();
+  };
+  constexpr std::size_t few = 0, many = 1, two = 2;  // views, views, exposures
+  EXPECT_EQ(figure(few, "refused") + figure(many, "refused"), 0);
+  EXPECT_GT(figure(few, "camera_px"), 2.0 * figure(many, "camera_px"));
+  EXPECT_GT(figure(few, "value_relative"), 2.0 * figure(many, "value_relative"));
+  EXPECT_GT(figure(few, "log_kappa"), 1e-3);
   // One calibration and two draws from it tell little more than the order.
-  EXPECT_NEAR(std::log(few.kappa_predicted / few.kappa), 0.0, std::log(4.0));
-  EXPECT_NEAR(std::log(few.mu_predicted / few.mu), 0.0, std::log(4.0));
-  const RigCase& two = needs.exposures.front();
-  EXPECT_GT(two.kappa, 0.5 * two.kappa_predicted);  // the response's error comes on top
-  EXPECT_GT(two.kappa_predicted, 1e-3);
+  for (const std::string name : {"log_kappa", "log_mu"}) {
+    const double predicted = figure(few, (name + "_predicted").c_str());
+    EXPECT_NEAR(std::log(predicted / figure(few, name.c_str())), 0.0, std::log(4.0)) << name;
+  }
+  // The response's error comes on top.
+  EXPECT_GT(figure(two, "log_kappa"), 0.5 * figure(two, "log_kappa_predicted"));
+  EXPECT_GT(figure(two, "log_kappa_predicted"), 1e-3);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "bench/limits/limits.h"
+#include "bench/subjects.h"
 #include "tests/stability/stability_tools.h"
 
 namespace kappamu::bench {

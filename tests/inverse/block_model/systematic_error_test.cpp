@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bench/cases/limit_inverse_case.h"
-#include "bench/cases/systematic_case.h"
+#include "tests/inverse/block_model/systematic_case.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {

@@ -1,4 +1,4 @@
-#include "bench/cases/systematic_case.h"
+#include "tests/inverse/block_model/systematic_case.h"
 
 #include <algorithm>
 #include <array>
