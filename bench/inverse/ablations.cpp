@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bench/cases/inverse_case.h"
+#include "bench/cases/population.h"
 #include "bench/inverse/inverse_fit.h"
 #include "core/shown_text.h"
 #include "inverse/validation/validation_patterns.h"
@@ -131,6 +132,45 @@ void measure_regularisers(const Request& request, Progress& progress, const Save
     ablations.push_back({shown_number(lambda, "wang2008, %g"), options, {}, {}});
   }
   measure_ablations(ablations, request, progress, save);
+}
+
+void measure_population(const Request& request, Progress& progress, const Save& save) {
+  const bool quick = request.size == Size::quick;
+  Block block;
+  block.grid = quick                         ? GridShape{8, 8, 4, 0.5}
+               : request.size == Size::small ? GridShape{16, 16, 8, 0.5}
+                                             : GridShape{32, 32, 10, 0.5};
+  block.precision = forward::Precision::single_precision;
+  const std::pair<const char*, std::vector<double>> lights[] = {
+      {"bars", bar_light(block.grid, block.lit, 8)},
+      {"patches", patch_light(block.grid, block.lit, 16)}};
+  FitOptions options;
+  options.path.model = inverse::Model::volume;
+  options.solver.backend.device = request.device;
+  constexpr int single_sources = 32;
+  Progress silent;
+  Json rows = Json::array();
+  for (int s = 0; s < request.count("seeds", 1); ++s) {
+    const std::uint64_t seed = request.seed + static_cast<std::uint64_t>(s);
+    for (const auto& [name, family] : family_names) {
+      progress.update("population", 0.0, name + std::string(", seed ") + std::to_string(seed));
+      const Validation validation = make_validation(
+          block, make_family(block.grid.refined(2), family, block.grid.voxel_mm, seed),
+          single_sources);
+      for (const auto& [light, irradiance] : lights) {
+        const SurfaceMeasurements clean = expose(block, validation.fine_fields, irradiance);
+        for (const double noise : {0.003, 0.01, 0.03}) {
+          SurfaceMeasurements data = clean;
+          add_noise(data, noise, 1000 + seed);
+          Json row{{"variant", std::string(light) + ", " + name}, {"noise", noise}, {"seed", seed}};
+          row.update(measure_fit(data, validation, options, KeptOut::none, 0, silent));
+          rows.push_back(row);
+        }
+      }
+      save({{"rows", rows}});
+      if (quick) return;
+    }
+  }
 }
 
 void measure_losses(const Request& request, Progress& progress, const Save& save) {

@@ -285,10 +285,14 @@ Do not trust seconds on a machine that does anything else.)",
        {"validation", "0, 1, 2, 4 of 16 patterns kept out", measure_validation},
        {"regularisers", "h1, huber-tv at several edge slopes, [W]'s at several weights",
         measure_regularisers},
+       {"population", "four families of truths, bars and patches, 0.3, 1 and 3 % noise",
+        measure_population},
        {"losses", "gaussian, huber, student, with and without 1 % of outliers", measure_losses}},
       {{"sample", "Of section samples, these alone; the record keeps the others' rows",
         Setting::Kind::words, 0, 0, paper_samples()},
-       {"seeds", "Of validation, regularisers and losses: noises per truth (default 1)",
+       {"seeds",
+        "Of validation, regularisers and losses: noises per truth; of population: truths of each "
+        "family (default 1)",
         Setting::Kind::number, 1, 100}},
       inverse_summary};
 }
