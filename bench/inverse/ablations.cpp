@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bench/cases/inverse_case.h"
+#include "bench/cases/media.h"
 #include "bench/cases/population.h"
 #include "bench/inverse/inverse_fit.h"
 #include "core/shown_text.h"
