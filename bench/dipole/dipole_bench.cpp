@@ -2,13 +2,13 @@
 
 #include <Eigen/Core>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "bench/cases/form_factor_case.h"
 #include "bench/forward/slab_photons.h"
+#include "core/processor_time.h"
 #include "forward/dipole/form_factor/form_factor.h"
 #include "forward/dipole/form_factor/quadrature.h"
 
@@ -33,7 +33,6 @@ double share_below(const std::vector<double>& values, double limit) {
 }  // namespace
 
 void dipole_form_factors(const Request& request, Progress& progress, const Save& save) {
-  using Clock = std::chrono::steady_clock;
   const int cases = request.count("cases", request.size == Size::quick ? 40 : 2000);
   struct Method {
     std::string name;
@@ -57,7 +56,7 @@ void dipole_form_factors(const Request& request, Progress& progress, const Save&
   for (const Method& method : methods) {
     std::vector<double> relative, near, absolute;
     double samples = 0.0;
-    const auto start = Clock::now();
+    const double start = processor_seconds();
     for (std::size_t i = 0; i < all.size(); ++i) {
       const FormFactorCase& c = all[i];
       const FormFactor f = method.ratio > 0.0
@@ -69,7 +68,7 @@ void dipole_form_factors(const Request& request, Progress& progress, const Save&
       // What a triangle of consequence sends, seen from where the paper's criterion can be met.
       if (exact[i] > 0.01 * profile[i].reflectance() && !c.on_edge) near.push_back(relative.back());
     }
-    const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    const double seconds = processor_seconds() - start;
     rows.push_back({{"method", method.name},
                     {"ratio", method.ratio},
                     {"median", percentile(relative, 0.5)},
