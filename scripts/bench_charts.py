@@ -840,7 +840,7 @@ def map_grid(maps, titles, models):
                 ax.title.set_fontsize("x-small" if len(models) > 4 else "medium")
             else:
                 ax.set_visible(False)
-        row[0].set_ylabel(title)
+        row[0].set_ylabel(title, fontsize="x-small" if len(models) > 4 else "medium")
     return figure
 
 
