@@ -19,6 +19,9 @@ struct BoundaryConstants {
   double r_j = 0.0;                   ///< R_j = ∫₀¹ 3c² R(c) dc
   double A = 1.0;                     ///< (1 + R_j)/(1 − R_φ)
   double normal_transmittance = 1.0;  ///< 1 − R at normal incidence: E_t = normal_transmittance · E
+
+  /// The source q of the boundary condition φ + 2Aκ ∂φ/∂n = q over E_t, the irradiance that enters.
+  double q_per_entering() const { return 4.0 / (1.0 - r_phi); }
 };
 
 /// Integrates the Fresnel moments for η (Gauss-Legendre on either side of the critical angle; error

@@ -69,6 +69,7 @@ struct ModelCandidate {
   /// none: it cannot answer, or was not measured on such objects.
   std::optional<double> error;
   std::optional<double> seconds;  ///< expected; none as above
+  double photons = 0.0;           ///< of the walks that correct its answer; 0: none do
   std::string reason;             ///< why it was taken or left, one phrase
 };
 

@@ -649,6 +649,9 @@ THESIS = {"half-space (thick slab)": "slab-marble-72", "sphere": "sphere-marble-
           "cube split in two": "split-cube-marble-72", "cube, light from everywhere": "cube-marble-72-sky"}
 
 THESIS_MODELS = ("dipole-rotated", "boundary_integral", "embedded")
+# Of maps, in the order of a grid; a name that ends in another's comes first.
+MAPPED = ("embedded", "grid", "polygrid", "boundary_integral", "montecarlo", "beam-diffusion", "better-dipole",
+          "dipole-rotated", "dipole")
 
 
 def thesis_table(answered):
@@ -674,7 +677,8 @@ def automatic(record):
         met = [r for r in said if r["met"]]
         ratios = sorted(r["cost_ratio"] for r in met if r["cost_ratio"])
         over = [r["error"] / tolerance for r in said if not r["met"]]
-        taken = ", ".join(f"{model} {sum(r['model'] == model for r in own)}" for model in unique(own, "model"))
+        taken = ", ".join(f"{model} {sum(r['model'] == model for r in own)}" for model in unique(own, "model")) + (
+            f", corrected {sum(r['corrected'] for r in own)}")
         lines.append([percent(tolerance), len(own), f"{len(met)} of {len(said)}", f"{max(over):.2g}" if over else "–",
                       f"{statistics.median(ratios):.2g}" if ratios else "–", f"{max(ratios):.2g}" if ratios else "–",
                       sum(ratio > 3.0 for ratio in ratios), taken])
@@ -682,10 +686,9 @@ def automatic(record):
         ["tolerance", "scenes", "met, of those said to be", "error over tolerance where not, most",
          "cost over the cheapest that met it: median", "most", "above 3", "taken"], lines)
     text += "\n" + table(
-        ["scene", "tolerance", "pilot", "taken", "error expected", "error", "s of processor", "cheapest that met it", "cost ratio"],
+        ["scene", "tolerance", "taken", "corrected by", "error expected", "error", "s of processor", "cheapest that met it", "cost ratio"],
         [[r["name"], percent(r["tolerance"]),
-          f"{r['pilot']} {percent(r['pilot_error'], 1)}, {r['pilot_photons']} photons" if r.get("pilot") else "",
-          r["model"], percent(r["expected_error"], 1),
+          r["model"], f"{r['pilot_photons']} photons" if r["corrected"] else "", percent(r["expected_error"], 1),
           percent(r["error"], 1) + ("" if r["met"] else " (above)"), f"{r['cpu_seconds']:.2g}", r["cheapest"] or "none",
           "–" if r["cost_ratio"] is None else f"{r['cost_ratio']:.2g}"] for r in rows])
     return {}, {"": text}
@@ -735,6 +738,21 @@ def polygrid_frames(record):
          "[W] (coherent)", "moved: light + diffusion (iterations) + exitance [ms of processor]",
          "from converged: 2-norm, largest",
          "edit: equations + light + diffusion (iterations) [ms of processor], elapsed [ms]"], lines)}
+
+
+def form_factors(record):
+    """Error against time; "near": triangles of consequence whose edges the point does not lie on."""
+    rows = record["rows"]
+    names = [f"{r['method']}, pieces of {r['ratio']:g}" if r["ratio"] else r["method"] for r in rows]
+    figure, (ax,) = panels(1)
+    for number, (name, r) in enumerate(zip(names, rows)):
+        line(ax, number, 2 * [r["microseconds"]], [r["near_median"], r["near_most"]], name)
+    dress(ax, f"{record['cases']} random triangles: median and largest error of near ones", "processor time of one [µs]",
+          "relative error", "xy")
+    return {"": figure}, {"": provenance(record) + "\n" + table(
+        ["method, pieces over their distance", "near: median error", "near: within 1 %", "near: most", "samples", "processor time of one"],
+        [[name, f"{r['near_median']:.1e}", percent(r["near_within_1_percent"], 1), f"{r['near_most']:.1e}",
+          f"{r['samples']:.0f}", f"{r['microseconds']:.2g} µs"] for name, r in zip(names, rows)])}
 
 
 def importance(record):
@@ -789,26 +807,41 @@ def draw_surface(ax, title, corners, shown, sign, colours, norm):
     return patches
 
 
-def thesis_pictures(maps):
-    """[T] Table 5.1: a row for each object that has maps, exitance by model on the side away from the light, and Monte Carlo's."""
-    own = {title: {model: maps[f"{name}-{model}"] for model in THESIS_MODELS if f"{name}-{model}" in maps}
-           for title, name in THESIS.items()}
-    own = {title: by_model for title, by_model in own.items() if by_model}
-    models = [model for model in THESIS_MODELS if any(model in by_model for by_model in own.values())]
-    figure, axes = plt.subplots(len(own), 1 + len(models), figsize=(10.0, 2.3 * len(own)), squeeze=False,
-                                constrained_layout=True)
-    for row, (title, by_model) in zip(axes, own.items()):
-        values = next(iter(by_model.values()))
+def map_grid(maps, titles, models):
+    """A row for each scene, by title: exitance by model on the side away from the light, beside Monte Carlo's."""
+    models = [model for model in models if any(f"{name}-{model}" in maps for name in titles.values())]
+    figure, axes = plt.subplots(len(titles), 1 + len(models), squeeze=False, constrained_layout=True,
+                                figsize=(10.0, (8.5 if len(models) > 4 else 9.2) * len(titles) / (1 + len(models))))
+    for row, (title, name) in zip(axes, titles.items()):
+        values = next(maps[f"{name}-{model}"] for model in models if f"{name}-{model}" in maps)
         top = float(values[:, 11].max())
         norm = matplotlib.colors.LogNorm(0.01 * top, top)
         for ax, model in zip(row, ["Monte Carlo, patches", *models]):
-            if model in by_model or ax is row[0]:
-                shown = by_model.get(model, values)
+            if f"{name}-{model}" in maps or ax is row[0]:
+                shown = maps.get(f"{name}-{model}", values)
                 draw_surface(ax, model, shown[:, :9].reshape(-1, 3, 3), shown[:, 11 if ax is row[0] else 9], -1.0, "viridis", norm)
+                ax.title.set_fontsize("x-small" if len(models) > 4 else "medium")
             else:
                 ax.set_visible(False)
-        row[0].set_ylabel(title)
+        row[0].set_ylabel(title, fontsize="x-small" if len(models) > 4 else "medium")
     return figure
+
+
+def map_pictures(maps):
+    """Figures by name: of a scene that one model has a map of its own, the others in grids."""
+    models_of = {}
+    for name in maps:
+        model = next(model for model in MAPPED if name.endswith("-" + model))
+        models_of.setdefault(name[:-len(model) - 1], []).append(model)
+    for scene, models in models_of.items():
+        if len(models) == 1:
+            yield f"map-{scene}-{models[0]}", object_map(f"{scene}-{models[0]}", maps[f"{scene}-{models[0]}"])
+    several = [scene for scene, models in models_of.items() if len(models) > 1]
+    grids = {"thesis": {title: scene for title, scene in THESIS.items() if scene in several},
+             "grid": {scene: scene for scene in several if scene not in THESIS.values()}}
+    for grid, titles in grids.items():
+        if titles:
+            yield grid, map_grid(maps, titles, THESIS_MODELS if grid == "thesis" else MAPPED)
 
 
 def frame_of(toward):
@@ -882,8 +915,8 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
-               for name in ("dipole-hierarchy", "dipole-form-factors", "dipole-profiles", "dipole-energy")},
-             "dipole-importance": importance,
+               for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},
+             "dipole-importance": importance, "dipole-form-factors": form_factors,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
 
@@ -918,9 +951,8 @@ def draw(folder):
             write(folder / (stem + end + ("" if "." in end else ".md")), text)
             texts[stem + end] = text
     maps = {file.stem.removeprefix("objects-map-"): numpy.load(file) for file in sorted(folder.glob("objects-map-*.npy"))}
-    for name in [*maps, *(["thesis"] if any(name.rpartition("-")[0] in THESIS.values() for name in maps) else [])]:
-        figure = object_map(name, maps[name]) if name in maps else thesis_pictures(maps)
-        stem = f"objects-map-{name}" if name in maps else f"objects-{name}"
+    for name, figure in map_pictures(maps):
+        stem = f"objects-{name}"
         pictures[stem] = folder / f"{stem}.png"
         figure.savefig(pictures[stem], dpi=100, metadata={"Software": None})
         plt.close(figure)

@@ -75,7 +75,7 @@ Json measured(const Case& one, const Request& request) {
   const Surface surface = surface_of(mesh);
   const Prescribed exact = prescribed(surface, constants);
   std::vector<ObjectLight> lights(1);
-  const double q_of_irradiance = 4.0 * diffuse_transmittance(constants) / (1.0 - constants.r_phi);
+  const double q_of_irradiance = diffuse_transmittance(constants) * constants.q_per_entering();
   for (const double q : exact.q) lights[0].diffuse.push_back(q / q_of_irradiance);
   const ObjectMedium everywhere(medium);
   const NoRays rays;

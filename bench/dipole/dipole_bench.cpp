@@ -57,7 +57,7 @@ void dipole_form_factors(const Request& request, Progress& progress, const Save&
   for (const Method& method : methods) {
     std::vector<double> relative, near, absolute;
     double samples = 0.0;
-    const Stopwatch watch;
+    const double start = processor_seconds();
     for (std::size_t i = 0; i < all.size(); ++i) {
       const FormFactorCase& c = all[i];
       const FormFactor f = method.ratio > 0.0
@@ -69,7 +69,7 @@ void dipole_form_factors(const Request& request, Progress& progress, const Save&
       // What a triangle of consequence sends, seen from where the paper's criterion can be met.
       if (exact[i] > 0.01 * profile[i].reflectance() && !c.on_edge) near.push_back(relative.back());
     }
-    const double seconds = watch.seconds();
+    const double seconds = processor_seconds() - start;
     rows.push_back({{"method", method.name},
                     {"ratio", method.ratio},
                     {"median", percentile(relative, 0.5)},

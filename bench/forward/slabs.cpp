@@ -108,7 +108,7 @@ SlabTotals diffuse_slab(const OpticalSlab& slab, Incidence incidence) {
   if (incidence == Incidence::diffuse) {
     const double specular = diffuse_surface_reflectance(slab);
     const double entering = 1.0 - specular;
-    const double q = 4.0 * entering / (1.0 - constants.r_phi);
+    const double q = entering * constants.q_per_entering();
     const forward::LayeredMode mode(layer, constants.A, {0.0, 0.0, q});
     totals.reflected = specular + entering + mode.flux_out_near();
     totals.transmitted = mode.flux_out_far();

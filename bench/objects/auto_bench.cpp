@@ -24,34 +24,27 @@ struct Tried {
   double error = 0.0, seconds = 0.0;  ///< of processor
 };
 
-/// Every candidate that answers, the one taken first, and with it what the pilot cost.
+/// Every model that answers by itself; of what takes much longer than `seconds`, random walks
+/// alone.
 std::vector<Tried> try_all(const ObjectMeasurement& measurement,
-                           const forward::ObjectOptions& asked, const forward::Choice& choice,
-                           const std::optional<forward::Pilot>& pilot, double pilot_seconds) {
+                           const forward::ObjectOptions& asked, double seconds) {
   std::vector<Tried> tried;
-  if (pilot && pilot->within) {
-    tried.push_back({pilot->model, measurement.error_of(pilot->results.front()), pilot_seconds});
-  }
-  for (const forward::ModelCandidate& candidate : choice.candidates) {
-    if (!tried.empty()) {
-      const double expected = candidate.seconds.value_or(0.0);
-      if (expected > hopeless_cost * tried.front().seconds) continue;
-      if (expected > hopeless_seconds && candidate.model != "montecarlo") continue;
-    }
-    forward::ObjectOptions options =
-        forward::options_for(candidate.model, std::span(&measurement.features(), 1), asked);
+  const std::span features(&measurement.features(), 1);
+  for (const forward::ModelCandidate& candidate :
+       forward::choose_model(features, asked, {}, false).candidates) {
+    const bool random = candidate.model == forward::random_walks;
+    const double expected = candidate.seconds.value_or(0.0);
+    if (!candidate.error || expected > hopeless_cost * seconds) continue;
+    if (!random && expected > hopeless_seconds) continue;
+    forward::ObjectOptions options = forward::options_for(candidate.model, features, asked);
     const auto photons = options.photons;
-    const bool random = candidate.model == "montecarlo";
     if (random) options.photons = std::min(photons, walked_photons);
     const Json row = measurement.row(candidate.model, options);
     if (row.contains("refused")) continue;
-    Tried one{candidate.model, row.at("error"), row.at("cpu_seconds")};
-    if (random) {
-      one.error = measurement.noise_of_triangles(photons);
-      one.seconds *= static_cast<double>(photons) / static_cast<double>(options.photons);
-    }
-    if (tried.empty()) one.seconds += pilot_seconds;
-    tried.push_back(one);
+    tried.push_back({candidate.model, row.at("error"), row.at("cpu_seconds")});
+    if (!random) continue;
+    tried.back().error = measurement.noise_of_triangles(photons);
+    tried.back().seconds *= static_cast<double>(photons) / static_cast<double>(options.photons);
   }
   return tried;
 }
@@ -62,14 +55,18 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   asked.tolerance = tolerance;
   asked.photons = 1ULL << 31;
   const std::span features(&measurement.features(), 1);
-  forward::Choice choice = forward::choose_model(features, asked, {});
+  forward::Choice choice = forward::choose_model(features, asked, {}, true);
   const forward::ObjectProblem problem = measurement.problem();
   const double before = processor_seconds();
   const std::optional<forward::Pilot> pilot =
-      forward::run_pilot(std::span(&problem, 1), features, asked, {}, choice, progress);
+      forward::run_pilot(std::span(&problem, 1), features, asked, choice, progress);
   const double pilot_seconds = pilot ? processor_seconds() - before : 0.0;
-  const forward::ModelCandidate& taken = choice.candidates.front();
-  const std::vector<Tried> tried = try_all(measurement, asked, choice, pilot, pilot_seconds);
+  const bool corrected = pilot && pilot->within;
+  const forward::ModelCandidate& first = choice.candidates.front();
+  const std::vector<Tried> tried =
+      try_all(measurement, asked, corrected ? pilot_seconds : first.seconds.value());
+  Tried taken{first.model, 0.0, pilot_seconds};
+  if (corrected) taken.error = measurement.error_of(pilot->results.front());
   std::optional<Tried> cheapest;
   Json measured = Json::object();
   for (const forward::MeasuredModel& model : forward::measured_models()) {
@@ -80,23 +77,27 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
     measured[one.model + "_error"] = one.error;
     measured[one.model + "_cpu_seconds"] = one.seconds;
     if (one.error <= tolerance && (!cheapest || one.seconds < cheapest->seconds)) cheapest = one;
+    if (corrected || one.model != taken.model) continue;
+    taken.error = one.error;
+    taken.seconds += one.seconds;
   }
   Json row{{"name", object.name},
            {"tolerance", tolerance},
            {"model", taken.model},
-           {"expected_error", taken.error.value_or(0.0)},
+           {"corrected", corrected},
+           {"expected_error", first.error.value_or(0.0)},
            {"within_tolerance", choice.within_tolerance},
-           {"error", tried.front().error},
-           {"met", tried.front().error <= tolerance},
-           {"expected_seconds", taken.seconds.value_or(0.0)},
-           {"cpu_seconds", tried.front().seconds}};
+           {"error", taken.error},
+           {"met", taken.error <= tolerance},
+           {"expected_seconds", first.seconds.value_or(0.0)},
+           {"cpu_seconds", taken.seconds}};
   row["pilot"] = pilot ? Json(pilot->model) : Json();
   row["pilot_photons"] = pilot ? Json(pilot->photons) : Json();
-  row["pilot_error"] = pilot ? Json(pilot->error()) : Json();
-  row["pilot_probability"] = pilot ? Json(pilot->probability) : Json();
+  row["pilot_error"] = pilot ? Json(pilot->measured) : Json();
+  row["pilot_left"] = pilot ? Json(pilot->left) : Json();
   row["pilot_cpu_seconds"] = pilot_seconds;
   row["cheapest"] = cheapest ? Json(cheapest->model) : Json();
-  row["cost_ratio"] = cheapest ? Json(tried.front().seconds / cheapest->seconds) : Json();
+  row["cost_ratio"] = cheapest ? Json(taken.seconds / cheapest->seconds) : Json();
   row.update(measured);
   return row;
 }

@@ -14,6 +14,7 @@ namespace {
 
 std::vector<ObjectCase> cases_of(const Request& request) {
   std::vector<std::string> wanted = request.words("scenes");
+  if (request.has("draw")) return drawn_cases(request.count("draw", 0), request.seed);
   std::vector<ObjectCase> own = cases_of_files(request.words("mesh"));
   if (wanted.empty() && !own.empty()) return own;
   if (wanted.empty() && request.size == Size::quick) {
@@ -53,7 +54,7 @@ double exitance_of_lit_sphere(double radius_mm, double kappa_mm, double mu_per_m
   const double decay = std::sqrt(mu_per_mm / kappa_mm), x = decay * radius_mm;
   const double i0 = std::sinh(x) / x, slope = (std::cosh(x) - i0) / x;
   const double entering = eta * eta * (1.0 - constants.r_phi);
-  const double q = 4.0 * entering / (1.0 - constants.r_phi);
+  const double q = entering * constants.q_per_entering();
   const double phi = q * i0 / (i0 + 2.0 * constants.A * kappa_mm * decay * slope);
   return (phi - q) / (2.0 * constants.A) + entering;
 }
@@ -102,7 +103,7 @@ suffer less.)",
       {{"scenes", "Those whose names begin so; all if absent", Setting::Kind::words},
        {"mesh", "Files of objects to measure instead of, or beside, those of --scenes",
         Setting::Kind::words},
-       {"draw", "Of auto: so many scenes drawn by --seed", Setting::Kind::number, 1, 1000},
+       {"draw", "Measure so many scenes drawn by --seed", Setting::Kind::number, 1, 1000},
        {"models", "Those named; all if absent", Setting::Kind::words},
        {"tolerance", "Error that models aim at (default 0.01)", Setting::Kind::number, 1e-6, 0.9},
        {"photons", "Of the model montecarlo (default 200000)", Setting::Kind::number, 2, 2e9},

@@ -56,8 +56,9 @@ struct ObjectBench {
 };
 
 /// Meshes are `meshes`/<shape>.ply; the measured volume is `volume`, stretched over the object's
-/// box.
+/// box. Triangles are as large as `edges_per_size` along the longest edge allow.
 ObjectBench make_object_bench(const ObjectCase& object, const std::filesystem::path& meshes,
-                              const std::filesystem::path& volume, Progress& progress);
+                              const std::filesystem::path& volume, Progress& progress,
+                              int edges_per_size = 64);
 
 }  // namespace kappamu::bench

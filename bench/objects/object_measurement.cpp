@@ -48,6 +48,7 @@ ObjectSettings object_settings(const Request& request) {
   s.photons = static_cast<std::uint64_t>(request.number("photons", quick ? 5e3 : 2e5));
   s.reference_photons =
       static_cast<std::uint64_t>(request.number("reference-photons", quick ? 2e4 : 2e6));
+  s.edges_per_size = quick ? 12 : 64;
   s.maps = request.has("maps");
   return s;
 }
@@ -63,7 +64,8 @@ ObjectMeasurement::ObjectMeasurement(const ObjectCase& object, const ObjectSetti
       settings_(settings),
       request_(request),
       progress_(progress),
-      bench_(make_object_bench(object, settings.meshes, settings.volume, progress)),
+      bench_(make_object_bench(object, settings.meshes, settings.volume, progress,
+                               settings.edges_per_size)),
       patches_(forward::make_patches(bench_.object().surface, bounding_box(bench_.object().mesh),
                                      forward::patches_across)),
       reference_(reference()),

@@ -16,6 +16,7 @@ struct ObjectSettings {
   std::filesystem::path meshes, volume, references;
   double tolerance = 0.0;  ///< that models are asked for
   std::uint64_t photons = 0, reference_photons = 0;
+  int edges_per_size = 0;  ///< of triangles
   bool maps = false;
 };
 ObjectSettings object_settings(const Request& request);

@@ -118,7 +118,7 @@ BlockAnswer BlockDiffusion::solve(const ObjectProblem& problem, const BlockAccur
   const auto conductance = [&](std::size_t cell) {  // per area, G_b/h²
     return 1.0 / (h / (2.0 * medium_.kappa[cell]) + 2.0 * constants.A);
   };
-  const double q_per_entering = 4.0 / (1.0 - constants.r_phi);
+  const double q_per_entering = constants.q_per_entering();
   const auto each_pixel = [&](const auto& visit) {
     std::size_t pixel = 0;
     for (const Face face : all_faces) {

@@ -24,9 +24,7 @@ double now() {
 
 std::vector<double> boundary_source(const ObjectLight& light, const BoundaryConstants& constants) {
   std::vector<double> q = light.diffuse;
-  for (double& value : q) {
-    value *= 4.0 * diffuse_transmittance(constants) / (1.0 - constants.r_phi);
-  }
+  for (double& value : q) value *= diffuse_transmittance(constants) * constants.q_per_entering();
   return q;
 }
 

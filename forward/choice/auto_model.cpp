@@ -1,7 +1,5 @@
 #include "forward/choice/auto_model.h"
 
-#include <algorithm>
-
 #include "core/error.h"
 #include "forward/choice/pilot.h"
 #include "forward/object_models.h"
@@ -20,28 +18,25 @@ class AutoModel final : public ChannelsModel {
     if (problems.empty()) return {};
     std::vector<ObjectFeatures> features;
     for (const ObjectProblem& problem : problems) features.push_back(features_of(problem));
-    Choice choice = choose_model(features, asked, costs_);
-    if (auto pilot = run_pilot(problems, features, asked, costs_, choice, progress);
-        pilot && pilot->within) {
-      for (ObjectResult& result : pilot->results) finish(asked, choice, result);
-      return std::move(pilot->results);
-    }
-    auto next = choice.candidates.begin();
+    Choice choice = choose_model(features, asked, costs_, true);
     while (true) {
+      if (auto pilot = run_pilot(problems, features, asked, choice, progress);
+          pilot && pilot->within) {
+        for (ObjectResult& result : pilot->results) finish(asked, choice, result);
+        return std::move(pilot->results);
+      }
+      ModelCandidate& first = choice.candidates.front();
       try {
-        progress.update("choice of a model", 1.0, next->model + ": " + next->reason);
+        progress.update("choice of a model", 1.0, first.model + ": " + first.reason);
         std::vector<ObjectResult> results =
-            make_object_model(next->model)
-                ->solve_channels(problems, options_for(next->model, features, asked), progress);
-        std::rotate(choice.candidates.begin(), next, next + 1);
+            make_object_model(first.model)
+                ->solve_channels(problems, options_for(first.model, features, asked), progress);
         for (ObjectResult& result : results) finish(asked, choice, result);
         return results;
       } catch (const InputError& refusal) {
-        const auto follows = next + 1;
-        if (follows == choice.candidates.end() || !follows->error) throw;
-        next->reason = std::string("refused: ") + refusal.what();
-        next = follows;
-        next->reason = "the next after a refusal: " + next->reason;
+        if (!choice.candidates[1].error) throw;
+        first = {first.model, {}, {}, 0.0, std::string("refused: ") + refusal.what()};
+        rank(choice, asked.tolerance);
       }
     }
   }

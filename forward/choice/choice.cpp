@@ -6,6 +6,9 @@
 #include <cstdio>
 
 #include "core/error.h"
+#include "forward/choice/correction.h"
+#include "forward/choice/error_belief.h"
+#include "forward/choice/patches.h"
 
 namespace kappamu::forward {
 
@@ -14,11 +17,11 @@ namespace {
 /// Of the tolerance: what a model's numerics are asked for, and what they then leave at most.
 /// Models state more than they err by.
 constexpr double numerics_share = 0.5, numerics_left = 0.25;
-/// Standard deviations of the scenes measured that an error is taken above its law.
-constexpr double margin = 1.3;
+/// Probability by its law that an error is below what is expected at most.
+constexpr double expected_at_most = 0.95;
 /// Noise is known better than physics.
 constexpr double noise_share = 0.9;
-constexpr double fewest_photons = 2e4;
+constexpr double fewest_photons = 2e4, fewest_walk = 2e3;
 /// Thinner than the thinnest measured by more than this factor, errors are not known.
 constexpr double beyond = 1.25;
 
@@ -80,27 +83,39 @@ double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> chan
       worst = std::max(
           worst, noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)));
     } else {
-      worst = std::max(
-          worst, std::hypot(error_by(model.error, features) * std::exp(margin * model.error.spread),
-                            numerics_left * asked.tolerance));
+      const ErrorBelief law{error_by(model.error, features), model.error.spread};
+      worst = std::max(worst, std::hypot(error_quantile(law, expected_at_most),
+                                         numerics_left * asked.tolerance));
     }
   }
   return worst;
 }
 
+/// Of `montecarlo`: of one photon in every channel.
 double seconds_of(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
                   const ObjectOptions& asked, const MachineCosts& costs) {
   double seconds = 0.0;
   for (const ObjectFeatures& features : channels) {
     seconds += seconds_by(model.seconds, features, numerics_share * asked.tolerance);
   }
-  if (model.name == random_walks) seconds *= photons_for(model, channels, asked);
   const auto here = costs.find(std::string(model.name));
   return here == costs.end() ? seconds : seconds * here->second;
 }
 
+/// Photons that correct an answer of error `error` to `wanted`, in the channel that needs most.
+double correcting_photons(double error, double wanted, std::span<const ObjectFeatures> channels) {
+  const double noise = noise_that_leaves(error, wanted);
+  double most = 0.0;
+  for (const ObjectFeatures& features : channels) {
+    const double of_one = error_by(measured(random_walks).error, features);
+    const double nodes = features.surface * patches_across * patches_across;
+    most = std::max(most, nodes * std::pow(of_one / noise, 2.0));
+  }
+  return most;
+}
+
 ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                         const ObjectOptions& asked, const MachineCosts& costs) {
+                         const ObjectOptions& asked, const MachineCosts& costs, bool corrected) {
   ModelCandidate result;
   result.model = model.name;
   for (const ObjectFeatures& features : channels) {
@@ -109,23 +124,34 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
   }
   result.error = error_of(model, channels, asked);
   result.seconds = seconds_of(model, channels, asked, costs);
+  if (model.name == random_walks) {
+    *result.seconds *= photons_for(model, channels, asked);
+  } else if (corrected && *result.error > asked.tolerance) {
+    const double photons =
+        correcting_photons(*result.error, noise_share * asked.tolerance, channels);
+    if (photons > static_cast<double>(asked.photons)) return result;
+    result.photons = std::max(photons, fewest_walk);
+    *result.seconds += result.photons * seconds_of(measured(random_walks), channels, asked, costs);
+    result.error = asked.tolerance;
+  }
   return result;
 }
 
 }  // namespace
 
 Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
-                    const MachineCosts& costs) {
+                    const MachineCosts& costs, bool corrected) {
   check(!channels.empty(), "choose_model: no channel");
   Choice choice;
   for (const MeasuredModel& model : measured_models()) {
-    choice.candidates.push_back(candidate(model, channels, asked, costs));
+    choice.candidates.push_back(candidate(model, channels, asked, costs, corrected));
   }
   rank(choice, asked.tolerance);
   for (ModelCandidate& c : choice.candidates) {
     if (!c.error) continue;
     const bool first = &c == &choice.candidates.front();
     const std::string expected =
+        (c.photons > 0.0 ? "corrected by " + number(c.photons) + " photons, " : std::string()) +
         "error at most " + percent(*c.error) + ", " + number(*c.seconds) + " s expected";
     if (first) {
       c.reason = (choice.within_tolerance ? "the cheapest within the tolerance: "

@@ -19,9 +19,10 @@ struct Choice {
 };
 
 /// `channels` are the same object in the media of its colour channels, which one model answers.
-/// The tolerance is `asked`'s: of physics and numerics together.
+/// The tolerance is `asked`'s: of physics and numerics together. `corrected`: a model that
+/// is beyond it counts with the walks that correct it (forward/choice/correction.h).
 Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
-                    const MachineCosts& costs);
+                    const MachineCosts& costs, bool corrected);
 
 /// Orders the candidates by what is now known of them: within the tolerance by cost, beyond it by
 /// error, then those of unknown error.

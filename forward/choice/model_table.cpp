@@ -16,6 +16,11 @@ std::span<const MeasuredModel> measured_models() {
   return models;
 }
 
+const MeasuredModel& measured(std::string_view name) {
+  return *std::find_if(models.begin(), models.end(),
+                       [&](const MeasuredModel& model) { return model.name == name; });
+}
+
 MeasuredRange measured_range() {
   return range;
 }

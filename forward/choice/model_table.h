@@ -49,6 +49,8 @@ struct MeasuredRange {
 };
 
 std::span<const MeasuredModel> measured_models();
+/// The one of that name, which is there.
+const MeasuredModel& measured(std::string_view name);
 MeasuredRange measured_range();
 
 /// Features beyond the measured range count as its end.

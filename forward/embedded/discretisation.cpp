@@ -37,7 +37,7 @@ std::vector<double> entering(const ObjectLight& light, const BoundaryConstants& 
 
 /// The light's share q of the boundary condition, from E_t.
 double boundary_source(double entering, const BoundaryConstants& constants) {
-  return 4.0 * entering / (1.0 - constants.r_phi);
+  return entering * constants.q_per_entering();
 }
 
 /// Adds the light's beams to loads and balances; beams of several channels that share chords are

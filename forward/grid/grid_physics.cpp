@@ -52,7 +52,7 @@ BoundaryConstants constants_of(const GridSetup& setup) {
 double boundary_q_per_irradiance(const GridSetup& setup, const BoundaryConstants& constants) {
   if (setup.source != SourceModel::boundary) return 0.0;
   if (setup.convention == Convention::wang2008) return constants.normal_transmittance;
-  return 4.0 * constants.normal_transmittance / (1.0 - constants.r_phi);
+  return constants.normal_transmittance * constants.q_per_entering();
 }
 
 double exitance_per_flux(const GridSetup& setup) {

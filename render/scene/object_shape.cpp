@@ -14,7 +14,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int edges_per_size = 64;
 constexpr std::size_t most_refined_triangles = 4'000'000;
 
 /// In whatever unit and frame a file has; a box of three edges in theirs, its triangles alike on
@@ -24,8 +23,9 @@ TriangleMesh unsized_shape(const SceneObject& object, std::vector<std::string>& 
   if (!file) {
     const auto* edges = std::get_if<Vector3d>(&object.size_mm);
     if (edges && std::get<std::string>(object.shape) == "cube")
-      return box_mesh(*edges, edges_per_size);
-    return make_shape(std::get<std::string>(object.shape), 1.0, edges_per_size, object.proportion);
+      return box_mesh(*edges, object.edges_per_size);
+    return make_shape(std::get<std::string>(object.shape), 1.0, object.edges_per_size,
+                      object.proportion);
   }
   CheckedMesh checked = check_mesh(io::read_mesh(*file), file->string());
   warnings.insert(warnings.end(), checked.mended.begin(), checked.mended.end());
@@ -53,7 +53,7 @@ TriangleMesh make_object_mesh(const SceneObject& object, std::vector<std::string
       mesh = fitted(std::move(mesh), std::get<double>(object.size_mm));
     }
     const double size = bounding_box(mesh).sizes().maxCoeff();
-    return refined(mesh, 1.5 * size / edges_per_size, most_refined_triangles);
+    return refined(mesh, 1.5 * size / object.edges_per_size, most_refined_triangles);
   } catch (const InputError& error) {
     throw InputError("object '" + object.name + "': " + error.what());
   }

@@ -109,8 +109,7 @@ inline SlabFluence slab_first_collision(const Slab& slab, const BoundaryConstant
 }
 
 inline SlabFluence slab_boundary(const Slab& slab, const BoundaryConstants& constants, double E) {
-  return {slab, constants.A, 0.0,
-          4.0 * constants.normal_transmittance * E / (1.0 - constants.r_phi)};
+  return {slab, constants.A, 0.0, constants.normal_transmittance * E * constants.q_per_entering()};
 }
 
 }  // namespace kappamu::forward

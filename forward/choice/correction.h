@@ -1,0 +1,50 @@
+// An answer corrected by short random walks. Walk over answer is a factor that varies slowly: it is
+// averaged with smooth weights, each average moved towards 1 as far as its noise exceeds the
+// answer's own error, and interpolated by the same weights.
+#pragma once
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+
+namespace kappamu::forward {
+
+/// The walk's noise in the cells of the lattice, relative and the same everywhere, that leaves
+/// `wanted` of an error; 0: none does.
+double noise_that_leaves(double error, double wanted);
+
+class Correction {
+ public:
+  explicit Correction(const Surface& surface);
+
+  /// Exitance per sample of one light: `answer`, of relative error `error`, corrected by a walk
+  /// with standard errors. Its integral is the walk's, whose noise is small there.
+  std::vector<double> corrected(std::span<const double> answer, std::span<const double> walk,
+                                std::span<const double> standard_error, double error) const;
+
+  /// Relative error, 2-norm over the surface, that is left of `error`.
+  double left(std::span<const double> answer, std::span<const double> walk,
+              std::span<const double> standard_error, double error) const;
+
+ private:
+  /// Trilinear weights of the position times squared components of the normal: they sum to 1.
+  struct Share {
+    int node = 0;
+    float weight = 0.0F;
+  };
+  struct Averages {
+    std::vector<double> answer, walk;  ///< ∫ weight · exitance dA per node
+    std::vector<double> square;        ///< ∫ weight · answer² dA
+    std::vector<double> noise;         ///< variance of the factor about the node
+  };
+  Averages averages(std::span<const double> answer, std::span<const double> walk,
+                    std::span<const double> standard_error) const;
+
+  const Surface& surface_;
+  std::vector<std::array<Share, 24>> shares_;  ///< per sample
+  std::size_t nodes_ = 0;  ///< of a lattice over the object's box, one for each side faced
+};
+
+}  // namespace kappamu::forward
