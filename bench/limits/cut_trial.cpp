@@ -64,7 +64,7 @@ CutTrial run_cut_trial(const TriangleMesh& mesh, const std::vector<ObjectMedium>
   std::vector<std::vector<double>> fluence;
   watch.lap();
   const CgReport report = make_linear_solver(d.levels, loads.size(), device)
-                              ->solve(loads, fluence, tolerance, most_iterations);
+                              ->solve(loads, fluence, {tolerance, most_iterations});
   trial.solve = watch.lap();
   trial.cubes = d.mesh.cubes.size();
   trial.unknowns = d.levels.unknowns();
