@@ -41,7 +41,7 @@ CutTrial run_cut_trial(const TriangleMesh& mesh, const std::vector<ObjectMedium>
   }
   std::vector<std::vector<double>> fluence;
   const CgReport report = make_linear_solver(d.levels, loads.size(), device)
-                              ->solve(loads, fluence, tolerance, most_iterations);
+                              ->solve(loads, fluence, {tolerance, most_iterations});
   trial.cubes = d.mesh.cubes.size();
   trial.iterations = report.iterations;
   trial.converged = report.converged;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <future>
 #include <memory>
 #include <sstream>
 
@@ -21,9 +20,8 @@ namespace {
 constexpr int first_level = 4;
 /// A mesh starts with its folded cubes split as often as this.
 constexpr int fold_splits = 1;
-/// Of the indicator's sum, the share that a refinement splits at most and at least, and the error
-/// aimed at, of the tolerance.
-constexpr double most_refined = 0.8, least_refined = 0.3, aimed_at = 0.9;
+/// The error that a refinement aims at, of the tolerance and, at most, of the error before.
+constexpr double aimed_at = 0.9, most_left = 0.85;
 /// Exitance on a mesh and on the same with every cube split differ by 3 times the finer's error
 /// where the error falls with h², by less at edges of the light. Between the two, on the safe side
 /// of measured errors.
@@ -56,57 +54,42 @@ class BodySolve {
                          gigabytes(bytes_each() * static_cast<double>(most_cubes_)));
     Octree tree(problem_.mesh);
     tree.refine_surface(first_level);
-    CutMesh coarse_mesh = with_folds_split(tree);
+    split_folds(tree);
     BodyAnswer best;
-    for (int step = 0;; ++step) {
-      // The mesh and the same with every cube split: two resolutions, one error.
-      // Made side by side: what one does on a single core, the other fills up.
-      auto finer = std::async(std::launch::async, [&, leaves = coarse_mesh.leaf] {
-        return split_everywhere(tree, leaves, step == 0);
-      });
-      const Answers coarse = solved(discretised(tree, std::move(coarse_mesh)));
-      const std::unique_ptr<const Discretisation> made = finer.get();
-      if (!made) return best;
-      const Discretisation& fine = *made;
-      Answers found = solved(fine);
+    for (auto fine = split_everywhere(tree, true); fine;) {
+      Answers found = solved(*fine);
+      const double worst = estimate(tree, found, best);
       best.channel = std::move(found.channel);
-      best.cubes = fine.mesh.cubes.size();
-      best.slits = folds(fine.mesh, problem_.surface).slits;
-      best.iterations = found.report.iterations;
-      best.solved = found.report.converged;
-      const double worst = estimate(coarse, best);
+      best.cubes = fine->mesh.cubes.size();
+      best.slits = folds(fine->mesh, problem_.surface).slits;
+      best.iterations = found.iterations;
+      best.solved = found.converged;
       best.within_tolerance = worst <= options_.tolerance;
       best.setup_seconds = seconds_since(start_) - solving_;
       best.seconds = solving_;
       report(worst, best.cubes);
       if (best.within_tolerance) return best;
-      tree.refine(largest(gradient_indicator(fine, best.channel), refined_share(worst)));
-      coarse_mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
+      const Indicator indicator = gradient_indicator(*fine, best.channel);
+      fine.reset();
+      tree.refine(indicator.node,
+                  splits(indicator, std::min(most_left, aimed_at * options_.tolerance / worst),
+                         most_cubes_));
+      fine = split_everywhere(tree, false);
     }
+    return best;
   }
 
  private:
-  /// Splitting cubes quarters their share of the error.
-  double refined_share(double error) const {
-    const double wanted = aimed_at * options_.tolerance / error;
-    return std::clamp((1.0 - wanted) / 0.75, least_refined, most_refined);
-  }
-
   /// Memory per cube.
   double bytes_each() const {
     return bytes_per_cube + bytes_per_channel * static_cast<double>(channels_.problems.size()) +
            bytes_per_light * static_cast<double>(std::min(channels_.lights(), lights_at_once));
   }
 
-  CutMesh with_folds_split(Octree& tree) const {
-    CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
-    for (int split = 0; split < fold_splits; ++split) {
-      const std::vector<int> folded = folds(mesh, problem_.surface).leaf;
-      if (folded.empty()) break;
-      tree.refine(folded);
-      mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
-    }
-    return mesh;
+  void split_folds(Octree& tree) const {
+    const std::vector<int> folded =
+        folds(cut_mesh(tree, problem_.mesh, problem_.rays), problem_.surface).leaf;
+    tree.refine(folded, std::vector<int>(folded.size(), fold_splits));
   }
 
   Discretisation discretised(Octree tree, CutMesh mesh) const {
@@ -114,12 +97,10 @@ class BodySolve {
                           channels_.constants.A);
   }
 
-  /// With each of the leaves split; none where that is too large. What is asked for first is
-  /// refused then.
-  std::unique_ptr<const Discretisation> split_everywhere(Octree tree,
-                                                         const std::vector<int>& leaves,
-                                                         bool first) const {
-    tree.refine_each(leaves);
+  /// With each of the object's leaves split; none where that is too large. What is asked for first
+  /// is refused then.
+  std::unique_ptr<const Discretisation> split_everywhere(Octree tree, bool first) const {
+    tree.refine_each(object_leaves(tree, problem_.mesh, problem_.rays));
     CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
     if (mesh.cubes.size() > most_cubes_) {
       if (first) refuse(mesh.cubes.size());
@@ -138,19 +119,29 @@ class BodySolve {
     return result;
   }
 
-  /// Fills in the errors; the largest relative one.
-  double estimate(const Answers& coarse, BodyAnswer& best) const {
-    best.error.assign(best.channel.size(), {});
+  /// Fills in the errors of an answer on the tree with every leaf split, by its difference from the
+  /// tree's own: the next coarser level is that, where there is one and coefficients do not vary.
+  /// The largest relative one.
+  double estimate(const Octree& tree, const Answers& found, BodyAnswer& best) {
+    bool apart = false;
+    for (std::size_t c = 0; c < found.channel.size(); ++c) {
+      for (const std::vector<double>& coarser : found.channel[c].coarser_exitance) {
+        apart = apart || coarser.empty() || !channels_.problems[c].medium.homogeneous();
+      }
+    }
+    Answers own;
+    if (apart) own = solved(discretised(tree, cut_mesh(tree, problem_.mesh, problem_.rays)));
+    best.error.assign(found.channel.size(), {});
     double worst = 0.0;
-    for (std::size_t c = 0; c < best.channel.size(); ++c) {
+    for (std::size_t c = 0; c < found.channel.size(); ++c) {
       const double per_error = channels_.problems[c].medium.homogeneous()
                                    ? difference_per_error
                                    : difference_per_error_at_jumps;
-      for (std::size_t l = 0; l < best.channel[c].exitance.size(); ++l) {
-        const std::vector<double>& exitance = best.channel[c].exitance[l];
-        const double error =
-            surface_difference(problem_.surface, exitance, coarse.channel[c].exitance[l]) /
-            per_error;
+      for (std::size_t l = 0; l < found.channel[c].exitance.size(); ++l) {
+        const std::vector<double>& exitance = found.channel[c].exitance[l];
+        const std::vector<double>& coarser =
+            apart ? own.channel[c].exitance[l] : found.channel[c].coarser_exitance[l];
+        const double error = surface_difference(problem_.surface, exitance, coarser) / per_error;
         best.error[c].push_back(error);
         const double size = surface_norm(problem_.surface, exitance);
         if (size > 0.0) worst = std::max(worst, error / size);

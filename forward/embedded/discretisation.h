@@ -40,21 +40,25 @@ struct Channels {
 struct Answer {
   std::vector<std::vector<double>> fluence;   ///< [light][unknown]
   std::vector<std::vector<double>> exitance;  ///< [light][triangle]
+  /// The same on the next coarser level, with the finest one's coefficients; empty: there is none.
+  std::vector<std::vector<double>> coarser_exitance;
   std::vector<ObjectBalance> balance;
 };
 
 struct Answers {
   std::vector<Answer> channel;
-  CgReport report;
+  int iterations = 0;
+  bool converged = true;
 };
 
-/// Relative residual of the linear systems for exitances of this relative tolerance, of which what
-/// it leaves open is some percent (measured: 20 times the residual). The powers balance whatever it
-/// is.
+/// Of exitances of this relative tolerance, what the linear systems may leave open. The powers
+/// balance whatever it is.
 inline double linear_tolerance(double tolerance) {
-  return std::min(1e-5, 2e-3 * tolerance);
+  return std::min(1e-5, 0.1 * tolerance);
 }
 
+/// Solves on the level below the finest first and begins from there. The linear systems leave a
+/// relative error of `linear_tolerance` at most, in the surface's 2-norm.
 Answers answers(const Discretisation& discretisation, const Channels& channels,
                 LinearSolver& solver, double linear_tolerance);
 

@@ -12,6 +12,15 @@ namespace {
 
 /// |∫ n dA| / ∫ dA is 1 on a plane, 0.58 about a cube's corner, 0 between a sheet's two sides.
 constexpr double folded = 0.5;
+/// What a split makes of a cube at the surface, and of one inside, where the error falls with h².
+struct Split {
+  double kept;   ///< of its share of the error, measured (embedded.md)
+  double cubes;  ///< in its place
+};
+constexpr Split at_surface{0.45, 4.0};
+constexpr Split inside{0.25, 8.0};
+/// Further ahead the first estimate does not see.
+constexpr double most_splits = 4.0;
 
 /// Mean over the cube of the gradient of the trilinear function [1/mm].
 Eigen::Vector3d mean_gradient(const std::array<double, 8>& values, double h) {
@@ -80,6 +89,10 @@ Indicator gradient_indicator(const Discretisation& d, const std::vector<Answer>&
     first.push_back(k);
   }
   first.push_back(d.mesh.cubes.size());
+  for (std::size_t n = 0; n < result.node.size(); ++n) {
+    result.cubes.push_back(static_cast<double>(first[n + 1] - first[n]));
+    result.at_surface.push_back(d.tree.meets_surface(result.node[n]) ? 1 : 0);
+  }
   result.value.assign(result.node.size(), 0.0);
   std::vector<double> mine(result.node.size());
   for (std::size_t c = 0; c < channels.size(); ++c) {
@@ -98,21 +111,33 @@ Indicator gradient_indicator(const Discretisation& d, const std::vector<Answer>&
   return result;
 }
 
-std::vector<int> largest(const Indicator& indicator, double share) {
-  std::vector<std::size_t> order(indicator.node.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return indicator.value[a] > indicator.value[b];
-  });
-  const double wanted =
-      share * std::accumulate(indicator.value.begin(), indicator.value.end(), 0.0);
-  std::vector<int> nodes;
-  double sum = 0.0;
-  for (std::size_t k = 0; k < order.size() && sum < wanted; ++k) {
-    sum += indicator.value[order[k]];
-    nodes.push_back(indicator.node[order[k]]);
+std::vector<int> splits(const Indicator& indicator, double left, std::size_t most_cubes) {
+  // A cube is split while its share of the error, per cube that it became, exceeds `least`.
+  const auto times = [&](std::size_t n, double least) {
+    const Split& split = indicator.at_surface[n] != 0 ? at_surface : inside;
+    const double over = std::log(indicator.value[n] / least) / std::log(split.cubes / split.kept);
+    return over > 0.0 ? static_cast<int>(std::min(most_splits, std::ceil(over))) : 0;
+  };
+  const auto enough = [&](double least) {
+    double sum = 0.0, before = 0.0, cubes = 0.0;
+    for (std::size_t n = 0; n < indicator.value.size(); ++n) {
+      const Split& split = indicator.at_surface[n] != 0 ? at_surface : inside;
+      const int k = times(n, least);
+      before += indicator.value[n];
+      sum += indicator.value[n] * std::pow(split.kept, k);
+      cubes += indicator.cubes[n] * std::pow(8.0, k);
+    }
+    return sum <= left * before || cubes > static_cast<double>(most_cubes);
+  };
+  double high = *std::max_element(indicator.value.begin(), indicator.value.end());
+  double low = 1e-12 * high;
+  for (int halving = 0; halving < 40; ++halving) {
+    const double middle = std::sqrt(low * high);
+    (enough(middle) ? low : high) = middle;
   }
-  return nodes;
+  std::vector<int> result;
+  for (std::size_t n = 0; n < indicator.value.size(); ++n) result.push_back(times(n, low));
+  return result;
 }
 
 }  // namespace kappamu::forward::embedded

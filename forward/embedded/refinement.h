@@ -17,13 +17,16 @@ Folds folds(const CutMesh& mesh, const Surface& surface);
 struct Indicator {
   std::vector<int> node;      ///< of the octree
   std::vector<double> value;  ///< dimensionless
+  std::vector<double> cubes;  ///< how many children
+  std::vector<char> at_surface;
 };
 /// Energy ∫ κ |∇φ − mean ∇φ|² of the gradient's variation among the children of each cube, summed
 /// over channels and lights, each relative to its light's sum.
 Indicator gradient_indicator(const Discretisation& discretisation,
                              const std::vector<Answer>& channels);
 
-/// The fewest nodes that hold `share` of the indicator's sum (Dörfler 1996).
-std::vector<int> largest(const Indicator& indicator, double share);
+/// How often to split each node so that `left` of the error is left, with the fewest cubes and
+/// about `most_cubes` at most.
+std::vector<int> splits(const Indicator& indicator, double left, std::size_t most_cubes);
 
 }  // namespace kappamu::forward::embedded

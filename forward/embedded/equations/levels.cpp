@@ -48,17 +48,36 @@ std::vector<std::vector<float>> inverse_scales(const NodeSpace& space, const Ele
   return result;
 }
 
+Cube parent_of(const Cube& cube) {
+  return {cube.level - 1, {cube.at[0] / 2, cube.at[1] / 2, cube.at[2] / 2}};
+}
+
+/// Whether the parent of the larger of two cubes holds the other too.
+bool split_unevenly(const Cube& one, const Cube& other) {
+  if (one.level == other.level) return false;
+  const Cube& small = one.level > other.level ? one : other;
+  const Cube parent = parent_of(one.level > other.level ? other : one);
+  const int below = small.level - parent.level;
+  return small.at[0] >> below == parent.at[0] && small.at[1] >> below == parent.at[1] &&
+         small.at[2] >> below == parent.at[2];
+}
+
 /// The cubes of the coarser level, and where each cube of the finer went.
 std::vector<Cube> coarsened(const std::vector<Cube>& fine, Coarser& coarser) {
-  int finest = 0;
-  for (const Cube& cube : fine) finest = std::max(finest, cube.level);
+  int least = 1;  // of the levels whose cubes are replaced
+  for (std::size_t k = 1; k < fine.size() && least == 1; ++k) {
+    // Morton order: where siblings are of different levels, two of them follow each other.
+    if (split_unevenly(fine[k - 1], fine[k])) {
+      for (const Cube& cube : fine) least = std::max(least, cube.level);
+    }
+  }
   std::vector<Cube> coarse;
   for (const Cube& cube : fine) {
-    if (cube.level < finest) {
+    if (cube.level < least) {
       coarser.octant.push_back(-1);
       coarse.push_back(cube);
     } else {
-      const Cube parent{finest - 1, {cube.at[0] / 2, cube.at[1] / 2, cube.at[2] / 2}};
+      const Cube parent = parent_of(cube);
       coarser.octant.push_back(
           static_cast<int>((cube.at[0] & 1U) | (cube.at[1] & 1U) << 1U | (cube.at[2] & 1U) << 2U));
       // Morton order: siblings follow each other.
@@ -163,6 +182,28 @@ Levels make_levels(const std::vector<Cube>& cubes, Elements elements) {
     result.level.push_back(std::move(level));
     if (coarsest) return result;
   }
+}
+
+std::vector<double> Transfer::restricted(const std::vector<double>& load) const {
+  const NodeSpace& coarse = levels_.level[1].space;
+  std::vector<double> result(coarse.unknowns(), 0.0);
+  for (std::size_t u = 0; u < owner_.size(); ++u) {
+    for_coarser_parts(levels_.level[0].coarser, coarse, owner_[u], [&](int part, double weight) {
+      result[static_cast<std::size_t>(part)] += weight * load[u];
+    });
+  }
+  return result;
+}
+
+std::vector<double> Transfer::prolonged(const std::vector<double>& field) const {
+  std::vector<double> result(owner_.size(), 0.0);
+  for (std::size_t u = 0; u < owner_.size(); ++u) {
+    for_coarser_parts(levels_.level[0].coarser, levels_.level[1].space, owner_[u],
+                      [&](int part, double weight) {
+                        result[u] += weight * field[static_cast<std::size_t>(part)];
+                      });
+  }
+  return result;
 }
 
 std::vector<int> owner_slots(const NodeSpace& space) {

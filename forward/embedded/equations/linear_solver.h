@@ -25,6 +25,21 @@ constexpr SmoothingStep smoothing_step(int k) {
 /// What a smoother's x begins with.
 enum class Start { zero, given };
 
+/// When every light is solved for, or iterations are used up.
+struct CgEnd {
+  double residual = 0.0;  ///< of the right-hand side's length
+  int most_iterations = 100;
+  /// By light: of the error, eᵀ A e, predicted from the last two steps; empty: residuals alone end.
+  std::vector<double> energy = {};
+
+  bool reached(std::size_t light, double r_r, double b_b, double r_z, double r_z_before) const {
+    if (r_r <= residual * residual * b_b) return true;
+    // Preconditioned, rᵀ z is the error's energy before a step, which lowers it as the last one
+    // did.
+    return !energy.empty() && r_z_before > 0.0 && r_z * r_z <= energy[light] * r_z_before;
+  }
+};
+
 struct CgReport {
   int iterations = 0;
   bool converged = true;
@@ -40,10 +55,11 @@ struct Load {
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
-  /// Solves A x = b for every light. The residual's sum is zero on return, so that the powers
-  /// balance (embedded.md).
+  /// Solves A x = b for every light, on a level of the hierarchy; begins with x, or with zero where
+  /// x is empty, and ends as `ends` has it. The residual's sum is zero on return, so that the
+  /// powers balance (embedded.md).
   virtual CgReport solve(const std::vector<Load>& b, std::vector<std::vector<double>>& x,
-                         double tolerance, int most_iterations) = 0;
+                         const CgEnd& ends, std::size_t level = 0) = 0;
 };
 
 }  // namespace kappamu::forward::embedded

@@ -48,11 +48,11 @@ Eigen::Vector3d point_in(const Cube& cube, double share) {
   return edge * Eigen::Vector3d(cube.at[0] + share, cube.at[1] + share, cube.at[2] + share);
 }
 
-/// For every leaf without surface: whether it is inside. Leaves that share part of a face lie in
-/// one region, and one ray decides for the region.
+/// For every leaf that is not cut by the surface: whether it is inside. Leaves that share part of a
+/// face lie in one region, and one ray decides for the region.
 std::vector<char> regions_inside(const Octree& tree, const std::vector<int>& leaves,
-                                 const std::vector<std::unique_ptr<CutCell>>& cells,
-                                 const TriangleMesh& mesh, const RayCaster& rays) {
+                                 const std::vector<char>& cut, const TriangleMesh& mesh,
+                                 const RayCaster& rays) {
   std::vector<int> place(leaves.empty() ? 0 : tree.node_count(), -1);
   for (std::size_t k = 0; k < leaves.size(); ++k) {
     place[static_cast<std::size_t>(leaves[k])] = static_cast<int>(k);
@@ -60,7 +60,7 @@ std::vector<char> regions_inside(const Octree& tree, const std::vector<int>& lea
   std::vector<int> parent(leaves.size());
   std::iota(parent.begin(), parent.end(), 0);
   for (std::size_t k = 0; k < leaves.size(); ++k) {
-    if (cells[k]) continue;
+    if (cut[k] != 0) continue;
     const Cube& cube = tree.cube(leaves[k]);
     for (int side = 0; side < 6; ++side) {
       std::array<std::int64_t, 3> at{cube.at[0], cube.at[1], cube.at[2]};
@@ -68,28 +68,43 @@ std::vector<char> regions_inside(const Octree& tree, const std::vector<int>& lea
       const int node = tree.containing(cube.level, at);
       if (node < 0 || !tree.is_leaf(node)) continue;  // smaller neighbours ask from their side
       const int other = place[static_cast<std::size_t>(node)];
-      if (cells[static_cast<std::size_t>(other)]) continue;
+      if (cut[static_cast<std::size_t>(other)] != 0) continue;
       parent[static_cast<std::size_t>(root_of(parent, static_cast<int>(k)))] =
           root_of(parent, other);
     }
   }
   std::vector<char> state(leaves.size(), 0);
   for (std::size_t k = 0; k < leaves.size(); ++k) {
-    if (!cells[k] && parent[k] == static_cast<int>(k)) {
+    if (cut[k] == 0 && parent[k] == static_cast<int>(k)) {
       state[k] = inside(tree.to_mm(point_in(tree.cube(leaves[k]), 0.5)), mesh, rays) ? 1 : 0;
     }
   }
   for (std::size_t k = 0; k < leaves.size(); ++k) {
-    if (!cells[k]) state[k] = state[static_cast<std::size_t>(root_of(parent, static_cast<int>(k)))];
+    if (cut[k] == 0)
+      state[k] = state[static_cast<std::size_t>(root_of(parent, static_cast<int>(k)))];
   }
   return state;
 }
 
 }  // namespace
 
+std::vector<int> object_leaves(const Octree& tree, const TriangleMesh& mesh,
+                               const RayCaster& rays) {
+  const std::vector<int> leaves = tree.leaves();
+  std::vector<char> cut;
+  for (const int leaf : leaves) cut.push_back(tree.meets_surface(leaf) ? 1 : 0);
+  const std::vector<char> whole_inside = regions_inside(tree, leaves, cut, mesh, rays);
+  std::vector<int> result;
+  for (std::size_t k = 0; k < leaves.size(); ++k) {
+    if (cut[k] != 0 || whole_inside[k] != 0) result.push_back(leaves[k]);
+  }
+  return result;
+}
+
 CutMesh cut_mesh(const Octree& tree, const TriangleMesh& mesh, const RayCaster& rays) {
   const std::vector<int> leaves = tree.leaves();
   std::vector<std::unique_ptr<CutCell>> cells(leaves.size());
+  std::vector<char> cut(leaves.size(), 0);
   constexpr std::size_t chunk = 512;
   for_rows(static_cast<int>((leaves.size() + chunk - 1) / chunk), [&](int row) {
     const std::size_t begin = static_cast<std::size_t>(row) * chunk;
@@ -104,10 +119,12 @@ CutMesh cut_mesh(const Octree& tree, const TriangleMesh& mesh, const RayCaster& 
           local[i] = std::ldexp(1.0, cube.level) * triangle[i] - at;
         cell->add(index, local);
       });
-      if (!cell->pieces().empty()) cells[k] = std::move(cell);
+      if (cell->pieces().empty()) continue;
+      cells[k] = std::move(cell);
+      cut[k] = 1;
     }
   });
-  const std::vector<char> whole_inside = regions_inside(tree, leaves, cells, mesh, rays);
+  const std::vector<char> whole_inside = regions_inside(tree, leaves, cut, mesh, rays);
 
   CutMesh result;
   result.edge_mm = tree.edge_mm();

@@ -33,6 +33,9 @@ struct CutMesh {
   }
 };
 
+/// Leaves of the octree that the surface may pass through, and those inside.
+std::vector<int> object_leaves(const Octree& tree, const TriangleMesh& mesh, const RayCaster& rays);
+
 /// Rays decide only what the surface inside the cubes leaves open: one per connected region of
 /// cubes without surface.
 CutMesh cut_mesh(const Octree& tree, const TriangleMesh& mesh, const RayCaster& rays);

@@ -70,8 +70,20 @@ void Octree::refine_each(const std::vector<int>& nodes) {
   }
 }
 
-void Octree::refine(const std::vector<int>& nodes) {
-  refine_each(nodes);
+void Octree::refine(const std::vector<int>& nodes, const std::vector<int>& times) {
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    std::vector<int> open{nodes[k]}, next;
+    for (int left = times[k]; left > 0; --left) {
+      for (const int node : open) {
+        if (is_leaf(node)) split(node);
+        for (int child = first_child(node); child < first_child(node) + 8; ++child) {
+          if (meets_surface(child) || !meets_surface(node)) next.push_back(child);
+        }
+      }
+      open.swap(next);
+      next.clear();
+    }
+  }
   balance();
 }
 

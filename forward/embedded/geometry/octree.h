@@ -30,8 +30,9 @@ class Octree {
 
   /// Splits until no cube above `level` meets the surface, then balances.
   void refine_surface(int level);
-  /// Splits the leaves of `nodes` and balances.
-  void refine(const std::vector<int>& nodes);
+  /// Splits each of the leaves `nodes` so many `times`, of one that meets the surface only what
+  /// meets it more than once, and balances.
+  void refine(const std::vector<int>& nodes, const std::vector<int>& times);
   /// Splits the leaves `nodes` once each and nothing else: 2:1 holds between their children.
   void refine_each(const std::vector<int>& nodes);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "core/error.h"
@@ -19,15 +20,18 @@ using Scalars = std::vector<double>;  ///< [lane]
 /// One batch on the device.
 class BatchSolve {
  public:
+  /// On the levels from `first` on.
   BatchSolve(device::Context& context, const Levels& levels,
-             const std::vector<LevelStructure>& structure, const Lanes& lanes)
+             const std::vector<LevelStructure>& structure, const Lanes& lanes, std::size_t first)
       : context_(context),
-        structure_(structure),
+        structure_(std::span(structure).subspan(first)),
         width_(lanes.width),
         single_(context.program(embedded_cl, options("-DCYCLE=1 -DREAL=float", lanes))),
         double_(context.program(embedded_cl, options("-DCYCLE=0 -DREAL=double", lanes))) {
-    for (const Level& level : levels.level) numbers_.emplace_back(context, level, lanes);
-    element_ = uploaded(context, packed_elements<double>(levels.level[0].elements, lanes));
+    for (std::size_t l = first; l < levels.level.size(); ++l) {
+      numbers_.emplace_back(context, levels.level[l], lanes);
+    }
+    element_ = uploaded(context, packed_elements<double>(levels.level[first].elements, lanes));
     const std::size_t coarse = levels.level.back().space.unknowns(), media = lanes.media();
     std::vector<float> inverse(coarse * coarse * media, 0.0F);
     for (std::size_t m = 0; m < lanes.channels.size(); ++m) {
@@ -46,17 +50,27 @@ class BatchSolve {
   }
 
   void solve(const std::vector<Load>& b, const std::vector<std::size_t>& lights,
-             std::vector<std::vector<double>>& x, double tolerance, int most_iterations,
-             CgReport& report) {
-    Scalars b_b = begin(b, lights), r_r = b_b, r_z_before(width_, 0.0);
+             std::vector<std::vector<double>>& x, const CgEnd& ends, CgReport& report) {
+    write_lanes(r_, lights, [&](std::size_t light) { return std::span(b[light].power); });
+    write_lanes(p_, lights, [&](std::size_t light) { return std::span(x[light]); });
+    over(rows(), double_, "fill", 0.0, x_);
+    const Scalars b_b = sums("dot_double", r_, r_);
+    product();
+    write(Scalars(width_, 1.0));
+    Scalars r_r = sums("update_solution", scalars_, p_, image_, x_, r_);
+    Scalars r_z(width_, 0.0), r_z_before = r_z;
+    over(rows(), double_, "fill", 0.0, p_);
+    std::vector<bool> reached(lights.size());
     const auto done = [&] {
-      for (std::size_t lane = 0; lane < width_; ++lane) {
-        if (!(r_r[lane] <= tolerance * tolerance * b_b[lane])) return false;
+      for (std::size_t lane = 0; lane < lights.size(); ++lane) {
+        reached[lane] =
+            ends.reached(lights[lane], r_r[lane], b_b[lane], r_z[lane], r_z_before[lane]);
       }
-      return true;
+      return std::find(reached.begin(), reached.end(), false) == reached.end();
     };
     int iteration = 0;
-    for (; iteration < most_iterations && !done(); ++iteration) {
+    for (; !done() && iteration < ends.most_iterations; ++iteration) {
+      r_z_before = r_z;
       Scalars size(width_), inverse(width_), along(width_, 0.0), step(width_, 0.0);
       for (std::size_t lane = 0; lane < width_; ++lane) {
         size[lane] = r_r[lane] > 0.0 ? std::sqrt(r_r[lane]) : 1.0;
@@ -65,7 +79,7 @@ class BatchSolve {
       write(inverse);
       over(rows(), double_, "to_single", scalars_, r_, numbers_[0].r);
       cycle(0);
-      Scalars r_z = sums("dot_single", r_, numbers_[0].x);
+      r_z = sums("dot_single", r_, numbers_[0].x);
       for (std::size_t lane = 0; lane < width_; ++lane) {
         r_z[lane] *= size[lane];
         if (r_z_before[lane] > 0.0) along[lane] = r_z[lane] / r_z_before[lane];
@@ -80,7 +94,6 @@ class BatchSolve {
       }
       write(step);
       r_r = sums("update_solution", scalars_, p_, image_, x_, r_);
-      r_z_before = r_z;
     }
     balance();
     r_r = sums("dot_double", r_, r_);
@@ -89,7 +102,7 @@ class BatchSolve {
     for (std::size_t lane = 0; lane < lights.size(); ++lane) {
       double& residual = report.residual[lights[lane]];
       residual = b_b[lane] > 0.0 ? std::sqrt(r_r[lane] / b_b[lane]) : 0.0;
-      report.converged = report.converged && residual <= 2.0 * tolerance;
+      report.converged = report.converged && reached[lane];
     }
   }
 
@@ -121,17 +134,15 @@ class BatchSolve {
     context_.write(scalars_, values.data(), values.size() * sizeof(double));
   }
 
-  /// r = b, x = p = 0; ‖b‖² per lane.
-  Scalars begin(const std::vector<Load>& b, const std::vector<std::size_t>& lights) {
+  /// A field of each light, zero where it is empty.
+  template <class Field>
+  void write_lanes(const Buffer& to, const std::vector<std::size_t>& lights, const Field& field) {
     std::vector<double> lanes(rows() * width_, 0.0);
     for (std::size_t lane = 0; lane < lights.size(); ++lane) {
-      const std::vector<double>& power = b[lights[lane]].power;
-      for (std::size_t row = 0; row < rows(); ++row) lanes[row * width_ + lane] = power[row];
+      const std::span<const double> from = field(lights[lane]);
+      for (std::size_t row = 0; row < from.size(); ++row) lanes[row * width_ + lane] = from[row];
     }
-    context_.write(r_, lanes.data(), lanes.size() * sizeof(double));
-    over(rows(), double_, "fill", 0.0, x_);
-    over(rows(), double_, "fill", 0.0, p_);
-    return sums("dot_double", r_, r_);
+    context_.write(to, lanes.data(), lanes.size() * sizeof(double));
   }
   void take(const std::vector<std::size_t>& lights, std::vector<std::vector<double>>& x) {
     std::vector<double> lanes(rows() * width_);
@@ -217,7 +228,7 @@ class BatchSolve {
   }
 
   device::Context& context_;
-  const std::vector<LevelStructure>& structure_;
+  std::span<const LevelStructure> structure_;
   std::size_t width_, runs_ = 1;
   device::Program& single_;
   device::Program& double_;
@@ -241,14 +252,14 @@ class OpenclMultigrid final : public LinearSolver {
     }
   }
 
-  CgReport solve(const std::vector<Load>& b, std::vector<std::vector<double>>& x, double tolerance,
-                 int most_iterations) override {
+  CgReport solve(const std::vector<Load>& b, std::vector<std::vector<double>>& x, const CgEnd& ends,
+                 std::size_t level) override {
     CgReport report;
     report.residual.resize(b.size());
     x.resize(b.size());
     for (const Batch& batch : batches_of(b)) {
-      BatchSolve(context_, levels_, structure_, batch.lanes)
-          .solve(b, batch.lights, x, tolerance, most_iterations, report);
+      BatchSolve(context_, levels_, structure_, batch.lanes, level)
+          .solve(b, batch.lights, x, ends, report);
     }
     return report;
   }

@@ -13,7 +13,7 @@ template <int lanes>
 class VCycle {
  public:
   explicit VCycle(const RowLevels& rows) : rows_(rows) {
-    for (const Level& level : rows.levels.level) {
+    for (const Level& level : rows.from) {
       const std::size_t size = level.space.unknowns() * lanes;
       work_.push_back({std::vector<float>(size), std::vector<float>(size), std::vector<float>(size),
                        std::vector<float>(size)});
@@ -40,7 +40,7 @@ class VCycle {
       return;
     }
     const RowLevel& level = rows_.level[l];
-    const std::vector<float>& inverse_scale = rows_.levels.level[l].inverse_scale[rows_.channel];
+    const std::vector<float>& inverse_scale = rows_.from[l].inverse_scale[rows_.channel];
     Work& coarse = work_[l + 1];
     smooth(level, inverse_scale, w, Start::zero);
     subtract_product(level, w);
@@ -100,7 +100,7 @@ class VCycle {
     using Map = Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, lanes,
                                          lanes == 1 ? Eigen::ColMajor : Eigen::RowMajor>>;
     const Eigen::MatrixXd solution =
-        rows_.levels.coarsest[rows_.channel] * Map(w.r.data(), rows, lanes).template cast<double>();
+        rows_.coarsest * Map(w.r.data(), rows, lanes).template cast<double>();
     Map(w.x.data(), rows, lanes) = solution.cast<float>();
   }
 
@@ -152,28 +152,38 @@ void balance(const SparseRows<double>& matrix, std::vector<double>& x, std::vect
 template <int lanes>
 void solve_lanes(const RowLevels& rows_of, const std::vector<Load>& loads,
                  const std::vector<std::size_t>& lights, std::size_t first,
-                 std::vector<std::vector<double>>& solutions, double tolerance, int most_iterations,
-                 CgReport& report) {
+                 std::vector<std::vector<double>>& solutions, const CgEnd& ends, CgReport& report) {
   const std::size_t used = std::min<std::size_t>(lanes, lights.size() - first);
   const std::size_t rows = rows_of.matrix.rows();
   std::vector<double> r(rows * lanes, 0.0), x(rows * lanes, 0.0), p(rows * lanes, 0.0),
       image(rows * lanes);
+  const auto multiply = [&](const std::vector<double>& by) {
+    for_products<lanes>(rows_of.matrix, by.data(), [&](std::size_t row, const auto& sum) {
+      std::copy(sum.begin(), sum.end(), image.begin() + static_cast<std::ptrdiff_t>(row * lanes));
+    });
+  };
   for (std::size_t lane = 0; lane < used; ++lane) {
     const std::vector<double>& power = loads[lights[first + lane]].power;
+    const std::vector<double>& start = solutions[lights[first + lane]];
     for (std::size_t row = 0; row < rows; ++row) r[row * lanes + lane] = power[row];
+    for (std::size_t row = 0; row < start.size(); ++row) x[row * lanes + lane] = start[row];
   }
   const Sums<lanes> b_b = dot<lanes>(r, r);
+  multiply(x);
+  for (std::size_t i = 0; i < r.size(); ++i) r[i] -= image[i];
   VCycle<lanes> cycle(rows_of);
-  Sums<lanes> r_z_before{}, r_r = b_b;
+  Sums<lanes> r_z_before{}, r_z{}, r_r = dot<lanes>(r, r);
+  std::array<bool, lanes> reached{};
   const auto done = [&] {
-    bool all = true;
     for (std::size_t lane = 0; lane < used; ++lane) {
-      all = all && r_r[lane] <= tolerance * tolerance * b_b[lane];
+      reached[lane] =
+          ends.reached(lights[first + lane], r_r[lane], b_b[lane], r_z[lane], r_z_before[lane]);
     }
-    return all;
+    return std::all_of(reached.begin(), reached.begin() + used, [](bool is) { return is; });
   };
   int iteration = 0;
-  for (; iteration < most_iterations && !done(); ++iteration) {
+  for (; !done() && iteration < ends.most_iterations; ++iteration) {
+    r_z_before = r_z;
     // Scaled to one, so that single precision neither overflows nor underflows.
     Sums<lanes> size{};
     for (std::size_t lane = 0; lane < lanes; ++lane) {
@@ -185,7 +195,8 @@ void solve_lanes(const RowLevels& rows_of, const std::vector<Load>& loads,
       }
     });
     const std::vector<float>& z = cycle.run();
-    Sums<lanes> r_z = dot<lanes>(r, z), along{};
+    Sums<lanes> along{};
+    r_z = dot<lanes>(r, z);
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       r_z[lane] *= size[lane];
       along[lane] = r_z_before[lane] > 0.0 ? r_z[lane] / r_z_before[lane] : 0.0;
@@ -195,9 +206,7 @@ void solve_lanes(const RowLevels& rows_of, const std::vector<Load>& loads,
         p[i] = size[i % lanes] * static_cast<double>(z[i]) + along[i % lanes] * p[i];
       }
     });
-    for_products<lanes>(rows_of.matrix, p.data(), [&](std::size_t row, const auto& sum) {
-      std::copy(sum.begin(), sum.end(), image.begin() + static_cast<std::ptrdiff_t>(row * lanes));
-    });
+    multiply(p);
     const Sums<lanes> p_image = dot<lanes>(p, image);
     for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin * lanes; i < end * lanes; ++i) {
@@ -207,7 +216,6 @@ void solve_lanes(const RowLevels& rows_of, const std::vector<Load>& loads,
         r[i] -= step * image[i];
       }
     });
-    r_z_before = r_z;
     r_r = dot<lanes>(r, r);
   }
   balance<lanes>(rows_of.matrix, x, r);
@@ -216,7 +224,7 @@ void solve_lanes(const RowLevels& rows_of, const std::vector<Load>& loads,
   for (std::size_t lane = 0; lane < used; ++lane) {
     double& residual = report.residual[lights[first + lane]];
     residual = b_b[lane] > 0.0 ? std::sqrt(r_r[lane] / b_b[lane]) : 0.0;
-    report.converged = report.converged && residual <= 2.0 * tolerance;
+    report.converged = report.converged && reached[lane];
     std::vector<double>& mine = solutions[lights[first + lane]];
     mine.resize(rows);
     for (std::size_t row = 0; row < rows; ++row) mine[row] = x[row * lanes + lane];
@@ -227,8 +235,8 @@ class ReferenceMultigrid final : public LinearSolver {
  public:
   explicit ReferenceMultigrid(const Levels& levels) : levels_(levels) {}
 
-  CgReport solve(const std::vector<Load>& b, std::vector<std::vector<double>>& x, double tolerance,
-                 int most_iterations) override {
+  CgReport solve(const std::vector<Load>& b, std::vector<std::vector<double>>& x, const CgEnd& ends,
+                 std::size_t level) override {
     CgReport report;
     report.residual.resize(b.size());
     x.resize(b.size());
@@ -238,11 +246,11 @@ class ReferenceMultigrid final : public LinearSolver {
         if (b[l].channel == channel) lights.push_back(l);
       }
       if (lights.empty()) continue;
-      const RowLevels rows = make_row_levels(levels_, channel);
+      const RowLevels rows = make_row_levels(levels_, channel, level);
       for (std::size_t first = 0; first < lights.size();) {
         const std::size_t left = lights.size() - first;
         const auto batch = [&]<int lanes>() {
-          solve_lanes<lanes>(rows, b, lights, first, x, tolerance, most_iterations, report);
+          solve_lanes<lanes>(rows, b, lights, first, x, ends, report);
           first += std::min<std::size_t>(lanes, left);
         };
         if (left > 4) {

@@ -90,34 +90,25 @@ SparseRows<double> interpolation(const NodeSpace& fine, const NodeSpace& coarse,
                                  const Coarser& coarser) {
   const std::vector<int> owner = owner_slots(fine);
   return make_rows(fine.unknowns(), coarse.unknowns(), [&](std::size_t u, RowSum& row) {
-    const auto k = static_cast<std::size_t>(owner[u] / 8),
-               i = static_cast<std::size_t>(owner[u] % 8);
-    const auto parent = static_cast<std::size_t>(coarser.parent[k]);
-    for (std::size_t j = 0; j < 8; ++j) {
-      const double weight =
-          coarser.octant[k] < 0
-              ? (i == j ? 1.0 : 0.0)
-              : parent_weight(coarser.octant[k], static_cast<int>(i), static_cast<int>(j));
-      if (weight == 0.0) continue;
-      const auto parts = coarse.parts(parent, j);
-      for (const int column : parts) row.add(column, weight * NodeSpace::weight(parts));
-    }
+    for_coarser_parts(coarser, coarse, owner[u],
+                      [&](int column, double weight) { row.add(column, weight); });
   });
 }
 
 }  // namespace
 
-RowLevels make_row_levels(const Levels& levels, std::size_t channel) {
-  RowLevels result{levels, channel, {}, {}};
-  for (std::size_t l = 0; l < levels.level.size(); ++l) {
-    const Level& from = levels.level[l];
+RowLevels make_row_levels(const Levels& levels, std::size_t channel, std::size_t first) {
+  RowLevels result{
+      std::span(levels.level).subspan(first), levels.coarsest[channel], channel, {}, {}};
+  for (std::size_t l = 0; l < result.from.size(); ++l) {
+    const Level& from = result.from[l];
     RowLevel& level = result.level.emplace_back();
-    if (l > 0 && l + 1 == levels.level.size()) break;
+    if (l > 0 && l + 1 == result.from.size()) break;
     SparseRows<double> matrix = assembled(from.space, from.elements, channel);
     level.matrix = rounded(matrix);
     if (l == 0) result.matrix = std::move(matrix);
-    if (l + 1 == levels.level.size()) break;
-    const NodeSpace& coarse = levels.level[l + 1].space;
+    if (l + 1 == result.from.size()) break;
+    const NodeSpace& coarse = result.from[l + 1].space;
     level.interpolation = rounded(interpolation(from.space, coarse, from.coarser));
     level.restriction = transposed(level.interpolation, coarse.unknowns());
   }

@@ -1,6 +1,7 @@
 // The levels of one medium as sparse matrices: rows with their columns, for the reference solver.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "forward/embedded/equations/levels.h"
@@ -15,13 +16,14 @@ struct RowLevel {
 };
 
 struct RowLevels {
-  const Levels& levels;
+  std::span<const Level> from;
+  const Eigen::MatrixXd& coarsest;  ///< inverse
   std::size_t channel;
   SparseRows<double> matrix;    ///< of the finest level
   std::vector<RowLevel> level;  ///< finest first; the coarsest is solved for directly
 };
 
-/// Keeps a reference to `levels`.
-RowLevels make_row_levels(const Levels& levels, std::size_t channel);
+/// Those from `first` on. Keeps references to `levels`.
+RowLevels make_row_levels(const Levels& levels, std::size_t channel, std::size_t first = 0);
 
 }  // namespace kappamu::forward::embedded

@@ -45,7 +45,7 @@ Errors sphere_errors(int level, const ExactSphere& sphere, const Lighting& load,
   std::vector<Load> b(1, {0, std::vector<double>(d.levels.unknowns(), 0.0)});
   std::vector<std::vector<double>> x;
   load(d, surface, b[0].power);
-  EXPECT_TRUE(make_reference_multigrid(d.levels)->solve(b, x, solved, 50).converged);
+  EXPECT_TRUE(make_reference_multigrid(d.levels)->solve(b, x, {solved, 50}).converged);
   const std::vector<double> means = triangle_means(d.mesh, d.space(), x[0], surface.size());
   double error = 0.0, norm = 0.0, most = 0.0, highest = 0.0;
   for (std::size_t t = 0; t < surface.size(); ++t) {
@@ -223,7 +223,7 @@ TEST(EmbeddedEquations, MultigridSolvesAsTheReferenceDoes) {
   for (unsigned light = 0; light < 3; ++light) {
     b.push_back({0, reference_product(small.space, small.elements, 0, small.random(10 + light))});
   }
-  EXPECT_TRUE(make_reference_multigrid(levels)->solve(b, x, 1e-10, 50).converged);
+  EXPECT_TRUE(make_reference_multigrid(levels)->solve(b, x, {1e-10, 50}).converged);
   const std::vector<double> y =
       reference_solution(small.space, small.elements, 0, b[2].power, 1e-11);
   std::vector<double> error = y;
