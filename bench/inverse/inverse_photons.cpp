@@ -94,15 +94,6 @@ Json fit_monte_carlo(const Block& block, const CoefficientPair& fine_fields,
       trace(block, fine_fields, validation_light(block, options.validation_patterns), options,
             options.seed + 1, progress);
 
-  const inverse::ChannelFit found = inverse::fit_channel(m, 0, fit, {}, progress);
-  Json result = score_of(found, m, fine_fields);
-  const AppearanceError fitted =
-      error_of(inverse::predict(found.medium, validation, {}), validation);
-  result["variant"] = "default";
-  result["noise"] = options.noise;
-  result["validation_E"] = fitted.denoised_E();
-  result["photon_noise_E"] = fitted.noise_E();
-
   // The truth itself under diffusion, on the photons' own grid.
   SurfaceMeasurements fine = validation;
   fine.grid = block.grid.refined(2);
@@ -119,8 +110,44 @@ Json fit_monte_carlo(const Block& block, const CoefficientPair& fine_fields,
   const std::vector<double> coarse =
       inverse::restrict_face({predicted.begin(), predicted.end()}, fine.seen_shape(),
                              validation.seen_shape(), 2, validation.patterns);
-  result["truth_E"] = error_of({coarse.begin(), coarse.end()}, validation).denoised_E();
-  return result;
+  const double truth_E = error_of({coarse.begin(), coarse.end()}, validation).denoised_E();
+
+  const auto error_by_photons = [&](const Medium& medium) {
+    const auto in_halves = [&](const Volume<double>& volume) {
+      std::vector<double> values = inverse::split_voxels(volume.values(), block.grid, fine.grid, 2);
+      for (double& x : values) x = std::log(x);
+      return values;
+    };
+    const SurfaceMeasurements seen = trace(block, {in_halves(medium.kappa), in_halves(medium.mu)},
+                                           light, options, options.seed + 3, progress);
+    SurfaceMeasurements both = validation;
+    for (std::size_t i = 0; i < both.variance.size(); ++i) both.variance[i] += seen.variance[i];
+    return error_of(seen.value, both);
+  };
+  Json rows = Json::array();
+  for (const inverse::Physics physics :
+       {inverse::Physics::diffusion, inverse::Physics::transport}) {
+    inverse::FitOptions by = fit;
+    by.data.physics = physics;
+    by.path.model = inverse::Model::volume;
+    by.solver.seed = options.seed + 2;
+    const inverse::ChannelFit found = inverse::fit_channel(m, 0, by, {}, progress);
+    Json result = score_of(found, m, fine_fields);
+    const AppearanceError fitted =
+        physics == inverse::Physics::transport
+            ? error_by_photons(found.medium)
+            : error_of(inverse::predict(found.medium, validation, {}), validation);
+    result["variant"] = physics == inverse::Physics::transport ? "transport" : "diffusion";
+    result["noise"] = options.noise;
+    result["photons"] = found.report.solves.photons;
+    result["renewals"] = found.report.solves.refined;
+    result["warnings"] = found.report.warnings;
+    result["validation_E"] = fitted.denoised_E();
+    result["photon_noise_E"] = fitted.noise_E();
+    result["truth_E"] = truth_E;
+    rows.push_back(result);
+  }
+  return rows;
 }
 
 }  // namespace kappamu::bench
