@@ -366,6 +366,24 @@ def voxels(record):
           f"{1e6 * r['seconds'] / n:.0f}", f"{r['validation_E']:.1e}"] for n, r in zip(cells, record["rows"])])}
 
 
+def monte_carlo(record):
+    rows = record["rows"]
+    figure, axes = panels(2)
+    lines = []
+    for ax, name, key in zip(axes, "κμ", ("kappa_error_by_depth", "mu_error_by_depth")):
+        for number, row in enumerate(rows):
+            line(ax, number, range(1, len(row[key]) + 1), row[key], f"by {row['variant']}")
+        dress(ax, f"{name}, data from Monte Carlo", "layer, 1 = lit face", "median |found/true - 1|", "y")
+    for row in rows:
+        seen = [", ".join(percent(d) for d in row[key][-1:-3:-1]) for key in ("kappa_error_by_depth", "mu_error_by_depth")]
+        lines.append([grid_name(row["grid"]), percent(row["noise"]), row["variant"], f"{row['data_misfit_chi2']:.2f}",
+                      f"{row['validation_E']:.1e}"] + seen +
+                     [f"{row['photons']:.1e}", row["renewals"], f"{row['seconds']:.0f}"])
+    return {"": figure}, {"": provenance(record) + f"\nThe true coefficients under diffusion: E = {rows[0]['truth_E']:.1e}.\n" + table(
+        ["grid", "noise", "fitted by", "χ²", "E", "κ error, two layers at the seen face", "μ error",
+         "photons", "solves on the finer grid", "seconds"], lines)}
+
+
 def samples(record):
     hours = {"wax1": 2, "wax2": 4, "marble": 11, "stone": 3}  # [W] Table II
     return {}, {"": provenance(record) + "\n" + table(
@@ -525,6 +543,26 @@ def validity(record):
     return {"": figure}, {"_table.inc": include}
 
 
+def fitted_slabs(rows):
+    """Found over published coefficients by file: medians by both equations, and transport's own deviations."""
+    names = ("sigma_a", "sigma_s'")
+    stds = ("log_sigma_a_std", "log_sigma_s_std")
+    lines = []
+    for file in unique(rows, "file"):
+        fits = [r["fitted"] for r in rows if r["file"] == file]
+        off = lambda model, name: [abs(f[model][f"{name} over published"] - 1) for f in fits]
+        within = [abs(math.log(f["transport"][f"{name} over published"])) < 2 * f["transport"][std]
+                  for f in fits for name, std in zip(names, stds)]
+        transport = [f["transport"] for f in fits]
+        lines.append([file, len(fits)] + [percent(statistics.median(off(model, name)), 1)
+                                          for name in names for model in ("diffusion", "transport")]
+                     + [", ".join(percent(statistics.median(t[std] for t in transport), 1) for std in stds),
+                        f"{sum(within)} of {len(within)}", f"{statistics.median(t['refreshes'] for t in transport):g}",
+                        f"{sum(t['settled'] for t in transport)}"])
+    return table(["file", "rows", "μ by diffusion", "by transport", "σs' by diffusion", "by transport",
+                  "deviations stated, μ and σs'", "values within two", "renewals of r", "rows settled"], lines)
+
+
 def slabs(record):
     materials = {"510nm_phantom": "phantom", "il_A": "Intralipid", "ink_A": "ink", "kenlee_A": "TiO2",
                  "royston1": "ink", "tio2_vis": "TiO2 phantom"}
@@ -549,7 +587,8 @@ def slabs(record):
         dress(ax, f"{title}: where diffusion holds", "absorbed share of collisions, 1 - albedo",
               "predicted - measured", "x", "upper left")
         ax.set_xlim(5e-4, 1.2)
-    return {"": figure}, {"": table(
+    texts = {"-fit": fitted_slabs(rows)} if rows[0].get("fitted") else {}
+    return {"": figure}, texts | {"": table(
         ["file", "rows", "albedo σs'/(σs'+μ)", "mean free paths", "diffusion M_R", "M_T", "Monte Carlo M_R", "M_T"],
         [[r["file"], r["rows"], f"{r['albedo from']:.2g} to {r['albedo to']:.2g}",
           f"{r['mean free paths from']:.2g} to {r['to']:.2g}"]
@@ -908,7 +947,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "forward-grids": time_error, "forward-scaling": scaling,
             "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
-            "inverse-voxels": voxels, "inverse-samples": samples,
+            "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
             "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,

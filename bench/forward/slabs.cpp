@@ -13,6 +13,9 @@ namespace kappamu::bench {
 
 namespace {
 
+/// Standard error that totals of an integrating sphere are taken to have [share of incident light].
+constexpr double sphere_error = 0.002;
+
 /// ∫₀¹ f dc by the midpoint rule: slides have corners at two critical angles, and 1e-6 is enough.
 template <class F>
 double mean(F f) {
@@ -37,6 +40,10 @@ SlabTotals unscattered(const OpticalSlab& slab) {
   const double pass = std::exp(-(slab.sigma_a + sigma_s) * slab.thickness);
   const double down = t / (1.0 - r * r * pass * pass);
   return {r + down * pass * r * pass * t, down * pass * t, 0.0, 0.0};
+}
+
+OpticalSlab optical(const MeasuredSlab& m) {
+  return {m.n_sample, m.n_slide, m.thickness, m.sigma_a, m.sigma_s_prime, m.anisotropy};
 }
 
 SlabPrediction measured_by(const MeasuredSlab& m, const OpticalSlab& slab, const SlabTotals& total,
@@ -125,6 +132,19 @@ SlabTotals diffuse_slab(const OpticalSlab& slab, Incidence incidence) {
   return totals;
 }
 
+SlabPrediction slab_by_diffusion(const MeasuredSlab& m) {
+  const OpticalSlab slab = optical(m);
+  return measured_by(m, slab, diffuse_slab(slab, Incidence::normal),
+                     m.spheres == 1 ? diffuse_slab(slab, Incidence::diffuse) : SlabTotals{});
+}
+
+SlabPrediction slab_by_photons(const MeasuredSlab& m, std::uint64_t photons, std::uint64_t seed) {
+  const OpticalSlab slab = optical(m);
+  return measured_by(
+      m, slab, trace_slab(slab, Incidence::normal, photons, seed),
+      m.spheres == 1 ? trace_slab(slab, Incidence::diffuse, photons, seed + 1) : SlabTotals{});
+}
+
 std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs,
                                           const SlabOptions& options, Progress& progress) {
   std::map<std::string, std::size_t> count, seen;
@@ -137,16 +157,16 @@ std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs
     if (seen[m.file]++ % step != 0) continue;
     progress.update("slabs", static_cast<double>(i) / static_cast<double>(slabs.size()),
                     m.file + " " + m.row);
-    OpticalSlab slab{m.n_sample, m.n_slide, m.thickness, m.sigma_a, m.sigma_s_prime, m.anisotropy};
     const std::uint64_t seed = options.seed + 2 * i;
     SlabComparison row;
     row.measured = m;
-    const bool sphere = m.spheres == 1;
-    row.diffusion = measured_by(m, slab, diffuse_slab(slab, Incidence::normal),
-                                sphere ? diffuse_slab(slab, Incidence::diffuse) : SlabTotals{});
-    row.monte_carlo = measured_by(
-        m, slab, trace_slab(slab, Incidence::normal, options.photons, seed),
-        sphere ? trace_slab(slab, Incidence::diffuse, options.photons, seed + 1) : SlabTotals{});
+    row.diffusion = slab_by_diffusion(m);
+    row.monte_carlo = slab_by_photons(m, options.photons, seed);
+    if (options.fit) {
+      row.fitted_by_diffusion = fit_by_diffusion(m);
+      row.fitted_by_transport =
+          fit_by_transport(m, row.fitted_by_diffusion, sphere_error, options.photons, seed);
+    }
     rows.push_back(row);
   }
   return rows;
@@ -154,9 +174,24 @@ std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs
 
 namespace {
 
-Json to_json(const SlabComparison& row) {
+Json to_json(const SlabCoefficients& found, const MeasuredSlab& m) {
+  return {{"sigma_a over published", found.sigma_a / m.sigma_a},
+          {"sigma_s' over published", found.sigma_s_prime / m.sigma_s_prime},
+          {"log_sigma_a_std", found.log_sigma_a_std},
+          {"log_sigma_s_std", found.log_sigma_s_std},
+          {"refreshes", found.refreshes},
+          {"settled", found.settled}};
+}
+
+Json to_json(const SlabComparison& row, bool fitted) {
   const MeasuredSlab& m = row.measured;
-  return {{"file", m.file},
+  Json fits;
+  if (fitted) {
+    fits = {{"diffusion", to_json(row.fitted_by_diffusion, m)},
+            {"transport", to_json(row.fitted_by_transport, m)}};
+  }
+  return {{"fitted", fits},
+          {"file", m.file},
           {"row", m.row},
           {"albedo", m.albedo()},
           {"mean_free_paths", m.mean_free_paths()},
@@ -197,11 +232,12 @@ void measure_slabs(const Request& request, Progress& progress, const Save& save)
   const bool quick = request.size == Size::quick;
   options.photons =
       static_cast<std::uint64_t>(request.number("photons", quick ? 1000 : options.photons));
+  options.fit = request.has("fit");
   options.every = request.count("every", quick ? 60 : options.every);
   const auto compared =
       compare_slabs(read_measured_slabs(request.words("data").at(0)), options, progress);
   Json slabs = Json::array(), rows = Json::array();
-  for (const SlabComparison& row : compared) slabs.push_back(to_json(row));
+  for (const SlabComparison& row : compared) slabs.push_back(to_json(row, options.fit));
   for (const std::string& file : files_of(compared)) rows.push_back(summary_of(file, slabs));
   save({{"photons", options.photons}, {"rows", rows}, {"slabs", slabs}});
 }
@@ -219,6 +255,8 @@ the .rxt files of github.com/scottprahl/iad it was made from.)",
           {{"slabs", "all files", measure_slabs}},
           {{"data", "Folder of the measurements", Setting::Kind::words},
            {"photons", "Per row (default 100000)", Setting::Kind::number, 100, 1e8},
+           {"fit", "Coefficients too, by diffusion and by transport: ten times the time",
+            Setting::Kind::flag},
            {"every", "Of long spectra, one row in so many (default 1: all)", Setting::Kind::number,
             1}}};
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "bench/forward/slab_data.h"
+#include "bench/forward/slab_fit.h"
 #include "bench/forward/slab_photons.h"
 #include "bench/subject.h"
 #include "core/optics.h"
@@ -35,9 +36,15 @@ struct SlabPrediction {
   double reflectance_error = 0.0, transmittance_error = 0.0;  ///< standard errors
 };
 
+/// What `slab`'s spheres would show of its coefficients; `photons` of normal incidence, and as many
+/// of diffuse light where a sphere needs it.
+SlabPrediction slab_by_diffusion(const MeasuredSlab& slab);
+SlabPrediction slab_by_photons(const MeasuredSlab& slab, std::uint64_t photons, std::uint64_t seed);
+
 struct SlabComparison {
   MeasuredSlab measured;
   SlabPrediction diffusion, monte_carlo;
+  SlabCoefficients fitted_by_diffusion, fitted_by_transport;  ///< where asked for
 };
 
 struct SlabOptions {
@@ -46,6 +53,7 @@ struct SlabOptions {
   /// Per row, and as many for diffuse light where a sphere needs it.
   std::uint64_t photons = 100'000;
   std::uint64_t seed = 1;
+  bool fit = false;
 };
 
 std::vector<SlabComparison> compare_slabs(const std::vector<MeasuredSlab>& slabs,

@@ -6,7 +6,6 @@
 #include <memory>
 #include <utility>
 
-#include "inverse/block_model/fixed_point.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"
@@ -113,17 +112,16 @@ class Level {
   }
   /// `found` with r made at `at`, made right: r made where it is.
   LayeredFit settle_by_photons(LayerFitter& fitter, LayeredMedium at, LayeredFit found) {
-    FixedPoint iteration;
     for (int k = 1; k < most_by_transport; ++k) {
-      const Eigen::VectorXd x = unknowns(at);
-      const Eigen::VectorXd g = unknowns(found.medium);
-      if ((g - x).cwiseAbs().maxCoeff() < settled_move) break;
-      const Eigen::VectorXd next = iteration.next(x, g);
+      const Eigen::VectorXd step = unknowns(found.medium) - unknowns(at);
+      if (step.cwiseAbs().maxCoeff() < settled_move) break;
       for (int l = 0; l < at.layers(); ++l) {
-        at.log_kappa[static_cast<std::size_t>(l)] = next[l];
-        at.log_mu[static_cast<std::size_t>(l)] = next[at.layers() + l];
+        const auto i = static_cast<std::size_t>(l);
+        at.log_kappa[i] += std::clamp(step[l], -longest_step, longest_step);
+        at.log_mu[i] += std::clamp(step[at.layers() + l], -longest_step, longest_step);
       }
       refresh(at);
+      fitter.forget_derivatives();
       found = fitter.descend(useful());
     }
     return found;
@@ -142,7 +140,7 @@ class Level {
     if (!options_.correct_grid || at == corrected_at_) {
       objective_.value(at);
     } else {
-      objective_.refresh_correction(refinement_, at);
+      objective_.refresh_correction(refinement_, at, true);
       corrected_at_ = std::move(at);
     }
     return objective_.chi2_per_value();

@@ -42,6 +42,8 @@ class LayerFitter final : private Residuals {
   /// Minimises ½ χ² + layer_prior() from where the last call ended. Gives up, unconverged, where χ²
   /// per datum would stay above `useful` even if a step kept several times its promise.
   LayeredFit descend(double useful = 0.0);
+  /// Where the objective's correction now changes with the medium in another way.
+  void forget_derivatives() { at_.jacobian.resize(0, 0); }
 
   /// JᵀWJ and the prior's share with respect to log κ of the layers, then log μ, after descend().
   Eigen::MatrixXd normal() const;

@@ -3,9 +3,9 @@
 #include <cstdio>
 #include <utility>
 
-#include "inverse/block_model/fixed_point.h"
 #include "inverse/data_checks/physics_choice.h"
 #include "inverse/fit/channel_run.h"
+#include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
 
@@ -46,17 +46,17 @@ void ChannelRun::choose_physics(double kappa, double mu) {
 
 HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
   const auto cells = grid_.shape().cells();
-  FixedPoint iteration;
   Eigen::Vector2d at(std::log(start.kappa), std::log(start.mu));
   double move = 0.0;
   for (int k = 0; k < most_starts; ++k) {
     grid_.objective().refresh_correction(grid_.refinement(),
-                                         {Vector(cells, at[0]), Vector(cells, at[1])});
+                                         {Vector(cells, at[0]), Vector(cells, at[1])}, true);
+    start.jacobian.resize(0, 0);  // without this slope
     start = refit_homogeneous(grid_.objective(), start);
-    const Eigen::Vector2d found(std::log(start.kappa), std::log(start.mu));
-    move = (found - at).cwiseAbs().maxCoeff();
+    const Eigen::Vector2d step = Eigen::Vector2d(std::log(start.kappa), std::log(start.mu)) - at;
+    move = step.cwiseAbs().maxCoeff();
     if (move < start_tolerance) return start;
-    at = iteration.next(at, found);
+    at += step.cwiseMax(-longest_step).cwiseMin(longest_step);
   }
   char text[160];
   std::snprintf(text, sizeof text,

@@ -93,6 +93,8 @@ void ChannelRun::require_possible(const FitState& state) const {
   const std::size_t noisy = state.report.physics == Physics::transport ? problem.data.size() : 0;
   require(has(correction.ratio, problem.data.size()) && has(correction.variance, noisy) &&
           has(correction.pixel_variance, noisy));
+  for (const Vector& slope : correction.slope) require(slope.empty() || has(slope, noisy));
+  require(std::isfinite(correction.mean[0]) && std::isfinite(correction.mean[1]));
   for (const Vector* v : {&correction.variance, &correction.pixel_variance}) {
     require(std::all_of(v->begin(), v->end(), [](double x) { return x >= 0.0; }));
   }

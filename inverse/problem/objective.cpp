@@ -94,6 +94,7 @@ Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term
   warning_ = std::move(choice.warning);
   stated_weight_ = problem_.weight;
   correction_.ratio.assign(problem_.data.size(), 1.0);
+  ratio_ = correction_.ratio;
 }
 
 /// False where there is no solution to speak of. Solves nothing where it has just solved.
@@ -129,6 +130,7 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
                                              static_cast<std::size_t>(end - begin) * seen));
     fluence_.push_back(std::move(phi));
   }
+  correct();
   return true;
 }
 
@@ -143,14 +145,14 @@ double Objective::value(const CoefficientPair& fields) {
 
 CoefficientPair Objective::gradient() {
   std::vector<double> by_exitance = data_term_.by_prediction;
-  for (std::size_t i = 0; i < by_exitance.size(); ++i) by_exitance[i] *= correction_.ratio[i];
+  for (std::size_t i = 0; i < by_exitance.size(); ++i) by_exitance[i] *= ratio_[i];
   return adjoint(by_exitance);
 }
 
 CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) {
   std::vector<double> by_exitance(exitance_.size());
   for (std::size_t i = 0; i < exitance_.size(); ++i) {
-    by_exitance[i] = probe[i] * correction_.ratio[i] * data_term_.root_weight[i];
+    by_exitance[i] = probe[i] * ratio_[i] * data_term_.root_weight[i];
   }
   return adjoint(by_exitance);
 }
@@ -184,10 +186,14 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
                                           static_cast<std::size_t>(end - begin) * seen));
   }
   const double apart = exitance_apart();
+  const std::array<double, 2> even = means(direction);
   for (std::size_t i = 0; i < change.size(); ++i) {
     const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
     change[i] += tangent.observed[i % seen] * (exitance_[i] - entered);
-    change[i] *= correction_.ratio[i] * data_term_.root_weight[i];
+    for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
+      change[i] += correction_.slope[k][i] * even[k] * exitance_[i];
+    }
+    change[i] *= ratio_[i] * data_term_.root_weight[i];
   }
   return change;
 }
@@ -231,14 +237,22 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
     }
     sums.add(term);
   }
-  return assemble_gradient(problem_.setup, solver_->constants(), problem_.seen_face, kappa_, mu_,
-                           sums);
+  CoefficientPair gradient = assemble_gradient(problem_.setup, solver_->constants(),
+                                               problem_.seen_face, kappa_, mu_, sums);
+  for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
+    double even = 0.0;
+    for (std::size_t i = 0; i < exitance_.size(); ++i) {
+      even += by_exitance[i] * correction_.slope[k][i] * exitance_[i];
+    }
+    std::vector<double>& by_voxel = k == 0 ? gradient.log_kappa : gradient.log_mu;
+    for (double& g : by_voxel) g += even / static_cast<double>(by_voxel.size());
+  }
+  return gradient;
 }
 
 std::vector<double> Objective::prediction() const {
   std::vector<double> corrected(exitance_.size());
-  for (std::size_t i = 0; i < exitance_.size(); ++i)
-    corrected[i] = correction_.ratio[i] * exitance_[i];
+  for (std::size_t i = 0; i < exitance_.size(); ++i) corrected[i] = ratio_[i] * exitance_[i];
   return corrected;
 }
 

@@ -4,9 +4,11 @@
 //
 // r corrects for the grid's own error, and for diffusion's where transport is asked for:
 // predictions on a finer grid, or by photons (photon_ratio.h), over predictions on this one, at
-// some medium nearby; constant within value() and gradient(), refreshed when asked.
+// some medium nearby, refreshed when asked. Between refreshes it is constant, or by photons goes as
+// it does with even changes of the medium, which value() and its derivatives count.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,12 +29,16 @@ struct Refinement {
   std::optional<PhotonOptions> photons{};  ///< r carries transport's answer too
 };
 
-/// r and what its own noise is.
+/// r, what its own noise is and how it changes.
 struct Correction {
-  std::vector<double> ratio;  ///< r [M][v][u]
+  std::vector<double> ratio;  ///< r where it was made [M][v][u]
   /// Of photons (PhotonRatio), added to the data's; empty: r has none.
   std::vector<double> variance{};
   std::vector<double> pixel_variance{};
+  /// ∂ log r by the means of log κ and log μ over the voxels [M][v][u], and those means where r was
+  /// made; empty: r is constant.
+  std::array<std::vector<double>, 2> slope{};
+  std::array<double, 2> mean{};
 
   bool operator==(const Correction&) const = default;
 };
@@ -118,7 +124,10 @@ class Objective {
   /// Sets r from one solve on the finer grid at `fields`, every voxel split, and from photons there
   /// if asked: as many as the data's noise deserves, or what misfit there is yet. Returns what
   /// value() then is and leaves gradient() ready.
-  double refresh_correction(const Refinement& refinement, const CoefficientPair& fields);
+  /// `slope`: r by photons with its slope, four walks in place of one; otherwise it keeps the
+  /// slope that it had, if any.
+  double refresh_correction(const Refinement& refinement, const CoefficientPair& fields,
+                            bool slope = false);
   const Correction& correction() const { return correction_; }
   void set_correction(Correction correction);
   /// Where a checkpoint left off.
@@ -132,8 +141,8 @@ class Objective {
   bool solve_forward(const CoefficientPair& fields);
   double misfit();
   void add_to_variance(const std::vector<double>& more);
-  PhotonRatio transport_ratio(const Refinement& refinement, const std::vector<double>& kappa,
-                              const std::vector<double>& mu, std::vector<double> diffusion);
+  void correct();
+  static std::array<double, 2> means(const CoefficientPair& fields);
   double exitance_apart() const;
 
   Problem problem_;
@@ -144,7 +153,8 @@ class Objective {
   SolveCount solves_;
   std::vector<double> stated_weight_;  ///< of the data alone
   Correction correction_;
-  CoefficientPair fields_;  ///< of the last value()
+  std::vector<double> ratio_;  ///< r at fields_
+  CoefficientPair fields_;     ///< of the last value()
   std::vector<double> kappa_;
   std::vector<double> mu_;
   std::vector<double> exitance_;                               ///< M of the last value()

@@ -2,6 +2,7 @@
 // for.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "core/error.h"
@@ -17,29 +18,78 @@ constexpr double max_correction = 4.0;
 
 }  // namespace
 
-double Objective::refresh_correction(const Refinement& refinement, const CoefficientPair& fields) {
-  ++solves_.refined;
+double Objective::refresh_correction(const Refinement& refinement, const CoefficientPair& fields,
+                                     bool slope) {
+  slope = slope && refinement.photons.has_value();
   const GridShape& shape = refinement.setup.shape;
   const GridShape& own = problem_.setup.shape;
   const std::vector<double> kappa = split_voxels(exponential(fields.log_kappa), own, shape, 2);
   const std::vector<double> mu = split_voxels(exponential(fields.log_mu), own, shape, 2);
   const forward::SolverChoice finer =
       forward::make_grid_solver(refinement.setup, backend_.device, backend_.precision);
-  finer.solver->set_medium(kappa, mu);
   const int batch =
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
-  std::vector<double> better = restrict_face(
-      solve_exitance(*finer.solver, problem_.seen_face, refinement.irradiance, problem_.patterns,
-                     batch, {backend_.refined_tolerance, backend_.solve.max_iterations},
-                     &solves_.voxel_iterations),
-      face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2, problem_.patterns);
-  if (!solve_forward(fields)) throw InputError("the diffusion solver failed at the current medium");
+  const auto exitance_below = [&](double lower_kappa, double lower_mu) {
+    ++solves_.refined;
+    const auto scaled = [](std::vector<double> values, double lower) {
+      for (double& x : values) x *= std::exp(-lower);
+      return values;
+    };
+    finer.solver->set_medium(scaled(kappa, lower_kappa), scaled(mu, lower_mu));
+    return restrict_face(
+        solve_exitance(*finer.solver, problem_.seen_face, refinement.irradiance, problem_.patterns,
+                       batch, {backend_.refined_tolerance, backend_.solve.max_iterations},
+                       &solves_.voxel_iterations),
+        face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2, problem_.patterns);
+  };
+  const auto require_forward = [&](const CoefficientPair& at) {
+    if (!solve_forward(at)) throw InputError("the diffusion solver failed at the current medium");
+  };
+  struct {
+    std::array<std::vector<double>, 2> finer, own;
+  } below;
+  for (std::size_t k = 0; slope && k < 2; ++k) {
+    below.finer[k] = exitance_below(k == 0 ? slope_step : 0.0, k == 1 ? slope_step : 0.0);
+    CoefficientPair lower = fields;
+    for (double& x : k == 0 ? lower.log_kappa : lower.log_mu) x -= slope_step;
+    require_forward(lower);
+    below.own[k] = exitance_;
+  }
+  std::vector<double> better = exitance_below(0.0, 0.0);
+  require_forward(fields);
   Correction correction;
   if (refinement.photons) {
-    PhotonRatio transport = transport_ratio(refinement, kappa, mu, better);
+    misfit();  // with the r that is to be replaced
+    PhotonProblem walk{refinement.setup,
+                       kappa,
+                       mu,
+                       refinement.irradiance,
+                       problem_.seen_face,
+                       problem_.seen_shape(),
+                       2,
+                       problem_.patterns,
+                       better,
+                       {}};
+    const double chi2 = data_term_.chi2_per_value;
+    const double excess = std::isfinite(chi2) ? std::max(1.0, chi2) : 1.0;
+    for (const double weight : stated_weight_) {
+      walk.variance.push_back(excess / weight);  // infinite where nothing is measured
+    }
+    if (slope) walk.diffusion_below = below.finer;
+    PhotonRatio transport = photon_ratio(walk, *refinement.photons);
+    solves_.photons += static_cast<double>(transport.photons) * problem_.patterns;
+    for (std::size_t k = 0; slope && k < 2; ++k) {  // and that of the grid's own share
+      for (std::size_t i = 0; i < better.size(); ++i) {
+        const double change =
+            std::log(better[i] / below.finer[k][i] * below.own[k][i] / exitance_[i]);
+        if (std::isfinite(change)) transport.slope[k][i] += change / slope_step;
+      }
+    }
     for (std::size_t i = 0; i < better.size(); ++i) better[i] *= transport.ratio[i];
     correction.variance = std::move(transport.variance);
     correction.pixel_variance = std::move(transport.pixel_variance);
+    correction.slope = slope ? std::move(transport.slope) : std::move(correction_.slope);
+    correction.mean = means(fields);
   }
   for (std::size_t i = 0; i < better.size(); ++i) {
     const double ratio = better[i] / exitance_[i];
@@ -50,29 +100,25 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
   return misfit();
 }
 
-PhotonRatio Objective::transport_ratio(const Refinement& refinement,
-                                       const std::vector<double>& kappa,
-                                       const std::vector<double>& mu,
-                                       std::vector<double> diffusion) {
-  misfit();  // with the r that is to be replaced
-  const double excess =
-      std::isfinite(data_term_.chi2_per_value) ? std::max(1.0, data_term_.chi2_per_value) : 1.0;
-  PhotonProblem walk{refinement.setup,
-                     kappa,
-                     mu,
-                     refinement.irradiance,
-                     problem_.seen_face,
-                     problem_.seen_shape(),
-                     2,
-                     problem_.patterns,
-                     std::move(diffusion),
-                     {}};
-  for (const double weight : stated_weight_) {
-    walk.variance.push_back(excess / weight);  // infinite where nothing is measured
+/// Of log κ and log μ over the voxels.
+std::array<double, 2> Objective::means(const CoefficientPair& fields) {
+  const auto of = [](const std::vector<double>& v) {
+    return std::accumulate(v.begin(), v.end(), 0.0) / static_cast<double>(v.size());
+  };
+  return {of(fields.log_kappa), of(fields.log_mu)};
+}
+
+/// r at fields_.
+void Objective::correct() {
+  ratio_ = correction_.ratio;
+  if (fields_.log_kappa.empty()) return;
+  const std::array<double, 2> at = means(fields_);
+  for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
+    const double change = at[k] - correction_.mean[k];
+    for (std::size_t i = 0; i < ratio_.size(); ++i) {
+      ratio_[i] *= std::exp(correction_.slope[k][i] * change);
+    }
   }
-  PhotonRatio found = photon_ratio(walk, *refinement.photons);
-  solves_.photons += static_cast<double>(found.photons) * problem_.patterns;
-  return found;
 }
 
 /// Weights of the stated variances and `more`.
@@ -91,6 +137,7 @@ void Objective::set_correction(Correction correction) {
             (correction.variance.empty() || correction.variance.size() == data),
         "correction does not fit the data");
   correction_ = std::move(correction);
+  correct();
   add_to_variance(correction_.variance);
 }
 

@@ -1,5 +1,6 @@
 #include "inverse/problem/photon_ratio.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -20,6 +21,10 @@ constexpr std::uint64_t most_photons = 1 << 22;
 constexpr double tolerated_noise = 0.25;
 /// Relative deviation tolerated where no datum says what is.
 constexpr double unseen_noise = 0.1;
+/// What of a slope its regression may leave unexplained.
+constexpr double slope_misfit = 0.1;
+constexpr std::uint64_t photons_over_slope = 4;
+constexpr std::uint64_t slope_key = 0xD1B54A32D192ED03U;
 /// A key of our own: data simulated with the fit's seed must not share its noise.
 constexpr std::uint64_t own_key = 0x9E3779B97F4A7C15U;
 /// μ/σt' of a voxel that leaves no scattering, and κ below which a voxel is a mirror to light and
@@ -29,10 +34,12 @@ constexpr double most_absorption = 0.999;
 constexpr double least_kappa_of_median = 0.02;
 constexpr double least_kappa_of_voxel = 1.0 / 600.0;
 
-/// What transport can read of a fit's coefficients.
-Medium walkable(const PhotonProblem& problem) {
+/// What transport can read of a fit's coefficients, their logarithms lower by so much.
+Medium walkable(const PhotonProblem& problem, double lower_kappa, double lower_mu) {
   Medium medium{Volume<double>(problem.setup.shape, problem.kappa),
                 Volume<double>(problem.setup.shape, problem.mu)};
+  for (double& kappa : medium.kappa.values()) kappa *= std::exp(-lower_kappa);
+  for (double& mu : medium.mu.values()) mu *= std::exp(-lower_mu);
   const double least = std::max(least_kappa_of_median * upper_median(problem.kappa),
                                 least_kappa_of_voxel * problem.setup.shape.voxel_mm);
   for (std::size_t i = 0; i < medium.kappa.size(); ++i) {
@@ -101,6 +108,7 @@ struct Pattern {
   std::vector<double> transport, diffusion;  ///< M [v][u]
   std::vector<double> datum;                 ///< variance tolerated
   double noise = 0.0;                        ///< variance of transport over exitance
+  bool smooth = true;
 };
 
 /// Each pixel's ratio by the narrowest mean that is quiet enough, into `found` from `first` on.
@@ -121,7 +129,7 @@ void smooth(const Pattern& pattern, FaceShape face, std::size_t first, PhotonRat
       const double tolerated = std::isfinite(pattern.datum[k])
                                    ? tolerated_noise * pattern.datum[k]
                                    : unseen_noise * unseen_noise * here * here;
-      if (variance > tolerated && width < widest) continue;
+      if (pattern.smooth && variance > tolerated && width < widest) continue;
       done[k] = true;
       --left;
       found.ratio[first + k] = diffusion[k] > 0.0 ? transport[k] / diffusion[k] : 1.0;
@@ -130,6 +138,51 @@ void smooth(const Pattern& pattern, FaceShape face, std::size_t first, PhotonRat
     }
   }
 }
+
+/// Slopes of the ratio over all pixels by regression on what diffusion knows of them: how bright
+/// they are, ℓ = log M/M_max, and by how much κ and μ change that, a and b. 1, ℓ, ℓ², a, b, a², ab,
+/// b² follow a patch's blur and the block's edges, and leave nearly nothing of the photons' noise,
+/// which single pixels' differences are full of.
+class Slopes {
+ public:
+  void add(std::size_t pixel, const std::array<double, 3>& known,
+           const std::array<double, 2>& slope, double variance) {
+    const auto& [l, a, b] = known;
+    Eigen::Matrix<double, terms, 1> row;
+    row << 1.0, l, l * l, a, b, a * a, a * b, b * b;
+    const Eigen::RowVector2d value(slope[0], slope[1]);
+    if (!row.allFinite()) return;
+    pixels_.emplace_back(pixel, row);
+    if (!value.allFinite() || !std::isfinite(variance)) return;
+    const double weight = 1.0 / (variance + slope_misfit * slope_misfit);
+    normal_ += weight * row * row.transpose();
+    right_ += weight * row * value;
+  }
+
+  std::array<std::vector<double>, 2> evaluate(std::size_t count) const {
+    constexpr double ridge = 1e-6;  // where terms are alike
+    Eigen::Matrix<double, terms, terms> normal = normal_;
+    normal.diagonal() += ridge * normal.diagonal();
+    normal.diagonal().array() += ridge;
+    const Eigen::Matrix<double, terms, 2> coefficients = normal.ldlt().solve(right_);
+    std::array<std::vector<double>, 2> slope{std::vector<double>(count, 0.0),
+                                             std::vector<double>(count, 0.0)};
+    for (const auto& [pixel, row] : pixels_) {
+      const Eigen::RowVector2d value = row.transpose() * coefficients;
+      for (std::size_t k = 0; k < 2; ++k) {
+        slope[k][pixel] = std::clamp(value[static_cast<Eigen::Index>(k)], -steepest, steepest);
+      }
+    }
+    return slope;
+  }
+
+ private:
+  static constexpr int terms = 8;
+  static constexpr double steepest = 5.0;
+  Eigen::Matrix<double, terms, terms> normal_ = Eigen::Matrix<double, terms, terms>::Zero();
+  Eigen::Matrix<double, terms, 2> right_ = Eigen::Matrix<double, terms, 2>::Zero();
+  std::vector<std::pair<std::size_t, Eigen::Matrix<double, terms, 1>>> pixels_;
+};
 
 double sum(const std::vector<double>& values) {
   double total = 0.0;
@@ -142,27 +195,41 @@ double sum(const std::vector<double>& values) {
 PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& options) {
   const FaceShape grid_face = face_shape(problem.setup.shape, problem.seen_face);
   const FaceShape face = problem.seen_shape;
-  forward::ForwardProblem walk{problem.setup, walkable(problem), problem.patterns,
-                               problem.irradiance};
+  const bool slope = !problem.diffusion_below[0].empty();
   forward::ForwardOptions how;
   how.device = options.device;
   how.seed = options.seed ^ own_key;
   how.photons = enough_photons(problem);
-  Progress silent;
-  const forward::ForwardResult traced = forward::make_monte_carlo_model()->solve(walk, how, silent);
   const auto at = static_cast<std::size_t>(
       std::find(all_faces.begin(), all_faces.end(), problem.seen_face) - all_faces.begin());
-  std::vector<double> variance = traced.standard_error[at];
-  for (double& e : variance) e *= e / (problem.factor * problem.factor);
-  const auto to_pixels = [&](const std::vector<double>& values) {
-    return restrict_face(values, grid_face, face, problem.factor, problem.patterns);
-  };
-  const std::vector<double> transport = to_pixels(traced.exitance[at]);
-  variance = to_pixels(variance);
-
   const std::size_t count = problem.diffusion.size();
   PhotonRatio found{std::vector<double>(count, 1.0), std::vector<double>(count, 0.0),
-                    std::vector<double>(count, 0.0), how.photons};
+                    std::vector<double>(count, 0.0), 0};
+  struct Walk {
+    std::vector<double> exitance, variance;  // [M][v][u]
+  };
+  const auto trace = [&](double lower_kappa, double lower_mu) {
+    const forward::ForwardProblem walk{problem.setup, walkable(problem, lower_kappa, lower_mu),
+                                       problem.patterns, problem.irradiance};
+    Progress silent;
+    found.photons += how.photons;
+    forward::ForwardResult traced = forward::make_monte_carlo_model()->solve(walk, how, silent);
+    std::vector<double>& variance = traced.standard_error[at];
+    for (double& e : variance) e *= e / (problem.factor * problem.factor);
+    const auto to_pixels = [&](const std::vector<double>& values) {
+      return restrict_face(values, grid_face, face, problem.factor, problem.patterns);
+    };
+    return Walk{to_pixels(traced.exitance[at]), to_pixels(variance)};
+  };
+  const Walk traced = trace(0.0, 0.0);
+  std::vector<Walk> walks;  // for slopes: their noise must be none that the misfit, too, contains
+  if (slope) {
+    how.seed ^= slope_key;
+    how.photons /= photons_over_slope;
+    walks = {trace(0.0, 0.0), trace(slope_step, 0.0), trace(0.0, slope_step)};
+  }
+
+  Slopes slopes;
   const std::vector<double> light = whole_light(problem);
   for (std::size_t m = 0; m < light.size(); ++m) {
     if (light[m] == 0.0) continue;
@@ -171,14 +238,34 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
       const auto begin = maps.begin() + static_cast<std::ptrdiff_t>(first);
       return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(face.cells()));
     };
-    Pattern pattern{map(transport), map(problem.diffusion), map(problem.variance), 0.0};
+    Pattern pattern{map(traced.exitance), map(problem.diffusion), map(problem.variance), 0.0,
+                    !slope};
     for (double& m_diffusion : pattern.diffusion) m_diffusion = std::max(m_diffusion, 0.0);
     const double whole = sum(pattern.diffusion);
     if (whole == 0.0) continue;
     // Photons of a pattern leave with much the same weight: their variance is as their mean.
-    pattern.noise = sum(map(variance)) / whole;
+    pattern.noise = sum(map(traced.variance)) / whole;
     smooth(pattern, face, first, found);
+    if (!slope) continue;
+    const double noise = sum(map(walks[0].variance)) / whole;
+    const double brightest = *std::max_element(pattern.diffusion.begin(), pattern.diffusion.end());
+    for (std::size_t k = 0; k < face.cells(); ++k) {
+      const std::size_t i = first + k;
+      const double exitance = pattern.diffusion[k];
+      std::array<double, 2> of_diffusion{}, of_ratio{};
+      for (std::size_t unknown = 0; unknown < 2; ++unknown) {
+        const auto change = [&](double here, double below) {
+          return std::log(here / below) / slope_step;
+        };
+        of_diffusion[unknown] = change(exitance, problem.diffusion_below[unknown][i]);
+        of_ratio[unknown] =
+            change(walks[0].exitance[i], walks[unknown + 1].exitance[i]) - of_diffusion[unknown];
+      }
+      slopes.add(i, {std::log(exitance / brightest), of_diffusion[0], of_diffusion[1]}, of_ratio,
+                 noise / (slope_step * slope_step * exitance));
+    }
   }
+  if (slope) found.slope = slopes.evaluate(count);
   return found;
 }
 

@@ -3,6 +3,7 @@
 // from diffusion's answer to transport's.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -28,6 +29,10 @@ struct PhotonOptions {
   std::uint64_t seed = 1;
 };
 
+/// Difference of log κ, and of log μ, that the slope of the ratio is taken over: downwards, where
+/// no voxel comes to scatter nothing.
+inline constexpr double slope_step = 0.2;
+
 /// Where photons enter, walk and are compared.
 struct PhotonProblem {
   forward::GridSetup setup;        ///< of the grid the photons walk on
@@ -42,6 +47,9 @@ struct PhotonProblem {
   /// Variance of the datum that the ratio times `diffusion` is compared with [M][v][u], infinite
   /// where there is none.
   std::vector<double> variance;
+  /// M by diffusion where log κ, and where log μ, is less by slope_step in all voxels; empty: no
+  /// slope is asked for.
+  std::array<std::vector<double>, 2> diffusion_below{};
 };
 
 struct PhotonRatio {
@@ -50,15 +58,18 @@ struct PhotonRatio {
   std::vector<double> variance;
   /// The same of single pixels, independent: what smoothing cannot take from sums over many.
   std::vector<double> pixel_variance;
-  std::uint64_t photons = 0;  ///< of each pattern
+  std::uint64_t photons = 0;  ///< of each pattern, of all walks
+  /// ∂ log ratio/∂ log κ and ∂ log μ of all voxels together [M][v][u]; empty where not asked for.
+  std::array<std::vector<double>, 2> slope{};
 };
 
 /// Photons per pattern are chosen so that a pixel's noise is, in the median, as large as its
 /// datum's deviation (a power of two, 2¹⁴ to 2²²). Ratio of Gaussian means of both maps over the
 /// face, its width for each pixel the least of 0, ½, ½√2, 1, … voxels that brings the noise to half
-/// of that deviation. Voxels that leave no scattering (3κμ ≥ 1) are followed as almost pure
-/// absorbers, those of κ below a 50th of the median or a 600th of the voxel as if κ were that.
-/// Throws InputError where there is no OpenCL device.
+/// of that deviation; of single pixels where its slope is asked for, by a regression of single
+/// pixels' (docs/theory.md) from walks of their own. Voxels that leave no scattering (3κμ ≥ 1) are
+/// followed as almost pure absorbers, those of κ below a 50th of the median or a 600th of the voxel
+/// as if κ were that. Throws InputError where there is no OpenCL device.
 PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& options);
 
 }  // namespace kappamu::inverse

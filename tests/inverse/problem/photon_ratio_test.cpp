@@ -147,6 +147,40 @@ TEST_F(PhotonRatioTest, IsQuieterThanItsDataByPhotonsAndBySmoothing) {
   }
 }
 
+/// `p` with log κ and log μ of all voxels higher by so much.
+PhotonProblem moved(PhotonProblem p, double log_kappa, double log_mu) {
+  const std::size_t cells = p.kappa.size();
+  for (double& kappa : p.kappa) kappa *= std::exp(log_kappa);
+  for (double& mu : p.mu) mu *= std::exp(log_mu);
+  const CoefficientPair even{std::vector<double>(cells, std::log(p.kappa[0])),
+                             std::vector<double>(cells, std::log(p.mu[0]))};
+  p.diffusion = cases::simulate(p.setup, even, p.seen_face, p.irradiance, 1, "auto");
+  return p;
+}
+
+// At 3κμ = 0.3, where the ratio changes with κ as much as diffusion does, and with another sign
+// under the light than beside it.
+TEST_F(PhotonRatioTest, ItsSlopeForetellsItElsewhere) {
+  PhotonProblem p = corner_lit({10, 10, 8, 0.4}, 0.3, 0.33, 0.02);
+  const std::size_t cells = p.diffusion.size();
+  EXPECT_TRUE(photon_ratio(p, {}).slope[0].empty());
+  p.diffusion_below = {moved(p, -slope_step, 0.0).diffusion, moved(p, 0.0, -slope_step).diffusion};
+  const PhotonRatio here = photon_ratio(p, {});
+  constexpr double step = 0.2;
+  for (std::size_t unknown = 0; unknown < 2; ++unknown) {
+    ASSERT_EQ(here.slope[unknown].size(), cells);
+    const PhotonRatio there =
+        photon_ratio(moved(p, unknown == 0 ? step : 0.0, unknown == 1 ? step : 0.0), {});
+    double missed = 0.0, change = 0.0;
+    for (std::size_t i = 0; i < cells; ++i) {
+      const double found = std::log(there.ratio[i] / here.ratio[i]) / step;
+      missed += p.diffusion[i] * std::pow(here.slope[unknown][i] - found, 2);
+      change += p.diffusion[i] * found * found;
+    }
+    EXPECT_LT(missed, 0.5 * change) << unknown;
+  }
+}
+
 TEST_F(PhotonRatioTest, EqualSeedsGiveEqualBitsAndOthersOthers) {
   const PhotonProblem p = corner_lit({7, 5, 4, 0.3}, 0.2, 0.01, 0.05);
   const PhotonRatio first = photon_ratio(p, {"auto", 1});
