@@ -175,7 +175,8 @@ void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::
     const double transmitted = diffuse_transmittance(constants_);
     const std::vector<double> incident = map_.loads(diffuse);
     for (std::size_t i = 0; i < incident.size(); ++i) {
-      channels[c].load[i] += constants_.q_per_entering() / (2.0 * constants_.A) * transmitted * incident[i];
+      channels[c].load[i] +=
+          constants_.q_per_entering() / (2.0 * constants_.A) * transmitted * incident[i];
       channels[c].balance.entering += transmitted * incident[i];
       channels[c].balance.exiting += entering_less_q() * transmitted * incident[i];
     }

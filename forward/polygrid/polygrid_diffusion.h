@@ -64,7 +64,9 @@ class PolygridDiffusion {
   void add_light(std::span<const ObjectProblem> problems, std::size_t light, double remainder,
                  std::vector<Load>& loads, std::vector<PolygridAnswer>& answers);
   /// q of E_t = 1, and E_t less what q sends out.
-  double entering_less_q() const { return 1.0 - constants_.q_per_entering() / (2.0 * constants_.A); }
+  double entering_less_q() const {
+    return 1.0 - constants_.q_per_entering() / (2.0 * constants_.A);
+  }
 
   Polygrid grid_;
   BoundaryConstants constants_;
