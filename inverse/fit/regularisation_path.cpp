@@ -2,17 +2,24 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// χ² per value of a start, homogeneous or from a coarser grid, that the weights of the path are
-/// made for.
-constexpr double usual_chi2 = 100.0;
+/// χ² per value of a homogeneous start, and of what a coarser grid found, that the weights of the
+/// path are made for.
+constexpr double usual_homogeneous_chi2 = 100.0;
+constexpr double usual_structured_chi2 = 200.0;
 /// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
 /// to this share of what it was (docs/theory.md, section 4).
 constexpr double most_coarse_share = 0.5;
+/// Variances that are right leave χ² = 1 − γ/N per value at least. Below this share of it they may
+/// be overstated, and are where the next weight lowers cross-validation's score to the second.
+constexpr double least_honest_share = 0.95;
+constexpr double most_score_share = 0.9;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// χ² of the start counts how much sharper than its structure the data are: where it is large, a
 /// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
@@ -35,7 +42,7 @@ void RegularisationPath::open(int level) {
 void RegularisationPath::start(double chi2, int level) {
   open(level);
   at_.weight = options_.weight.value_or(
-      sharpened(options_.first_weight, chi2 / usual_chi2, options_.weight_factor));
+      sharpened(options_.first_weight, chi2 / usual_homogeneous_chi2, options_.weight_factor));
 }
 
 void RegularisationPath::start_from(double weight) {
@@ -48,7 +55,7 @@ void RegularisationPath::refine(double chi2, int level) {
   open(level);
   if (fixed_by_user()) return;
   const double usual = at_.weight;
-  at_.weight = sharpened(usual, chi2 / usual_chi2, options_.weight_factor);
+  at_.weight = sharpened(usual, chi2 / usual_structured_chi2, options_.weight_factor);
 }
 
 NextStep RegularisationPath::minimum(double minimised, double renewed, double score, int level) {
@@ -69,14 +76,15 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, double sc
   // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
   const bool gained = renewed <= std::max(target, most_coarse_share * at_.begun_chi2);
-  // Variances that are right leave χ² = 1 − γ/N at least. Below it they are overstated: χ² = 1 is
-  // then no mark to end at, and cross-validation decides alone.
-  const double left = score > 0.0 ? std::sqrt(renewed / score) : 0.0;
-  const bool overstated = level == 0 && renewed < left * target;
-  // Above the noise level, too, a lower weight that cross-validation expects to predict other light
-  // worse fits the model's own error: the weight before it ends the path.
-  const bool judged = renewed > target || overstated;
-  const bool worse = !unsettled && judged && at_.last_score > 0.0 && score > at_.last_score;
+  // Above the noise level a lower weight that cross-validation expects to predict other light worse
+  // fits the model's own error: the weight before it ends the path. Where the noise is overstated
+  // χ² = 1 is no mark to end at, and cross-validation decides alone.
+  const double left = score > 0.0 ? std::sqrt(renewed / score) : 0.0;  // 1 − γ/N
+  const bool overstated = level == 0 && renewed < least_honest_share * left * std::min(1.0, target);
+  const double worth = renewed > target                        ? 1.0
+                       : overstated && at_.last_chi2 <= target ? most_score_share
+                                                               : infinity;
+  const bool worse = !unsettled && at_.last_score > 0.0 && score > worth * at_.last_score;
   if (!fixed_by_user() && (level > 0 ? !gained : worse)) {
     at_.weight /= options_.weight_factor;
     return {end_grid(level), From::begun};

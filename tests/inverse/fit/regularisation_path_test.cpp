@@ -66,8 +66,17 @@ TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOver
 
   path.start(50.0, finest);
   EXPECT_EQ(path.minimum(0.5, 0.5, score(0.5), finest), minimise);
-  EXPECT_EQ(path.minimum(0.49, 0.49, score(0.49), finest), minimise);
-  EXPECT_EQ(at.phase, FitPhase::last_weight) << "hardly anything gained";
+  EXPECT_EQ(path.minimum(0.47, 0.47, score(0.47), finest), minimise_as_begun);
+  EXPECT_EQ(at.weight, 1000.0) << "a score hardly lower does not show the noise to be overstated";
+  path.start(50.0, finest);
+  EXPECT_EQ(path.minimum(1.1, 1.1, score(1.1), finest), minimise);
+  EXPECT_EQ(path.minimum(0.7, 0.7, 0.95 * score(1.1), finest), minimise);
+  EXPECT_EQ(at.weight, 250.0) << "the weight before was above the noise: no way back to it";
+  options.target_chi2 = 4.0;
+  path.start(50.0, finest);
+  EXPECT_EQ(path.minimum(3.0, 3.0, score(3.0), finest), minimise);
+  EXPECT_EQ(at.phase, FitPhase::last_weight) << "a smoother volume was asked for";
+  options.target_chi2 = 1.0;
 
   path.start(50.0, finest);
   path.minimum(0.92, 0.92, score(0.92), finest);
@@ -159,7 +168,7 @@ TEST_F(RegularisationPathTest, OnAFinerGridGoesOnByWholeStepsAboveWhereTheVolume
   path.start(50.0, coarse);
   at.begun_chi2 = 50.0;
   EXPECT_EQ(path.minimum(0.5, 0.5, 0.0, coarse), finer_grid);
-  path.refine(250.0, finest);
+  path.refine(500.0, finest);
   EXPECT_EQ(at.weight, 4000.0);
 }
 
