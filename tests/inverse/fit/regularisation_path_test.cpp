@@ -70,7 +70,7 @@ TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOver
   EXPECT_EQ(at.weight, 1000.0) << "a score hardly lower does not show the noise to be overstated";
   path.start(50.0, finest);
   EXPECT_EQ(path.minimum(1.1, 1.1, score(1.1), finest), minimise);
-  EXPECT_EQ(path.minimum(0.7, 0.7, 0.95 * score(1.1), finest), minimise);
+  EXPECT_EQ(path.minimum(0.6, 0.6, 0.95 * score(1.1), finest), minimise);
   EXPECT_EQ(at.weight, 250.0) << "the weight before was above the noise: no way back to it";
   options.target_chi2 = 4.0;
   path.start(50.0, finest);
