@@ -15,9 +15,8 @@ constexpr double usual_structured_chi2 = 200.0;
 /// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
 /// to this share of what it was (docs/theory.md, section 4).
 constexpr double most_coarse_share = 0.5;
-/// Variances that are right leave χ² = 1 − γ/N per value at least. Below this share of it they may
-/// be overstated, and are where the next weight lowers cross-validation's score to the second.
-constexpr double least_honest_share = 0.95;
+/// Variances that are right leave χ² = 1 − γ/N per value at least. Below it they may be overstated,
+/// and are where the next weight lowers cross-validation's score to this share.
 constexpr double most_score_share = 0.9;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
@@ -80,7 +79,7 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, double sc
   // fits the model's own error: the weight before it ends the path. Where the noise is overstated
   // χ² = 1 is no mark to end at, and cross-validation decides alone.
   const double left = score > 0.0 ? std::sqrt(renewed / score) : 0.0;  // 1 − γ/N
-  const bool overstated = level == 0 && renewed < least_honest_share * left * std::min(1.0, target);
+  const bool overstated = level == 0 && renewed < left * std::min(1.0, target);
   const double worth = renewed > target                        ? 1.0
                        : overstated && at_.last_chi2 <= target ? most_score_share
                                                                : infinity;
