@@ -1,8 +1,7 @@
 // Whether a model of few unknowns ends the fit before any voxel has one of its own.
-#include <array>
 #include <cmath>
-#include <cstdio>
 
+#include "core/shown_text.h"
 #include "inverse/block_model/model_choice.h"
 #include "inverse/fit/channel_run.h"
 
@@ -11,12 +10,10 @@ namespace kappamu::inverse {
 namespace {
 
 std::string described(const ModelTrial& trial) {
-  std::array<char, 96> text{};
   const std::string what =
       trial.layers == 1 ? "a homogeneous block" : std::to_string(trial.layers) + " even layers";
-  std::snprintf(text.data(), text.size(), "%s (chi2 per value %.3g%s)", what.c_str(),
-                trial.chi2_per_value, trial.level > 0 ? " on a coarser grid" : "");
-  return text.data();
+  return formatted("%s (chi2 per value %.3g%s)", what.c_str(), trial.chi2_per_value,
+                   trial.level > 0 ? " on a coarser grid" : "");
 }
 
 std::string capitalised(std::string sentence) {
@@ -27,12 +24,10 @@ std::string capitalised(std::string sentence) {
 /// What the accepted model explains.
 std::string explained(const ModelSearch& search) {
   if (!search.systematic) return "the data to their noise";
-  std::array<char, 192> text{};
-  std::snprintf(text.data(), text.size(),
-                "the data to their noise and a systematic error of %.2g %% (correlated over %.2g "
-                "pixels)",
-                100.0 * search.systematic->excess, search.systematic->length);
-  return text.data();
+  return formatted(
+      "the data to their noise and a systematic error of %.2g %% (correlated over %.2g "
+      "pixels)",
+      100.0 * search.systematic->excess, search.systematic->length);
 }
 
 /// Why the model of `accepted` was taken, or none; the user asked for `asked`.
@@ -121,10 +116,9 @@ bool ChannelRun::settle_for_simple_model() {
 void ChannelRun::conclude_simple(const ModelTrial& trial) {
   FitReport& report = state_.report;
   report.status = trial.rejected ? FitStatus::above_noise : FitStatus::converged;
-  std::array<char, 96> sentence{};
-  std::snprintf(sentence.data(), sentence.size(), "%s at chi2 per value %.3g.",
+  report.reason =
+      formatted("%s at chi2 per value %.3g.",
                 trial.layers == 1 ? "A homogeneous block" : "Even layers", trial.chi2_per_value);
-  report.reason = sentence.data();
   if (trial.rejected) warn(report.model.reason);
   finish(trial.chi2_per_value);
 }

@@ -2,12 +2,12 @@
 #include "inverse/fit/fit_options.h"
 
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <string>
 #include <type_traits>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "inverse/fit/describe_options.h"
 #include "inverse/fit/fit.h"
 
@@ -20,9 +20,7 @@ void require(bool holds, const std::string& sentence) {
 }
 
 std::string short_number(double x) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%g", x);
-  return text;
+  return formatted("%g", x);
 }
 
 struct RequireBounds {

@@ -1,8 +1,8 @@
 // Which equation a fit obeys, and the homogeneous start by transport.
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
+#include "core/shown_text.h"
 #include "inverse/data_checks/physics_choice.h"
 #include "inverse/fit/channel_run.h"
 #include "inverse/problem/expected_blocks.h"
@@ -58,12 +58,10 @@ HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
     if (move < start_tolerance) return start;
     at += step.cwiseMax(-longest_step).cwiseMin(longest_step);
   }
-  char text[160];
-  std::snprintf(text, sizeof text,
-                "The ratio of transport to diffusion has not settled: its last renewal moved the "
+  warn(
+      formatted("The ratio of transport to diffusion has not settled: its last renewal moved the "
                 "homogeneous block by a factor of %.2g. Do not trust this fit.",
-                std::exp(move));
-  warn(text);
+                std::exp(move)));
   return start;
 }
 

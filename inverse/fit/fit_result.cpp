@@ -1,8 +1,8 @@
 // What comes of a fit: how it ended, in a sentence, and its volumes.
 #include <cmath>
-#include <cstdio>
 #include <optional>
 
+#include "core/shown_text.h"
 #include "forward/diffusion_warnings.h"
 #include "inverse/fit/channel_run.h"
 #include "inverse/uncertainty/sensitivity.h"
@@ -40,12 +40,11 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
     warnings.push_back(*sentence);
   }
   if (chi2_per_value > suspicious_chi2) {
-    char sentence[200];
-    std::snprintf(sentence, sizeof sentence,
-                  "The volumes explain the data only to %.2g times their stated noise (chi2 per "
-                  "datum %.3g): variances, calibration or the %s model do not hold.",
-                  std::sqrt(chi2_per_value), chi2_per_value,
-                  report.physics == Physics::diffusion ? "diffusion" : "transport");
+    const std::string sentence = formatted(
+        "The volumes explain the data only to %.2g times their stated noise (chi2 per "
+        "datum %.3g): variances, calibration or the %s model do not hold.",
+        std::sqrt(chi2_per_value), chi2_per_value,
+        report.physics == Physics::diffusion ? "diffusion" : "transport");
     warnings.insert(warnings.begin(), sentence);
   }
   return warnings;
@@ -55,24 +54,21 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
 void ChannelRun::conclude() {
   const double chi2 = state_.path.last_chi2;
   FitReport& report = state_.report;
-  char sentence[200];
   if (out_of_steps()) {
     report.status = FitStatus::ran_out;
-    std::snprintf(sentence, sizeof sentence,
-                  "Stopped after %d steps at one weight, at chi2 per value %.3g.",
-                  options_.path.stage_steps, chi2);
+    report.reason = formatted("Stopped after %d steps at one weight, at chi2 per value %.3g.",
+                              options_.path.stage_steps, chi2);
   } else if (chi2 <= options_.path.target_chi2 || options_.path.weight) {
     report.status = FitStatus::converged;
-    std::snprintf(sentence, sizeof sentence, "Converged at chi2 per value %.3g.", chi2);
+    report.reason = formatted("Converged at chi2 per value %.3g.", chi2);
   } else {
     const bool lowest = path_.at_lowest_weight();
     report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
-    std::snprintf(sentence, sizeof sentence, "%s at chi2 per value %.3g.",
-                  lowest ? "The lowest weight was reached"
-                         : "Neither lower weights nor a new correction helped further",
-                  chi2);
+    report.reason = formatted("%s at chi2 per value %.3g.",
+                              lowest ? "The lowest weight was reached"
+                                     : "Neither lower weights nor a new correction helped further",
+                              chi2);
   }
-  report.reason = sentence;
   finish(chi2);
 }
 

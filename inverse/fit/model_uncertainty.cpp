@@ -1,11 +1,10 @@
 #include "inverse/fit/model_uncertainty.h"
 
 #include <Eigen/Cholesky>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 
+#include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
 #include "inverse/problem/problem.h"
 
@@ -16,15 +15,11 @@ namespace {
 /// 1.234 mm within 0.5 %, or within a factor where a percentage would mislead.
 std::string with_error(double log_value, const char* unit, double deviation) {
   constexpr double percent_holds = 0.2;
-  std::array<char, 96> text{};
   if (deviation < percent_holds) {
-    std::snprintf(text.data(), text.size(), "%.4g%s within %.2g %%", std::exp(log_value), unit,
-                  100.0 * deviation);
-  } else {
-    std::snprintf(text.data(), text.size(), "%.4g%s within a factor of %.3g", std::exp(log_value),
-                  unit, std::exp(deviation));
+    return formatted("%.4g%s within %.2g %%", std::exp(log_value), unit, 100.0 * deviation);
   }
-  return text.data();
+  return formatted("%.4g%s within a factor of %.3g", std::exp(log_value), unit,
+                   std::exp(deviation));
 }
 
 std::string in_words(const LayeredMedium& medium, const Eigen::MatrixXd& covariance,
@@ -36,18 +31,14 @@ std::string in_words(const LayeredMedium& medium, const Eigen::MatrixXd& covaria
     const Eigen::Index m = layers + l;
     if (layers > 1) {
       const int end = l + 1 < layers ? medium.first[at + 1] : shape.extent(axis);
-      std::array<char, 64> place{};
-      std::snprintf(place.data(), place.size(), "%s%c from %.3g to %.3g mm: ", l > 0 ? " " : "",
-                    "xyz"[axis], medium.first[at] * shape.voxel_mm, end * shape.voxel_mm);
-      words += place.data();
+      words += formatted("%s%c from %.3g to %.3g mm: ", l > 0 ? " " : "", "xyz"[axis],
+                         medium.first[at] * shape.voxel_mm, end * shape.voxel_mm);
     }
     const double kappa = std::sqrt(covariance(l, l));
     const double mu = std::sqrt(covariance(m, m));
-    std::array<char, 48> together{};
-    std::snprintf(together.data(), together.size(), " (correlation %.2f).",
-                  covariance(l, m) / (kappa * mu));
+    const std::string together = formatted(" (correlation %.2f).", covariance(l, m) / (kappa * mu));
     words += "κ is " + with_error(medium.log_kappa[at], " mm", kappa) + ", μ " +
-             with_error(medium.log_mu[at], "/mm", mu) + together.data();
+             with_error(medium.log_mu[at], "/mm", mu) + together;
   }
   return words +
          (layers > 1 ? " One standard deviation, if the block is of these layers"
@@ -122,12 +113,10 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   found.report.layers = layers_below(found, seen_face);
   found.report.sentence = in_words(medium, covariance, shape, axis);
   if (error.found(0.0)) {
-    std::array<char, 128> text{};
-    std::snprintf(text.data(), text.size(),
-                  " They include a systematic error of the data of %.2g %%, as their residuals "
-                  "show it.",
-                  100.0 * error.relative);
-    found.report.sentence += text.data();
+    found.report.sentence += formatted(
+        " They include a systematic error of the data of %.2g %%, as their residuals "
+        "show it.",
+        100.0 * error.relative);
   }
   if (fit.report.status == FitStatus::above_noise) {
     found.report.sentence += " The data are further from it than their noise: so are the errors.";

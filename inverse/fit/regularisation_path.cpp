@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace kappamu::inverse {
 
@@ -18,7 +17,6 @@ constexpr double most_coarse_share = 0.5;
 /// Variances that are right leave χ² = 1 − γ/N per value at least. Below it they may be overstated,
 /// and are where the next weight lowers cross-validation's score to this share.
 constexpr double most_score_share = 0.9;
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// χ² of the start counts how much sharper than its structure the data are: where it is large, a
 /// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
@@ -80,10 +78,10 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, double sc
   // χ² = 1 is no mark to end at, and cross-validation decides alone.
   const double left = score > 0.0 ? std::sqrt(renewed / score) : 0.0;  // 1 − γ/N
   const bool overstated = level == 0 && renewed < left * std::min(1.0, target);
-  const double worth = renewed > target                        ? 1.0
-                       : overstated && at_.last_chi2 <= target ? most_score_share
-                                                               : infinity;
-  const bool worse = !unsettled && at_.last_score > 0.0 && score > worth * at_.last_score;
+  const bool worse = !unsettled && at_.last_score > 0.0 &&
+                     (renewed > target ? score > at_.last_score
+                                       : overstated && at_.last_chi2 <= target &&
+                                             score > most_score_share * at_.last_score);
   if (!fixed_by_user() && (level > 0 ? !gained : worse)) {
     at_.weight /= options_.weight_factor;
     return {end_grid(level), From::begun};
