@@ -92,6 +92,12 @@ that met it with the least processor time; cost_ratio: the taken one's over that
 Section refinement: diffusion on cubes refined by the model's own estimate beside even ones,
 from mesh to exitance of one light and channel; error: from that on some millions of cubes.
 
+Section estimate: the error that this model states of its numerics, and its true one, on
+scenes drawn by --seed (or --scenes) and on --mesh files, at three tolerances.
+
+Section picture: wall seconds from mesh file to picture of scenes/nefertiti-marble.json, and
+of the same scene with each --mesh FILE in the bust's place; medians of three.
+
 Do not trust seconds on a machine that does anything else; cpu_seconds (all threads together)
 suffer less.)",
       {{"models", "Every model on the tuning scenes", measure_models},
@@ -99,7 +105,10 @@ suffer less.)",
         measure_costs},
        {"auto", "What model auto takes on the validation scenes, and what it should have",
         measure_auto},
-       {"refinement", "Time against error of refined and even cubes", measure_refinement}},
+       {"refinement", "Time against error of refined and even cubes", measure_refinement},
+       {"estimate", "The error that cubes state of themselves, and the true one",
+        measure_estimates},
+       {"picture", "Seconds from mesh file to picture", measure_pictures}},
       {{"scenes", "Those whose names begin so; all if absent", Setting::Kind::words},
        {"mesh", "Files of objects to measure instead of, or beside, those of --scenes",
         Setting::Kind::words},

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <memory>
+#include <numeric>
 #include <sstream>
 
 #include "core/error.h"
@@ -18,6 +21,10 @@ namespace {
 
 /// Surface cubes of the first mesh: the object's longest extent over 2^level.
 constexpr int first_level = 4;
+/// Where beams enter, the finer of two resolutions errs by about start_error (h/3κ)^start_order, as
+/// measured (embedded.md); the first mesh is the coarsest that so errs by start_excess tolerances.
+constexpr double start_error = 0.016, start_order = 1.2;
+static const double start_excess = std::getenv("KSTART") ? std::atof(std::getenv("KSTART")) : 2.0;
 /// A mesh starts with its folded cubes split as often as this.
 constexpr int fold_splits = 1;
 /// The error that a refinement aims at, of the tolerance and, at most, of the error before.
@@ -25,7 +32,8 @@ constexpr double aimed_at = 0.9, most_left = 0.85;
 /// Exitance on a mesh and on the same with every cube split differ by 3 times the finer's error
 /// where the error falls with h², by less at edges of the light. Between the two, on the safe side
 /// of measured errors.
-constexpr double difference_per_error = 2.0;
+static const double difference_per_error =
+    std::getenv("KDIV") ? std::atof(std::getenv("KDIV")) : 2.0;
 /// Where κ jumps inside cubes it falls with h, and what halving h takes away is what is left.
 constexpr double difference_per_error_at_jumps = 1.0;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
@@ -53,7 +61,7 @@ class BodySolve {
                      "at most " + std::to_string(most_cubes_) + " cubes, " +
                          gigabytes(bytes_each() * static_cast<double>(most_cubes_)));
     Octree tree(problem_.mesh);
-    tree.refine_surface(first_level);
+    tree.refine_surface(start_level(tree.edge_mm()));
     split_folds(tree);
     BodyAnswer best;
     for (auto fine = split_everywhere(tree, true); fine;) {
@@ -84,6 +92,29 @@ class BodySolve {
   double bytes_each() const {
     return bytes_per_cube + bytes_per_channel * static_cast<double>(channels_.problems.size()) +
            bytes_per_light * static_cast<double>(std::min(channels_.lights(), lights_at_once));
+  }
+
+  /// Of the first mesh, before all of its cubes are split.
+  int start_level(double edge_mm) const {
+    double mean_free_path =
+        std::numeric_limits<double>::infinity();  // the shortest that is lit [mm]
+    for (const ObjectProblem& problem : channels_.problems) {
+      const bool beams = std::any_of(problem.lights.begin(), problem.lights.end(),
+                                     [](const ObjectLight& light) { return !light.beams.empty(); });
+      const double kappa =
+          std::sqrt(problem.medium.smallest().kappa * problem.medium.largest().kappa);
+      if (beams) mean_free_path = std::min(mean_free_path, 3.0 * kappa);
+    }
+    // A quarter of the cubes that are allowed at most: about four of them on each h² of the
+    // surface.
+    const double area =
+        std::accumulate(problem_.surface.area.begin(), problem_.surface.area.end(), 0.0);
+    const double h =
+        std::max(std::sqrt(16.0 * area / static_cast<double>(most_cubes_)),
+                 mean_free_path *
+                     std::pow(start_excess * options_.tolerance / start_error, 1.0 / start_order));
+    const double level = std::ceil(std::log2(edge_mm / h)) - 1.0;
+    return static_cast<int>(std::clamp<double>(level, first_level, deepest_level - 1));
   }
 
   void split_folds(Octree& tree) const {
