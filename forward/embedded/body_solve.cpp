@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -21,21 +20,19 @@ namespace {
 
 /// Surface cubes of the first mesh: the object's longest extent over 2^level.
 constexpr int first_level = 4;
-/// Where beams enter, the finer of two resolutions errs by about start_error (h/3κ)^start_order, as
-/// measured (embedded.md); the first mesh is the coarsest that so errs by start_excess tolerances.
-constexpr double start_error = 0.016, start_order = 1.2;
+/// Where beams enter it is finer: of cubes of edge h, which err by start_error (h/3κ)^start_order
+/// as measured, the coarsest that err by start_excess tolerances.
+constexpr double start_error = 0.016, start_order = 1.2, start_excess = 2.0;
 /// Cubes on each h² of the surface, at least.
 constexpr double cubes_per_square = 8.0;
-static const double start_excess = std::getenv("KSTART") ? std::atof(std::getenv("KSTART")) : 2.0;
 /// A mesh starts with its folded cubes split as often as this.
 constexpr int fold_splits = 1;
 /// The error that a refinement aims at, of the tolerance and, at most, of the error before.
 constexpr double aimed_at = 0.9, most_left = 0.85;
-/// Exitance on a mesh and on the same with every cube split differ by 3 times the finer's error
-/// where the error falls with h², by less at edges of the light. Between the two, on the safe side
-/// of measured errors.
-static const double difference_per_error =
-    std::getenv("KDIV") ? std::atof(std::getenv("KDIV")) : 2.0;
+/// Exitance on a mesh and on the same with every cube split differ by so many times the finer's
+/// error, at least: by 3 where it falls with h², by less at edges of object and light
+/// (embedded.md).
+constexpr double difference_per_error = 1.65;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
 /// every light that is solved for at once [bytes], measured.
 constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
