@@ -80,7 +80,10 @@ void measure_pictures(const Request& request, Progress& progress, const Save& sa
   }
   std::vector<double> tolerances{0.01, 0.0075, 0.005};
   if (request.has("tolerance")) tolerances = {request.number("tolerance", 0.01)};
-  if (request.size != Size::full) tolerances = {0.1};
+  if (request.size != Size::full) {
+    tolerances = {0.1};
+    for (render::Scene& scene : scenes) scene.film.samples = 1;
+  }
   Json rows = Json::array();
   for (render::Scene& scene : scenes) {
     const std::size_t even = cubes_of_thesis(scene);

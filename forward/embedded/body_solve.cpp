@@ -98,8 +98,8 @@ class BodySolve {
 
   /// Of the first mesh, before all of its cubes are split.
   int start_level(double edge_mm) const {
-    double mean_free_path =
-        std::numeric_limits<double>::infinity();  // the shortest that is lit [mm]
+    // The shortest that beams enter [mm].
+    double mean_free_path = std::numeric_limits<double>::infinity();
     for (const ObjectProblem& problem : channels_.problems) {
       const bool beams = std::any_of(problem.lights.begin(), problem.lights.end(),
                                      [](const ObjectLight& light) { return !light.beams.empty(); });
@@ -128,8 +128,8 @@ class BodySolve {
                           channels_.constants.A);
   }
 
-  /// With each of the object's leaves split; none where that is too large. The `least`
-  /// that is asked for is refused then.
+  /// With each of the object's leaves split; none where that is too large, or, where nothing less
+  /// can be done, a refusal.
   std::unique_ptr<const Discretisation> split_everywhere(Octree tree, bool least) const {
     tree.refine_each(object_leaves(tree, problem_.mesh, problem_.rays));
     CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);

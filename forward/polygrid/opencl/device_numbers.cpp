@@ -1,8 +1,6 @@
 #include "forward/polygrid/opencl/device_numbers.h"
 
 #include <Eigen/Cholesky>
-#include <bit>
-#include <cstdint>
 
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/embedded/opencl/device_levels.h"
@@ -12,14 +10,6 @@ namespace kappamu::forward::polygrid {
 using embedded::uploaded;
 
 namespace {
-
-/// The upper half of a float, rounded.
-struct UpperHalf {
-  explicit UpperHalf(double number)
-      : bits(static_cast<std::uint16_t>(
-            (std::bit_cast<std::uint32_t>(static_cast<float>(number)) + 0x8000U) >> 16U)) {}
-  std::uint16_t bits;
-};
 
 template <class T>
 void write_as(device::Context& context, const device::Buffer& buffer,
@@ -63,7 +53,7 @@ std::string Numbers::build_options(const embedded::Lanes& lanes) const {
   return std::string("-DREAL=") + (precision == Precision::single ? "float" : "double") +
          " -DSUM=" + (double_sums ? "double" : "float") +
          " -DWIDTH=" + std::to_string(lanes.width) + " -DOWN=" + (lanes.own() ? "1" : "0") +
-         " -DINTERLEAVED=" + (interleaved ? "1" : "0") + " -DPACKED=" + (packed ? "1" : "0");
+         " -DINTERLEAVED=" + (interleaved ? "1" : "0");
 }
 
 void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
@@ -75,16 +65,6 @@ void write_lanes(device::Context& context, const device::Buffer& buffer, const N
     write_as<float>(context, buffer, of_lane, width, which);
   } else {
     write_as<double>(context, buffer, of_lane, width, which);
-  }
-}
-
-void write_couplings(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                     const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
-                     Stretch stretch) {
-  if (!numbers.packed) {
-    write_lanes(context, buffer, numbers, of_lane, width, stretch);
-  } else if (stretch.begin != stretch.end) {
-    write_as<UpperHalf>(context, buffer, of_lane, width, stretch);
   }
 }
 

@@ -15,10 +15,8 @@ namespace kappamu::forward::polygrid {
 struct Numbers {
   Precision precision = Precision::single;
   bool double_sums = true, interleaved = false;
-  bool packed = false;  ///< couplings as the upper 16 bits of floats
 
   std::size_t real_bytes() const { return precision == Precision::single ? 4 : 8; }
-  std::size_t coupling_bytes() const { return packed ? 2 : real_bytes(); }
   std::size_t sum_bytes() const { return double_sums ? 8 : 4; }
   /// Those of polygrid.cl for a batch's lanes.
   std::string build_options(const embedded::Lanes& lanes) const;
@@ -33,10 +31,6 @@ struct Stretch {
 void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
                  const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
                  std::optional<Stretch> stretch = {});
-/// As couplings are kept.
-void write_couplings(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                     const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
-                     Stretch stretch);
 /// Reads what is [row][width] into the lanes' own vectors, which have their size.
 void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
                 const std::vector<std::vector<double>*>& of_lane, std::size_t width);

@@ -67,12 +67,10 @@ class BatchSolve {
         program_(context.program(polygrid_cl, numbers_.build_options(lanes))) {
     const std::size_t media = lanes.media() * numbers.real_bytes();
     const std::size_t field = lanes.width * numbers.real_bytes();
-    const std::size_t couplings = lanes.media() * numbers.coupling_bytes();
-    value_ = context.allocate(matrix.entries * couplings);
-    row_sum_ = context.allocate(rows() * media);
+    value_ = context.allocate(matrix.entries * media);
     for (const DeviceLevel& level : levels) {
       const auto rows = static_cast<std::size_t>(level.links.rows);
-      links_.push_back(context.allocate(std::max<std::size_t>(level.links.entries, 1) * couplings));
+      links_.push_back(context.allocate(std::max<std::size_t>(level.links.entries, 1) * media));
       inverse_diagonal_.push_back(context.allocate(rows * media));
       level_r_.push_back(context.allocate(rows * field));
       level_y_.push_back(context.allocate(rows * field));
@@ -91,26 +89,18 @@ class BatchSolve {
   void set_media(const std::vector<MediumValues>& media, const std::vector<ChannelLevels>& levels,
                  const Changed& changed) {
     if (former_) former_->forget();
-    const auto write_as = [&](const auto& write_stretch, const Buffer& buffer, const auto& numbers,
-                              const std::vector<Stretch>& stretches) {
+    const auto write = [&](const Buffer& buffer, const auto& numbers,
+                           const std::vector<Stretch>& stretches) {
       std::vector<const std::vector<double>*> of_lane;
       for (const std::size_t c : lanes_.channels) of_lane.push_back(&numbers(c));
       for (const Stretch& stretch : stretches) {
-        write_stretch(context_, buffer, numbers_, of_lane, lanes_.media(), stretch);
+        write_lanes(context_, buffer, numbers_, of_lane, lanes_.media(), stretch);
       }
     };
-    const auto write = [&](const auto&... arguments) { write_as(write_lanes, arguments...); };
-    const auto write_coupled = [&](const auto&... arguments) {
-      write_as(write_couplings, arguments...);
-    };
-    const auto row_sum = [&](std::size_t c) -> const auto& {
-      return media[c].leak;
-    };
-    write(row_sum_, row_sum, changed.rows);
     const auto value = [&](std::size_t c) -> const auto& {
       return media[c].value;
     };
-    write_coupled(value_, value, changed.entries);
+    write(value_, value, changed.entries);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
       const auto link = [&](std::size_t c) -> const auto& {
         return levels[c].graph[l].link;
@@ -118,7 +108,7 @@ class BatchSolve {
       const auto inverse = [&](std::size_t c) -> const auto& {
         return levels[c].inverse_diagonal[l];
       };
-      write_coupled(links_[l], link, l == 0 ? changed.links : whole(levels[0].graph[l].link));
+      write(links_[l], link, l == 0 ? changed.links : whole(levels[0].graph[l].link));
       write(inverse_diagonal_[l], inverse,
             l == 0 ? changed.rows : whole(levels[0].inverse_diagonal[l]));
     }
@@ -153,8 +143,8 @@ class BatchSolve {
                  x_, r, y)[0];
     } else {
       write_lanes(context_, x_, numbers_, starts, width);
-      over(rows(), "residual", matrix_.start, matrix_.column, value_, row_sum_,
-           inverse_diagonal_[0], b_, x_, r, y);
+      over(rows(), "residual", matrix_.start, matrix_.column, value_, inverse_diagonal_[0], b_, x_,
+           r, y);
       size2 = dot(b_, b_);
       r_r = dot(r, r);
     }
@@ -178,7 +168,7 @@ class BatchSolve {
       }
       write(std::array{along});
       over(rows(), "update_direction", scalars_, z_, p_);
-      over(rows(), "product", matrix_.start, matrix_.column, value_, row_sum_, p_, image_);
+      over(rows(), "product", matrix_.start, matrix_.column, value_, p_, image_);
       const Scalars p_image = dot(p_, image_);
       for (std::size_t lane = 0; lane < width; ++lane) {
         if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
@@ -285,7 +275,7 @@ class BatchSolve {
   const std::vector<DeviceLevel>& levels_;
   device::Program& program_;
   std::size_t runs_ = 1;
-  Buffer value_, row_sum_, coarsest_;
+  Buffer value_, coarsest_;
   std::vector<Buffer> links_, inverse_diagonal_, level_r_, level_y_;  ///< [level]
   Buffer b_, x_, z_, p_, image_, partial_, scalars_;
   std::optional<FormerAnswers> former_;
@@ -303,8 +293,7 @@ class OpenclSolver final : public LinearSolver {
     if (precision == Precision::twofold && !context.info().fp64) {
       throw InputError("device '" + context.info().name + "' has no double precision");
     }
-    numbers_ = {precision, context.info().fp64, context.info().kind == device::Kind::gpu,
-                precision == Precision::single && lights == Lights::moving};
+    numbers_ = {precision, context.info().fp64, context.info().kind == device::Kind::gpu};
     const auto& levels = hierarchy.level();
     for (std::size_t l = 0; l < levels.size(); ++l) {
       levels_.emplace_back(context, levels[l],

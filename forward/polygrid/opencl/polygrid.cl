@@ -1,14 +1,10 @@
 // Conjugate gradients on sparse rows, and a V-cycle on the aggregates of a graph with one step of
 // Jacobi before and after. Every item writes its own row; sums run in a fixed order.
 //
-// SUM is what sums are added up in. PACKED: 1 where couplings are kept as the upper 16 bits of floats,
-// to 0.2 %: a frame is bound by what it reads.
+// SUM is what sums are added up in.
 
 #ifndef SUM
 #define SUM double
-#endif
-#ifndef PACKED
-#define PACKED 0
 #endif
 
 typedef LANES_OF(SUM) sum_vec;
@@ -17,34 +13,13 @@ typedef LANES_OF(SUM) sum_vec;
 // the fourth kind on [0, 2] (Lottes 2023) the first takes the least work.
 #define STEP ((REAL)2 / 3)
 
-#if !PACKED
-typedef own coupling;
-#define COUPLING(stored) (stored)
-#elif OWN
-typedef LANES_OF(ushort) coupling;
-#define COUPLING(stored) JOIN(as_, LANES_OF(float))(TO(uint)(stored) << 16)
-#else
-typedef ushort coupling;
-#define COUPLING(stored) as_float(convert_uint(stored) << 16)
-#endif
-
-// Σ w y_n over the neighbours of node i.
-inline vec inflow(const int i, global const int* restrict start, global const int* restrict column,
-                  global const coupling* restrict link, global const vec* restrict y) {
+// Row i of the matrix times x.
+inline vec row_product(const int i, global const int* restrict start,
+                       global const int* restrict column, global const own* restrict value,
+                       global const vec* restrict x) {
   vec sum = (vec)(0);
   const int end = start[i + 1];
-  for (int k = start[i]; k < end; ++k) sum += COUPLING(link[k]) * y[column[k]];
-  return sum;
-}
-
-// Row i of the matrix times x, by the row's sum: power balances however couplings are rounded.
-inline vec row_product(const int i, global const int* restrict start,
-                       global const int* restrict column, global const coupling* restrict value,
-                       global const own* restrict row_sum, global const vec* restrict x) {
-  const vec mine = x[i];
-  vec sum = row_sum[i] * mine;
-  const int end = start[i + 1];
-  for (int k = start[i]; k < end; ++k) sum += COUPLING(value[k]) * (x[column[k]] - mine);
+  for (int k = start[i]; k < end; ++k) sum += value[k] * x[column[k]];
   return sum;
 }
 
@@ -53,30 +28,28 @@ inline vec row_product(const int i, global const int* restrict start,
 
 // r = b − A x.
 kernel void residual(const int rows, global const int* restrict start,
-                     global const int* restrict column, global const coupling* restrict value,
-                     global const own* restrict row_sum,
+                     global const int* restrict column, global const own* restrict value,
                      global const own* restrict inverse_diagonal, global const vec* restrict b,
                      global const vec* restrict x, global vec* restrict r,
                      global vec* restrict y) {
   ITEM(rows)
-  r[i] = b[i] - row_product(i, start, column, value, row_sum, x);
+  r[i] = b[i] - row_product(i, start, column, value, x);
   y[i] = SMOOTHED(r[i]);
 }
 
 // out = A x.
 kernel void product(const int rows, global const int* restrict start,
-                    global const int* restrict column, global const coupling* restrict value,
-                    global const own* restrict row_sum, global const vec* restrict x,
-                    global vec* restrict out) {
+                    global const int* restrict column, global const own* restrict value,
+                    global const vec* restrict x, global vec* restrict out) {
   ITEM(rows)
-  out[i] = row_product(i, start, column, value, row_sum, x);
+  out[i] = row_product(i, start, column, value, x);
 }
 
 // Down the V-cycle: coarse r = Σ over an aggregate's nodes of the residual after Jacobi's step:
 // r − (d y − Σ w y_n) = (1 − step) r + Σ w y_n.
 kernel void down(const int aggregates, global const int* restrict first_child,
                  global const int* restrict child, global const int* restrict start,
-                 global const int* restrict column, global const coupling* restrict link,
+                 global const int* restrict column, global const own* restrict link,
                  global const vec* restrict r, global const vec* restrict y,
                  global const own* restrict inverse_diagonal, global vec* restrict coarse_r,
                  global vec* restrict coarse_y) {
@@ -84,7 +57,7 @@ kernel void down(const int aggregates, global const int* restrict first_child,
   vec sum = (vec)(0);
   for (int c = first_child[i]; c < first_child[i + 1]; ++c) {
     const int row = child[c];
-    sum += ((REAL)1 - STEP) * r[row] + inflow(row, start, column, link, y);
+    sum += ((REAL)1 - STEP) * r[row] + row_product(row, start, column, link, y);
   }
   coarse_r[i] = sum;
   coarse_y[i] = SMOOTHED(sum);
@@ -92,15 +65,15 @@ kernel void down(const int aggregates, global const int* restrict first_child,
 
 // Up again, y with the coarser level's correction: x = y + step (r − A y)/d.
 inline vec after_correction(const int i, global const int* restrict start,
-                            global const int* restrict column, global const coupling* restrict link,
+                            global const int* restrict column, global const own* restrict link,
                             global const own* restrict inverse_diagonal,
                             global const vec* restrict r, global const vec* restrict y) {
-  const vec from = inflow(i, start, column, link, y);
-  return y[i] + STEP * (inverse_diagonal[i] * (r[i] + from) - y[i]);
+  const vec inflow = row_product(i, start, column, link, y);
+  return y[i] + STEP * (inverse_diagonal[i] * (r[i] + inflow) - y[i]);
 }
 
 kernel void up(const int rows, global const int* restrict start,
-               global const int* restrict column, global const coupling* restrict link,
+               global const int* restrict column, global const own* restrict link,
                global const own* restrict inverse_diagonal, global const vec* restrict r,
                global const vec* restrict y, global vec* restrict x) {
   ITEM(rows)
@@ -109,7 +82,7 @@ kernel void up(const int rows, global const int* restrict start,
 
 // On a coarser level: x corrects the finer level's nodes.
 kernel void up_to_children(const int rows, global const int* restrict start,
-                           global const int* restrict column, global const coupling* restrict link,
+                           global const int* restrict column, global const own* restrict link,
                            global const own* restrict inverse_diagonal,
                            global const vec* restrict r, global const vec* restrict y,
                            global const int* restrict first_child,
