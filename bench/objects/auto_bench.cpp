@@ -113,7 +113,7 @@ void measure_auto(const Request& request, Progress& progress, const Save& save) 
   Json rows = Json::array();
   const int drawn = request.count("draw", 0);
   const std::vector<ObjectCase> cases =
-      drawn > 0 ? drawn_cases(drawn, request.seed) : object_cases(Population::validation, wanted);
+      drawn > 0 ? drawn_cases(drawn, request.seed, wanted) : object_cases(Population::validation, wanted);
   for (const ObjectCase& object : cases) {
     const ObjectMeasurement measurement(object, settings, request, progress);
     for (const double tolerance : tolerances) {

@@ -147,6 +147,14 @@ std::vector<ObjectCase> named(std::vector<ObjectCase> cases) {
   return cases;
 }
 
+/// Keeps those whose names begin with one of `wanted`.
+void keep_named(std::vector<ObjectCase>& cases, const std::vector<std::string>& wanted) {
+  std::erase_if(cases, [&](const ObjectCase& c) {
+    return std::none_of(wanted.begin(), wanted.end(),
+                        [&](const std::string& name) { return c.name.starts_with(name); });
+  });
+}
+
 /// The shape that a case names, `size_mm` long; files are in `meshes`.
 void set_shape(const ObjectCase& c, double size_mm, const std::filesystem::path& meshes,
                render::SceneObject& object) {
@@ -195,14 +203,12 @@ std::vector<ObjectCase> object_cases(Population population,
                        "'; scenes are named <shape>-<material>-<size>, such as " + cases[0].name);
     }
   }
-  std::erase_if(cases, [&](const ObjectCase& c) {
-    return std::none_of(wanted.begin(), wanted.end(),
-                        [&](const std::string& name) { return c.name.starts_with(name); });
-  });
+  keep_named(cases, wanted);
   return cases;
 }
 
-std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed) {
+std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed,
+                                    const std::vector<std::string>& wanted) {
   std::vector<std::string> shapes = meshes_shipped, materials = render::published_material_names();
   for (const auto* list : {&procedural, &unseen}) {
     for (const BenchShape& shape : *list) shapes.emplace_back(shape.name);
@@ -226,6 +232,7 @@ std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed) {
     const auto same = [&](const ObjectCase& c) { return c.name == drawn.name; };
     if (std::none_of(cases.begin(), cases.end(), same)) cases.push_back(drawn);
   }
+  if (!wanted.empty()) keep_named(cases, wanted);
   return cases;
 }
 
