@@ -87,8 +87,8 @@ double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> chan
           worst, noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)));
     } else {
       const ErrorBelief law{error_by(model.error, features), model.error.spread};
-      worst = std::max(worst, std::hypot(error_quantile(law, probability),
-                                         numerics_left * asked.tolerance));
+      worst = std::max(
+          worst, std::hypot(error_quantile(law, probability), numerics_left * asked.tolerance));
     }
   }
   return worst;

@@ -181,7 +181,7 @@ ObjectMedium dark() {
 TEST(AutoModel, IsTheModelItTakes) {
   const Lit ball(make_shape("sphere", 5.0, 12), ObjectMedium(Coefficients{0.1, 0.01}));
   ObjectOptions asked;
-  asked.tolerance = 0.2;
+  asked.tolerance = 0.5;
   Progress silent;
   const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
   ASSERT_EQ(result.candidates.size(), measured_models().size());

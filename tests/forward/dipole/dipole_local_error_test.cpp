@@ -63,14 +63,12 @@ TEST_P(StatedError, IsThatOfTheFullIntegral) {
   options.tolerance = 0.05;
   options.eye = view.eye;
   Progress silent;
-  const ObjectResult result =
-      make_object_model("local-diffusion")->solve(problem, options, silent);
+  const ObjectResult result = make_object_model("local-diffusion")->solve(problem, options, silent);
   EXPECT_THAT(result.message, HasSubstr(view.in_image_space ? "integrated in image space"
                                                             : "over the surface, not in image"));
   EXPECT_THAT(result.message, HasSubstr(" % of the full integral"));
 
-  const Profile profile =
-      make_profile("dipole", {view.medium.kappa, view.medium.mu}, problem.eta);
+  const Profile profile = make_profile("dipole", {view.medium.kappa, view.medium.mu}, problem.eta);
   const std::vector<double> irradiance = transmitted(object.surface, problem.eta, object.lights[0]);
   constexpr std::size_t one_of = 5;
   std::vector<std::size_t> some;
