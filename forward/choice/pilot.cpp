@@ -23,7 +23,7 @@ constexpr double first_walk = 0.5, usual_walk = 2.0, share_of_next = 0.25;
 /// Standard deviation of the logarithm of what is left of an error over what is expected.
 constexpr double spread_of_left = 0.4;
 /// Probabilities of an error being below: what is stated, and what answers are corrected for.
-constexpr double stated = 0.9, likely = 0.5;
+constexpr double stated = 0.95, likely = 0.5;
 
 /// Squared difference of an answer from a walk over patches, the walk's noise taken off, over the
 /// answer's square; with its standard deviation.
