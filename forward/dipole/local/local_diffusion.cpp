@@ -24,6 +24,9 @@ constexpr int first_samples = 32, most_of_triangle = 1 << 14, most_of_all = 40'0
 /// noise of rare near ones (docs/dipole.md).
 constexpr int light_share = 8;
 
+/// Four sets know the noise they spread by to about this factor.
+constexpr double noise_margin = 1.15;
+
 using Values = std::vector<double>;
 
 /// Whether what the eye sees is enough, and what it misses.
@@ -133,7 +136,7 @@ void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, con
                       std::to_string(samples) + " samples a triangle");
       estimate(sum, options, image, samples, l, exitance, error);
       const double noise = noise_of(problem.surface, exitance, error);
-      worst = std::max(check.error(exact, exitance), std::hypot(noise, missed));
+      worst = std::max(check.error(exact, exitance), std::hypot(noise_margin * noise, missed));
       result.iterations = std::max(result.iterations, attempt);
       if (worst <= options.tolerance || samples >= most_samples) break;
       // The error falls at least with the root of the samples.

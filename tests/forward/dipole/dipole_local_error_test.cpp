@@ -35,16 +35,16 @@ TriangleMesh egg() {
   return stretched("sphere", 14, {50.0, 30.0, 40.0});
 }
 TriangleMesh cone() {
-  return stretched("spike", 40, {60.0, 60.0, 60.0}, 0.7);
+  return stretched("spike", 20, {60.0, 60.0, 60.0}, 0.7);
 }
 TriangleMesh ring() {
-  return stretched("torus", 22, {70.0, 50.0, 60.0}, 0.5);
+  return stretched("torus", 16, {70.0, 50.0, 60.0}, 0.5);
 }
 TriangleMesh drum() {
-  return stretched("cylinder", 24, {40.0, 40.0, 40.0}, 0.9);
+  return stretched("cylinder", 14, {40.0, 40.0, 40.0}, 0.9);
 }
 TriangleMesh wafer() {
-  return stretched("slab", 16, {30.0, 30.0, 30.0}, 0.12);
+  return stretched("slab", 12, {30.0, 30.0, 30.0}, 0.12);
 }
 
 void PrintTo(const View& view, std::ostream* to) {
@@ -60,7 +60,7 @@ TEST_P(StatedError, IsThatOfTheFullIntegral) {
                                        : parallel_beams(object.surface, view.light.normalized())};
   const ObjectProblem problem = object.problem();
   ObjectOptions options;
-  options.tolerance = 0.05;
+  options.tolerance = 0.08;
   options.eye = view.eye;
   Progress silent;
   const ObjectResult result = make_object_model("local-diffusion")->solve(problem, options, silent);
@@ -82,12 +82,12 @@ TEST_P(StatedError, IsThatOfTheFullIntegral) {
     size += area * exact[i] * exact[i];
   }
   const double error = std::sqrt(squares / size);
-  // Errors of Monte Carlo in a fifth of the triangles: their 2-norm is known to this.
-  constexpr double sampled = 1.1;
+  // A fifth of the triangles knows the 2-norm to about this.
+  constexpr double sampled = 1.03;
   EXPECT_LE(error, sampled * result.error_estimate[0]) << result.message;
   EXPECT_GE(error, 0.2 * result.error_estimate[0]) << result.message;
   EXPECT_EQ(result.converged, result.error_estimate[0] <= options.tolerance);
-  std::cout << view.name << " " << error << " " << result.message << "\n";
+  RecordProperty("true_over_stated", std::to_string(error / result.error_estimate[0]));
 }
 
 const Coefficients dull{1.0 / 3.0, 0.1}, clear{1.0 / 3.0, 0.001};  // a mean free path of 1 mm
@@ -96,8 +96,8 @@ const Eigen::Vector3d even = Eigen::Vector3d::Zero();
 INSTANTIATE_TEST_SUITE_P(
     Views, StatedError,
     testing::Values(View{"egg", egg, dull, {0.0, 0.0, -1.0}, {40.0, 10.0, 300.0}, true},
-                    View{"egg, aslant", egg, dull, {-1.0, 0.0, -1.0}, {0.0, -200.0, 200.0}, true},
-                    View{"egg, even", egg, dull, even, {200.0, 100.0, 200.0}, true},
+                    View{"egg, aslant", egg, dull, {-1.0, 0.0, -1.0}, {0.0, -200.0, 200.0}, false},
+                    View{"egg, even", egg, dull, even, {200.0, 100.0, 200.0}, false},
                     View{"egg, clear", egg, clear, {0.0, 0.0, -1.0}, {0.0, 0.0, -300.0}, false},
                     View{"cone", cone, dull, {-1.0, 0.3, -0.4}, {250.0, 0.0, 100.0}, true},
                     View{"cone, clear", cone, clear, {1.0, 0.0, 0.0}, {250.0, 0.0, 0.0}, false},
