@@ -21,9 +21,13 @@ constexpr double numerics_share = 0.5, numerics_left = 0.25;
 /// be planned to correct it with.
 constexpr double expected_at_most = 0.95;
 constexpr std::array correctable{expected_at_most, 0.8, 0.5, 0.2};
-/// Noise is known better than physics.
-constexpr double noise_share = 0.9;
+/// Of the tolerance: the noise that is planned, of corrected answers, whose walks are lengthened on
+/// demand, and of answers by walks alone, two standard deviations of their law below it.
+constexpr double noise_share = 0.9, lone_noise_share = 0.8;
 constexpr double fewest_photons = 2e4, fewest_walk = 2e3;
+/// Of correcting walks: seconds of start and comparison per triangle, and how much longer than
+/// planned they become in the mean.
+constexpr double seconds_per_triangle = 1.5e-6, lengthened = 1.5;
 /// Thinner than the thinnest measured by more than this factor, errors are not known.
 constexpr double beyond = 1.25;
 
@@ -50,7 +54,7 @@ double photons_for(const MeasuredModel& model, std::span<const ObjectFeatures> c
   double most = fewest_photons;
   for (const ObjectFeatures& features : channels) {
     const double noise = noise_of_one(model, features);
-    most = std::max(most, std::pow(noise / (noise_share * asked.tolerance), 2.0));
+    most = std::max(most, std::pow(noise / (lone_noise_share * asked.tolerance), 2.0));
   }
   return std::min(most, static_cast<double>(asked.photons));
 }
@@ -132,6 +136,8 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
   const double walk_seconds = per_photon * photons_for(walks, channels, asked);
   if (model.name == random_walks) result.seconds = walk_seconds;
   if (!corrected || model.name == random_walks || *result.error <= asked.tolerance) return result;
+  const double start =
+      seconds_per_triangle * static_cast<double>(channels.front().triangles * channels.size());
   std::optional<double> least;
   for (const double probability : correctable) {
     const double error = error_of(model, channels, asked, probability);
@@ -139,7 +145,7 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
         std::max(fewest_walk, correcting_photons(error, noise_share * asked.tolerance, channels));
     if (photons > static_cast<double>(asked.photons)) continue;
     // Where they do not suffice, longer walks answer alone.
-    const double seconds = *result.seconds + photons * per_photon +
+    const double seconds = *result.seconds + start + lengthened * photons * per_photon +
                            (1.0 - probability / expected_at_most) * walk_seconds;
     if (least && *least <= seconds) continue;
     least = seconds;

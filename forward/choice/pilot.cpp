@@ -19,7 +19,7 @@ namespace {
 
 /// Of the photons expected: the first walk, and what is always walked; beyond, walks may take this
 /// share of the seconds that the next candidate takes.
-constexpr double first_walk = 0.5, usual_walk = 2.0, share_of_next = 0.25;
+constexpr double first_walk = 1.0, usual_walk = 2.0, share_of_next = 0.25;
 /// Standard deviation of the logarithm of what is left of an error over what is expected.
 constexpr double spread_of_left = 0.4;
 /// Probabilities of an error being below: what is stated, and what answers are corrected for.
