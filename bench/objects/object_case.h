@@ -33,8 +33,8 @@ enum class Population { tuning, validation };
 /// where none does.
 std::vector<ObjectCase> object_cases(Population population, const std::vector<std::string>& wanted);
 
-/// Of `count` cases of any shape, material, size of 10 to 70 and light, drawn by `seed`, those whose
-/// names begin with one of `wanted`; all where that is empty.
+/// Of `count` cases of any shape, material, size of 10 to 70 and light, drawn by `seed`, those
+/// whose names begin with one of `wanted`; all where that is empty.
 std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed,
                                     const std::vector<std::string>& wanted = {});
 
