@@ -15,7 +15,8 @@ inline constexpr const char* random_walks = "montecarlo";
 
 struct Choice {
   std::vector<ModelCandidate> candidates;  ///< the one to take first, then by cost, then the others
-  bool within_tolerance = false;  ///< the first is expected to err no more than the tolerance
+  bool within_tolerance = false;    ///< the first is expected to err no more than the tolerance
+  double seconds_per_photon = 0.0;  ///< of all channels' walks
 };
 
 /// `channels` are the same object in the media of its colour channels, which one model answers.
