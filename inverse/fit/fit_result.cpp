@@ -118,10 +118,10 @@ ChannelFit ChannelRun::result() {
     }
     const Anchor anchor = this->anchor();
     const Prior prior{
-        state_.path.weight, state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
+        state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
         roughness(shape, grid_.thickness_mm(), fields, anchor, regulariser()).diffusivity};
     fit.uncertainty = estimate_uncertainty(grid_.objective(), prior,
-                                           fitted_roughness(shape, prior, fields, anchor),
+                                           kappa_roughness(shape, prior, fields, anchor),
                                            options_.uncertainty, options_.solver.seed);
   }
   fit.simpler = state_.simpler;

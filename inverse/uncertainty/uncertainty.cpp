@@ -42,38 +42,28 @@ Vector signs(std::mt19937_64& engine, std::size_t count) {
 
 /// Variances at weight one, at the prior's own.
 CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
-  for (double& v : variance.log_kappa) v /= prior.kappa_weight;
-  for (double& v : variance.log_mu) v /= prior.mu_weight;
+  for (double& v : variance.log_kappa) v /= prior.weight;
+  for (double& v : variance.log_mu) v /= prior.weight;
   return variance;
 }
 
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
-/// Deviation of log μ over that of log κ between neighbours, where the data do not say: pigments
-/// and veins absorb differently where scattering is nearly the same. 2.1 to 2.5 in the simulated
-/// samples, and smooth fields add an error of the same size (docs/theory.md, 5).
-constexpr double absorbers_vary = 3.0;
-
-Basis metric(const Prior& prior, double weight, const GridShape& shape, int axis,
-             const LateralBlocks& blocks) {
+Basis metric(const Prior& prior, const GridShape& shape, int axis, const LateralBlocks& blocks) {
   return {shape,
-          {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, weight},
+          {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
           blocks};
 }
 
 /// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
-/// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made the
-/// fields rougher than it expects, the α that expects it takes its place. Never a larger one, and
-/// at least one direction is told: fewer tell nothing of roughness. Of log μ the data often tell a
-/// handful, all of them smooth: it may vary `absorbers_vary` times as much as log κ whatever they
-/// show.
-Prior borne_out(Prior prior, const FittedRoughness& fitted, const GridShape& shape, int axis,
+/// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made
+/// log κ rougher than it expects, the α that expects it takes its place. Never a larger one, and at
+/// least one direction is determined: fewer say nothing of roughness. Of log μ the data often
+/// determine a handful, all of them smooth, which says as little.
+Prior borne_out(Prior prior, double roughness, const GridShape& shape, int axis,
                 const LateralBlocks& blocks) {
-  const Basis::Determined told =
-      metric(prior, prior.kappa_weight, shape, axis, blocks).determined(blocks);
-  prior.kappa_weight = std::min(prior.kappa_weight, std::max(1.0, told.kappa) / fitted.kappa);
-  prior.mu_weight = std::min({prior.mu_weight, std::max(1.0, told.mu) / fitted.mu,
-                              prior.kappa_weight / (absorbers_vary * absorbers_vary)});
+  const double directions = metric(prior, shape, axis, blocks).determined(blocks).kappa;
+  prior.weight = std::min(prior.weight, std::max(1.0, directions) / roughness);
   return prior;
 }
 
@@ -129,7 +119,9 @@ CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
       }
     }
   }
-  return weighed({variance, variance}, prior);
+  CoefficientPair both{variance, std::move(variance)};
+  for (double& v : both.log_mu) v *= absorbers_vary * absorbers_vary;
+  return weighed(std::move(both), prior);
 }
 
 CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
@@ -155,26 +147,24 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
       smoothing_product(objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm,
                         prior.diffusivity, v);
   for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
-    product.log_kappa[i] += prior.kappa_weight * smoothness.log_kappa[i];
-    product.log_mu[i] += prior.mu_weight * smoothness.log_mu[i];
+    product.log_kappa[i] += prior.weight * smoothness.log_kappa[i];
+    product.log_mu[i] += prior.weight * smoothness.log_mu[i];
   }
   return product;
 }
 
-FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
-                                 const Anchor& anchor) {
-  for (double& u : fields.log_kappa) u -= anchor.log_kappa;
-  for (double& u : fields.log_mu) u -= anchor.log_mu;
-  const CoefficientPair product = smoothing_product(
-      shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity, fields);
-  const auto dot = [](const Vector& a, const Vector& b) {
-    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-  };
-  return {dot(fields.log_kappa, product.log_kappa), dot(fields.log_mu, product.log_mu)};
+double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
+                       const Anchor& anchor) {
+  Vector& u = fields.log_kappa;
+  for (double& value : u) value -= anchor.log_kappa;
+  const Vector product = smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm,
+                                           prior.diffusivity, fields)
+                             .log_kappa;
+  return std::inner_product(u.begin(), u.end(), product.begin(), 0.0);
 }
 
 Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
-                                 const std::optional<FittedRoughness>& fitted,
+                                 std::optional<double> roughness,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
@@ -185,30 +175,15 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
   const int before = solves();
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  LateralBlocks blocks = estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
-  if (fitted) prior = borne_out(prior, *fitted, shape, axis, blocks);
-  // In units that make the prior of both coefficients the same, the fit's own kind of metric, with
-  // the prior's own length.
-  const double unit = std::sqrt(prior.kappa_weight / prior.mu_weight);
-  for (Eigen::MatrixXd& block : blocks) {
-    block.bottomRows(block.rows() / 2) *= unit;
-    block.rightCols(block.rows() / 2) *= unit;
-  }
-  const Basis basis = metric(prior, prior.kappa_weight, shape, axis, blocks);
-  const auto in_units = [unit](CoefficientPair v) {
-    for (double& x : v.log_mu) x *= unit;
-    return v;
-  };
+  const LateralBlocks blocks = estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
+  if (roughness) prior = borne_out(prior, *roughness, shape, axis, blocks);
+  const Basis basis = metric(prior, shape, axis, blocks);
   InverseDiagonal diagonal(
-      [&](const CoefficientPair& v) {
-        return in_units(hessian_product(objective, prior, in_units(v)));
-      },
-      shape, axis, basis, options.steps);
+      [&](const CoefficientPair& v) { return hessian_product(objective, prior, v); }, shape, axis,
+      basis, options.steps);
   std::mt19937_64 engine(seed + 1);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  FieldCovariance posterior = diagonal.result(options.pooling);
-  for (double& v : posterior.variance.log_mu) v *= unit * unit;
-  for (double& v : posterior.between) v *= unit;
+  const FieldCovariance posterior = diagonal.result(options.pooling);
   const CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
 
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),

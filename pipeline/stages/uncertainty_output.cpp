@@ -54,9 +54,7 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
                               {"seconds", report.seconds},
                               {"unfinished", report.unfinished},
                               {"layers", layers}};
-  if (report.prior) {
-    json["prior_weight"] = {{"kappa", report.prior->kappa_weight}, {"mu", report.prior->mu_weight}};
-  }
+  if (report.prior) json["prior_weight"] = report.prior->weight;
   return json;
 }
 

@@ -85,7 +85,7 @@ class HuberPosterior : public ::testing::Test {
     return roughness(shape, thickness, fields, anchor, regulariser);
   }
   Prior prior() const {
-    return {weight, weight, thickness, anchor.length_mm, rough(fitted_).diffusivity};
+    return {weight, thickness, anchor.length_mm, rough(fitted_).diffusivity};
   }
   MatrixXd dense(const std::function<CoefficientPair(const CoefficientPair&)>& product) const {
     const auto n = static_cast<Index>(2 * shape.cells());
