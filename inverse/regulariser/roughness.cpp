@@ -138,8 +138,7 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
     if (anchor) result.value += pull_to(to, anchor_scale(shape, scale, *anchor), u, gradient);
   };
   const Anchor to = anchor.value_or(Anchor{});
-  add(fields.log_kappa, result.diffusivity.log_kappa, result.gradient.log_kappa, to.log_kappa,
-      1.0);
+  add(fields.log_kappa, result.diffusivity.log_kappa, result.gradient.log_kappa, to.log_kappa, 1.0);
   add(fields.log_mu, result.diffusivity.log_mu, result.gradient.log_mu, to.log_mu, absorbers_vary);
   return result;
 }

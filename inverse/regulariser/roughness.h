@@ -39,9 +39,9 @@ inline constexpr Names<RegulariserKind, 3> regulariser_names{
      {"huber-tv", RegulariserKind::huber_tv},
      {"wang2008", RegulariserKind::wang2008}}};
 
-/// Deviation of log μ over that of log κ between neighbours that R takes for equally likely: pigments
-/// and veins absorb differently where scattering is nearly the same. 2.1 to 2.5 in the simulated
-/// samples, and what smooth fields cannot follow adds as much (docs/theory.md, 4 and 5).
+/// Deviation of log μ over that of log κ between neighbours that R takes for equally likely:
+/// pigments and veins absorb differently where scattering is nearly the same. 2.1 to 2.5 in the
+/// simulated samples, and what smooth fields cannot follow adds as much (docs/theory.md, 4 and 5).
 inline constexpr double absorbers_vary = 3.0;
 
 struct Regulariser {

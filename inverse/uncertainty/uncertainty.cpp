@@ -163,8 +163,7 @@ double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPa
   return std::inner_product(u.begin(), u.end(), product.begin(), 0.0);
 }
 
-Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
-                                 std::optional<double> roughness,
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optional<double> roughness,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
@@ -175,7 +174,8 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
   const int before = solves();
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  const LateralBlocks blocks = estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
+  const LateralBlocks blocks =
+      estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
   if (roughness) prior = borne_out(prior, *roughness, shape, axis, blocks);
   const Basis basis = metric(prior, shape, axis, blocks);
   InverseDiagonal diagonal(

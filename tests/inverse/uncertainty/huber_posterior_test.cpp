@@ -84,9 +84,7 @@ class HuberPosterior : public ::testing::Test {
   Roughness rough(const CoefficientPair& fields) const {
     return roughness(shape, thickness, fields, anchor, regulariser);
   }
-  Prior prior() const {
-    return {weight, thickness, anchor.length_mm, rough(fitted_).diffusivity};
-  }
+  Prior prior() const { return {weight, thickness, anchor.length_mm, rough(fitted_).diffusivity}; }
   MatrixXd dense(const std::function<CoefficientPair(const CoefficientPair&)>& product) const {
     const auto n = static_cast<Index>(2 * shape.cells());
     MatrixXd matrix(n, n);

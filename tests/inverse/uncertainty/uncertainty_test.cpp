@@ -105,8 +105,8 @@ TEST_F(TinyPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
   const Index n = hessian_.rows();
   MatrixXd precision(n, n);
   for (Index k = 0; k < n; ++k) {
-    precision.col(k) = prior.weight *
-                       joined(roughness(shape, prior.thickness_mm, parted(VectorXd::Unit(n, k)),
+    precision.col(k) =
+        prior.weight * joined(roughness(shape, prior.thickness_mm, parted(VectorXd::Unit(n, k)),
                                         Anchor{0.0, 0.0, prior.anchor_length_mm})
                                   .gradient);
   }
@@ -201,11 +201,11 @@ TEST_F(TinyPosterior, SamplesGiveTheDenseDeviationsUnderALoosePrior) {
   }
   const VectorXd exact = hessian.llt().solve(MatrixXd::Identity(n, n)).diagonal();
   UncertaintyOptions options;
-  options.samples = 48;
+  options.samples = 192;
   options.steps = static_cast<int>(n);
   options.pooling = 0.0;
   const Uncertainty found = estimate_uncertainty(*objective_, looser, {}, options, 5);
-  constexpr double chance = 0.5;  // of 48 samples in the worst voxel, both of a loose prior
+  constexpr double chance = 0.3;  // of 192 samples in the worst voxel
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     const auto at = static_cast<Index>(i);
     EXPECT_NEAR(found.log_kappa_std[i] / std::sqrt(exact[at]), 1.0, chance);
