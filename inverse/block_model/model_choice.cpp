@@ -9,7 +9,7 @@
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"
-#include "inverse/optimise/settle.h"
+#include "inverse/optimise/settle_correction.h"
 
 namespace kappamu::inverse {
 
@@ -60,12 +60,13 @@ class Level {
     LayerFitter fitter(objective_, start);
     LayeredFit found;
     if (refinement_.photons) {
-      settle(unknowns(start), settled_move, most_by_transport, [&](const Eigen::VectorXd& p) {
-        refresh(with_unknowns(start, p));
-        fitter.forget_derivatives();
-        found = fitter.descend(useful());
-        return unknowns(found.medium);
-      });
+      settle_correction(unknowns(start), settled_move, most_by_transport,
+                        [&](const Eigen::VectorXd& p) {
+                          refresh(with_unknowns(start, p));
+                          fitter.forget_derivatives();
+                          found = fitter.descend(useful());
+                          return unknowns(found.medium);
+                        });
     } else {
       found = fitter.descend(useful());
       for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {

@@ -5,7 +5,7 @@
 #include "core/shown_text.h"
 #include "inverse/data_checks/physics_choice.h"
 #include "inverse/fit/channel_run.h"
-#include "inverse/optimise/settle.h"
+#include "inverse/optimise/settle_correction.h"
 
 namespace kappamu::inverse {
 
@@ -46,7 +46,7 @@ void ChannelRun::choose_physics(double kappa, double mu) {
 
 HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
   const auto cells = grid_.shape().cells();
-  const double move = settle(
+  const double move = settle_correction(
       Eigen::Vector2d(std::log(start.kappa), std::log(start.mu)), start_tolerance, most_starts,
       [&](const Eigen::VectorXd& at) {
         grid_.objective().refresh_correction(grid_.refinement(),

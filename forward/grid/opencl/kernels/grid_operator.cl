@@ -141,12 +141,12 @@ kernel void smooth(LEVEL_ARGUMENTS, global const REAL* restrict smoother, const 
 }
 
 // f − A φ of cell x.
-#define RESIDUAL(here)                                                   \
-  (rhs[i] - (gx[x] * (here - (x > 0 ? phi[i - GROUPS] : (vec)(0))) +     \
+#define RESIDUAL(here)                                                        \
+  (rhs[i] - (gx[x] * (here - (x > 0 ? phi[i - GROUPS] : (vec)(0))) +          \
              gx[x + 1] * (here - (x + 1 < nx ? phi[i + GROUPS] : (vec)(0))) + \
-             gy[x] * (here - (has_south ? phi[i - south] : (vec)(0))) +  \
-             gy[x + nx] * (here - (has_north ? phi[i + north] : (vec)(0))) + \
-             gz[x] * (here - (has_down ? phi[i - down] : (vec)(0))) +    \
+             gy[x] * (here - (has_south ? phi[i - south] : (vec)(0))) +       \
+             gy[x + nx] * (here - (has_north ? phi[i + north] : (vec)(0))) +  \
+             gz[x] * (here - (has_down ? phi[i - down] : (vec)(0))) +         \
              gz[x + nx * ny] * (here - (has_up ? phi[i + up] : (vec)(0))) + sink[x] * here))
 
 // The residual on cells of `colour`, where the other colour is solved and has none: the reduced

@@ -1,9 +1,9 @@
-#include "inverse/optimise/settle.h"
+#include "inverse/optimise/settle_correction.h"
 
 namespace kappamu::inverse {
 
-double settle(Eigen::VectorXd start, double tolerance, int most,
-              const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& refit) {
+double settle_correction(Eigen::VectorXd start, double tolerance, int most,
+                         const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& refit) {
   constexpr double longest = 1.0;
   double move = 0.0;
   for (int k = 0; k < most; ++k) {
