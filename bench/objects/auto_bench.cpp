@@ -31,7 +31,7 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
   std::vector<Tried> tried;
   const std::span features(&measurement.features(), 1);
   for (const forward::ModelCandidate& candidate :
-       forward::choose_model(features, asked, {}, false).candidates) {
+       forward::choose_model(features, asked, {}, forward::Remedy::none).candidates) {
     const bool random = candidate.model == forward::random_walks;
     const double expected = candidate.seconds.value_or(0.0);
     if (!candidate.error || expected > hopeless_cost * seconds) continue;
@@ -55,7 +55,7 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   asked.tolerance = tolerance;
   asked.photons = 1ULL << 31;
   const std::span features(&measurement.features(), 1);
-  forward::Choice choice = forward::choose_model(features, asked, {}, true);
+  forward::Choice choice = forward::choose_model(features, asked, {}, forward::Remedy::walks);
   const forward::ObjectProblem problem = measurement.problem();
   const double before = processor_seconds();
   const std::optional<forward::Pilot> pilot =

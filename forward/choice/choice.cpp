@@ -115,7 +115,7 @@ double correcting_photons(double error, double wanted, std::span<const ObjectFea
 }
 
 ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                         const ObjectOptions& asked, const MachineCosts& costs, bool corrected) {
+                         const ObjectOptions& asked, const MachineCosts& costs, Remedy remedy) {
   ModelCandidate result;
   result.model = model.name;
   for (const ObjectFeatures& features : channels) {
@@ -126,7 +126,7 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
   result.seconds = seconds_of(model, channels, asked, costs);
   if (model.name == random_walks) {
     *result.seconds *= photons_for(model, channels, asked);
-  } else if (corrected && *result.error > asked.tolerance) {
+  } else if (remedy == Remedy::walks && *result.error > asked.tolerance) {
     const double photons =
         correcting_photons(*result.error, noise_share * asked.tolerance, channels);
     if (photons > static_cast<double>(asked.photons)) return result;
@@ -140,11 +140,11 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
 }  // namespace
 
 Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
-                    const MachineCosts& costs, bool corrected) {
+                    const MachineCosts& costs, Remedy remedy) {
   check(!channels.empty(), "choose_model: no channel");
   Choice choice;
   for (const MeasuredModel& model : measured_models()) {
-    choice.candidates.push_back(candidate(model, channels, asked, costs, corrected));
+    choice.candidates.push_back(candidate(model, channels, asked, costs, remedy));
   }
   rank(choice, asked.tolerance);
   for (ModelCandidate& c : choice.candidates) {
