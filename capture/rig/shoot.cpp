@@ -5,7 +5,6 @@
 #include "capture/rig/photographer.h"
 #include "capture/rig/shown_pictures.h"
 #include "capture/session/frames.h"
-#include "core/error.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::capture {
