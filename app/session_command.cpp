@@ -15,15 +15,15 @@ std::shared_ptr<SessionCommand> add_session_options(CLI::App& command) {
       ->type_name("SESSION");
   add_out(command, options->run, "Run folder; made if missing", "RUN");
   command.add_flag("--force", options->force, "Do it again even if it is up to date");
-  add_follow_links(command, options->follow_links);
+  add_follow_links(command, options->links);
   add_hdr_options(command, options->hdr);
   return options;
 }
 
-void add_follow_links(CLI::App& command, bool& follow) {
-  command.add_flag("--follow-links", follow,
-                   "Read frames behind symbolic links that leave the session's folder; refused "
-                   "otherwise");
+void add_follow_links(CLI::App& command, capture::Links& links) {
+  command.add_flag_callback(
+      "--follow-links", [&links] { links = capture::Links::anywhere; },
+      "Read frames behind symbolic links that leave the session's folder; refused otherwise");
 }
 
 std::string time_taken(bool worked, double seconds) {

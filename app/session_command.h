@@ -6,6 +6,7 @@
 
 #include "app/command.h"
 #include "capture/radiance/merge.h"
+#include "capture/session/session_files.h"
 
 namespace kappamu::app {
 
@@ -13,7 +14,7 @@ struct SessionCommand {
   std::string session;
   std::string run;
   bool force = false;
-  bool follow_links = false;
+  capture::Links links = capture::Links::within;
   capture::MergeOptions hdr;
 };
 
@@ -21,7 +22,7 @@ struct SessionCommand {
 std::shared_ptr<SessionCommand> add_session_options(CLI::App& command);
 
 /// Adds --follow-links to a command that reads a session's files.
-void add_follow_links(CLI::App& command, bool& follow);
+void add_follow_links(CLI::App& command, capture::Links& links);
 
 /// How long the stage took, or that there was nothing to do.
 std::string time_taken(bool worked, double seconds);

@@ -1,13 +1,13 @@
 #include "data_synthetic/score.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "calib/calibration_file.h"
 #include "core/appearance_error.h"
 #include "core/error.h"
 #include "core/numbers/median.h"
+#include "core/processor_time.h"
 #include "data_synthetic/transport.h"
 #include "io/image/exr.h"
 #include "io/image/image_file.h"
@@ -196,7 +196,7 @@ double truth_error(const std::vector<Medium>& media, const Truth& truth,
 
 Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
                 const std::string& device, Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const Truth truth = read_truth(truth_folder);
   Score score;
   score.channels = truth.channels;
@@ -226,7 +226,7 @@ Score score_run(const std::filesystem::path& run, const std::filesystem::path& t
           truth_error(media, truth, truth_folder, device, progress, &score.truth_E_by_channel);
     }
   }
-  score.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  score.seconds = watch.seconds();
   return score;
 }
 

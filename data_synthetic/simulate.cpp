@@ -1,12 +1,12 @@
 #include "data_synthetic/simulate.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <functional>
 
 #include "capture/session/session_files.h"
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "data_synthetic/rig/targets.h"
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
@@ -29,16 +29,6 @@ constexpr double white_signal_low = 0.1;
 /// ... to this one [full scales].
 constexpr double white_signal_high = 0.85;
 constexpr int white_exposures = 4;
-
-class Stopwatch {
- public:
-  double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 /// Where the operator aims: the block as it is meant to stand, the lens without its distortion.
 capture::ProjectorQuad aimed_quad(const Rig& rig) {

@@ -52,10 +52,6 @@ struct SimulationOptions {
   static std::vector<double> geometric_exposures(double first, double last, int count);
 };
 
-/// The small, quick variant for tests: sample "tiny", 2 × 2 patches, four exposures, a small
-/// camera.
-SimulationOptions tiny_options();
-
 /// Throws InputError naming option, value and bound.
 void validate(const SimulationOptions& options);
 

@@ -1,8 +1,9 @@
 #include "device/bandwidth.h"
 
 #include <algorithm>
-#include <chrono>
 #include <vector>
+
+#include "core/processor_time.h"
 
 namespace kappamu::device {
 
@@ -29,11 +30,10 @@ double measured_copy_bandwidth(Context& context) {
   for (const char* kernel : {"copy", "copy_past_cache"}) {
     for (int k = 0; k < repetitions; ++k) {
       context.finish();
-      const auto start = std::chrono::steady_clock::now();
+      const Stopwatch watch;
       context.launch(program, kernel, items, count, from, to);
       context.finish();
-      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
-      best = std::max(best, 2.0 * static_cast<double>(bytes) / taken.count());
+      best = std::max(best, 2.0 * static_cast<double>(bytes) / watch.seconds());
     }
   }
   return best;

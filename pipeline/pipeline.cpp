@@ -53,7 +53,7 @@ Pipeline::Input Pipeline::open_input(const fs::path& folder, const fs::path& run
   input.folder = folder;
   if (fs::exists(folder / "session.json")) {
     input.session = capture::read_session(folder);
-    if (!permissions.follow_links) capture::require_files_inside(*input.session);
+    if (permissions.links == capture::Links::within) capture::require_files_inside(*input.session);
     require_apart(run, {folder});  // before the frames are read for their hashes
     std::vector<std::string> names = capture::named_files(*input.session);
     names.insert(names.begin(), "session.json");

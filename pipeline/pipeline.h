@@ -9,6 +9,7 @@
 
 #include "capture/radiance/merge.h"
 #include "capture/session/session.h"
+#include "capture/session/session_files.h"
 #include "core/progress.h"
 #include "pipeline/run_folder.h"
 #include "pipeline/stages/fit_stage.h"
@@ -17,8 +18,8 @@ namespace kappamu::pipeline {
 
 /// What a run is let do.
 struct Permissions {
-  bool replace_other_run = false;  ///< `run` may hold results of another input
-  bool follow_links = false;       ///< a session's files may lie behind links out of it
+  bool replace_other_run = false;                 ///< `run` may hold results of another input
+  capture::Links links = capture::Links::within;  ///< of a session's files
 };
 
 class Pipeline {

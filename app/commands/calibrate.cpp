@@ -42,7 +42,7 @@ void calibrate_lenses(const SessionCommand& options, const PhotographCommand& ph
   pipeline::OutputFolder out(options.run, "calibrate", {options.session},
                              {"camera.yml", "projector.yml", "calibration.json"});
   const calib::CalibrationResult result = pipeline::calibrate_photographs(
-      {options.session, photographs.table, options.follow_links}, photographs.board.board(),
+      {options.session, photographs.table, options.links}, photographs.board.board(),
       photographs.board.projector_size(), out.partial(), *progress);
   out.commit();
   const bool projected = !result.projector.views.empty();
@@ -79,9 +79,8 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
                    const Globals& globals) {
   if (!photographs.board.corners.empty()) return calibrate_lenses(options, photographs, globals);
   const auto progress = make_progress();
-  pipeline::Pipeline stages(
-      options.session, options.run,
-      {.replace_other_run = options.force, .follow_links = options.follow_links});
+  pipeline::Pipeline stages(options.session, options.run,
+                            {.replace_other_run = options.force, .links = options.links});
   stages.set_hdr_options(options.hdr);
   const bool worked = stages.calibrate(*progress);
   const calib::CalibrationResult found =

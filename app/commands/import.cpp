@@ -13,7 +13,7 @@ namespace {
 
 struct ImportArguments {
   std::string photographs, plan, out, table;
-  bool follow_links = false;
+  capture::Links links = capture::Links::within;
 };
 
 void run_import(const ImportArguments& arguments, const Globals& globals) {
@@ -24,7 +24,7 @@ void run_import(const ImportArguments& arguments, const Globals& globals) {
     pipeline::require_apart(arguments.out, {arguments.photographs});
   }
   capture::ImportOptions options{
-      arguments.photographs, arguments.plan, arguments.out, {}, arguments.follow_links};
+      arguments.photographs, arguments.plan, arguments.out, {}, arguments.links};
   if (!arguments.table.empty()) options.table = arguments.table;
   const capture::Session session = capture::import_session(options, *progress);
   const std::string file = (session.folder / "session.json").string();
@@ -81,7 +81,7 @@ whose brightness does not fit its exposure time.)");
           "Session folder; photographs are copied into it unless they lie there already",
           "SESSION");
   command->add_option("--table", arguments->table, "CSV: file, shot, exposure_s")->type_name("CSV");
-  add_follow_links(*command, arguments->follow_links);
+  add_follow_links(*command, arguments->links);
   command->footer("Example: kappamu import photographs --plan plan -o session");
   command->callback([arguments, &globals] { run_import(*arguments, globals); });
 }

@@ -24,7 +24,7 @@ void merge_bracket(const SessionCommand& options, const BracketCommand& bracket,
   pipeline::OutputFolder out(options.run, "merge", {options.session},
                              {"radiance.exr", "response.yml"});
   const pipeline::BracketSummary summary = pipeline::merge_photographs(
-      {options.session, bracket.table, options.follow_links},
+      {options.session, bracket.table, options.links},
       bracket.linear ? capture::Encoding::linear : capture::Encoding::response, options.hdr,
       out.partial(), *progress);
   out.commit();
@@ -50,9 +50,8 @@ void run_merge(const SessionCommand& options, const BracketCommand& bracket,
                const Globals& globals) {
   if (!is_session(options.session)) return merge_bracket(options, bracket, globals);
   const auto progress = make_progress();
-  pipeline::Pipeline stages(
-      options.session, options.run,
-      {.replace_other_run = options.force, .follow_links = options.follow_links});
+  pipeline::Pipeline stages(options.session, options.run,
+                            {.replace_other_run = options.force, .links = options.links});
   stages.set_hdr_options(options.hdr);
   const bool worked = stages.merge(*progress);
   const std::filesystem::path& run = stages.folder().path();

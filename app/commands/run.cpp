@@ -20,7 +20,7 @@ struct RunOptions {
   std::string input;
   std::string run;
   bool force = false;
-  bool follow_links = false;
+  capture::Links links = capture::Links::within;
   capture::MergeOptions hdr;
   pipeline::FitStageOptions fit = pipeline::usual_options();
 };
@@ -70,9 +70,8 @@ void run_run(const CLI::App& app, RunOptions& options, Globals& globals) {
   const auto progress = make_progress();
   take_globals(app, globals, options.fit);
   const pipeline::FitStageOptions fit = pipeline::resolve(options.fit);
-  pipeline::Pipeline stages(
-      options.input, options.run,
-      {.replace_other_run = options.force, .follow_links = options.follow_links});
+  pipeline::Pipeline stages(options.input, options.run,
+                            {.replace_other_run = options.force, .links = options.links});
   stages.require_room();
   stages.folder().set_options(pipeline::options_by_name(fit));
   if (stages.session()) stages.set_hdr_options(options.hdr);
@@ -119,7 +118,7 @@ makes, is good. The last line is the verdict: whether to trust the fit, and if n
       ->type_name("INPUT");
   add_out(*command, options->run, "Run folder; made if missing", "RUN");
   command->add_flag("--force", options->force, "Do every stage again, replacing what RUN holds");
-  add_follow_links(*command, options->follow_links);
+  add_follow_links(*command, options->links);
   add_hdr_options(*command, options->hdr);
   add_fit_options(*command, options->fit);
   command->footer(

@@ -36,7 +36,7 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
   std::vector<Tried> tried;
   const std::span features(&measurement.features(), 1);
   for (const forward::ModelCandidate& candidate :
-       forward::choose_model(features, asked, {}, false).candidates) {
+       forward::choose_model(features, asked, {}, forward::Remedy::none).candidates) {
     const bool random = candidate.model == forward::random_walks;
     const double expected = candidate.seconds.value_or(0.0);
     if (!candidate.error || expected > hopeless_cost * seconds) continue;
@@ -70,7 +70,7 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   double pilot_seconds = std::numeric_limits<double>::infinity();
   for (int run = 0; run < 2; ++run) {
     const double before = processor_seconds();
-    choice = forward::choose_model(features, asked, {}, true);
+    choice = forward::choose_model(features, asked, {}, forward::Remedy::walks);
     pilot = forward::run_pilot(std::span(&problem, 1), features, asked, choice, progress);
     pilot_seconds = pilot ? std::min(pilot_seconds, processor_seconds() - before) : 0.0;
     if (!pilot || pilot_seconds > brief_seconds) break;

@@ -263,7 +263,7 @@ Session import_session(const ImportOptions& options, Progress& progress) {
                      ": is there already; move it elsewhere or choose another session folder (-o)");
   }
   std::vector<Photograph> photographs =
-      find_photographs({options.photographs, options.table, options.follow_links}, progress);
+      find_photographs({options.photographs, options.table, options.links}, progress);
   require_exposure_times(photographs);
   check_settings(photographs);
   Session session = plan;
@@ -295,7 +295,7 @@ Session import_session(const ImportOptions& options, Progress& progress) {
       throw InputError(source.string() + ": no such image of pattern " + pattern.id +
                        "; session.json there lists it.");
     }
-    if (!options.follow_links) require_inside(options.plan, pattern.image);
+    if (options.links == Links::within) require_inside(options.plan, pattern.image);
     copy_into(options.out, pattern.image, source);
   }
   check_brightness(session, progress);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "capture/session/session.h"
+#include "capture/session/session_files.h"
 #include "core/progress.h"
 
 namespace kappamu::capture {
@@ -19,7 +20,7 @@ struct ImportOptions {
   /// CSV with the columns file, shot and, optionally, exposure_s; without it file names tell the
   /// shot (docs/formats.md).
   std::optional<std::filesystem::path> table;
-  bool follow_links = false;  ///< also photographs behind links out of their folder
+  Links links = Links::within;  ///< anywhere: also photographs behind links out of their folder
 };
 
 /// Exposure times come from EXIF or the table; the camera's size, depth and encoding from the

@@ -168,7 +168,7 @@ std::vector<Photograph> find_photographs(const PhotographSource& source, Progres
   }
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     Photograph& photograph = photographs[i];
-    if (!source.follow_links) {
+    if (source.links == Links::within) {
       require_inside(source.folder, photograph.path.lexically_relative(source.folder));
     }
     progress.update("import", 0.3 * static_cast<double>(i) / photographs.size(),

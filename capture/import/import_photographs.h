@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "capture/session/session.h"
+#include "capture/session/session_files.h"
 #include "core/progress.h"
 #include "io/image/photo_settings.h"
 
@@ -16,7 +17,7 @@ namespace kappamu::capture {
 struct PhotographSource {
   std::filesystem::path folder;                ///< searched with its subfolders
   std::optional<std::filesystem::path> table;  ///< CSV: file, shot and, optionally, exposure_s
-  bool follow_links = false;                   ///< also photographs behind links out of the folder
+  Links links = Links::within;
 };
 
 struct Photograph {

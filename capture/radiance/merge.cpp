@@ -131,7 +131,7 @@ HdrImage merge(std::span<const Exposed<Value>> frames, const Radiometry& radiome
   for (int c = 0; c < channels; ++c) {
     const auto channel = static_cast<std::size_t>(c);
     const NoiseModel noise(radiometry.response.linear[channel], radiometry.noise[channel],
-                           Reader::rounds);
+                           Reader::rounding);
     const PixelMerger<Reader> merger(Reader(radiometry, c), noise, exposures);
     for (std::size_t i = channel; i < shape.size(); i += static_cast<std::size_t>(channels)) {
       const Sum sum = merger.merge([&](std::size_t j) { return pixels[j][i]; });

@@ -158,7 +158,7 @@ Steadiness compare_stack(std::span<const Exposed<Value>> stack, const Radiometry
   const int channel = shape.channels() / 2;
   const Reader reader(radiometry, channel);
   const auto c = static_cast<std::size_t>(channel);
-  const NoiseModel noise(radiometry.response.linear[c], radiometry.noise[c], Reader::rounds);
+  const NoiseModel noise(radiometry.response.linear[c], radiometry.noise[c], Reader::rounding);
   std::vector<std::size_t> order(stack.size());
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "capture/response/noise_model.h"
 #include "capture/response/radiometry.h"
 #include "capture/response/response.h"
 
@@ -15,7 +16,7 @@ namespace kappamu::capture {
 /// Code values through the inverse response.
 class CodeReader {
  public:
-  static constexpr bool rounds = true;
+  static constexpr Rounding rounding = Rounding::to_codes;
 
   CodeReader(const Radiometry& radiometry, int channel)
       : linear_(radiometry.response.linear[static_cast<std::size_t>(channel)].begin(),
@@ -35,7 +36,7 @@ class CodeReader {
 /// Fractions of full scale (EXR): saturated near 1.
 class FloatReader {
  public:
-  static constexpr bool rounds = false;
+  static constexpr Rounding rounding = Rounding::none;
 
   FloatReader(const Radiometry& radiometry, int channel)
       : black_(static_cast<float>(radiometry.black_level[static_cast<std::size_t>(channel)] /

@@ -9,11 +9,14 @@
 
 namespace kappamu::capture {
 
+/// Whether frames hold codes, rounded to whole numbers, or floats.
+enum class Rounding { to_codes, none };
+
 /// Tabulated over the signal x (fraction of full scale): x/N + (r/N)² + (dx/dcode)²/12, with N
-/// electrons_full_scale and r read_noise_electrons. The last term is left out for float frames.
+/// electrons_full_scale and r read_noise_electrons. The last term is left out without rounding.
 class NoiseModel {
  public:
-  NoiseModel(const std::vector<double>& response, const Noise& noise, bool with_rounding);
+  NoiseModel(const std::vector<double>& response, const Noise& noise, Rounding rounding);
 
   /// Variance of the signal where its expected value is x; x > 1 counts as 1. An estimate x below 0
   /// goes on along x/N, no lower than a quarter of the variance at 0: cut at 0, the variance of

@@ -1,77 +1,29 @@
 #include "capture/rig/shoot.h"
 
-#include <algorithm>
 #include <utility>
 
-#include "capture/response/response.h"
+#include "capture/rig/photographer.h"
+#include "capture/rig/shown_pictures.h"
 #include "capture/session/frames.h"
-#include "core/error.h"
-#include "core/file_name.h"
-#include "core/shown_text.h"
 #include "io/image/image_file.h"
 
 namespace kappamu::capture {
 namespace {
-
-constexpr double saturated_share = 0.002;
-
-std::string numbered(const std::string& stem, std::size_t number) {
-  return stem + formatted("%02zu", number);
-}
 
 // ", pose 1 of 6" for the operator, who counts from one.
 std::string of(int pose, int poses) {
   return ", pose " + std::to_string(pose + 1) + " of " + std::to_string(poses);
 }
 
-// Names of what the projector shows.
-constexpr const char* board_picture = "calibration/projected_board.png";
-
-std::string level_picture(int value) {
-  return "calibration/level_" + std::to_string(value) + ".png";
-}
-
-std::string gray_picture(std::size_t number) {
-  return numbered("calibration/gray_code_", number) + ".png";
-}
-
-std::string phase_picture(std::size_t set, std::size_t step) {
-  return "calibration/phase_" + std::to_string(set) + "_" + std::to_string(step) + ".png";
-}
-
-std::string pattern_picture(const PlannedPattern& pattern) {
-  return "patterns/" + pattern.id + ".png";
-}
-
-class Shooter {
+class Shooter : Photographer {
  public:
-  Shooter(const Camera& camera, const Projector& projector, const CapturePlan& plan,
-          const std::filesystem::path& folder, Progress& progress)
-      : plan_(plan), progress_(progress) {
-    session_.folder = folder;
-    session_.description = plan.description;
-    session_.setup = plan.setup;
-    session_.sample = plan.sample;
-    session_.camera = camera;
-    session_.projector = projector;
-    session_.calibration_station = plan.calibration_station;
-    session_.pattern_station = plan.pattern_station;
-    session_.calibration.board = plan.board;
-    if (chessboards()) session_.calibration.projected_board = plan.projected_board;
-    exposures_ = plan.exposures_s;
-    target_exposures_ = plan.target_exposures_s.empty() ? exposures_ : plan.target_exposures_s;
-    all_exposures_ = exposures_;
-    all_exposures_.insert(all_exposures_.end(), target_exposures_.begin(), target_exposures_.end());
-    std::sort(all_exposures_.begin(), all_exposures_.end());
-    all_exposures_.erase(std::unique(all_exposures_.begin(), all_exposures_.end()),
-                         all_exposures_.end());
-  }
+  using Photographer::Photographer;
 
   // Without device and files: finds what contradicts itself before an hour of exposures is spent on
   // it, and lists the frames.
   Rehearsal rehearse() {
-    check_plan();
-    make_pictures();
+    check_plan(plan_, session_.projector);
+    pictures_ = shown_pictures(plan_, session_.projector);
     go_through();
     validate(session_);
     return {session_, shots_, pictures_};
@@ -88,42 +40,6 @@ class Shooter {
   }
 
  private:
-  bool rehearsing() const { return device_ == nullptr; }
-  bool chessboards() const {
-    return plan_.plane_light == PlaneLight::chessboard || plan_.plane_light == PlaneLight::both;
-  }
-
-  void make_pictures() {
-    const auto uniform = [this](std::uint8_t value) {
-      return make_uniform_image(session_.projector, value);
-    };
-    pictures_ = {{"black", uniform(0)}, {"white", uniform(255)}};
-    for (const std::uint8_t value : plan_.projector_levels) {
-      pictures_[level_picture(value)] = uniform(value);
-    }
-    if (chessboards()) {
-      pictures_[board_picture] = make_chessboard_image(session_.projector, plan_.projected_board);
-    }
-    if (gray_codes(plan_.plane_light)) {
-      std::vector<Image<std::uint8_t>> code = make_gray_code_images(session_.projector);
-      for (std::size_t k = 0; k < code.size(); ++k) {
-        pictures_[gray_picture(k)] = std::move(code[k]);
-      }
-    }
-    if (plan_.plane_light == PlaneLight::phase_shift) {
-      const std::vector<PhaseShift> sets = usual_phase_shift(session_.projector);
-      for (std::size_t s = 0; s < sets.size(); ++s) {
-        auto images = make_phase_shift_images(session_.projector, sets[s], usual_phase_steps);
-        for (std::size_t n = 0; n < images.size(); ++n) {
-          pictures_[phase_picture(s, n)] = std::move(images[n]);
-        }
-      }
-    }
-    for (const PlannedPattern& pattern : plan_.patterns) {
-      pictures_[pattern_picture(pattern)] = pattern.image;
-    }
-  }
-
   void go_through() {
     shots_.clear();
     session_.patterns.clear();
@@ -139,97 +55,6 @@ class Shooter {
     views();
     patterns();
   }
-
-  void check_plan() const {
-    const std::string plan = "capture plan: ";
-    if (exposures_.empty()) {
-      throw InputError(plan + "exposures_s is empty; list at least one exposure time.");
-    }
-    for (const std::string& station : {plan_.calibration_station, plan_.pattern_station}) {
-      require_plain_name(station, plan + "a station's name");
-    }
-    for (const PlannedPattern& pattern : plan_.patterns) {
-      require_plain_name(pattern.id, plan + "the id of a pattern");
-      if (pattern.image.width() != session_.projector.width ||
-          pattern.image.height() != session_.projector.height || pattern.image.channels() != 1) {
-        throw InputError(plan + "the image of pattern " + pattern.id + " is " +
-                         std::to_string(pattern.image.width()) + " x " +
-                         std::to_string(pattern.image.height()) + " in " +
-                         std::to_string(pattern.image.channels()) +
-                         " channels; make it grey and of the projector's " +
-                         std::to_string(session_.projector.width) + " x " +
-                         std::to_string(session_.projector.height) + ".");
-      }
-    }
-  }
-
-  // `told` and `shows`: what stands there and what the projector throws on it, in words.
-  void place(const Scene& scene, const std::string& told, const std::string& shows) {
-    now_.subject = told;
-    now_.station = scene.station;
-    now_.show = shows;
-    if (!rehearsing()) device_->place(scene);
-  }
-  void show(const std::string& picture) {
-    now_.show = picture;
-    if (!rehearsing()) device_->show(pictures_.at(picture));
-  }
-
-  Frame save(const std::string& file, double exposure_s, const Image<std::uint16_t>& codes) {
-    const Camera& camera = session_.camera;
-    if (codes.width() != camera.width || codes.height() != camera.height || codes.channels() != 3) {
-      throw InputError("camera: " + file + " came as " + std::to_string(codes.width()) + " x " +
-                       std::to_string(codes.height()) + " in " + std::to_string(codes.channels()) +
-                       " channels instead of " + std::to_string(camera.width) + " x " +
-                       std::to_string(camera.height) + " in 3; correct the driver.");
-    }
-    io::write_code_image(session_.folder / file, codes, session_.camera.bit_depth);
-    const Frame frame = list(file, exposure_s);
-    progress_.update("shoot", static_cast<double>(shots_.size()) / static_cast<double>(total_),
-                     file);
-    return frame;
-  }
-  Frame list(const std::string& file, double exposure_s, bool metered = false) {
-    Shot& shot = shots_.emplace_back(now_);
-    shot.file = file;
-    shot.exposure_s = exposure_s;
-    shot.metered = metered;
-    return {file, exposure_s};
-  }
-  Frame expose(const std::string& file, double exposure_s) {
-    if (rehearsing()) return list(file, exposure_s);
-    return save(file, exposure_s, device_->expose(exposure_s));
-  }
-  Stack stack(const std::string& stem, const std::vector<double>& exposures) {
-    Stack frames;
-    for (const double exposure : exposures) {
-      frames.push_back(expose(stem + "_" + std::to_string(frames.size()) + ".png", exposure));
-    }
-    return frames;
-  }
-
-  // One frame at the longest time that hardly saturates, by trial; the trial is kept.
-  Frame metered(const std::string& file) {
-    if (rehearsing()) return list(file, exposures_.front(), true);
-    const int saturated_from = saturation_code(session_.camera.bit_depth);
-    // Begins where the last subject of the kind ended and goes to shorter times.
-    std::size_t at = std::min(meter_, all_exposures_.size() - 1);
-    for (;; --at) {
-      const Image<std::uint16_t> codes = device_->expose(all_exposures_[at]);
-      const auto saturated =
-          std::count_if(codes.values().begin(), codes.values().end(),
-                        [&](std::uint16_t code) { return code >= saturated_from; });
-      const bool good =
-          static_cast<double>(saturated) <= saturated_share * static_cast<double>(codes.size());
-      if (!good && at > 0) continue;
-      if (!good) {
-        progress_.warn(file + " is saturated even at the plan's shortest exposure.");
-      }
-      meter_ = at;
-      return save(file, all_exposures_[at], codes);
-    }
-  }
-  void reset_meter() { meter_ = all_exposures_.size(); }
 
   void dark() {
     place({Subject::lens_covered, plan_.calibration_station}, "lens covered", "black");
@@ -270,7 +95,7 @@ class Shooter {
       place({Subject::plane, plan_.calibration_station, Lighting::projector, pose, poses},
             "the same plane, unmoved, room light off", "black");
       meter_ = projected_meter;
-      if (chessboards()) {
+      if (chessboards(plan_.plane_light)) {
         show(board_picture);
         plane.projected = metered(stem + "_projected.png");
         projected_meter = meter_;
@@ -386,32 +211,9 @@ class Shooter {
     }
     ambient(1);
   }
-
-  RigDevice* device_ = nullptr;  // none while rehearsing
-  const CapturePlan& plan_;
-  Progress& progress_;
-  Session session_;
-  std::vector<double> exposures_;
-  std::vector<double> target_exposures_;
-  std::vector<double> all_exposures_;
-  std::size_t meter_ = 0;  // exposure that metering tries first, cut to the last
-  std::map<std::string, Image<std::uint8_t>> pictures_;
-  Shot now_;  // what stands there and what is shown
-  std::vector<Shot> shots_;
-  std::size_t total_ = 1;
 };
 
 }  // namespace
-
-bool gray_codes(PlaneLight light) {
-  return light == PlaneLight::gray_code || light == PlaneLight::both;
-}
-
-PlaneLight plane_light_from_string(const std::string& text) {
-  if (const auto light = value_of(plane_light_names, text)) return *light;
-  throw InputError("the light on the projector's planes is '" + text + "'; write " +
-                   list_of(plane_light_names) + ".");
-}
 
 Session shoot_session(RigDevice& device, const CapturePlan& plan,
                       const std::filesystem::path& folder, Progress& progress) {

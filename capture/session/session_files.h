@@ -9,6 +9,9 @@
 
 namespace kappamu::capture {
 
+/// Whether files may lie behind symbolic links out of their folder.
+enum class Links { within, anywhere };
+
 /// All files that the session names, relative to its folder, in the order of session.json.
 std::vector<std::string> named_files(const Session& session);
 

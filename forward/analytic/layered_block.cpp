@@ -1,6 +1,5 @@
 #include "forward/analytic/layered_block.h"
 
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -8,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/numbers/cosine_transform.h"
+#include "core/processor_time.h"
 #include "forward/grid/grid_physics.h"
 
 namespace kappamu::forward {
@@ -96,10 +96,6 @@ class LateralModes {
   std::vector<Response> response_;
 };
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 class AnalyticModel final : public ForwardModel {
  public:
   ForwardResult solve(const ForwardProblem& problem, const ForwardOptions& /*options*/,
@@ -112,14 +108,14 @@ class AnalyticModel final : public ForwardModel {
           "method analytic answers only blocks with mirror sides; use --sides mirror or another "
           "method");
     }
-    auto start = std::chrono::steady_clock::now();
+    const Stopwatch setting_up;
     const std::vector<Layer> layers = layers_along_light(setup, problem.medium);
     const LateralModes modes(setup, layers);
     ForwardResult result;
     result.backend = "analytic, serial double";
-    result.setup_seconds = seconds_since(start);
+    result.setup_seconds = setting_up.seconds();
 
-    start = std::chrono::steady_clock::now();
+    const Stopwatch solving;
     const FaceShape lit = face_shape(setup.shape, setup.lit_face);
     const auto patterns = static_cast<std::size_t>(problem.patterns);
     check(problem.irradiance.size() == patterns * lit.cells(), "analytic: wrong irradiances");
@@ -137,7 +133,7 @@ class AnalyticModel final : public ForwardModel {
       result.balance.push_back(
           balance(setup, layers, std::accumulate(irradiance, irradiance + lit.cells(), 0.0), ends));
     }
-    result.seconds = seconds_since(start);
+    result.seconds = solving.seconds();
     result.termination = Termination::converged;
     result.message = "closed form, " + std::to_string(layers.size()) +
                      (layers.size() == 1 ? " layer" : " layers");

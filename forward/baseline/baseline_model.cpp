@@ -1,12 +1,12 @@
 #include "forward/baseline/baseline_model.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <span>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "device/context.h"
 #include "forward/baseline/diagonal_cg.h"
 #include "forward/baseline/hierarchy.h"
@@ -18,15 +18,10 @@ namespace kappamu::forward {
 namespace {
 
 using baseline::Batch;
-using Clock = std::chrono::steady_clock;
 
 /// [W] lets the user choose how deep each level computes. Eight cells keep [W]'s error measure
 /// Σ(L−L₀)²/ΣL₀² below its 0.5 % on every block tried (tests/forward/baseline/model_test.cpp).
 constexpr int adaptive_depth = 8;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// What one method does between light and fluence; everything else is the same for all.
 class Solver {
@@ -167,12 +162,12 @@ class BaselineModel final : public ForwardModel {
         device::Context::of(device::choose(device::list_devices(), options.device).index);
     const std::vector<baseline::Lanes> blocks = baseline::cut_into_lanes(problem.patterns);
     const Batch first(context, options.precision, blocks.front());  // compiles the kernels
-    const Clock::time_point set_up = Clock::now();
+    const Stopwatch setting_up;
     const auto solver = make_solver(first, grid, problem);
     context.finish();
     ForwardResult result;
     result.backend = grid.backend();
-    result.setup_seconds = seconds_since(set_up);
+    result.setup_seconds = setting_up.seconds();
     result.termination = Termination::converged;
     for (std::size_t k = 0; k < blocks.size(); ++k) {
       progress.update(name_of(kind_), static_cast<double>(k) / static_cast<double>(blocks.size()),
@@ -181,10 +176,10 @@ class BaselineModel final : public ForwardModel {
       const device::Buffer b = batch.make_field(cells);
       batch.write(b, cells, phi);
       context.finish();
-      const Clock::time_point start = Clock::now();
+      const Stopwatch solving;
       const Solver::Outcome outcome = solver->solve(batch, b, options.solve);
       context.finish();
-      result.seconds += seconds_since(start);
+      result.seconds += solving.seconds();
       add(outcome, result);
       solver->read(batch, phi);
     }

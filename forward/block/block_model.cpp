@@ -1,12 +1,12 @@
 #include "forward/block/block_model.h"
 
 #include <algorithm>
-#include <chrono>
 #include <sstream>
 
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
+#include "core/processor_time.h"
 #include "forward/block/block_diffusion.h"
 #include "forward/light_entry.h"
 
@@ -53,7 +53,7 @@ std::vector<double> block_errors(const ObjectProblem& problem, std::span<const d
 
 ObjectResult BlockModel::solve(const ObjectProblem& problem, const ObjectOptions& options,
                                Progress& progress) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   check_problem(problem, options);
   const BlockGrid grid = require_block_grid(problem.mesh, problem.medium);
   const double bytes =
@@ -102,8 +102,7 @@ ObjectResult BlockModel::solve(const ObjectProblem& problem, const ObjectOptions
   if (!result.converged) result.warnings.push_back(result.message);
   result.exitance = std::move(fine.exitance);
   result.balance = std::move(fine.balance);
-  const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-  result.setup_seconds = spent.count() - result.seconds;
+  result.setup_seconds = watch.seconds() - result.seconds;
   return result;
 }
 

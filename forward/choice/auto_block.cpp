@@ -32,7 +32,7 @@ class AutoBlock final : public ForwardModel {
     ObjectOptions asked;
     asked.tolerance = options.model_tolerance;
     asked.photons = options.photons;
-    const Choice choice = choose_model({&features, 1}, asked, {}, false);
+    const Choice choice = choose_model({&features, 1}, asked, {}, Remedy::none);
     const ModelCandidate& model = taken(choice);
     const bool walks = model.model == random_walks;
     ForwardOptions own = options;

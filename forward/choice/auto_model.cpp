@@ -18,7 +18,7 @@ class AutoModel final : public ChannelsModel {
     if (problems.empty()) return {};
     std::vector<ObjectFeatures> features;
     for (const ObjectProblem& problem : problems) features.push_back(features_of(problem));
-    Choice choice = choose_model(features, asked, costs_, true);
+    Choice choice = choose_model(features, asked, costs_, Remedy::walks);
     while (true) {
       if (auto pilot = run_pilot(problems, features, asked, choice, progress);
           pilot && pilot->within) {

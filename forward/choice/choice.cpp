@@ -122,7 +122,7 @@ double correcting_photons(double error, double wanted, std::span<const ObjectFea
 }
 
 ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                         const ObjectOptions& asked, const MachineCosts& costs, bool corrected) {
+                         const ObjectOptions& asked, const MachineCosts& costs, Remedy remedy) {
   ModelCandidate result;
   result.model = model.name;
   for (const ObjectFeatures& features : channels) {
@@ -135,7 +135,7 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
   const double per_photon = seconds_of(walks, channels, asked, costs);
   const double walk_seconds = per_photon * photons_for(walks, channels, asked);
   if (model.name == random_walks) result.seconds = walk_seconds;
-  if (!corrected || model.name == random_walks || *result.error <= asked.tolerance) return result;
+  if (remedy == Remedy::none || model.name == random_walks || *result.error <= asked.tolerance) return result;
   const double start =
       seconds_per_triangle * static_cast<double>(channels.front().triangles * channels.size());
   std::optional<double> least;
@@ -160,11 +160,11 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
 }  // namespace
 
 Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
-                    const MachineCosts& costs, bool corrected) {
+                    const MachineCosts& costs, Remedy remedy) {
   check(!channels.empty(), "choose_model: no channel");
   Choice choice;
   for (const MeasuredModel& model : measured_models()) {
-    choice.candidates.push_back(candidate(model, channels, asked, costs, corrected));
+    choice.candidates.push_back(candidate(model, channels, asked, costs, remedy));
   }
   choice.seconds_per_photon = seconds_of(measured(random_walks), channels, asked, costs);
   rank(choice, asked.tolerance);

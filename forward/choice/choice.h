@@ -13,6 +13,9 @@ namespace kappamu::forward {
 /// The model that is right wherever it is given time.
 inline constexpr const char* random_walks = "montecarlo";
 
+/// What is done where a model errs more than is asked.
+enum class Remedy { none, walks };  ///< walks: forward/choice/correction.h
+
 struct Choice {
   std::vector<ModelCandidate> candidates;  ///< the one to take first, then by cost, then the others
   bool within_tolerance = false;    ///< the first is expected to err no more than the tolerance
@@ -20,10 +23,10 @@ struct Choice {
 };
 
 /// `channels` are the same object in the media of its colour channels, which one model answers.
-/// The tolerance is `asked`'s: of physics and numerics together. `corrected`: a model that
-/// is beyond it counts with the walks that correct it (forward/choice/correction.h).
+/// The tolerance is `asked`'s: of physics and numerics together. A model that is beyond it
+/// counts with its remedy.
 Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
-                    const MachineCosts& costs, bool corrected);
+                    const MachineCosts& costs, Remedy remedy);
 
 /// Orders the candidates by what is now known of them: within the tolerance by cost, beyond it by
 /// error, then those of unknown error.

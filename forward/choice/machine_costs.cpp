@@ -1,11 +1,10 @@
 #include "forward/choice/machine_costs.h"
 
 #include <algorithm>
-#include <chrono>
-#include <ctime>
 
 #include "core/error.h"
 #include "core/mesh/shapes.h"
+#include "core/processor_time.h"
 #include "forward/choice/model_table.h"
 #include "forward/object_models.h"
 
@@ -53,12 +52,10 @@ std::map<std::string, ProbeTime> probe_times(const RayCaster& rays, const std::s
     const std::string name(model.name);
     try {
       for (int repetition = 0; repetition < repetitions; ++repetition) {
-        const std::clock_t processor = std::clock();
-        const auto start = std::chrono::steady_clock::now();
+        const double processor = processor_seconds();
+        const Stopwatch wall;
         make_object_model(name)->solve(problem, options, progress);
-        const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start;
-        const ProbeTime time{wall.count(),
-                             static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC};
+        const ProbeTime time{wall.seconds(), processor_seconds() - processor};
         const auto [entry, fresh] = times.try_emplace(name, time);
         if (fresh) continue;
         entry->second = {std::min(entry->second.wall, time.wall),

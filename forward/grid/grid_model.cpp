@@ -1,7 +1,8 @@
 #include "forward/grid/grid_model.h"
 
-#include <chrono>
 #include <span>
+
+#include "core/processor_time.h"
 
 namespace kappamu::forward {
 
@@ -20,10 +21,9 @@ class GridModel final : public ForwardModel {
     result.backend = solver.backend();
     if (!choice.warning.empty()) result.warnings.push_back(choice.warning);
 
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     solver.set_medium(problem.medium.kappa.values(), problem.medium.mu.values());
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    result.setup_seconds = spent.count();
+    result.setup_seconds = watch.seconds();
 
     const auto b = solver.make_field(problem.patterns);
     const auto phi = solver.make_field(problem.patterns);

@@ -1,12 +1,12 @@
 #include "forward/montecarlo/monte_carlo_model.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <sstream>
 
 #include "core/error.h"
 #include "core/optics.h"
+#include "core/processor_time.h"
 #include "device/context.h"
 #include "forward/montecarlo/photon_tracer.h"
 
@@ -35,16 +35,16 @@ class MonteCarloModel final : public ForwardModel {
     trace.photons = options.photons;
     trace.seed = options.seed;
     trace.anisotropy = options.anisotropy;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const PhotonTally tally = trace_photons(context, problem.setup, problem.medium,
                                             problem.irradiance, problem.patterns, trace, progress);
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
+    const double spent = watch.seconds();
 
     ForwardResult result;
     result.backend = context.info().name + " (single precision)";
     result.termination = Termination::converged;
     result.photons = options.photons;
-    result.seconds = spent.count();
+    result.seconds = spent;
     result.balance.resize(static_cast<std::size_t>(problem.patterns));
     double worst = 0.0;
     for (std::size_t m = 0; m < result.balance.size(); ++m) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <mutex>
 #include <sstream>
@@ -11,6 +10,7 @@
 #include "core/error.h"
 #include "core/optics.h"
 #include "core/parallel.h"
+#include "core/processor_time.h"
 #include "forward/light_entry.h"
 #include "forward/montecarlo/object_walk.h"
 #include "forward/montecarlo/photon_tables.h"
@@ -137,7 +137,7 @@ LightTally trace(const WalkScene& scene, const Entry& entry, std::uint32_t light
   for (std::uint64_t first = 0; first < options.photons; first = last) {
     last = std::min(first + batch, options.photons);
     progress.update(stage, static_cast<double>(first) / static_cast<double>(options.photons), "");
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     for_rows(static_cast<int>((last - first + piece - 1) / piece), [&](int row) {
       PhotonWalk walk(scene, key, light);
       WalkTally here;
@@ -151,8 +151,7 @@ LightTally trace(const WalkScene& scene, const Entry& entry, std::uint32_t light
       const std::lock_guard guard(lock);
       tally.walk += here;
     });
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    if (spent.count() < seconds_per_update / 2.0) batch *= 2;
+    if (watch.seconds() < seconds_per_update / 2.0) batch *= 2;
   }
   progress.update(stage, 1.0, "");
   return tally;
@@ -192,7 +191,7 @@ class ObjectMonteCarlo final : public ObjectModel {
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override {
     validate(problem, options);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const WalkScene scene(problem.surface, problem.mesh, problem.rays, problem.medium, problem.eta,
                           options.follow_reentry);
     ObjectResult result;
@@ -212,8 +211,7 @@ class ObjectMonteCarlo final : public ObjectModel {
       slipped = std::max(slipped, static_cast<double>(tally.walk.slipped) / Score::full_weight /
                                       static_cast<double>(options.photons));
     }
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
-    result.seconds = spent.count();
+    result.seconds = watch.seconds();
     result.elements = options.photons;
     const auto worst = std::max_element(result.error_estimate.begin(), result.error_estimate.end());
     const double error = worst == result.error_estimate.end() ? 0.0 : *worst;

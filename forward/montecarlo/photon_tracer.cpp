@@ -1,12 +1,12 @@
 #include "forward/montecarlo/photon_tracer.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <string>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/montecarlo/photon_tables.h"
 
@@ -160,7 +160,7 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
   std::uint64_t chunk = std::max<std::uint64_t>(1, first_launch_photons / lit_patterns.size());
   for (std::uint64_t first = 0; first < options.photons;) {
     const std::uint64_t last = std::min(options.photons, first + chunk);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     context.launch(
         program, "trace", range, shape.nx, shape.ny, shape.nz, step,
         static_cast<float>(options.anisotropy), static_cast<float>(setup.eta),
@@ -169,9 +169,8 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
         static_cast<std::uint32_t>(options.seed >> 32), first, last,
         static_cast<std::int32_t>(lit_patterns.size()), lit, voxels, entries, exits, totals);
     context.finish();
-    const std::chrono::duration<double> spent = std::chrono::steady_clock::now() - start;
     const double wanted =
-        static_cast<double>(chunk) * seconds_per_launch / std::max(spent.count(), 1e-6);
+        static_cast<double>(chunk) * seconds_per_launch / std::max(watch.seconds(), 1e-6);
     chunk = std::clamp(static_cast<std::uint64_t>(wanted), std::max<std::uint64_t>(1, chunk / 4),
                        4 * chunk);
     first = last;

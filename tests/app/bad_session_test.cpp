@@ -111,6 +111,12 @@ TEST_F(BadSession, WrongUnit) {
 }
 
 TEST_F(BadSession, BoardNotFound) {
+  edit([](json& s) {  // the fewest that are taken
+    for (const char* list : {"camera_boards", "projector_planes"}) {
+      json& shots = s["calibration"][list];
+      shots.erase(shots.begin() + 3, shots.end());
+    }
+  });
   const capture::Session session = read();
   std::vector<capture::Frame> boards = session.calibration.camera_boards;
   for (const auto& plane : session.calibration.projector_planes) boards.push_back(plane.board);

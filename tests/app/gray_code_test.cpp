@@ -12,6 +12,7 @@
 #include "data_synthetic/simulate.h"
 #include "io/read_file.h"
 #include "tests/app/process.h"
+#include "tests/data_synthetic/tiny_options.h"
 
 namespace kappamu::app {
 namespace {

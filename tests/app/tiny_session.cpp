@@ -6,7 +6,8 @@
 
 #include <stdexcept>
 
-#include "tests/app/process.h"
+#include "io/atomic_file.h"
+#include "io/read_file.h"
 
 namespace kappamu {
 
@@ -32,8 +33,8 @@ fs::path made(const std::string& name, const std::string& arguments) {
       close(lock);
       throw std::runtime_error("kappamu " + arguments + " failed: " + result.standard_error);
     }
-    close(open(complete.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644));
-    fs::last_write_time(complete, fs::file_time_type::clock::now());
+    io::write_text_atomically(complete,
+                              std::to_string(result.exit_code) + "\n" + result.standard_output);
   }
   close(lock);
   return folder / name;
@@ -48,8 +49,18 @@ const fs::path& tiny_session() {
 }
 
 const fs::path& tiny_run() {
-  static const fs::path run = made("run", "run " + tiny_session().string() + " --device reference");
+  static const fs::path run = made("run", tiny_run_arguments());
   return run;
+}
+
+std::string tiny_run_arguments() {
+  return "run " + tiny_session().string() + " --device reference --json";
+}
+
+ProcessResult tiny_run_result() {
+  const std::string text = io::read_text(tiny_run().string() + ".complete");
+  const std::size_t end = text.find('\n');
+  return {std::stoi(text.substr(0, end)), text.substr(end + 1), {}};
 }
 
 fs::path copied_run(const fs::path& folder) {

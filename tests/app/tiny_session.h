@@ -2,6 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
+
+#include "tests/app/process.h"
 
 namespace kappamu {
 
@@ -13,6 +16,10 @@ std::filesystem::path linked_session(const std::filesystem::path& folder);
 
 /// Folder that `kappamu run` filled from the session with the serial solver; read-only as well.
 const std::filesystem::path& tiny_run();
+
+/// The command that filled it, but for the folder, and what it printed and returned.
+std::string tiny_run_arguments();
+ProcessResult tiny_run_result();
 
 /// A copy of it in `folder` that may be changed.
 std::filesystem::path copied_run(const std::filesystem::path& folder);

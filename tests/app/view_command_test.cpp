@@ -204,17 +204,21 @@ TEST_F(ViewEdits, KilledLeavesAWholeRecipeAndVolume) {
     GTEST_SKIP() << "the window is not there";
   }
   io::write_text_atomically(folder() / "script.txt", script + "quit\n");
-  for (const char* moment : {"0", "0.003", "0.013", "0.029", "0.071", "0.11"}) {
-    std::filesystem::remove_all(folder() / "edited");
-    io::write_text_atomically(folder() / "kill.sh",
-                              KAPPAMU_PROGRAM " " + window + " & window=$!\n" + "while [ ! -e " +
-                                  path("edited/recipe.json") + " ]; do\n" +
-                                  "  kill -0 $window || exit 9; sleep 0.002; done\n" + "sleep " +
-                                  moment +
-                                  "\nkill -KILL $window || exit 8; wait $window\nexit 0\n");
-    ASSERT_EQ(run_process("xvfb-run -a sh " + path("kill.sh")).exit_code, 0);
-    EXPECT_GE(json::parse(io::read_text(folder() / "edited/recipe.json"))["edits"].size(), 1U);
-    EXPECT_EQ(io::read_volume(folder() / "edited/volume.vdb").shape().nx, 12);
+  // One screen for all windows; what each leaves is kept as left-MOMENT.
+  const std::vector<std::string> moments{"0", "0.003", "0.013", "0.029", "0.071", "0.11"};
+  std::string kill = "cd " + folder().string() + "\n";
+  for (const std::string& moment : moments) {
+    kill += "rm -rf edited\n" KAPPAMU_PROGRAM " " + window + " & window=$!\n" +
+            "while [ ! -e edited/recipe.json ]; do\n" +
+            "  kill -0 $window || exit 9; sleep 0.002; done\n" + "sleep " + moment +
+            "\nkill -KILL $window || exit 8; wait $window\ncp -r edited left-" + moment + "\n";
+  }
+  io::write_text_atomically(folder() / "kill.sh", kill + "exit 0\n");
+  ASSERT_EQ(run_process("xvfb-run -a sh " + path("kill.sh")).exit_code, 0);
+  for (const std::string& moment : moments) {
+    const std::filesystem::path left = folder() / ("left-" + moment);
+    EXPECT_GE(json::parse(io::read_text(left / "recipe.json"))["edits"].size(), 1U) << moment;
+    EXPECT_EQ(io::read_volume(left / "volume.vdb").shape().nx, 12) << moment;
   }
   // And the folder takes the next saving.
   ASSERT_EQ(

@@ -17,6 +17,7 @@
 #include "io/image/exr.h"
 #include "io/image/image_file.h"
 #include "io/npy.h"
+#include "tests/data_synthetic/tiny_options.h"
 #include "tests/sentence.h"
 
 namespace kappamu::synthetic {

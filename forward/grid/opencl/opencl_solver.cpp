@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <optional>
 #include <utility>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/opencl/face_index.h"
 #include "forward/grid/opencl/field_sums.h"
@@ -280,7 +280,7 @@ class OpenclSolver final : public GridSolver {
 SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
                                 const SolveOptions& options) const {
   need_medium();
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const OpenclField& rhs = cast(b);
   const InitialGuess guess =
       cast(std::as_const(phi)).zero ? InitialGuess::zero : InitialGuess::given;
@@ -299,7 +299,7 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
   }
   context_.finish();
   conclude(report, options.tolerance, stagnated, options_.precision);
-  report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  report.seconds = watch.seconds();
   return report;
 }
 

@@ -2,12 +2,12 @@
 // pattern at a time by conjugate gradients with a modified incomplete Cholesky preconditioner. It
 // shares no discretisation code with the OpenCL backend, so that each can convict the other.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <optional>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/grid_solver.h"
 #include "forward/grid/reference/reference_matrix.h"
@@ -130,7 +130,7 @@ class ReferenceSolver final : public GridSolver {
 
   SolveReport solve(const BatchField& b, BatchField& phi,
                     const SolveOptions& options) const override {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const ReferenceField& rhs = cast(b);
     ReferenceField& x = cast(phi);
     check(rhs.pattern.size() == x.pattern.size(), "solve: fields of different batches");
@@ -143,8 +143,7 @@ class ReferenceSolver final : public GridSolver {
     }
     conclude(report, options.tolerance, report.iterations < options.max_iterations,
              Precision::double_precision);
-    report.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    report.seconds = watch.seconds();
     return report;
   }
 

@@ -13,6 +13,7 @@
 #include "bench/calibration/rig_trial.h"
 #include "data_synthetic/rig/rig.h"
 #include "tests/bench/bench_tools.h"
+#include "tests/data_synthetic/tiny_options.h"
 
 namespace kappamu::bench {
 namespace {

@@ -19,6 +19,7 @@
 #include "io/image/image_file.h"
 #include "tests/calib/board_scene.h"
 #include "tests/calib/projector/coded_plane.h"
+#include "tests/data_synthetic/tiny_options.h"
 #include "tests/sentence.h"
 
 namespace kappamu::calib {

@@ -14,6 +14,7 @@
 #include "capture/rig/shoot.h"
 #include "io/npy.h"
 #include "tests/calib/projector/coded_plane.h"
+#include "tests/data_synthetic/tiny_options.h"
 #include "tests/sentence.h"
 
 namespace kappamu::calib {

@@ -18,6 +18,7 @@
 #include "data_synthetic/simulate.h"
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
+#include "tests/data_synthetic/tiny_options.h"
 
 namespace kappamu::calib {
 namespace {

@@ -25,6 +25,7 @@
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
 #include "io/image/raw_file.h"
+#include "tests/data_synthetic/tiny_options.h"
 
 namespace kappamu::calib {
 namespace {

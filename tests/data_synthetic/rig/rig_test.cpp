@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "data_synthetic/rig/simulated_rig.h"
 #include "data_synthetic/rig/targets.h"
+#include "tests/data_synthetic/tiny_options.h"
 
 namespace kappamu::synthetic {
 namespace {

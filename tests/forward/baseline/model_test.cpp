@@ -72,8 +72,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST_F(Baseline, SameInputGivesSameBits) {
   const ForwardProblem problem = random_problem({13, 9, 6, 0.3}, Face::z_minus, 10.0, 3);
   for (const char* method : {"relaxation", "gauss-seidel", "adaptive", "wang2008-stencil"}) {
-    const ForwardResult a = solve(method, problem, 1e-4, Precision::single_precision);
-    const ForwardResult b = solve(method, problem, 1e-4, Precision::single_precision);
+    const ForwardResult a = solve(method, problem, 1e-2, Precision::single_precision);
+    const ForwardResult b = solve(method, problem, 1e-2, Precision::single_precision);
     EXPECT_EQ(a.exitance, b.exitance) << method;
     EXPECT_EQ(a.iterations, b.iterations) << method;
   }
@@ -83,7 +83,7 @@ TEST_F(Baseline, SweepsGrowWithTheSquareOfTheExtent) {
   // Between mirrors only the depth n counts: Jacobi's slowest mode shrinks by 1 − O(1/n²) a sweep.
   for (const char* method : {"relaxation", "gauss-seidel"}) {
     std::vector<double> sweeps;
-    for (const int n : {8, 16, 32}) {
+    for (const int n : {5, 10, 20}) {
       ForwardProblem problem = uniform_problem({2, 2, n, 8.0 / n});
       problem.setup.sides = Sides::mirror;
       problem.medium.mu = Volume<double>(problem.setup.shape, 0.0);
@@ -98,7 +98,7 @@ TEST_F(Baseline, SweepsGrowWithTheSquareOfTheExtent) {
 
 TEST_F(Baseline, GaussSeidelNeedsHalfOfJacobisSweeps) {
   // Its matrix is consistently ordered, so its factor per sweep is Jacobi's squared (Young 1954).
-  ForwardProblem problem = random_problem({16, 16, 16, 0.5}, Face::z_minus, 10.0, 1);
+  ForwardProblem problem = random_problem({11, 11, 11, 0.7}, Face::z_minus, 10.0, 1);
   const double jacobi = solve("relaxation", problem, 1e-8).iterations;
   const double gauss_seidel = solve("gauss-seidel", problem, 1e-8).iterations;
   EXPECT_NEAR(gauss_seidel / jacobi, 0.5, 0.06);  // counts are rounded up by 6 % at most
@@ -180,7 +180,7 @@ TEST_F(Baseline, ResidualPerSweepTendsToOneUntilFloatStalls) {
 }
 
 TEST_F(Baseline, StallsAtTheFloorOfItsOwnPrecision) {
-  const ForwardProblem problem = random_problem({12, 12, 12, 0.5}, Face::z_minus, 1e3, 2);
+  const ForwardProblem problem = random_problem({8, 8, 8, 0.75}, Face::z_minus, 1e3, 2);
   for (const char* method : {"relaxation", "gauss-seidel"}) {
     // ‖b‖ is spread over the lit face, so that u ‖Dφ‖/‖b‖ is a few hundred u.
     const ForwardResult in_float = solve(method, problem, 1e-15, Precision::single_precision);

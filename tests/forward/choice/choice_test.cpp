@@ -76,7 +76,7 @@ Choice choice_of(const ObjectFeatures& object, double tolerance, const MachineCo
   ObjectOptions asked;
   asked.tolerance = tolerance;
   asked.photons = 1ULL << 40;
-  return choose_model({&object, 1}, asked, costs, false);
+  return choose_model({&object, 1}, asked, costs, Remedy::none);
 }
 
 const ModelCandidate& candidate(const Choice& choice, const std::string& name) {
@@ -141,8 +141,9 @@ TEST(Choice, LeavesOutWhatCannotAnswer) {
   asked.tolerance = 0.2;
   asked.follow_reentry = true;
   const ObjectFeatures usual = features(5.0, 0.99);
-  EXPECT_THAT(candidate(choose_model({&usual, 1}, asked, {}, false), "dipole-rotated").reason,
-              HasSubstr("again"));
+  EXPECT_THAT(
+      candidate(choose_model({&usual, 1}, asked, {}, Remedy::none), "dipole-rotated").reason,
+      HasSubstr("again"));
 }
 
 TEST(Choice, FollowsTheCostsOfThisMachine) {
@@ -157,7 +158,8 @@ TEST(Choice, AsksTheWorstChannel) {
   const std::vector<ObjectFeatures> channels{features(20.0, 0.999), features(2.0, 0.8)};
   ObjectOptions asked;
   asked.tolerance = 0.1;
-  const double both = candidate(choose_model(channels, asked, {}, false), "embedded").error.value();
+  const double both =
+      candidate(choose_model(channels, asked, {}, Remedy::none), "embedded").error.value();
   EXPECT_EQ(both, candidate(choice_of(channels[1], 0.1), "embedded").error.value());
   EXPECT_GT(both, candidate(choice_of(channels[0], 0.1), "embedded").error.value());
 }

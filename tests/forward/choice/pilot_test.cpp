@@ -25,7 +25,7 @@ struct Piloted {
         features(features_of(object.problem())) {
     asked.tolerance = part * error_by(measured("embedded").error, features);
     asked.photons = 1ULL << 31;
-    choice = choose_model({&features, 1}, asked, {}, true);
+    choice = choose_model({&features, 1}, asked, {}, Remedy::walks);
     const ObjectProblem problem = object.problem();
     pilot = run_pilot({&problem, 1}, {&features, 1}, asked, choice, silent);
   }
