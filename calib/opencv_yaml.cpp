@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <new>
 #include <opencv2/core.hpp>
 
 #include "core/error.h"
@@ -86,7 +87,9 @@ YamlReader::YamlReader(const std::filesystem::path& file)
   bool open = false;
   try {
     open = storage_->open(file.string(), cv::FileStorage::READ);
-  } catch (const cv::Exception&) {
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception&) {  // cv::Exception, and std::length_error of its parser
     open = false;
   }
   if (!open) throw bad(file, "the file is damaged or no OpenCV YAML");
