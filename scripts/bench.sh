@@ -5,6 +5,7 @@
 # (default: forward, half an hour; `kappamu bench --help` names subjects and sections). --quick: toy problems into
 # out/bench-quick, the pages stay; --small: smaller problems; --draw: measure nothing. BENCH_UNDER holds words to put
 # before each measurement, BENCH_KAPPAMU another program than build/app/kappamu, BENCH_SLABS the data of slabs.
+# SUBJECT gpu, alone: what a GPU is judged by, on the first one there is (else a processor), tables into out/bench-gpu.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 size=() pages=(docs/*.md) draw=0 out=out/bench wanted=()
@@ -13,12 +14,16 @@ while (($#)); do
     --quick) size=(--quick) out=out/bench-quick pages=(); shift ;;
     --small) size=(--small); shift ;;
     --draw) draw=1; shift ;;
-    -h | --help) sed -n '2,7s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
     -*) echo "bench: unknown option $1 (see --help)" >&2; exit 2 ;;
     *) wanted+=("$1"); shift ;;
   esac
 done
 ((${#wanted[@]})) || wanted=(forward)
+if [[ ${wanted[*]} == gpu ]]; then
+  out=out/bench-gpu pages=()
+  wanted=(forward-headline forward-kernels forward-scaling inverse-samples)
+fi
 kappamu=${BENCH_KAPPAMU:-build/app/kappamu}
 if ((!draw)); then
   [[ -n ${BENCH_KAPPAMU:-} ]] || scripts/build.sh release
@@ -27,6 +32,7 @@ if ((!draw)); then
     echo "bench: $what"
     more=()
     [[ $what == *-* ]] && more=(--section "${what#*-}")
+    [[ $out == out/bench-gpu && $what == inverse-samples ]] && more+=(--sample marble)
     [[ $what == slabs ]] && more=(--data "${BENCH_SLABS:-../shared/data/slab-rt-iad}")
     "${under[@]}" "$kappamu" bench "${what%%-*}" -o "$out" "${size[@]}" "${more[@]}"
   done

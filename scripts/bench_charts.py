@@ -104,14 +104,44 @@ def refinement(record):
             own = [r for r in rows if r["name"] == name and r["cubes"] == cubes]
             line(ax, number, [r["cpu_seconds"] for r in own], [r["error"] for r in own], cubes)
             lines += [[name, cubes, r["asked"], f"{r['elements']:,}", f"{r['cpu_seconds']:.3g}", f"{r['seconds']:.3g}",
-                       fine_percent(r["error"]), fine_percent(r["error_estimate"]) if "error_estimate" in r else "",
+                       f"{1e6 * r['cpu_seconds'] / r['elements']:.1f}", fine_percent(r["error"]),
+                       fine_percent(r["error_estimate"]) if "error_estimate" in r else "",
                        THESIS_SECONDS.get(r["asked"], "") if cubes == "even at the surface" else ""] for r in own]
         for grid, seconds in THESIS_SECONDS.items():
             ax.axvline(seconds, color="0.6", linestyle=":")
             ax.text(seconds, 0.03, f"[T] {grid} ", rotation=90, color="0.4", ha="right", transform=ax.get_xaxis_transform())
         dress(ax, name, "processor time from mesh to exitance [s]", "error, 2-norm", "xy")
     return {"": figure}, {"": provenance(record) + "\n" + table(
-        ["object", "cubes", "asked", "number", "processor [s]", "wall [s]", "error", "stated", "[T] [s]"], lines)}
+        ["object", "cubes", "asked", "number", "processor [s]", "wall [s]", "processor per cube [µs]", "error", "stated", "[T] [s]"],
+        lines)}
+
+
+def estimates(record):
+    """The error that cubes state of themselves over the true one, by tolerance and one by one."""
+    rows = [r for r in record["rows"] if r["error"] > 1e-9]  # else the reference has the same mesh
+    def caution(r):
+        return r["error_estimate"] / r["error"]
+    lines = []
+    for what, own in [(percent(t, 1), [r for r in rows if r["tolerance"] == t]) for t in unique(rows, "tolerance")] + [("all", rows)]:
+        of = sorted(map(caution, own))
+        lines.append([what, len(own), f"{sum(c >= 1.0 for c in of)} ({sum(c >= 1.0 for c in of) / len(of):.0%})", f"{of[0]:.2f}",
+                      f"{statistics.median(of):.2f}", f"{of[-1]:.2f}", sum(r["error"] > r["tolerance"] for r in own)])
+    text = provenance(record) + "\n" + table(["tolerance", "answers", "stated at least the true error", "stated over true: least", "median", "most",
+                                              "true error above the tolerance"], lines)
+    return {}, {"": text + "\n" + table(
+        ["scene", "tolerance", "cubes", "processor [s]", "true error", "stated", "stated over true", "reference states"],
+        [[r["name"], percent(r["tolerance"], 1), f"{r['elements']:,}", f"{r['cpu_seconds']:.3g}", percent(r["error"], 2),
+          percent(r["error_estimate"], 2), f"{caution(r):.2f}", percent(r["reference_error"], 2)] for r in rows])}
+
+
+def pictures(record):
+    """Seconds from mesh file to picture."""
+    return {}, {"": provenance(record) + "\n" + table(
+        ["object", "tolerance", "cubes", "cubes of an even 256³", "stated error", "wall, all [s]", "file and checks", "light", "model", "picture",
+         "linear systems, per channel"],
+        [[r["name"], percent(r["tolerance"], 2), f"{r['elements']:,}", f"{r['cubes_of_256']:,}", percent(r["error_estimate"], 2), f"{r['seconds']:.1f}"]
+         + [f"{r[k]:.1f}" for k in ("scene_seconds", "light_seconds", "model_seconds", "picture_seconds")]
+         + [f"{r['seconds_per_light']:.2f}"] for r in record["rows"]])}
 
 
 # [T] Table 5.1: its objects, of 20 to 40 mm in marble, and here of 33 mm (72 mean free paths of the red channel).
@@ -384,6 +414,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
+            "objects-estimate": estimates, "objects-picture": pictures,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},

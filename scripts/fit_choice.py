@@ -1,13 +1,12 @@
 #!/usr/bin/python3
 """Makes the table that `model: auto` chooses by, from what `kappamu bench objects` measured on its tuning scenes.
 
-    kappamu bench objects --section models -o out/choice                      # errors, numerics at 1 %
-    kappamu bench objects --section models -o out/choice-03 --tolerance 0.03  # costs at other tolerances
+    kappamu bench objects --section models -o out/choice --models embedded grid montecarlo dipole-rotated better-dipole
     kappamu doctor --measure --json > out/probe.json                          # the probe on this machine
     scripts/fit_choice.py --probe out/probe.json out/choice*/objects-models.json
 
-Errors: sums of terms with coefficients that are not negative, least squares of the relative residuals, from rows asked for
-1 % or less; those of montecarlo from the references' own standard errors. Seconds: least squares of logarithms. The laws are
+Errors: sums of terms with coefficients that are not negative, times powers of e for the light, from rows asked for 1 % or
+less; those of montecarlo from the references' own standard errors. Seconds: least squares of logarithms. The laws are
 those of forward/choice/model_table.h. Writes forward/choice/measured_models.inc and prints how well the laws fit. A model is
 a row of the table once records have it.
 """
@@ -26,16 +25,18 @@ TERMS = {"constant": lambda r: 1.0,
          "root_absorbed": lambda r: (1.0 - r["albedo"]) ** 0.5,
          "edges": lambda r: min(r["edges"], 3.0 / r["size_over_mean_free_path"]),
          "inverse_size": lambda r: 1.0 / r["size_over_mean_free_path"]}
-LOGARITHMS = {"size": lambda r: r["size_over_mean_free_path"], "absorbed": lambda r: 1.0 - r["albedo"],
+SLANT_OF_SPHERE = 1.0 / 3.0
+# Slopes of the error's logarithm.
+LIGHTS = {"diffuse": lambda r: r["diffuse"], "slant": lambda r: (1.0 - r["diffuse"]) * (r["slant"] - SLANT_OF_SPHERE)}
+LEAST_ABSORBED = 3e-4  # of 1 - albedo: less is nothing
+LOGARITHMS = {"size": lambda r: r["size_over_mean_free_path"], "absorbed": lambda r: max(1.0 - r["albedo"], LEAST_ABSORBED),
               "contrast": lambda r: r["contrast"], "triangles": lambda r: r["triangles"], "tolerance": lambda r: r["tolerance"]}
 PER_PHOTON = ["size", "absorbed", "contrast"]
 ANY_MEDIUM = {"embedded", "grid", "montecarlo"}
 FOLLOW_REENTRY = {"embedded", "montecarlo"}
 BOXES = ("cube-", "slab-", "brick-", "plate-", "thin-slab-")
-# Models too slow for many scenes: the error of the same physics is measured with another, and the seconds grow with this
-# power of the triangles.
-SAME_PHYSICS = {"grid": "embedded", "boundary_integral": "embedded", "dipole": "dipole-rotated"}
-GROWTH = {"dipole": 2.0, "boundary_integral": 1.0}
+# Models of few scenes: the error of the same physics is measured with another.
+SAME_PHYSICS = {"grid": "embedded"}
 RIDGE = 1e-3  # of the rows, on slopes: keeps those that the scenes do not determine near zero
 
 
@@ -52,15 +53,38 @@ def not_negative(terms, values):
     return coefficients
 
 
-def error_law(rows, errors):
-    """Coefficients by term, and the spread of log(measured / law)."""
+def error_law(rows, errors, deviations, lit=True):
+    """Coefficients and slopes (those of the light if `lit`) by name, and the spread of log(error / law). `deviations`: of the errors' squares, by the
+    references' noise. Expectation maximisation: each error's logarithm is the mean that its measurement and the law leave."""
     terms = numpy.array([[term(row) for term in TERMS.values()] for row in rows])
-    weights = 1.0 / errors
-    for _ in range(30):  # weights from the law and the value together: neither large nor small residuals rule
-        coefficients = not_negative(terms * weights[:, None], errors * weights)
-        weights = (numpy.maximum(terms @ coefficients, 1e-4) * errors) ** -0.5
-    residual = numpy.log(errors / (terms @ coefficients))
-    return dict(zip(TERMS, coefficients)) | {"spread": float(numpy.sqrt((residual ** 2).mean()))}
+    lights = numpy.array([[light(row) for light in LIGHTS.values()] for row in rows])
+    steps = numpy.linspace(-4.0, 4.0, 161)
+    likely, variance = numpy.log(numpy.maximum(errors, 0.5 * deviations ** 0.5)), numpy.zeros(len(rows))
+    slopes = numpy.zeros(len(LIGHTS))
+    for _ in range(60):
+        factors, values = numpy.exp(lights @ slopes), numpy.exp(likely)
+        weights = 1.0 / values
+        for _ in range(10):  # weights from the law and the value together: neither large nor small residuals rule
+            coefficients = not_negative(terms * (factors * weights)[:, None], values * weights)
+            weights = (numpy.maximum(factors * (terms @ coefficients), 1e-4) * values) ** -0.5
+        base = numpy.log(numpy.maximum(terms @ coefficients, 1e-5))
+        if lit:
+            slopes = numpy.linalg.lstsq(lights, likely - base, rcond=None)[0]
+        law = base + lights @ slopes
+        spread = float(numpy.sqrt(((likely - law) ** 2 + variance).mean()))
+        possible = law[:, None] + spread * steps
+        chance = numpy.exp(-0.5 * (steps ** 2 + ((numpy.exp(2.0 * possible) - errors[:, None] ** 2) / deviations[:, None]) ** 2))
+        chance = numpy.maximum(chance, 1e-300)
+        chance /= chance.sum(axis=1, keepdims=True)
+        likely = (chance * possible).sum(axis=1)
+        variance = (chance * (possible - likely[:, None]) ** 2).sum(axis=1)
+    return dict(zip(TERMS, coefficients)) | dict(zip(LIGHTS, slopes)) | {"spread": spread}
+
+
+def deviation_of_square(row):
+    """Of a measured error, by the reference's noise over the patches: its own and its product with the difference."""
+    noise, patches = row["reference_error"], row["patches"]
+    return float(numpy.hypot(1.5 * (2.0 / patches) ** 0.5 * noise ** 2, 2.0 * row["error"] * noise / patches ** 0.5)) + 1e-5
 
 
 def cost_law(rows, seconds, fields):
@@ -75,24 +99,16 @@ def cost_law(rows, seconds, fields):
     return law, float((target - target.mean() - lean @ slopes).std())
 
 
-def grown_law(rows, seconds, power):
-    """Constant and spread of a cost that grows with a power of the triangles."""
-    logs = numpy.log(seconds) - power * numpy.log([row["triangles"] for row in rows])
-    return dict.fromkeys(["constant", *LOGARITHMS], 0.0) | {"constant": float(logs.mean()), "triangles": power}, float(logs.std())
-
-
 def laws_of(name, answered):
     """Error, seconds and the spread of the seconds of one model."""
     rows = [r for r in answered if r["model"] == name]
     if name == "montecarlo":
         noise = numpy.array([r["reference_error"] * (r["reference_photons"] / r["patches"]) ** 0.5 for r in rows])
-        return error_law(rows, noise), *cost_law(rows, [r["cpu_seconds"] / r["photons"] for r in rows], PER_PHOTON)
+        return error_law(rows, noise, 1e-3 * noise ** 2, lit=False), *cost_law(rows, [r["cpu_seconds"] / r["photons"] for r in rows], PER_PHOTON)
     exact = [r for r in answered if r["model"] in (name, SAME_PHYSICS.get(name)) and r["tolerance"] <= 0.01]
-    # Below a third of the reference's own noise an error is not resolved.
-    errors = numpy.array([max(r["error"], 0.3 * r["reference_error"]) for r in exact])
-    seconds = [r["cpu_seconds"] for r in rows]
-    return error_law(exact, errors), *(grown_law(rows, seconds, GROWTH[name]) if name in GROWTH else
-                                       cost_law(rows, seconds, list(LOGARITHMS)))
+    errors = numpy.array([r["error"] for r in exact])
+    return (error_law(exact, errors, numpy.array([deviation_of_square(r) for r in exact])),
+            *cost_law(rows, [r["cpu_seconds"] for r in rows], list(LOGARITHMS)))
 
 
 def text_of(law):
@@ -122,11 +138,11 @@ def main():
         print(f"{name}: {len(own)} rows, error within a factor of {numpy.exp(error['spread']):.2f}, "
               f"seconds within {numpy.exp(spread):.2f} (one standard deviation)")
     thickness = [r["thickness_over_mean_free_path"] for r in answered]
-    albedo = [r["albedo"] for r in answered]
+    albedo = [min(r["albedo"], 1.0 - LEAST_ABSORBED) for r in answered]
     arguments.table.write_text(
         "// Written by scripts/fit_choice.py: do not edit. Errors, seconds and the probe's seconds of model_table.h.\n"
         f"constexpr MeasuredRange range{{{min(thickness):.4g}, {max(thickness):.4g}, {min(albedo):.4g}, {max(albedo):.5g},\n"
-        f"                               {max(r['contrast'] for r in answered):.4g}}};\n"
+        f"                               {max(r['contrast'] for r in answered):.4g}, {max(r['slant'] for r in answered):.4g}}};\n"
         f"constexpr std::array<MeasuredModel, {len(lines)}> models{{{{\n{''.join(lines)}}}}};\n")
     print(arguments.table)
 

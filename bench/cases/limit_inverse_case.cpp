@@ -133,16 +133,19 @@ SurfaceMeasurements expose_photons(const Block& block, const Figure3& figure, in
   how.photons = photons;
   how.anisotropy = anisotropy;
   Progress silent;
-  const forward::ForwardResult result =
-      forward::make_monte_carlo_model()->solve(problem, how, silent);
+  const auto trace = [&] { return forward::make_monte_carlo_model()->solve(problem, how, silent); };
+  const forward::ForwardResult result = trace();
+  // Deviations and mask are those of photons of their own: a pixel that few photons reach would
+  // else count for more, the fewer they happen to be.
+  how.seed = ~seed;
+  const forward::ForwardResult other = trace();
   const auto face = static_cast<std::size_t>(
       std::find(all_faces.begin(), all_faces.end(), block.seen) - all_faces.begin());
   for (std::size_t i = 0; i < result.exitance[face].size(); ++i) {
-    const double value = result.exitance[face][i];
-    const double error = result.standard_error[face][i];
-    m.value.push_back(static_cast<float>(value));
+    const double error = other.standard_error[face][i];
+    m.value.push_back(static_cast<float>(result.exitance[face][i]));
     m.variance.push_back(static_cast<float>(error * error));
-    m.mask.push_back(error < unknown_noise * value ? 1 : 0);
+    m.mask.push_back(error < unknown_noise * other.exitance[face][i] ? 1 : 0);
   }
   return m;
 }

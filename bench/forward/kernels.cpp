@@ -23,7 +23,7 @@ struct Traffic {
   double coarse_vectors;  ///< on the cells of the next grid
   double coefficients;    ///< shared by the patterns
 };
-constexpr std::array<Traffic, 17> traffic{{
+constexpr std::array<Traffic, 18> traffic{{
     // Streams, on processors: r; r, z; z, p, r, d and p, r, d.
     {"stream_down", 0.5, 1.0, 8.0},
     {"stream_up", 1.0, 1.0, 8.0},
@@ -36,7 +36,8 @@ constexpr std::array<Traffic, 17> traffic{{
     // Kernel by kernel, on GPUs.
     {"smooth_from_zero", 1.0, 0.0, 1.0},
     {"smooth", 1.5, 0.0, 4.0},
-    {"residual_after_smoothing", 1.0, 0.0, 3.0},
+    {"residual_of_colour", 2.0, 0.0, 4.0},
+    {"relax", 2.0, 0.0, 4.0},
     {"restrict_residual", 0.5, 1.0, 3.0},
     {"prolong_add", 1.0, 1.0, 3.0},
     {"dot_runs", 2.0, 0.0, 0.0},

@@ -58,10 +58,10 @@ DenseFit::DenseFit(const SurfaceMeasurements& measurements, int channel,
       inverse::fit_channel(measurements, channel, options_, inverse::Checkpoint{}, silent);
   const double thickness =
       measurements.grid.extent(axis_of(measurements.lit_face)) * measurements.grid.voxel_mm;
-  weights_ = {start.report.weight, start.report.weight, thickness,
+  prior_ = {start.report.weight, thickness,
               options_.regulariser.anchor_length * thickness};
   anchor_ = {std::log(start.report.homogeneous_kappa), std::log(start.report.homogeneous_mu),
-             weights_.anchor_length_mm};
+             prior_.anchor_length_mm};
   inverse::Problem problem = inverse::make_problem(measurements, channel, options_.data.convention,
                                                    options_.data.model_error);
   const inverse::Refinement finer = inverse::refine(problem);
@@ -87,8 +87,8 @@ VectorXd DenseFit::gradient(inverse::Objective& objective, const std::vector<dou
   const VectorXd residual = weighted_residual(objective, data);
   const GridShape& shape = objective.problem().setup.shape;
   return joined(objective.jacobian_transpose({residual.begin(), residual.end()})) +
-         weights_.kappa_weight *
-             joined(inverse::roughness(shape, weights_.thickness_mm, fields_, anchor_).gradient);
+         prior_.weight *
+             joined(inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).gradient);
 }
 
 double DenseFit::value(inverse::Objective& objective, const std::vector<double>& data,
@@ -97,8 +97,8 @@ double DenseFit::value(inverse::Objective& objective, const std::vector<double>&
   if (!std::isfinite(objective.value(fields_))) return std::numeric_limits<double>::infinity();
   const GridShape& shape = objective.problem().setup.shape;
   return 0.5 * weighted_residual(objective, data).squaredNorm() +
-         weights_.kappa_weight *
-             inverse::roughness(shape, weights_.thickness_mm, fields_, anchor_).value;
+         prior_.weight *
+             inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).value;
 }
 
 /// The minimum of the full objective by L-BFGS that starts from the fitted block's covariance:
@@ -150,9 +150,9 @@ void DenseFit::build_matrices() {
     const CoefficientPair unit = fields_of(VectorXd::Unit(n, k));
     const std::vector<double> column = objective_->jacobian(unit);
     jacobian_.col(k) = Eigen::Map<const VectorXd>(column.data(), jacobian_.rows());
-    precision_.col(k) = weights_.kappa_weight *
-                        joined(inverse::smoothing_product(shape, weights_.thickness_mm,
-                                                          weights_.anchor_length_mm, {}, unit));
+    precision_.col(k) = prior_.weight *
+                        joined(inverse::smoothing_product(shape, prior_.thickness_mm,
+                                                          prior_.anchor_length_mm, {}, unit));
   }
   MatrixXd hessian = precision_;
   hessian.selfadjointView<Eigen::Lower>().rankUpdate(jacobian_.transpose());

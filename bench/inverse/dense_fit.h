@@ -27,7 +27,7 @@ class DenseFit {
 
   Eigen::Index unknowns() const { return fitted_.size(); }
   const Eigen::VectorXd& fitted() const { return fitted_; }
-  const inverse::Prior& weights() const { return weights_; }         ///< α and lengths of R
+  const inverse::Prior& prior() const { return prior_; }             ///< α and lengths of R
   const Eigen::MatrixXd& jacobian() const { return jacobian_; }      ///< W^½ J [data][unknowns]
   const Eigen::MatrixXd& precision() const { return precision_; }    ///< α R″
   const Eigen::MatrixXd& covariance() const { return covariance_; }  ///< H⁻¹, H = JᵀWJ + α R″
@@ -60,7 +60,7 @@ class DenseFit {
 
   int channel_;
   inverse::FitOptions options_;
-  inverse::Prior weights_;
+  inverse::Prior prior_;
   inverse::Anchor anchor_;
   std::unique_ptr<inverse::Objective> objective_;
   Eigen::VectorXd fitted_;

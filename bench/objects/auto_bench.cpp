@@ -1,5 +1,7 @@
 #include "bench/objects/object_bench.h"
 
+#include <algorithm>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -18,6 +20,9 @@ constexpr double hopeless_cost = 4.0, hopeless_seconds = 20.0;
 /// Random walks beyond these are not made: their seconds grow with the photons, and their noise
 /// follows from the reference's.
 constexpr std::uint64_t walked_photons = 50'000;
+
+/// What takes less is measured twice, and the lesser time counts.
+constexpr double brief_seconds = 2.0;
 
 struct Tried {
   std::string model;
@@ -42,6 +47,10 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
     const Json row = measurement.row(candidate.model, options);
     if (row.contains("refused")) continue;
     tried.push_back({candidate.model, row.at("error"), row.at("cpu_seconds")});
+    if (tried.back().seconds < brief_seconds) {
+      const double again = measurement.row(candidate.model, options).at("cpu_seconds");
+      tried.back().seconds = std::min(tried.back().seconds, again);
+    }
     if (!random) continue;
     tried.back().error = measurement.noise_of_triangles(photons);
     tried.back().seconds *= static_cast<double>(photons) / static_cast<double>(options.photons);
@@ -55,12 +64,17 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   asked.tolerance = tolerance;
   asked.photons = 1ULL << 31;
   const std::span features(&measurement.features(), 1);
-  forward::Choice choice = forward::choose_model(features, asked, {}, forward::Remedy::walks);
   const forward::ObjectProblem problem = measurement.problem();
-  const double before = processor_seconds();
-  const std::optional<forward::Pilot> pilot =
-      forward::run_pilot(std::span(&problem, 1), features, asked, choice, progress);
-  const double pilot_seconds = pilot ? processor_seconds() - before : 0.0;
+  forward::Choice choice;
+  std::optional<forward::Pilot> pilot;
+  double pilot_seconds = std::numeric_limits<double>::infinity();
+  for (int run = 0; run < 2; ++run) {
+    const double before = processor_seconds();
+    choice = forward::choose_model(features, asked, {}, forward::Remedy::walks);
+    pilot = forward::run_pilot(std::span(&problem, 1), features, asked, choice, progress);
+    pilot_seconds = pilot ? std::min(pilot_seconds, processor_seconds() - before) : 0.0;
+    if (!pilot || pilot_seconds > brief_seconds) break;
+  }
   const bool corrected = pilot && pilot->within;
   const forward::ModelCandidate& first = choice.candidates.front();
   const std::vector<Tried> tried =
@@ -112,8 +126,8 @@ void measure_auto(const Request& request, Progress& progress, const Save& save) 
   const std::vector<double> tolerances = quick ? std::vector{0.2} : std::vector{0.03, 0.06, 0.12};
   Json rows = Json::array();
   const int drawn = request.count("draw", 0);
-  const std::vector<ObjectCase> cases =
-      drawn > 0 ? drawn_cases(drawn, request.seed) : object_cases(Population::validation, wanted);
+  const std::vector<ObjectCase> cases = drawn > 0 ? drawn_cases(drawn, request.seed, wanted)
+                                                  : object_cases(Population::validation, wanted);
   for (const ObjectCase& object : cases) {
     const ObjectMeasurement measurement(object, settings, request, progress);
     for (const double tolerance : tolerances) {

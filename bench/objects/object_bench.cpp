@@ -14,7 +14,7 @@ namespace {
 
 std::vector<ObjectCase> cases_of(const Request& request) {
   std::vector<std::string> wanted = request.words("scenes");
-  if (request.has("draw")) return drawn_cases(request.count("draw", 0), request.seed);
+  if (request.has("draw")) return drawn_cases(request.count("draw", 0), request.seed, wanted);
   std::vector<ObjectCase> own = cases_of_files(request.words("mesh"));
   if (wanted.empty() && !own.empty()) return own;
   if (wanted.empty() && request.size == Size::quick) {
@@ -87,10 +87,16 @@ missing is measured, minutes, and recorded there.
 Section auto: of every validation scene and tolerance the model that is taken, its error
 and processor time; met: the error is within the tolerance; cheapest: the model of those
 that met it with the least processor time; cost_ratio: the taken one's over that.
---draw N measures N scenes drawn at random by --seed instead.
+--draw N measures N scenes drawn at random by --seed instead, or those of --scenes among them.
 
 Section refinement: diffusion on cubes refined by the model's own estimate beside even ones,
 from mesh to exitance of one light and channel; error: from that on some millions of cubes.
+
+Section estimate: the error that this model states of its numerics, and its true one, on
+scenes drawn by --seed (or --scenes) and on --mesh files, at three tolerances.
+
+Section picture: wall seconds from mesh file to picture of scenes/nefertiti-marble.json, and
+of the same scene with each --mesh FILE in the bust's place; medians of three.
 
 Do not trust seconds on a machine that does anything else; cpu_seconds (all threads together)
 suffer less.)",
@@ -99,11 +105,15 @@ suffer less.)",
         measure_costs},
        {"auto", "What model auto takes on the validation scenes, and what it should have",
         measure_auto},
-       {"refinement", "Time against error of refined and even cubes", measure_refinement}},
+       {"refinement", "Time against error of refined and even cubes", measure_refinement},
+       {"estimate", "The error that cubes state of themselves, and the true one",
+        measure_estimates},
+       {"picture", "Seconds from mesh file to picture", measure_pictures}},
       {{"scenes", "Those whose names begin so; all if absent", Setting::Kind::words},
        {"mesh", "Files of objects to measure instead of, or beside, those of --scenes",
         Setting::Kind::words},
-       {"draw", "Measure so many scenes drawn by --seed", Setting::Kind::number, 1, 1000},
+       {"draw", "Measure of so many scenes drawn by --seed those of --scenes",
+        Setting::Kind::number, 1, 1000},
        {"models", "Those named; all if absent", Setting::Kind::words},
        {"tolerance", "Error that models aim at (default 0.01)", Setting::Kind::number, 1e-6, 0.9},
        {"photons", "Of the model montecarlo (default 200000)", Setting::Kind::number, 2, 2e9},

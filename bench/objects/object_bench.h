@@ -12,6 +12,10 @@ void measure_costs(const Request& request, Progress& progress, const Save& save)
 void measure_auto(const Request& request, Progress& progress, const Save& save);
 /// Time against error of diffusion on cubes refined where the light asks for it, beside even cubes.
 void measure_refinement(const Request& request, Progress& progress, const Save& save);
+/// The error that diffusion on cubes states of its numerics beside the true one.
+void measure_estimates(const Request& request, Progress& progress, const Save& save);
+/// Seconds from a scene's mesh file to its picture.
+void measure_pictures(const Request& request, Progress& progress, const Save& save);
 
 /// Closed form: exitance of a sphere in even diffuse light of irradiance 1 by diffusion, φ ∝
 /// sinh(r √(μ/κ))/r.

@@ -52,36 +52,23 @@ bool is_shipped(const std::string& shape) {
   return std::count(meshes_shipped.begin(), meshes_shipped.end(), shape) > 0;
 }
 
-const char* word_of(CaseLight light) {
-  switch (light) {
-    case CaseLight::side:
-      return "-side";
-    case CaseLight::below:
-      return "-below";
-    case CaseLight::sky:
-      return "-sky";
-    case CaseLight::aslant:
-      break;
-  }
-  return "";
-}
-
-/// Of travel.
-Eigen::Vector3d direction_of(CaseLight light) {
-  switch (light) {
-    case CaseLight::side:
-      return Eigen::Vector3d(10.0, -2.0, -1.0).normalized();
-    case CaseLight::below:
-      return Eigen::Vector3d(1.0, 8.0, 4.0).normalized();
-    default:
-      return Eigen::Vector3d(-3.0, -5.0, -8.0).normalized();
-  }
+struct BenchLight {
+  const char* word;           ///< of the scene's name
+  Eigen::Vector3d direction;  ///< of travel
+};
+const BenchLight& kind_of(CaseLight light) {
+  static const std::array<BenchLight, 4> kinds{{{"", {-3.0, -5.0, -8.0}},
+                                                {"-side", {10.0, -2.0, -1.0}},
+                                                {"-below", {1.0, 8.0, 4.0}},
+                                                {"-sky", as_made}}};
+  return kinds[static_cast<std::size_t>(light)];
 }
 
 std::string name_of_case(const ObjectCase& c) {
   std::string material = c.material;
   std::replace(material.begin(), material.end(), ' ', '-');
-  return c.shape + "-" + material + "-" + std::to_string(std::lround(c.size)) + word_of(c.light);
+  return c.shape + "-" + material + "-" + std::to_string(std::lround(c.size)) +
+         kind_of(c.light).word;
 }
 
 std::vector<ObjectCase> tuning_cases() {
@@ -147,6 +134,14 @@ std::vector<ObjectCase> named(std::vector<ObjectCase> cases) {
   return cases;
 }
 
+/// Keeps those whose names begin with one of `wanted`.
+void keep_named(std::vector<ObjectCase>& cases, const std::vector<std::string>& wanted) {
+  std::erase_if(cases, [&](const ObjectCase& c) {
+    return std::none_of(wanted.begin(), wanted.end(),
+                        [&](const std::string& name) { return c.name.starts_with(name); });
+  });
+}
+
 /// The shape that a case names, `size_mm` long; files are in `meshes`.
 void set_shape(const ObjectCase& c, double size_mm, const std::filesystem::path& meshes,
                render::SceneObject& object) {
@@ -195,14 +190,12 @@ std::vector<ObjectCase> object_cases(Population population,
                        "'; scenes are named <shape>-<material>-<size>, such as " + cases[0].name);
     }
   }
-  std::erase_if(cases, [&](const ObjectCase& c) {
-    return std::none_of(wanted.begin(), wanted.end(),
-                        [&](const std::string& name) { return c.name.starts_with(name); });
-  });
+  keep_named(cases, wanted);
   return cases;
 }
 
-std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed) {
+std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed,
+                                    const std::vector<std::string>& wanted) {
   std::vector<std::string> shapes = meshes_shipped, materials = render::published_material_names();
   for (const auto* list : {&procedural, &unseen}) {
     for (const BenchShape& shape : *list) shapes.emplace_back(shape.name);
@@ -226,6 +219,7 @@ std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed) {
     const auto same = [&](const ObjectCase& c) { return c.name == drawn.name; };
     if (std::none_of(cases.begin(), cases.end(), same)) cases.push_back(drawn);
   }
+  if (!wanted.empty()) keep_named(cases, wanted);
   return cases;
 }
 
@@ -284,7 +278,7 @@ ObjectBench make_object_bench(const ObjectCase& c, const std::filesystem::path& 
     scene.lights.emplace_back(sky);
   } else {
     render::DirectionalLight sun;
-    sun.direction = direction_of(c.light);
+    sun.direction = kind_of(c.light).direction.normalized();
     scene.lights.emplace_back(sun);
   }
   std::vector<std::string> warnings;

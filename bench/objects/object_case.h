@@ -33,9 +33,10 @@ enum class Population { tuning, validation };
 /// where none does.
 std::vector<ObjectCase> object_cases(Population population, const std::vector<std::string>& wanted);
 
-/// `count` cases of any shape, material, size of 10 to 70 and light, drawn by `seed`: for a
-/// judgement that no choice has seen.
-std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed);
+/// Of `count` cases of any shape, material, size of 10 to 70 and light, drawn by `seed`, those
+/// whose names begin with one of `wanted`; all where that is empty.
+std::vector<ObjectCase> drawn_cases(int count, std::uint64_t seed,
+                                    const std::vector<std::string>& wanted = {});
 
 /// Each file's object in marble of 8, 24 and 72 mean free paths and in skin2 of 24, named by its
 /// stem.

@@ -131,6 +131,8 @@ void ObjectMeasurement::add(const forward::ObjectResult& result,
   row["edges"] = features_.edges;
   row["surface"] = features_.surface;
   row["contrast"] = features_.contrast;
+  row["diffuse"] = features_.diffuse;
+  row["slant"] = features_.slant;
   row["error"] = error.two_norm;
   row["reference_error"] = error.reference_error;
   row["mean_difference"] = error.mean;

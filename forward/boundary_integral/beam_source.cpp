@@ -77,11 +77,8 @@ Eigen::VectorXd beam_potentials(const BeamSource& source, const std::vector<Pane
   points.centre = points.at = source.at;
   points.charge.assign(source.at.size(), 1.0);
   SumElements targets;
-  targets.points = 3;
-  for (const Panel& panel : panels) {
-    targets.centre.push_back(panel.centre);
-    for (const Eigen::Vector3d& point : rule_points(panel)) targets.at.push_back(point);
-  }
+  for (const Panel& panel : panels) targets.centre.push_back(panel.centre);
+  targets.at = targets.centre;
   const auto near = [&](int target, int point) -> std::optional<double> {
     const Panel& panel = panels[static_cast<std::size_t>(target)];
     const Eigen::Vector3d& y = source.at[static_cast<std::size_t>(point)];

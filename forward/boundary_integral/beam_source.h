@@ -30,8 +30,8 @@ struct BeamSource {
 BeamSource beam_source(const ObjectProblem& problem, const std::vector<Beam>& beams,
                        const std::vector<Panel>& panels);
 
-/// ∫ G S/κ dV, mean over each panel: exact over panels near a point of the source, by the panel's
-/// three points elsewhere. `order`: sum_order().
+/// ∫ G S/κ dV at the panels' centroids; the part of a point of the source near a panel is its mean
+/// over it, exactly. `order`: sum_order().
 Eigen::VectorXd beam_potentials(const BeamSource& source, const std::vector<Panel>& panels,
                                 const Coefficients& medium, int order);
 

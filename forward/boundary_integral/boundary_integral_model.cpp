@@ -9,7 +9,7 @@
 #include "core/process_memory.h"
 #include "forward/boundary_integral/boundary_solve.h"
 #include "forward/boundary_integral/layer_sum.h"
-#include "forward/boundary_integral/panels/closed_mesh.h"
+#include "forward/boundary_integral/panels/sliver.h"
 #include "forward/embedded/geometry/bodies.h"
 #include "forward/object_verdict.h"
 
@@ -155,7 +155,7 @@ ObjectResult BoundaryIntegralModel::solve(const ObjectProblem& problem,
         "model boundary_integral needs the same kappa and mu everywhere; use model embedded for a "
         "measured volume");
   }
-  check_closed(problem.mesh);
+  refuse_slivers(problem.mesh);
   const std::size_t samples = problem.surface.size(), lights = problem.lights.size();
   ObjectResult result;
   result.exitance.assign(lights * samples, 0.0);

@@ -78,7 +78,7 @@ ObjectFeatures features_of(const GridSetup& setup, const Medium& medium) {
   features.contrast = std::max(*most_kappa / *least_kappa, std::max(*most_mu, hardly_absorbs) /
                                                                std::max(*least_mu, hardly_absorbs));
   features.block = true;
-  features.beams = setup.source == SourceModel::first_collision;
+  features.diffuse = setup.source == SourceModel::first_collision ? 0.0 : 1.0;
   for (const Face face : all_faces) features.triangles += face_shape(setup.shape, face).cells();
   if (setup.sides == Sides::mirror) {
     features.thickness = setup.shape.extent(axis_of(setup.lit_face)) * h / mean_free_path;

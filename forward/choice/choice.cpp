@@ -17,11 +17,17 @@ namespace {
 /// Of the tolerance: what a model's numerics are asked for, and what they then leave at most.
 /// Models state more than they err by.
 constexpr double numerics_share = 0.5, numerics_left = 0.25;
-/// Probability by its law that an error is below what is expected at most.
+/// Probability by its law that an error is below what is expected at most; and those that walks may
+/// be planned to correct it with.
 constexpr double expected_at_most = 0.95;
-/// Noise is known better than physics.
-constexpr double noise_share = 0.9;
+constexpr std::array correctable{expected_at_most, 0.8, 0.5, 0.2};
+/// Of the tolerance: the noise that is planned, of corrected answers, whose walks are lengthened on
+/// demand, and of answers by walks alone, two standard deviations of their law below it.
+constexpr double noise_share = 0.9, lone_noise_share = 0.8;
 constexpr double fewest_photons = 2e4, fewest_walk = 2e3;
+/// Of correcting walks: seconds of start and comparison per triangle, and how much longer than
+/// planned they become in the mean.
+constexpr double seconds_per_triangle = 1.5e-6, lengthened = 1.5;
 /// Thinner than the thinnest measured by more than this factor, errors are not known.
 constexpr double beyond = 1.25;
 
@@ -48,7 +54,7 @@ double photons_for(const MeasuredModel& model, std::span<const ObjectFeatures> c
   double most = fewest_photons;
   for (const ObjectFeatures& features : channels) {
     const double noise = noise_of_one(model, features);
-    most = std::max(most, std::pow(noise / (noise_share * asked.tolerance), 2.0));
+    most = std::max(most, std::pow(noise / (lone_noise_share * asked.tolerance), 2.0));
   }
   return std::min(most, static_cast<double>(asked.photons));
 }
@@ -75,8 +81,9 @@ std::string unmeasured(const MeasuredModel& model, const ObjectFeatures& feature
   return "";
 }
 
+/// What the worst channel's error does not exceed with this probability.
 double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                const ObjectOptions& asked) {
+                const ObjectOptions& asked, double probability) {
   double worst = 0.0;
   for (const ObjectFeatures& features : channels) {
     if (model.name == random_walks) {
@@ -84,8 +91,8 @@ double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> chan
           worst, noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)));
     } else {
       const ErrorBelief law{error_by(model.error, features), model.error.spread};
-      worst = std::max(worst, std::hypot(error_quantile(law, expected_at_most),
-                                         numerics_left * asked.tolerance));
+      worst = std::max(
+          worst, std::hypot(error_quantile(law, probability), numerics_left * asked.tolerance));
     }
   }
   return worst;
@@ -122,18 +129,31 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
     result.reason = unmeasured(model, features, asked);
     if (!result.reason.empty()) return result;
   }
-  result.error = error_of(model, channels, asked);
+  result.error = error_of(model, channels, asked, expected_at_most);
   result.seconds = seconds_of(model, channels, asked, costs);
-  if (model.name == random_walks) {
-    *result.seconds *= photons_for(model, channels, asked);
-  } else if (remedy == Remedy::walks && *result.error > asked.tolerance) {
+  const MeasuredModel& walks = measured(random_walks);
+  const double per_photon = seconds_of(walks, channels, asked, costs);
+  const double walk_seconds = per_photon * photons_for(walks, channels, asked);
+  if (model.name == random_walks) result.seconds = walk_seconds;
+  if (remedy == Remedy::none || model.name == random_walks || *result.error <= asked.tolerance) return result;
+  const double start =
+      seconds_per_triangle * static_cast<double>(channels.front().triangles * channels.size());
+  std::optional<double> least;
+  for (const double probability : correctable) {
+    const double error = error_of(model, channels, asked, probability);
     const double photons =
-        correcting_photons(*result.error, noise_share * asked.tolerance, channels);
-    if (photons > static_cast<double>(asked.photons)) return result;
-    result.photons = std::max(photons, fewest_walk);
-    *result.seconds += result.photons * seconds_of(measured(random_walks), channels, asked, costs);
-    result.error = asked.tolerance;
+        std::max(fewest_walk, correcting_photons(error, noise_share * asked.tolerance, channels));
+    if (photons > static_cast<double>(asked.photons)) continue;
+    // Where they do not suffice, longer walks answer alone.
+    const double seconds = *result.seconds + start + lengthened * photons * per_photon +
+                           (1.0 - probability / expected_at_most) * walk_seconds;
+    if (least && *least <= seconds) continue;
+    least = seconds;
+    result.photons = photons;
   }
+  if (!least) return result;
+  result.seconds = least;
+  result.error = asked.tolerance;
   return result;
 }
 
@@ -146,6 +166,7 @@ Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOption
   for (const MeasuredModel& model : measured_models()) {
     choice.candidates.push_back(candidate(model, channels, asked, costs, remedy));
   }
+  choice.seconds_per_photon = seconds_of(measured(random_walks), channels, asked, costs);
   rank(choice, asked.tolerance);
   for (ModelCandidate& c : choice.candidates) {
     if (!c.error) continue;

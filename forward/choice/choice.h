@@ -18,7 +18,8 @@ enum class Remedy { none, walks };  ///< walks: forward/choice/correction.h
 
 struct Choice {
   std::vector<ModelCandidate> candidates;  ///< the one to take first, then by cost, then the others
-  bool within_tolerance = false;  ///< the first is expected to err no more than the tolerance
+  bool within_tolerance = false;    ///< the first is expected to err no more than the tolerance
+  double seconds_per_photon = 0.0;  ///< of all channels' walks
 };
 
 /// `channels` are the same object in the media of its colour channels, which one model answers.

@@ -10,6 +10,8 @@ namespace {
 
 #include "forward/choice/measured_models.inc"
 
+constexpr double slant_of_sphere = 1.0 / 3.0;
+
 }  // namespace
 
 std::span<const MeasuredModel> measured_models() {
@@ -29,10 +31,13 @@ double error_by(const ErrorLaw& law, const ObjectFeatures& features) {
   const double thickness = std::clamp(features.thickness, range.thinnest, range.thickest);
   const double absorbed =
       1.0 - std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
-  return law.constant + law.inverse_thickness / thickness +
-         law.inverse_root_thickness / std::sqrt(thickness) + law.absorbed * absorbed +
-         law.root_absorbed * std::sqrt(absorbed) + law.edges * features.edges +
-         law.inverse_size / features.size;
+  const double sum = law.constant + law.inverse_thickness / thickness +
+                     law.inverse_root_thickness / std::sqrt(thickness) + law.absorbed * absorbed +
+                     law.root_absorbed * std::sqrt(absorbed) + law.edges * features.edges +
+                     law.inverse_size / features.size;
+  const double slant = std::min(features.slant, range.most_slant) - slant_of_sphere;
+  return sum *
+         std::exp(law.diffuse * features.diffuse + law.slant * (1.0 - features.diffuse) * slant);
 }
 
 double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance) {

@@ -10,13 +10,16 @@
 
 namespace kappamu::forward {
 
-/// Error: a sum of terms, each a coefficient, not negative, times what its name says.
+/// Error: a sum of terms, each a coefficient, not negative, times what its name says; the sum times
+/// e^(diffuse · share of diffuse light + slant · what that of beams exceeds a sphere's, by their
+/// share).
 struct ErrorLaw {
   double constant = 0.0;
   double inverse_thickness = 0.0, inverse_root_thickness = 0.0;
   double absorbed = 0.0, root_absorbed = 0.0;  ///< 1 − albedo and its root
   double edges = 0.0;
   double inverse_size = 0.0;
+  double diffuse = 0.0, slant = 0.0;
   /// Standard deviation of log(error measured / law) over the tuning scenes, dimensionless.
   double spread = 0.0;
 };
@@ -46,6 +49,7 @@ struct MeasuredRange {
   double thinnest = 0.0, thickest = 0.0;  ///< thickness
   double lowest_albedo = 0.0, highest_albedo = 1.0;
   double highest_contrast = 1.0;
+  double most_slant = 1.0;
 };
 
 std::span<const MeasuredModel> measured_models();

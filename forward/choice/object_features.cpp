@@ -56,6 +56,21 @@ double contrast_of(const ObjectMedium& medium) {
   return std::max(high.kappa / low.kappa, std::max(high.mu, least_mu) / least_mu);
 }
 
+void add_light(const ObjectProblem& problem, ObjectFeatures& features) {
+  double diffuse = 0.0, beams = 0.0, facing = 0.0;
+  for (const ObjectLight& light : problem.lights) {
+    for (std::size_t i = 0; i < light.diffuse.size(); ++i)
+      diffuse += light.diffuse[i] * problem.surface.area[i];
+    for (const Beam& beam : light.beams) {
+      beams += beam.power;
+      facing -= beam.power *
+                beam.direction.dot(problem.surface.normal[static_cast<std::size_t>(beam.triangle)]);
+    }
+  }
+  if (diffuse + beams > 0.0) features.diffuse = diffuse / (diffuse + beams);
+  if (beams > 0.0) features.slant = 1.0 - facing / beams;
+}
+
 }  // namespace
 
 ObjectFeatures features_of(const ObjectProblem& problem) {
@@ -74,8 +89,7 @@ ObjectFeatures features_of(const ObjectProblem& problem) {
   features.surface = area / (longest * longest);
   features.contrast = contrast_of(problem.medium);
   features.block = block::block_grid(problem.mesh, problem.medium).has_value();
-  features.beams = std::any_of(problem.lights.begin(), problem.lights.end(),
-                               [](const ObjectLight& light) { return !light.beams.empty(); });
+  add_light(problem, features);
   features.triangles = problem.surface.size();
   return features;
 }

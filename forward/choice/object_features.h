@@ -19,7 +19,8 @@ struct ObjectFeatures {
   double surface = 0.0;   ///< S over the square of the box's longest edge
   double contrast = 1.0;  ///< largest over smallest κ or μ, the greater; 1: homogeneous
   bool block = false;     ///< a box of whole voxels, as the model `grid` needs
-  bool beams = true;      ///< at least one light is collimated
+  double diffuse = 0.0;   ///< share of the irradiance that is diffuse
+  double slant = 0.0;     ///< of beams: 1 less the cosine at which they meet the surface, mean
   std::size_t triangles = 0;
 };
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "core/error.h"
 #include "core/random.h"
@@ -16,12 +17,13 @@ namespace kappamu::forward {
 
 namespace {
 
-/// Of the photons expected: the first walk, and the most.
-constexpr double first_walk = 0.5, longest_walk = 8.0;
+/// Of the photons expected: the first walk, and what is always walked; beyond, walks may take this
+/// share of the seconds that the next candidate takes.
+constexpr double first_walk = 1.0, usual_walk = 2.0, share_of_next = 0.25;
 /// Standard deviation of the logarithm of what is left of an error over what is expected.
 constexpr double spread_of_left = 0.4;
 /// Probabilities of an error being below: what is stated, and what answers are corrected for.
-constexpr double stated = 0.9, likely = 0.5;
+constexpr double stated = 0.95, likely = 0.5;
 
 /// Squared difference of an answer from a walk over patches, the walk's noise taken off, over the
 /// answer's square; with its standard deviation.
@@ -115,6 +117,14 @@ class Walks {
   std::uint64_t photons_ = 0;  ///< of a half
   std::array<std::vector<ObjectResult>, 2> halves_;
 };
+
+/// How many photons the first candidate's answer is worth.
+double most_photons(const Choice& choice, double tolerance) {
+  const double usual = usual_walk * choice.candidates.front().photons;
+  const ModelCandidate& next = choice.candidates.at(1);
+  if (!next.error || *next.error > tolerance) return std::numeric_limits<double>::infinity();
+  return std::max(usual, share_of_next * *next.seconds / choice.seconds_per_photon);
+}
 
 /// One object, its models' answers and its walks.
 class Corrected {
@@ -218,8 +228,9 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
       rank(choice, asked.tolerance);
       continue;
     }
-    for (double photons = first_walk * expected; photons <= longest_walk * expected;
-         photons *= 2.0) {
+    const double most =
+        std::min(most_photons(choice, asked.tolerance), static_cast<double>(asked.photons));
+    for (double photons = first_walk * expected; photons <= most; photons *= 2.0) {
       walks.lengthen(photons);
       object.judge(walks, pilot);
       pilot.within = pilot.left <= asked.tolerance;

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
+#include <numeric>
 #include <sstream>
 
 #include "core/error.h"
@@ -18,16 +20,19 @@ namespace {
 
 /// Surface cubes of the first mesh: the object's longest extent over 2^level.
 constexpr int first_level = 4;
+/// Where beams enter it is finer: of cubes of edge h, which err by start_error (h/3κ)^start_order
+/// as measured, the coarsest that err by start_excess tolerances.
+constexpr double start_error = 0.016, start_order = 1.2, start_excess = 2.0;
+/// Cubes on each h² of the surface, at least.
+constexpr double cubes_per_square = 8.0;
 /// A mesh starts with its folded cubes split as often as this.
 constexpr int fold_splits = 1;
 /// The error that a refinement aims at, of the tolerance and, at most, of the error before.
 constexpr double aimed_at = 0.9, most_left = 0.85;
-/// Exitance on a mesh and on the same with every cube split differ by 3 times the finer's error
-/// where the error falls with h², by less at edges of the light. Between the two, on the safe side
-/// of measured errors.
-constexpr double difference_per_error = 2.0;
-/// Where κ jumps inside cubes it falls with h, and what halving h takes away is what is left.
-constexpr double difference_per_error_at_jumps = 1.0;
+/// Exitance on a mesh and on the same with every cube split differ by so many times the finer's
+/// error, at least: by 3 where it falls with h², by less at edges of object and light
+/// (embedded.md).
+constexpr double difference_per_error = 1.65;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
 /// every light that is solved for at once [bytes], measured.
 constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
@@ -53,10 +58,15 @@ class BodySolve {
                      "at most " + std::to_string(most_cubes_) + " cubes, " +
                          gigabytes(bytes_each() * static_cast<double>(most_cubes_)));
     Octree tree(problem_.mesh);
-    tree.refine_surface(first_level);
-    split_folds(tree);
+    std::unique_ptr<const Discretisation> fine;
+    for (int level = start_level(tree.edge_mm()); !fine; --level) {
+      tree = Octree(problem_.mesh);
+      tree.refine_surface(level);
+      split_folds(tree);
+      fine = split_everywhere(tree, level == first_level);
+    }
     BodyAnswer best;
-    for (auto fine = split_everywhere(tree, true); fine;) {
+    while (fine) {
       Answers found = solved(*fine);
       const double worst = estimate(tree, found, best);
       best.channel = std::move(found.channel);
@@ -86,6 +96,27 @@ class BodySolve {
            bytes_per_light * static_cast<double>(std::min(channels_.lights(), lights_at_once));
   }
 
+  /// Of the first mesh, before all of its cubes are split.
+  int start_level(double edge_mm) const {
+    // The shortest that beams enter [mm].
+    double mean_free_path = std::numeric_limits<double>::infinity();
+    for (const ObjectProblem& problem : channels_.problems) {
+      const bool beams = std::any_of(problem.lights.begin(), problem.lights.end(),
+                                     [](const ObjectLight& light) { return !light.beams.empty(); });
+      const double kappa =
+          std::sqrt(problem.medium.smallest().kappa * problem.medium.largest().kappa);
+      if (beams) mean_free_path = std::min(mean_free_path, 3.0 * kappa);
+    }
+    const double area =
+        std::accumulate(problem_.surface.area.begin(), problem_.surface.area.end(), 0.0);
+    const double h =
+        std::max(std::sqrt(cubes_per_square * area / static_cast<double>(most_cubes_)),
+                 mean_free_path *
+                     std::pow(start_excess * options_.tolerance / start_error, 1.0 / start_order));
+    const double level = std::ceil(std::log2(edge_mm / h)) - 1.0;
+    return static_cast<int>(std::clamp<double>(level, first_level, deepest_level - 1));
+  }
+
   void split_folds(Octree& tree) const {
     const std::vector<int> folded =
         folds(cut_mesh(tree, problem_.mesh, problem_.rays), problem_.surface).leaf;
@@ -97,13 +128,13 @@ class BodySolve {
                           channels_.constants.A);
   }
 
-  /// With each of the object's leaves split; none where that is too large. What is asked for first
-  /// is refused then.
-  std::unique_ptr<const Discretisation> split_everywhere(Octree tree, bool first) const {
+  /// With each of the object's leaves split; none where that is too large, or, where nothing less
+  /// can be done, a refusal.
+  std::unique_ptr<const Discretisation> split_everywhere(Octree tree, bool least) const {
     tree.refine_each(object_leaves(tree, problem_.mesh, problem_.rays));
     CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
     if (mesh.cubes.size() > most_cubes_) {
-      if (first) refuse(mesh.cubes.size());
+      if (least) refuse(mesh.cubes.size());
       return nullptr;
     }
     return std::make_unique<const Discretisation>(discretised(std::move(tree), std::move(mesh)));
@@ -119,35 +150,50 @@ class BodySolve {
     return result;
   }
 
-  /// Fills in the errors of an answer on the tree with every leaf split, by its difference from the
-  /// tree's own: the next coarser level is that, where there is one and coefficients do not vary.
-  /// The largest relative one.
+  /// Fills in the errors of an answer on the tree with every leaf split. The largest relative one.
   double estimate(const Octree& tree, const Answers& found, BodyAnswer& best) {
     bool apart = false;
     for (std::size_t c = 0; c < found.channel.size(); ++c) {
       for (const std::vector<double>& coarser : found.channel[c].coarser_exitance) {
-        apart = apart || coarser.empty() || !channels_.problems[c].medium.homogeneous();
+        apart = apart || coarser.empty() || !homogeneous(c);
       }
     }
-    Answers own;
-    if (apart) own = solved(discretised(tree, cut_mesh(tree, problem_.mesh, problem_.rays)));
+    Answers of_tree;
+    if (apart) of_tree = solved(discretised(tree, cut_mesh(tree, problem_.mesh, problem_.rays)));
     best.error.assign(found.channel.size(), {});
     double worst = 0.0;
     for (std::size_t c = 0; c < found.channel.size(); ++c) {
-      const double per_error = channels_.problems[c].medium.homogeneous()
-                                   ? difference_per_error
-                                   : difference_per_error_at_jumps;
-      for (std::size_t l = 0; l < found.channel[c].exitance.size(); ++l) {
-        const std::vector<double>& exitance = found.channel[c].exitance[l];
-        const std::vector<double>& coarser =
-            apart ? own.channel[c].exitance[l] : found.channel[c].coarser_exitance[l];
-        const double error = surface_difference(problem_.surface, exitance, coarser) / per_error;
+      const Answer& fine = found.channel[c];
+      for (std::size_t l = 0; l < fine.exitance.size(); ++l) {
+        const std::vector<double>* own = apart ? &of_tree.channel[c].exitance[l] : nullptr;
+        const double error = error_of(c, fine.exitance[l], fine.coarser_exitance[l], own);
         best.error[c].push_back(error);
-        const double size = surface_norm(problem_.surface, exitance);
+        const double size = surface_norm(problem_.surface, fine.exitance[l]);
         if (size > 0.0) worst = std::max(worst, error / size);
       }
     }
     return worst;
+  }
+
+  bool homogeneous(std::size_t channel) const {
+    return channels_.problems[channel].medium.homogeneous();
+  }
+
+  /// By the difference of two resolutions. `coarser` is the tree's answer with the coefficients of
+  /// the finer one, empty on small meshes; `own` is that with its own ones, where there is one.
+  double error_of(std::size_t channel, const std::vector<double>& fine,
+                  const std::vector<double>& coarser, const std::vector<double>* own) const {
+    const auto difference = [&](const std::vector<double>& one, const std::vector<double>& other) {
+      return surface_difference(problem_.surface, one, other);
+    };
+    if (homogeneous(channel)) {
+      return difference(fine, coarser.empty() ? *own : coarser) / difference_per_error;
+    }
+    // What finer coefficients changed is what they leave: it falls with h where κ jumps.
+    const double whole = difference(fine, *own);
+    if (coarser.empty()) return whole;
+    return std::min(whole,
+                    difference(fine, coarser) / difference_per_error + difference(coarser, *own));
   }
 
   void report(double worst, std::size_t cubes) const {

@@ -11,6 +11,7 @@
 #include "core/optics.h"
 #include "core/parallel.h"
 #include "core/processor_time.h"
+#include "forward/light_entry.h"
 #include "forward/montecarlo/object_walk.h"
 #include "forward/montecarlo/photon_tables.h"
 #include "forward/montecarlo/photon_tracer.h"
@@ -165,22 +166,17 @@ void validate(const ObjectProblem& problem, const ObjectOptions& options) {
           "photons per light is " + std::to_string(options.photons) +
               "; choose a number from 2 to 2147483648");
   boundary_constants(problem.eta);
-  check(problem.surface.size() == problem.mesh.triangles.size(),
-        "object monte carlo: a surface of another mesh");
+  check_problem(problem, options);
   for (std::size_t m = 0; m < problem.lights.size(); ++m) {
     const std::string name = "light " + std::to_string(m);
     const ObjectLight& light = problem.lights[m];
-    check(light.diffuse.empty() || light.diffuse.size() == problem.surface.size(),
-          "object monte carlo: " + name + " has another number of samples");
     for (const double irradiance : light.diffuse) {
       require(irradiance >= 0.0 && std::isfinite(irradiance),
               name + " has the diffuse irradiance " + std::to_string(irradiance) +
                   " somewhere; it must be finite and not negative");
     }
     for (const Beam& beam : light.beams) {
-      require(beam.triangle >= 0 &&
-                  static_cast<std::size_t>(beam.triangle) < problem.surface.size() &&
-                  beam.power >= 0.0 && std::isfinite(beam.power) && beam.position.allFinite() &&
+      require(beam.power >= 0.0 && std::isfinite(beam.power) && beam.position.allFinite() &&
                   std::abs(beam.direction.norm() - 1.0) < 1e-6,
               name + " has a beam without triangle, power, position or direction");
       require(beam.direction.dot(problem.surface.normal[static_cast<std::size_t>(beam.triangle)]) <=

@@ -9,6 +9,7 @@
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"
+#include "inverse/optimise/settle_correction.h"
 
 namespace kappamu::inverse {
 
@@ -57,10 +58,17 @@ class Level {
   SimpleFit fit(const LayeredMedium& start) {
     refresh(start);
     LayerFitter fitter(objective_, start);
-    LayeredFit found = fitter.descend(useful());
+    LayeredFit found;
     if (refinement_.photons) {
-      found = settle_by_photons(fitter, start, std::move(found));
+      settle_correction(unknowns(start), settled_move, most_by_transport,
+                        [&](const Eigen::VectorXd& p) {
+                          refresh(with_unknowns(start, p));
+                          fitter.forget_derivatives();
+                          found = fitter.descend(useful());
+                          return unknowns(found.medium);
+                        });
     } else {
+      found = fitter.descend(useful());
       for (int k = 1; options_.correct_grid && k < most_corrections; ++k) {
         const double chi2 = refresh(found.medium);
         if (std::abs(chi2 - found.chi2_per_value) <= settled * found.chi2_per_value) break;
@@ -110,29 +118,17 @@ class Level {
     const forward::GridSetup& setup = objective_.problem().setup;
     return to_fields(medium, setup.shape, axis_of(setup.lit_face));
   }
-  /// `found` with r made at `at`, made right: r made where it is.
-  LayeredFit settle_by_photons(LayerFitter& fitter, LayeredMedium at, LayeredFit found) {
-    for (int k = 1; k < most_by_transport; ++k) {
-      const Eigen::VectorXd step = unknowns(found.medium) - unknowns(at);
-      if (step.cwiseAbs().maxCoeff() < settled_move) break;
-      for (int l = 0; l < at.layers(); ++l) {
-        const auto i = static_cast<std::size_t>(l);
-        at.log_kappa[i] += std::clamp(step[l], -longest_step, longest_step);
-        at.log_mu[i] += std::clamp(step[at.layers() + l], -longest_step, longest_step);
-      }
-      refresh(at);
-      fitter.forget_derivatives();
-      found = fitter.descend(useful());
-    }
-    return found;
-  }
+  /// log κ of the layers, then log μ.
   static Eigen::VectorXd unknowns(const LayeredMedium& medium) {
     Eigen::VectorXd p(2 * medium.layers());
-    for (int l = 0; l < medium.layers(); ++l) {
-      p[l] = medium.log_kappa[static_cast<std::size_t>(l)];
-      p[medium.layers() + l] = medium.log_mu[static_cast<std::size_t>(l)];
-    }
+    std::copy(medium.log_kappa.begin(), medium.log_kappa.end(), p.begin());
+    std::copy(medium.log_mu.begin(), medium.log_mu.end(), p.begin() + medium.layers());
     return p;
+  }
+  static LayeredMedium with_unknowns(LayeredMedium medium, const Eigen::VectorXd& p) {
+    medium.log_kappa.assign(p.begin(), p.begin() + medium.layers());
+    medium.log_mu.assign(p.begin() + medium.layers(), p.end());
+    return medium;
   }
   /// χ² per value with the correction at `medium`.
   double refresh(const LayeredMedium& medium) {

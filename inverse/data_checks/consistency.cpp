@@ -29,8 +29,15 @@ constexpr double nearly_even = 0.1;
 constexpr std::array<double, 5> usual_etas{1.3, 1.33, 1.4, 1.5, 1.6};
 constexpr double same_eta = 0.015;
 
-double quadrature(double a, double b) {
-  return most_deviations * std::hypot(a, b);
+/// Standard errors that `patterns` patterns have estimated: Student's t exceeds so many of them as
+/// rarely as a normal number exceeds `most_deviations` (to first order in 1/degrees of freedom).
+double student(int patterns) {
+  constexpr double z = most_deviations;
+  return z + (z * z * z + z) / (4.0 * (patterns - 1));
+}
+
+double limit(double standard_error, int patterns, double spread) {
+  return std::hypot(student(patterns) * standard_error, most_deviations * spread);
 }
 
 struct Grid {
@@ -117,18 +124,19 @@ Consistency fit_and_compare(const Problem& problem, double kappa, double mu,
   result.log_scale = fit.log_scale;
   result.shift_u = {voxels * fit.shift_u.value, voxels * fit.shift_u.error};
   result.shift_v = {voxels * fit.shift_v.value, voxels * fit.shift_v.error};
-  result.log_scale_limit =
-      quadrature(fit.log_scale.error, fit.explains ? calibration_spread : structure_spread);
+  result.log_scale_limit = limit(fit.log_scale.error, problem.patterns,
+                                 fit.explains ? calibration_spread : structure_spread);
   result.shift_limit =
-      quadrature(std::hypot(result.shift_u.error, result.shift_v.error), shift_spread);
+      limit(std::hypot(result.shift_u.error, result.shift_v.error), problem.patterns, shift_spread);
   if (fit.explains || fit.heterogeneity > nearly_even) return result;
   double best = 0.0;
   for (const double other : usual_etas) {
     if (std::abs(other - eta) < same_eta) continue;
     const ExposureFit tried =
         fit_with_eta(grid, other, fit.medium, model_error, backend, result.solves);
-    const bool right = tried.explains && std::abs(tried.log_scale.value) <=
-                                             quadrature(tried.log_scale.error, calibration_spread);
+    const bool right =
+        tried.explains && std::abs(tried.log_scale.value) <=
+                              limit(tried.log_scale.error, problem.patterns, calibration_spread);
     if (!right || (result.other_eta && tried.chi2_per_value >= best)) continue;
     result.other_eta = other;
     best = tried.chi2_per_value;

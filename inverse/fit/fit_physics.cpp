@@ -5,7 +5,7 @@
 #include "core/shown_text.h"
 #include "inverse/data_checks/physics_choice.h"
 #include "inverse/fit/channel_run.h"
-#include "inverse/problem/expected_blocks.h"
+#include "inverse/optimise/settle_correction.h"
 
 namespace kappamu::inverse {
 
@@ -46,18 +46,16 @@ void ChannelRun::choose_physics(double kappa, double mu) {
 
 HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
   const auto cells = grid_.shape().cells();
-  Eigen::Vector2d at(std::log(start.kappa), std::log(start.mu));
-  double move = 0.0;
-  for (int k = 0; k < most_starts; ++k) {
-    grid_.objective().refresh_correction(grid_.refinement(),
-                                         {Vector(cells, at[0]), Vector(cells, at[1])}, true);
-    start.jacobian.resize(0, 0);  // without this slope
-    start = refit_homogeneous(grid_.objective(), start);
-    const Eigen::Vector2d step = Eigen::Vector2d(std::log(start.kappa), std::log(start.mu)) - at;
-    move = step.cwiseAbs().maxCoeff();
-    if (move < start_tolerance) return start;
-    at += step.cwiseMax(-longest_step).cwiseMin(longest_step);
-  }
+  const double move = settle_correction(
+      Eigen::Vector2d(std::log(start.kappa), std::log(start.mu)), start_tolerance, most_starts,
+      [&](const Eigen::VectorXd& at) {
+        grid_.objective().refresh_correction(grid_.refinement(),
+                                             {Vector(cells, at[0]), Vector(cells, at[1])}, true);
+        start.jacobian.resize(0, 0);  // without this slope
+        start = refit_homogeneous(grid_.objective(), start);
+        return Eigen::Vector2d(std::log(start.kappa), std::log(start.mu));
+      });
+  if (move < start_tolerance) return start;
   warn(
       formatted("The ratio of transport to diffusion has not settled: its last renewal moved the "
                 "homogeneous block by a factor of %.2g. Do not trust this fit.",

@@ -118,10 +118,11 @@ ChannelFit ChannelRun::result() {
     }
     const Anchor anchor = this->anchor();
     const Prior prior{
-        state_.path.weight, state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
+        state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
         roughness(shape, grid_.thickness_mm(), fields, anchor, regulariser()).diffusivity};
-    fit.uncertainty = estimate_uncertainty(grid_.objective(), prior,
-                                           fitted_roughness(shape, prior, fields, anchor),
+    Vector log_kappa = fields.log_kappa;
+    for (double& u : log_kappa) u -= anchor.log_kappa;
+    fit.uncertainty = estimate_uncertainty(grid_.objective(), prior, std::move(log_kappa),
                                            options_.uncertainty, options_.solver.seed);
   }
   fit.simpler = state_.simpler;

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "inverse/regulariser/roughness.h"
 
 namespace kappamu::inverse {
 
@@ -59,6 +60,7 @@ Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralB
     }
     Eigen::MatrixXd metric = smooth * along_depth;
     metric.diagonal().array() += smooth * (eigenvalue + mass);
+    metric.bottomRows(modes_->depth()) /= absorbers_vary * absorbers_vary;
     if (informed) metric += blocks[static_cast<std::size_t>(bin)];
     const Eigen::LLT<Eigen::MatrixXd> factored(metric);
     check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");

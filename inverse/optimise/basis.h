@@ -1,7 +1,7 @@
 // Coordinates in which the fit moves. The unknowns are (log κ, log μ) of each voxel; descent in
 // those directly is slow, because the data see the surface a thousand times better than the depth
 // and smooth fields better than rough ones. So the fit moves in z, u = B z, with B Bᵀ the inverse
-// of a guess of the whole Hessian: regulariser (roughness.h) plus, per lateral frequency, the
+// of a guess of the whole Hessian: regulariser (roughness.h, H1) plus, per lateral frequency, the
 // data's (lateral_modes.h, lateral_hessian.h). A better guess costs fewer steps; the minimum is the
 // same.
 #pragma once

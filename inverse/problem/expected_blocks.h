@@ -12,7 +12,5 @@ inline constexpr double absorption_spread = 2.0;
 inline constexpr double layer_spread = 1.0;
 /// Vanishing predictions count as this share of the datum.
 inline constexpr double darkest_ratio = 1e-6;
-/// Where r is made next is no further from where it was [log units].
-inline constexpr double longest_step = 1.0;
 
 }  // namespace kappamu::inverse

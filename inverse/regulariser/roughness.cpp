@@ -89,7 +89,7 @@ CoefficientPair zeros(std::size_t cells) {
   return {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
 }
 
-/// What multiplies ½ (u − u*)² of a voxel.
+/// What multiplies ½ (v − v*)² of a voxel.
 double anchor_scale(const GridShape& shape, double scale, const Anchor& anchor) {
   return scale * std::pow(shape.voxel_mm / anchor.length_mm, 2);
 }
@@ -124,11 +124,12 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
   if (regulariser.kind == RegulariserKind::wang2008) {
     return wang2008_roughness(shape, fields, regulariser.scale);
   }
-  const double scale = shape.voxel_mm / thickness_mm;
-  const double slope = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
   Roughness result{0.0, zeros(shape.cells()), {}};
+  // Of v = u/vary: ψ of slope δ is that of slope δ vary of u, over vary².
   const auto add = [&](const std::vector<double>& u, std::vector<double>& diffusivity,
-                       std::vector<double>& gradient, double to) {
+                       std::vector<double>& gradient, double to, double vary) {
+    const double scale = shape.voxel_mm / thickness_mm / (vary * vary);
+    const double slope = regulariser.edge_slope * shape.voxel_mm / thickness_mm * vary;
     const bool huber = regulariser.kind == RegulariserKind::huber_tv;
     const double steep = huber ? huber_sum(shape, slope, u, diffusivity) : 0.0;
     // The gradient of Huber-TV is that of the quadratic form which touches it here.
@@ -137,24 +138,23 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
     if (anchor) result.value += pull_to(to, anchor_scale(shape, scale, *anchor), u, gradient);
   };
   const Anchor to = anchor.value_or(Anchor{});
-  add(fields.log_kappa, result.diffusivity.log_kappa, result.gradient.log_kappa, to.log_kappa);
-  add(fields.log_mu, result.diffusivity.log_mu, result.gradient.log_mu, to.log_mu);
+  add(fields.log_kappa, result.diffusivity.log_kappa, result.gradient.log_kappa, to.log_kappa, 1.0);
+  add(fields.log_mu, result.diffusivity.log_mu, result.gradient.log_mu, to.log_mu, absorbers_vary);
   return result;
 }
 
 CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
                                   double anchor_length_mm, const CoefficientPair& diffusivity,
                                   const CoefficientPair& change) {
-  const double scale = shape.voxel_mm / thickness_mm;
-  const double pull = anchor_scale(shape, scale, {0.0, 0.0, anchor_length_mm});
   CoefficientPair product = zeros(shape.cells());
-  const auto add = [&](const std::vector<double>& v, const std::vector<double>& weights,
-                       std::vector<double>& result) {
-    differences(shape, scale, v, weights, result);
-    pull_to(0.0, pull, v, result);
+  const auto add = [&](const std::vector<double>& u, const std::vector<double>& weights,
+                       std::vector<double>& result, double vary) {
+    const double scale = shape.voxel_mm / thickness_mm / (vary * vary);
+    differences(shape, scale, u, weights, result);
+    pull_to(0.0, anchor_scale(shape, scale, {0.0, 0.0, anchor_length_mm}), u, result);
   };
-  add(change.log_kappa, diffusivity.log_kappa, product.log_kappa);
-  add(change.log_mu, diffusivity.log_mu, product.log_mu);
+  add(change.log_kappa, diffusivity.log_kappa, product.log_kappa, 1.0);
+  add(change.log_mu, diffusivity.log_mu, product.log_mu, absorbers_vary);
   return product;
 }
 

@@ -2,17 +2,19 @@
 // of length; ℓ is the thickness of the block along the light. [W] smooths κ alone, on which μ runs
 // away.
 //
-//   H1        R = Σ_{κ,μ} (1/ℓ) ∫ ½ |∇u|² dV
-//   Huber-TV  R = Σ_{κ,μ} (1/ℓ) ∫ ψ(|∇u|) dV,  ψ(s) = ½ s² up to δ = t/ℓ, then δ s − ½ δ²
+//   H1        R = Σ_{κ,μ} (1/ℓ) ∫ ½ |∇v|² dV
+//   Huber-TV  R = Σ_{κ,μ} (1/ℓ) ∫ ψ(|∇v|) dV,  ψ(s) = ½ s² up to δ = t/ℓ, then δ s − ½ δ²
+//
+// v is log κ and (log μ)/3: `absorbers_vary` times as much as log κ may log μ vary for the same R.
 //
 // Huber-TV smooths slopes below t per thickness as H1 does and charges steeper ones by their height
 // alone, so that edges may be sharp (total variation, rounded off); its Hessian is nowhere larger
-// than H1's, whose metric therefore serves both. |∇u|² of a voxel is the mean of its two faces'
+// than H1's, whose metric therefore serves both. |∇v|² of a voxel is the mean of its two faces'
 // squared differences along each axis, 0 beyond the block: for t → ∞ the sum is
-// ½ (h/ℓ) Σ_faces (u_i − u_j)².
+// ½ (h/ℓ) Σ_faces (v_i − v_j)².
 //
 // Differences do not see a constant, and where hardly anything is absorbed the data do not see log
-// μ either: an anchor adds ½ (h/ℓ) Σ_voxels (h/L)² (u_i − u*)², a pull towards the homogeneous
+// μ either: an anchor adds ½ (h/ℓ) Σ_voxels (h/L)² (v_i − v*)², a pull towards the homogeneous
 // start that matters only where data and neighbours say nothing (fields that vary over less than L
 // feel the differences more).
 #pragma once
@@ -37,6 +39,11 @@ inline constexpr Names<RegulariserKind, 3> regulariser_names{
      {"huber-tv", RegulariserKind::huber_tv},
      {"wang2008", RegulariserKind::wang2008}}};
 
+/// Deviation of log μ over that of log κ between neighbours that R takes for equally likely:
+/// pigments and veins absorb differently where scattering is nearly the same. 2.1 to 2.5 in the
+/// simulated samples, and what smooth fields cannot follow adds as much (docs/theory.md, 4 and 5).
+inline constexpr double absorbers_vary = 3.0;
+
 struct Regulariser {
   RegulariserKind kind = RegulariserKind::h1;
   double edge_slope = 2.0;  ///< t of Huber-TV [log units per thickness]
@@ -54,7 +61,7 @@ struct Anchor {
 struct Roughness {
   double value = 0.0;
   CoefficientPair gradient;
-  /// ψ'(|∇u|)/|∇u| of every voxel, in (0, 1]; empty where it is 1 everywhere: H1.
+  /// ψ'(|∇v|)/|∇v| of every voxel, in (0, 1]; empty where it is 1 everywhere: H1.
   CoefficientPair diffusivity;
 };
 Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,

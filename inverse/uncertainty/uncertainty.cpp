@@ -13,26 +13,11 @@
 #include "core/numbers/median.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/spectral_prior.h"
 
 namespace kappamu::inverse {
 
 namespace {
-
-/// Squares of the orthonormal cosines (DCT-II), [frequency][voxel].
-Eigen::MatrixXd squared_cosines(int n) {
-  Eigen::MatrixXd squares(n, n);
-  for (int k = 0; k < n; ++k) {
-    for (int i = 0; i < n; ++i) {
-      const double cosine = std::cos(std::numbers::pi * k * (i + 0.5) / n);
-      squares(k, i) = (k == 0 ? 1.0 : 2.0) / n * cosine * cosine;
-    }
-  }
-  return squares;
-}
-
-double laplacian_eigenvalue(int k, int n) {
-  return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
-}
 
 Vector signs(std::mt19937_64& engine, std::size_t count) {
   Vector values(count);
@@ -40,41 +25,60 @@ Vector signs(std::mt19937_64& engine, std::size_t count) {
   return values;
 }
 
-/// Variances at weight one, at the prior's own.
-CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
-  for (double& v : variance.log_kappa) v /= prior.kappa_weight;
-  for (double& v : variance.log_mu) v /= prior.mu_weight;
-  return variance;
-}
-
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
-/// Deviation of log μ over that of log κ between neighbours, where the data do not say: pigments
-/// and veins absorb differently where scattering is nearly the same. 2.1 to 2.5 in the simulated
-/// samples, and smooth fields add an error of the same size (docs/theory.md, 5).
-constexpr double absorbers_vary = 3.0;
 
-Basis metric(const Prior& prior, double weight, const GridShape& shape, int axis,
-             const LateralBlocks& blocks) {
-  return {shape,
-          {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, weight},
-          blocks};
+BasisOptions metric(const Prior& prior, int axis) {
+  return {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight};
 }
 
-/// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
-/// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made the
-/// fields rougher than it expects, the α that expects it takes its place. Never a larger one, and
-/// at least one direction is told: fewer tell nothing of roughness. Of log μ the data often tell a
-/// handful, all of them smooth: it may vary `absorbers_vary` times as much as log κ whatever they
-/// show.
-Prior borne_out(Prior prior, const FittedRoughness& fitted, const GridShape& shape, int axis,
-                const LateralBlocks& blocks) {
-  const Basis::Determined told =
-      metric(prior, prior.kappa_weight, shape, axis, blocks).determined(blocks);
-  prior.kappa_weight = std::min(prior.kappa_weight, std::max(1.0, told.kappa) / fitted.kappa);
-  prior.mu_weight = std::min({prior.mu_weight, std::max(1.0, told.mu) / fitted.mu,
-                              prior.kappa_weight / (absorbers_vary * absorbers_vary)});
-  return prior;
+/// 2 R of the Gaussian that stands for Huber-TV, of log κ alone.
+double kappa_roughness(const GridShape& shape, const Prior& prior, const Vector& log_kappa) {
+  const Vector product = smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm,
+                                           prior.diffusivity, {log_kappa, Vector(log_kappa.size())})
+                             .log_kappa;
+  return std::inner_product(log_kappa.begin(), log_kappa.end(), product.begin(), 0.0);
+}
+
+/// What the samples of the posterior are made of.
+struct Posterior {
+  Basis basis;
+  FieldOperator prior_product;  ///< α R″ v
+  CoefficientPair prior_variance;
+  double least_weight;
+};
+
+Posterior of_h1(const GridShape& shape, int axis, const Prior& prior,
+                const std::optional<Vector>& log_kappa, LateralBlocks blocks) {
+  SpectralPrior spectral(shape, axis, prior);
+  if (log_kappa) spectral.bear_out(*log_kappa, blocks);
+  const LateralBlocks precision = spectral.precision();
+  for (std::size_t bin = 0; bin < blocks.size(); ++bin) blocks[bin] += precision[bin];
+  BasisOptions blocks_alone = metric(prior, axis);
+  blocks_alone.weight = 0.0;
+  return {Basis(shape, blocks_alone, blocks),
+          [spectral](const CoefficientPair& v) { return spectral.product(v); }, spectral.variance(),
+          spectral.least_weight()};
+}
+
+/// Its edges couple all frequencies: one weight.
+Posterior of_huber_tv(const GridShape& shape, int axis, Prior prior,
+                      const std::optional<Vector>& log_kappa, const LateralBlocks& blocks,
+                      const UncertaintyOptions& options, std::uint64_t seed) {
+  if (log_kappa) {
+    const double directions = Basis(shape, metric(prior, axis), blocks).determined(blocks).kappa;
+    prior.weight = std::min(prior.weight,
+                            std::max(1.0, directions) / kappa_roughness(shape, prior, *log_kappa));
+  }
+  return {Basis(shape, metric(prior, axis), blocks),
+          [=](const CoefficientPair& v) {
+            CoefficientPair product = smoothing_product(
+                shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity, v);
+            for (double& x : product.log_kappa) x *= prior.weight;
+            for (double& x : product.log_mu) x *= prior.weight;
+            return product;
+          },
+          prior_variance(shape, axis, prior, options, seed), prior.weight};
 }
 
 }  // namespace
@@ -104,37 +108,10 @@ int solves_needed(const UncertaintyOptions& options) {
   return options.samples == 0 ? 0 : options.probes + 2 * options.steps * options.samples;
 }
 
-CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
-  const double scale = shape.voxel_mm / prior.thickness_mm;
-  const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
-  const Eigen::MatrixXd along_x = squared_cosines(shape.nx);
-  const Eigen::MatrixXd along_y = squared_cosines(shape.ny);
-  const Eigen::MatrixXd along_z = squared_cosines(shape.nz);
-  Vector variance(shape.cells(), 0.0);
-  for (int c = 0; c < shape.nz; ++c) {
-    Eigen::MatrixXd spectrum(shape.nx, shape.ny);
-    for (int b = 0; b < shape.ny; ++b) {
-      for (int a = 0; a < shape.nx; ++a) {
-        spectrum(a, b) =
-            1.0 / (scale * (laplacian_eigenvalue(a, shape.nx) + laplacian_eigenvalue(b, shape.ny) +
-                            laplacian_eigenvalue(c, shape.nz) + pull));
-      }
-    }
-    const Eigen::MatrixXd plane = along_x.transpose() * spectrum * along_y;
-    for (int z = 0; z < shape.nz; ++z) {
-      for (int y = 0; y < shape.ny; ++y) {
-        for (int x = 0; x < shape.nx; ++x) {
-          variance[shape.index(x, y, z)] += along_z(c, z) * plane(x, y);
-        }
-      }
-    }
-  }
-  return weighed({variance, variance}, prior);
-}
-
 CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
                                const UncertaintyOptions& options, std::uint64_t seed) {
-  if (prior.diffusivity.log_kappa.empty()) return prior_variance(shape, prior);
+  if (prior.diffusivity.log_kappa.empty())
+    return SpectralPrior(shape, depth_axis, prior).variance();
   const Basis basis(
       shape, {Coordinates::smooth, depth_axis, prior.thickness_mm, prior.anchor_length_mm, 1.0},
       {});
@@ -145,7 +122,10 @@ CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Pri
   InverseDiagonal diagonal(precision, shape, depth_axis, basis, options.steps);
   std::mt19937_64 engine(seed);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  return weighed(diagonal.result(options.pooling).variance, prior);
+  CoefficientPair variance = diagonal.result(options.pooling).variance;
+  for (double& v : variance.log_kappa) v /= prior.weight;
+  for (double& v : variance.log_mu) v /= prior.weight;
+  return variance;
 }
 
 CoefficientPair hessian_product(Objective& objective, const Prior& prior,
@@ -155,26 +135,14 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
       smoothing_product(objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm,
                         prior.diffusivity, v);
   for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
-    product.log_kappa[i] += prior.kappa_weight * smoothness.log_kappa[i];
-    product.log_mu[i] += prior.mu_weight * smoothness.log_mu[i];
+    product.log_kappa[i] += prior.weight * smoothness.log_kappa[i];
+    product.log_mu[i] += prior.weight * smoothness.log_mu[i];
   }
   return product;
 }
 
-FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
-                                 const Anchor& anchor) {
-  for (double& u : fields.log_kappa) u -= anchor.log_kappa;
-  for (double& u : fields.log_mu) u -= anchor.log_mu;
-  const CoefficientPair product = smoothing_product(
-      shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity, fields);
-  const auto dot = [](const Vector& a, const Vector& b) {
-    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-  };
-  return {dot(fields.log_kappa, product.log_kappa), dot(fields.log_mu, product.log_mu)};
-}
-
 Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
-                                 const std::optional<FittedRoughness>& fitted,
+                                 const std::optional<Vector>& log_kappa,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
@@ -186,30 +154,24 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   LateralBlocks blocks = estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
-  if (fitted) prior = borne_out(prior, *fitted, shape, axis, blocks);
-  // In units that make the prior of both coefficients the same, the fit's own kind of metric, with
-  // the prior's own length.
-  const double unit = std::sqrt(prior.kappa_weight / prior.mu_weight);
-  for (Eigen::MatrixXd& block : blocks) {
-    block.bottomRows(block.rows() / 2) *= unit;
-    block.rightCols(block.rows() / 2) *= unit;
-  }
-  const Basis basis = metric(prior, prior.kappa_weight, shape, axis, blocks);
-  const auto in_units = [unit](CoefficientPair v) {
-    for (double& x : v.log_mu) x *= unit;
-    return v;
-  };
+  const Posterior posterior =
+      prior.diffusivity.log_kappa.empty()
+          ? of_h1(shape, axis, prior, log_kappa, std::move(blocks))
+          : of_huber_tv(shape, axis, prior, log_kappa, blocks, options, seed + 2);
   InverseDiagonal diagonal(
       [&](const CoefficientPair& v) {
-        return in_units(hessian_product(objective, prior, in_units(v)));
+        CoefficientPair product = objective.jacobian_transpose(objective.jacobian(v));
+        const CoefficientPair smoothness = posterior.prior_product(v);
+        for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
+          product.log_kappa[i] += smoothness.log_kappa[i];
+          product.log_mu[i] += smoothness.log_mu[i];
+        }
+        return product;
       },
-      shape, axis, basis, options.steps);
+      shape, axis, posterior.basis, options.steps);
   std::mt19937_64 engine(seed + 1);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  FieldCovariance posterior = diagonal.result(options.pooling);
-  for (double& v : posterior.variance.log_mu) v *= unit * unit;
-  for (double& v : posterior.between) v *= unit;
-  const CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
+  const FieldCovariance covariance = diagonal.result(options.pooling);
 
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
@@ -221,11 +183,11 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
       deviation[i] = static_cast<float>(std::sqrt(std::min(variance, prior_value)));
       resolution[i] = static_cast<float>(share);
     };
-    const double kappa = posterior.variance.log_kappa[i];
-    const double mu = posterior.variance.log_mu[i];
-    add(kappa, beforehand.log_kappa[i], found.log_kappa_std, found.kappa_resolution);
-    add(mu, beforehand.log_mu[i], found.log_mu_std, found.mu_resolution);
-    found.correlation[i] = static_cast<float>(posterior.between[i] / std::sqrt(kappa * mu));
+    const double kappa = covariance.variance.log_kappa[i];
+    const double mu = covariance.variance.log_mu[i];
+    add(kappa, posterior.prior_variance.log_kappa[i], found.log_kappa_std, found.kappa_resolution);
+    add(mu, posterior.prior_variance.log_mu[i], found.log_mu_std, found.mu_resolution);
+    found.correlation[i] = static_cast<float>(covariance.between[i] / std::sqrt(kappa * mu));
   }
   UncertaintyReport& report = found.report;
   report.layers = layers_below(found, problem.seen_face);
@@ -233,7 +195,7 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
   report.solves = solves() - before;
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.unfinished = diagonal.unfinished();
-  report.prior = prior;
+  report.prior_weights = {posterior.least_weight, prior.weight};
   return found;
 }
 

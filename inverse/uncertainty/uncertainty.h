@@ -1,9 +1,8 @@
 // How far the fitted volumes can be trusted: the covariance of (log κ, log μ) at the minimum of
 // ½ χ² + α R, linearised there,
 //     C = (JᵀWJ + α R″)⁻¹,
-// the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹ and an α of its
-// own for either coefficient. What that means, and what the data do not say, is in docs/theory.md,
-// section 5.
+// the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹. What that means,
+// and what the data do not say, is in docs/theory.md, section 5.
 #pragma once
 
 #include <cstdint>
@@ -28,10 +27,9 @@ struct UncertaintyOptions {
   int sensitivity_probes = 0;
 };
 
-/// The regulariser as a prior, with a weight of its own for each coefficient.
+/// The regulariser as a prior.
 struct Prior {
-  double kappa_weight = 1.0;      ///< α of log κ
-  double mu_weight = 1.0;         ///< α of log μ
+  double weight = 1.0;            ///< α
   double thickness_mm = 1.0;      ///< ℓ (roughness.h)
   double anchor_length_mm = 1.0;  ///< L
   /// Of Huber-TV at the volume (Roughness::diffusivity); empty for H1.
@@ -51,8 +49,13 @@ struct LayerUncertainty {
 struct UncertaintyReport {
   std::vector<LayerUncertainty> layers;  ///< from the seen face down
   std::string sentence;                  ///< the layers in words: where the data say what
-  std::optional<Prior> prior;            ///< taken for granted; of a volume alone
-  int solves = 0;                        ///< batched ones that this cost
+  /// α of the prior, the least of all bands of frequency and the fit's; of a volume alone.
+  struct PriorWeights {
+    double least = 0.0;
+    double fit = 0.0;
+  };
+  std::optional<PriorWeights> prior_weights;
+  int solves = 0;  ///< batched ones that this cost
   double seconds = 0.0;
   double unfinished = 0.0;  ///< InverseDiagonal::unfinished
 };
@@ -71,12 +74,8 @@ struct Uncertainty {
 /// Batched solves that `options` will cost.
 int solves_needed(const UncertaintyOptions& options);
 
-/// Variances of (α R″)⁻¹ for H1, exact: R″ is diagonal in cosines. The prior's diffusivity is left
-/// out.
-CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
-
-/// With its diffusivity, by samples that need no solves (inverse_diagonal.h); that of H1 where
-/// there is none.
+/// Variances of (α R″)⁻¹: of H1 exact, with a diffusivity by samples that need no solves
+/// (inverse_diagonal.h).
 CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
                                const UncertaintyOptions& options, std::uint64_t seed);
 
@@ -84,19 +83,11 @@ CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Pri
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
 
-/// 2 R of the fitted log κ and log μ, each alone: of Huber-TV that of its Gaussian.
-struct FittedRoughness {
-  double kappa = 0.0;
-  double mu = 0.0;
-};
-FittedRoughness fitted_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
-                                 const Anchor& anchor);
-
 /// At the fields of the objective's last value(); equal seeds give equal bits on one device. With
-/// `fitted`, `prior` is the fit's regulariser, and each weight is lowered to the one that expects
-/// the roughness that the data brought about (docs/theory.md, 5); without, it is taken as it is.
+/// `roughness` of the fitted log κ, `prior` is the fit's regulariser, and its weight is lowered to
+/// the one that expects that roughness (docs/theory.md, 5); without, it is taken as it is.
 Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
-                                 const std::optional<FittedRoughness>& fitted,
+                                 const std::optional<Vector>& log_kappa,
                                  const UncertaintyOptions& options, std::uint64_t seed);
 
 /// Medians of the voxels of each layer, from the seen face down.

@@ -54,8 +54,9 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
                               {"seconds", report.seconds},
                               {"unfinished", report.unfinished},
                               {"layers", layers}};
-  if (report.prior) {
-    json["prior_weight"] = {{"kappa", report.prior->kappa_weight}, {"mu", report.prior->mu_weight}};
+  if (report.prior_weights) {
+    json["prior_weight"] = {{"least", report.prior_weights->least},
+                            {"fit", report.prior_weights->fit}};
   }
   return json;
 }

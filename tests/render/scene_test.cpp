@@ -11,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 #include "core/error.h"
@@ -284,6 +285,36 @@ TEST(PublishedMaterials, HaveSourcesAndPhysicalCoefficients) {
     EXPECT_GT(material.kappa_mm.minCoeff(), 0.0) << name;
     EXPECT_GE(material.mu_per_mm.minCoeff(), 0.0) << name;
     EXPECT_LT((3.0 * material.kappa_mm * material.mu_per_mm).maxCoeff(), 1.0) << name;
+  }
+}
+
+/// Adds the names of all properties below a node of a JSON schema.
+void add_properties(const json& node, std::set<std::string>& names) {
+  if (node.is_object()) {
+    for (const auto& [key, value] : node.items()) {
+      if (key == "properties") {
+        for (const auto& property : value.items()) names.insert(property.key());
+      }
+      add_properties(value, names);
+    }
+  } else if (node.is_array()) {
+    for (const json& item : node) add_properties(item, names);
+  }
+}
+
+TEST(SceneSchema, EveryFieldIsOnThePage) {
+  const auto text = [](const char* name) {
+    std::ifstream file(std::filesystem::path(KAPPAMU_SOURCE_DIR) / "docs" / name);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  std::set<std::string> names;
+  add_properties(json::parse(text("scene.schema.json")), names);
+  const std::string page = text("scene.md");
+  EXPECT_GT(names.size(), 40U);
+  for (const std::string& name : names) {
+    const bool named = page.find("`" + name + "`") != std::string::npos ||
+                       page.find("\"" + name + "\"") != std::string::npos;
+    EXPECT_TRUE(named) << name;
   }
 }
 

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "device/context.h"
 #include "forward/grid/grid_physics.h"
+#include "forward/grid/opencl/opencl_solver.h"
 #include "tests/stability/bounds.h"
 #include "tests/stability/stability_tools.h"
 
@@ -35,6 +37,30 @@ TEST_P(Contrast, RightInFewIterations) {
 
 INSTANTIATE_TEST_SUITE_P(, Contrast, ::testing::ValuesIn(bounds::iterations),
                          [](const auto& at) { return std::string(at.param.name); });
+
+/// The same cycle on vectors of all cells: those of a GPU, here forced on whatever device there is.
+TEST(FlatSteps, TakeTheIterationsOfStreamSteps) {
+  const auto devices = device::list_devices();
+  if (devices.empty()) GTEST_SKIP() << "no OpenCL device is installed";
+  device::Context& context = device::Context::of(device::choose(devices, "auto").index);
+  const forward::GridSetup setup{.shape = {48, 48, 20, 0.25}};
+  constexpr int patterns = 2;
+  const std::vector<double> light = patch_light(setup.shape, setup.lit_face, patterns);
+  const auto iterations = [&](const Medium& medium, forward::Layout layout) {
+    const auto solver = forward::make_opencl_solver(
+        setup, context, {Precision::single_precision, forward::Trust::blind, layout});
+    solver->set_medium(medium.kappa.values(), medium.mu.values());
+    const auto b = solver->make_field(patterns), phi = solver->make_field(patterns);
+    solver->light_source(light, *b);
+    return solver->solve(*b, *phi, {1e-6, 200}).iterations;
+  };
+  for (const bounds::Iterations& row : bounds::iterations) {
+    const Medium medium = make_medium(setup.shape, row.medium);
+    EXPECT_NEAR(iterations(medium, forward::Layout::gpu), iterations(medium, forward::Layout::cpu),
+                1)
+        << row.name;
+  }
+}
 
 class Layers : public testing::OnDevice, public ::testing::WithParamInterface<GridShape> {};
 

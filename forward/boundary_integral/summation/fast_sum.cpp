@@ -238,6 +238,7 @@ class FastSum::Plan {
     const Eigen::ArrayXd each =
         points_.potentials(x, Index{per_source_} * source.first_source,
                            Index{per_source_} * source.end_source, options_.decay);
+    if (per_source_ == 1) return each;
     return each.reshaped(per_source_, source.sources()).colwise().sum().transpose();
   }
   Eigen::MatrixX3d cube(const Box& leaf, double size) const {

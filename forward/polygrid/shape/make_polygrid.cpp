@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/mesh/edges.h"
 #include "core/processor_time.h"
+#include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/map_cells.h"
@@ -36,6 +37,9 @@ constexpr double voxel_area = 1.3;
 constexpr MapEffort of_polycube{20, 0.3, 30.0, 1, false};
 constexpr MapEffort of_refined{10, 10.0, 30.0, 1, false};
 constexpr MapEffort of_grid{10, 10.0, 3000.0, 3, true};
+/// Where the worst cell is below spare_jacobian after that.
+constexpr MapEffort of_worst_cells{6, 300.0, 3000.0, 8, true};
+constexpr double spare_jacobian = 0.25;
 
 std::string to_text(double number) {
   std::array<char, 32> text{};
@@ -57,6 +61,14 @@ void refuse_unless_closed(const TriangleMesh& mesh) {
     throw InputError("A polygrid is made of a mesh in one piece; this one has " +
                      std::to_string(components) + ".");
   }
+}
+
+double least_jacobian(const Polygrid& grid) {
+  double least = 1.0;
+  for (std::size_t k = 0; k < grid.cell.size(); ++k) {
+    least = std::min(least, scaled_jacobian(grid, k));
+  }
+  return least;
 }
 
 class Maker {
@@ -115,6 +127,12 @@ class Maker {
       if (lattice.cells_across < refinement && !map(of_refined)) return std::nullopt;
     }
     if (!map(of_grid)) return std::nullopt;
+    if (const double before = least_jacobian(lattice.grid); before < spare_jacobian) {
+      const std::vector<Eigen::Vector3d> corner = lattice.grid.corner;
+      if (!map(of_worst_cells) || least_jacobian(lattice.grid) <= before) {
+        lattice.grid.corner = corner;
+      }
+    }
     made.grid = std::move(lattice.grid);
     place_nodes(made.grid, *surface_, options_.first_layer);
     made.quality = measure_quality(made.grid, mesh_);

@@ -170,15 +170,6 @@ TEST(BoundaryIntegralModel, RefusesInOneSentence) {
   const TriangleMesh mesh = box({2.0, 2.0, 2.0}, 2);
   const ObjectMedium medium(wax);
   EXPECT_THAT(refusal(mesh, medium, 10), testing::HasSubstr("10 are allowed; raise max_elements"));
-  TriangleMesh open = mesh;
-  open.triangles.pop_back();
-  EXPECT_THAT(refusal(open, medium), testing::HasSubstr("the mesh is open at an edge of triangle"));
-  TriangleMesh flipped = mesh;
-  std::swap(flipped.triangles[5][0], flipped.triangles[5][1]);
-  EXPECT_THAT(refusal(flipped, medium), testing::HasSubstr("face opposite ways"));
-  TriangleMesh inside_out = mesh;
-  for (auto& triangle : inside_out.triangles) std::swap(triangle[0], triangle[1]);
-  EXPECT_THAT(refusal(inside_out, medium), testing::HasSubstr("encloses no volume"));
   TriangleMesh thin = mesh;
   const auto [a, b, c] = thin.triangles[7];
   const int v = static_cast<int>(thin.vertices.size());

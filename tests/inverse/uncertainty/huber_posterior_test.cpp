@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "inverse/fit/fit_function.h"
+#include "inverse/uncertainty/spectral_prior.h"
 #include "inverse/uncertainty/uncertainty.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
@@ -84,9 +85,7 @@ class HuberPosterior : public ::testing::Test {
   Roughness rough(const CoefficientPair& fields) const {
     return roughness(shape, thickness, fields, anchor, regulariser);
   }
-  Prior prior() const {
-    return {weight, weight, thickness, anchor.length_mm, rough(fitted_).diffusivity};
-  }
+  Prior prior() const { return {weight, thickness, anchor.length_mm, rough(fitted_).diffusivity}; }
   MatrixXd dense(const std::function<CoefficientPair(const CoefficientPair&)>& product) const {
     const auto n = static_cast<Index>(2 * shape.cells());
     MatrixXd matrix(n, n);
@@ -165,7 +164,7 @@ TEST_F(HuberPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
   options.steps = 12;
   options.pooling = 0.0;
   const VectorXd found = joined(prior_variance(shape, axis, with, options, 1));
-  const VectorXd h1 = joined(prior_variance(shape, with));
+  const VectorXd h1 = joined(SpectralPrior(shape, axis, with).variance());
   const auto error = [&](const VectorXd& v) {
     return v.cwiseQuotient(exact).array().log().abs().maxCoeff();
   };

@@ -5,7 +5,8 @@
 // in flux form: differences first, so that float keeps the small absorption S = μ h³ that the sum
 // of a stored diagonal would round away.
 //
-// `inverse` is 1/D, D = Σ G + S.
+// D = Σ G + S; `smoother` is 1/D of black cells (x+y+z odd), make_smoother's T of red ones
+// (grid_assemble.cl).
 //
 // Layout. A field is [z][y][x][GROUPS] vectors of WIDTH patterns. Face conductances include the
 // boundary faces (0 on mirrors): gx is [nz][ny][nx+1], gy [nz][ny+1][nx], gz [nz+1][ny][nx]; gx[x]
@@ -104,24 +105,26 @@ kernel void residual_accurate(LEVEL_ARGUMENTS, global const REAL* restrict sink,
   sum_bb[(row * segments + segment) * GROUPS + group] = bb;
 }
 
-// The first half of the pre-smoother, from φ = 0: φ = f / D on cells of `colour` = (x+y+z) mod 2.
-kernel void smooth_from_zero(LEVEL_ARGUMENTS, global const REAL* restrict inverse, const int colour,
-                             global vec* restrict phi, global const vec* restrict rhs) {
+// From φ = 0: φ = f / D on cells of `colour` = (x+y+z) mod 2.
+kernel void smooth_from_zero(LEVEL_ARGUMENTS, global const REAL* restrict smoother,
+                             const int colour, global vec* restrict phi,
+                             global const vec* restrict rhs) {
   ROW_SETUP
-  inverse += (size_t)row * nx;
+  smoother += (size_t)row * nx;
   phi += first;
   rhs += first;
   for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
-    phi[x * GROUPS] = inverse[x] * rhs[x * GROUPS];
+    phi[x * GROUPS] = smoother[x] * rhs[x * GROUPS];
   }
 }
 
-// Gauss-Seidel on cells of one colour: φ = (f + Σ G φ_neighbour) / D; all neighbours have the other
-// colour, so the order within a colour does not matter.
-kernel void smooth(LEVEL_ARGUMENTS, global const REAL* restrict inverse, const int colour,
+// φ = smoother (f + Σ G φ_neighbour) on cells of one colour; all neighbours have the other, so the
+// order within a colour does not matter. On black cells that solves; on red ones it is a sweep from
+// φ = 0.
+kernel void smooth(LEVEL_ARGUMENTS, global const REAL* restrict smoother, const int colour,
                    global vec* restrict phi, global const vec* restrict rhs) {
   ROW_SETUP
-  inverse += (size_t)row * nx;
+  smoother += (size_t)row * nx;
   phi += first;
   rhs += first;
   for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
@@ -133,25 +136,49 @@ kernel void smooth(LEVEL_ARGUMENTS, global const REAL* restrict inverse, const i
                        gy[x + nx] * (has_north ? phi[i + north] : (vec)(0)) +
                        gz[x] * (has_down ? phi[i - down] : (vec)(0)) +
                        gz[x + nx * ny] * (has_up ? phi[i + up] : (vec)(0));
-    phi[i] = inverse[x] * (rhs[i] + inflow);
+    phi[i] = smoother[x] * (rhs[i] + inflow);
   }
 }
 
-// The residual after the pre-smoother, on cells of `colour`, the one smoothed first, from zero: its
-// φ = f / D still holds, so f − A φ = Σ G φ_neighbour there, and the residual of the other colour
-// is zero.
-kernel void residual_after_smoothing(LEVEL_ARGUMENTS, const int colour,
-                                     global const vec* restrict phi, global vec* restrict out) {
+// f − A φ of cell x.
+#define RESIDUAL(here)                                                        \
+  (rhs[i] - (gx[x] * (here - (x > 0 ? phi[i - GROUPS] : (vec)(0))) +          \
+             gx[x + 1] * (here - (x + 1 < nx ? phi[i + GROUPS] : (vec)(0))) + \
+             gy[x] * (here - (has_south ? phi[i - south] : (vec)(0))) +       \
+             gy[x + nx] * (here - (has_north ? phi[i + north] : (vec)(0))) +  \
+             gz[x] * (here - (has_down ? phi[i - down] : (vec)(0))) +         \
+             gz[x + nx * ny] * (here - (has_up ? phi[i + up] : (vec)(0))) + sink[x] * here))
+
+// The residual on cells of `colour`, where the other colour is solved and has none: the reduced
+// system's.
+kernel void residual_of_colour(LEVEL_ARGUMENTS, global const REAL* restrict sink, const int colour,
+                               global const vec* restrict phi, global const vec* restrict rhs,
+                               global vec* restrict out) {
   ROW_SETUP
+  sink += (size_t)row * nx;
   phi += first;
+  rhs += first;
   out += first;
   for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
     const int i = x * GROUPS;
-    const vec west = x > 0 ? phi[i - GROUPS] : (vec)(0);
-    const vec east = x + 1 < nx ? phi[i + GROUPS] : (vec)(0);
-    out[i] = gx[x] * west + gx[x + 1] * east + gy[x] * (has_south ? phi[i - south] : (vec)(0)) +
-             gy[x + nx] * (has_north ? phi[i + north] : (vec)(0)) +
-             gz[x] * (has_down ? phi[i - down] : (vec)(0)) +
-             gz[x + nx * ny] * (has_up ? phi[i + up] : (vec)(0));
+    const vec here = phi[i];
+    out[i] = RESIDUAL(here);
+  }
+}
+
+// φ += smoother × residual on cells of `colour`: damped Jacobi on the reduced system where the
+// other colour is solved.
+kernel void relax(LEVEL_ARGUMENTS, global const REAL* restrict sink,
+                  global const REAL* restrict smoother, const int colour, global vec* restrict phi,
+                  global const vec* restrict rhs) {
+  ROW_SETUP
+  sink += (size_t)row * nx;
+  smoother += (size_t)row * nx;
+  phi += first;
+  rhs += first;
+  for (int x = x_begin + ((colour ^ x_begin ^ y ^ z) & 1); x < x_end; x += 2) {
+    const int i = x * GROUPS;
+    const vec here = phi[i];
+    phi[i] = here + smoother[x] * RESIDUAL(here);
   }
 }

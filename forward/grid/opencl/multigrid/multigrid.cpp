@@ -23,12 +23,15 @@ void Multigrid::precondition(const LaneKernels& kernels, const device::Buffer& r
 
 void Multigrid::cycle(const LaneKernels& kernels, std::size_t l, const Fields& at) const {
   const Level& level = hierarchy_.levels()[l];
-  smooth(kernels, "smooth_from_zero", level, red, at);
-  if (l + 1 == hierarchy_.levels().size()) return;  // a single cell, which is red: solved
-  smooth(kernels, "smooth", level, black, at);
+  if (l + 1 == hierarchy_.levels().size()) {  // a single cell, which is red: solved
+    return smooth(kernels, "smooth_from_zero", level, level.inverse, red, at);
+  }
+  smooth(kernels, "smooth_from_zero", level, level.smoother, black, at);
+  smooth(kernels, "smooth", level, level.smoother, red, at);
+  smooth(kernels, "smooth", level, level.smoother, black, at);
   const GridShape& s = level.shape;
-  context_.launch(kernels.level_operator(), "residual_after_smoothing", kernels.rows(s), s.nx, s.ny,
-                  s.nz, level.gx, level.gy, level.gz, red, at.solution, at.residual);
+  context_.launch(kernels.level_operator(), "residual_of_colour", kernels.rows(s), s.nx, s.ny, s.nz,
+                  level.gx, level.gy, level.gz, level.sink, red, at.solution, at.rhs, at.residual);
 
   const Fields& below = coarse_[l];
   const GridShape& coarse = hierarchy_.levels()[l + 1].shape;
@@ -36,15 +39,17 @@ void Multigrid::cycle(const LaneKernels& kernels, std::size_t l, const Fields& a
   cycle(kernels, l + 1, below);
   transfer(kernels, "prolong_add", level, coarse, level.shape, below.solution, at.solution);
 
-  smooth(kernels, "smooth", level, black, at);
-  smooth(kernels, "smooth", level, red, at);
+  smooth(kernels, "smooth", level, level.smoother, black, at);
+  context_.launch(kernels.level_operator(), "relax", kernels.rows(s), s.nx, s.ny, s.nz, level.gx,
+                  level.gy, level.gz, level.sink, level.smoother, red, at.solution, at.rhs);
+  smooth(kernels, "smooth", level, level.smoother, black, at);
 }
 
 void Multigrid::smooth(const LaneKernels& kernels, const char* kernel, const Level& level,
-                       int colour, const Fields& at) const {
+                       const device::Buffer& smoother, int colour, const Fields& at) const {
   const GridShape& s = level.shape;
   context_.launch(kernels.level_operator(), kernel, kernels.rows(s), s.nx, s.ny, s.nz, level.gx,
-                  level.gy, level.gz, level.inverse, colour, at.solution, at.rhs);
+                  level.gy, level.gz, smoother, colour, at.solution, at.rhs);
 }
 
 void Multigrid::transfer(const LaneKernels& kernels, const char* kernel, const Level& fine,

@@ -1,9 +1,7 @@
-// The preconditioner: one symmetric multigrid V(1,1) cycle from zero on a batch of right-hand
-// sides. Red-black Gauss-Seidel, red then black before and black then red after the coarse
-// correction, with interpolation and its transpose as transfer, makes z = M r symmetric and
-// positive definite, so conjugate gradients may use it. Since each half sweep solves its colour
-// exactly, the residual lives on red cells only after the first sweep, and black cells need no
-// correction: both transfers touch half the cells.
+// The preconditioner of flat steps: the stream steps' symmetric V(1,1) cycle (docs/engine.md) on
+// vectors of all cells, kernel by kernel: black, red, black before and after the coarse correction,
+// black cells solved, red ones relaxed by damped Jacobi on the reduced system. The residual lives
+// on red cells only, and black ones need no correction: both transfers touch half the cells.
 #pragma once
 
 #include <vector>
@@ -28,9 +26,8 @@ class Multigrid {
     device::Buffer rhs, solution, residual;
   };
   void cycle(const LaneKernels& kernels, std::size_t l, const Fields& at) const;
-  /// Half a Gauss-Seidel sweep.
-  void smooth(const LaneKernels& kernels, const char* kernel, const Level& level, int colour,
-              const Fields& at) const;
+  void smooth(const LaneKernels& kernels, const char* kernel, const Level& level,
+              const device::Buffer& smoother, int colour, const Fields& at) const;
   void transfer(const LaneKernels& kernels, const char* kernel, const Level& fine,
                 const GridShape& coarse, const GridShape& items, const device::Buffer& from,
                 const device::Buffer& to) const;
