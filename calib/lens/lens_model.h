@@ -51,9 +51,9 @@ Eigen::Matrix<T, 2, 1> project_numbers(const T* numbers, PixelShape pixels,
 }
 
 /// Spread of p1 and p2 over lenses, of elements out of centre (calibrations at hand: 1e-4 to 2e-3).
-/// As a Gaussian prior it does nothing where views tell them, and where three or four views do not
+/// As a Gaussian prior it does nothing where views determine them, and where three or four do not
 /// it keeps their ignorance in the covariance: left out they move the principal point by pixels and
-/// nobody is told (docs/calibration.md).
+/// no standard deviation shows it (docs/calibration.md).
 inline constexpr double tangential_spread = 0.002;
 /// The same of k1 r² and k2 r⁴ at the corner of the frame, r its distance from the axis at depth 1.
 inline constexpr double radial_spread = 0.05;

@@ -88,7 +88,7 @@ void place_chain(const std::vector<std::size_t>& chain, const std::vector<FrameP
 
 // Share of each frame's blocks that differ from the median of all frames that see them, gains
 // corrected. Two frames that disagree alone share the blame. Shifted frames are left out: they
-// differ everywhere, and that is told already.
+// differ everywhere, and that is reported already.
 void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, Steadiness& states) {
   struct Seen {
     std::size_t frame;

@@ -1,4 +1,4 @@
-// The fit of one channel as it runs: what fit.cpp (its course), fit_model.cpp (models of few
+// The fit of one channel as it runs: what fit.cpp (its steps), fit_model.cpp (models of few
 // unknowns), fit_physics.cpp, fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of
 // it) share. Where it stands is PathPosition::phase.
 #pragma once

@@ -1,4 +1,4 @@
-// The course of a fit: a start, then the optimiser's steps at one weight after another, grid by
+// A fit in order: a start, then the optimiser's steps at one weight after another, grid by
 // grid.
 #include "inverse/fit/fit.h"
 

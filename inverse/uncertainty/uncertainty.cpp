@@ -104,10 +104,6 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
   return layers;
 }
 
-int solves_needed(const UncertaintyOptions& options) {
-  return options.samples == 0 ? 0 : options.probes + 2 * options.steps * options.samples;
-}
-
 CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
                                const UncertaintyOptions& options, std::uint64_t seed) {
   if (prior.diffusivity.log_kappa.empty())

@@ -71,9 +71,6 @@ struct Uncertainty {
   UncertaintyReport report;
 };
 
-/// Batched solves that `options` will cost.
-int solves_needed(const UncertaintyOptions& options);
-
 /// Variances of (α R″)⁻¹: of H1 exact, with a diffusivity by samples that need no solves
 /// (inverse_diagonal.h).
 CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
