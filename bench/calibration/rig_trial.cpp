@@ -1,7 +1,6 @@
 #include "bench/calibration/rig_trial.h"
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
 
 #include "calib/lens/lens_model.h"
 #include "calib/lens/pose_numbers.h"

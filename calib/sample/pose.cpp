@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
-#include <optional>
 
 #include "calib/lens/lens_model.h"
 #include "calib/lens/opencv_convert.h"

@@ -1,7 +1,6 @@
 // What the states of a stack's frames mean, in words. Declared in steadiness.h.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "capture/radiance/steadiness.h"
 #include "core/shown_text.h"

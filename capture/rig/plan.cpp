@@ -1,6 +1,5 @@
 #include "capture/rig/plan.h"
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 

@@ -1,5 +1,4 @@
 // What the values of a session must fulfil, alone and together; used on reading and on writing.
-#include <algorithm>
 #include <cmath>
 #include <map>
 

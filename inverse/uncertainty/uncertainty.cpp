@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
 #include <numeric>
 #include <random>
 #include <utility>

@@ -7,7 +7,6 @@
 
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <stdexcept>
 #include <streambuf>
 #include <utility>

@@ -3,7 +3,6 @@
 // scripts/referees/mitsuba_objects.py prints; it has the scenes.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>

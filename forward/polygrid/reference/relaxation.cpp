@@ -1,6 +1,5 @@
 #include "forward/polygrid/reference/relaxation.h"
 
-#include <algorithm>
 #include <deque>
 
 namespace kappamu::forward::polygrid {
