@@ -79,7 +79,8 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   const LayeredMedium medium = layers_of(fit.medium, axis);
   Objective objective(std::move(problem), options.solver.backend);
   if (options.path.correct_grid) {
-    objective.refresh_correction(finer, to_fields(medium, shape, axis), true);
+    objective.refresh_correction(finer, to_fields(medium, shape, axis),
+                                 Objective::PhotonSlope::renewed);
     objective.count_pixel_noise();
   }
   objective.value(to_fields(medium, shape, axis));
