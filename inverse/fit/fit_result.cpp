@@ -120,9 +120,8 @@ ChannelFit ChannelRun::result() {
     const Prior prior{
         state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
         roughness(shape, grid_.thickness_mm(), fields, anchor, regulariser()).diffusivity};
-    Vector log_kappa = fields.log_kappa;
-    for (double& u : log_kappa) u -= anchor.log_kappa;
-    fit.uncertainty = estimate_uncertainty(grid_.objective(), prior, std::move(log_kappa),
+    fit.uncertainty = estimate_uncertainty(grid_.objective(), prior,
+                                           kappa_roughness(shape, prior, fields, anchor),
                                            options_.uncertainty, options_.solver.seed);
   }
   fit.simpler = state_.simpler;

@@ -12,11 +12,26 @@
 #include "core/numbers/median.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
-#include "inverse/uncertainty/spectral_prior.h"
 
 namespace kappamu::inverse {
 
 namespace {
+
+/// Squares of the orthonormal cosines (DCT-II), [frequency][voxel].
+Eigen::MatrixXd squared_cosines(int n) {
+  Eigen::MatrixXd squares(n, n);
+  for (int k = 0; k < n; ++k) {
+    for (int i = 0; i < n; ++i) {
+      const double cosine = std::cos(std::numbers::pi * k * (i + 0.5) / n);
+      squares(k, i) = (k == 0 ? 1.0 : 2.0) / n * cosine * cosine;
+    }
+  }
+  return squares;
+}
+
+double laplacian_eigenvalue(int k, int n) {
+  return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
+}
 
 Vector signs(std::mt19937_64& engine, std::size_t count) {
   Vector values(count);
@@ -24,60 +39,31 @@ Vector signs(std::mt19937_64& engine, std::size_t count) {
   return values;
 }
 
+/// Variances at weight one, at the prior's own.
+CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
+  for (double& v : variance.log_kappa) v /= prior.weight;
+  for (double& v : variance.log_mu) v /= prior.weight;
+  return variance;
+}
+
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
-
-BasisOptions metric(const Prior& prior, int axis) {
-  return {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight};
+Basis metric(const Prior& prior, const GridShape& shape, int axis, const LateralBlocks& blocks) {
+  return {shape,
+          {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
+          blocks};
 }
 
-/// 2 R of the Gaussian that stands for Huber-TV, of log κ alone.
-double kappa_roughness(const GridShape& shape, const Prior& prior, const Vector& log_kappa) {
-  const Vector product = smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm,
-                                           prior.diffusivity, {log_kappa, Vector(log_kappa.size())})
-                             .log_kappa;
-  return std::inner_product(log_kappa.begin(), log_kappa.end(), product.begin(), 0.0);
-}
-
-/// What the samples of the posterior are made of.
-struct Posterior {
-  Basis basis;
-  FieldOperator prior_product;  ///< α R″ v
-  CoefficientPair prior_variance;
-  double least_weight;
-};
-
-Posterior of_h1(const GridShape& shape, int axis, const Prior& prior,
-                const std::optional<Vector>& log_kappa, LateralBlocks blocks) {
-  SpectralPrior spectral(shape, axis, prior);
-  if (log_kappa) spectral.bear_out(*log_kappa, blocks);
-  const LateralBlocks precision = spectral.precision();
-  for (std::size_t bin = 0; bin < blocks.size(); ++bin) blocks[bin] += precision[bin];
-  BasisOptions blocks_alone = metric(prior, axis);
-  blocks_alone.weight = 0.0;
-  return {Basis(shape, blocks_alone, blocks),
-          [spectral](const CoefficientPair& v) { return spectral.product(v); }, spectral.variance(),
-          spectral.least_weight()};
-}
-
-/// Its edges couple all frequencies: one weight.
-Posterior of_huber_tv(const GridShape& shape, int axis, Prior prior,
-                      const std::optional<Vector>& log_kappa, const LateralBlocks& blocks,
-                      const UncertaintyOptions& options, std::uint64_t seed) {
-  if (log_kappa) {
-    const double directions = Basis(shape, metric(prior, axis), blocks).determined(blocks).kappa;
-    prior.weight = std::min(prior.weight,
-                            std::max(1.0, directions) / kappa_roughness(shape, prior, *log_kappa));
-  }
-  return {Basis(shape, metric(prior, axis), blocks),
-          [=](const CoefficientPair& v) {
-            CoefficientPair product = smoothing_product(
-                shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity, v);
-            for (double& x : product.log_kappa) x *= prior.weight;
-            for (double& x : product.log_mu) x *= prior.weight;
-            return product;
-          },
-          prior_variance(shape, axis, prior, options, seed), prior.weight};
+/// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
+/// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made
+/// log κ rougher than it expects, the α that expects it takes its place. Never a larger one, and at
+/// least one direction is determined: fewer say nothing of roughness. Of log μ the data often
+/// determine a handful, all of them smooth, which says as little.
+Prior borne_out(Prior prior, double roughness, const GridShape& shape, int axis,
+                const LateralBlocks& blocks) {
+  const double directions = metric(prior, shape, axis, blocks).determined(blocks).kappa;
+  prior.weight = std::min(prior.weight, std::max(1.0, directions) / roughness);
+  return prior;
 }
 
 }  // namespace
@@ -103,10 +89,39 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
   return layers;
 }
 
+CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
+  const double scale = shape.voxel_mm / prior.thickness_mm;
+  const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
+  const Eigen::MatrixXd along_x = squared_cosines(shape.nx);
+  const Eigen::MatrixXd along_y = squared_cosines(shape.ny);
+  const Eigen::MatrixXd along_z = squared_cosines(shape.nz);
+  Vector variance(shape.cells(), 0.0);
+  for (int c = 0; c < shape.nz; ++c) {
+    Eigen::MatrixXd spectrum(shape.nx, shape.ny);
+    for (int b = 0; b < shape.ny; ++b) {
+      for (int a = 0; a < shape.nx; ++a) {
+        spectrum(a, b) =
+            1.0 / (scale * (laplacian_eigenvalue(a, shape.nx) + laplacian_eigenvalue(b, shape.ny) +
+                            laplacian_eigenvalue(c, shape.nz) + pull));
+      }
+    }
+    const Eigen::MatrixXd plane = along_x.transpose() * spectrum * along_y;
+    for (int z = 0; z < shape.nz; ++z) {
+      for (int y = 0; y < shape.ny; ++y) {
+        for (int x = 0; x < shape.nx; ++x) {
+          variance[shape.index(x, y, z)] += along_z(c, z) * plane(x, y);
+        }
+      }
+    }
+  }
+  CoefficientPair both{variance, std::move(variance)};
+  for (double& v : both.log_mu) v *= absorbers_vary * absorbers_vary;
+  return weighed(std::move(both), prior);
+}
+
 CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
                                const UncertaintyOptions& options, std::uint64_t seed) {
-  if (prior.diffusivity.log_kappa.empty())
-    return SpectralPrior(shape, depth_axis, prior).variance();
+  if (prior.diffusivity.log_kappa.empty()) return prior_variance(shape, prior);
   const Basis basis(
       shape, {Coordinates::smooth, depth_axis, prior.thickness_mm, prior.anchor_length_mm, 1.0},
       {});
@@ -117,10 +132,7 @@ CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Pri
   InverseDiagonal diagonal(precision, shape, depth_axis, basis, options.steps);
   std::mt19937_64 engine(seed);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  CoefficientPair variance = diagonal.result(options.pooling).variance;
-  for (double& v : variance.log_kappa) v /= prior.weight;
-  for (double& v : variance.log_mu) v /= prior.weight;
-  return variance;
+  return weighed(diagonal.result(options.pooling).variance, prior);
 }
 
 CoefficientPair hessian_product(Objective& objective, const Prior& prior,
@@ -136,8 +148,17 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
   return product;
 }
 
-Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
-                                 const std::optional<Vector>& log_kappa,
+double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
+                       const Anchor& anchor) {
+  Vector& u = fields.log_kappa;
+  for (double& value : u) value -= anchor.log_kappa;
+  const Vector product = smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm,
+                                           prior.diffusivity, fields)
+                             .log_kappa;
+  return std::inner_product(u.begin(), u.end(), product.begin(), 0.0);
+}
+
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optional<double> roughness,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
@@ -148,25 +169,17 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
   const int before = solves();
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
-  LateralBlocks blocks = estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
-  const Posterior posterior =
-      prior.diffusivity.log_kappa.empty()
-          ? of_h1(shape, axis, prior, log_kappa, std::move(blocks))
-          : of_huber_tv(shape, axis, prior, log_kappa, blocks, options, seed + 2);
+  const LateralBlocks blocks =
+      estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
+  if (roughness) prior = borne_out(prior, *roughness, shape, axis, blocks);
+  const Basis basis = metric(prior, shape, axis, blocks);
   InverseDiagonal diagonal(
-      [&](const CoefficientPair& v) {
-        CoefficientPair product = objective.jacobian_transpose(objective.jacobian(v));
-        const CoefficientPair smoothness = posterior.prior_product(v);
-        for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
-          product.log_kappa[i] += smoothness.log_kappa[i];
-          product.log_mu[i] += smoothness.log_mu[i];
-        }
-        return product;
-      },
-      shape, axis, posterior.basis, options.steps);
+      [&](const CoefficientPair& v) { return hessian_product(objective, prior, v); }, shape, axis,
+      basis, options.steps);
   std::mt19937_64 engine(seed + 1);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  const FieldCovariance covariance = diagonal.result(options.pooling);
+  const FieldCovariance posterior = diagonal.result(options.pooling);
+  const CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
 
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
@@ -178,11 +191,11 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
       deviation[i] = static_cast<float>(std::sqrt(std::min(variance, prior_value)));
       resolution[i] = static_cast<float>(share);
     };
-    const double kappa = covariance.variance.log_kappa[i];
-    const double mu = covariance.variance.log_mu[i];
-    add(kappa, posterior.prior_variance.log_kappa[i], found.log_kappa_std, found.kappa_resolution);
-    add(mu, posterior.prior_variance.log_mu[i], found.log_mu_std, found.mu_resolution);
-    found.correlation[i] = static_cast<float>(covariance.between[i] / std::sqrt(kappa * mu));
+    const double kappa = posterior.variance.log_kappa[i];
+    const double mu = posterior.variance.log_mu[i];
+    add(kappa, beforehand.log_kappa[i], found.log_kappa_std, found.kappa_resolution);
+    add(mu, beforehand.log_mu[i], found.log_mu_std, found.mu_resolution);
+    found.correlation[i] = static_cast<float>(posterior.between[i] / std::sqrt(kappa * mu));
   }
   UncertaintyReport& report = found.report;
   report.layers = layers_below(found, problem.seen_face);
@@ -190,7 +203,7 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
   report.solves = solves() - before;
   report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   report.unfinished = diagonal.unfinished();
-  report.prior_weights = {posterior.least_weight, prior.weight};
+  report.prior = prior;
   return found;
 }
 

@@ -49,13 +49,8 @@ struct LayerUncertainty {
 struct UncertaintyReport {
   std::vector<LayerUncertainty> layers;  ///< from the seen face down
   std::string sentence;                  ///< the layers in words: where the data say what
-  /// α of the prior, the least of all bands of frequency and the fit's; of a volume alone.
-  struct PriorWeights {
-    double least = 0.0;
-    double fit = 0.0;
-  };
-  std::optional<PriorWeights> prior_weights;
-  int solves = 0;  ///< batched ones that this cost
+  std::optional<Prior> prior;            ///< taken for granted; of a volume alone
+  int solves = 0;                        ///< batched ones that this cost
   double seconds = 0.0;
   double unfinished = 0.0;  ///< InverseDiagonal::unfinished
 };
@@ -71,8 +66,12 @@ struct Uncertainty {
   UncertaintyReport report;
 };
 
-/// Variances of (α R″)⁻¹: of H1 exact, with a diffusivity by samples that need no solves
-/// (inverse_diagonal.h).
+/// Variances of (α R″)⁻¹ for H1, exact: R″ is diagonal in cosines. The prior's diffusivity is left
+/// out.
+CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
+
+/// With its diffusivity, by samples that need no solves (inverse_diagonal.h); that of H1 where
+/// there is none.
 CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
                                const UncertaintyOptions& options, std::uint64_t seed);
 
@@ -80,11 +79,14 @@ CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Pri
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
 
+/// 2 R of the fitted log κ alone: of Huber-TV that of its Gaussian.
+double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
+                       const Anchor& anchor);
+
 /// At the fields of the objective's last value(); equal seeds give equal bits on one device. With
 /// `roughness` of the fitted log κ, `prior` is the fit's regulariser, and its weight is lowered to
 /// the one that expects that roughness (docs/theory.md, 5); without, it is taken as it is.
-Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
-                                 const std::optional<Vector>& log_kappa,
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optional<double> roughness,
                                  const UncertaintyOptions& options, std::uint64_t seed);
 
 /// Medians of the voxels of each layer, from the seen face down.

@@ -53,10 +53,7 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
                               {"seconds", report.seconds},
                               {"unfinished", report.unfinished},
                               {"layers", layers}};
-  if (report.prior_weights) {
-    json["prior_weight"] = {{"least", report.prior_weights->least},
-                            {"fit", report.prior_weights->fit}};
-  }
+  if (report.prior) json["prior_weight"] = report.prior->weight;
   return json;
 }
 

@@ -80,25 +80,17 @@ INSTANTIATE_TEST_SUITE_P(, InverseLimits, ::testing::ValuesIn(bounds), [](const 
   return name;
 });
 
-/// Where diffusion misses by 14 to 200 %, transport's data fitted by transport.
-class TransportLimits : public testing::OnDevice,
-                        public ::testing::WithParamInterface<const char*> {};
+class TransportLimits : public testing::OnDevice {};
 
-TEST_P(TransportLimits, EndNearTheTruth) {
-  const InverseLimitOutcome outcome = run_inverse_limit(inverse_limit(GetParam()), "auto");
+/// Where diffusion misses by 14 and 8 %, transport's data fitted by transport.
+TEST_F(TransportLimits, AnAbsorbingBlockEndsNearTheTruth) {
+  const InverseLimitOutcome outcome =
+      run_inverse_limit(inverse_limit("3κμ = 0.3, data by Monte Carlo, --physics auto"), "auto");
   ASSERT_TRUE(outcome.fit);
   EXPECT_EQ(outcome.fit->report.physics, inverse::Physics::transport);
-  RecordProperty("kappa_error", std::to_string(outcome.kappa_error));
-  RecordProperty("mu_error", std::to_string(outcome.mu_error));
   EXPECT_LT(outcome.kappa_error, 0.05);
   EXPECT_LT(outcome.mu_error, 0.15);
 }
-
-INSTANTIATE_TEST_SUITE_P(, TransportLimits,
-                         ::testing::Values("3κμ = 0.3, data by Monte Carlo, --physics auto",
-                                           "2 mean free paths thick, data by Monte Carlo, "
-                                           "--physics auto"),
-                         [](const auto& at) { return at.index == 0 ? "Absorbing" : "Thin"; });
 
 class AnyStart : public testing::OnDevice {};
 

@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "inverse/fit/fit_function.h"
-#include "inverse/uncertainty/spectral_prior.h"
 #include "inverse/uncertainty/uncertainty.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
@@ -164,7 +163,7 @@ TEST_F(HuberPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
   options.steps = 12;
   options.pooling = 0.0;
   const VectorXd found = joined(prior_variance(shape, axis, with, options, 1));
-  const VectorXd h1 = joined(SpectralPrior(shape, axis, with).variance());
+  const VectorXd h1 = joined(prior_variance(shape, with));
   const auto error = [&](const VectorXd& v) {
     return v.cwiseQuotient(exact).array().log().abs().maxCoeff();
   };

@@ -1,7 +1,6 @@
 // The posterior's variances against dense matrices: exact where every direction is sampled, better
 // with every step and every sample, never above the prior.
 #include "inverse/uncertainty/uncertainty.h"
-#include "inverse/uncertainty/spectral_prior.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -98,7 +97,7 @@ class TinyPosterior : public ::testing::Test {
 TEST_F(TinyPosterior, HessianIsSymmetricAndAboveThePrior) {
   constexpr double solver_error = 1e-9;
   EXPECT_LT((hessian_ - hessian_.transpose()).norm(), solver_error * hessian_.norm());
-  const VectorXd beforehand = joined(SpectralPrior(shape, axis, prior).variance());
+  const VectorXd beforehand = joined(prior_variance(shape, prior));
   EXPECT_TRUE((covariance_.diagonal().array() <= beforehand.array() * (1.0 + solver_error)).all());
 }
 
@@ -112,7 +111,7 @@ TEST_F(TinyPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
                                   .gradient);
   }
   const VectorXd exact = precision.llt().solve(MatrixXd::Identity(n, n)).diagonal();
-  const VectorXd found = joined(SpectralPrior(shape, axis, prior).variance());
+  const VectorXd found = joined(prior_variance(shape, prior));
   constexpr double rounding = 1e-9;  // the anchor is weak: a condition of 1e4
   EXPECT_LT((found - exact).norm(), rounding * exact.norm());
 }
@@ -183,7 +182,7 @@ TEST_F(TinyPosterior, IsRepeatableBoundedByThePriorAndCostsWhatItSays) {
   EXPECT_EQ(first.report.solves, 2 + 2 * 3 * 2) << "probes + 2 · steps · samples";
   ASSERT_EQ(first.report.layers.size(), 3U);
   EXPECT_DOUBLE_EQ(first.report.layers[0].depth_mm, 0.25);
-  const CoefficientPair beforehand = SpectralPrior(shape, axis, prior).variance();
+  const CoefficientPair beforehand = prior_variance(shape, prior);
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     EXPECT_LE(first.log_mu_std[i], std::sqrt(beforehand.log_mu[i]) * (1.0 + 1e-6));
     EXPECT_GE(first.mu_resolution[i], 0.0F);
@@ -213,41 +212,16 @@ TEST_F(TinyPosterior, SamplesGiveTheDenseDeviationsUnderALoosePrior) {
   }
 }
 
-TEST_F(TinyPosterior, BandsOfFrequencyThatAreRoughLowerTheirWeightAndNoOthers) {
-  const LateralBlocks blocks = estimate_lateral_blocks(*objective_, axis, 4, 1);
-  const SpectralPrior flat(shape, axis, prior);
-  SpectralPrior smooth = flat;
-  smooth.bear_out(Vector(shape.cells(), 1e-3), blocks);
-  EXPECT_EQ(smooth.least_weight(), prior.weight);
-  // One wave along x, of a period of the block: another wave keeps its weight.
-  const auto wave = [&](int k) {
-    CoefficientPair v{Vector(shape.cells()), Vector(shape.cells(), 0.0)};
-    for (std::size_t i = 0; i < shape.cells(); ++i) {
-      const double x = static_cast<double>(i % static_cast<std::size_t>(shape.nx)) + 0.5;
-      v.log_kappa[i] = std::cos(std::numbers::pi * k * x / shape.nx);
-    }
-    return v;
+TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
+  UncertaintyOptions options;
+  options.samples = 1;
+  options.steps = 1;
+  const auto weight = [&](double roughness) {
+    return estimate_uncertainty(*objective_, prior, roughness, options, 5).report.prior->weight;
   };
-  Vector steep = wave(2).log_kappa;
-  for (double& u : steep) u *= 10.0;
-  SpectralPrior rough = flat;
-  rough.bear_out(steep, blocks);
-  const auto energy = [](const SpectralPrior& of, const CoefficientPair& v) {
-    return joined(v).dot(joined(of.product(v)));
-  };
-  EXPECT_LT(rough.least_weight(), 0.1 * prior.weight);
-  EXPECT_NEAR(energy(rough, wave(2)) / energy(flat, wave(2)), rough.least_weight() / prior.weight,
-              1e-9);
-  EXPECT_NEAR(energy(rough, wave(4)) / energy(flat, wave(4)), 1.0, 1e-9);
-  // Its product and its variances are of one prior.
-  const Index n = hessian_.rows();
-  MatrixXd precision(n, n);
-  for (Index k = 0; k < n; ++k) {
-    precision.col(k) = joined(rough.product(parted(VectorXd::Unit(n, k))));
-  }
-  EXPECT_LT((precision - precision.transpose()).norm(), 1e-12 * precision.norm());
-  const VectorXd exact = precision.llt().solve(MatrixXd::Identity(n, n)).diagonal();
-  EXPECT_LT((joined(rough.variance()) - exact).norm(), 1e-9 * exact.norm());
+  EXPECT_EQ(weight(0.0), prior.weight);
+  EXPECT_LT(weight(100.0), prior.weight);
+  EXPECT_NEAR(weight(100.0), 2.0 * weight(200.0), 1e-9);
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
