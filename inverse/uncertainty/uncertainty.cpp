@@ -1,15 +1,16 @@
 #include "inverse/uncertainty/uncertainty.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <numeric>
 #include <random>
 #include <utility>
 
 #include "core/error.h"
 #include "core/numbers/median.h"
+#include "core/processor_time.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
 
@@ -167,8 +168,7 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optiona
   const int axis = axis_of(problem.setup.lit_face);
   const auto solves = [&] { return objective.solves().adjoint + objective.solves().tangent; };
   const int before = solves();
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   const LateralBlocks blocks =
       estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
   if (roughness) prior = borne_out(prior, *roughness, shape, axis, blocks);
@@ -201,7 +201,7 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optiona
   report.layers = layers_below(found, problem.seen_face);
   report.sentence = in_words(report.layers);
   report.solves = solves() - before;
-  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  report.seconds = watch.seconds();
   report.unfinished = diagonal.unfinished();
   report.prior = prior;
   return found;
