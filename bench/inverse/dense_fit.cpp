@@ -183,9 +183,9 @@ std::unique_ptr<inverse::Objective> DenseFit::exchanged(
 VectorXd DenseFit::change(const SurfaceMeasurements& measurements) {
   const auto other = exchanged(measurements);
   other->value(fields_of(fitted_));
-  const VectorXd surprise = weighted_residual(*other, other->problem().data) -
-                            weighted_residual(objective(), objective_->problem().data);
-  return -(covariance_ * (jacobian_.transpose() * surprise));
+  const VectorXd model_residual = weighted_residual(*other, other->problem().data) -
+                                  weighted_residual(objective(), objective_->problem().data);
+  return -(covariance_ * (jacobian_.transpose() * model_residual));
 }
 
 VectorXd DenseFit::refitted(const std::vector<double>& data) {

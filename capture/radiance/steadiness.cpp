@@ -111,7 +111,7 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
       seen.push_back({j, signal / time, noise.variance(signal) / block_pixels / (time * time)});
     }
     // Pixels near black may be cut off there: a frame has its say where its pixels stand well above
-    // their noise, and is judged where the others promise that.
+    // their noise, and is checked where the others promise that.
     const auto bright = [&](const Seen& one, double radiance) {
       const double time = frames[one.frame].exposure_s * std::exp(states[one.frame]->log_gain);
       const double signal = radiance * time;
