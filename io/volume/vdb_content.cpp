@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <fstream>
 #include <stdexcept>
 #include <streambuf>
 #include <utility>
