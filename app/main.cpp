@@ -90,7 +90,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, std::span<ch
 }
 
 /// Libraries may crash where an allocation fails. Whatever was finished is whole, since files are
-/// renamed when they are complete; the user is told so.
+/// renamed when they are complete; which a warning reports.
 extern "C" void end_of_crash(int) {
   constexpr char sentence[] =
       "kappamu: the program crashed, perhaps for want of memory; what it had not finished is left "

@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <cstdio>
 
 #include "core/error.h"
 #include "core/shown_text.h"

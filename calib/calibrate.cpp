@@ -119,7 +119,7 @@ capture::HdrImage calibrate_white(const capture::Session& session,
   return white;
 }
 
-/// Centres [px] of the chart's corner patches, as told or found.
+/// Centres [px] of the chart's corner patches, as stated or found.
 std::array<std::array<double, 2>, 4> chart_corners(const capture::Session& session,
                                                    const capture::ColourChart& chart,
                                                    const std::string& name) {

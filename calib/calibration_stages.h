@@ -1,10 +1,10 @@
 // Stages of a calibration: progress, time and warnings of each.
 #pragma once
 
-#include <chrono>
 #include <string>
 
 #include "calib/calibrate.h"
+#include "core/processor_time.h"
 #include "core/progress.h"
 
 namespace kappamu::calib {
@@ -16,10 +16,9 @@ class Stages {
   template <class Work>
   void run(const std::string& stage, double from, const Work& work) {
     progress_.update("calibrate", from, stage);
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     work();
-    result_.seconds[stage] +=
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    result_.seconds[stage] += watch.seconds();
   }
 
   void warn(const std::string& sentence) {

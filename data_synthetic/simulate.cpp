@@ -1,7 +1,6 @@
 #include "data_synthetic/simulate.h"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
 #include "capture/session/session_files.h"

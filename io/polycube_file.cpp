@@ -1,9 +1,7 @@
 #include "io/polycube_file.h"
 
-#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <string_view>
 #include <tuple>
 #include <utility>
 

@@ -5,7 +5,7 @@
 # (default: forward, half an hour; `kappamu bench --help` names subjects and sections). --quick: toy problems into
 # out/bench-quick, the pages stay; --small: smaller problems; --draw: measure nothing. BENCH_UNDER holds words to put
 # before each measurement, BENCH_KAPPAMU another program than build/app/kappamu, BENCH_SLABS the data of slabs.
-# SUBJECT gpu, alone: what a GPU is judged by, on the first one there is (else a processor), tables into out/bench-gpu.
+# SUBJECT gpu, alone: what a GPU is compared by, on the first one there is (else a processor), tables into out/bench-gpu.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 size=() pages=(docs/*.md) draw=0 out=out/bench wanted=()

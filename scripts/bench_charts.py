@@ -362,7 +362,7 @@ def sentences(rows):
     text, shown = "\nWhat the program reports:\n\n", set()
     for row in rows:
         said = "".join(f' "{s}"' for s in row["warnings"]) or " no warning"
-        for note in row["remarks"]:
+        for note in row["notes"]:
             if note[:12] not in shown:
                 said += f', note "{note}"'
                 shown.add(note[:12])

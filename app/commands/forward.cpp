@@ -168,7 +168,7 @@ std::string methods_manual() {
     text += "  " + method.name + padding + method.description + "\n";
   }
   return text +
-         R"(multigrid is the one to use; analytic and montecarlo judge it, auto decides between
+         R"(multigrid is the one to use; analytic and montecarlo are its references. auto decides between
 multigrid and montecarlo by errors measured on other blocks (docs/objects-bench.md); the
 message of summary.json names the one taken and why. The others are earlier papers'
 solvers. Only montecarlo and analytic need no convergence; relaxations need thousands of

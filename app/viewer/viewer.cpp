@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <limits>
 
 #include "app/viewer/answers.h"
 #include "app/viewer/canvas.h"

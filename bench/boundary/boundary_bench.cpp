@@ -136,18 +136,18 @@ void measure(const Request& request, Progress& progress, const Save& save) {
 }  // namespace
 
 Subject boundary_subject() {
-  return {
-      "boundary",
-      "Error, cost and memory of boundary integrals against triangles "
-      "(docs/boundary-integral.md)",
-      R"(  kappamu bench boundary -o out/
+  return {"boundary",
+          "Error, cost and memory of boundary integrals against triangles "
+          "(docs/boundary-integral.md)",
+          R"(  kappamu bench boundary -o out/
 
 One resolution, one light, an exact solution prescribed. error: of the fluence at the
 centroids, relative 2-norm; sum_error: of it, what fast sums and linear solver add,
 found by solving again ten times as accurately (its time is not counted).)",
-      {{"boundary", "spheres and cubes of 1,200 to 101,568 triangles", measure}},
-      {{"fields", "Also write meshes, lights and solutions for scripts/referees/bempp_boundary.py",
-        Setting::Kind::flag}}};
+          {{"boundary", "spheres and cubes of 1,200 to 101,568 triangles", measure}},
+          {{"fields",
+            "Also write meshes, lights and solutions for scripts/references/bempp_boundary.py",
+            Setting::Kind::flag}}};
 }
 
 }  // namespace kappamu::bench

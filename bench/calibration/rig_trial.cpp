@@ -1,7 +1,6 @@
 #include "bench/calibration/rig_trial.h"
 
 #include <Eigen/Eigenvalues>
-#include <cmath>
 
 #include "calib/lens/lens_model.h"
 #include "calib/lens/pose_numbers.h"
@@ -37,7 +36,7 @@ Eigen::VectorXd normal(const Eigen::MatrixXd& covariance, std::mt19937_64& rando
 calib::Lens moved(const calib::Lens& lens, calib::LensModel model, const Eigen::VectorXd& by) {
   calib::LensNumbers numbers = calib::numbers_of(lens);
   for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] += by[static_cast<Eigen::Index>(k)];
-  return calib::lens_of(numbers, calib::has_square_pixels(model), lens.width, lens.height);
+  return calib::lens_of(numbers, calib::pixel_shape(model), lens.width, lens.height);
 }
 
 }  // namespace

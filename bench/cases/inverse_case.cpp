@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <string>
 
 #include "bench/cases/media.h"
 #include "core/appearance_error.h"

@@ -1,6 +1,6 @@
 // Blocks of known κ(x), μ(x) for measurements of the inverse problem: data from a grid twice as
 // fine as the fitted one, with noise, and the score of a volume under light the fit never saw. The
-// fitted discretisation never makes the data it is judged by.
+// fitted discretisation never makes the data it is evaluated on.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ struct Block {
   Light light = Light::collimated;
   Quantity quantity = Quantity::exitance;
   double noise = 0.01;  ///< σ = noise (value + noise · the pattern's maximum)
-  /// Of what makes the data and judges by them: single solves to 1e-6, double to 1e-9.
+  /// Of what makes the data and evaluates on them: single solves to 1e-6, double to 1e-9.
   forward::Precision precision = forward::Precision::double_precision;
 };
 

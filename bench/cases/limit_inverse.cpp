@@ -33,9 +33,9 @@ InverseLimit started(const std::string& name, const Block& block, double factor)
   return limit;
 }
 
-InverseLimit wild(const std::string& name, const Block& block, inverse::Loss loss) {
+InverseLimit with_outliers(const std::string& name, const Block& block, inverse::Loss loss) {
   InverseLimit limit{name, block, usual()};
-  limit.mistake.wild = 0.01;
+  limit.mistake.outliers = 0.01;
   limit.options.data.term.loss = loss;
   return limit;
 }
@@ -116,8 +116,8 @@ std::vector<InverseLimit> inverse_limits() {
        .figure = usual(),
        .half_masked = true},
       {.name = "all dark", .block = block, .figure = usual(), .dark = true},
-      wild("1 % of wild pixels", block, inverse::Loss::gaussian),
-      wild("1 % of wild pixels, --loss student", block, inverse::Loss::student),
+      with_outliers("1 % of outliers", block, inverse::Loss::gaussian),
+      with_outliers("1 % of outliers, --loss student", block, inverse::Loss::student),
       {"voxels of 0.13 mean free paths", {.grid = {24, 24, 32, 0.1}}, usual()},
       {"the same block, voxels of 0.53", {.grid = {6, 6, 8, 0.4}}, usual()},
   };
@@ -153,11 +153,11 @@ InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::stri
     return outcome;
   }
   outcome.warnings = outcome.fit->report.warnings;
-  for (const auto& warning :
-       {inverse::unseen_warning(*outcome.fit, m, 0), inverse::wild_warning(*outcome.fit, m, 0)}) {
+  for (const auto& warning : {inverse::unseen_warning(*outcome.fit, m, 0),
+                              inverse::outlier_warning(*outcome.fit, m, 0)}) {
     if (warning) outcome.warnings.push_back(*warning);
   }
-  outcome.remarks = inverse::notes_on(*outcome.fit, m);
+  outcome.notes = inverse::notes_on(*outcome.fit, m);
   score(limit, m.eta, outcome);
   return outcome;
 }

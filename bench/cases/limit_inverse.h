@@ -27,7 +27,7 @@ struct InverseLimit {
 struct InverseLimitOutcome {
   std::optional<inverse::ChannelFit> fit;  ///< none where there is nothing to fit
   std::vector<std::string> warnings;       ///< its own, or the sentence it ended with
-  std::vector<std::string> remarks;
+  std::vector<std::string> notes;
   double error = 0.0;        ///< E under 6 × 6 patches against noise-free, right data
   double kappa_error = 0.0;  ///< median over voxels of |found/true − 1|
   double mu_error = 0.0;

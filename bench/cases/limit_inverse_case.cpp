@@ -165,11 +165,11 @@ void spoil(SurfaceMeasurements& m, double relative, const Mistake& mistake, std:
   }
   add_noise(m, relative, seed);
   for (float& variance : m.variance) variance *= static_cast<float>(mistake.variance);
-  if (mistake.wild <= 0.0) return;
+  if (mistake.outliers <= 0.0) return;
   Noise chance(seed + 1);
   const float largest = *std::max_element(m.value.begin(), m.value.end());
   for (float& value : m.value) {
-    if (chance.uniform() < mistake.wild) value = static_cast<float>(largest * chance.uniform());
+    if (chance.uniform() < mistake.outliers) value = static_cast<float>(largest * chance.uniform());
   }
 }
 

@@ -35,7 +35,7 @@ struct Mistake {
   double stated_eta = 0.0;  ///< instead of the block's; 0 = right
   int shift = 0;            ///< voxels by which the images sit towards +u of the light
   double variance = 1.0;    ///< stated over true
-  double wild = 0.0;        ///< share of values that are anything up to the largest
+  double outliers = 0.0;    ///< share of values that are anything up to the largest
 };
 
 /// Noise-free values under `light`, [pattern][v][u] on the lit face, solved on voxels split in

@@ -76,7 +76,7 @@ class Bench {
             {"grid", {spec.shape.nx, spec.shape.ny, spec.shape.nz}},
             {"voxel_mm", spec.shape.voxel_mm},
             {"patterns", spec.patterns},
-            {"judged_patterns", spec.judged},
+            {"compared_patterns", spec.compared},
             {"medium", to_string(spec.medium.kind)},
             {"contrast", spec.medium.contrast * spec.medium.background_contrast},
             {"background_contrast", spec.medium.background_contrast},

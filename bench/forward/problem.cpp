@@ -24,21 +24,21 @@ Problem::Problem(ProblemSpec spec, const std::string& device) : spec_(std::move(
   setup_.shape = spec_.shape;
   medium_ = make_medium(spec_.shape, spec_.medium);
   irradiance_ = patch_light(spec_.shape, setup_.lit_face, spec_.patterns);
-  spec_.judged = std::min(spec_.judged, spec_.patterns);
+  spec_.compared = std::min(spec_.compared, spec_.patterns);
   solver_ = forward::make_grid_solver(setup_, device, forward::Precision::double_precision).solver;
   solver_->set_medium(medium_.kappa.values(), medium_.mu.values());
-  const auto b = solver_->make_field(spec_.judged);
-  const auto phi = solver_->make_field(spec_.judged);
-  solver_->light_source(irradiance(spec_.judged), *b);
+  const auto b = solver_->make_field(spec_.compared);
+  const auto phi = solver_->make_field(spec_.compared);
+  solver_->light_source(irradiance(spec_.compared), *b);
   const forward::SolveOptions options{truth_tolerance, 400};
   solver_->solve(*b, *phi, options);
-  std::vector<double> first(spec_.shape.cells() * static_cast<std::size_t>(spec_.judged));
+  std::vector<double> first(spec_.shape.cells() * static_cast<std::size_t>(spec_.compared));
   solver_->read(*phi, first);
   solver_->solve(*b, *phi, options);
   phi_.resize(first.size());
   solver_->read(*phi, phi_);
-  truth_error_ = worst_difference(first, phi_, spec_.judged);
-  maps_ = maps_of(phi_, spec_.judged);
+  truth_error_ = worst_difference(first, phi_, spec_.compared);
+  maps_ = maps_of(phi_, spec_.compared);
 }
 
 std::vector<double> Problem::irradiance(int patterns) const {
@@ -71,17 +71,17 @@ std::array<std::vector<double>, 6> Problem::maps_of(const std::vector<double>& p
 }
 
 Errors Problem::errors_of(const std::vector<double>& phi, int patterns) const {
-  const int judged = std::min(patterns, spec_.judged);
+  const int compared = std::min(patterns, spec_.compared);
   const std::size_t cells = setup_.shape.cells();
-  const std::vector<double> mine = first_patterns(phi, cells, judged);
-  return {worst_difference(mine, first_patterns(phi_, cells, judged), judged),
-          map_error(maps_of(mine, judged), judged)};
+  const std::vector<double> mine = first_patterns(phi, cells, compared);
+  return {worst_difference(mine, first_patterns(phi_, cells, compared), compared),
+          map_error(maps_of(mine, compared), compared)};
 }
 
 double Problem::map_error(const std::array<std::vector<double>, 6>& maps, int patterns) const {
-  const int judged = std::min(patterns, spec_.judged);
+  const int compared = std::min(patterns, spec_.compared);
   double worst = 0.0;
-  for (int m = 0; m < judged; ++m) {
+  for (int m = 0; m < compared; ++m) {
     double difference = 0.0, size = 0.0;
     for (std::size_t f = 0; f < all_faces.size(); ++f) {
       const std::size_t cells = face_shape(setup_.shape, all_faces[f]).cells();

@@ -19,11 +19,11 @@ struct ProblemSpec {
   int patterns = 16;
   /// φ* is found for the first so many patterns, and errors are those of these: enough of them
   /// where double-precision batches of all would not fit into memory.
-  int judged = 16;
+  int compared = 16;
 };
 
 struct Errors {
-  double phi = 0.0;  ///< ‖φ − φ*‖₂/‖φ*‖₂ over all voxels, of the worst judged pattern
+  double phi = 0.0;  ///< ‖φ − φ*‖₂/‖φ*‖₂ over all voxels, of the worst pattern compared
   double maps = 0.0;  ///< the same of the exitance of all six faces together
 };
 
@@ -38,12 +38,12 @@ class Problem {
   const Medium& medium() const { return medium_; }
   const std::vector<double>& irradiance() const { return irradiance_; }  ///< [pattern][v][u]
   std::vector<double> irradiance(int patterns) const;                    ///< of the first ones
-  /// b [pattern][z][y][x] of the first `patterns` ≤ judged.
+  /// b [pattern][z][y][x] of the first `patterns` ≤ compared.
   std::vector<double> right_hand_sides(int patterns) const;
   double truth_error() const { return truth_error_; }
   const BoundaryConstants& constants() const { return solver_->constants(); }
 
-  /// φ holds `patterns` volumes [pattern][z][y][x]; the first min(patterns, judged) are judged.
+  /// φ holds `patterns` volumes [pattern][z][y][x]; the first min(patterns, compared) are compared.
   Errors errors_of(const std::vector<double>& phi, int patterns) const;
   /// Error of exitance maps in order of all_faces, each [pattern][v][u].
   double map_error(const std::array<std::vector<double>, 6>& maps, int patterns) const;
@@ -56,7 +56,7 @@ class Problem {
   Medium medium_;
   std::vector<double> irradiance_;
   std::unique_ptr<forward::GridSolver> solver_;  ///< double
-  std::vector<double> phi_;                      ///< φ*, judged patterns
+  std::vector<double> phi_;                      ///< φ*, compared patterns
   std::array<std::vector<double>, 6> maps_;
   double truth_error_ = 0.0;
 };

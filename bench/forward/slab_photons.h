@@ -1,5 +1,5 @@
 // Monte Carlo of a laterally infinite slab between two equal glass slides: the totals an
-// integrating sphere sees. The voxel referee (forward/montecarlo) has no slides and answers for
+// integrating sphere sees. The voxel reference (forward/montecarlo) has no slides and answers for
 // them by pixel; tests/bench/slab_photons_test.cpp holds the two to each other where there are
 // none.
 #pragma once

@@ -223,7 +223,7 @@ response.)",
           {{"repetitions", "Merges timed (default 3)", Setting::Kind::number, 1, 1000},
            {"frames",
             "Also write frames/ with what other programs need to merge the same "
-            "(scripts/referees/hdr_peers.py)",
+            "(scripts/references/hdr_peers.py)",
             Setting::Kind::flag}}};
 }
 

@@ -58,8 +58,7 @@ DenseFit::DenseFit(const SurfaceMeasurements& measurements, int channel,
       inverse::fit_channel(measurements, channel, options_, inverse::Checkpoint{}, silent);
   const double thickness =
       measurements.grid.extent(axis_of(measurements.lit_face)) * measurements.grid.voxel_mm;
-  prior_ = {start.report.weight, thickness,
-              options_.regulariser.anchor_length * thickness};
+  prior_ = {start.report.weight, thickness, options_.regulariser.anchor_length * thickness};
   anchor_ = {std::log(start.report.homogeneous_kappa), std::log(start.report.homogeneous_mu),
              prior_.anchor_length_mm};
   inverse::Problem problem = inverse::make_problem(measurements, channel, options_.data.convention,
@@ -97,8 +96,7 @@ double DenseFit::value(inverse::Objective& objective, const std::vector<double>&
   if (!std::isfinite(objective.value(fields_))) return std::numeric_limits<double>::infinity();
   const GridShape& shape = objective.problem().setup.shape;
   return 0.5 * weighted_residual(objective, data).squaredNorm() +
-         prior_.weight *
-             inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).value;
+         prior_.weight * inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).value;
 }
 
 /// The minimum of the full objective by L-BFGS that starts from the fitted block's covariance:
@@ -150,8 +148,8 @@ void DenseFit::build_matrices() {
     const CoefficientPair unit = fields_of(VectorXd::Unit(n, k));
     const std::vector<double> column = objective_->jacobian(unit);
     jacobian_.col(k) = Eigen::Map<const VectorXd>(column.data(), jacobian_.rows());
-    precision_.col(k) = prior_.weight *
-                        joined(inverse::smoothing_product(shape, prior_.thickness_mm,
+    precision_.col(k) =
+        prior_.weight * joined(inverse::smoothing_product(shape, prior_.thickness_mm,
                                                           prior_.anchor_length_mm, {}, unit));
   }
   MatrixXd hessian = precision_;
@@ -185,9 +183,9 @@ std::unique_ptr<inverse::Objective> DenseFit::exchanged(
 VectorXd DenseFit::change(const SurfaceMeasurements& measurements) {
   const auto other = exchanged(measurements);
   other->value(fields_of(fitted_));
-  const VectorXd surprise = weighted_residual(*other, other->problem().data) -
-                            weighted_residual(objective(), objective_->problem().data);
-  return -(covariance_ * (jacobian_.transpose() * surprise));
+  const VectorXd model_residual = weighted_residual(*other, other->problem().data) -
+                                  weighted_residual(objective(), objective_->problem().data);
+  return -(covariance_ * (jacobian_.transpose() * model_residual));
 }
 
 VectorXd DenseFit::refitted(const std::vector<double>& data) {

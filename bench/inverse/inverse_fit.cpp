@@ -30,17 +30,17 @@ double course_ratio(int points) {
 }
 
 Medium exported(const GridShape& grid, GridShape shape, CoefficientPair fields) {
-  // Grids halve from one to the next, odd extents rounded up: walk back up the same ladder.
-  std::vector<GridShape> ladder{grid};
-  while (!(ladder.back() == shape)) {
-    const GridShape& s = ladder.back();
+  // Grids halve from one to the next, odd extents rounded up: walk back up them.
+  std::vector<GridShape> grids{grid};
+  while (!(grids.back() == shape)) {
+    const GridShape& s = grids.back();
     check(s.nx > shape.nx || s.ny > shape.ny || s.nz > shape.nz,
-          "a course names a grid the ladder does not have");
-    ladder.push_back({(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm});
+          "a history names a grid that halving does not give");
+    grids.push_back({(s.nx + 1) / 2, (s.ny + 1) / 2, (s.nz + 1) / 2, 2.0 * s.voxel_mm});
   }
-  for (std::size_t k = ladder.size(); k-- > 1;) {
-    fields = {inverse::prolong(fields.log_kappa, ladder[k], ladder[k - 1]),
-              inverse::prolong(fields.log_mu, ladder[k], ladder[k - 1])};
+  for (std::size_t k = grids.size(); k-- > 1;) {
+    fields = {inverse::prolong(fields.log_kappa, grids[k], grids[k - 1]),
+              inverse::prolong(fields.log_mu, grids[k], grids[k - 1])};
   }
   return inverse::to_medium(fields, grid);
 }

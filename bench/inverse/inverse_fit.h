@@ -48,7 +48,7 @@ DepthError depth_error(const Medium& medium, const inverse::CoefficientPair& fin
 Json score_of(const inverse::ChannelFit& fit, const SurfaceMeasurements& measurements,
               const inverse::CoefficientPair& fine_fields);
 
-/// Patterns kept out of the fit: none, or those that `kappamu fit` keeps out unless told otherwise
+/// Patterns kept out of the fit: none, or those that `kappamu fit` keeps out unless asked otherwise
 /// and takes in again (validated_fit.h), a cost that a comparison of optimisers leaves out.
 enum class KeptOut { none, usual };
 

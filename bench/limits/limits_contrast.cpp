@@ -35,7 +35,7 @@ MediumSpec of_contrast(MediumSpec spec, double contrast) {
   return spec;
 }
 
-/// `row` with what a solve is judged by.
+/// `row` with what a solve is compared by.
 Json with_outcome(Json row, const LimitOutcome& outcome) {
   row["iterations"] = outcome.iterations;
   if (outcome.true_error) row["true error"] = *outcome.true_error;

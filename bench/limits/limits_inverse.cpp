@@ -21,7 +21,7 @@ Json limit_inverse(const Request& request, Progress& progress) {
       row["μ error"] = outcome.mu_error;
     }
     row["warnings"] = outcome.warnings;
-    row["remarks"] = outcome.remarks;
+    row["notes"] = outcome.notes;
     rows.push_back(row);
   }
   return rows;

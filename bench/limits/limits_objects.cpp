@@ -1,5 +1,4 @@
 // Iterations of model `embedded` on jagged, thin and mixed objects.
-#include <array>
 #include <cmath>
 #include <random>
 

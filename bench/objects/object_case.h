@@ -25,7 +25,7 @@ struct ObjectCase {
   std::filesystem::path file = {};  ///< of the mesh, where it is the user's
 };
 
-/// What the choice of a model is tuned on, and what it is judged on: other shapes, or other
+/// What the choice of a model is tuned on, and what it is reported on: other shapes, or other
 /// materials, sizes and lights.
 enum class Population { tuning, validation };
 

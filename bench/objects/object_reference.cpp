@@ -1,6 +1,5 @@
 #include "bench/objects/object_reference.h"
 
-#include <array>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>

@@ -1,6 +1,5 @@
 #include "bench/objects/object_bench.h"
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "bench/objects/object_measurement.h"

@@ -49,7 +49,7 @@ class Trial {
         of_cell_(grid_.cell.size(), cube_medium),
         A_(boundary_constants(cube_eta).A) {
     for (const Vector3d& p : grid_.boundary_node) q_.push_back(p[2] > 0.999 * cube_mm ? 1.0 : 0.0);
-    levels_ = relaxation_levels(grid_, of_cell_, q_, 3, true);
+    levels_ = relaxation_levels(grid_, of_cell_, q_, 3);
     exact_ = dark(levels_[0]);
     relax(levels_[0], A_, 16 * n * n, 0, exact_, {});
   }

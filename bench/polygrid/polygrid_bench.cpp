@@ -69,7 +69,7 @@ Json measured(const Object& object, int cells, const Request& request, Progress&
         object.mesh, {cells, forward::PolygridOptions{}.first_layer}, progress);
     const forward::PolygridQuality& q = made.quality;
     const forward::polygrid::LaplacianWeights weights =
-        forward::polygrid::laplacian_weights(forward::polygrid::node_grid(made.grid), true);
+        forward::polygrid::laplacian_weights(forward::polygrid::node_grid(made.grid));
     row.update({{"cells", q.cells},
                 {"boundary", q.boundary_nodes},
                 {"refinement", q.refinement},

@@ -110,7 +110,7 @@ CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double s
   result.joint_covariance = std::move(spread.covariance);
   result.overdispersion = spread.overdispersion;
   result.model = fit.model;
-  result.lens = lens_of(fit.numbers, has_square_pixels(fit.model), width, height);
+  result.lens = lens_of(fit.numbers, pixel_shape(fit.model), width, height);
   result.covariance = result.joint_covariance.topLeftCorner<lens_numbers, lens_numbers>();
   result.bend_mm = fit.bend_mm;
   result.converged = fit.converged;

@@ -41,45 +41,45 @@ double deviations_won(const Candidate& simpler, const Candidate& richer) {
   return sum / std::sqrt(std::max(variance, 1e-300));
 }
 
-/// The ladder of models for a flat or a bent board.
-struct Ladder {
+/// The sequence of models for a flat or a bent board.
+struct Sequence {
   std::vector<Candidate> candidates;
   std::size_t best = 0;
 };
 
-Ladder climb(const CameraSetting& setting, CameraFit start, Bend bend, LensModel last_model) {
-  Ladder ladder;
+Sequence climb(const CameraSetting& setting, CameraFit start, Bend bend, LensModel last_model) {
+  Sequence sequence;
   std::fill(start.numbers.begin() + 4, start.numbers.end(), 0.0);
   for (const LensModel model :
        {LensModel::pinhole, LensModel::radial1, LensModel::radial2, LensModel::radial2_tangential,
         LensModel::full, LensModel::rational}) {
     CameraProblem problem(setting, start, model, bend);
     problem.solve(tolerance, iterations);
-    ladder.candidates.push_back({problem.fit(), problem.leave_one_out()});
+    sequence.candidates.push_back({problem.fit(), problem.leave_one_out()});
     start = problem.fit();
-    const std::size_t last = ladder.candidates.size() - 1;
-    const Candidate& candidate = ladder.candidates[last];
-    const Candidate& best = ladder.candidates[ladder.best];
+    const std::size_t last = sequence.candidates.size() - 1;
+    const Candidate& candidate = sequence.candidates[last];
+    const Candidate& best = sequence.candidates[sequence.best];
     const bool wild = model == LensModel::full || model == LensModel::rational;
     const double won = deviations_won(best, candidate);
-    if (wild ? won > needed_of_wild : won > -needed_of_fewer) ladder.best = last;
+    if (wild ? won > needed_of_wild : won > -needed_of_fewer) sequence.best = last;
     if (model == last_model) break;
   }
-  return ladder;
+  return sequence;
 }
 
 }  // namespace
 
 CameraChoice choose_camera(const CameraSetting& setting, const CameraFit& start) {
-  const Ladder flat = climb(setting, start, Bend::none, LensModel::rational);
-  const Ladder bent = climb(setting, start, Bend::free, flat.candidates[flat.best].fit.model);
+  const Sequence flat = climb(setting, start, Bend::none, LensModel::rational);
+  const Sequence bent = climb(setting, start, Bend::free, flat.candidates[flat.best].fit.model);
   const Candidate& best_flat = flat.candidates[flat.best];
   const Candidate& best_bent = bent.candidates[bent.best];
   const bool bend = deviations_won(best_flat, best_bent) > needed_of_bend;
   CameraChoice choice;
   choice.fit = bend ? best_bent.fit : best_flat.fit;
-  for (const Ladder* ladder : {&flat, &bent}) {
-    for (const Candidate& candidate : ladder->candidates) {
+  for (const Sequence* sequence : {&flat, &bent}) {
+    for (const Candidate& candidate : sequence->candidates) {
       const CameraFit& fit = candidate.fit;
       choice.scores.push_back({fit.model, fit.bent, std::sqrt(candidate.mean_square()),
                                fit.model == choice.fit.model && fit.bent == choice.fit.bent});

@@ -29,8 +29,8 @@ const char* const undetermined =
 class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
  public:
   CornerCost(const BoardShape& board, int i, int j, const Eigen::Vector2d& observed,
-             bool square_pixels)
-      : observed_(observed), square_pixels_(square_pixels) {
+             PixelShape pixels)
+      : observed_(observed), pixels_(pixels) {
     constexpr std::array<double, 2> flat{};
     flat_ = bent_corner<double>(board, flat.data(), i, j);
     for (int k = 0; k < 2; ++k) {
@@ -55,7 +55,7 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
     const Eigen::Vector3d point(turned[0].a + pose[3], turned[1].a + pose[4],
                                 turned[2].a + pose[5]);
     const double fx = n[0];
-    const double fy = square_pixels_ ? n[0] : n[1];
+    const double fy = pixels_ == PixelShape::pixels == PixelShape::square ? n[0] : n[1];
     const Eigen::Vector2d normalised(point.x() / point.z(), point.y() / point.z());
     const Eigen::Vector2d bent = distort<double>(n + 4, normalised);
     residual[0] = fx * bent.x() + n[2] - observed_.x();
@@ -96,7 +96,7 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
     Eigen::Map<Eigen::Matrix<double, 2, lens_numbers, Eigen::RowMajor>> out(jacobian);
     out.setZero();
     out(0, 0) = bent.x();
-    out(1, square_pixels_ ? 0 : 1) = bent.y();
+    out(1, pixels_ == PixelShape::square ? 0 : 1) = bent.y();
     out(0, 2) = 1.0;
     out(1, 3) = 1.0;
     const Eigen::Vector2d radially = Eigen::Vector2d(fx * x, fy * y) * r2 / below;
@@ -111,7 +111,7 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
   }
 
   Eigen::Vector2d observed_;
-  bool square_pixels_;
+  PixelShape pixels_;
   Eigen::Vector3d flat_;
   std::array<double, 2> rise_{};  ///< of the corner for 1 mm of bend
 };
@@ -157,8 +157,7 @@ Eigen::Vector2d corner_residual(const CameraSetting& setting, const CameraFit& f
   Eigen::Vector2d residual;
   const BoardCorners& corners = setting.views[view].corners;
   const auto [i, j] = corners.place(corner);
-  const CornerCost cost(setting.board(view), i, j, corners.pixels[corner],
-                        has_square_pixels(fit.model));
+  const CornerCost cost(setting.board(view), i, j, corners.pixels[corner], pixel_shape(fit.model));
   const std::array<const double*, 3> parameters{fit.numbers.data(), fit.bend_mm.data(),
                                                 fit.poses[view].data()};
   cost.Evaluate(parameters.data(), residual.data(), nullptr);
@@ -178,8 +177,7 @@ CameraProblem::CameraProblem(const CameraSetting& setting, const CameraFit& star
     for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
       if (setting.mask[v][k] == 0) continue;
       const auto [i, j] = corners.place(k);
-      auto* cost =
-          new CornerCost(setting.board(v), i, j, corners.pixels[k], has_square_pixels(model));
+      auto* cost = new CornerCost(setting.board(v), i, j, corners.pixels[k], pixel_shape(model));
       blocks_[v].push_back(problem_->AddResidualBlock(
           cost, cauchy_px > 0.0 ? new ceres::CauchyLoss(cauchy_px) : nullptr, fit_.numbers.data(),
           fit_.bend_mm.data(), fit_.poses[v].data()));

@@ -10,18 +10,18 @@ namespace {
 struct ModelOfLens {
   LensModel model;
   const char* name;  ///< the numbers it estimates; "f": fx, with fy held to it
-  bool square;
+  PixelShape pixels;
   int distortion;  ///< how many of k1, k2, p1, p2, k3 ... k6, from the first
 };
 constexpr std::array<ModelOfLens, 8> models_of_lens{
-    {{LensModel::pinhole_square, "f cx cy", true, 0},
-     {LensModel::radial1_square, "f cx cy k1", true, 1},
-     {LensModel::pinhole, "fx fy cx cy", false, 0},
-     {LensModel::radial1, "fx fy cx cy k1", false, 1},
-     {LensModel::radial2, "fx fy cx cy k1 k2", false, 2},
-     {LensModel::radial2_tangential, "fx fy cx cy k1 k2 p1 p2", false, 4},
-     {LensModel::full, "fx fy cx cy k1 k2 p1 p2 k3", false, 5},
-     {LensModel::rational, "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6", false, 8}}};
+    {{LensModel::pinhole_square, "f cx cy", PixelShape::square, 0},
+     {LensModel::radial1_square, "f cx cy k1", PixelShape::square, 1},
+     {LensModel::pinhole, "fx fy cx cy", PixelShape::rectangular, 0},
+     {LensModel::radial1, "fx fy cx cy k1", PixelShape::rectangular, 1},
+     {LensModel::radial2, "fx fy cx cy k1 k2", PixelShape::rectangular, 2},
+     {LensModel::radial2_tangential, "fx fy cx cy k1 k2 p1 p2", PixelShape::rectangular, 4},
+     {LensModel::full, "fx fy cx cy k1 k2 p1 p2 k3", PixelShape::rectangular, 5},
+     {LensModel::rational, "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6", PixelShape::rectangular, 8}}};
 
 const ModelOfLens& entry_of(LensModel model) {
   return *std::find_if(models_of_lens.begin(), models_of_lens.end(),
@@ -41,15 +41,15 @@ LensModel lens_model_from_string(const std::string& name, const std::string& fil
   throw InputError(file + ": unknown lens model \"" + name + "\"; calibrate the session again");
 }
 
-bool has_square_pixels(LensModel model) {
-  return entry_of(model).square;
+PixelShape pixel_shape(LensModel model) {
+  return entry_of(model).pixels;
 }
 
 std::vector<int> fixed_numbers(LensModel model) {
   constexpr int fy = 1;
   constexpr int k1 = 4;
   std::vector<int> fixed;
-  if (has_square_pixels(model)) fixed.push_back(fy);
+  if (pixel_shape(model) == PixelShape::square) fixed.push_back(fy);
   for (int n = k1 + entry_of(model).distortion; n < lens_numbers; ++n) fixed.push_back(n);
   return fixed;
 }

@@ -20,12 +20,14 @@ inline LensNumbers numbers_of(const Lens& lens) {
   return {lens.fx, lens.fy, lens.cx, lens.cy, d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7]};
 }
 
-/// `square` pixels use fx for fy, which the model then holds fixed.
-inline Lens lens_of(const LensNumbers& n, bool square, int width, int height) {
+/// Square pixels use fx for fy, which the model then holds fixed.
+enum class PixelShape { square, rectangular };
+
+inline Lens lens_of(const LensNumbers& n, PixelShape pixels, int width, int height) {
   return {width,
           height,
           n[0],
-          square ? n[0] : n[1],
+          pixels == PixelShape::square ? n[0] : n[1],
           n[2],
           n[3],
           {n[4], n[5], n[6], n[7], n[8], n[9], n[10], n[11]}};
@@ -34,24 +36,24 @@ inline Lens lens_of(const LensNumbers& n, bool square, int width, int height) {
 /// Inverse of to_string; throws InputError naming `file`.
 LensModel lens_model_from_string(const std::string& name, const std::string& file);
 
-bool has_square_pixels(LensModel model);
+PixelShape pixel_shape(LensModel model);
 
 /// Indices into LensNumbers that `model` holds fixed.
 std::vector<int> fixed_numbers(LensModel model);
 
 /// Projection for automatic differentiation; `numbers` in the order of LensNumbers.
 template <class T>
-Eigen::Matrix<T, 2, 1> project_numbers(const T* numbers, bool square,
+Eigen::Matrix<T, 2, 1> project_numbers(const T* numbers, PixelShape pixels,
                                        const Eigen::Matrix<T, 3, 1>& point) {
-  const std::array<T, 4> focal_centre{numbers[0], square ? numbers[0] : numbers[1], numbers[2],
-                                      numbers[3]};
+  const std::array<T, 4> focal_centre{
+      numbers[0], pixels == PixelShape::square ? numbers[0] : numbers[1], numbers[2], numbers[3]};
   return project<T>(focal_centre.data(), numbers + 4, point);
 }
 
 /// Spread of p1 and p2 over lenses, of elements out of centre (calibrations at hand: 1e-4 to 2e-3).
-/// As a Gaussian prior it does nothing where views tell them, and where three or four views do not
+/// As a Gaussian prior it does nothing where views determine them, and where three or four do not
 /// it keeps their ignorance in the covariance: left out they move the principal point by pixels and
-/// nobody is told (docs/calibration.md).
+/// no standard deviation shows it (docs/calibration.md).
 inline constexpr double tangential_spread = 0.002;
 /// The same of k1 r² and k2 r⁴ at the corner of the frame, r its distance from the axis at depth 1.
 inline constexpr double radial_spread = 0.05;

@@ -22,7 +22,7 @@ Eigen::Matrix<double, 2, lens_numbers> by_lens(const CameraCalibration& camera,
   std::array<Jet, lens_numbers> jets;
   for (int k = 0; k < lens_numbers; ++k) jets[k] = Jet(numbers[k], k);
   const auto pixel =
-      project_numbers<Jet>(jets.data(), has_square_pixels(camera.model), point.cast<Jet>());
+      project_numbers<Jet>(jets.data(), pixel_shape(camera.model), point.cast<Jet>());
   Eigen::Matrix<double, 2, lens_numbers> jacobian;
   jacobian << pixel.x().v.transpose(), pixel.y().v.transpose();
   return jacobian;
@@ -45,7 +45,7 @@ Eigen::Matrix<double, 2, 6> by_pose(const CameraCalibration& camera, std::size_t
   std::array<Jet, lens_numbers> lens;
   const LensNumbers numbers = numbers_of(camera.lens);
   for (int k = 0; k < lens_numbers; ++k) lens[k] = Jet(numbers[k]);
-  const auto pixel = project_numbers<Jet>(lens.data(), has_square_pixels(camera.model), moved);
+  const auto pixel = project_numbers<Jet>(lens.data(), pixel_shape(camera.model), moved);
   Eigen::Matrix<double, 2, 6> jacobian;
   jacobian << pixel.x().v.transpose(), pixel.y().v.transpose();
   return jacobian;

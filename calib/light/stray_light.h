@@ -10,7 +10,7 @@ namespace kappamu::calib {
 
 /// Light that the chart's neutral patches show beside what they reflect, as a share of white: b/a
 /// of measured = a published + b, by least squares of relative residuals. Room light and flare are
-/// not told apart. Nothing for fewer than three usable patches or dark ones.
+/// not separated. Nothing for fewer than three usable patches or dark ones.
 std::optional<double> stray_light(const ChartReference& chart, std::size_t channel);
 
 }  // namespace kappamu::calib

@@ -37,16 +37,16 @@ double value_of(const Jet& x) {
 /// Lens::unproject for any scalar: one step of Newton's method from the converged point, with the
 /// Jacobian held, is exact to first order in the lens' numbers.
 template <class T>
-Vector3<T> unproject_numbers(const T* numbers, bool square, const Eigen::Vector2d& pixel) {
+Vector3<T> unproject_numbers(const T* numbers, PixelShape pixels, const Eigen::Vector2d& pixel) {
   LensNumbers plain{};
   for (int k = 0; k < lens_numbers; ++k) plain[k] = value_of(numbers[k]);
-  const Eigen::Vector3d ray = lens_of(plain, square, 0, 0).unproject(pixel);
+  const Eigen::Vector3d ray = lens_of(plain, pixels, 0, 0).unproject(pixel);
   const Eigen::Vector2d start = ray.head<2>();
   const Eigen::Matrix2d inverse = distortion_jacobian(plain.data() + 4, start).inverse();
-  const Vector2<T> miss =
-      distort<T>(numbers + 4, start.cast<T>()) -
-      Vector2<T>((T(pixel.x()) - numbers[2]) / numbers[0],
-                 (T(pixel.y()) - numbers[3]) / (square ? numbers[0] : numbers[1]));
+  const Vector2<T> miss = distort<T>(numbers + 4, start.cast<T>()) -
+                          Vector2<T>((T(pixel.x()) - numbers[2]) / numbers[0],
+                                     (T(pixel.y()) - numbers[3]) /
+                                         (pixels == PixelShape::square ? numbers[0] : numbers[1]));
   const Vector2<T> at = start.cast<T>() - inverse.cast<T>() * miss;
   return {at.x(), at.y(), T(1.0)};
 }
@@ -57,12 +57,12 @@ struct PrintedResidual {
   std::array<int, 2> place;
   Eigen::Vector2d observed;
   double weight;
-  bool square_pixels;
+  PixelShape pixels;
 
   template <class T>
   bool operator()(const T* camera, const T* bend, const T* pose, T* residual) const {
     const Vector3<T> corner = bent_corner<T>(board, bend, place[0], place[1]);
-    const Vector2<T> pixel = project_numbers<T>(camera, square_pixels, moved<T>(pose, corner));
+    const Vector2<T> pixel = project_numbers<T>(camera, pixels, moved<T>(pose, corner));
     residual[0] = weight * (pixel.x() - observed.x());
     residual[1] = weight * (pixel.y() - observed.y());
     return true;
@@ -75,15 +75,15 @@ struct ProjectedResidual {
   Eigen::Vector2d seen;
   Eigen::Vector2d shown;
   double weight;
-  bool square_camera;
-  bool square_projector;
+  PixelShape camera_pixels;
+  PixelShape projector_pixels;
 
   template <class T>
   bool operator()(const T* camera, const T* projector, const T* projector_pose, const T* plane,
                   T* residual) const {
-    const Vector3<T> point = met_by(plane, unproject_numbers<T>(camera, square_camera, seen));
+    const Vector3<T> point = met_by(plane, unproject_numbers<T>(camera, camera_pixels, seen));
     const Vector2<T> pixel =
-        project_numbers<T>(projector, square_projector, moved<T>(projector_pose, point));
+        project_numbers<T>(projector, projector_pixels, moved<T>(projector_pose, point));
     residual[0] = weight * (pixel.x() - shown.x());
     residual[1] = weight * (pixel.y() - shown.y());
     return true;
@@ -95,8 +95,8 @@ class Adjustment {
   Adjustment(const JointSetting& setting, const CameraCalibration& camera,
              const ProjectorCalibration& projector)
       : setting_(setting),
-        square_camera_(has_square_pixels(camera.model)),
-        square_projector_(has_square_pixels(projector.model)),
+        camera_pixels_(pixel_shape(camera.model)),
+        projector_pixels_(pixel_shape(projector.model)),
         camera_fixed_(fixed_numbers(camera.model)),
         projector_fixed_(fixed_numbers(projector.model)),
         bent_(camera.bend_mm != std::array<double, 2>{}),
@@ -226,7 +226,7 @@ class Adjustment {
         printed_.push_back(problem_->AddResidualBlock(
             new ceres::AutoDiffCostFunction<PrintedResidual, 2, lens_numbers, 2, 6>(
                 new PrintedResidual{board, corners.place(k), corners.pixels[k], weight,
-                                    square_camera_}),
+                                    camera_pixels_}),
             new ceres::HuberLoss(huber_deviations), numbers_.camera.data(), numbers_.bend.data(),
             numbers_.poses[v].data()));
       }
@@ -243,7 +243,7 @@ class Adjustment {
             new ceres::AutoDiffCostFunction<ProjectedResidual, 2, lens_numbers, lens_numbers, 6, 6>(
                 new ProjectedResidual{plane.projected.pixels[k],
                                       projector_pixel(setting_.projected, plane.projected, k),
-                                      weight * scale, square_camera_, square_projector_}),
+                                      weight * scale, camera_pixels_, projector_pixels_}),
             new ceres::HuberLoss(huber_deviations), numbers_.camera.data(),
             numbers_.projector.data(), numbers_.projector_pose.data(),
             numbers_.poses[first + p].data()));
@@ -252,8 +252,8 @@ class Adjustment {
   }
 
   const JointSetting& setting_;
-  bool square_camera_;
-  bool square_projector_;
+  PixelShape camera_pixels_;
+  PixelShape projector_pixels_;
   std::vector<int> camera_fixed_;
   std::vector<int> projector_fixed_;
   bool bent_;
@@ -298,8 +298,8 @@ JointCalibration adjust_jointly(const JointSetting& setting, const CameraCalibra
 
   joint.camera = camera;
   CameraCalibration& eye = joint.camera;
-  eye.lens = lens_of(numbers.camera, has_square_pixels(camera.model), camera.lens.width,
-                     camera.lens.height);
+  eye.lens =
+      lens_of(numbers.camera, pixel_shape(camera.model), camera.lens.width, camera.lens.height);
   eye.bend_mm = numbers.bend;
   eye.covariance = joint.covariance.topLeftCorner<lens_numbers, lens_numbers>();
   std::vector<Eigen::Index> kept;
@@ -314,7 +314,7 @@ JointCalibration adjust_jointly(const JointSetting& setting, const CameraCalibra
 
   joint.projector = projector;
   ProjectorCalibration& light = joint.projector;
-  light.lens = lens_of(numbers.projector, has_square_pixels(projector.model), projector.lens.width,
+  light.lens = lens_of(numbers.projector, pixel_shape(projector.model), projector.lens.width,
                        projector.lens.height);
   light.covariance = joint.covariance.block<lens_numbers, lens_numbers>(JointNumbers::projector_at,
                                                                         JointNumbers::projector_at);

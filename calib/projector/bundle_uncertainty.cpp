@@ -37,7 +37,7 @@ Eigen::Matrix2d projector_covariance(const JointCalibration& joint,
     differentiate(JointNumbers::projector_at + k, [&](double step) {
       LensNumbers numbers = numbers_of(joint.projector.lens);
       numbers[static_cast<std::size_t>(k)] += step;
-      shifted.projector.lens = lens_of(numbers, has_square_pixels(joint.projector.model), 0, 0);
+      shifted.projector.lens = lens_of(numbers, pixel_shape(joint.projector.model), 0, 0);
     });
   }
   for (int k = 0; k < 6; ++k) {

@@ -32,7 +32,8 @@ struct PrintedCornerResidual {
     std::array<T, lens_numbers> numbers;
     for (int k = 0; k < lens_numbers; ++k) numbers[k] = T(camera[k]);
     const Eigen::Matrix<T, 3, 1> point = moved<T>(plane, point_in_plane.cast<T>());
-    const Eigen::Matrix<T, 2, 1> pixel = project_numbers<T>(numbers.data(), false, point);
+    const Eigen::Matrix<T, 2, 1> pixel =
+        project_numbers<T>(numbers.data(), PixelShape::rectangular, point);
     residual[0] = pixel.x() - observed.x();
     residual[1] = pixel.y() - observed.y();
     return true;
@@ -45,13 +46,13 @@ struct ProjectedCornerResidual {
   Eigen::Vector3d ray;
   Eigen::Vector2d projector_pixel;
   double camera_px_per_projector_px;
-  bool square_pixels;
+  PixelShape pixels;
 
   template <class T>
   bool operator()(const T* numbers, const T* projector, const T* plane, T* residual) const {
     const Eigen::Matrix<T, 3, 1> point = met_by<T>(plane, ray.cast<T>());
     const Eigen::Matrix<T, 2, 1> pixel =
-        project_numbers<T>(numbers, square_pixels, moved<T>(projector, point));
+        project_numbers<T>(numbers, pixels, moved<T>(projector, point));
     residual[0] = (pixel.x() - projector_pixel.x()) * camera_px_per_projector_px;
     residual[1] = (pixel.y() - projector_pixel.y()) * camera_px_per_projector_px;
     return true;
@@ -144,7 +145,7 @@ void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
           new ceres::AutoDiffCostFunction<ProjectedCornerResidual, 2, lens_numbers, 6, 6>(
               new ProjectedCornerResidual{setting.camera.unproject(plane.projected.pixels[k]),
                                           setting.projector_pixel(plane, k), scale,
-                                          has_square_pixels(fit.model)}),
+                                          pixel_shape(fit.model)}),
           nullptr, fit.numbers.data(), fit.projector.data(), fit.planes[p].data());
     }
   }
@@ -153,7 +154,8 @@ void add_residuals(const Setting& setting, Fit& fit, ceres::Problem& problem) {
 /// `noise_px` is the scatter of a corner, for the prior on distortion; 0: no prior.
 Fit refine(const Setting& setting, const Fit& start, LensModel model, double noise_px = 0.0) {
   Fit fit = start;
-  if (has_square_pixels(start.model) && !has_square_pixels(model)) fit.numbers[1] = fit.numbers[0];
+  if (pixel_shape(start.model) == PixelShape::square && pixel_shape(model) != PixelShape::square)
+    fit.numbers[1] = fit.numbers[0];
   fit.model = model;
   ceres::Problem problem;
   add_residuals(setting, fit, problem);
@@ -221,7 +223,7 @@ void add_views(const Setting& setting, ProjectorCalibration& result) {
 
 double projected_rms(const Setting& setting, const Fit& fit) {
   ProjectorCalibration result;
-  result.lens = lens_of(fit.numbers, has_square_pixels(fit.model), 0, 0);
+  result.lens = lens_of(fit.numbers, pixel_shape(fit.model), 0, 0);
   result.projector_from_station = rigid_of(fit.projector);
   for (const auto& plane : fit.planes) result.station_from_plane.push_back(rigid_of(plane));
   add_views(setting, result);
@@ -337,7 +339,7 @@ ProjectorCalibration calibrate_projector(const Lens& camera, const capture::Boar
   if (rms > bad_rms_px) explain(setting, rms);
   ProjectorCalibration result;
   result.model = best.model;
-  result.lens = lens_of(best.numbers, has_square_pixels(best.model), width, height);
+  result.lens = lens_of(best.numbers, pixel_shape(best.model), width, height);
   result.covariance = best.covariance;
   result.projector_from_station = rigid_of(best.projector);
   result.pose_covariance = best.pose_covariance;

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <limits>
 #include <numbers>
-#include <optional>
 
 #include "calib/lens/lens_model.h"
 #include "calib/lens/opencv_convert.h"
@@ -241,7 +240,8 @@ PoseCovariance lens_share(const Lens& lens, const LensCovariance& covariance,
     for (int side = 0; side < 2; ++side) {
       LensNumbers numbers = numbers_of(lens);
       for (int n = 0; n < lens_numbers; ++n) numbers[n] += (side == 0 ? part : -part) * root(n, k);
-      const Six six = refine(lens_of(numbers, false, lens.width, lens.height)).pose;
+      const Six six =
+          refine(lens_of(numbers, PixelShape::rectangular, lens.width, lens.height)).pose;
       poses[side] = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(six.data());
     }
     const Eigen::Matrix<double, 6, 1> change = (poses[0] - poses[1]) / (2.0 * part);

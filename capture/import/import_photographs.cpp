@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <charconv>
-#include <map>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -174,13 +173,13 @@ std::vector<Photograph> find_photographs(const PhotographSource& source, Progres
     progress.update("import", 0.3 * static_cast<double>(i) / photographs.size(),
                     photograph.path.filename().string());
     photograph.settings = io::read_photo_settings(photograph.path);
-    const std::optional<double>& told = photograph.settings.exposure_s;
-    if (photograph.exposure_s > 0.0 && told && differ(photograph.exposure_s, *told)) {
+    const std::optional<double>& exif_s = photograph.settings.exposure_s;
+    if (photograph.exposure_s > 0.0 && exif_s && differ(photograph.exposure_s, *exif_s)) {
       throw InputError(photograph.path.string() + ": the table says " +
-                       shown(photograph.exposure_s) + " s, EXIF says " + shown(*told) +
+                       shown(photograph.exposure_s) + " s, EXIF says " + shown(*exif_s) +
                        " s; correct the table, or leave its exposure_s empty.");
     }
-    if (photograph.exposure_s == 0.0) photograph.exposure_s = told.value_or(0.0);
+    if (photograph.exposure_s == 0.0) photograph.exposure_s = exif_s.value_or(0.0);
   }
   std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
     return std::tie(a.shot, a.exposure_s, a.path) < std::tie(b.shot, b.exposure_s, b.path);
@@ -192,7 +191,7 @@ void require_exposure_times(const std::vector<Photograph>& photographs) {
   for (const Photograph& photograph : photographs) {
     if (photograph.exposure_s == 0.0) {
       throw InputError(photograph.path.string() +
-                       ": neither EXIF nor a table tells its exposure time; give a CSV with the "
+                       ": neither EXIF nor a table states its exposure time; give a CSV with the "
                        "columns file, shot, exposure_s (--table).");
     }
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "capture/response/frame_reader.h"
 #include "capture/response/noise_model.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <numeric>
 
 #include "capture/radiance/frame_pair.h"
@@ -88,7 +87,7 @@ void place_chain(const std::vector<std::size_t>& chain, const std::vector<FrameP
 
 // Share of each frame's blocks that differ from the median of all frames that see them, gains
 // corrected. Two frames that disagree alone share the blame. Shifted frames are left out: they
-// differ everywhere, and that is told already.
+// differ everywhere, and that is reported already.
 void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, Steadiness& states) {
   struct Seen {
     std::size_t frame;
@@ -112,7 +111,7 @@ void find_changes(const std::vector<Blocks>& frames, const NoiseModel& noise, St
       seen.push_back({j, signal / time, noise.variance(signal) / block_pixels / (time * time)});
     }
     // Pixels near black may be cut off there: a frame has its say where its pixels stand well above
-    // their noise, and is judged where the others promise that.
+    // their noise, and is checked where the others promise that.
     const auto bright = [&](const Seen& one, double radiance) {
       const double time = frames[one.frame].exposure_s * std::exp(states[one.frame]->log_gain);
       const double signal = radiance * time;

@@ -14,7 +14,7 @@
 
 namespace kappamu::capture {
 
-/// One frame against the rest of its stack, the exposure times as told.
+/// One frame against the rest of its stack, the exposure times as stated.
 struct FrameState {
   double log_gain = 0.0;             ///< ln of its light relative to the stack's middle
   double log_gain_sigma = 0.0;       ///< standard deviation
@@ -34,11 +34,11 @@ using Steadiness = std::vector<std::optional<FrameState>>;
 Steadiness compare_frames(std::span<const ExposedFrame> stack, const Radiometry& radiometry);
 Steadiness compare_frames(std::span<const ExposedFloatFrame> stack, const Radiometry& radiometry);
 
-/// What is told of a frame, beyond both its tolerance and five standard deviations.
+/// What is reported of a frame, beyond both its tolerance and five standard deviations.
 struct Fault {
   enum class Kind {
-    flicker,      ///< brighter or darker than the rest
-    drift,        ///< the whole stack grows brighter or darker in its order; told of the last frame
+    flicker,  ///< brighter or darker than the rest
+    drift,    ///< the whole stack grows brighter or darker in its order; reported of the last frame
     mislabelled,  ///< so much brighter or darker that its exposure time must be wrong
     moved,        ///< picture shifted
     changed       ///< parts of the picture differ: something passed
@@ -63,8 +63,8 @@ std::vector<Fault> find_faults(const Steadiness& steadiness, std::span<const dou
                                std::span<const std::string> files,
                                const SteadyTolerance& tolerance);
 
-/// Exposure times that the frames themselves tell: told times gain, with the geometric mean of the
-/// unremarkable frames (within 5 % of the median) kept. Frames of unknown state keep theirs.
+/// Exposure times that the frames themselves show: stated times gain, with the geometric mean of
+/// the unremarkable frames (within 5 % of the median) kept. Frames of unknown state keep theirs.
 std::vector<double> steady_exposures(const Steadiness& steadiness,
                                      std::span<const double> exposures_s);
 

@@ -1,7 +1,6 @@
 // What the states of a stack's frames mean, in words. Declared in steadiness.h.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "capture/radiance/steadiness.h"
 #include "core/shown_text.h"
@@ -13,7 +12,7 @@ constexpr double certain = 5.0;  // standard deviations
 // A gain beyond this is no lamp's: the exposure time is wrong.
 constexpr double mislabelled_gain = 0.15;
 constexpr double unremarkable = 0.05;
-// A drift is told where a straight line in the order of the frames leaves this share of the
+// A drift is reported where a straight line in the order of the frames leaves this share of the
 // variance.
 constexpr double drift_residual_share = 0.1;
 constexpr std::size_t least_drift_frames = 4;
@@ -82,7 +81,7 @@ std::optional<Fault> light_fault(const FrameState& state, std::size_t frame, dou
     return Fault{Fault::Kind::mislabelled, frame,
                  "its light fits an exposure time of " +
                      seconds(exposure_s * std::exp(state.log_gain)) + error + ", not the " +
-                     seconds(exposure_s) + " told, against " +
+                     seconds(exposure_s) + " stated, against " +
                      which(known, "the other frames of its stack")};
   }
   return Fault{Fault::Kind::flicker, frame,

@@ -88,7 +88,7 @@ void find_noise(const Session& session, const std::vector<DarkLevel>& dark, Radi
       electrons = electrons_at_full_scale(frames, static_cast<int>(c), response, read);
     }
     if (!electrons) {
-      progress.warn("The frames do not tell the shot noise of channel " + session.channels[c] +
+      progress.warn("The frames do not determine the shot noise of channel " + session.channels[c] +
                     "; 10000 electrons at full scale are assumed (camera.electrons_full_scale).");
     }
     noise.electrons_full_scale = electrons.value_or(default_electrons_full_scale);

@@ -22,7 +22,7 @@ struct Response {
 struct Noise {
   double electrons_full_scale = 0.0;  ///< photo-electrons at full scale: shot noise is their root
   double read_noise_electrons = 0.0;  ///< standard deviation [electrons], quantisation apart
-  bool estimated = false;             ///< found from frames, not told by the session
+  bool estimated = false;             ///< found from frames, not stated by the session
 };
 
 struct Radiometry {

@@ -43,9 +43,9 @@ class Photographer {
  protected:
   bool rehearsing() const { return device_ == nullptr; }
 
-  // `told` and `shows`: what stands there and what the projector throws on it, in words.
-  void place(const Scene& scene, const std::string& told, const std::string& shows) {
-    now_.subject = told;
+  // `subject` and `shows`: what stands there and what the projector throws on it, in words.
+  void place(const Scene& scene, const std::string& subject, const std::string& shows) {
+    now_.subject = subject;
     now_.station = scene.station;
     now_.show = shows;
     if (!rehearsing()) device_->place(scene);

@@ -1,6 +1,5 @@
 #include "capture/rig/plan.h"
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -82,7 +81,7 @@ std::string text(const Plan& plan) {
   std::string out =
       "Lens, focus, aperture and sensitivity stay the same throughout; the sample does not move "
       "between its views and the patterns.\nMetered shots: the longest time of the plan that does "
-      "not saturate; the others as told, a Gray code's at the time of its white, "
+      "not saturate; the others at the stated times, a Gray code's at the time of its white, "
       "phase-shifted light's at the time of its first.\n" +
       std::to_string(plan.shots.size()) + " photographs, " +
       shown_number(plan.disk_bytes / 1e9, "%.2g") + " GB at most, about " +

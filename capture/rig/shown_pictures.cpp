@@ -61,19 +61,19 @@ std::map<std::string, Image<std::uint8_t>> shown_pictures(const CapturePlan& pla
 }
 
 void check_plan(const CapturePlan& plan, const Projector& projector) {
-  const std::string told = "capture plan: ";
+  const std::string where = "capture plan: ";
   if (plan.exposures_s.empty()) {
-    throw InputError(told + "exposures_s is empty; list at least one exposure time.");
+    throw InputError(where + "exposures_s is empty; list at least one exposure time.");
   }
   for (const std::string& station : {plan.calibration_station, plan.pattern_station}) {
-    require_plain_name(station, told + "a station's name");
+    require_plain_name(station, where + "a station's name");
   }
   for (const PlannedPattern& pattern : plan.patterns) {
-    require_plain_name(pattern.id, told + "the id of a pattern");
+    require_plain_name(pattern.id, where + "the id of a pattern");
     if (pattern.image.width() != projector.width || pattern.image.height() != projector.height ||
         pattern.image.channels() != 1) {
       throw InputError(
-          told + "the image of pattern " + pattern.id + " is " +
+          where + "the image of pattern " + pattern.id + " is " +
           std::to_string(pattern.image.width()) + " x " + std::to_string(pattern.image.height()) +
           " in " + std::to_string(pattern.image.channels()) +
           " channels; make it grey and of the projector's " + std::to_string(projector.width) +

@@ -60,7 +60,7 @@ class CalibrationCheck : FieldCheck {
       if (const auto& projected = calibration.projector_planes[i].projected) {
         frame(*projected, plane + ".projected");
         require(calibration.projected_board.has_value(), "calibration.projected_board",
-                "is missing although " + plane + ".projected shows one; tell its corners");
+                "is missing although " + plane + ".projected shows one; state its corners");
       } else {
         without_board = i;
       }
@@ -121,7 +121,7 @@ class CalibrationCheck : FieldCheck {
       require(longest[axis] >= extent[axis] || !plane.gray_code.empty(), field,
               "has no period along the " + along + " that spans the projector's " +
                   std::to_string(extent[axis]) +
-                  " pixels, so that its periods cannot be told apart; add one, or a gray_code");
+                  " pixels, so that its periods cannot be distinguished; add one, or a gray_code");
     }
   }
 
@@ -211,7 +211,7 @@ class CalibrationCheck : FieldCheck {
     levels(target.levels, field + ".levels");
     const bool ambient = !session_.calibration.ambient.empty();
     require(target.off_frames.empty() || ambient, "calibration.ambient",
-            "is missing although white_target.off_frames tell of room light; photograph the sample "
+            "is missing although white_target.off_frames show room light; photograph the sample "
             "with the projector off too");
     require(!target.off_frames.empty() || !ambient || target.black_frames.empty(),
             field + ".off_frames",

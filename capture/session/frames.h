@@ -1,4 +1,4 @@
-// Opening the photographs of a session: every mistake is told with the file's name.
+// Opening the photographs of a session: every mistake is reported with the file's name.
 #pragma once
 
 #include <cstdint>

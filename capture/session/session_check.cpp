@@ -1,5 +1,4 @@
 // What the values of a session must fulfil, alone and together; used on reading and on writing.
-#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -80,8 +79,9 @@ class SessionCheck : FieldCheck {
     if (camera.white_level) {
       const int top = (1 << camera.bit_depth) - 1;
       whole(*camera.white_level, top / 4, top, "camera.white_level");
-      require(camera.encoding == Encoding::linear, "camera.white_level",
-              "is told although encoding is 'response'; it belongs to linear frames: leave it out");
+      require(
+          camera.encoding == Encoding::linear, "camera.white_level",
+          "is stated although encoding is 'response'; it belongs to linear frames: leave it out");
     }
     if (camera.raw_layout) raw_layout(camera, *camera.raw_layout);
     if (camera.electrons_full_scale) {

@@ -272,7 +272,7 @@ class MeshCheck {
     const MeshCrossings crossings(result_.mesh);
     const MeshCrossings::Pairs pairs = crossings.crossing_pairs();
     if (!pairs.all) {
-      fail("too many of its triangles lie across each other to tell its inside; remesh it");
+      fail("too many of its triangles lie across each other to find its inside; remesh it");
     }
     if (!pairs.first) return;
     const auto one = static_cast<std::size_t>(pairs.first->first);

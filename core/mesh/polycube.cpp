@@ -1,7 +1,6 @@
 #include "core/mesh/polycube.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <set>
 #include <tuple>

@@ -1,7 +1,6 @@
 #include "data_synthetic/rig/render.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "core/error.h"

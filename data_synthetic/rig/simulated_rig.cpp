@@ -1,7 +1,6 @@
 #include "data_synthetic/rig/simulated_rig.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numbers>
 
 #include "core/error.h"

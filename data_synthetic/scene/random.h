@@ -21,7 +21,7 @@ inline NormalPair normal_pair(std::uint64_t key) {
 }
 
 /// Poisson number of the given mean: by inversion where it is small, the normal limit above 64
-/// (there the third moment is off by less than 13 % of the standard deviation).
+/// (there the third moment errs by less than 13 % of the standard deviation).
 inline double poisson(double mean, std::uint64_t key, double standard_normal) {
   if (mean <= 0.0) return 0.0;
   if (mean > 64.0) return std::round(mean + std::sqrt(mean) * standard_normal);

@@ -1,7 +1,5 @@
 #include "forward/baseline/stencil.h"
 
-#include <algorithm>
-
 #include "core/error.h"
 #include "forward/grid/grid_physics.h"
 

@@ -1,7 +1,6 @@
 #include "forward/boundary_integral/boundary_integral_model.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "core/error.h"

@@ -1,8 +1,8 @@
 #include "forward/boundary_integral/boundary_solve.h"
 
-#include <chrono>
 #include <cmath>
 
+#include "core/processor_time.h"
 #include "forward/boundary_integral/gmres.h"
 #include "forward/boundary_integral/layer_sum.h"
 
@@ -16,10 +16,6 @@ using Eigen::VectorXd;
 /// 2 and more.
 constexpr double margin = 0.3;
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 }  // namespace
 
 std::vector<double> boundary_source(const ObjectLight& light, const BoundaryConstants& constants) {
@@ -30,7 +26,7 @@ std::vector<double> boundary_source(const ObjectLight& light, const BoundaryCons
 
 BoundaryAnswer solve_boundary(const ObjectProblem& problem, const BoundaryConstants& constants,
                               const std::vector<Panel>& panels, double accuracy) {
-  const double start = now();
+  const Stopwatch watch;
   const Coefficients medium = problem.medium.smallest();
   const double decay = std::sqrt(medium.mu / medium.kappa);
   const double robin = 1.0 / (2.0 * constants.A * medium.kappa);
@@ -59,7 +55,7 @@ BoundaryAnswer solve_boundary(const ObjectProblem& problem, const BoundaryConsta
   }
   const FastSum layers = layer_sum(panels, {decay, robin, 1.0, order});
   answer.bytes = layers.bytes();
-  answer.setup_seconds = now() - start;
+  answer.setup_seconds = watch.seconds();
   const auto equation = [&](const VectorXd& u) -> VectorXd { return 0.5 * u + layers(u); };
   GmresLimits limits;
   limits.tolerance = margin * accuracy;
@@ -70,7 +66,7 @@ BoundaryAnswer solve_boundary(const ObjectProblem& problem, const BoundaryConsta
     answer.converged = answer.converged && report.converged;
     answer.fluence.push_back(std::move(fluence));
   }
-  answer.seconds = now() - start - answer.setup_seconds;
+  answer.seconds = watch.seconds() - answer.setup_seconds;
   return answer;
 }
 

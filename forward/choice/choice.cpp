@@ -135,7 +135,8 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
   const double per_photon = seconds_of(walks, channels, asked, costs);
   const double walk_seconds = per_photon * photons_for(walks, channels, asked);
   if (model.name == random_walks) result.seconds = walk_seconds;
-  if (remedy == Remedy::none || model.name == random_walks || *result.error <= asked.tolerance) return result;
+  if (remedy == Remedy::none || model.name == random_walks || *result.error <= asked.tolerance)
+    return result;
   const double start =
       seconds_per_triangle * static_cast<double>(channels.front().triangles * channels.size());
   std::optional<double> least;

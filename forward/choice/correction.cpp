@@ -1,6 +1,5 @@
 #include "forward/choice/correction.h"
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
 

@@ -1,7 +1,6 @@
 #include "forward/choice/model_table.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 namespace kappamu::forward {

@@ -1,7 +1,6 @@
 #include "forward/choice/object_features.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/mesh/edges.h"
 #include "forward/block/block_grid.h"

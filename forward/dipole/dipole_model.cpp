@@ -1,13 +1,12 @@
 #include "forward/dipole/dipole_model.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
-#include <optional>
 #include <sstream>
 
 #include "core/error.h"
+#include "core/processor_time.h"
 #include "forward/dipole/assumptions.h"
 #include "forward/dipole/direct/direct_sum.h"
 #include "forward/dipole/hierarchy/hierarchy.h"
@@ -26,12 +25,6 @@ using namespace dipole;
 constexpr int most_attempts = 4;
 /// Beyond this many triangles the direct sum takes minutes.
 constexpr std::size_t most_direct_triangles = 40'000;
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void require(bool holds, const std::string& sentence) {
   if (!holds) throw InputError(sentence);
@@ -89,7 +82,7 @@ class DipoleModel : public ObjectModel {
                 std::to_string(samples) +
                 " triangles take long; use dipole-rotated or set "
                 "max_elements");
-    const auto start = Clock::now();
+    const Stopwatch watch;
     std::vector<std::size_t> all(samples);
     std::iota(all.begin(), all.end(), 0);
     for (std::size_t l = 0; l < irradiance.size(); ++l) {
@@ -100,7 +93,7 @@ class DipoleModel : public ObjectModel {
       result.exitance.insert(result.exitance.end(), exitance.begin(), exitance.end());
     }
     result.error_estimate.assign(irradiance.size(), 0.0);
-    result.seconds = seconds_since(start);
+    result.seconds = watch.seconds();
     result.converged = true;
     result.message = "all pairs of triangles were summed";
     if (auto warning = aligned_source_warning(problem)) result.warnings.push_back(*warning);
@@ -110,7 +103,7 @@ class DipoleModel : public ObjectModel {
                         const Profile& profile, const std::vector<std::vector<double>>& irradiance,
                         Progress& progress, ObjectResult& result) const {
     const std::size_t samples = problem.surface.size(), lights = irradiance.size();
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const SumCheck check(problem.mesh, problem.surface, problem.surface.area, options.seed);
     std::vector<std::vector<double>> exact;
     for (const std::vector<double>& light : irradiance) {
@@ -122,12 +115,12 @@ class DipoleModel : public ObjectModel {
         problem.mesh, std::span(&profile, 1), hierarchy_options);
     double worst = 0.0;
     for (int attempt = 1;; ++attempt) {
-      const auto solve_start = Clock::now();
+      const Stopwatch solving;
       result.exitance.assign(lights * samples, 0.0);
       for (std::size_t first = 0; first < lights; first += lanes) {
         solve_lanes(hierarchy, irradiance, first, result.exitance);
       }
-      result.seconds = seconds_since(solve_start);
+      result.seconds = solving.seconds();
       worst = 0.0;
       result.error_estimate.clear();
       for (std::size_t l = 0; l < lights; ++l) {
@@ -144,7 +137,7 @@ class DipoleModel : public ObjectModel {
           0.9F * static_cast<float>(std::max(0.3, std::cbrt(options.tolerance / worst)));
       hierarchy.set_opening(hierarchy_options.opening);
     }
-    result.setup_seconds = seconds_since(start) - result.seconds;
+    result.setup_seconds = watch.seconds() - result.seconds;
     std::ostringstream message;
     message << hierarchy.links() << " links; their error, measured at " << check.triangles()
             << " triangles, is " << worst << (result.converged ? "" : ", above the tolerance");

@@ -1,7 +1,6 @@
 #include "forward/embedded/body_solve.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -11,6 +10,7 @@
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
+#include "core/processor_time.h"
 #include "forward/embedded/refinement.h"
 #include "forward/embedded/solver_choice.h"
 
@@ -38,10 +38,6 @@ constexpr double difference_per_error = 1.65;
 constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
 constexpr std::size_t lights_at_once = 8;
 constexpr double usable_memory = 0.7;
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 class BodySolve {
  public:
@@ -75,7 +71,7 @@ class BodySolve {
       best.iterations = found.iterations;
       best.solved = found.converged;
       best.within_tolerance = worst <= options_.tolerance;
-      best.setup_seconds = seconds_since(start_) - solving_;
+      best.setup_seconds = watch_.seconds() - solving_;
       best.seconds = solving_;
       report(worst, best.cubes);
       if (best.within_tolerance) return best;
@@ -141,12 +137,12 @@ class BodySolve {
   }
 
   Answers solved(const Discretisation& discretisation) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     Answers result =
         answers(discretisation, channels_,
                 *make_linear_solver(discretisation.levels, channels_.lights(), options_.device),
                 linear_tolerance(options_.tolerance));
-    solving_ += seconds_since(start);
+    solving_ += watch.seconds();
     return result;
   }
 
@@ -216,7 +212,7 @@ class BodySolve {
   const ObjectProblem& problem_;  ///< of the first channel: shape, surface and rays of all
   const ObjectOptions& options_;
   Progress& progress_;
-  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  const Stopwatch watch_;
   double solving_ = 0.0;
   std::size_t most_cubes_ = 0;
 };

@@ -1,7 +1,6 @@
 #include "forward/embedded/embedded_model.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/error.h"
 #include "forward/embedded/body_solve.h"

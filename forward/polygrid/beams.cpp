@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 
 #include "core/error.h"
@@ -108,8 +107,8 @@ void add_to(OfChannels& sum, const OfChannels& more) {
 
 }  // namespace
 
-BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, bool keep)
-    : grid_(grid), map_(map), keep_(keep) {}
+BeamWalks::BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps)
+    : grid_(grid), map_(map), keep_(steps == Steps::kept) {}
 
 bool BeamWalks::same(std::span<const ChannelBeams> channels) const {
   return keep_ &&

@@ -25,9 +25,11 @@ class BeamWalks {
  public:
   static constexpr std::size_t most_channels = 4;
 
-  /// Keeps references. `keep`: steps are remembered, so that beams that come again, as when a
+  enum class Steps { forgotten, kept };
+
+  /// Keeps references. Where steps are kept, beams that come again, as when a
   /// medium is edited, are neither refracted nor walked again.
-  BeamWalks(const Polygrid& grid, const SurfaceMap& map, bool keep);
+  BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps);
 
   /// Adds ∫ S N dV of a light's beams to the channels' loads; S = σs'/σt' of the power that
   /// collides in a step, at the mean place of its collisions, whose functions share it: sums are

@@ -1,7 +1,6 @@
 #include "forward/polygrid/polygrid_diffusion.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "core/parallel.h"
@@ -164,7 +163,9 @@ void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::
   constexpr std::size_t together = BeamWalks::most_channels;
   std::size_t walks = keep ? light * ((channels.size() + together - 1) / together) : 0;
   for (std::size_t c = 0; c < channels.size(); c += together, walks += keep ? 1 : 0) {
-    while (walks_.size() <= walks) walks_.emplace_back(grid_, map_, keep);
+    while (walks_.size() <= walks) {
+      walks_.emplace_back(grid_, map_, keep ? BeamWalks::Steps::kept : BeamWalks::Steps::forgotten);
+    }
     const std::size_t count = std::min(together, channels.size() - c);
     walks_[walks].add(problems[0], std::span(channels).subspan(c, count), remainder);
   }
@@ -194,11 +195,10 @@ std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProbl
     add_light(problems, l, accuracy.beam_remainder, loads, answers);
   }
   const double beams = processor_seconds();
-  const auto clock = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   report_ = solver_->solve(loads, fluence_, accuracy.linear_tolerance, accuracy.most_iterations);
   const double solved = processor_seconds();
-  seconds_.solving_elapsed =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - clock).count();
+  seconds_.solving_elapsed = watch.seconds();
 
   const double transmitted = diffuse_transmittance(constants_);
   const double per_fluence = 1.0 / (2.0 * constants_.A);

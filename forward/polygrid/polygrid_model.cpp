@@ -1,7 +1,6 @@
 #include "forward/polygrid/polygrid_model.h"
 
-#include <chrono>
-
+#include "core/processor_time.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/shape/make_polygrid.h"
@@ -12,7 +11,6 @@ namespace {
 
 /// Cells of the first polygrid; the answer comes from eight times as many, or more.
 constexpr int first_cells = 6000;
-using Clock = std::chrono::steady_clock;
 
 }  // namespace
 
@@ -21,15 +19,15 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
                                                         Progress& progress) {
   for (const ObjectProblem& problem : problems) check_problem(problem, options);
   if (problems.empty()) return {};
-  const auto start = Clock::now();
+  const Stopwatch watch;
   PolygridOptions asked;
   asked.cells = first_cells;
   MadePolygrid made = make_polygrid(problems[0].mesh, asked, progress);
-  const std::chrono::duration<double> making = Clock::now() - start;
+  const double making = watch.seconds();
   std::vector<ObjectResult> results =
       solve_on_polygrid(std::move(made.grid), problems, options, progress);
   for (ObjectResult& result : results) {
-    result.setup_seconds += making.count();
+    result.setup_seconds += making;
     result.warnings.insert(result.warnings.end(), made.warnings.begin(), made.warnings.end());
   }
   return results;

@@ -1,13 +1,13 @@
 #include "forward/polygrid/polygrid_solve.h"
 
 #include <algorithm>
-#include <chrono>
 #include <sstream>
 
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
 #include "core/optics.h"
 #include "core/process_memory.h"
+#include "core/processor_time.h"
 #include "forward/embedded/reentry.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/polygrid_diffusion.h"
@@ -18,7 +18,6 @@ namespace kappamu::forward {
 namespace {
 
 using namespace polygrid;
-using Clock = std::chrono::steady_clock;
 
 /// Half the cells' size takes away this many times the error that is left: three at order two, less
 /// where the map bends an edge of the polycube flat and at edges of light; one where coefficients
@@ -53,9 +52,9 @@ Resolution solved(const Polygrid& grid, std::span<const ObjectProblem> problems,
   std::vector<const ObjectMedium*> media;
   for (const ObjectProblem& problem : problems) media.push_back(&problem.medium);
   diffusion.set_media(media);
-  const auto start = Clock::now();
+  const Stopwatch watch;
   result.channel = diffusion.solve(problems, {});
-  result.solving = std::chrono::duration<double>(Clock::now() - start).count();
+  result.solving = watch.seconds();
   result.report = diffusion.report();
   result.gaps = diffusion.surface_map().gaps();
   return result;
@@ -89,7 +88,7 @@ std::string conclusion(bool solved, bool resolved, bool within, std::size_t cell
 
 std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProblem> problems,
                                      const ObjectOptions& options, Progress& progress) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   const double most = most_cells(problems, options);
   if (8.0 * static_cast<double>(grid.cell.size()) > most) {
     throw InputError(
@@ -113,7 +112,7 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
     progress.update("polygrid", std::min(1.0, options.tolerance / std::max(worst, 1e-300)),
                     detail.str());
   }
-  const std::chrono::duration<double> spent = Clock::now() - start;
+  const double spent = watch.seconds();
   for (std::size_t c = 0; c < problems.size(); ++c) {
     ObjectResult& result = results[c];
     result.exitance = std::move(fine.channel[c].exitance);
@@ -121,7 +120,7 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
     result.elements = fine.cells;
     result.iterations = fine.report.iterations;
     result.seconds = solving;
-    result.setup_seconds = spent.count() - solving;
+    result.setup_seconds = spent - solving;
     result.converged = fine.report.converged && worst <= options.tolerance;
     result.message =
         conclusion(fine.report.converged, resolved, worst <= options.tolerance, fine.cells, worst);

@@ -1,7 +1,6 @@
 #include "forward/polygrid/split_polygrid.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numeric>
 #include <tuple>

@@ -3,7 +3,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <utility>
 
 #include "inverse/block_model/model_evidence.h"
@@ -136,7 +135,7 @@ class Level {
     if (!options_.correct_grid || at == corrected_at_) {
       objective_.value(at);
     } else {
-      objective_.refresh_correction(refinement_, at, true);
+      objective_.refresh_correction(refinement_, at, Objective::PhotonSlope::renewed);
       corrected_at_ = std::move(at);
     }
     return objective_.chi2_per_value();

@@ -1,7 +1,6 @@
 #include "inverse/block_model/model_merge.h"
 
 #include <Eigen/Cholesky>
-#include <cstddef>
 #include <optional>
 #include <utility>
 #include <vector>

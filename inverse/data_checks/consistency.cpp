@@ -166,7 +166,7 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
   } else if (!consistency.checked) {
     warnings.emplace_back(
         "With fewer than four patterns neither a wrong absolute scale nor a shift of the images "
-        "can be told from structure of the block: measure more.");
+        "can be distinguished from structure of the block: measure more.");
   }
   if (consistency.other_eta) {
     warnings.push_back(
@@ -185,14 +185,14 @@ std::string in_words(const Consistency& consistency, double eta) {
   const double factor = std::exp(consistency.log_scale_limit);
   std::string words = formatted(
       "The homogeneous block that suits the data best makes them %.2f times what they "
-      "should be and %.2f voxels off; told as wrong is what exceeds a factor of %.2f or "
+      "should be and %.2f voxels off; an error is reported beyond a factor of %.2f or "
       "%.2f voxels.",
       std::exp(consistency.log_scale.value),
       std::hypot(consistency.shift_u.value, consistency.shift_v.value), factor,
       consistency.shift_limit);
   if (!consistency.explained && !consistency.other_eta) {
     words += formatted(
-        " Only a block that is homogeneous to the noise tells its eta: kappa and mu hold "
+        " Only a block that is homogeneous to the noise determines its eta: kappa and mu hold "
         "for the stated %.2f.",
         eta);
   }

@@ -17,7 +17,7 @@ struct Consistency {
   bool checked = false;          ///< false: too few patterns
   bool explained = false;        ///< a homogeneous block with scale and shift explains the data
   Estimate log_scale;            ///< natural logarithm of the data over what they should be
-  double log_scale_limit = 0.0;  ///< beyond which it is told
+  double log_scale_limit = 0.0;  ///< beyond which it is reported
   Estimate shift_u, shift_v;     ///< of the images, along the seen face's axes [voxels]
   double shift_limit = 0.0;      ///< of its length [voxels]
   /// Refractive index with which a homogeneous block explains the data, where it does not with the
@@ -38,8 +38,8 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
 /// A sentence for each finding: what, by how much, what to check.
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);
 
-/// What was found, what would have been told, and what the data cannot tell; empty where nothing
-/// was checked.
+/// What was found, what would have been reported, and what the data cannot determine; empty where
+/// nothing was checked.
 std::string in_words(const Consistency& consistency, double eta);
 
 }  // namespace kappamu::inverse

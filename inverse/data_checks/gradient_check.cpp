@@ -1,6 +1,5 @@
 #include "inverse/data_checks/gradient_check.h"
 
-#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>

@@ -1,12 +1,13 @@
-// The fit of one channel as it runs: what fit.cpp (its course), fit_model.cpp (models of few
+// The fit of one channel as it runs: what fit.cpp (its steps), fit_model.cpp (models of few
 // unknowns), fit_physics.cpp, fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of
 // it) share. Where it stands is PathPosition::phase.
 #pragma once
 
-#include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 
+#include "core/processor_time.h"
 #include "core/progress.h"
 #include "inverse/fit/checkpoint.h"
 #include "inverse/fit/fit.h"
@@ -28,8 +29,6 @@ class ChannelRun {
   ChannelFit run();
 
  private:
-  using Clock = std::chrono::steady_clock;
-
   void open(int level);
   void set_basis();
   Anchor anchor() const;
@@ -46,15 +45,13 @@ class ChannelRun {
   void minimise();
   bool out_of_steps() const;
   void follow_path();
-  double cross_validation(double chi2) const;
+  std::optional<double> free_share() const;
   void conclude();
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);
   ChannelFit result();
 
-  double seconds() const {
-    return state_.seconds + std::chrono::duration<double>(Clock::now() - start_).count();
-  }
+  double seconds() const { return state_.seconds + watch_.seconds(); }
   /// The regulariser of the grid that is fitted.
   Regulariser regulariser() const;
   void tell(const std::string& sentence) { progress_.warn(stage_name_ + ": " + sentence); }
@@ -73,8 +70,8 @@ class ChannelRun {
   CheckpointOrigin origin_;
   double per_value_;
   GridPath grid_;
-  Clock::time_point start_ = Clock::now();
-  Clock::time_point last_save_ = Clock::now();
+  Stopwatch watch_;
+  Stopwatch since_save_;
   FitState state_;
   RegularisationPath path_{options_.path, context_, state_.path};
   std::unique_ptr<Basis> basis_;

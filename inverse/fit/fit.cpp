@@ -1,11 +1,10 @@
-// The course of a fit: a start, then the optimiser's steps at one weight after another, grid by
+// A fit in order: a start, then the optimiser's steps at one weight after another, grid by
 // grid.
 #include "inverse/fit/fit.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -60,7 +59,7 @@ void ChannelRun::warn(const std::string& sentence) {
 }
 
 void ChannelRun::save() {
-  last_save_ = Clock::now();
+  since_save_ = Stopwatch{};
   if (!checkpoint_.save) return;
   FitState saved = state_;
   saved.seconds = seconds();
@@ -220,8 +219,7 @@ void ChannelRun::minimise() {
     const bool small = before - after < path_.tolerance() * after;
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
-    if (std::chrono::duration<double>(Clock::now() - last_save_).count() >=
-        checkpoint_.interval_seconds) {
+    if (since_save_.seconds() >= checkpoint_.interval_seconds) {
       save();
     }
   }
@@ -236,8 +234,7 @@ void ChannelRun::follow_path() {
   state_.fields = basis_->to_fields(state_.optimiser.z);
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double renewed = grid_.renew_correction(state_.fields);
-  const NextStep next =
-      path_.minimum(state_.chi2, renewed, cross_validation(renewed), grid_.level());
+  const NextStep next = path_.minimum(state_.chi2, renewed, free_share(), grid_.level());
   const bool refines = next.what == NextStep::What::finer_grid;
   if (next.from == NextStep::From::begun) {
     state_.fields = std::move(begun);
@@ -252,14 +249,11 @@ void ChannelRun::follow_path() {
   begin_weight();
 }
 
-/// χ²/(1 − γ/N)² per value, N data of which γ unknowns take theirs (Golub, Heath & Wahba 1979); γ
-/// by the metric. 0 where there is none.
-double ChannelRun::cross_validation(double chi2) const {
-  if (options_.solver.coordinates != Coordinates::informed || state_.blocks.empty()) return 0.0;
+/// 1 − γ/N by the metric; empty where there is none.
+std::optional<double> ChannelRun::free_share() const {
+  if (options_.solver.coordinates != Coordinates::informed || state_.blocks.empty()) return {};
   const Basis::Determined determined = basis_->determined(state_.blocks);
-  const double left =
-      1.0 - (determined.kappa + determined.mu) / static_cast<double>(grid_.problem().used());
-  return left > 0.0 ? chi2 / (left * left) : std::numeric_limits<double>::infinity();
+  return 1.0 - (determined.kappa + determined.mu) / static_cast<double>(grid_.problem().used());
 }
 
 ChannelFit ChannelRun::run() {

@@ -96,7 +96,8 @@ struct Checkpoint {
   double interval_seconds = 30.0;  ///< between saves within a weight; a new weight always saves
 };
 
-/// Told of every record of the history as it is made: the fields on the grid they are fitted on.
+/// Called with every record of the history as it is made: the fields on the grid they are fitted
+/// on.
 using Observer = std::function<void(const StepRecord& record, const GridShape& shape,
                                     const CoefficientPair& fields)>;
 

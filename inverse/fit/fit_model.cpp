@@ -1,5 +1,4 @@
 // Whether a model of few unknowns ends the fit before any voxel has one of its own.
-#include <cmath>
 
 #include "core/shown_text.h"
 #include "inverse/block_model/model_choice.h"

@@ -46,15 +46,16 @@ void ChannelRun::choose_physics(double kappa, double mu) {
 
 HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
   const auto cells = grid_.shape().cells();
-  const double move = settle_correction(
-      Eigen::Vector2d(std::log(start.kappa), std::log(start.mu)), start_tolerance, most_starts,
-      [&](const Eigen::VectorXd& at) {
-        grid_.objective().refresh_correction(grid_.refinement(),
-                                             {Vector(cells, at[0]), Vector(cells, at[1])}, true);
-        start.jacobian.resize(0, 0);  // without this slope
-        start = refit_homogeneous(grid_.objective(), start);
-        return Eigen::Vector2d(std::log(start.kappa), std::log(start.mu));
-      });
+  const double move =
+      settle_correction(Eigen::Vector2d(std::log(start.kappa), std::log(start.mu)), start_tolerance,
+                        most_starts, [&](const Eigen::VectorXd& at) {
+                          grid_.objective().refresh_correction(
+                              grid_.refinement(), {Vector(cells, at[0]), Vector(cells, at[1])},
+                              Objective::PhotonSlope::renewed);
+                          start.jacobian.resize(0, 0);  // without this slope
+                          start = refit_homogeneous(grid_.objective(), start);
+                          return Eigen::Vector2d(std::log(start.kappa), std::log(start.mu));
+                        });
   if (move < start_tolerance) return start;
   warn(
       formatted("The ratio of transport to diffusion has not settled: its last renewal moved the "

@@ -1,9 +1,9 @@
 #include "inverse/fit/model_uncertainty.h"
 
 #include <Eigen/Cholesky>
-#include <chrono>
 #include <cmath>
 
+#include "core/processor_time.h"
 #include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
 #include "inverse/problem/problem.h"
@@ -68,8 +68,7 @@ LayeredMedium layers_of(const Medium& medium, int axis) {
 
 Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasurements& fitted,
                                        int channel, const FitOptions& options) {
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   Problem problem =
       make_problem(fitted, channel, options.data.convention, options.data.model_error);
   Refinement finer = refine(problem);
@@ -80,7 +79,8 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   const LayeredMedium medium = layers_of(fit.medium, axis);
   Objective objective(std::move(problem), options.solver.backend);
   if (options.path.correct_grid) {
-    objective.refresh_correction(finer, to_fields(medium, shape, axis), true);
+    objective.refresh_correction(finer, to_fields(medium, shape, axis),
+                                 Objective::PhotonSlope::renewed);
     objective.count_pixel_noise();
   }
   objective.value(to_fields(medium, shape, axis));
@@ -122,7 +122,7 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
     found.report.sentence += " The data are further from it than their noise: so are the errors.";
   }
   found.report.solves = objective.solves().total();
-  found.report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  found.report.seconds = watch.seconds();
   return found;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace kappamu::inverse {
 
@@ -24,6 +25,12 @@ constexpr double most_score_share = 0.9;
 double sharpened(double weight, double excess, double weight_factor) {
   const double steps = std::ceil(std::log(std::max(1.0, excess)) / -std::log(weight_factor));
   return weight / std::pow(weight_factor, steps);
+}
+
+/// χ²/(1 − γ/N)² per value, expected of light not fitted (Golub, Heath & Wahba 1979).
+double cross_validation(double chi2, double free_share) {
+  return free_share > 0.0 ? chi2 / (free_share * free_share)
+                          : std::numeric_limits<double>::infinity();
 }
 
 }  // namespace
@@ -55,7 +62,8 @@ void RegularisationPath::refine(double chi2, int level) {
   at_.weight = sharpened(usual, chi2 / usual_structured_chi2, options_.weight_factor);
 }
 
-NextStep RegularisationPath::minimum(double minimised, double renewed, double score, int level) {
+NextStep RegularisationPath::minimum(double minimised, double renewed,
+                                     std::optional<double> free_share, int level) {
   using What = NextStep::What;
   using From = NextStep::From;
   const double target = options_.target_chi2;
@@ -76,8 +84,8 @@ NextStep RegularisationPath::minimum(double minimised, double renewed, double sc
   // Above the noise level a lower weight that cross-validation expects to predict other light worse
   // fits the model's own error: the weight before it ends the path. Where the noise is overstated
   // χ² = 1 is no mark to end at, and cross-validation decides alone.
-  const double left = score > 0.0 ? std::sqrt(renewed / score) : 0.0;  // 1 − γ/N
-  const bool overstated = level == 0 && renewed < left * std::min(1.0, target);
+  const double score = free_share ? cross_validation(renewed, *free_share) : 0.0;
+  const bool overstated = level == 0 && renewed < free_share.value_or(0.0) * std::min(1.0, target);
   const bool worse = !unsettled && at_.last_score > 0.0 &&
                      (renewed > target ? score > at_.last_score
                                        : overstated && at_.last_chi2 <= target &&

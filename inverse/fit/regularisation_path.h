@@ -4,6 +4,8 @@
 // ChannelRun's.
 #pragma once
 
+#include <optional>
+
 #include "inverse/fit/fit.h"
 
 namespace kappamu::inverse {
@@ -48,9 +50,9 @@ class RegularisationPath {
   void refine(double chi2, int level);
 
   /// The minimum at this weight has `minimised` χ² per value by the correction r it was found with
-  /// and `renewed` by r at the minimum; `score` is what cross-validation expects of light not
-  /// fitted, 0 where that is not known.
-  NextStep minimum(double minimised, double renewed, double score, int level);
+  /// and `renewed` by r at the minimum. `free_share` is 1 − γ/N: N data, of which γ determine the
+  /// volume; empty where γ is not known.
+  NextStep minimum(double minimised, double renewed, std::optional<double> free_share, int level);
 
   bool at_last_weight() const {
     return at_.phase == FitPhase::last_weight || at_.phase == FitPhase::last_weight_again;

@@ -10,7 +10,7 @@
 
 namespace kappamu::inverse {
 
-/// Of the residual e in standard deviations. The robust two limit the pull of a wild datum.
+/// Of the residual e in standard deviations. The robust two limit the pull of an outlier.
 enum class Loss {
   gaussian,  ///< ½ e²
   huber,     ///< ½ e² up to c, then c |e| − ½ c² (Huber 1964): the pull of a datum ends at c
@@ -30,7 +30,7 @@ struct DataTermOptions {
 
 struct DataTerm {
   double value = 0.0;  ///< the sum; infinite where p is not finite
-  /// χ² per value used: mean e², under a robust loss (median |e| / 0.6745)², which wild data do not
+  /// χ² per value used: mean e², under a robust loss (median |e| / 0.6745)², which outliers do not
   /// move.
   /// χ² per value used: mean e², under a robust loss (median |e| / 0.6745)², which outliers do not
   /// move.

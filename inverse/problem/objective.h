@@ -124,10 +124,11 @@ class Objective {
   /// Sets r from one solve on the finer grid at `fields`, every voxel split, and from photons there
   /// if asked: as many as the data's noise deserves, or what misfit there is yet. Returns what
   /// value() then is and leaves gradient() ready.
-  /// `slope`: r by photons with its slope, four walks in place of one; otherwise it keeps the
-  /// slope that it had, if any.
+  /// Of r by photons the slope may be renewed too, by four walks in place of one; otherwise it
+  /// keeps the slope that it had, if any.
+  enum class PhotonSlope { kept, renewed };
   double refresh_correction(const Refinement& refinement, const CoefficientPair& fields,
-                            bool slope = false);
+                            PhotonSlope photon_slope = PhotonSlope::kept);
   const Correction& correction() const { return correction_; }
   void set_correction(Correction correction);
   /// Where a checkpoint left off.

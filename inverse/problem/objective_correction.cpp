@@ -19,8 +19,8 @@ constexpr double max_correction = 4.0;
 }  // namespace
 
 double Objective::refresh_correction(const Refinement& refinement, const CoefficientPair& fields,
-                                     bool slope) {
-  slope = slope && refinement.photons.has_value();
+                                     PhotonSlope photon_slope) {
+  const bool slope = photon_slope == PhotonSlope::renewed && refinement.photons.has_value();
   const GridShape& shape = refinement.setup.shape;
   const GridShape& own = problem_.setup.shape;
   const std::vector<double> kappa = split_voxels(exponential(fields.log_kappa), own, shape, 2);

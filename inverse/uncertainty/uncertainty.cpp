@@ -1,7 +1,6 @@
 #include "inverse/uncertainty/uncertainty.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -11,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/numbers/median.h"
+#include "core/processor_time.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
 
@@ -88,10 +88,6 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
                       middle(found.mu_resolution), middle(found.correlation)});
   }
   return layers;
-}
-
-int solves_needed(const UncertaintyOptions& options) {
-  return options.samples == 0 ? 0 : options.probes + 2 * options.steps * options.samples;
 }
 
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
@@ -172,8 +168,7 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optiona
   const int axis = axis_of(problem.setup.lit_face);
   const auto solves = [&] { return objective.solves().adjoint + objective.solves().tangent; };
   const int before = solves();
-  using Clock = std::chrono::steady_clock;
-  const Clock::time_point start = Clock::now();
+  const Stopwatch watch;
   const LateralBlocks blocks =
       estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
   if (roughness) prior = borne_out(prior, *roughness, shape, axis, blocks);
@@ -206,7 +201,7 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optiona
   report.layers = layers_below(found, problem.seen_face);
   report.sentence = in_words(report.layers);
   report.solves = solves() - before;
-  report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  report.seconds = watch.seconds();
   report.unfinished = diagonal.unfinished();
   report.prior = prior;
   return found;

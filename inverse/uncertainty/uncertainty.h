@@ -1,8 +1,8 @@
 // How far the fitted volumes can be trusted: the covariance of (log κ, log μ) at the minimum of
 // ½ χ² + α R, linearised there,
 //     C = (JᵀWJ + α R″)⁻¹,
-// the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹. What that means, and what the data do not say, is in docs/theory.md,
-// section 5.
+// the regulariser α R taken as what is known beforehand, with covariance (α R″)⁻¹. What that means,
+// and what the data do not say, is in docs/theory.md, section 5.
 #pragma once
 
 #include <cstdint>
@@ -66,9 +66,6 @@ struct Uncertainty {
   UncertaintyReport report;
 };
 
-/// Batched solves that `options` will cost.
-int solves_needed(const UncertaintyOptions& options);
-
 /// Variances of (α R″)⁻¹ for H1, exact: R″ is diagonal in cosines. The prior's diffusivity is left
 /// out.
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
@@ -89,8 +86,7 @@ double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPa
 /// At the fields of the objective's last value(); equal seeds give equal bits on one device. With
 /// `roughness` of the fitted log κ, `prior` is the fit's regulariser, and its weight is lowered to
 /// the one that expects that roughness (docs/theory.md, 5); without, it is taken as it is.
-Uncertainty estimate_uncertainty(Objective& objective, Prior prior,
-                                 std::optional<double> roughness,
+Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optional<double> roughness,
                                  const UncertaintyOptions& options, std::uint64_t seed);
 
 /// Medians of the voxels of each layer, from the seen face down.

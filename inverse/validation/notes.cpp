@@ -38,7 +38,7 @@ std::optional<std::string> fine_voxels(const Medium& medium) {
   }
   return formatted(
       "The voxels of %.3g mm are %.2g of a mean free path (3 kappa): light carries no "
-      "structure finer than that, and voxels of %.2g mm tell as much from %.0f times "
+      "structure finer than that, and voxels of %.2g mm show as much from %.0f times "
       "fewer.",
       h, h / path, advised_voxel * path, std::pow(advised_voxel * path / h, 3));
 }
@@ -81,8 +81,8 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
       100.0 * share);
 }
 
-std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                        int channel) {
+std::optional<std::string> outlier_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                           int channel) {
   if (fit.report.chi2_per_value < high_chi2) return std::nullopt;
   const std::size_t first = static_cast<std::size_t>(channel) * fit.prediction.size();
   std::vector<double> deviation;  // in stated standard deviations
@@ -93,20 +93,20 @@ std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeas
   }
   constexpr double median_of_normal = 0.6745;
   const double bound = far * upper_median(deviation) / median_of_normal;
-  double all = 0.0, wild = 0.0;
+  double all = 0.0, outliers = 0.0;
   std::size_t count = 0;
   for (const double e : deviation) {
     all += e * e;
     if (e <= bound) continue;
-    wild += e * e;
+    outliers += e * e;
     ++count;
   }
   const double share = static_cast<double>(count) / static_cast<double>(deviation.size());
-  if (wild < 0.5 * all || share > few) return std::nullopt;
+  if (outliers < 0.5 * all || share > few) return std::nullopt;
   return formatted(
       "%.2g %% of the values are outliers that make %.0f %% of chi2 and bend the fit: "
       "mask them, or fit with --loss student, which is robust to outliers.",
-      100.0 * share, 100.0 * wild / all);
+      100.0 * share, 100.0 * outliers / all);
 }
 
 std::vector<std::string> notes_on(const ChannelFit& fit, const SurfaceMeasurements& fitted,

@@ -16,8 +16,8 @@ std::optional<std::string> unseen_warning(const ChannelFit& fit, const SurfaceMe
                                           int channel);
 
 /// Where a few values far from the fit make most of its χ².
-std::optional<std::string> wild_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
-                                        int channel);
+std::optional<std::string> outlier_warning(const ChannelFit& fit, const SurfaceMeasurements& fitted,
+                                           int channel);
 
 /// Nothing of this is wrong: why diffusion or transport was taken, what the check of scale and pose
 /// found and would have reported, voxels far below the mean free path, and a misfit of the

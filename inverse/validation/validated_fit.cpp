@@ -22,7 +22,7 @@ StepRecord later(StepRecord record, const FitReport& before) {
   return record;
 }
 
-/// The report of both fits: the second's end, the first's course before it.
+/// The report of both fits: the second's end, the first's history before it.
 FitReport joined(FitReport first, FitReport second) {
   for (const StepRecord& record : second.history) first.history.push_back(later(record, first));
   if (second.status == FitStatus::ran_out || first.status == FitStatus::converged) {

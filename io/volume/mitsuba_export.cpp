@@ -3,7 +3,6 @@
 //   24 float32 xmin ymin zmin xmax ymax zmax, 48 float32 data[((z ny + y) nx + x) channels + c].
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <ostream>
 
 #include "io/atomic_file.h"

@@ -1,6 +1,5 @@
 // A pbrt-v4 medium (pbrt, src/pbrt/media.cpp, RGBGridMedium): sigma_a and sigma_s [1/mm] as R, G, B
 // of cell-centred values, x fastest, over the box p0 ... p1 [mm].
-#include <algorithm>
 #include <array>
 #include <charconv>
 #include <ostream>

@@ -3,7 +3,6 @@
 #include <array>
 #include <cstdio>
 #include <fstream>
-#include <limits>
 #include <system_error>
 
 #define XXH_INLINE_ALL

@@ -23,7 +23,8 @@ constexpr double explained_chi2 = 1.5;         // about 1 where model and varian
 constexpr double usable_chi2 = 4.0;
 constexpr double good_E = 1e-3;
 constexpr double usable_E = 1e-2;
-constexpr double noise_margin = 1.5;  // E within this factor of the noise's cannot be told from it
+constexpr double noise_margin =
+    1.5;  // E within this factor of the noise's cannot be distinguished from it
 
 std::string number(double value) {
   return shown_number(value, "%.3g");

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -176,7 +175,7 @@ void FitStage::fit(int channel) {
     squares = check_square_size(result.report.consistency, *calibration_, measurements_);
   }
   for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
-                              inverse::wild_warning(result, seen, channel),
+                              inverse::outlier_warning(result, seen, channel),
                               squares ? warning_of(*squares) : std::nullopt}) {
     if (!warning) continue;
     result.report.warnings.push_back(*warning);

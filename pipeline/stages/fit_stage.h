@@ -29,7 +29,7 @@ struct FitSummary {
   std::string device;
   std::filesystem::path volume;
   double seconds = 0.0;
-  double memory_needed = 0.0;  ///< at the peak, as told before the fit [bytes] (fit_memory.h)
+  double memory_needed = 0.0;  ///< at the peak, as predicted before the fit [bytes] (fit_memory.h)
   FitRecord record;            ///< status and verdict of all channels together
 };
 

@@ -11,7 +11,7 @@
 namespace kappamu::pipeline {
 
 /// Writes by rename. `channels` names the image's channels in order; `notes` are what merging its
-/// frames had to remark, a line each, for who finds the file later.
+/// frames had to note, a line each, for who finds the file later.
 void write_hdr(const std::filesystem::path& file, const capture::HdrImage& image,
                const std::vector<std::string>& channels, const std::vector<std::string>& notes);
 

@@ -17,7 +17,7 @@ std::string percent(double share) {
 
 }  // namespace
 
-// The told pixel of a point X lies along P = R X + t0 from the projector, R and t0 being
+// The stated pixel of a point X lies along P = R X + t0 from the projector, R and t0 being
 // projector_from_sample. Squares s times as large put the projector's origin at s t instead of t in
 // the camera's frame, so that this beam meets the face's plane (normal n) at X' = X + dX with
 // R dX + ds t = dl P and n dX = 0.
@@ -72,9 +72,9 @@ std::optional<std::string> warning_of(const SquareSize& size) {
 
 std::string in_words(const SquareSize& size) {
   return "Light and images put the printed squares at " + percent(std::exp(size.log_factor.value)) +
-         " % of calibration.board.square_mm; told as "
-         "wrong is what is more than " +
-         percent(size.limit) + " % off.";
+         " % of calibration.board.square_mm; an error is "
+         "reported beyond " +
+         percent(size.limit) + " %.";
 }
 
 }  // namespace kappamu::pipeline

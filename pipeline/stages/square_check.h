@@ -1,7 +1,7 @@
-// Whether the printed board's squares have the size told. They set the rig's scale and with it the
-// projector's place; the block's own size sets the sample's, and no photograph of either compares
-// the two. The patterns do: with squares of another size the light falls elsewhere on the lit face
-// than calibration puts it, along the line between camera and projector.
+// Whether the printed board's squares have the stated size. They set the rig's scale and with it
+// the projector's place; the block's own size sets the sample's, and no photograph of either
+// compares the two. The patterns do: with squares of another size the light falls elsewhere on the
+// lit face than calibration puts it, along the line between camera and projector.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,14 +15,15 @@
 namespace kappamu::pipeline {
 
 /// How far [mm, sample frame] the light at the middle of `lit_face` truly lies from where
-/// `calibration` puts it, per unit of ln(true square size / told size).
+/// `calibration` puts it, per unit of ln(true square size / stated size).
 Eigen::Vector3d light_shift_per_log_square(const calib::CalibrationResult& calibration,
                                            const GridShape& grid, Face lit_face);
 
 struct SquareSize {
-  inverse::Estimate log_factor;  ///< ln(true size / told size) that the shift along the line tells
-  double limit = 0.0;            ///< of its size, beyond which a shift is told (consistency.h)
-  bool explains = false;  ///< there is a shift, and nothing of it across the line that is told
+  inverse::Estimate
+      log_factor;         ///< ln(true size / stated size) that the shift along the line tells
+  double limit = 0.0;     ///< of its size, beyond which a shift is reported (consistency.h)
+  bool explains = false;  ///< there is a shift, and nothing of it across the line that is reported
 };
 
 /// Absent where `consistency` was not checked.

@@ -1,7 +1,6 @@
 #include "pipeline/stages/uncertainty_output.h"
 
 #include <nlohmann/json.hpp>
-#include <span>
 #include <utility>
 #include <vector>
 

@@ -1,8 +1,8 @@
 #include "render/live/live_scene.h"
 
 #include <algorithm>
-#include <chrono>
 
+#include "core/processor_time.h"
 #include "forward/block/block_grid.h"
 #include "forward/object_models.h"
 #include "render/light/beam_places.h"
@@ -15,12 +15,6 @@ namespace {
 
 /// Relative error that a model which refines is asked for, coarse for the sake of time.
 constexpr double usual_tolerance = 0.1;
-
-using Clock = std::chrono::steady_clock;
-
-double milliseconds_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 bool all_homogeneous(const World& world) {
   return std::all_of(world.objects().begin(), world.objects().end(), [](const WorldObject& object) {
@@ -54,14 +48,14 @@ struct LiveScene::Solver {
   }
 
   ExitanceOfChannels solve(const LightOfChannels& light, LiveAnswer& answer, Progress& progress) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     if (model) {
       ExitanceOfChannels exitance = solve_anew(light, answer, progress);
-      answer.model_ms += milliseconds_since(start);
+      answer.model_ms += watch.milliseconds();
       return exitance;
     }
     LiveObject::Answer solved = kept->solve(light);
-    answer.model_ms += milliseconds_since(start);
+    answer.model_ms += watch.milliseconds();
     answer.iterations = std::max(answer.iterations, solved.iterations);
     answer.residual = std::max(answer.residual, solved.residual);
     answer.converged = answer.converged && solved.converged;
@@ -117,7 +111,7 @@ LiveScene::~LiveScene() = default;
 LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   for (const auto& [object, media] : question.media) world_.set_media(object, media);
   LiveAnswer answer;
-  const auto start = Clock::now();
+  const Stopwatch watch;
   const LightSources sources = make_light_sources(question.lights);
   std::vector<LightOfChannels> incident;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
@@ -128,7 +122,7 @@ LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
             : beams_at(world_, i, sources, places));
     for (std::size_t c = 0; c < 3; ++c) incident[i][c].diffuse = diffuse_[i][c];
   }
-  answer.light_ms = milliseconds_since(start);
+  answer.light_ms = watch.milliseconds();
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
     ObjectExitance exitance;
     exitance.diffuse = diffuse_[i];

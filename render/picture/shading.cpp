@@ -1,7 +1,6 @@
 #include "render/picture/shading.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numbers>
 

@@ -1,7 +1,6 @@
 #include "render/picture/single_scattering.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 

@@ -48,7 +48,7 @@ struct Convergence {
   std::string channel;
   std::string status;                  ///< converged, above_noise or ran_out
   std::string reason;                  ///< why it stopped
-  std::string model;                   ///< homogeneous, layered or volume; empty if not told
+  std::string model;                   ///< homogeneous, layered or volume; empty if not stated
   std::string model_reason;            ///< why that one
   std::vector<std::string> notes;      ///< what the reader should know though nothing is wrong
   std::vector<double> adjoint_solves;  ///< so far

@@ -33,7 +33,7 @@ Html models_table(const calib::CalibrationResult& calibration) {
     rows.push_back({text(to_string(score.model)), text(score.bent ? "bent" : "flat"),
                     text(number(score.held_out_rms_px, 4)), text(score.chosen ? "chosen" : "")});
   }
-  return table({"Lens model", "board", "RMS of views held out [px]", ""}, rows);
+  return table({"Lens model", "board", "RMS of views left out [px]", ""}, rows);
 }
 
 /// Standard deviation across the frame, as a map.

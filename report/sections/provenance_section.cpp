@@ -7,8 +7,8 @@ namespace kappamu::report {
 
 std::vector<std::string> all_warnings(const RunData& run) {
   std::vector<std::string> result;
-  // A stage's own file repeats what it told the run's record, there with the stage's name before
-  // it.
+  // A stage's own file repeats what it wrote to the run's record, there with the stage's name
+  // before it.
   const auto is_known = [&](const std::string& warning) {
     return std::any_of(result.begin(), result.end(), [&](const std::string& known) {
       return known.find(warning) != std::string::npos;
@@ -51,7 +51,7 @@ Html timings_table(const pipeline::RunRecord& record) {
   return table({"Stage", "wall time"}, rows);
 }
 
-/// Paths are told from the run's folder: where that lies is no reader's business.
+/// Paths are relative to the run's folder: where that lies is no reader's business.
 Html origin_table(const pipeline::RunRecord& record, const std::filesystem::path& run) {
   std::vector<std::vector<Html>> rows{
       {text(record.input_kind == pipeline::RunRecord::InputKind::session ? "session"

@@ -139,7 +139,7 @@ Html chart_block(const RunData& run) {
   return table(heads, rows) +
          note("Residual of the patches above 5 %: " + percent(chart.residual_rms) +
               ". Stray light (room light and flare) that the dark patches show, of white: " +
-              (stray.empty() ? "not told" : stray) + ".");
+              (stray.empty() ? "not determined" : stray) + ".");
 }
 
 Html hdr_table(const std::vector<HdrSummary>& summaries) {

@@ -1,7 +1,6 @@
 // What an operator sees when a session is wrong: exit code 1 and one sentence naming what to mend.
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 

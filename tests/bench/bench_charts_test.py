@@ -37,7 +37,7 @@ class Tables(unittest.TestCase):
         self.assertEqual(common.flat(ROWS[2:], ["count", "kind"]), "| count | kind |\n|---|---|\n| 5 | b |\n")
 
     def test_a_note_is_shown_once_and_warnings_always(self):
-        rows = [{"case": c, "warnings": ["w"] if c == "x" else [], "remarks": ["The same note, 1."]} for c in "xy"]
+        rows = [{"case": c, "warnings": ["w"] if c == "x" else [], "notes": ["The same note, 1."]} for c in "xy"]
         self.assertEqual(bench_charts.sentences(rows).split("\n\n")[1],
                          '- x: "w", note "The same note, 1."\n- y: no warning\n')
 

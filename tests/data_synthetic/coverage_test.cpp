@@ -58,9 +58,10 @@ Found coverage_of_tiny(std::uint64_t seed) {
   }
   const inverse::UncertaintyReport& report = fit.uncertainty->report;
   std::printf(
-      "seed %d: weight %.3g, as a prior %.3g; within two deviations %.0f %% of kappa, %.0f %% of mu; middle layer's %.2f, %.2f\n",
-      static_cast<int>(seed), fit.report.weight, report.prior->weight, 100.0 * found.kappa_within, 100.0 * found.mu_within,
-      report.layers[3].log_kappa_std, report.layers[3].log_mu_std);
+      "seed %d: weight %.3g, as a prior %.3g; within two deviations %.0f %% of kappa, %.0f %% of "
+      "mu; middle layer's %.2f, %.2f\n",
+      static_cast<int>(seed), fit.report.weight, report.prior->weight, 100.0 * found.kappa_within,
+      100.0 * found.mu_within, report.layers[3].log_kappa_std, report.layers[3].log_mu_std);
   return found;
 }
 

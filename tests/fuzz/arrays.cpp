@@ -1,5 +1,4 @@
 // NumPy arrays, surface measurements and volumes.
-#include <limits>
 
 #include "io/measurements_file.h"
 #include "io/npy.h"

@@ -1,10 +1,8 @@
 // libFuzzer (https://llvm.org/docs/LibFuzzer.html): any bytes are read or refused, by the target
 // that KAPPAMU_FUZZ names (scripts/fuzz.sh). With KAPPAMU_FUZZ_SEEDS=FOLDER writes the target's
 // seeds there, reads each, and ends.
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <string_view>
 
 #include "core/error.h"
 #include "io/read_file.h"

@@ -1,6 +1,5 @@
 // Scenes and triangle meshes.
 #include <array>
-#include <cstring>
 #include <sstream>
 
 #include "core/mesh/mesh_check.h"

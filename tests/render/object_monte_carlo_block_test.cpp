@@ -2,7 +2,6 @@
 // light on its lower face, homogeneous and of the block's own voxels.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
-#include <regex>
 
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"

@@ -25,21 +25,21 @@ struct Bound {
   std::string name;                    ///< of inverse_limits()
   std::optional<double> most_error{};  ///< E under light not fitted; none where data are wrong
   std::string warns{};                 ///< part of a warning; empty: there is none at all
-  std::string remarks{};               ///< part of a remark
+  std::string notes{};                 ///< part of a note
 };
 void PrintTo(const Bound& bound, std::ostream* out) {
   *out << bound.name;
 }
 
 const std::vector<Bound> bounds{
-    {"1 % noise", 8e-4, "", "told as wrong is what exceeds a factor of"},
+    {"1 % noise", 8e-4, "", "an error is reported beyond a factor of"},
     {"3 % noise", 1.5e-3},
     {"10 % noise", 5e-3},
     {"one pattern", 2e-2, "With fewer than four patterns"},
     {"scale 2", {}, "Check the white reference"},
     {"scale 0.5", {}, "Check the white reference"},
     {"eta 1.3 stated for 1.5", 3e-3, "of this block's mean coefficients",
-     "tells its eta: kappa and mu hold for the stated 1.30"},
+     "determines its eta: kappa and mu hold for the stated 1.30"},
     {"images 1 voxel off", {}, "The images sit 1.1 voxels (0.43 mm) towards +x"},
     {"images 3 voxels off", {}, "The images sit 2.9 voxels (1.15 mm) towards +x"},
     {"start 100 times too high", 8e-4},
@@ -48,8 +48,8 @@ const std::vector<Bound> bounds{
     {"3κμ = 0.3", 1e-6, "100 % of the voxels absorb more than a tenth of what they extinguish"},
     {"2 mean free paths thick", 1e-6, "albedo 0.99, 2 transport mean free paths thick"},
     {"front-lit, half the face masked", 2e-3, "50 % of the seen face is measured under no pattern"},
-    {"1 % of wild pixels", {}, "fit with --loss student, which is robust to outliers"},
-    {"1 % of wild pixels, --loss student", 8e-4},
+    {"1 % of outliers", {}, "fit with --loss student, which is robust to outliers"},
+    {"1 % of outliers, --loss student", 8e-4},
     {"all dark", {}, "the channel is dark; check exposure and variance, or fit the others"},
     {"voxels of 0.13 mean free paths", 3e-3, "", "light carries no structure finer than that"},
 };
@@ -67,8 +67,8 @@ TEST_P(InverseLimits, AreMetOrTold) {
   } else {
     EXPECT_THAT(outcome.warnings, Contains(HasSubstr(bound.warns)));
   }
-  if (!bound.remarks.empty()) {
-    EXPECT_THAT(outcome.remarks, Contains(HasSubstr(bound.remarks)));
+  if (!bound.notes.empty()) {
+    EXPECT_THAT(outcome.notes, Contains(HasSubstr(bound.notes)));
   }
 }
 

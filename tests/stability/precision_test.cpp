@@ -2,9 +2,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cmath>
-
 #include "tests/forward/analytic/slab.h"
 #include "tests/stability/bounds.h"
 #include "tests/stability/stability_tools.h"

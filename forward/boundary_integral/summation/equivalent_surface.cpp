@@ -1,7 +1,6 @@
 #include "forward/boundary_integral/summation/equivalent_surface.h"
 
 #include <Eigen/SVD>
-#include <algorithm>
 
 #include "forward/boundary_integral/summation/point_kernel.h"
 

@@ -1,7 +1,6 @@
 #include "forward/boundary_integral/summation/fast_sum.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/numbers/at.h"
 #include "core/parallel.h"

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <sstream>
 
 #include "core/parallel.h"
+#include "core/processor_time.h"
 #include "core/random.h"
 #include "forward/dipole/local/local_sum.h"
 #include "forward/dipole/sum_check.h"
@@ -111,13 +111,11 @@ double noise_of(const Surface& surface, const Values& exitance, const Values& er
 
 void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, const Profile& profile,
                  const std::vector<Values>& irradiance, Progress& progress, ObjectResult& result) {
-  using Clock = std::chrono::steady_clock;
-  const auto start = Clock::now();
+  const Stopwatch watch;
   const std::size_t triangles = problem.surface.size();
   const ImageSpace image = image_space(problem, options, profile, irradiance);
   const SumCheck check(problem.mesh, problem.surface, problem.surface.area, options.seed);
-  const std::chrono::duration<double> setup = Clock::now() - start;
-  result.setup_seconds = setup.count();
+  result.setup_seconds = watch.seconds();
   result.converged = true;
   const int affordable = most_of_all / static_cast<int>(std::max<std::size_t>(triangles, 1));
   const int most_samples = std::clamp(affordable, first_samples, most_of_triangle);
@@ -158,8 +156,7 @@ void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, con
           << (result.converged ? "" : ": above the tolerance");
   result.message = message.str();
   if (!result.converged) result.warnings.push_back(result.message);
-  const std::chrono::duration<double> all = Clock::now() - start;
-  result.seconds = all.count() - result.setup_seconds;
+  result.seconds = watch.seconds() - result.setup_seconds;
 }
 
 }  // namespace kappamu::forward::dipole

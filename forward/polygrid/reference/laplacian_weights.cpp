@@ -128,7 +128,7 @@ NodeGrid coarser(NodeGrid& fine) {
   return coarse;
 }
 
-LaplacianWeights laplacian_weights(const NodeGrid& grid, bool replace) {
+LaplacianWeights laplacian_weights(const NodeGrid& grid, NegativeWeights negative) {
   LaplacianWeights result;
   result.weight.resize(grid.node.size());
   result.kind.assign(grid.node.size(), WeightKind::paper);
@@ -156,8 +156,9 @@ LaplacianWeights laplacian_weights(const NodeGrid& grid, bool replace) {
         ++result.negative;
       }
     }
-    const bool unusable = result.kind[k] == WeightKind::ill_conditioned ||
-                          (replace && result.kind[k] == WeightKind::negative);
+    const bool unusable =
+        result.kind[k] == WeightKind::ill_conditioned ||
+        (negative == NegativeWeights::replaced && result.kind[k] == WeightKind::negative);
     if (unusable) result.weight[k] = flux_weights(along);
   }
   return result;

@@ -37,10 +37,13 @@ struct LaplacianWeights {
   int negative = 0, ill_conditioned = 0;
 };
 
+enum class NegativeWeights { kept, replaced };
+
 /// Σ_j w_j (f_j − f_0) ≈ ∇²f at every interior node, by the system of appendix B in the frame that
-/// the node's links span. Where a weight is negative or the system's condition exceeds 1e4, with
-/// `replace`, the flux form takes its place: w_j = (half the node's extent along that link's axis
+/// the node's links span. Where the system's condition exceeds 1e4, or a weight is negative and not
+/// to be kept, the flux form takes its place: w_j = (half the node's extent along that link's axis
 /// times its length)⁻¹, positive always, so that the maximum principle holds; of first order only.
-LaplacianWeights laplacian_weights(const NodeGrid& grid, bool replace);
+LaplacianWeights laplacian_weights(const NodeGrid& grid,
+                                   NegativeWeights negative = NegativeWeights::replaced);
 
 }  // namespace kappamu::forward::polygrid

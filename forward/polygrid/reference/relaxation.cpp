@@ -1,6 +1,5 @@
 #include "forward/polygrid/reference/relaxation.h"
 
-#include <algorithm>
 #include <deque>
 
 namespace kappamu::forward::polygrid {
@@ -44,8 +43,7 @@ std::vector<T> means(const std::vector<T>& of_children, const std::vector<int>& 
 
 std::vector<RelaxationLevel> relaxation_levels(const Polygrid& grid,
                                                std::span<const Coefficients> of_cell,
-                                               std::span<const double> q, int levels,
-                                               bool replace) {
+                                               std::span<const double> q, int levels) {
   std::vector<RelaxationLevel> result(1);
   result[0].grid = node_grid(grid);
   result[0].of_node.assign(of_cell.begin(), of_cell.end());
@@ -70,7 +68,7 @@ std::vector<RelaxationLevel> relaxation_levels(const Polygrid& grid,
     result.push_back(std::move(coarse));
   }
   for (RelaxationLevel& level : result) {
-    level.weights = laplacian_weights(level.grid, replace);
+    level.weights = laplacian_weights(level.grid);
     level.depth = depths(level.grid);
   }
   return result;

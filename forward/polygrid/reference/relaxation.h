@@ -24,7 +24,7 @@ struct RelaxationLevel {
 /// The finest level and `levels` − 1 coarser ones; material and light are means over the children.
 std::vector<RelaxationLevel> relaxation_levels(const Polygrid& grid,
                                                std::span<const Coefficients> of_cell,
-                                               std::span<const double> q, int levels, bool replace);
+                                               std::span<const double> q, int levels);
 
 /// φ at interior nodes and at boundary nodes.
 struct NodeFluence {

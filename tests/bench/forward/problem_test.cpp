@@ -38,7 +38,7 @@ TEST(BenchProblem, ErrorIsTheWorstPatternsRelativeDistance) {
   for (std::size_t i = 2 * cells; i < 3 * cells; ++i) phi[i] *= 1.0001;
   EXPECT_NEAR(problem.errors_of(phi, 3).phi, 1e-3, 1e-9);
   EXPECT_NEAR(problem.errors_of(phi, 3).maps, 1e-3, 1e-9);
-  EXPECT_NEAR(problem.errors_of(phi, 1).phi, 0.0, 1e-9) << "only patterns given are judged";
+  EXPECT_NEAR(problem.errors_of(phi, 1).phi, 0.0, 1e-9) << "only patterns given are compared";
 }
 
 TEST(BenchProblem, AssembledMatrixIsTheSolversOperator) {

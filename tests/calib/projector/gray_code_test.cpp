@@ -7,7 +7,6 @@
 
 #include <filesystem>
 #include <opencv2/structured_light.hpp>
-#include <random>
 
 #include "calib/projector/bundle_adjustment.h"
 #include "calib/projector/projector.h"

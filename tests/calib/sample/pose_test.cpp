@@ -206,8 +206,8 @@ TEST(Pose, LensShareIsItsCovarianceCarriedThrough) {
   const LensNumbers numbers = numbers_of(lens);
   const std::array<double, 4> deviations{0.02, 0.02, 0.03, 0.03};  // fx, fy, cx, cy [px]
   const auto pose_under = [&](const LensNumbers& changed) {
-    return pose_from_corners(px, lens_of(changed, false, lens.width, lens.height), block,
-                             Face::z_plus, "sample.png");
+    return pose_from_corners(px, lens_of(changed, PixelShape::rectangular, lens.width, lens.height),
+                             block, Face::z_plus, "sample.png");
   };
   const auto stated = [&](double factor) {
     LensCovariance covariance = LensCovariance::Zero();

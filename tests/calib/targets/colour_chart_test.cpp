@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
-#include <optional>
 #include <sstream>
 
 #include "calib/calibrate.h"

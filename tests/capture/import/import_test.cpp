@@ -6,7 +6,6 @@
 
 #include <zlib.h>
 
-#include <cmath>
 #include <cstdio>
 #include <regex>
 #include <string>
@@ -289,7 +288,7 @@ TEST_F(Import, RefusesAnExposureThatDoesNotMatchItsBrightness) {
   write_exif(photographs / "day_1" / "fit_01_1.png", {"1/10"});  // in truth 1/5
   EXPECT_THAT(refusal(), AllOf(StartsWith((out / "photographs/day_1/fit_01_1.png").string()),
                                HasSubstr("fits an exposure time of 0.2"),
-                               HasSubstr("not the 0.1 s told"), HasSubstr("pattern fit_01")));
+                               HasSubstr("not the 0.1 s stated"), HasSubstr("pattern fit_01")));
   EXPECT_FALSE(fs::exists(out / "session.json"));
 }
 

@@ -207,7 +207,7 @@ TEST(Steadiness, EdgeOfAChangedPart) {
     least_share = share;
     break;
   }
-  std::printf("edge: a square of %d px, 15 %% darker; told as %.1f %% of the blocks compared\n",
+  std::printf("edge: a square of %d px, 15 %% darker; reported as %.1f %% of the blocks compared\n",
               least_edge, 100.0 * least_share);
   EXPECT_GT(least_edge, 0);
   EXPECT_LE(least_edge, 64);
@@ -319,7 +319,7 @@ TEST_F(UnsteadySession, AMislabelledExposureIsCorrected) {
   write(shoot({}, 1));
   stack[3].exposure_s = 2.0;  // in truth 1 s
   EXPECT_THAT(sentence_of([&] { merge(OnFault::refuse, OnFault::refuse); }),
-              AllOf(HasSubstr("fits an exposure time of 1 s"), HasSubstr("not the 2 s told"),
+              AllOf(HasSubstr("fits an exposure time of 1 s"), HasSubstr("not the 2 s stated"),
                     HasSubstr("correct exposure_s in session.json")));
   EXPECT_NEAR(error_of(merge(OnFault::correct, OnFault::refuse)), 0.0, 0.002);
 }

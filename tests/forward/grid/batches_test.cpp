@@ -2,7 +2,6 @@
 // does not depend on what is solved before it, after it or beside it.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <limits>
 
 #include "device/context.h"

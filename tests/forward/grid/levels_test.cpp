@@ -3,7 +3,6 @@
 // Conductances of the finest level are not tested here but by grid_equivalence_test.cpp.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 

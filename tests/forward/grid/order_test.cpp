@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
 #include "forward/grid/grid_physics.h"
 #include "tests/forward/analytic/slab.h"

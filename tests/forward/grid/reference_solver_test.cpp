@@ -2,8 +2,6 @@
 // obey are in grid_laws_test.cpp.
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "forward/grid/grid_solver.h"
 #include "tests/forward/grid/test_tools.h"
 

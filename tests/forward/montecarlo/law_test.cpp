@@ -1,6 +1,5 @@
 // Laws of transport and of statistics: energy to the unit, equal bits however the work is spread,
 // equivalent faces, reciprocity, and standard errors that tell the truth.
-#include <algorithm>
 #include <random>
 #include <span>
 

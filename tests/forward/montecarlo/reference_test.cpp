@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #if __has_include(<nlohmann/json.hpp>)
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 

@@ -1,6 +1,5 @@
 // Monte Carlo transport against published slabs and against laws that have exact solutions:
 // Chandrasekhar's half-space, Beer and Lambert's beam, conservation without absorption.
-#include <array>
 #include <numbers>
 
 #include "core/optics.h"

@@ -6,11 +6,9 @@
 
 #if __has_include(<nlohmann/json.hpp>)
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <numeric>
 
 #include "device/device_info.h"
 #include "forward/grid/power_balance.h"

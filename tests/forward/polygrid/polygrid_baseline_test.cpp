@@ -20,7 +20,7 @@ const double A = boundary_constants(1.3).A;
 
 TEST(PolygridWeights, AreExactForSquaresOnABox) {
   const NodeGrid grid = node_grid(box_polygrid({5, 4, 6}, {2.0, 1.5, 3.0}));
-  const LaplacianWeights weights = laplacian_weights(grid, false);
+  const LaplacianWeights weights = laplacian_weights(grid, NegativeWeights::kept);
   EXPECT_EQ(weights.negative, 0);
   EXPECT_EQ(weights.ill_conditioned, 0);
   const auto f = [](const Vector3d& p) {
@@ -44,8 +44,8 @@ TEST(PolygridWeights, AreReplacedWhereNegative) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> shift(-0.15, 0.15);
   for (Vector3d& node : grid.node) node += Vector3d(shift(random), shift(random), shift(random));
-  const LaplacianWeights kept = laplacian_weights(node_grid(grid), false);
-  const LaplacianWeights replaced = laplacian_weights(node_grid(grid), true);
+  const LaplacianWeights kept = laplacian_weights(node_grid(grid), NegativeWeights::kept);
+  const LaplacianWeights replaced = laplacian_weights(node_grid(grid));
   EXPECT_GT(kept.negative, 0);
   EXPECT_EQ(kept.negative, replaced.negative);
   int still = 0, were = 0;
@@ -79,7 +79,7 @@ struct Trial {
   std::vector<Coefficients> of_cell =
       std::vector<Coefficients>(grid.cell.size(), Coefficients{0.3, 0.003});
   std::vector<double> q = lit();
-  std::vector<RelaxationLevel> levels = relaxation_levels(grid, of_cell, q, 3, true);
+  std::vector<RelaxationLevel> levels = relaxation_levels(grid, of_cell, q, 3);
 
   std::vector<double> lit() const {
     std::vector<double> result;

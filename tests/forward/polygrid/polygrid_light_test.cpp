@@ -42,7 +42,7 @@ void add_beams(const Polygrid& grid, const Ball& ball, const ObjectLight& light,
                ObjectBalance& balance) {
   const SurfaceMap map(grid, ball.mesh, ball.surface);
   const ChannelBeams channel{light.beams, of_cell, load, balance};
-  BeamWalks(grid, map, false).add(ball.problem(), {&channel, 1}, 1e-9);
+  BeamWalks(grid, map, BeamWalks::Steps::forgotten).add(ball.problem(), {&channel, 1}, 1e-9);
 }
 
 /// Loads of several channels, each from zero.
@@ -166,11 +166,11 @@ TEST(PolygridBeams, OfSeveralChannelsAreThoseOfEach) {
   const std::vector<std::vector<Coefficients>> of_cell{drawn(grid, 1), drawn(grid, 2),
                                                        drawn(grid, 3)};
   Loads together(grid.corner.size(), 3);
-  BeamWalks walks(grid, map, false);
+  BeamWalks walks(grid, map, BeamWalks::Steps::forgotten);
   together.add(walks, ball.problem(), light, of_cell);
   for (std::size_t c = 0; c < 3; ++c) {
     Loads alone(grid.corner.size(), 1);
-    BeamWalks own(grid, map, false);
+    BeamWalks own(grid, map, BeamWalks::Steps::forgotten);
     alone.add(own, ball.problem(), {light[c]}, {of_cell[c]});
     Loads mine(grid.corner.size(), 1);
     mine.load[0] = together.load[c];
@@ -187,7 +187,7 @@ TEST(PolygridBeams, KeptThroughAnEditAreThoseMadeAnew) {
   const SurfaceMap map(grid, ball.mesh, ball.surface);
   const std::vector<ObjectLight> light(2, parallel_beams(ball.surface, Vector3d(1, 2, -2) / 3.0));
   std::vector<std::vector<Coefficients>> of_cell{drawn(grid, 1), drawn(grid, 2)};
-  BeamWalks kept(grid, map, true);
+  BeamWalks kept(grid, map, BeamWalks::Steps::kept);
   for (const auto& [from, factor] :
        {std::pair(0.0, 1.0), std::pair(3.5, 8.0), std::pair(3.5, 0.1), std::pair(-9.0, 6.0)}) {
     for (std::size_t k = 0; k < grid.cell.size(); ++k) {
@@ -195,7 +195,7 @@ TEST(PolygridBeams, KeptThroughAnEditAreThoseMadeAnew) {
     }
     Loads again(grid.corner.size(), 2), anew(grid.corner.size(), 2);
     again.add(kept, ball.problem(), light, of_cell);
-    BeamWalks fresh(grid, map, false);
+    BeamWalks fresh(grid, map, BeamWalks::Steps::forgotten);
     anew.add(fresh, ball.problem(), light, of_cell);
     again.expect_near(anew);
   }

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
 #include "bench/cases/limit_inverse_case.h"
 #include "inverse/block_model/model_choice.h"

@@ -7,7 +7,6 @@
 
 #include <cstring>
 #include <random>
-#include <stdexcept>
 
 #include "core/error.h"
 #include "inverse/fit/fit_fingerprint.h"

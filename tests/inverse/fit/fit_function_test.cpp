@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"

@@ -3,10 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace kappamu::inverse {
 namespace {
 
 constexpr int finest = 0;
+constexpr std::optional<double> unknown;
 constexpr int coarse = 1;
 constexpr NextStep minimise{NextStep::What::minimise};
 constexpr NextStep minimise_as_begun{NextStep::What::minimise, NextStep::From::begun};
@@ -14,6 +17,11 @@ constexpr NextStep finer_grid{NextStep::What::finer_grid};
 constexpr NextStep finer_grid_as_begun{NextStep::What::finer_grid, NextStep::From::begun};
 constexpr NextStep conclude{NextStep::What::conclude};
 constexpr NextStep conclude_as_begun{NextStep::What::conclude, NextStep::From::begun};
+
+/// 1 − γ/N for which cross-validation expects `score` where the data fitted have `chi2`.
+double share(double chi2, double score) {
+  return std::sqrt(chi2 / score);
+}
 
 class RegularisationPathTest : public testing::Test {
  protected:
@@ -43,13 +51,13 @@ TEST_F(RegularisationPathTest, StartsAtTheFirstWeightAndByWholeStepsAboveItWhere
 TEST_F(RegularisationPathTest, DescendsToTheNoiseThenMinimisesTheLastWeightOnceMore) {
   path.start(50.0, finest);
   EXPECT_EQ(path.tolerance(), 1e-3);
-  EXPECT_EQ(path.minimum(9.0, 9.0, 0.0, finest), minimise);
+  EXPECT_EQ(path.minimum(9.0, 9.0, unknown, finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
-  EXPECT_EQ(path.minimum(0.9, 0.9, 0.0, finest), minimise);
+  EXPECT_EQ(path.minimum(0.9, 0.9, unknown, finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
   EXPECT_EQ(at.phase, FitPhase::last_weight);
   EXPECT_EQ(path.tolerance(), 1e-4);
-  EXPECT_EQ(path.minimum(0.8, 0.8, 0.0, finest), conclude);
+  EXPECT_EQ(path.minimum(0.8, 0.8, unknown, finest), conclude);
   EXPECT_EQ(at.last_chi2, 0.8);
 }
 
@@ -57,69 +65,69 @@ TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOver
   constexpr double left = 0.9;  // 1 − γ/N: what a right variance leaves of χ² per value
   const auto score = [](double chi2) { return chi2 / (left * left); };
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.5, 0.5, score(0.5), finest), minimise);
+  EXPECT_EQ(path.minimum(0.5, 0.5, left, finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
   EXPECT_EQ(at.phase, FitPhase::descending);
-  EXPECT_EQ(path.minimum(0.4, 0.4, 1.1 * score(0.5), finest), minimise_as_begun);
+  EXPECT_EQ(path.minimum(0.4, 0.4, share(0.4, 1.1 * score(0.5)), finest), minimise_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "other light would be worse: back to the weight before";
   EXPECT_EQ(at.phase, FitPhase::last_weight);
 
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.5, 0.5, score(0.5), finest), minimise);
-  EXPECT_EQ(path.minimum(0.47, 0.47, score(0.47), finest), minimise_as_begun);
+  EXPECT_EQ(path.minimum(0.5, 0.5, left, finest), minimise);
+  EXPECT_EQ(path.minimum(0.47, 0.47, left, finest), minimise_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "a score hardly lower does not show the noise to be overstated";
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(1.1, 1.1, score(1.1), finest), minimise);
-  EXPECT_EQ(path.minimum(0.6, 0.6, 0.95 * score(1.1), finest), minimise);
+  EXPECT_EQ(path.minimum(1.1, 1.1, left, finest), minimise);
+  EXPECT_EQ(path.minimum(0.6, 0.6, share(0.6, 0.95 * score(1.1)), finest), minimise);
   EXPECT_EQ(at.weight, 250.0) << "the weight before was above the noise: no way back to it";
   options.target_chi2 = 4.0;
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(3.0, 3.0, score(3.0), finest), minimise);
+  EXPECT_EQ(path.minimum(3.0, 3.0, left, finest), minimise);
   EXPECT_EQ(at.phase, FitPhase::last_weight) << "a smoother volume was asked for";
   options.target_chi2 = 1.0;
 
   path.start(50.0, finest);
-  path.minimum(0.92, 0.92, score(0.92), finest);
+  path.minimum(0.92, 0.92, left, finest);
   EXPECT_EQ(at.phase, FitPhase::last_weight) << "as right variances leave it";
 }
 
 TEST_F(RegularisationPathTest, EndsWithTheDescentWhereNoMorePatienceIsAskedForOrAnotherFitGoesOn) {
   options.final_tolerance = options.stage_tolerance;
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.9, 0.9, 0.0, finest), conclude);
+  EXPECT_EQ(path.minimum(0.9, 0.9, unknown, finest), conclude);
   options.final_tolerance = 0.0;
   context.interim = true;
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.9, 0.9, 0.0, finest), conclude);
+  EXPECT_EQ(path.minimum(0.9, 0.9, unknown, finest), conclude);
 }
 
 TEST_F(RegularisationPathTest, AMinimumThatTheRenewedCorrectionUndoesIsFoundOnceMoreAtItsWeight) {
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.9, 3.0, 0.0, finest), minimise);
+  EXPECT_EQ(path.minimum(0.9, 3.0, unknown, finest), minimise);
   EXPECT_EQ(at.phase, FitPhase::descending_again);
   EXPECT_EQ(at.weight, 1000.0);
-  EXPECT_EQ(path.minimum(0.9, 3.0, 0.0, finest), minimise) << "but not twice";
+  EXPECT_EQ(path.minimum(0.9, 3.0, unknown, finest), minimise) << "but not twice";
   EXPECT_EQ(at.phase, FitPhase::descending);
   EXPECT_EQ(at.weight, 500.0);
 
   at.phase = FitPhase::last_weight;
-  EXPECT_EQ(path.minimum(0.9, 3.0, 0.0, finest), minimise);
+  EXPECT_EQ(path.minimum(0.9, 3.0, unknown, finest), minimise);
   EXPECT_EQ(at.phase, FitPhase::last_weight_again);
-  EXPECT_EQ(path.minimum(0.9, 3.0, 0.0, finest), conclude);
+  EXPECT_EQ(path.minimum(0.9, 3.0, unknown, finest), conclude);
 }
 
 TEST_F(RegularisationPathTest, StopsAboveTheNoiseWhereLowerWeightsNoLongerHelp) {
   path.start(50.0, finest);
-  path.minimum(9.0, 9.0, 0.0, finest);
-  EXPECT_EQ(path.minimum(8.5, 8.5, 0.0, finest), minimise);
+  path.minimum(9.0, 9.0, unknown, finest);
+  EXPECT_EQ(path.minimum(8.5, 8.5, unknown, finest), minimise);
   EXPECT_TRUE(path.at_last_weight());
   EXPECT_FALSE(path.at_lowest_weight());
 }
 
 TEST_F(RegularisationPathTest, AboveTheNoiseAWeightThatPredictsWorseIsTakenBack) {
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(9.0, 9.0, 11.0, finest), minimise);
-  EXPECT_EQ(path.minimum(5.0, 5.0, 12.0, finest), minimise_as_begun);
+  EXPECT_EQ(path.minimum(9.0, 9.0, share(9.0, 11.0), finest), minimise);
+  EXPECT_EQ(path.minimum(5.0, 5.0, share(5.0, 12.0), finest), minimise_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "the one before";
   EXPECT_EQ(at.last_chi2, 9.0);
   EXPECT_TRUE(path.at_last_weight());
@@ -129,14 +137,14 @@ TEST_F(RegularisationPathTest, AboveTheNoiseAWeightThatPredictsWorseIsTakenBack)
 TEST_F(RegularisationPathTest, WhereAnotherFitGoesOnItConcludesWithTheVolumeBefore) {
   context.interim = true;
   path.start(50.0, finest);
-  path.minimum(9.0, 9.0, 11.0, finest);
-  EXPECT_EQ(path.minimum(5.0, 5.0, 12.0, finest), conclude_as_begun);
+  path.minimum(9.0, 9.0, share(9.0, 11.0), finest);
+  EXPECT_EQ(path.minimum(5.0, 5.0, share(5.0, 12.0), finest), conclude_as_begun);
 }
 
 TEST_F(RegularisationPathTest, AtTheNoiseNoScoreTakesAWeightBack) {
   path.start(50.0, finest);
-  path.minimum(1.2, 1.2, 1.3, finest);
-  EXPECT_EQ(path.minimum(0.9, 0.9, 1.4, finest), minimise);
+  path.minimum(1.2, 1.2, share(1.2, 1.3), finest);
+  EXPECT_EQ(path.minimum(0.9, 0.9, share(0.9, 1.4), finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
 }
 
@@ -145,7 +153,7 @@ TEST_F(RegularisationPathTest, StopsAtTheLowestWeight) {
   double chi2 = 50.0;
   while (!path.at_last_weight()) {
     chi2 *= 0.5;
-    ASSERT_EQ(path.minimum(chi2, chi2, 0.0, finest), minimise);
+    ASSERT_EQ(path.minimum(chi2, chi2, unknown, finest), minimise);
   }
   EXPECT_EQ(at.weight, 125.0) << "the next, 62.5, is below last_weight";
   EXPECT_TRUE(path.at_lowest_weight());
@@ -154,9 +162,9 @@ TEST_F(RegularisationPathTest, StopsAtTheLowestWeight) {
 TEST_F(RegularisationPathTest, OnACoarseGridAWeightThatGainsLittleIsTakenBack) {
   path.start(50.0, coarse);
   at.begun_chi2 = 50.0;
-  EXPECT_EQ(path.minimum(20.0, 20.0, 0.0, coarse), minimise);
+  EXPECT_EQ(path.minimum(20.0, 20.0, unknown, coarse), minimise);
   at.begun_chi2 = 20.0;
-  EXPECT_EQ(path.minimum(5.0, 15.0, 0.0, coarse), finer_grid_as_begun);
+  EXPECT_EQ(path.minimum(5.0, 15.0, unknown, coarse), finer_grid_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "the one before";
   path.refine(15.0, finest);
   EXPECT_EQ(at.weight, 1000.0);
@@ -167,7 +175,7 @@ TEST_F(RegularisationPathTest, OnACoarseGridAWeightThatGainsLittleIsTakenBack) {
 TEST_F(RegularisationPathTest, OnAFinerGridGoesOnByWholeStepsAboveWhereTheVolumeIsFarOff) {
   path.start(50.0, coarse);
   at.begun_chi2 = 50.0;
-  EXPECT_EQ(path.minimum(0.5, 0.5, 0.0, coarse), finer_grid);
+  EXPECT_EQ(path.minimum(0.5, 0.5, unknown, coarse), finer_grid);
   path.refine(500.0, finest);
   EXPECT_EQ(at.weight, 4000.0);
 }
@@ -177,11 +185,11 @@ TEST_F(RegularisationPathTest, AFixedWeightIsMinimisedOnceOnEveryGrid) {
   path.start(1e6, coarse);
   EXPECT_EQ(at.weight, 7.0);
   EXPECT_EQ(path.tolerance(), 1e-3);
-  EXPECT_EQ(path.minimum(0.5, 30.0, 0.0, coarse), finer_grid);
+  EXPECT_EQ(path.minimum(0.5, 30.0, unknown, coarse), finer_grid);
   path.refine(1e6, finest);
   EXPECT_EQ(at.weight, 7.0);
   EXPECT_EQ(path.tolerance(), 1e-4);
-  EXPECT_EQ(path.minimum(0.5, 30.0, 0.0, finest), conclude);
+  EXPECT_EQ(path.minimum(0.5, 30.0, unknown, finest), conclude);
 }
 
 TEST_F(RegularisationPathTest, FromAnotherFitsVolumeItStartsOneWeightAbove) {
@@ -194,8 +202,8 @@ TEST_F(RegularisationPathTest, FromAnotherFitsVolumeItStartsOneWeightAbove) {
   path.start_from(400.0);
   EXPECT_TRUE(path.at_last_weight());
   EXPECT_EQ(at.weight, 7.0);
-  EXPECT_EQ(path.minimum(0.5, 3.0, 0.0, finest), minimise) << "with r renewed";
-  EXPECT_EQ(path.minimum(0.5, 3.0, 0.0, finest), conclude);
+  EXPECT_EQ(path.minimum(0.5, 3.0, unknown, finest), minimise) << "with r renewed";
+  EXPECT_EQ(path.minimum(0.5, 3.0, unknown, finest), conclude);
 }
 
 }  // namespace

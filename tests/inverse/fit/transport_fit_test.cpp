@@ -56,7 +56,7 @@ Objective objective_of(const SurfaceMeasurements& m, const CoefficientPair& at) 
   Objective objective(make_problem(m, 0, forward::Convention::physical, {}), backend);
   Refinement finer = refine(objective.problem());
   finer.photons = PhotonOptions{};
-  objective.refresh_correction(finer, at, true);
+  objective.refresh_correction(finer, at, Objective::PhotonSlope::renewed);
   return objective;
 }
 

@@ -103,7 +103,8 @@ TEST(Roughness, AnchorAddsItsPullAlone) {
   const Roughness anchored = roughness(grid, 2.5, fields, anchor);
   double sum = 0.0;  // ½ ∫ |v − v*|² dV/(ℓ L²), v = log κ, log μ / 3
   for (std::size_t i = 0; i < grid.cells(); ++i) {
-    sum += std::pow(fields.log_kappa[i] + 2.0, 2) + std::pow((fields.log_mu[i] + 4.0) / absorbers_vary, 2);
+    sum += std::pow(fields.log_kappa[i] + 2.0, 2) +
+           std::pow((fields.log_mu[i] + 4.0) / absorbers_vary, 2);
   }
   const double expected = 0.5 * std::pow(0.5, 3) * sum / (2.5 * 9.0);
   EXPECT_NEAR(anchored.value - plain.value, expected, 1e-12 * expected);

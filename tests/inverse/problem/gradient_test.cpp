@@ -8,7 +8,6 @@
 #include <ostream>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "inverse/problem/objective.h"

@@ -1,6 +1,5 @@
 #include "io/volume/volume_export.h"
 
-#include <cstring>
 #include <sstream>
 
 #include "io/image/exr.h"

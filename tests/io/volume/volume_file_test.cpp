@@ -1,7 +1,6 @@
 #include "io/volume/volume_file.h"
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <random>
 

@@ -1,6 +1,5 @@
 #include "forward/grid/opencl/multigrid/batched_cg.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace kappamu::forward {

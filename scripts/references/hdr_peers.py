@@ -3,7 +3,7 @@
 docs/hdr.md. Needs Debian's pfstools and, in the Python that runs this, HDRutils (pip install HDRutils).
 
     kappamu bench hdr --frames -o out/
-    scripts/referees/hdr_peers.py out/ [shared/data/hdr-stlouis-arch]
+    scripts/references/hdr_peers.py out/ [shared/data/hdr-stlouis-arch]
 """
 import json
 import logging

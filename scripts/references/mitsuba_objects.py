@@ -2,7 +2,7 @@
 """Mitsuba 3's volpath on the scenes of tests/render/object_monte_carlo_mitsuba_test.cpp.
 
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 numpy
-    venv/bin/python scripts/referees/mitsuba_objects.py [--runs 32] [--samples 25000]
+    venv/bin/python scripts/references/mitsuba_objects.py [--runs 32] [--samples 25000]
 
 A box of 4 x 3 x 2 mm, eta 1.3, centred at the origin, with a diffuse light of irradiance 1 all over
 its top (z+), homogeneous and of 4 x 3 x 2 voxels. Printed are the mean exitance and its standard

@@ -3,7 +3,7 @@
 the projection's uncertainty over the frame, one table row for each model. Needs Debian's python3-mrcal (2.2).
 
     build/tests/calib_test --gtest_filter='RealBoards.*' --gtest_output=json:boards.json
-    scripts/referees/mrcal_boards.py boards.json
+    scripts/references/mrcal_boards.py boards.json
 """
 import json
 import sys

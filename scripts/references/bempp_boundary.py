@@ -4,7 +4,7 @@ in the Python that runs this, bempp-cl (pip install bempp-cl numba meshio). It s
 10,000 triangles are left out.
 
     kappamu bench boundary --fields -o out/
-    scripts/referees/bempp_boundary.py out/
+    scripts/references/bempp_boundary.py out/
 """
 import json
 import pathlib

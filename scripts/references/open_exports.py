@@ -2,7 +2,7 @@
 """Opens what `kappamu export` writes in the programs it is written for, and compares what they read.
 
     python3 -m venv venv && venv/bin/pip install mitsuba==3.9.1 vtk==9.7.2 bpy==5.0.1 numpy
-    venv/bin/python scripts/referees/open_exports.py --kappamu build/app/kappamu -o out/exports
+    venv/bin/python scripts/references/open_exports.py --kappamu build/app/kappamu -o out/exports
 
 A block of 24 x 20 x 8 voxels of 0.5 mm with an inclusion that absorbs (more in blue) is written as
 NumPy arrays, exported, and opened by VTK's reader (ParaView's), by Mitsuba (scene.xml as it stands,
