@@ -49,7 +49,7 @@ void read_import(Bytes bytes) {
   write(folder() / "table.csv", bytes);
   Progress progress;
   const auto found =
-      capture::find_photographs({photographs, folder() / "table.csv", false}, progress);
+      capture::find_photographs({photographs, folder() / "table.csv", capture::Links::within}, progress);
   capture::require_exposure_times(found);
   capture::check_settings(found);
 }
