@@ -55,7 +55,7 @@ class CornerCost : public ceres::SizedCostFunction<2, lens_numbers, 2, 6> {
     const Eigen::Vector3d point(turned[0].a + pose[3], turned[1].a + pose[4],
                                 turned[2].a + pose[5]);
     const double fx = n[0];
-    const double fy = pixels_ == PixelShape::pixels == PixelShape::square ? n[0] : n[1];
+    const double fy = pixels_ == PixelShape::square ? n[0] : n[1];
     const Eigen::Vector2d normalised(point.x() / point.z(), point.y() / point.z());
     const Eigen::Vector2d bent = distort<double>(n + 4, normalised);
     residual[0] = fx * bent.x() + n[2] - observed_.x();
