@@ -48,8 +48,8 @@ void read_import(Bytes bytes) {
   }();
   write(folder() / "table.csv", bytes);
   Progress progress;
-  const auto found =
-      capture::find_photographs({photographs, folder() / "table.csv", capture::Links::within}, progress);
+  const auto found = capture::find_photographs(
+      {photographs, folder() / "table.csv", capture::Links::within}, progress);
   capture::require_exposure_times(found);
   capture::check_settings(found);
 }
