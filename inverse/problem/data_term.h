@@ -32,8 +32,6 @@ struct DataTerm {
   double value = 0.0;  ///< the sum; infinite where p is not finite
   /// χ² per value used: mean e², under a robust loss (median |e| / 0.6745)², which outliers do not
   /// move.
-  /// χ² per value used: mean e², under a robust loss (median |e| / 0.6745)², which outliers do not
-  /// move.
   double chi2_per_value = 0.0;
   std::vector<double> by_prediction;  ///< ∂value/∂p
   /// Square root of the weight that Gauss-Newton gives p: √(w ψ(e)/e), ψ = ρ'.

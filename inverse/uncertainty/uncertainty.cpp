@@ -49,6 +49,7 @@ CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
 
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
+
 Basis metric(const Prior& prior, const GridShape& shape, int axis, const LateralBlocks& blocks) {
   return {shape,
           {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
