@@ -1,29 +1,13 @@
 #include "app/command_list.h"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <string>
 #include <vector>
 
 namespace kappamu::app {
 
 namespace {
-
-/// A line per command: the first paragraph of its manual page.
-class OneLineEach : public CLI::Formatter {
- public:
-  std::string make_subcommand(const CLI::App* command) const override {
-    constexpr std::size_t name_width = 17;
-    std::string text = command->get_description();
-    text = text.substr(0, text.find("\n\n"));
-    std::replace(text.begin(), text.end(), '\n', ' ');
-    std::string name = "  " + command->get_name();
-    name.resize(std::max(name_width, name.size() + 1), ' ');
-    return name + text + "\n";
-  }
-};
 
 struct Group {
   const char* name;
@@ -51,7 +35,15 @@ void add_most_voxels(CLI::App& command, std::size_t& most) {
 }
 
 void add_commands(CLI::App& app, Globals& globals) {
-  app.formatter(std::make_shared<OneLineEach>());
+  app.name("kappamu");
+  app.description(
+      "kappamu: from photographs of a translucent block to its diffusion and absorption "
+      "coefficients");
+  app.footer(
+      "kappamu COMMAND --help is the command's manual page.\n"
+      "Exit codes: 0 done, 1 failed (one sentence), 2 usage, 3 not converged or not to be "
+      "trusted.\n"
+      "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
   const std::vector<Group> groups{
       {"Capture", {add_plan, add_import, add_simulate, add_calibrate, add_merge, add_chart}},
       {"Fit", {add_run, add_fit}},

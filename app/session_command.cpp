@@ -26,8 +26,8 @@ void add_follow_links(CLI::App& command, capture::Links& links) {
       "Read frames behind symbolic links that leave the session's folder; refused otherwise");
 }
 
-std::string time_taken(bool worked, double seconds) {
-  return worked ? std::to_string(std::lround(seconds)) + " s" : "up to date; --force to redo";
+std::string time_taken(std::optional<double> seconds) {
+  return seconds ? std::to_string(std::lround(*seconds)) + " s" : "up to date; --force to redo";
 }
 
 }  // namespace kappamu::app

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/command.h"
@@ -24,7 +25,7 @@ std::shared_ptr<SessionCommand> add_session_options(CLI::App& command);
 /// Adds --follow-links to a command that reads a session's files.
 void add_follow_links(CLI::App& command, capture::Links& links);
 
-/// How long the stage took, or that there was nothing to do.
-std::string time_taken(bool worked, double seconds);
+/// How long the stage took; none: there was nothing to do.
+std::string time_taken(std::optional<double> seconds);
 
 }  // namespace kappamu::app

@@ -26,7 +26,7 @@ if [[ ${wanted[*]} == gpu ]]; then
 fi
 kappamu=${BENCH_KAPPAMU:-build/app/kappamu}
 if ((!draw)); then
-  [[ -n ${BENCH_KAPPAMU:-} ]] || scripts/build.sh release
+  [[ -n ${BENCH_KAPPAMU:-} ]] || scripts/build.sh release kappamu kappamu-bench
   read -ra under <<<"${BENCH_UNDER:-}"
   for what in "${wanted[@]}"; do
     echo "bench: $what"

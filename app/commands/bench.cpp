@@ -1,109 +1,45 @@
-// `kappamu bench`: the measurements behind docs/benchmarks.md, one subcommand per subject.
+// `kappamu bench`: starts kappamu-bench, the program beside this one that links what only
+// measurements need.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <memory>
-#include <nlohmann/json.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "app/command.h"
-#include "bench/subject.h"
-#include "pipeline/output_folder.h"
+#include "core/error.h"
 
 namespace kappamu::app {
 
 namespace {
 
-struct Options {
-  bench::Request request;
-  std::string out;
-  std::vector<std::string> sections;
-};
-
-void run(Options options, const Globals& globals, const bench::Subject& subject) {
-  const auto progress = make_progress();
-  bench::Request& request = options.request;
-  std::vector<std::filesystem::path> inputs;
-  if (const auto data = request.settings.find("data"); data != request.settings.end()) {
-    inputs.assign(data->second.begin(), data->second.end());
+/// Becomes kappamu-bench with the words behind `bench` and the options of every command before it.
+[[noreturn]] void become_bench(const CLI::App& app, std::vector<std::string> words) {
+  const std::string program =
+      std::filesystem::read_symlink("/proc/self/exe").replace_filename("kappamu-bench");
+  for (const char* option : {"--device", "--seed"}) {
+    for (const std::string& value : app.get_option(option)->results())
+      words.insert(words.end(), {option, value});
   }
-  request.folder = pipeline::bench_folder(options.out, inputs);
-  request.device = globals.device;
-  request.seed = globals.seed;
-  const auto records = bench::measure(subject, options.sections, request, *progress);
-  if (globals.json) {
-    print_json(bench::summary(subject, records, request.folder));
-    return;
-  }
-  for (const bench::Json& record : records) {
-    const auto section = record.at("section").get<std::string>();
-    std::printf("%s%s\n\n", bench::printed(record).c_str(),
-                bench::record_file(request.folder, subject, section).c_str());
-  }
-  std::printf("Charts and tables: scripts/bench_charts.py %s\n", options.out.c_str());
-}
-
-void add_setting(CLI::App& command, const bench::Setting& setting, bench::Request& request) {
-  const std::string name = setting.name;
-  if (setting.kind == bench::Setting::Kind::flag) {
-    command.add_flag_callback(
-        "--" + name, [name, &request] { request.settings[name] = {}; }, setting.sentence);
-    return;
-  }
-  auto* option = command.add_option_function<std::vector<std::string>>(
-      "--" + name,
-      [name, &request](const std::vector<std::string>& words) { request.settings[name] = words; },
-      setting.sentence);
-  if (setting.kind == bench::Setting::Kind::number) {
-    option->expected(1)->type_name("NUMBER")->check(CLI::Range(setting.low, setting.high));
-  } else {
-    option->expected(1, -1)->type_name("WORD...");
-    if (!setting.choices.empty()) option->check(CLI::IsMember(setting.choices));
-  }
-}
-
-void add_subject(CLI::App& bench_command, const bench::Subject& subject, Globals& globals) {
-  auto* command =
-      bench_command.add_subcommand(subject.name, subject.sentence + ".\n\n" + subject.manual);
-  auto options = std::make_shared<Options>();
-  bench::Request& request = options->request;
-  add_out(*command, options->out, "Folder for the records; made if missing");
-  auto* small = command->add_flag_callback(
-      "--small", [&request] { request.size = bench::Size::small; }, "Smaller problems: minutes");
-  command
-      ->add_flag_callback(
-          "--quick", [&request] { request.size = bench::Size::quick; },
-          "Toy problems, seconds: shows that it runs, proves nothing")
-      ->excludes(small);
-  for (const bench::Setting& setting : subject.settings) add_setting(*command, setting, request);
-  if (subject.sections.size() > 1) {
-    std::vector<std::string> names;
-    std::string list = "Sections:\n";
-    for (const bench::Section& section : subject.sections) {
-      names.push_back(section.name);
-      list += "  " + section.name;
-      list.append(section.name.size() < 14 ? 14 - section.name.size() : 1, ' ');
-      list += section.sentence + "\n";
-    }
-    command->add_option("--section", options->sections, "Measure these alone; all if absent")
-        ->check(CLI::IsMember(names))
-        ->type_name("NAME...");
-    command->footer(list);
-  }
-  command->callback([options, &globals, &subject] { run(*options, globals, subject); });
+  if (app.count("--json") > 0) words.emplace_back("--json");
+  std::vector<char*> arguments{const_cast<char*>(program.c_str())};
+  for (std::string& word : words) arguments.push_back(word.data());
+  arguments.push_back(nullptr);
+  execv(program.c_str(), arguments.data());
+  throw InputError("the measurements are a program of their own, " + program +
+                   ", which cannot be started: build it with scripts/build.sh release kappamu-bench");
 }
 
 }  // namespace
 
-void add_bench(CLI::App& app, Globals& globals) {
+void add_bench(CLI::App& app, Globals&) {
   auto* command = app.add_subcommand(
-      "bench",
-      R"(Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours.
-
-Every section of a subject writes its raw numbers as one JSON record (machine, device,
-build, repetitions) into the folder of -o; scripts/bench_charts.py draws charts and tables
-from them. scripts/bench.sh measures all and renews the pages.)");
-  command->require_subcommand(1);
-  command->fallthrough();
-  for (const bench::Subject& subject : bench::subjects()) add_subject(*command, subject, globals);
+      "bench", "Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours");
+  command->set_help_flag();
+  command->fallthrough(false);
+  command->prefix_command();
+  command->callback([&app, command] { become_bench(app, command->remaining()); });
 }
 
 }  // namespace kappamu::app

@@ -192,8 +192,7 @@ class ObjectMonteCarlo final : public ObjectModel {
                      Progress& progress) override {
     validate(problem, options);
     const Stopwatch watch;
-    const WalkScene scene(problem.surface, problem.mesh, problem.rays, problem.medium, problem.eta,
-                          options.follow_reentry);
+    const WalkScene scene(problem, options);
     ObjectResult result;
     WalkTally all;
     double slipped = 0.0;

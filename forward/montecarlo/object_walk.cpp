@@ -30,17 +30,15 @@ Vector3d isotropic(double u, double turn) {
 
 }  // namespace
 
-WalkScene::WalkScene(const Surface& its_surface, const TriangleMesh& mesh,
-                     const RayCaster& its_rays, const ObjectMedium& its_medium, double its_eta,
-                     bool follow)
-    : surface(its_surface),
-      rays(its_rays),
-      medium(its_medium),
-      eta(its_eta),
-      follow_reentry(follow),
-      box(bounding_box(mesh)),
+WalkScene::WalkScene(const ObjectProblem& problem, const ObjectOptions& options)
+    : surface(problem.surface),
+      rays(problem.rays),
+      medium(problem.medium),
+      eta(problem.eta),
+      follow_reentry(options.follow_reentry),
+      box(bounding_box(problem.mesh)),
       nudge(nudge_share * box.sizes().maxCoeff()),
-      mean_step(3.0 * its_medium.smallest().kappa) {
+      mean_step(3.0 * medium.smallest().kappa) {
   box.min().array() -= 10.0 * nudge;
   box.max().array() += 10.0 * nudge;
 }

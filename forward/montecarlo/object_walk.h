@@ -11,17 +11,14 @@
 #include <optional>
 #include <vector>
 
-#include "core/mesh/triangle_mesh.h"
-#include "core/object_medium.h"
-#include "core/ray_caster.h"
 #include "forward/montecarlo/philox.h"
+#include "forward/object_model.h"
 
 namespace kappamu::forward {
 
 /// What does not change from photon to photon.
 struct WalkScene {
-  WalkScene(const Surface& surface, const TriangleMesh& mesh, const RayCaster& rays,
-            const ObjectMedium& medium, double eta, bool follow_reentry);
+  WalkScene(const ObjectProblem& problem, const ObjectOptions& options);
 
   /// A point of the surface, taken inwards and from the edges of its triangle by a way that rays
   /// tell from none.

@@ -101,18 +101,19 @@ void CutCell::add_edge(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   }
 }
 
-std::optional<bool> CutCell::corner_inside() const {
+std::optional<Corner> CutCell::corner() const {
   // With the corner outside all three are measures, else measures less that of the whole.
   const double face = face_[0] + edge_[0];
   const double sum = volume_[0] + face + face + edge_[0];
   if (std::abs(sum) < lost_to_rounding) return std::nullopt;
-  return sum < 0.0;
+  return sum < 0.0 ? Corner::inside : Corner::outside;
 }
 
-Moments CutCell::volume(bool corner_inside) const {
+Moments CutCell::volume(Corner corner) const {
   Moments volume = volume_;
   for (std::size_t a = 0; a < 3; ++a) {
-    const double edge = edge_[a] + (corner_inside ? 1.0 / (static_cast<double>(a) + 1.0) : 0.0);
+    const double whole = corner == Corner::inside ? 1.0 / (static_cast<double>(a) + 1.0) : 0.0;
+    const double edge = edge_[a] + whole;
     for (std::size_t b = 0; b < 3; ++b) {
       const double face = face_[a + 3 * b] + edge / (static_cast<double>(b) + 1.0);
       for (std::size_t c = 0; c < 3; ++c) {

@@ -26,6 +26,9 @@ struct SurfacePiece {
   std::array<double, 8> weight{};
 };
 
+/// Of a cube: inside the mesh or outside.
+enum class Corner { inside, outside };
+
 class CutCell {
  public:
   /// Adds what is inside the unit cube of a triangle, vertices counter-clockwise seen from outside.
@@ -33,10 +36,10 @@ class CutCell {
 
   const std::vector<SurfacePiece>& pieces() const { return pieces_; }
   const Moments& surface() const { return surface_; }
-  /// Whether the corner (1, 1, 1) is inside the mesh; none where the surface cuts off so little
-  /// that rounding hides it.
-  std::optional<bool> corner_inside() const;
-  Moments volume(bool corner_inside) const;
+  /// Where the corner (1, 1, 1) is; none where the surface cuts off so little that rounding hides
+  /// it.
+  std::optional<Corner> corner() const;
+  Moments volume(Corner corner) const;
 
  private:
   void add_edge(const Eigen::Vector3d& from, const Eigen::Vector3d& to);

@@ -137,10 +137,12 @@ CutMesh cut_mesh(const Octree& tree, const TriangleMesh& mesh, const RayCaster& 
     result.leaf.push_back(leaves[k]);
     result.cut.push_back(cells[k] ? static_cast<int>(result.volume.size()) : -1);
     if (!cells[k]) continue;
-    const std::optional<bool> known = cells[k]->corner_inside();
-    const bool corner =
-        known ? *known : inside(tree.to_mm(point_in(result.cubes.back(), 1.0)), mesh, rays);
-    Moments volume = cells[k]->volume(corner);
+    std::optional<Corner> corner = cells[k]->corner();
+    if (!corner) {
+      const Eigen::Vector3d at = tree.to_mm(point_in(result.cubes.back(), 1.0));
+      corner = inside(at, mesh, rays) ? Corner::inside : Corner::outside;
+    }
+    Moments volume = cells[k]->volume(*corner);
     if (volume[0] < smallest_fraction) volume.fill(0.0);
     result.volume.push_back(volume);
     result.surface.push_back(cells[k]->surface());

@@ -69,9 +69,8 @@ TEST(EmbeddedGeometry, MomentsOfACutCubeAreExact) {
   CutCell wedge;
   wedge.add(0, {Eigen::Vector3d(2.0, -9.0, -1.0), Eigen::Vector3d(2.0, 9.0, -1.0),
                 Eigen::Vector3d(-9.0, 0.0, 10.0)});
-  ASSERT_TRUE(wedge.corner_inside().has_value());
-  EXPECT_FALSE(*wedge.corner_inside());
-  const Moments moments = wedge.volume(false);
+  EXPECT_EQ(wedge.corner(), Corner::outside);
+  const Moments moments = wedge.volume(Corner::outside);
   EXPECT_NEAR(moments[0], 1.0 / 2.0, rounding);             // 1
   EXPECT_NEAR(moments[1], 1.0 / 6.0, rounding);             // x
   EXPECT_NEAR(moments[1 + 3], 1.0 / 12.0, rounding);        // x y
@@ -84,8 +83,8 @@ TEST(EmbeddedGeometry, MomentsOfACutCubeAreExact) {
   const Eigen::Vector3d a(3.5, -1.0, -1.0), b(-1.0, 3.5, -1.0), c(-1.0, -1.0, 3.5);
   half.add(0, {a, b, c});
   mirrored.add(0, {a, c, b});
-  const Moments below = half.volume(half.corner_inside().value());
-  const Moments above = mirrored.volume(mirrored.corner_inside().value());
+  const Moments below = half.volume(half.corner().value());
+  const Moments above = mirrored.volume(mirrored.corner().value());
   EXPECT_NEAR(below[0], 0.5, rounding);
   EXPECT_NEAR(below[1], below[3], rounding);
   EXPECT_NEAR(below[1], below[9], rounding);
