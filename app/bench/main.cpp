@@ -63,8 +63,7 @@ void add_setting(CLI::App& command, const bench::Setting& setting, bench::Reques
 }
 
 void add_subject(CLI::App& app, const bench::Subject& subject, Globals& globals) {
-  auto* command =
-      app.add_subcommand(subject.name, subject.sentence + ".\n\n" + subject.manual);
+  auto* command = app.add_subcommand(subject.name, subject.sentence + ".\n\n" + subject.manual);
   auto options = std::make_shared<Options>();
   bench::Request& request = options->request;
   add_out(*command, options->out, "Folder for the records; made if missing");

@@ -27,15 +27,16 @@ namespace {
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   execv(program.c_str(), arguments.data());
-  throw InputError("the measurements are a program of their own, " + program +
-                   ", which cannot be started: build it with scripts/build.sh release kappamu-bench");
+  throw InputError(program +
+                   " cannot be started; `kappamu bench` is a program of its own, which "
+                   "scripts/build.sh release kappamu-bench builds");
 }
 
 }  // namespace
 
 void add_bench(CLI::App& app, Globals&) {
   auto* command = app.add_subcommand(
-      "bench", "Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours");
+      "bench", "Measure speed and accuracy: the numbers of docs/benchmarks.md and its neighbours.");
   command->set_help_flag();
   command->fallthrough(false);
   command->prefix_command();

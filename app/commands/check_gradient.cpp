@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "inverse/data_checks/gradient_check.h"
 #include "io/measurements_file.h"
+#include "pipeline/fit_files.h"
 #include "pipeline/stages/fit_stage.h"
 
 namespace kappamu::app {

@@ -8,6 +8,7 @@
 #include "app/command.h"
 #include "app/fit_options.h"
 #include "core/process_memory.h"
+#include "pipeline/fit_files.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/model_json.h"

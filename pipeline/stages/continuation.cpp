@@ -8,6 +8,7 @@
 #include "io/json_reason.h"
 #include "io/read_file.h"
 #include "io/volume/npy_volume.h"
+#include "pipeline/fit_files.h"
 #include "pipeline/stages/fit_stage.h"
 #include "pipeline/verify.h"
 

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "calib/calibration_file.h"
-#include "core/error.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "core/surface_measurements.h"
@@ -17,10 +16,10 @@
 #include "inverse/validation/notes.h"
 #include "inverse/validation/validated_fit.h"
 #include "io/atomic_file.h"
-#include "io/measurements_file.h"
 #include "io/npy.h"
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
+#include "pipeline/fit_files.h"
 #include "pipeline/records/channel_json.h"
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/fit_options.h"
@@ -30,7 +29,6 @@
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/uncertainty_output.h"
 #include "pipeline/stages/validation_choice.h"
-#include "pipeline/verify.h"
 
 namespace kappamu::pipeline {
 
@@ -39,24 +37,6 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using inverse::ChannelFit;
-
-std::vector<int> channel_indices(const SurfaceMeasurements& measurements,
-                                 const std::vector<std::string>& names) {
-  std::vector<int> indices;
-  const auto& known = measurements.channels;
-  for (const std::string& name : names.empty() ? known : names) {
-    const auto at = std::find(known.begin(), known.end(), name);
-    if (at == known.end()) {
-      std::string sentence = "channel '";
-      sentence.append(name).append("' is not among those measured (");
-      for (const std::string& k : known)
-        sentence.append(&k == &known.front() ? "" : ", ").append(k);
-      throw InputError(sentence.append(")"));
-    }
-    indices.push_back(static_cast<int>(at - known.begin()));
-  }
-  return indices;
-}
 
 void write_maps(const fs::path& file, const SurfaceMeasurements& measurements, std::size_t channels,
                 const std::vector<float>& values) {
@@ -271,7 +251,7 @@ FitSummary FitStage::run() {
   summary_.memory_needed = memory.total();
   progress_.update("fit", 0.0, inverse::in_words(memory));
   if (const auto warning = inverse::warning_of(memory, main_memory())) progress_.warn(*warning);
-  for (const int channel : channel_indices(measurements_, options_.channels)) fit(channel);
+  for (const int channel : channels_of(measurements_, options_.channels)) fit(channel);
   write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
   if (choice_.source == ValidationChoice::Source::validation) {
     write_maps(output_ / "prediction_validate.npy", *split_.validation, summary_.channels.size(),
@@ -297,70 +277,13 @@ FitSummary FitStage::run() {
   return std::move(summary_);
 }
 
-/// Throws unless both describe the same sample, so that one volume answers for both.
-void require_same_sample(const SurfaceMeasurements& fitted, const SurfaceMeasurements& validation,
-                         const fs::path& folder) {
-  const auto fail = [&](const std::string& field) {
-    throw InputError(
-        (folder / "measurements.json").string() + ": " + field +
-        " differs from that of the measurements to fit; validation patterns must be of "
-        "the same sample");
-  };
-  if (!(fitted.grid == validation.grid)) fail("grid or voxel_mm");
-  if (fitted.eta != validation.eta) fail("eta");
-  if (fitted.channels != validation.channels) fail("channels");
-}
-
 }  // namespace
-
-fs::path find_measurements(const fs::path& input) {
-  for (const fs::path& folder : {input, input / "measurements"}) {
-    if (fs::exists(folder / "measurements.json")) return folder;
-  }
-  throw InputError(input.string() +
-                   (fs::is_directory(input) ? ": has no measurements.json, nor measurements/"
-                                            : ": no such folder") +
-                   "; give a folder of surface measurements or a run that `kappamu merge` filled");
-}
-
-std::vector<fs::path> fit_inputs(const fs::path& input, const FitStageOptions& options) {
-  return {find_measurements(input), input / "measurements_validate", input / "calibration",
-          options.validate.value_or(fs::path()), options.continue_from.value_or(fs::path())};
-}
-
-std::vector<std::string> fit_outputs(const fs::path& folder) {
-  std::vector<std::string> names{"fit.json", "volume.vdb", validated_folder};
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    std::string name = entry.path().filename().string();
-    for (const char* start :
-         {"kappa_", "mu_", "std_", "resolution_", "correlation_", "sensitivity_", "prediction"}) {
-      if (name.starts_with(start) && name.ends_with(".npy")) names.push_back(std::move(name));
-      if (name.empty()) break;
-    }
-  }
-  return names;
-}
 
 FitSummary run_fit_stage(const fs::path& input, const fs::path& output,
                          const FitStageOptions& options, Progress& progress) {
-  const fs::path folder = find_measurements(input);
-  require_as_written(folder);
-  if (fs::exists(input / "calibration")) require_as_written(input / "calibration");
-  const SurfaceMeasurements measurements = io::read_measurements(folder);
-  std::optional<SurfaceMeasurements> validation;
-  const fs::path beside = input / "measurements_validate";
-  const std::optional<fs::path> validate =
-      options.validate
-          ? options.validate
-          : (fs::exists(beside / "measurements.json") ? std::optional(beside) : std::nullopt);
-  if (validate) {
-    require_as_written(*validate);
-    validation = io::read_measurements(*validate);
-    require_same_sample(measurements, *validation, *validate);
-  }
-  return FitStage(fs::absolute(input).lexically_normal(), measurements, std::move(validation),
-                  output, options, progress)
+  FitInput read = read_fit_input(input, options);
+  return FitStage(fs::absolute(input).lexically_normal(), read.measurements,
+                  std::move(read.validation), output, options, progress)
       .run();
 }
 

@@ -14,10 +14,6 @@
 
 namespace kappamu::pipeline {
 
-/// Of a fit's folder: kappa_<c>.npy and mu_<c>.npy of volumes that have not seen the
-/// validation patterns of the input (inverse/validation/validated_fit.h).
-inline constexpr const char* validated_folder = "validated";
-
 struct FitSummary {
   std::vector<std::string> channels;
   std::vector<inverse::FitReport> reports;  ///< one per channel
@@ -32,17 +28,6 @@ struct FitSummary {
   double memory_needed = 0.0;  ///< at the peak, as predicted before the fit [bytes] (fit_memory.h)
   FitRecord record;            ///< status and verdict of all channels together
 };
-
-/// The measurements folder that `input` means: one with measurements.json, or a run folder that has
-/// measurements/. Throws InputError when there is none.
-std::filesystem::path find_measurements(const std::filesystem::path& input);
-
-/// The folders that run_fit_stage() reads.
-std::vector<std::filesystem::path> fit_inputs(const std::filesystem::path& input,
-                                              const FitStageOptions& options);
-
-/// Names of what run_fit_stage() may write in a folder and of what lies there under such a name.
-std::vector<std::string> fit_outputs(const std::filesystem::path& folder);
 
 /// Fits every channel of `input` (see find_measurements) and writes into `output`: kappa_<c>.npy,
 /// mu_<c>.npy, sensitivity_<c>.npy [z][y][x], those of write_uncertainty(), prediction.npy and,
