@@ -23,7 +23,7 @@ from charts.common import (MARKS, PlainNumbers, cross, dress, fine_percent, flat
                            short, table, unique)
 from charts.diffusion import slabs, validity
 from charts.forward import headline, kernels, peers, scaling, time_error
-from charts.inverse import ablations, monte_carlo, optimisers, patterns, samples, scores, uncertainty, voxels
+from charts.inverse import ablations, optimisers, patterns, samples, scores, uncertainty, voxels
 from charts.rig import calibration, hdr, rig
 
 
@@ -409,7 +409,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "forward-grids": time_error, "forward-scaling": scaling,
             "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
-            "inverse-voxels": voxels, "inverse-montecarlo": monte_carlo, "inverse-samples": samples,
+            "inverse-voxels": voxels, "inverse-samples": samples,
             "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,

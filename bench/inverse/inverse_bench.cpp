@@ -7,7 +7,6 @@
 #include "bench/cases/media.h"
 #include "bench/inverse/ablations.h"
 #include "bench/inverse/inverse_fit.h"
-#include "bench/inverse/inverse_photons.h"
 #include "bench/inverse/inverse_samples.h"
 #include "bench/subjects.h"
 
@@ -177,24 +176,6 @@ Json voxels_of(const Bench& bench) {
   return fits;
 }
 
-Json monte_carlo_of(const Bench& bench) {
-  Block block = bench.block(0.0);
-  PhotonOptions photons;
-  photons.device = bench.request.device;
-  photons.seed = bench.request.seed;
-  if (bench.request.size == Size::full) {
-    photons.per_pattern = 4'000'000;
-    photons.validation_patterns = 16;
-  } else {
-    const bool quick = bench.request.size == Size::quick;
-    photons.per_pattern = quick ? 50'000 : 400'000;
-    photons.validation_patterns = 4;
-    photons.noise = quick ? 0.1 : 0.03;
-  }
-  return fit_monte_carlo(block, bench.truth(block, 0), bench.with_device({}), photons,
-                         bench.progress);
-}
-
 /// Rows already in the record stay where their sample is not asked for.
 Json samples_of(const Bench& bench) {
   const Request& request = bench.request;
@@ -299,8 +280,6 @@ Do not trust seconds on a machine that does anything else.)",
        {"patterns", "by number of images, patches and bars, back-lit and front-lit",
         measured<patterns_of>},
        {"voxels", "cost against the size of the block", measured<voxels_of>},
-       {"montecarlo", "data by transport, fitted by diffusion and by transport",
-        measured<monte_carlo_of>},
        {"samples", "wax1, wax2, marble, stone at the paper's sizes, R, G, B: a quarter of an hour",
         measured<samples_of>},
        {"validation", "0, 1, 2, 4 of 16 patterns kept out", measure_validation},

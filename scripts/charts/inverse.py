@@ -100,24 +100,6 @@ def voxels(record):
           f"{1e6 * r['seconds'] / n:.0f}", f"{r['validation_E']:.1e}"] for n, r in zip(cells, record["rows"])])}
 
 
-def monte_carlo(record):
-    rows = record["rows"]
-    figure, axes = panels(2)
-    lines = []
-    for ax, name, key in zip(axes, "κμ", ("kappa_error_by_depth", "mu_error_by_depth")):
-        for number, row in enumerate(rows):
-            line(ax, number, range(1, len(row[key]) + 1), row[key], f"by {row['variant']}")
-        dress(ax, f"{name}, data from Monte Carlo", "layer, 1 = lit face", "median |found/true - 1|", "y")
-    for row in rows:
-        seen = [", ".join(percent(d) for d in row[key][-1:-3:-1]) for key in ("kappa_error_by_depth", "mu_error_by_depth")]
-        lines.append([grid_name(row["grid"]), percent(row["noise"]), row["variant"], f"{row['data_misfit_chi2']:.2f}",
-                      f"{row['validation_E']:.1e}"] + seen +
-                     [f"{row['photons']:.1e}", row["renewals"], f"{row['seconds']:.0f}"])
-    return {"": figure}, {"": provenance(record) + f"\nThe true coefficients under diffusion: E = {rows[0]['truth_E']:.1e}.\n" + table(
-        ["grid", "noise", "fitted by", "χ²", "E", "κ error, two layers at the seen face", "μ error",
-         "photons", "solves on the finer grid", "seconds"], lines)}
-
-
 def samples(record):
     hours = {"wax1": 2, "wax2": 4, "marble": 11, "stone": 3}  # [W] Table II
     return {}, {"": provenance(record) + "\n" + table(
