@@ -7,6 +7,10 @@
 
 namespace kappamu::io {
 
+/// Metadata of a file: the refractive index, and what begins the names of texts of its origin.
+inline constexpr const char* eta_name = "eta";
+inline constexpr const char* provenance_prefix = "provenance_";
+
 struct VdbContent {
   openvdb::MetaMap::Ptr metadata;  ///< of the file
   openvdb::GridPtrVec grids;

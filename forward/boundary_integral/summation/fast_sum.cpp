@@ -4,6 +4,7 @@
 
 #include "core/numbers/at.h"
 #include "core/parallel.h"
+#include "forward/boundary_integral/summation/box_pairs.h"
 #include "forward/boundary_integral/summation/equivalent_surface.h"
 
 namespace kappamu::forward::boundary_integral {
@@ -15,9 +16,6 @@ using Eigen::MatrixXd;
 using Eigen::MatrixXf;
 using Eigen::VectorXd;
 
-/// Boxes whose nearest points are apart by this many decay lengths exchange nothing (e^−28 =
-/// 7e-13).
-constexpr double out_of_sight = 28.0;
 /// Target boxes that a thread translates at once.
 constexpr int boxes_at_once = 64;
 
@@ -43,11 +41,9 @@ class FastSum::Plan {
         per_target_(targets.points),
         near_value_(std::move(near)),
         tree_(make_octree(places(sources), places(targets), options.leaf)),
+        pairs_(tree_, options.decay),
         surfaces_(options.order, options.decay) {
     sort_points(sources, targets);
-    far_.resize(tree_.boxes.size());
-    near_.resize(tree_.boxes.size());
-    pair(0, 0);
     find_levels();
     for (int b = 0; b < boxes(); ++b) {
       if (box(b).leaf()) leaves_.push_back(b);
@@ -62,7 +58,7 @@ class FastSum::Plan {
         outgoing_[at(b)] = outgoing(b);
         incoming_[at(b)] = incoming(b);
       }
-      for (const int s : near_[at(b)]) blocks_[at(b)].push_back(block(b, s));
+      for (const int s : pairs_.near[at(b)]) blocks_[at(b)].push_back(block(b, s));
     });
   }
 
@@ -81,8 +77,8 @@ class FastSum::Plan {
       if (target.level >= top_) {
         value += (kept() ? incoming_[at(b)] : incoming(b)).cast<double>() * potentials.col(b);
       }
-      for (std::size_t n = 0; n < near_[at(b)].size(); ++n) {
-        const int s = near_[at(b)][n];
+      for (std::size_t n = 0; n < pairs_.near[at(b)].size(); ++n) {
+        const int s = pairs_.near[at(b)][n];
         const Eigen::VectorXf charge =
             sorted.segment(box(s).first_source, box(s).sources()).cast<float>();
         value += ((kept() ? blocks_[at(b)][n] : block(b, s)) * charge).cast<double>();
@@ -106,11 +102,6 @@ class FastSum::Plan {
   }
 
  private:
-  struct Far {
-    int source = 0;  ///< box
-    Translation translation;
-  };
-
   const Box& box(int b) const { return tree_.boxes[at(b)]; }
   bool kept() const { return options_.keep == Keep::matrices; }
   int boxes() const { return static_cast<int>(tree_.boxes.size()); }
@@ -138,48 +129,10 @@ class FastSum::Plan {
     }
   }
 
-  /// Decides how the sources of box s reach the targets of box t.
-  void pair(int t, int s) {
-    const Box &target = box(t), &source = box(s);
-    if (target.targets() == 0 || source.sources() == 0) return;
-    const int level = std::max(target.level, source.level);
-    // Gaps in widths of the finer level.
-    std::array<int, 3> offset{};
-    int gap = 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const int t_low = target.at[axis] << (level - target.level);
-      const int t_high = (target.at[axis] + 1) << (level - target.level);
-      const int s_low = source.at[axis] << (level - source.level);
-      const int s_high = (source.at[axis] + 1) << (level - source.level);
-      gap = std::max({gap, t_low - s_high, s_low - t_high});
-      offset[axis] = t_low - s_low;
-    }
-    if (options_.decay * gap * tree_.width(level) > out_of_sight) return;
-    if (target.level == source.level && gap > 0) {
-      far_[at(t)].push_back({s, EquivalentSurfaces::translation(offset)});
-    } else if (target.leaf() && source.leaf()) {
-      near_[at(t)].push_back(s);
-    } else if (!target.leaf() && !source.leaf() && target.level == source.level) {
-      for (const int t_child : target.child) {
-        for (const int s_child : source.child) {
-          if (t_child >= 0 && s_child >= 0) pair(t_child, s_child);
-        }
-      }
-    } else if (source.leaf() || (!target.leaf() && target.level < source.level)) {
-      for (const int child : target.child) {
-        if (child >= 0) pair(child, s);
-      }
-    } else {
-      for (const int child : source.child) {
-        if (child >= 0) pair(t, child);
-      }
-    }
-  }
-
   void find_levels() {
     top_ = tree_.levels();
     for (int b = 0; b < boxes(); ++b) {
-      if (!far_[at(b)].empty()) top_ = std::min(top_, box(b).level);
+      if (!pairs_.far[at(b)].empty()) top_ = std::min(top_, box(b).level);
     }
     maps_.resize(at(tree_.levels()));
     for (int level = top_; level < tree_.levels(); ++level) {
@@ -297,9 +250,9 @@ class FastSum::Plan {
   void translate(int level, int begin, int end, const MatrixXd& charges,
                  MatrixXd& potentials) const {
     for (const auto& [kind, matrix] : maps_[at(level)].translation) {
-      std::vector<std::pair<int, const Far*>> pairs;
+      std::vector<std::pair<int, const FarBox*>> pairs;
       for (int b = begin; b < end; ++b) {
-        for (const Far& far : far_[at(b)]) {
+        for (const FarBox& far : pairs_.far[at(b)]) {
           if (far.translation.kind == kind) pairs.emplace_back(b, &far);
         }
       }
@@ -307,7 +260,7 @@ class FastSum::Plan {
       const auto columns = static_cast<Index>(pairs.size());
       MatrixXd from(charges.rows(), columns);
       for (Index c = 0; c < columns; ++c) {
-        const Far& far = *pairs[static_cast<std::size_t>(c)].second;
+        const FarBox& far = *pairs[static_cast<std::size_t>(c)].second;
         const std::vector<int>& to = surfaces_.symmetry(far.translation.symmetry);
         for (Index n = 0; n < charges.rows(); ++n) {
           from(to[static_cast<std::size_t>(n)], c) = charges(n, far.source);
@@ -328,11 +281,10 @@ class FastSum::Plan {
   int per_source_, per_target_;
   NearValue near_value_;
   Octree tree_;
+  BoxPairs pairs_;
   EquivalentSurfaces surfaces_;
   PointSources points_;                         ///< in the tree's order
   std::vector<Eigen::Vector3d> target_points_;  ///< in the tree's order
-  std::vector<std::vector<Far>> far_;           ///< per target box
-  std::vector<std::vector<int>> near_;          ///< per target leaf: source leaves
   std::vector<int> leaves_;
   int top_ = 0;  ///< the coarsest level that exchanges far fields
   std::vector<LevelMaps> maps_;

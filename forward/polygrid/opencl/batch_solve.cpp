@@ -1,0 +1,189 @@
+#include "forward/polygrid/opencl/batch_solve.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace kappamu::forward::polygrid {
+
+extern const device::KernelSource polygrid_cl;
+
+namespace {
+
+using device::Buffer;
+using embedded::Lanes;
+
+/// Of the residual that changed media leave: what little they change of the whole is solved for,
+/// too.
+constexpr double of_change = 0.05;
+
+std::vector<Stretch> whole(const std::vector<double>& values) {
+  return {{0, values.size()}};
+}
+
+}  // namespace
+
+BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const Lanes& lanes,
+                       const DevicePattern& matrix, const std::vector<DeviceLevel>& levels,
+                       Lights lights)
+    : context_(context),
+      numbers_(numbers),
+      lanes_(lanes),
+      matrix_(matrix),
+      levels_(levels),
+      program_(context.program(polygrid_cl, numbers_.build_options(lanes))) {
+  const std::size_t media = lanes.media() * numbers.real_bytes();
+  const std::size_t field = lanes.width * numbers.real_bytes();
+  value_ = context.allocate(matrix.entries * media);
+  for (const DeviceLevel& level : levels) {
+    const auto rows = static_cast<std::size_t>(level.links.rows);
+    links_.push_back(context.allocate(std::max<std::size_t>(level.links.entries, 1) * media));
+    inverse_diagonal_.push_back(context.allocate(rows * media));
+    level_r_.push_back(context.allocate(rows * field));
+    level_y_.push_back(context.allocate(rows * field));
+  }
+  const auto coarsest = static_cast<std::size_t>(levels.back().links.rows);
+  coarsest_ = context.allocate(coarsest * coarsest * media);
+  for (Buffer* each : {&b_, &x_, &z_, &p_, &image_}) *each = context.allocate(rows() * field);
+  runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
+  partial_ = context.allocate(most_sums * runs_ * lanes.width * numbers.sum_bytes());
+  scalars_ = context.allocate(FormerAnswers::most * lanes.width * numbers.sum_bytes());
+  if (lights == Lights::moving) former_.emplace(context, rows() * field);
+}
+
+void BatchSolve::set_media(const std::vector<MediumValues>& media,
+                           const std::vector<ChannelLevels>& levels, const Changed& changed) {
+  if (former_) former_->forget();
+  const auto write = [&](const Buffer& buffer, const auto& numbers,
+                         const std::vector<Stretch>& stretches) {
+    std::vector<const std::vector<double>*> of_lane;
+    for (const std::size_t c : lanes_.channels) of_lane.push_back(&numbers(c));
+    for (const Stretch& stretch : stretches) {
+      write_lanes(context_, buffer, numbers_, of_lane, lanes_.media(), stretch);
+    }
+  };
+  const auto value = [&](std::size_t c) -> const auto& {
+    return media[c].value;
+  };
+  write(value_, value, changed.entries);
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    const auto link = [&](std::size_t c) -> const auto& {
+      return levels[c].graph[l].link;
+    };
+    const auto inverse = [&](std::size_t c) -> const auto& {
+      return levels[c].inverse_diagonal[l];
+    };
+    write(links_[l], link, l == 0 ? changed.links : whole(levels[0].graph[l].link));
+    write(inverse_diagonal_[l], inverse,
+          l == 0 ? changed.rows : whole(levels[0].inverse_diagonal[l]));
+  }
+  write(
+      coarsest_, [&](std::size_t c) -> const auto& { return levels[c].coarsest; },
+      whole(levels[0].coarsest));
+}
+
+void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::size_t>& lights,
+                       std::vector<std::vector<double>>& x, double tolerance, int most_iterations,
+                       CgReport& report) {
+  const std::size_t width = lanes_.width;
+  std::vector<const std::vector<double>*> powers, starts;
+  std::vector<std::vector<double>*> answers;
+  for (const std::size_t light : lights) {
+    powers.push_back(&loads[light].power);
+    starts.push_back(&x[light]);
+    answers.push_back(&x[light]);
+  }
+  write_lanes(context_, b_, numbers_, powers, width);
+  context_.zero(p_, field_bytes());
+  const Buffer &r = level_r_[0], &y = level_y_[0];
+  const bool changed = former_ && former_->size() == 0;
+  Scalars size2, r_r, before(width, 0.0), enough(width);
+  if (former_ && !changed) {
+    const std::vector<Scalars> products = with_images(b_);
+    size2 = products[0];
+    write(former_->combination({products[1], products[2], products[3], products[4]}));
+    const FormerAnswers& of = *former_;
+    r_r = sums(1, "start_from_former", scalars_, inverse_diagonal_[0], of.answer(0), of.answer(1),
+               of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2), of.image(3), b_,
+               x_, r, y)[0];
+  } else {
+    write_lanes(context_, x_, numbers_, starts, width);
+    over(rows(), "residual", matrix_.start, matrix_.column, value_, inverse_diagonal_[0], b_, x_, r,
+         y);
+    size2 = dot(b_, b_);
+    r_r = dot(r, r);
+  }
+  for (std::size_t lane = 0; lane < width; ++lane) {
+    enough[lane] = tolerance * tolerance * size2[lane];
+    if (changed) enough[lane] = std::min(enough[lane], of_change * of_change * r_r[lane]);
+  }
+  const auto done = [&] {
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      if (!(r_r[lane] <= enough[lane])) return false;
+    }
+    return true;
+  };
+  int iteration = 0;
+  for (; iteration < most_iterations && !done(); ++iteration) {
+    cycle();
+    const Scalars r_z = dot(r, z_);
+    Scalars along(width, 0.0), step(width, 0.0);
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      if (before[lane] > 0.0) along[lane] = r_z[lane] / before[lane];
+    }
+    write(std::array{along});
+    over(rows(), "update_direction", scalars_, z_, p_);
+    over(rows(), "product", matrix_.start, matrix_.column, value_, p_, image_);
+    const Scalars p_image = dot(p_, image_);
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
+    }
+    write(std::array{step});
+    r_r = sums(1, "update_solution", scalars_, inverse_diagonal_[0], p_, image_, x_, r, y)[0];
+    before = r_z;
+  }
+  report.iterations = std::max(report.iterations, iteration);
+  read_lanes(context_, x_, numbers_, answers, width);
+  if (former_) keep(r);
+  for (std::size_t lane = 0; lane < lights.size(); ++lane) {
+    double& residual = report.residual[lights[lane]];
+    residual = size2[lane] > 0.0 ? std::sqrt(r_r[lane] / size2[lane]) : 0.0;
+    report.converged = report.converged && residual <= tolerance;
+  }
+}
+
+void BatchSolve::keep(const Buffer& r) {
+  FormerAnswers::Kept& kept = former_->next();
+  std::swap(kept.answer, x_);
+  over(rows(), "difference", b_, r, kept.image);
+  const std::vector<Scalars> products = with_images(kept.image);
+  former_->set_products({products[1], products[2], products[3], products[4]});
+}
+
+void BatchSolve::cycle() {
+  const std::size_t coarsest = levels_.size() - 1;
+  const auto rows_of = [&](std::size_t l) {
+    return static_cast<std::size_t>(levels_[l].links.rows);
+  };
+  if (coarsest == 0) {
+    over(rows(), "solve_directly", coarsest_, level_r_[0], z_);
+    return;
+  }
+  for (std::size_t l = 0; l < coarsest; ++l) {
+    const DeviceLevel& level = levels_[l];
+    over(rows_of(l + 1), "down", level.first_child, level.child, level.links.start,
+         level.links.column, links_[l], level_r_[l], level_y_[l], inverse_diagonal_[l + 1],
+         level_r_[l + 1], level_y_[l + 1]);
+  }
+  over(rows_of(coarsest), "direct_to_children", coarsest_, level_r_[coarsest],
+       levels_[coarsest - 1].first_child, levels_[coarsest - 1].child, level_y_[coarsest - 1]);
+  for (std::size_t l = coarsest - 1; l > 0; --l) {
+    const DeviceLevel &level = levels_[l], &finer = levels_[l - 1];
+    over(rows_of(l), "up_to_children", level.links.start, level.links.column, links_[l],
+         inverse_diagonal_[l], level_r_[l], level_y_[l], finer.first_child, finer.child,
+         level_y_[l - 1]);
+  }
+  over(rows(), "up", levels_[0].links.start, levels_[0].links.column, links_[0],
+       inverse_diagonal_[0], level_r_[0], level_y_[0], z_);
+}
+
+}  // namespace kappamu::forward::polygrid
