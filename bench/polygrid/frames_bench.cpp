@@ -251,6 +251,9 @@ Json measured(const Published& paper, const render::World& world, const std::str
           {"error", error[0]},
           {"largest_error", error[1]},
           {"surface_error", surface_error[0]},
+          {"surface_light_ms", at_surface.light},
+          {"surface_diffusion_ms", at_surface.diffusion},
+          {"surface_exitance_ms", at_surface.exitance},
           {"surface_frame_ms", at_surface.whole()},
           {"surface_iterations", at_surface.iterations},
           {"surface_diffusion_elapsed_ms", at_surface.diffusion_elapsed},
@@ -276,6 +279,7 @@ void measure_frames(const Request& request, Progress& progress, const Save& save
   constexpr int toy = 8'000;
   std::vector<Published> table(std::begin(table_3), std::end(table_3));
   if (request.size == Size::small) table.resize(2);
+  if (request.has("cells")) table = {{"edit", request.count("cells", 0), 1e3, 1e3, 1e3}};
   if (request.size == Size::quick) table = {{"hole", toy, 1e3 / 8.9, 80.0, 160.4}};
   // Kernels are compiled once, before the first frame that counts.
   measured({"none", toy, 1.0, 1.0, 1.0}, world, request.device);
