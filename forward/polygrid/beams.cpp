@@ -289,6 +289,9 @@ void BeamWalks::march_all(const ObjectProblem& problem, std::span<const Beam* co
 void BeamWalks::add(const ObjectProblem& problem, std::span<const ChannelBeams> channels,
                     double remainder) {
   check(channels.size() <= most_channels, "beams of more channels than are followed together");
+  const bool none = std::all_of(channels.begin(), channels.end(),
+                                [](const ChannelBeams& channel) { return channel.beams.empty(); });
+  if (none && walks_.empty()) return;
   const std::vector<char> changed = changed_cells(channels);
   if (same(channels)) {
     std::vector<Walk*> affected;

@@ -149,13 +149,13 @@ void PolygridDiffusion::renew_cells(const ObjectMedium& medium, const Eigen::Ali
 }
 
 void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::size_t light,
-                                  double remainder, std::vector<Load>& loads,
-                                  std::vector<PolygridAnswer>& answers) {
+                                  double remainder, std::vector<PolygridAnswer>& answers) {
   const std::size_t lights = problems[0].lights.size();
   std::vector<ChannelBeams> channels;
   for (std::size_t c = 0; c < problems.size(); ++c) {
-    Load& load = loads[c * lights + light];
-    load = {c, std::vector<double>(equations_.unknowns(), 0.0)};
+    Load& load = loads_[c * lights + light];
+    load.channel = c;
+    load.power.assign(equations_.unknowns(), 0.0);
     channels.push_back(
         {problems[c].lights[light].beams, of_cell_[c], load.power, answers[c].balance[light]});
   }
@@ -174,13 +174,10 @@ void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::
     const std::vector<double>& diffuse = problems[c].lights[light].diffuse;
     if (diffuse.empty()) return;
     const double transmitted = diffuse_transmittance(constants_);
-    const std::vector<double> incident = map_.loads(diffuse);
-    for (std::size_t i = 0; i < incident.size(); ++i) {
-      channels[c].load[i] +=
-          constants_.q_per_entering() / (2.0 * constants_.A) * transmitted * incident[i];
-      channels[c].balance.entering += transmitted * incident[i];
-      channels[c].balance.exiting += entering_less_q() * transmitted * incident[i];
-    }
+    const double per_incident = constants_.q_per_entering() / (2.0 * constants_.A) * transmitted;
+    const double entering = transmitted * map_.add_loads(diffuse, per_incident, channels[c].load);
+    channels[c].balance.entering += entering;
+    channels[c].balance.exiting += entering_less_q() * entering;
   });
 }
 
@@ -189,14 +186,14 @@ std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProbl
   const double start = processor_seconds();
   std::vector<PolygridAnswer> answers(problems.size());
   const std::size_t lights = problems[0].lights.size();
-  std::vector<Load> loads(problems.size() * lights);
+  loads_.resize(problems.size() * lights);
   for (PolygridAnswer& answer : answers) answer.balance.resize(lights);
   for (std::size_t l = 0; l < lights; ++l) {
-    add_light(problems, l, accuracy.beam_remainder, loads, answers);
+    add_light(problems, l, accuracy.beam_remainder, answers);
   }
   const double beams = processor_seconds();
   const Stopwatch watch;
-  report_ = solver_->solve(loads, fluence_, accuracy.linear_tolerance, accuracy.most_iterations);
+  report_ = solver_->solve(loads_, fluence_, accuracy.linear_tolerance, accuracy.most_iterations);
   const double solved = processor_seconds();
   seconds_.solving_elapsed = watch.seconds();
 

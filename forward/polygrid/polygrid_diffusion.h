@@ -62,7 +62,7 @@ class PolygridDiffusion {
   void renew_cells(const ObjectMedium& medium, const Eigen::AlignedBox3d& region,
                    std::vector<Coefficients>& of_cell, std::vector<char>& row_changed) const;
   void add_light(std::span<const ObjectProblem> problems, std::size_t light, double remainder,
-                 std::vector<Load>& loads, std::vector<PolygridAnswer>& answers);
+                 std::vector<PolygridAnswer>& answers);
   /// q of E_t = 1, and E_t less what q sends out.
   double entering_less_q() const {
     return 1.0 - constants_.q_per_entering() / (2.0 * constants_.A);
@@ -79,6 +79,7 @@ class PolygridDiffusion {
   std::vector<BeamWalks> walks_;     ///< [light]; one for all where beams are not kept
   std::vector<ObjectMedium> media_;  ///< [channel]
   std::vector<std::vector<Coefficients>> of_cell_;  ///< [channel][cell]
+  std::vector<Load> loads_;                         ///< [channel and light], of the last light
   std::vector<std::vector<double>> fluence_;        ///< [channel and light][corner], the last
   CgReport report_;
   PolygridSeconds seconds_;

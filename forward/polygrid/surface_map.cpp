@@ -29,7 +29,7 @@ std::array<double, 4> functions_at(const ClosestPoint::Found& found) {
 }  // namespace
 
 SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Surface& surface)
-    : side_of_(mesh.triangles.size()), gaps_(mesh.triangles.size()), corners_(grid.corner.size()) {
+    : side_of_(mesh.triangles.size()), gaps_(mesh.triangles.size()) {
   const std::size_t sides = grid.boundary_cell.size();
   double area = 0.0;
   for (const double a : grid.area) area += a;
@@ -116,15 +116,18 @@ void SurfaceMap::on_triangles(std::span<const double> at_corners, std::span<doub
   }
 }
 
-std::vector<double> SurfaceMap::loads(std::span<const double> on_triangles) const {
-  std::vector<double> result(corners_, 0.0);
+double SurfaceMap::add_loads(std::span<const double> on_triangles, double factor,
+                             std::span<double> at_corners) const {
+  double sum = 0.0;
   for (const LitPoint& point : points_) {
     const double value = on_triangles[static_cast<std::size_t>(point.triangle)];
+    if (value == 0.0) continue;
     for (std::size_t i = 0; i < 4; ++i) {
-      result[static_cast<std::size_t>(point.corner[i])] += value * point.area[i];
+      at_corners[static_cast<std::size_t>(point.corner[i])] += factor * value * point.area[i];
+      sum += value * point.area[i];
     }
   }
-  return result;
+  return sum;
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -18,8 +18,10 @@ class SurfaceMap {
   /// boundary's sides.
   void on_triangles(std::span<const double> at_corners, std::span<double> means) const;
   std::size_t triangles() const { return side_of_.size(); }
-  /// ∫ f N dA of every corner's function over the boundary [mm² f], of f given per triangle.
-  std::vector<double> loads(std::span<const double> on_triangles) const;
+  /// Adds `factor` ∫ f N dA of every corner's function over the boundary [mm² f], of f given per
+  /// triangle, and returns the sum of ∫ f N dA.
+  double add_loads(std::span<const double> on_triangles, double factor,
+                   std::span<double> at_corners) const;
   /// The boundary side nearest to a triangle's middle.
   int side_of(std::size_t triangle) const { return side_of_[triangle]; }
   /// Distance of every triangle's middle from the boundary [mm], 0 where it is less than 0.3 of the
@@ -42,7 +44,6 @@ class SurfaceMap {
     std::array<double, 4> area{};  ///< weight times the corner's function [mm²]
   };
   std::vector<LitPoint> points_;
-  std::size_t corners_ = 0;
 };
 
 }  // namespace kappamu::forward::polygrid

@@ -138,6 +138,9 @@ std::array<forward::ObjectLight, 3> beams_at(const World& world, std::size_t obj
              });
   std::array<forward::ObjectLight, 3> light;
   for (std::size_t c = 0; c < 3; ++c) {
+    std::size_t count = 0;
+    for (const BeamsOfChannels& of_piece : beams) count += of_piece[c].size();
+    light[c].beams.reserve(count);
     for (const BeamsOfChannels& of_piece : beams) {
       light[c].beams.insert(light[c].beams.end(), of_piece[c].begin(), of_piece[c].end());
     }
