@@ -11,6 +11,7 @@
 #include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
+#include "forward/embedded/equations/row_ranges.h"
 #include "forward/embedded/refinement.h"
 #include "forward/embedded/solver_choice.h"
 
@@ -33,6 +34,11 @@ constexpr double aimed_at = 0.9, most_left = 0.85;
 /// error, at least: by 3 where it falls with h², by less at edges of object and light
 /// (embedded.md).
 constexpr double difference_per_error = 1.65;
+/// Where the surface faces itself across a gap narrower than a cube, both meshes bridge it: they
+/// differ by a quarter of the error. Narrower than two, the coarser alone does (embedded.md).
+constexpr double difference_per_error_bridged = 0.25, difference_per_error_half_bridged = 1.0;
+/// A ray leaves the surface by this, of the object's size, before it looks for the other side.
+constexpr double off_surface_for_gaps = 1e-6;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
 /// every light that is solved for at once [bytes], measured.
 constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
@@ -64,7 +70,7 @@ class BodySolve {
     BodyAnswer best;
     while (fine) {
       Answers found = solved(*fine);
-      const double worst = estimate(tree, found, best);
+      const double worst = estimate(tree, fine->mesh, found, best);
       best.channel = std::move(found.channel);
       best.cubes = fine->mesh.cubes.size();
       best.slits = folds(fine->mesh, problem_.surface).slits;
@@ -124,6 +130,40 @@ class BodySolve {
                           channels_.constants.A);
   }
 
+  /// Per triangle, how far the surface faces another part of itself across the outside [mm].
+  std::vector<double> gaps() const {
+    const Surface& surface = problem_.surface;
+    const double off = off_surface_for_gaps * bounding_box(problem_.mesh).sizes().maxCoeff();
+    std::vector<double> gap(surface.size(), std::numeric_limits<double>::infinity());
+    for_row_ranges(gap.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t t = begin; t < end; ++t) {
+        const auto hit = problem_.rays.first_hit(surface.position[t], surface.normal[t], off);
+        // A wall from inside is rounding at an edge.
+        if (hit &&
+            surface.normal[static_cast<std::size_t>(hit->triangle)].dot(surface.normal[t]) < 0.0) {
+          gap[t] = hit->distance;
+        }
+      }
+    });
+    return gap;
+  }
+
+  /// Per triangle, the error over the difference of the mesh from the one before its split.
+  std::vector<double> errors_per_difference(const CutMesh& mesh) const {
+    std::vector<double> largest(gap_.size(), 0.0);  // cubes about each triangle [mm]
+    for (const CutMesh::Piece& piece : mesh.pieces) {
+      double& h = largest[static_cast<std::size_t>(piece.triangle)];
+      h = std::max(h, mesh.h(static_cast<std::size_t>(piece.cube)));
+    }
+    std::vector<double> result;
+    for (std::size_t t = 0; t < gap_.size(); ++t) {
+      result.push_back(1.0 / (gap_[t] < largest[t]         ? difference_per_error_bridged
+                              : gap_[t] < 2.0 * largest[t] ? difference_per_error_half_bridged
+                                                           : difference_per_error));
+    }
+    return result;
+  }
+
   /// With each of the object's leaves split; none where that is too large, or, where nothing less
   /// can be done, a refusal.
   std::unique_ptr<const Discretisation> split_everywhere(Octree tree, bool least) const {
@@ -147,7 +187,8 @@ class BodySolve {
   }
 
   /// Fills in the errors of an answer on the tree with every leaf split. The largest relative one.
-  double estimate(const Octree& tree, const Answers& found, BodyAnswer& best) {
+  double estimate(const Octree& tree, const CutMesh& mesh, const Answers& found, BodyAnswer& best) {
+    const std::vector<double> per_difference = errors_per_difference(mesh);
     bool apart = false;
     for (std::size_t c = 0; c < found.channel.size(); ++c) {
       for (const std::vector<double>& coarser : found.channel[c].coarser_exitance) {
@@ -162,7 +203,8 @@ class BodySolve {
       const Answer& fine = found.channel[c];
       for (std::size_t l = 0; l < fine.exitance.size(); ++l) {
         const std::vector<double>* own = apart ? &of_tree.channel[c].exitance[l] : nullptr;
-        const double error = error_of(c, fine.exitance[l], fine.coarser_exitance[l], own);
+        const double error =
+            error_of(c, per_difference, fine.exitance[l], fine.coarser_exitance[l], own);
         best.error[c].push_back(error);
         const double size = surface_norm(problem_.surface, fine.exitance[l]);
         if (size > 0.0) worst = std::max(worst, error / size);
@@ -177,19 +219,24 @@ class BodySolve {
 
   /// By the difference of two resolutions. `coarser` is the tree's answer with the coefficients of
   /// the finer one, empty on small meshes; `own` is that with its own ones, where there is one.
-  double error_of(std::size_t channel, const std::vector<double>& fine,
-                  const std::vector<double>& coarser, const std::vector<double>* own) const {
+  double error_of(std::size_t channel, const std::vector<double>& per_difference,
+                  const std::vector<double>& fine, const std::vector<double>& coarser,
+                  const std::vector<double>* own) const {
     const auto difference = [&](const std::vector<double>& one, const std::vector<double>& other) {
       return surface_difference(problem_.surface, one, other);
     };
-    if (homogeneous(channel)) {
-      return difference(fine, coarser.empty() ? *own : coarser) / difference_per_error;
-    }
+    const auto resolution = [&](const std::vector<double>& other) {
+      std::vector<double> error(fine.size());
+      for (std::size_t t = 0; t < fine.size(); ++t) {
+        error[t] = per_difference[t] * (fine[t] - other[t]);
+      }
+      return surface_norm(problem_.surface, error);
+    };
+    if (homogeneous(channel)) return resolution(coarser.empty() ? *own : coarser);
     // What finer coefficients changed is what they leave: it falls with h where κ jumps.
     const double whole = difference(fine, *own);
     if (coarser.empty()) return whole;
-    return std::min(whole,
-                    difference(fine, coarser) / difference_per_error + difference(coarser, *own));
+    return std::min(whole, resolution(coarser) + difference(coarser, *own));
   }
 
   void report(double worst, std::size_t cubes) const {
@@ -213,6 +260,7 @@ class BodySolve {
   const ObjectOptions& options_;
   Progress& progress_;
   const Stopwatch watch_;
+  const std::vector<double> gap_ = gaps();
   double solving_ = 0.0;
   std::size_t most_cubes_ = 0;
 };
