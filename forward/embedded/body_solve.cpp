@@ -34,6 +34,9 @@ constexpr double aimed_at = 0.9, most_left = 0.85;
 /// error, at least: by 3 where it falls with h², by less at edges of object and light
 /// (embedded.md).
 constexpr double difference_per_error = 1.65;
+/// A face along the cubes' own cuts all of them alike: the errors of two meshes go together there.
+constexpr double difference_per_error_aligned = 1.4;
+constexpr double aligned = 1.0 - 1e-6;
 /// Where the surface faces itself across a gap narrower than a cube, both meshes bridge it: they
 /// differ by a quarter of the error. Narrower than two, the coarser alone does (embedded.md).
 constexpr double difference_per_error_bridged = 0.25, difference_per_error_half_bridged = 1.0;
@@ -157,8 +160,10 @@ class BodySolve {
     }
     std::vector<double> result;
     for (std::size_t t = 0; t < gap_.size(); ++t) {
+      const bool flat = problem_.surface.normal[t].cwiseAbs().maxCoeff() > aligned;
       result.push_back(1.0 / (gap_[t] < largest[t]         ? difference_per_error_bridged
                               : gap_[t] < 2.0 * largest[t] ? difference_per_error_half_bridged
+                              : flat                       ? difference_per_error_aligned
                                                            : difference_per_error));
     }
     return result;
