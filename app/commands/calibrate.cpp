@@ -115,7 +115,8 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
               middle_px, worst_px);
   std::printf("sample's first corner       +- %.3f, %.3f, %.3f mm, turn +- %.3f degrees\n",
               pose.place_mm.x(), pose.place_mm.y(), pose.place_mm.z(), pose.turn_degrees);
-  std::printf("%s  (%s)\n", folder.c_str(), time_taken(worked ? std::optional(seconds) : std::nullopt).c_str());
+  std::printf("%s  (%s)\n", folder.c_str(),
+              time_taken(worked ? std::optional(seconds) : std::nullopt).c_str());
 }
 
 }  // namespace

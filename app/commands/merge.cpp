@@ -67,7 +67,8 @@ void run_merge(const SessionCommand& options, const BracketCommand& bracket,
     return;
   }
   std::printf("%zu HDR images  %s  (%s)\n", stages.session()->patterns.size(),
-              (run / "hdr").c_str(), time_taken(worked ? std::optional(seconds) : std::nullopt).c_str());
+              (run / "hdr").c_str(),
+              time_taken(worked ? std::optional(seconds) : std::nullopt).c_str());
   if (measured) std::printf("surface values %s\n", (run / "measurements").c_str());
 }
 

@@ -1,8 +1,8 @@
 // What fits cost and how good their volumes are.
 //
 // No fitted discretisation makes its own data: truths are solved on a grid twice as fine and get
-// noise. Volumes are scored as exported: every voxel split in 2³, nothing corrected, noise-free truth,
-// light the fit never saw (bench/cases/inverse_case.h).
+// noise. Volumes are scored as exported: every voxel split in 2³, nothing corrected, noise-free
+// truth, light the fit never saw (bench/cases/inverse_case.h).
 #pragma once
 
 #include "bench/subject.h"
