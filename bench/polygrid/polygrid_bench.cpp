@@ -148,7 +148,8 @@ the surface, as there, and no beams are followed. Medians of seven frames.)",
        {"convergence", "error against nodes processed, relaxations and ours", measure_convergence},
        {"frames", "live frames and edits at 62,000 to 1,500,000 nodes", measure_frames}},
       {{"files", "Meshes (default: the named shapes; of frames, spot)", Setting::Kind::words},
-       {"cells", "Asked for (default 20000 and 100000; of frames, those of Table III)", Setting::Kind::number, 100, 4e6},
+       {"cells", "Asked for (default 20000 and 100000; of frames, those of Table III)",
+        Setting::Kind::number, 100, 4e6},
        {"write", "Also write faces with their Jacobians, and polycubes", Setting::Kind::flag}}};
 }
 
