@@ -2,6 +2,7 @@
 
 #include <malloc.h>
 #include <openvdb/io/Archive.h>
+#include <openvdb/io/DelayedLoadMetadata.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
 
@@ -106,8 +107,22 @@ class ContentReader : public openvdb::io::Archive {
         if (!openvdb::Metadata::isRegisteredType(type)) continue;
         // Values of a known type are read by their own size, whatever the file says.
         in_.seekg(begin);
+        if (type == openvdb::io::DelayedLoadMetadata::staticTypeName()) check_delayed_load();
         openvdb::Metadata::createMetadata(type)->read(in_);
       }
+    });
+  }
+
+  /// Memory is allocated for the leaves and bytes that this metadata claims before they are read:
+  /// its length, the number of leaves, and of a byte and of a size per leaf the bytes they are
+  /// compressed to, 0 where they are not.
+  void check_delayed_load() {
+    looking_ahead([&] {
+      if (length() == 0) return;
+      const std::uint32_t leaves = length();
+      const std::uint32_t compressed = length();
+      in_.seekg(compressed > 0 ? compressed : leaves, std::ios::cur);
+      length();
     });
   }
 
