@@ -6,7 +6,7 @@
 namespace kappamu::calib {
 namespace {
 
-constexpr double needed_of_wild = 2.0;  // standard errors
+constexpr double needed_of_high_order = 2.0;  // standard errors
 constexpr double needed_of_fewer = 2.0;
 constexpr double needed_of_bend = 1.0;
 constexpr double tolerance = 1e-9;  // relative, of the sum of squares: to compare models
@@ -60,9 +60,9 @@ Sequence climb(const CameraSetting& setting, CameraFit start, Bend bend, LensMod
     const std::size_t last = sequence.candidates.size() - 1;
     const Candidate& candidate = sequence.candidates[last];
     const Candidate& best = sequence.candidates[sequence.best];
-    const bool wild = model == LensModel::full || model == LensModel::rational;
+    const bool high_order = model == LensModel::full || model == LensModel::rational;
     const double won = deviations_won(best, candidate);
-    if (wild ? won > needed_of_wild : won > -needed_of_fewer) sequence.best = last;
+    if (high_order ? won > needed_of_high_order : won > -needed_of_fewer) sequence.best = last;
     if (model == last_model) break;
   }
   return sequence;

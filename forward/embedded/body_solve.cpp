@@ -12,6 +12,7 @@
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "forward/embedded/equations/row_ranges.h"
+#include "forward/embedded/outward_rays.h"
 #include "forward/embedded/refinement.h"
 #include "forward/embedded/solver_choice.h"
 
@@ -40,8 +41,6 @@ constexpr double aligned = 1.0 - 1e-6;
 /// Where the surface faces itself across a gap narrower than a cube, both meshes bridge it: they
 /// differ by a quarter of the error. Narrower than two, the coarser alone does (embedded.md).
 constexpr double difference_per_error_bridged = 0.25, difference_per_error_half_bridged = 1.0;
-/// A ray leaves the surface by this, of the object's size, before it looks for the other side.
-constexpr double off_surface_for_gaps = 1e-6;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
 /// every light that is solved for at once [bytes], measured.
 constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
@@ -135,17 +134,11 @@ class BodySolve {
 
   /// Per triangle, how far the surface faces another part of itself across the outside [mm].
   std::vector<double> gaps() const {
-    const Surface& surface = problem_.surface;
-    const double off = off_surface_for_gaps * bounding_box(problem_.mesh).sizes().maxCoeff();
-    std::vector<double> gap(surface.size(), std::numeric_limits<double>::infinity());
+    const OutwardRays rays(problem_);
+    std::vector<double> gap(problem_.surface.size(), std::numeric_limits<double>::infinity());
     for_row_ranges(gap.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t) {
-        const auto hit = problem_.rays.first_hit(surface.position[t], surface.normal[t], off);
-        // A wall from inside is rounding at an edge.
-        if (hit &&
-            surface.normal[static_cast<std::size_t>(hit->triangle)].dot(surface.normal[t]) < 0.0) {
-          gap[t] = hit->distance;
-        }
+        if (const auto hit = rays.first_hit(t, problem_.surface.normal[t])) gap[t] = hit->distance;
       }
     });
     return gap;

@@ -9,13 +9,12 @@
 #include "core/random.h"
 #include "forward/embedded/body_solve.h"
 #include "forward/embedded/equations/row_ranges.h"
+#include "forward/embedded/outward_rays.h"
 
 namespace kappamu::forward::embedded {
 
 namespace {
 
-/// A ray leaves the surface by this, of the object's size, before it looks for another.
-constexpr double off_surface = 1e-6;
 /// Rays that give the power within a percent of what leaves, and each triangle's irradiance within
 /// some percent of its exitance.
 constexpr std::size_t rays_for_share = 20'000;
@@ -71,7 +70,7 @@ void add(const ObjectResult& round, const Surface& surface, ObjectResult& total)
 SeenTriangles::SeenTriangles(const ObjectProblem& problem, std::size_t rays_per_triangle)
     : rays_(rays_per_triangle), seen_(problem.surface.size() * rays_per_triangle, -1) {
   const Surface& surface = problem.surface;
-  const double off = off_surface * bounding_box(problem.mesh).sizes().maxCoeff();
+  const OutwardRays rays(problem);
   for_row_ranges(surface.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Eigen::Vector3d normal = surface.normal[t];
@@ -83,11 +82,7 @@ SeenTriangles::SeenTriangles(const ObjectProblem& problem, std::size_t rays_per_
         const Eigen::Vector3d direction = radius * std::cos(angle) * u +
                                           radius * std::sin(angle) * v +
                                           std::sqrt(1.0 - a) * normal;
-        const auto hit = problem.rays.first_hit(surface.position[t], direction, off);
-        // A wall from inside is rounding at an edge.
-        if (hit && surface.normal[static_cast<std::size_t>(hit->triangle)].dot(direction) < 0.0) {
-          seen_[t * rays_ + k] = hit->triangle;
-        }
+        if (const auto hit = rays.first_hit(t, direction)) seen_[t * rays_ + k] = hit->triangle;
       }
     }
   });
