@@ -1,5 +1,5 @@
-// A folder of a test's own: CTest runs each test as a process of its own, several side by side, and names they shared in the
-// common temporary folder would destroy each other's files.
+// A folder of a test's own: CTest runs each test as a process of its own, several side by side, and
+// names they shared in the common temporary folder would destroy each other's files.
 #pragma once
 
 #include <stdlib.h>
@@ -26,6 +26,7 @@ class OwnFolder {
   }
 
   const std::filesystem::path& path() const { return path_; }
+  operator const std::filesystem::path&() const { return path_; }
   std::filesystem::path operator/(const std::filesystem::path& name) const { return path_ / name; }
 
  private:

@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,12 +15,6 @@ namespace kappamu {
 namespace {
 
 namespace fs = std::filesystem;
-
-fs::path new_folder() {
-  std::string name = (fs::temp_directory_path() / "kappamu-test-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("cannot make a temporary folder");
-  return name;
-}
 
 std::string contents(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
@@ -51,14 +44,12 @@ pid_t start(const std::string& command, const std::string& output, const std::st
 }  // namespace
 
 ProcessResult run_process(const std::string& shell_command) {
-  const fs::path outputs = new_folder();
+  const OwnFolder outputs;
   const fs::path out = outputs / "out", error = outputs / "error";
   const pid_t child = start(shell_command, out, error);
   int status = 0;
   waitpid(child, &status, 0);
-  ProcessResult result{exit_code_of(status), contents(out), contents(error)};
-  fs::remove_all(outputs);
-  return result;
+  return {exit_code_of(status), contents(out), contents(error)};
 }
 
 ProcessResult kappamu(const std::string& arguments, const std::string& environment) {
@@ -94,15 +85,6 @@ void expect_one_sentence(const ProcessResult& result, const std::string& part) {
       << "not one line: " << result.standard_error;
   EXPECT_NE(result.standard_error.find(part), std::string::npos)
       << "no '" << part << "' in: " << result.standard_error;
-}
-
-void TemporaryFolderTest::SetUp() {
-  folder_ = new_folder();
-}
-
-void TemporaryFolderTest::TearDown() {
-  std::error_code ignored;
-  fs::remove_all(folder_, ignored);
 }
 
 }  // namespace kappamu

@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/own_folder.h"
+
 namespace kappamu {
 
 struct ProcessResult {
@@ -33,12 +35,10 @@ void expect_one_sentence(const ProcessResult& result, const std::string& part);
 
 class TemporaryFolderTest : public testing::Test {
  protected:
-  void SetUp() override;
-  void TearDown() override;
   const std::filesystem::path& folder() const { return folder_; }
 
  private:
-  std::filesystem::path folder_;
+  const OwnFolder folder_;
 };
 
 }  // namespace kappamu

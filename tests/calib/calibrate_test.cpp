@@ -21,6 +21,7 @@
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
 #include "tests/data_synthetic/tiny_options.h"
+#include "tests/own_folder.h"
 #include "tests/sentence.h"
 
 namespace kappamu::calib {
@@ -32,7 +33,7 @@ using ::testing::HasSubstr;
 class SimulatedSession : public ::testing::Test {
  protected:
   struct State {
-    std::filesystem::path folder;
+    OwnFolder folder;
     capture::Session session;
     synthetic::SimulationOptions options;
     std::unique_ptr<synthetic::Truth> truth;
@@ -42,8 +43,6 @@ class SimulatedSession : public ::testing::Test {
 
   static void SetUpTestSuite() {
     state_ = std::make_unique<State>();
-    state_->folder = std::filesystem::temp_directory_path() /
-                     ("kappamu_calib_test_" + std::to_string(::getpid()));
     Progress progress;
     state_->options = synthetic::tiny_options();
     synthetic::simulate(state_->options, state_->folder, "reference", progress);
@@ -52,10 +51,7 @@ class SimulatedSession : public ::testing::Test {
         std::make_unique<synthetic::Truth>(synthetic::read_truth(state_->folder / "truth"));
     state_->calibration = calibrate(state_->session, progress);
   }
-  static void TearDownTestSuite() {
-    std::filesystem::remove_all(state_->folder);
-    state_.reset();
-  }
+  static void TearDownTestSuite() { state_.reset(); }
 
   static SurfaceMeasurements measured(capture::PatternRole role) {
     Progress progress;

@@ -3,13 +3,11 @@
 #include "data_synthetic/simulate.h"
 
 #include <gmock/gmock.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "core/error.h"
 #include "data_synthetic/score.h"
@@ -17,7 +15,9 @@
 #include "io/image/exr.h"
 #include "io/image/image_file.h"
 #include "io/npy.h"
+#include "io/read_file.h"
 #include "tests/data_synthetic/tiny_options.h"
+#include "tests/own_folder.h"
 #include "tests/sentence.h"
 
 namespace kappamu::synthetic {
@@ -25,12 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string bytes_of(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+using io::read_text;
 
 SimulationOptions small_options() {
   SimulationOptions options = tiny_options();
@@ -42,20 +37,17 @@ SimulationOptions small_options() {
 class Simulated : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    // CTest runs the cases of this suite as processes side by side.
-    folder_ =
-        fs::path(testing::TempDir()) / ("kappamu_simulate_test_" + std::to_string(::getpid()));
-    fs::remove_all(folder_);
     Progress silent;
-    report_ = simulate(small_options(), folder_ / "a", "reference", silent);
+    report_ = simulate(small_options(), folder() / "a", "reference", silent);
   }
-  static void TearDownTestSuite() { fs::remove_all(folder_); }
+  static const OwnFolder& folder() {
+    static const OwnFolder own;
+    return own;
+  }
 
-  static fs::path folder_;
   static SimulationReport report_;
 };
 
-fs::path Simulated::folder_;
 SimulationReport Simulated::report_;
 
 TEST_F(Simulated, SessionIsOneThatThePipelineReads) {
@@ -86,7 +78,7 @@ TEST_F(Simulated, SessionHoldsNoTruth) {
     EXPECT_TRUE(extension == ".png" || entry.path().filename() == "session.json") << entry.path();
   }
   // Values that only the truth knows do not appear in the session's own file.
-  const std::string text = bytes_of(report_.session / "session.json");
+  const std::string text = read_text(report_.session / "session.json");
   const Truth truth = read_truth(report_.truth);
   for (const char* word : {"truth", "kappa_", "distortion", "seed", "pose", "intensity"}) {
     EXPECT_EQ(text.find(word), std::string::npos) << word;
@@ -111,27 +103,27 @@ TEST_F(Simulated, TransportGridIsNotTheFittedOne) {
 
 TEST_F(Simulated, RepeatsBitByBit) {
   Progress silent;
-  const SimulationReport again = simulate(small_options(), folder_ / "b", "reference", silent);
+  const SimulationReport again = simulate(small_options(), folder() / "b", "reference", silent);
   int files = 0;
   for (const auto& entry : fs::recursive_directory_iterator(report_.session)) {
     if (!entry.is_regular_file()) continue;
     const fs::path other = again.session / fs::relative(entry.path(), report_.session);
-    EXPECT_EQ(bytes_of(entry.path()), bytes_of(other)) << entry.path();
+    EXPECT_EQ(read_text(entry.path()), read_text(other)) << entry.path();
     ++files;
   }
   EXPECT_GE(files, report_.frames);
-  EXPECT_EQ(bytes_of(report_.truth / "truth.json"), bytes_of(again.truth / "truth.json"));
+  EXPECT_EQ(read_text(report_.truth / "truth.json"), read_text(again.truth / "truth.json"));
 }
 
 TEST_F(Simulated, RefusesToWriteOverASession) {
   Progress silent;
-  EXPECT_THROW(simulate(small_options(), folder_ / "a", "reference", silent), InputError);
+  EXPECT_THROW(simulate(small_options(), folder() / "a", "reference", silent), InputError);
 }
 
 TEST_F(Simulated, TruthSurvivesItsFile) {
   const Truth truth = read_truth(report_.truth);
-  write_truth(folder_ / "copy", truth);
-  EXPECT_EQ(bytes_of(folder_ / "copy" / "truth.json"), bytes_of(report_.truth / "truth.json"));
+  write_truth(folder() / "copy", truth);
+  EXPECT_EQ(read_text(folder() / "copy" / "truth.json"), read_text(report_.truth / "truth.json"));
 }
 
 TEST_F(Simulated, PatternsLightTheSeenFaceMeasurably) {
@@ -199,10 +191,10 @@ fs::path perfect_run(const fs::path& folder, const SimulationReport& report, dou
 
 TEST_F(Simulated, ScoreFindsTheErrorsThatWerePutIn) {
   Progress silent;
-  const Score perfect = score_run(perfect_run(folder_ / "perfect", report_, 1.0, 1.0),
+  const Score perfect = score_run(perfect_run(folder() / "perfect", report_, 1.0, 1.0),
                                   report_.truth, "reference", silent);
-  const Score flawed = score_run(perfect_run(folder_ / "flawed", report_, 1.5, 1.02), report_.truth,
-                                 "reference", silent);
+  const Score flawed = score_run(perfect_run(folder() / "flawed", report_, 1.5, 1.02),
+                                 report_.truth, "reference", silent);
   // The truth averaged to fitted voxels is not the truth: its features are a voxel or two wide.
   // 1.5e-4 under 8 x 8 patches in the worst channel.
   constexpr double averaging_E = 1e-3;
@@ -224,23 +216,18 @@ TEST_F(Simulated, ScoreFindsTheErrorsThatWerePutIn) {
 
 TEST_F(Simulated, ScoreOfAnEmptyFolderSaysWhatIsMissing) {
   Progress silent;
-  fs::create_directories(folder_ / "empty");
+  fs::create_directories(folder() / "empty");
   const std::string sentence =
-      sentence_of([&] { score_run(folder_ / "empty", report_.truth, "reference", silent); });
+      sentence_of([&] { score_run(folder() / "empty", report_.truth, "reference", silent); });
   EXPECT_THAT(sentence, testing::HasSubstr("neither calibration/ nor hdr/ nor fit/"));
-  EXPECT_THROW(score_run(report_.session, folder_ / "empty", "reference", silent), InputError);
+  EXPECT_THROW(score_run(report_.session, folder() / "empty", "reference", silent), InputError);
 }
 
 TEST(SimulationOptions, NameOptionValueAndBound) {
   const auto sentence = [](const std::function<void(SimulationOptions&)>& change) {
     SimulationOptions options;
     change(options);
-    try {
-      validate(options);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return sentence_of([&] { validate(options); }, "");
   };
   EXPECT_EQ(sentence([](SimulationOptions&) {}), "");
   EXPECT_EQ(sentence([](SimulationOptions& o) {

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <string>
 
-#include "core/error.h"
 #include "core/mesh/shapes.h"
 #include "forward/object_models.h"
 #include "tests/forward/lit_object.h"
+#include "tests/sentence.h"
 
 namespace kappamu::forward {
 namespace {
@@ -20,12 +20,8 @@ std::string refusal_by(const std::string& model, const TriangleMesh& mesh) {
   options.tolerance = 0.2;
   options.photons = 1000;
   Progress silent;
-  try {
-    make_object_model(model)->solve(object.problem(), options, silent);
-  } catch (const InputError& refused) {
-    return refused.what();
-  }
-  return "nothing refused";
+  return sentence_of([&] { make_object_model(model)->solve(object.problem(), options, silent); },
+                     "nothing refused");
 }
 
 class Refusals : public testing::TestWithParam<std::string> {};

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "tests/own_folder.h"
+#include "tests/sentence.h"
 
 namespace kappamu::io {
 namespace {
@@ -25,12 +26,7 @@ Polycube read_text(const std::string& fields) {
 }
 
 std::string refused(const std::string& fields) {
-  try {
-    read_text(fields);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "not refused";
+  return sentence_of([&] { read_text(fields); });
 }
 
 /// An L of three cells.

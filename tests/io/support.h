@@ -3,7 +3,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <string>
@@ -12,6 +11,7 @@
 #include "core/error.h"
 #include "io/atomic_file.h"
 #include "io/read_file.h"
+#include "tests/own_folder.h"
 #include "tests/sentence.h"
 
 namespace kappamu::io {
@@ -19,15 +19,6 @@ namespace kappamu::io {
 /// A fresh folder per test, removed afterwards.
 class FolderTest : public testing::Test {
  protected:
-  FolderTest() {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::temp_directory_path() /
-              ("kappamu-io-" + std::to_string(::getpid()) + "-" + info->name());
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
-  }
-  ~FolderTest() override { std::filesystem::remove_all(folder_); }
-
   /// All files and folders below the test's folder.
   std::vector<std::string> listing() const {
     std::vector<std::string> names;
@@ -37,7 +28,8 @@ class FolderTest : public testing::Test {
     return names;
   }
 
-  std::filesystem::path folder_;
+  const OwnFolder own_;
+  const std::filesystem::path& folder_ = own_.path();
 };
 
 /// Overwrites `file` with its first `size` bytes.

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "core/error.h"
+#include "tests/sentence.h"
 
 namespace kappamu::pipeline {
 namespace {
@@ -53,12 +53,7 @@ TEST(ValidationChoice, CountsAndListsAreTaken) {
 
 TEST(ValidationChoice, WhatCannotBeIsRefusedByName) {
   const auto sentence = [](const std::string& choice, ValidationMeasurements validated) {
-    try {
-      choose_validation(choice, measured(4), validated);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
+    return sentence_of([&] { choose_validation(choice, measured(4), validated); });
   };
   for (const char* choice : {"some", "-1", "1,x", "", "1;2"}) {
     EXPECT_THAT(sentence(choice, absent), HasSubstr("--hold-out")) << choice;

@@ -2,7 +2,6 @@
 #include "render/light/incident_light.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -11,6 +10,7 @@
 #include "core/random.h"
 #include "io/image/image_file.h"
 #include "render/light/beam_places.h"
+#include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
 
 namespace kappamu::render {
@@ -99,14 +99,12 @@ TEST(IncidentLight, SpotLightsItsConeAlone) {
 class Projected : public testing::Test {
  protected:
   void SetUp() override {
-    file_ = std::filesystem::temp_directory_path() /
-            ("kappamu_projected_" + std::to_string(::getpid()) + ".png");
     Image<std::uint8_t> image(8, 4, 3, 0);
     image(6, 1, 0) = 255;  // red: column 6, row 1
     io::write_image(file_, image);
   }
-  void TearDown() override { std::filesystem::remove(file_); }
-  std::filesystem::path file_;
+  const OwnFolder folder_;
+  const std::filesystem::path file_ = folder_ / "projected.png";
 };
 
 TEST_F(Projected, PixelsLandWhereTheyShould) {
@@ -146,8 +144,6 @@ TEST(IncidentLight, ConstantSurroundingsGivePiTimesTheirRadiance) {
 class SkyImage : public testing::Test {
  protected:
   void SetUp() override {
-    file_ = std::filesystem::temp_directory_path() /
-            ("kappamu_sky_" + std::to_string(::getpid()) + ".exr");
     Image<float> sky(32, 16, 3, 0.1F);
     for (int y = 2; y < 4; ++y) {
       for (int x = 20; x < 23; ++x) sky(x, y, 0) = 50.0F;
@@ -158,8 +154,8 @@ class SkyImage : public testing::Test {
     light_.radiance = {1.0, 0.5, 2.0};
     light_.turn_deg = 37.0;
   }
-  void TearDown() override { std::filesystem::remove(file_); }
-  std::filesystem::path file_;
+  const OwnFolder folder_;
+  const std::filesystem::path file_ = folder_ / "sky.exr";
   EnvironmentLight light_;
 };
 

@@ -10,6 +10,7 @@
 
 #include "forward/choice/model_table.h"
 #include "render/embree_caster.h"
+#include "tests/own_folder.h"
 #include "tests/sentence.h"
 
 namespace kappamu::render {
@@ -18,11 +19,8 @@ namespace {
 class MachineCosts : public testing::Test {
  protected:
   void SetUp() override {
-    std::string name = (std::filesystem::temp_directory_path() / "kappamu-costs-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    folder_ = name;
     if (const char* old = std::getenv("XDG_CACHE_HOME")) old_ = old;
-    setenv("XDG_CACHE_HOME", name.c_str(), 1);
+    setenv("XDG_CACHE_HOME", folder_.path().c_str(), 1);
   }
   void TearDown() override {
     if (old_) {
@@ -30,14 +28,13 @@ class MachineCosts : public testing::Test {
     } else {
       unsetenv("XDG_CACHE_HOME");
     }
-    std::filesystem::remove_all(folder_);
   }
   void write(const std::string& text) const {
     std::filesystem::create_directories(folder_ / "kappamu");
     std::ofstream(folder_ / "kappamu" / "model-costs.json") << text;
   }
 
-  std::filesystem::path folder_;
+  const OwnFolder folder_;
   std::optional<std::string> old_;
 };
 

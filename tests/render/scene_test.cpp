@@ -4,7 +4,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -18,8 +17,10 @@
 #include "render/scene/new_scene.h"
 #include "render/scene/published_materials.h"
 #include "render/scene/world.h"
+#include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
 #include "tests/schema_verdicts.h"
+#include "tests/sentence.h"
 
 namespace kappamu::render {
 namespace {
@@ -29,28 +30,15 @@ using testing::HasSubstr;
 
 class SceneFile : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::temp_directory_path() /
-              ("kappamu_scene_" + std::to_string(::getpid()) + "_" +
-               testing::UnitTest::GetInstance()->current_test_info()->name());
-    std::filesystem::create_directories(folder_);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
     return folder_ / name;
   }
   /// The sentence with which a scene is refused; empty where it is read.
   std::string refusal(const std::string& text) const {
-    try {
-      read_scene(write("scene.json", text));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return {};
+    return sentence_of([&] { read_scene(write("scene.json", text)); }, "");
   }
-  std::filesystem::path folder_;
+  const OwnFolder folder_;
 };
 
 /// Every kind of everything.
@@ -223,13 +211,8 @@ TEST_F(SceneFile, NewSceneOfARunNamesItsVolume) {
 }
 
 std::string refusal_of(const Scene& scene) {
-  try {
-    std::vector<std::string> warnings;
-    const World world(scene, warnings);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return {};
+  std::vector<std::string> warnings;
+  return sentence_of([&] { const World world(scene, warnings); }, "");
 }
 
 TEST(Scene, RefusesLightsAndCamerasInsideAndObjectsThatOverlap) {

@@ -14,6 +14,7 @@
 #include "forward/forward_model.h"
 #include "tests/own_folder.h"
 #include "tests/reference_data.h"
+#include "tests/sentence.h"
 
 namespace kappamu::bench {
 namespace {
@@ -112,12 +113,7 @@ class SlabFolder : public ::testing::Test {
     std::ofstream(folder_ / name) << text;
   }
   std::string sentence() const {
-    try {
-      read_measured_slabs(folder_.path());
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "read";
+    return sentence_of([&] { read_measured_slabs(folder_); });
   }
   static constexpr const char* head = "file,row,MR,MRf,MT,MTf,mua,musp,g,flag\n";
   const OwnFolder folder_;

@@ -19,6 +19,7 @@
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
 #include "tests/data_synthetic/tiny_options.h"
+#include "tests/own_folder.h"
 
 namespace kappamu::calib {
 namespace {
@@ -84,9 +85,6 @@ class Listener : public Progress {
 class LitRoom : public ::testing::Test {
  protected:
   LitRoom() {
-    folder =
-        std::filesystem::temp_directory_path() / ("kappamu_lit_room_" + std::to_string(::getpid()));
-    std::filesystem::create_directories(folder);
     options = synthetic::tiny_options();
     options.light = capture::FitLight{capture::LightShape::patches, 1};
     options.validation = false;
@@ -107,9 +105,8 @@ class LitRoom : public ::testing::Test {
     io::write_image(folder / "ramp.png", ramp);
     options.pattern_files = {folder / "ramp.png"};
   }
-  ~LitRoom() override { std::filesystem::remove_all(folder); }
 
-  std::filesystem::path folder;
+  const OwnFolder folder;
   synthetic::SimulationOptions options;
 };
 

@@ -25,6 +25,7 @@
 #include "io/image/image_file.h"
 #include "io/image/raw_file.h"
 #include "tests/data_synthetic/tiny_options.h"
+#include "tests/own_folder.h"
 
 namespace kappamu::calib {
 namespace {
@@ -200,8 +201,7 @@ TEST(RealChart, ProcessedPhotographInATurnIsFound) {
 }
 
 TEST(SimulatedChart, GivesTheAbsoluteScaleWithinHalfAPercent) {
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("kappamu_chart_test_" + std::to_string(::getpid()));
+  const OwnFolder folder;
   Progress progress;
   synthetic::SimulationOptions options = synthetic::tiny_options();
   // The end of a recovered response is a factor of its own, which cancels against the white target
@@ -222,7 +222,6 @@ TEST(SimulatedChart, GivesTheAbsoluteScaleWithinHalfAPercent) {
       session, session.calibration.colour_chart->frames, "colour chart", found.radiometry);
   const capture::HdrImage white = capture::merge_stack(
       session, session.calibration.white_target->frames, "white target", found.radiometry);
-  std::filesystem::remove_all(folder);
   const ChartReference alone = measure_chart(picture, found.chart->patches, nullptr, 1.0, {});
   // Room light of one per cent of the projector's white.
   constexpr double room = 0.01;

@@ -163,7 +163,7 @@ class Import : public testing::Test {
 
   const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, straight_curve};
   unsigned seed = 0;
-  TemporaryFolder folder;
+  OwnFolder folder;
   fs::path photographs, plan, out;
   std::optional<fs::path> table;
   Session session;

@@ -294,7 +294,7 @@ class UnsteadySession : public testing::Test {
     return sum / light;
   }
 
-  TemporaryFolder folder;
+  OwnFolder folder;
   Session session;
   Stack stack;
   std::vector<std::string> notes;

@@ -92,7 +92,7 @@ class PlanUnder : public testing::TestWithParam<PlaneLight> {
     return GetParam() == PlaneLight::chessboard || GetParam() == PlaneLight::both;
   }
   bool codes() const { return gray_codes(GetParam()); }
-  const TemporaryFolder folder;
+  const OwnFolder folder;
 };
 INSTANTIATE_TEST_SUITE_P(Light, PlanUnder,
                          testing::Values(PlaneLight::chessboard, PlaneLight::gray_code,
@@ -170,7 +170,7 @@ TEST_P(PlanUnder, ShootingAReplayedFolderGivesTheSameFolder) {
     io::write_code_image(folder.path() / shot.file, Image<std::uint16_t>(40, 30, 3, ++code), 12);
   }
   FolderReplay device(folder.path());
-  const TemporaryFolder again;
+  const OwnFolder again;
   Progress silent;
   const Session session = shoot_session(device, plan.capture, again.path(), silent);
   EXPECT_EQ(read_text(again.path() / "session.json"), read_text(folder.path() / "session.json"));
@@ -182,7 +182,7 @@ TEST_P(PlanUnder, ShootingAReplayedFolderGivesTheSameFolder) {
 }
 
 TEST(FolderReplay, AnExposureThatWasNotTakenIsRefused) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   const Plan plan = make_plan(small_request(), folder.path());
   write_plan(plan);
   FolderReplay device(folder.path());

@@ -74,7 +74,7 @@ CapturePlan small_plan() {
 }
 
 TEST(Shoot, WritesASessionThatReadsBackAndWhoseFramesAllLoad) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   RampRig rig;
   Progress silent;
   const Session shot = shoot_session(rig, small_plan(), folder.path(), silent);
@@ -99,7 +99,7 @@ TEST(Shoot, WritesASessionThatReadsBackAndWhoseFramesAllLoad) {
 
 // The loop of the real pipeline on the folder alone: radiometry told by the frames themselves.
 TEST(Shoot, TheFolderAloneTellsResponseAndNoise) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   RampRig rig;
   Progress silent;
   shoot_session(rig, small_plan(), folder.path(), silent);
@@ -131,7 +131,7 @@ TEST(Shoot, TheFolderAloneTellsResponseAndNoise) {
 }
 
 TEST(Shoot, AContradictoryPlanIsRefusedBeforeTheFirstExposure) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   Progress silent;
   const auto refused = [&](const std::function<void(CapturePlan&)>& edit) {
     RampRig rig;

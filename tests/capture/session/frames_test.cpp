@@ -35,7 +35,7 @@ class Frames : public testing::Test {
   }
   std::string path(const std::string& file) const { return (folder.path() / file).string(); }
 
-  TemporaryFolder folder;
+  OwnFolder folder;
   Session session;
 };
 

@@ -13,7 +13,7 @@ namespace kappamu::capture {
 namespace {
 
 TEST(SessionSchema, AgreesWithTheReaderOnGoodAndBadDocuments) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   std::map<std::string, std::string> expected;
   const auto add = [&](const EditedSession& session, bool valid) {
     char stem[8];

@@ -21,7 +21,7 @@ using testing::HasSubstr;
 using testing::StartsWith;
 
 TEST(Session, TheDocumentedExampleIsReadWithEveryValueInItsPlace) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   write_text(folder.path() / "session.json", documented_session_text());
   const Session session = read_session(folder.path());
   EXPECT_EQ(session.folder, folder.path());
@@ -54,7 +54,7 @@ TEST(Session, TheDocumentedExampleIsReadWithEveryValueInItsPlace) {
 }
 
 TEST(Session, WritingAndReadingGivesTheSameFileAgain) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   write_text(folder.path() / "session.json", documented_session_text());
   Session session = read_session(folder.path());
   session.calibration.sample_views[0].corners_px = {{{1.25, 2}, {600, 3}, {610, 400}, {0.1, 399}}};
@@ -71,7 +71,7 @@ TEST(Session, WritingAndReadingGivesTheSameFileAgain) {
 }
 
 TEST(Session, OptionalPartsMayBeLeftOut) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   for (const EditedSession& good : good_sessions()) {
     write_text(folder.path() / "session.json", good.text);
     EXPECT_NO_THROW(read_session(folder.path())) << good.name;
@@ -79,7 +79,7 @@ TEST(Session, OptionalPartsMayBeLeftOut) {
 }
 
 TEST(Session, EveryMistakeIsToldInOneSentenceNamingFileFieldAndFix) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   const std::string file = (folder.path() / "session.json").string();
   for (const BadSession& bad : bad_sessions()) {
     write_text(file, bad.text);
@@ -91,7 +91,7 @@ TEST(Session, EveryMistakeIsToldInOneSentenceNamingFileFieldAndFix) {
 }
 
 TEST(Session, AWrongUnitIsNamedWithTheRightOne) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   std::string text = documented_session_text();
   text.replace(text.find("\"mm\""), 4, "\"cm\"");
   write_text(folder.path() / "session.json", text);
@@ -100,7 +100,7 @@ TEST(Session, AWrongUnitIsNamedWithTheRightOne) {
 }
 
 TEST(Session, AMissingFolderOrFileIsNamed) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   EXPECT_THAT(sentence_of([&] { read_session(folder.path() / "nowhere"); }),
               HasSubstr("nowhere: no such folder"));
   EXPECT_THAT(sentence_of([&] { read_session(folder.path()); }),
@@ -111,7 +111,7 @@ TEST(Session, AMissingFolderOrFileIsNamed) {
 }
 
 TEST(Session, AnInvalidSessionIsNotWritten) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   write_text(folder.path() / "session.json", documented_session_text());
   Session session = read_session(folder.path());
   std::filesystem::remove(folder.path() / "session.json");
@@ -124,7 +124,7 @@ TEST(Session, AnInvalidSessionIsNotWritten) {
 // Whatever is done to the file's bytes, the reader returns a session or throws InputError: any
 // other exception or a crash fails the test. Sanitizer builds run the same case.
 TEST(Session, RandomDamageNeverCausesAnythingButInputError) {
-  const TemporaryFolder folder;
+  const OwnFolder folder;
   const std::string original = documented_session_text();
   const std::string alphabet = "{}[]\",:0123456789-.eE \\ntfu\xff\x80";
   std::mt19937 random(20240607);

@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "tests/forward/grid/test_tools.h"
+#include "tests/sentence.h"
 
 namespace kappamu::forward {
 namespace {
@@ -154,13 +155,8 @@ TEST(AnalyticModel, EvenLightIsTheStackAndPowerBalances) {
 }
 
 TEST(AnalyticModel, SaysWhatItCannotAnswer) {
-  const auto sentence = [](const ForwardProblem& problem) -> std::string {
-    try {
-      answer("analytic", problem);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "answered";
+  const auto sentence = [](const ForwardProblem& problem) {
+    return sentence_of([&] { answer("analytic", problem); });
   };
   ForwardProblem open = block(1, Face::z_minus, SourceModel::first_collision);
   open.setup.sides = Sides::open;

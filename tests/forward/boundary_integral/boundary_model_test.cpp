@@ -12,6 +12,7 @@
 #include "forward/embedded/embedded_model.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
 #include "tests/forward/lit_object.h"
+#include "tests/sentence.h"
 
 namespace kappamu::forward::boundary_integral {
 namespace {
@@ -158,12 +159,9 @@ std::string refusal(const TriangleMesh& asked, const ObjectMedium& medium,
   Progress progress;
   ObjectOptions options;
   options.max_elements = most;
-  try {
+  return sentence_of([&] {
     BoundaryIntegralModel().solve({asked, surface, *rays, medium, eta, lights}, options, progress);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "nothing refused";
+  });
 }
 
 TEST(BoundaryIntegralModel, RefusesInOneSentence) {

@@ -10,10 +10,10 @@
 #include <set>
 #include <type_traits>
 
-#include "core/error.h"
 #include "inverse/fit/fit_fingerprint.h"
 #include "tests/inverse/fit/fit_cases.h"
 #include "tests/option_changes.h"
+#include "tests/sentence.h"
 
 namespace kappamu::inverse {
 namespace {
@@ -21,12 +21,7 @@ namespace {
 using ::testing::HasSubstr;
 
 std::string complaint(const FitOptions& options) {
-  try {
-    validate(options);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return sentence_of([&] { validate(options); }, "");
 }
 
 /// Sets the number of one name.

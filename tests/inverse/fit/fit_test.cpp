@@ -16,6 +16,7 @@
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/problem/predict.h"
 #include "tests/inverse/fit/fit_cases.h"
+#include "tests/sentence.h"
 
 namespace kappamu::inverse {
 namespace {
@@ -264,13 +265,8 @@ TEST(Fit, BadInputIsToldInOneSentence) {
   Block block;
   block.grid = {8, 8, 4, 0.5};
   SurfaceMeasurements m = cases::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
-  const auto sentence = [&](const FitOptions& options) -> std::string {
-    try {
-      cases::fit(m, options);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+  const auto sentence = [&](const FitOptions& options) {
+    return sentence_of([&] { cases::fit(m, options); });
   };
   FitOptions options;
   options.path.weight_factor = 1.0;

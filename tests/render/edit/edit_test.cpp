@@ -2,7 +2,6 @@
 // Recipes on disk are tested in recipe_file_test.cpp, the command in tests/app.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -13,6 +12,8 @@
 #include "io/image/image_file.h"
 #include "render/edit/history.h"
 #include "render/edit/selection.h"
+#include "tests/own_folder.h"
+#include "tests/sentence.h"
 
 namespace kappamu::render {
 namespace {
@@ -160,17 +161,17 @@ TEST(Select, StretchedBrushIsRoundOnTheObject) {
 }
 
 TEST(Select, TextureLiesOnItsFaceWithRowZeroAtTheLargestV) {
-  const std::filesystem::path file = std::filesystem::temp_directory_path() /
-                                     ("kappamu_texture_" + std::to_string(::getpid()) + ".png");
+  const OwnFolder folder;
+  const std::filesystem::path file = folder / "texture.png";
   Image<std::uint8_t> image(11, 7, 3);  // white at the top left corner alone
   for (int c = 0; c < 3; ++c) image(0, 0, c) = 255;
   io::write_image(file, image);
   const auto selected = select(TextureSelection{file, Face::z_plus, 0.8}, shape);
-  std::filesystem::remove(file);
   ASSERT_EQ(selected.size(), 2U);  // two layers
   EXPECT_EQ(selected[0].voxel, shape.index(0, 6, 3));
   EXPECT_EQ(selected[1].voxel, shape.index(0, 6, 4));
   EXPECT_NEAR(selected[1].weight, 1.0, 1e-6);
+  std::filesystem::remove(file);
   EXPECT_THROW(select(TextureSelection{file, Face::z_plus, 0.8}, shape), InputError);
 }
 
@@ -290,11 +291,10 @@ TEST(Recipes, ReplayGivesEqualBits) {
   copy.where = BoxSelection{{0, 0, 0}, {2, 2, 2}};
   history.try_edit(copy);
   history.commit();
-  const std::filesystem::path file = std::filesystem::temp_directory_path() /
-                                     ("kappamu_recipe_" + std::to_string(::getpid()) + ".json");
+  const OwnFolder folder;
+  const std::filesystem::path file = folder / "recipe.json";
   std::ofstream(file) << recipe_json(history.recipe(), file.parent_path());
   const Recipe read = read_recipe(file);
-  std::filesystem::remove(file);
   std::vector<std::string> warnings;
   EXPECT_TRUE(equal(edited(made_set(), read, "recipe", warnings), history.volume()));
   EXPECT_TRUE(warnings.empty());
@@ -313,12 +313,8 @@ TEST(Recipes, WarnOfWhatIsHeldAndWhatDoesNothing) {
   EXPECT_THAT(warnings[0], testing::EndsWith(": 770"));
   EXPECT_EQ(warnings[1], "edit 2 changes no voxel");
   recipe.edits[1].channels = {"X"};
-  try {
-    edited(made_set(), recipe, "r.json", warnings);
-    FAIL();
-  } catch (const InputError& error) {
-    EXPECT_THAT(error.what(), HasSubstr("r.json: edit 2: the volume has no channel X"));
-  }
+  EXPECT_THAT(sentence_of([&] { edited(made_set(), recipe, "r.json", warnings); }),
+              HasSubstr("r.json: edit 2: the volume has no channel X"));
 }
 
 }  // namespace

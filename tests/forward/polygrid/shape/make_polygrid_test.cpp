@@ -5,15 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
-#include "core/error.h"
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "core/numbers/at.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/layered_lattice.h"
 #include "forward/polygrid/shape/place_nodes.h"
+#include "tests/sentence.h"
 
 namespace kappamu::forward {
 namespace {
@@ -23,15 +22,6 @@ using Eigen::Vector3d;
 MadePolygrid made(const TriangleMesh& mesh, int cells, double first_layer = 0.1) {
   Progress progress;
   return make_polygrid(mesh, {cells, first_layer}, progress);
-}
-
-std::string refused(const std::function<void()>& act) {
-  try {
-    act();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "not refused";
 }
 
 TEST(MakePolygrid, QualityIsThatAskedFor) {
@@ -139,7 +129,7 @@ TEST(MakePolygrid, TakesAPolycubeDrawnByAPerson) {
   EXPECT_EQ(grid.quality.refinement, 10);
   EXPECT_EQ(grid.quality.cells, 1000 + 600);
   EXPECT_GE(grid.quality.least_jacobian, 0.2);
-  const std::string sentence = refused([&] {
+  const std::string sentence = sentence_of([&] {
     make_polygrid(torus_mesh(10.0, 4.0, 20), drawn, {1500, 0.1}, progress);
   });
   EXPECT_EQ(sentence, "The polycube has genus 0, the mesh 1.");
@@ -147,21 +137,21 @@ TEST(MakePolygrid, TakesAPolycubeDrawnByAPerson) {
 
 TEST(MakePolygrid, RefusesWhatItCannotUseInOneSentence) {
   const TriangleMesh sphere = sphere_mesh(10.0, 20);
-  EXPECT_NE(refused([&] { made(sphere, 99); }).find("100 to 4000000 cells, not 99"),
+  EXPECT_NE(sentence_of([&] { made(sphere, 99); }).find("100 to 4000000 cells, not 99"),
             std::string::npos);
-  EXPECT_NE(refused([&] { made(sphere, 1000, 1.5); }).find("first layer"), std::string::npos);
+  EXPECT_NE(sentence_of([&] { made(sphere, 1000, 1.5); }).find("first layer"), std::string::npos);
   TriangleMesh open = sphere;
   open.triangles.pop_back();
-  EXPECT_NE(refused([&] { made(open, 1000); }).find("closed mesh"), std::string::npos);
-  EXPECT_NE(refused([&] { made(turned_inside_out(sphere), 1000); }).find("face in"),
+  EXPECT_NE(sentence_of([&] { made(open, 1000); }).find("closed mesh"), std::string::npos);
+  EXPECT_NE(sentence_of([&] { made(turned_inside_out(sphere), 1000); }).find("face in"),
             std::string::npos);
-  EXPECT_NE(refused([&] {
+  EXPECT_NE(sentence_of([&] {
               made(joined(sphere, moved(sphere, {30.0, 0.0, 0.0})), 1000);
             }).find("one piece; this one has 2"),
             std::string::npos);
-  EXPECT_NE(refused([&] { made({}, 1000); }).find("no triangles"), std::string::npos);
+  EXPECT_NE(sentence_of([&] { made({}, 1000); }).find("no triangles"), std::string::npos);
   // A ring so thin that no cells of this number show its hole and its tube.
-  const std::string thin = refused([&] { made(torus_mesh(10.0, 0.05, 400), 100); });
+  const std::string thin = sentence_of([&] { made(torus_mesh(10.0, 0.05, 400), 100); });
   EXPECT_NE(thin.find("take more cells"), std::string::npos) << thin;
 }
 
