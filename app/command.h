@@ -41,7 +41,6 @@ void add_most_voxels(CLI::App& command, std::size_t& most);
 // Each adds its subcommand to `app`; `globals` outlives the parse.
 void add_bench(CLI::App& app, Globals& globals);
 void add_calibrate(CLI::App& app, Globals& globals);
-void add_check_gradient(CLI::App& app, Globals& globals);
 void add_doctor(CLI::App& app, Globals& globals);
 void add_edit(CLI::App& app, Globals& globals);
 void add_export(CLI::App& app, Globals& globals);

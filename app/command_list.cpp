@@ -48,7 +48,7 @@ void add_commands(CLI::App& app, Globals& globals) {
       {"Capture", {add_plan, add_import, add_simulate, add_calibrate, add_merge, add_chart}},
       {"Fit", {add_run, add_fit}},
       {"Use", {add_edit, add_export, add_render, add_view, add_forward}},
-      {"Check", {add_report, add_verify, add_score, add_check_gradient, add_bench, add_doctor}}};
+      {"Check", {add_report, add_verify, add_score, add_bench, add_doctor}}};
   for (const Group& group : groups) {
     for (const auto add : group.commands) {
       add(app, globals);

@@ -46,28 +46,6 @@ Volume<double> read_volume(const std::string& file, const ForwardFiles& files,
   return std::move(from_vdb(file, files).*member);
 }
 
-/// A mask [v][u], or [patterns][v][u] where `patterns` are given.
-io::NpyArray read_mask(const std::string& file, const FaceShape& face, Face name,
-                       std::optional<std::size_t> patterns) {
-  const std::vector<std::size_t> one{static_cast<std::size_t>(face.nv),
-                                     static_cast<std::size_t>(face.nu)};
-  std::vector<std::size_t> each = one;
-  if (patterns) each.insert(each.begin(), *patterns);
-  io::NpyArray mask = io::read_npy(file, [&](const std::vector<std::size_t>& shape) {
-    if (shape == one || shape == each) return;
-    throw InputError(file + " has shape " + io::shape_to_string(shape) + "; a mask of face " +
-                     to_string(name) + " must be " + io::shape_to_string(one) +
-                     (patterns ? " or " + io::shape_to_string(each) : ""));
-  });
-  const auto bad = std::find_if(mask.values.begin(), mask.values.end(),
-                                [](float t) { return !(t >= 0.0F && t <= 1.0F); });
-  if (bad != mask.values.end()) {
-    throw InputError(file + ": mask holds " + std::to_string(*bad) +
-                     "; it must lie between 0 (covered) and 1");
-  }
-  return mask;
-}
-
 std::string extents(const GridShape& s) {
   return io::shape_to_string({static_cast<std::size_t>(s.nz), static_cast<std::size_t>(s.ny),
                               static_cast<std::size_t>(s.nx)});
@@ -118,34 +96,7 @@ Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Fac
         std::to_string(i / face.cells()) + ", v=" + std::to_string(i % face.cells() / wanted[1]) +
         " u=" + std::to_string(i % wanted[1]) + "; it must be finite and not negative");
   }
-  Irradiance light{static_cast<int>(shape[0]), {array.values.begin(), array.values.end()}};
-  if (files.light_mask) {
-    const std::vector<float> mask = read_mask(*files.light_mask, face, lit_face, shape[0]).values;
-    for (std::size_t k = 0; k < light.values.size(); ++k) {
-      light.values[k] *= static_cast<double>(mask[k % mask.size()]);
-    }
-  }
-  return light;
-}
-
-ViewMasks read_view_masks(const ForwardFiles& files, const GridShape& grid) {
-  ViewMasks masks;
-  if (!files.view_masks) return masks;
-  bool any = false;
-  for (const Face face : all_faces) {
-    const std::filesystem::path file =
-        std::filesystem::path(*files.view_masks) / ("mask_" + to_string(face) + ".npy");
-    if (!std::filesystem::exists(file)) continue;
-    any = true;
-    masks[static_cast<std::size_t>(face)] =
-        read_mask(file.string(), face_shape(grid, face), face, std::nullopt).values;
-  }
-  if (!any) {
-    throw InputError(*files.view_masks +
-                     ": holds none of mask_x-.npy, mask_x+.npy, ... mask_z+.npy; leave "
-                     "--view-masks out to see every face whole");
-  }
-  return masks;
+  return {static_cast<int>(shape[0]), {array.values.begin(), array.values.end()}};
 }
 
 }  // namespace kappamu::app

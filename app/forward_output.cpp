@@ -14,42 +14,24 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 void write_map(const std::filesystem::path& file, const FaceShape& face, int patterns,
-               const std::vector<double>& map, const std::vector<float>& mask) {
-  std::vector<float> stored(map.begin(), map.end());
-  if (!mask.empty()) {
-    for (std::size_t k = 0; k < stored.size(); ++k) stored[k] *= mask[k % mask.size()];
-  }
+               const std::vector<double>& map) {
+  const std::vector<float> stored(map.begin(), map.end());
   io::write_npy(file,
                 {static_cast<std::size_t>(patterns), static_cast<std::size_t>(face.nv),
                  static_cast<std::size_t>(face.nu)},
                 std::span<const float>(stored));
 }
 
-/// Power of pattern m through the face's mask.
-double seen_power(const std::vector<double>& map, const std::vector<float>& mask, std::size_t m,
-                  double pixel_area) {
-  double sum = 0.0;
-  for (std::size_t k = 0; k < mask.size(); ++k) {
-    sum += map[m * mask.size() + k] * static_cast<double>(mask[k]) * pixel_area;
-  }
-  return sum;
-}
-
-Json pattern_summary(const ForwardRun& run, const forward::ForwardResult& result,
-                     const ViewMasks& masks, std::size_t m) {
+Json pattern_summary(const forward::ForwardResult& result, std::size_t m) {
   const forward::PowerBalance& balance = result.balance[m];
-  const double pixel_area = run.setup.shape.voxel_mm * run.setup.shape.voxel_mm;
-  Json exiting, seen;
+  Json exiting;
   for (std::size_t f = 0; f < all_faces.size(); ++f) {
     exiting[to_string(all_faces[f])] = balance.exiting[f];
-    if (masks[f].empty()) continue;
-    seen[to_string(all_faces[f])] = seen_power(result.exitance[f], masks[f], m, pixel_area);
   }
   Json pattern{{"entering", balance.entering},
                {"exiting", exiting},
                {"unscattered", balance.unscattered},
                {"absorbed", balance.absorbed}};
-  if (!seen.empty()) pattern["seen"] = seen;
   if (!result.residual.empty()) pattern["residual"] = result.residual[m];
   return pattern;
 }
@@ -57,14 +39,13 @@ Json pattern_summary(const ForwardRun& run, const forward::ForwardResult& result
 }  // namespace
 
 void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
-                const forward::ForwardResult& result, const ViewMasks& masks) {
+                const forward::ForwardResult& result) {
   for (std::size_t f = 0; f < all_faces.size(); ++f) {
     const FaceShape face = face_shape(run.setup.shape, all_faces[f]);
     const std::string name = to_string(all_faces[f]) + ".npy";
-    write_map(folder / ("exitance_" + name), face, run.patterns, result.exitance[f], masks[f]);
+    write_map(folder / ("exitance_" + name), face, run.patterns, result.exitance[f]);
     if (result.standard_error[f].empty()) continue;
-    write_map(folder / ("standard_error_" + name), face, run.patterns, result.standard_error[f],
-              masks[f]);
+    write_map(folder / ("standard_error_" + name), face, run.patterns, result.standard_error[f]);
   }
 }
 
@@ -77,8 +58,7 @@ std::vector<std::string> forward_outputs() {
   return names;
 }
 
-Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result,
-                     const ViewMasks& masks) {
+Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result) {
   const forward::GridSetup& setup = run.setup;
   const GridShape& s = setup.shape;
   const BoundaryConstants constants = forward::constants_of(setup);
@@ -86,7 +66,7 @@ Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result
   const bool physical = setup.convention == forward::Convention::physical;
   Json patterns = Json::array();
   for (std::size_t m = 0; m < result.balance.size(); ++m) {
-    patterns.push_back(pattern_summary(run, result, masks, m));
+    patterns.push_back(pattern_summary(result, m));
   }
   Json summary{{"method", run.method},
                {"converged", result.termination == forward::Termination::converged},

@@ -5,7 +5,6 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "app/forward_input.h"
 #include "forward/forward_model.h"
 
 namespace kappamu::app {
@@ -18,14 +17,12 @@ struct ForwardRun {
   int patterns = 1;
 };
 
-/// exitance_<face>.npy and, where the model has them, standard_error_<face>.npy, both times the
-/// view mask.
+/// exitance_<face>.npy and, where the model has them, standard_error_<face>.npy.
 void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
-                const forward::ForwardResult& result, const ViewMasks& masks);
+                const forward::ForwardResult& result);
 
 /// The content of summary.json.
-nlohmann::ordered_json forward_summary(const ForwardRun& run, const forward::ForwardResult& result,
-                                       const ViewMasks& masks);
+nlohmann::ordered_json forward_summary(const ForwardRun& run, const forward::ForwardResult& result);
 
 /// Names of all files that write_maps() and the command may write.
 std::vector<std::string> forward_outputs();

@@ -68,7 +68,6 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
   Irradiance light = read_irradiance(arguments.files, shape, problem.setup.lit_face);
   problem.patterns = light.patterns;
   problem.irradiance = std::move(light.values);
-  const ViewMasks masks = read_view_masks(arguments.files, shape);
 
   ForwardRun run{method.name, problem.setup, arguments.model, problem.patterns};
   run.options.device = globals.device;
@@ -77,15 +76,13 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
                                                           : forward::Precision::single_precision;
   run.options.solve.max_iterations = arguments.max_iterations.value_or(method.max_iterations);
   const ForwardFiles& files = arguments.files;
-  pipeline::OutputFolder out(arguments.out, "forward",
-                             {files.kappa, files.mu, files.irradiance,
-                              files.light_mask.value_or(""), files.view_masks.value_or("")},
+  pipeline::OutputFolder out(arguments.out, "forward", {files.kappa, files.mu, files.irradiance},
                              forward_outputs());
   const forward::ForwardResult result =
       forward::make_forward_model(method.name)->solve(problem, run.options, *progress);
 
-  write_maps(out.partial(), run, result, masks);
-  const nlohmann::ordered_json summary = forward_summary(run, result, masks);
+  write_maps(out.partial(), run, result);
+  const nlohmann::ordered_json summary = forward_summary(run, result);
   io::write_text_atomically(out.partial() / "summary.json", summary.dump(2) + "\n");
   out.commit();
   // Only now, so that a failure is one sentence and nothing else.
@@ -139,10 +136,6 @@ OUTPUT in the folder of -o:
   summary.json  per pattern: power entering (after Fresnel), exiting by face, unscattered,
               absorbed [mm^2 times the unit of irradiance], residual; iterations, seconds
 
-MASKS. --light-mask covers the lit face: 1 lets light pass, 0 stops it. --view-masks covers
-faces on the way out: maps are multiplied by mask_<face>.npy of that folder where there is
-one, and summary.json gains "seen", the power through each mask ("exiting" stays whole).
-
 SOURCES. first-collision (default): a collimated beam at normal incidence deposits its first
 collisions along the columns below the lit face, which suits projectors. boundary: light
 enters diffusely at the face, which suits diffuse illumination.
@@ -194,12 +187,6 @@ void add_forward(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("FILE");
   add_out(*command, options->out, "Folder for the maps; made if missing");
-  command
-      ->add_option("--light-mask", files.light_mask,
-                   "Mask of the lit face, .npy [v][u] or [M][v][u]")
-      ->type_name("FILE");
-  command->add_option("--view-masks", files.view_masks, "Folder of mask_z+.npy, ..., each [v][u]")
-      ->type_name("DIR");
   command->add_option("--voxel", files.voxel, "Voxel edge [mm]; needed with .npy volumes")
       ->check(CLI::PositiveNumber);
   command->add_option("--channel", files.channel, "Channel of a .vdb with several, such as R");

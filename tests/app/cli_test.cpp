@@ -73,9 +73,8 @@ TEST(Cli, HelpIsOneScreenWithALinePerCommand) {
   EXPECT_LE(count, rows) << help;
   for (const char* group : {"Capture:", "Fit:", "Use:", "Check:"})
     EXPECT_THAT(help, HasSubstr(group));
-  for (const char* command :
-       {"plan", "import", "simulate", "calibrate", "merge", "chart", "run", "fit", "export",
-        "forward", "report", "score", "check-gradient", "bench", "doctor"})
+  for (const char* command : {"plan", "import", "simulate", "calibrate", "merge", "chart", "run",
+                              "fit", "export", "forward", "report", "score", "bench", "doctor"})
     EXPECT_THAT(help, HasSubstr("\n  " + std::string(command) + " "));
 }
 

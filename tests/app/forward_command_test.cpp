@@ -138,40 +138,5 @@ TEST_F(ForwardCommand, SweepsThatRunOutAreMarked) {
   EXPECT_EQ(summary()["converged"], false);
 }
 
-TEST_F(ForwardCommand, LightMaskCoversTheLitFace) {
-  array("mask", {5, 6}, [](std::size_t i) { return i % 6 < 3 ? 1.0 : 0.0; });
-  ASSERT_EQ(kappamu(block("z-", "--device reference")).exit_code, 0);
-  const double whole = summary()["patterns"][0]["entering"];
-  ASSERT_EQ(kappamu(block("z-", "--device reference --light-mask " + at("mask.npy"))).exit_code, 0);
-  EXPECT_NEAR(summary()["patterns"][0]["entering"].get<double>() / whole, 0.5, 1e-6);
-}
-
-TEST_F(ForwardCommand, ViewMasksCoverFacesOnTheWayOut) {
-  std::filesystem::create_directories(folder() / "views");
-  array("views/mask_x+", {4, 5}, [](std::size_t i) { return i == 7 ? 1.0 : 0.0; });
-  ASSERT_EQ(kappamu(block("z-", "--device reference")).exit_code, 0);
-  const auto bare = map("exitance_x+.npy"), other = map("exitance_z+.npy");
-  const nlohmann::json balance = summary()["patterns"][0]["exiting"];
-  ASSERT_EQ(kappamu(block("z-", "--device reference --view-masks " + at("views"))).exit_code, 0);
-  const auto seen = map("exitance_x+.npy");
-  for (std::size_t i = 0; i < seen.size(); ++i) EXPECT_EQ(seen[i], i == 7 ? bare[i] : 0.0F);
-  EXPECT_EQ(map("exitance_z+.npy"), other);
-  const auto pattern = summary()["patterns"][0];
-  EXPECT_EQ(pattern["exiting"], balance);
-  EXPECT_NEAR(pattern["seen"]["x+"].get<double>(), static_cast<double>(bare[7]) * 0.25, 1e-6);
-}
-
-TEST_F(ForwardCommand, BadMasksAreNamed) {
-  array("small", {2, 2}, [](std::size_t) { return 1.0; });
-  array("strong", {5, 6}, [](std::size_t) { return 1.5; });
-  std::filesystem::create_directories(folder() / "nothing");
-  expect_one_sentence(kappamu(block("z-", "--device reference --light-mask " + at("small.npy"))),
-                      "small.npy");
-  expect_one_sentence(kappamu(block("z-", "--device reference --light-mask " + at("strong.npy"))),
-                      "between 0");
-  expect_one_sentence(kappamu(block("z-", "--device reference --view-masks " + at("nothing"))),
-                      "mask_z+.npy");
-}
-
 }  // namespace
 }  // namespace kappamu::app
