@@ -24,8 +24,4 @@ double AppearanceError::noise_E() const {
   return signal > 0.0 ? noise / signal : 0.0;
 }
 
-double AppearanceError::denoised_E() const {
-  return signal > noise ? (misfit - noise) / (signal - noise) : 0.0;
-}
-
 }  // namespace kappamu

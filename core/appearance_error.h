@@ -21,8 +21,6 @@ struct AppearanceError {
   double E() const;
   /// Σσ²/ΣL²: what noise alone makes of E.
   double noise_E() const;
-  /// E against the light behind noisy values: the expected share of the noise taken off both sums.
-  double denoised_E() const;
 };
 
 }  // namespace kappamu

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <random>
-
 namespace kappamu {
 namespace {
 
@@ -42,22 +40,6 @@ TEST(AppearanceError, WithoutLightIsZero) {
   error.add(1.0, 0.0);
   EXPECT_EQ(error.E(), 0.0);
   EXPECT_EQ(error.noise_E(), 0.0);
-  EXPECT_EQ(error.denoised_E(), 0.0);
-}
-
-TEST(AppearanceError, NoiseOfKnownVarianceCanBeTakenOff) {
-  constexpr int values = 40000;
-  constexpr double relative_error = 0.1, sigma = 0.2;
-  std::mt19937 random(5);
-  std::normal_distribution<double> normal(0.0, sigma);
-  AppearanceError error;
-  for (int i = 0; i < values; ++i) {
-    error.add(1.0 + relative_error, 1.0 + normal(random), sigma * sigma);
-  }
-  // (r − n)² has variance 4 r² σ² + 2 σ⁴: four standard errors of its mean.
-  constexpr double four_sigma = 4.0 * 0.069 / 200.0;
-  EXPECT_NEAR(error.denoised_E(), relative_error * relative_error, four_sigma);
-  EXPECT_GT(error.E(), 4.0 * error.denoised_E());
 }
 
 }  // namespace
