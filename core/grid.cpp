@@ -1,9 +1,9 @@
 #include "core/grid.h"
 
 #include <cmath>
-#include <sstream>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu {
 
@@ -40,10 +40,8 @@ void validate_one(const Volume<double>& volume, const char* name, bool zero_allo
     if (std::isfinite(value) && (value > 0.0 || (zero_allowed && value == 0.0))) continue;
     const auto nx = static_cast<std::size_t>(s.nx);
     const auto ny = static_cast<std::size_t>(s.ny);
-    std::ostringstream out;
-    out << source << ": " << name << " is " << value << " at voxel x=" << i % nx
-        << " y=" << i / nx % ny << " z=" << i / nx / ny << "; " << rule;
-    throw InputError(out.str());
+    throw InputError(source + formatted(": %s is %g at voxel x=%zu y=%zu z=%zu; %s", name, value,
+                                        i % nx, i / nx % ny, i / nx / ny, rule));
   }
 }
 

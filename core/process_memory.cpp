@@ -3,8 +3,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <iomanip>
-#include <sstream>
+#include "core/shown_text.h"
 
 namespace kappamu {
 
@@ -19,9 +18,7 @@ double peak_memory() {
 }
 
 std::string gigabytes(double bytes) {
-  std::ostringstream text;
-  text << std::fixed << std::setprecision(1) << bytes / 1e9 << " GB";
-  return text.str();
+  return shown_number(bytes / 1e9, "%.1f GB");
 }
 
 }  // namespace kappamu

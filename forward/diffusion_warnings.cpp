@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <sstream>
 
+#include "core/shown_text.h"
 #include "forward/analytic/validity.h"
 
 namespace kappamu::forward {
@@ -32,15 +32,15 @@ std::optional<std::string> much_absorption(const Medium& medium) {
   }
   const double share = static_cast<double>(absorbing) / static_cast<double>(medium.kappa.size());
   if (share < worthwhile_share && without_scattering == 0) return std::nullopt;
-  std::ostringstream out;
-  out.precision(3);
-  out << 100.0 * share
-      << " % of the voxels absorb more than a tenth of what they extinguish (3 kappa mu > 0.1); "
-         "diffusion is inaccurate there";
+  std::string text = formatted(
+      "%.3g %% of the voxels absorb more than a tenth of what they extinguish (3 kappa mu > 0.1); "
+      "diffusion is inaccurate there",
+      100.0 * share);
   if (without_scattering > 0) {
-    out << ", and in " << without_scattering << " voxels no scattering is left (3 kappa mu >= 1)";
+    text += formatted(", and in %zu voxels no scattering is left (3 kappa mu >= 1)",
+                      without_scattering);
   }
-  return out.str();
+  return text;
 }
 
 std::optional<std::string> coarse_voxels(const GridSetup& setup, const Medium& medium) {
@@ -56,13 +56,12 @@ std::optional<std::string> coarse_voxels(const GridSetup& setup, const Medium& m
   }
   const double share = static_cast<double>(coarse) / static_cast<double>(medium.kappa.size());
   if (share < worthwhile_share) return std::nullopt;
-  std::ostringstream out;
-  out.precision(3);
-  out << "in " << 100.0 * share << " % of the block the voxel edge of " << h << " mm is more than "
-      << limit << (limit > 1.0 ? " mean free paths" : " mean free path") << " 3 kappa (up to "
-      << worst
-      << "); the grid's own error exceeds a few percent there: split the voxels and compare";
-  return out.str();
+  return formatted(
+      "in %.3g %% of the block the voxel edge of %.3g mm is more than %.3g mean free path%s 3 "
+      "kappa "
+      "(up to %.3g); the grid's own error exceeds a few percent there: split the voxels and "
+      "compare",
+      100.0 * share, h, limit, limit > 1.0 ? "s" : "", worst);
 }
 
 std::optional<std::string> dark_far_side(const GridSetup& setup, const Medium& medium,
@@ -77,18 +76,14 @@ std::optional<std::string> dark_far_side(const GridSetup& setup, const Medium& m
   const double decades =
       decay / static_cast<double>(medium.kappa.size()) * depth / std::numbers::ln10;
   if (decades <= most_decades) return std::nullopt;
-  std::ostringstream out;
-  out.precision(3);
-  out << "light falls by about " << std::round(decades)
-      << " decades across the block, more than the default tolerance resolves; what leaves the far "
-         "face is rounding unless you ask for ";
-  if (decades <= double_decades) {
-    out << (precision == Precision::single_precision ? "--precision double and " : "")
-        << "--tolerance 1e-" << std::ceil(decades);
-  } else {
-    out << "a thinner block: no precision resolves it";
-  }
-  return out.str();
+  const std::string text = formatted(
+      "light falls by about %.3g decades across the block, more than the default tolerance "
+      "resolves; "
+      "what leaves the far face is rounding unless you ask for ",
+      std::round(decades));
+  if (decades > double_decades) return text + "a thinner block: no precision resolves it";
+  return text + (precision == Precision::single_precision ? "--precision double and " : "") +
+         shown_number(std::ceil(decades), "--tolerance 1e-%.3g");
 }
 
 }  // namespace

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "core/mesh/surface_norm.h"
+#include "core/shown_text.h"
 
 namespace kappamu::forward {
 
@@ -20,15 +20,13 @@ void conclude(const Surface& surface, const Ended& ended, const std::string& ele
     worst = std::max(worst, error);
   }
   result.converged = ended.within_tolerance && ended.solved;
-  std::ostringstream estimate;
-  estimate << worst;
   if (!ended.solved) {
     result.message = "the linear solver stopped before its tolerance";
   } else if (!ended.within_tolerance) {
-    result.message = "stopped at " + std::to_string(result.elements) + " " + elements +
-                     ", the most allowed, with an estimated error of " + estimate.str();
+    result.message = formatted("stopped at %zu %s, the most allowed, with an estimated error of %g",
+                               result.elements, elements.c_str(), worst);
   } else {
-    result.message = "the estimated error " + estimate.str() + " is within the tolerance";
+    result.message = formatted("the estimated error %g is within the tolerance", worst);
   }
   if (!result.converged) result.warnings.push_back(result.message);
 }

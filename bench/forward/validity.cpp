@@ -11,9 +11,9 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "bench/subjects.h"
+#include "core/shown_text.h"
 #include "forward/forward_model.h"
 #include "forward/montecarlo/monte_carlo_model.h"
 
@@ -108,9 +108,8 @@ void measure(const Request& request, Progress& progress, const Save& save) {
   Json rows = Json::array();
   for (const double albedo : options.albedos) {
     for (const double paths : options.thicknesses) {
-      std::ostringstream detail;
-      detail << "albedo " << albedo << ", " << paths << " mean free paths";
-      progress.update("validity", static_cast<double>(rows.size()) / count, detail.str());
+      progress.update("validity", static_cast<double>(rows.size()) / count,
+                      formatted("albedo %g, %g mean free paths", albedo, paths));
       const ForwardProblem problem = problem_of(albedo, paths);
       const ForwardResult ours = analytic->solve(problem, settings, silent);
       const ForwardResult theirs = monte_carlo->solve(problem, settings, silent);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 
 namespace kappamu::forward {
 
@@ -69,26 +69,25 @@ std::optional<std::string> validity_warning(const GridSetup& setup, const Medium
   if (!much(estimate.reflected) && !much(estimate.transmitted) && !much(estimate.far_map)) {
     return std::nullopt;
   }
-  std::ostringstream out;
-  out.precision(2);
-  out << "under collimated light diffusion errs in a slab of this block's mean coefficients "
-         "(albedo "
-      << albedo << ", " << paths << " transport mean free paths thick) by";
+  std::string text = formatted(
+      "under collimated light diffusion errs in a slab of this block's mean coefficients (albedo "
+      "%.2g, %.2g transport mean free paths thick) by",
+      albedo, paths);
   const char* separator = " ";
   const auto add = [&](const std::optional<double>& error, const char* what) {
     if (!error) return;
-    out << separator << 100.0 * *error << " % in " << what;
+    text += formatted("%s%.2g %% in %s", separator, 100.0 * *error, what);
     separator = ", ";
   };
   add(estimate.reflected, "the light reflected");
   add(estimate.transmitted, "the light transmitted");
   add(estimate.far_map, "the far face's map");
   if (albedo < table_albedo.front() || paths < table_thickness.front()) {
-    out << ", as measured at albedo " << std::max(albedo, table_albedo.front()) << " and "
-        << std::max(paths, table_thickness.front()) << " mean free paths";
+    text +=
+        formatted(", as measured at albedo %.2g and %.2g mean free paths",
+                  std::max(albedo, table_albedo.front()), std::max(paths, table_thickness.front()));
   }
-  out << "; kappamu forward --method montecarlo shows the truth";
-  return out.str();
+  return text + "; kappamu forward --method montecarlo shows the truth";
 }
 
 }  // namespace kappamu::forward

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "device/context.h"
 #include "forward/baseline/diagonal_cg.h"
 #include "forward/baseline/hierarchy.h"
@@ -88,15 +88,15 @@ class Wang2008Solver final : public Solver {
     const auto result = baseline::diagonal_cg(batch, stencil_, b, product_, options);
     const double worst = *std::max_element(result.residual.begin(), result.residual.end());
     const bool converged = worst <= options.tolerance;
-    std::ostringstream message;
-    message << "relative residual " << worst << " after " << result.iterations
-            << " iterations on the equations of stencil (8)";
-    if (!converged) message << ", tolerance " << options.tolerance << " not met";
-    if (result.stagnated) message << ": " << rounding_floor_sentence(batch.precision());
+    std::string message =
+        formatted("relative residual %g after %d iterations on the equations of stencil (8)", worst,
+                  result.iterations);
+    if (!converged) message += formatted(", tolerance %g not met", options.tolerance);
+    if (result.stagnated) message += ": " + rounding_floor_sentence(batch.precision());
     const Termination termination = converged              ? Termination::converged
                                     : std::isfinite(worst) ? Termination::ran_out
                                                            : Termination::failed;
-    return {result.iterations, termination, result.residual, message.str()};
+    return {result.iterations, termination, result.residual, message};
   }
 
   void read(const Batch& batch, std::span<double> phi) const override {

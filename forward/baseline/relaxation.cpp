@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <utility>
 
+#include "core/shown_text.h"
 #include "forward/rounding_floor.h"
 
 namespace kappamu::forward::baseline {
@@ -130,25 +130,21 @@ Relaxed relax(const Batch& batch, Relaxation kind, const DeviceStencil& stencil,
 
 std::string sentence(const Relaxed& relaxed, double tolerance, Precision precision) {
   const double worst = *std::max_element(relaxed.residual.begin(), relaxed.residual.end());
-  std::ostringstream out;
-  out << "relative residual " << worst << " after " << relaxed.sweeps << " sweeps";
-  if (relaxed.converged) return out.str();
-  out << ", tolerance " << tolerance << " not met: ";
-  if (!std::isfinite(worst)) {
-    out << "not a number, the light is not finite";
-  } else if (relaxed.stalled) {
-    out << "stalled, " << rounding_floor_sentence(precision);
-  } else if (relaxed.factor < 1.0) {
+  std::string text = formatted("relative residual %g after %d sweeps", worst, relaxed.sweeps);
+  if (relaxed.converged) return text;
+  text += formatted(", tolerance %g not met: ", tolerance);
+  if (!std::isfinite(worst)) return text + "not a number, the light is not finite";
+  if (relaxed.stalled) return text + "stalled, " + rounding_floor_sentence(precision);
+  if (relaxed.factor < 1.0) {
     const double more = std::log(tolerance / worst) / std::log(relaxed.factor);
-    out << "a sweep lowers it by only " << 100.0 * (1.0 - relaxed.factor) << " %, so that at least "
-        << std::ceil(more) << " more are needed";
-  } else {
-    out << "the last sweeps did not lower it, light has yet to cross the block";
-    if (precision == Precision::single_precision) {
-      out << ", or rounding grows: compare with --precision double";
-    }
+    return text + formatted("a sweep lowers it by only %g %%, so that at least %g more are needed",
+                            100.0 * (1.0 - relaxed.factor), std::ceil(more));
   }
-  return out.str();
+  text += "the last sweeps did not lower it, light has yet to cross the block";
+  if (precision == Precision::single_precision) {
+    text += ", or rounding grows: compare with --precision double";
+  }
+  return text;
 }
 
 }  // namespace kappamu::forward::baseline

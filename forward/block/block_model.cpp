@@ -1,12 +1,12 @@
 #include "forward/block/block_model.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "forward/block/block_diffusion.h"
 #include "forward/light_entry.h"
 
@@ -83,22 +83,19 @@ ObjectResult BlockModel::solve(const ObjectProblem& problem, const ObjectOptions
     result.error_estimate = block_errors(problem, coarse.exitance, fine.exitance);
     worst = 0.0;
     for (const double error : result.error_estimate) worst = std::max(worst, error);
-    std::ostringstream detail;
-    detail << result.elements << " voxels, error " << worst;
     progress.update("grid", std::min(1.0, options.tolerance / std::max(worst, 1e-300)),
-                    detail.str());
+                    formatted("%zu voxels, error %g", result.elements, worst));
     if (worst <= options.tolerance) break;
   }
-  std::ostringstream estimate;
-  estimate << worst;
   const bool solved_well = fine.report.termination == Termination::converged;
   result.converged = solved_well && worst <= options.tolerance;
   result.message = !solved_well ? fine.report.message
                    : result.converged
-                       ? "the estimated error " + estimate.str() + " is within the tolerance"
-                       : "stopped at " + std::to_string(result.elements) +
-                             " voxels, the most allowed, with an estimated error of " +
-                             estimate.str();
+                       ? formatted("the estimated error %g is within the tolerance", worst)
+                       : formatted(
+                             "stopped at %zu voxels, the most allowed, with an estimated "
+                             "error of %g",
+                             result.elements, worst);
   if (!result.converged) result.warnings.push_back(result.message);
   result.exitance = std::move(fine.exitance);
   result.balance = std::move(fine.balance);

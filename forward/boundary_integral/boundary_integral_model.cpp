@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
+#include "core/shown_text.h"
 #include "forward/boundary_integral/boundary_solve.h"
 #include "forward/boundary_integral/layer_sum.h"
 #include "forward/boundary_integral/panels/sliver.h"
@@ -122,10 +123,9 @@ class BodySolve {
   }
 
   void report(double worst, std::size_t panels) const {
-    std::ostringstream detail;
-    detail << panels << " panels, error " << worst;
     progress_.update("boundary_integral",
-                     std::min(1.0, options_.tolerance / std::max(worst, 1e-300)), detail.str());
+                     std::min(1.0, options_.tolerance / std::max(worst, 1e-300)),
+                     formatted("%zu panels, error %g", panels, worst));
   }
 
   [[noreturn]] void refuse(std::size_t panels) const {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "forward/choice/correction.h"
 #include "forward/choice/error_belief.h"
 #include "forward/choice/patches.h"
@@ -32,15 +32,11 @@ constexpr double seconds_per_triangle = 1.5e-6, lengthened = 1.5;
 constexpr double beyond = 1.25;
 
 std::string percent(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2g %%", 100.0 * value);
-  return text.data();
+  return shown_number(100.0 * value, "%.2g %%");
 }
 
 std::string number(double value) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), value < 100.0 ? "%.2g" : "%.0f", value);
-  return text.data();
+  return shown_number(value, value < 100.0 ? "%.2g" : "%.0f");
 }
 
 /// Noise of the triangles after one photon.

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "core/error.h"
 #include "core/random.h"
+#include "core/shown_text.h"
 #include "forward/choice/correction.h"
 #include "forward/choice/error_belief.h"
 #include "forward/choice/patches.h"
@@ -47,12 +47,6 @@ void compare(const Patches& patches, const Surface& surface, const std::vector<d
   variance += cross * std::max(0.0, difference) / area;
   belief.square = difference / signal;
   belief.square_deviation = std::sqrt(variance) / signal;
-}
-
-std::string number(double value, const char* format) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
 }
 
 /// Of all photons of two answers `share` are those of `more`.
@@ -241,8 +235,8 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
     candidate.error = pilot.left;
     candidate.reason = (pilot.within ? "corrected by " : "left after ") +
                        std::to_string(pilot.photons) + " photons, which measured its error as " +
-                       number(100.0 * pilot.measured, "%.2g") + " %: at most " +
-                       number(100.0 * pilot.left, "%.2g") + " % of error expected";
+                       shown_number(100.0 * pilot.measured, "%.2g") + " %: at most " +
+                       shown_number(100.0 * pilot.left, "%.2g") + " % of error expected";
     if (pilot.within) object.correct(walks, pilot);
     last = std::move(pilot);
     if (last->within) return last;

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "forward/dipole/assumptions.h"
 #include "forward/dipole/direct/direct_sum.h"
 #include "forward/dipole/hierarchy/hierarchy.h"
@@ -138,10 +138,9 @@ class DipoleModel : public ObjectModel {
       hierarchy.set_opening(hierarchy_options.opening);
     }
     result.setup_seconds = watch.seconds() - result.seconds;
-    std::ostringstream message;
-    message << hierarchy.links() << " links; their error, measured at " << check.triangles()
-            << " triangles, is " << worst << (result.converged ? "" : ", above the tolerance");
-    result.message = message.str();
+    result.message =
+        formatted("%zu links; their error, measured at %zu triangles, is %g%s", hierarchy.links(),
+                  check.triangles(), worst, result.converged ? "" : ", above the tolerance");
     if (!result.converged) result.warnings.push_back(result.message);
   }
 
@@ -181,11 +180,10 @@ class DipoleModel : public ObjectModel {
       result.balance.push_back(balance);
     }
     if (worst > 1.0) {
-      std::ostringstream text;
-      text << "the dipole lets " << worst
-           << " times the entering power leave: the object is too thin for the half-space it "
-              "assumes";
-      result.warnings.push_back(text.str());
+      result.warnings.push_back(formatted(
+          "the dipole lets %g times the entering power leave: the object is too thin for the "
+          "half-space it assumes",
+          worst));
     }
   }
 

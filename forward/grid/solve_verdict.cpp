@@ -1,8 +1,8 @@
 #include "forward/grid/solve_verdict.h"
 
 #include <cmath>
-#include <sstream>
 
+#include "core/shown_text.h"
 #include "forward/rounding_floor.h"
 
 namespace kappamu::forward {
@@ -13,19 +13,17 @@ void conclude(SolveReport& report, double tolerance, bool stagnated, Precision p
     if (!(residual <= worst)) worst = residual;  // NaN stays
     if (!std::isfinite(worst)) break;
   }
-  std::ostringstream message;
-  message << "relative residual " << worst << " after " << report.iterations << " iterations";
+  report.message = formatted("relative residual %g after %d iterations", worst, report.iterations);
   if (!std::isfinite(worst)) {
     report.termination = Termination::failed;
-    message << ", not a number: the right-hand side or the start is not finite";
+    report.message += ", not a number: the right-hand side or the start is not finite";
   } else if (worst <= tolerance) {
     report.termination = Termination::converged;
   } else {
     report.termination = Termination::ran_out;
-    message << ", tolerance " << tolerance << " not met";
-    if (stagnated) message << ": " << rounding_floor_sentence(precision);
+    report.message += formatted(", tolerance %g not met", tolerance);
+    if (stagnated) report.message += ": " + rounding_floor_sentence(precision);
   }
-  report.message = message.str();
 }
 
 }  // namespace kappamu::forward

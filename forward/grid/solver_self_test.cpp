@@ -4,10 +4,10 @@
 #include <cmath>
 #include <exception>
 #include <map>
-#include <sstream>
 #include <tuple>
 #include <vector>
 
+#include "core/shown_text.h"
 #include "device/self_test.h"
 #include "forward/grid/opencl/opencl_solver.h"
 
@@ -76,11 +76,10 @@ Verdict compare(device::Context& context, Precision precision, int lanes) {
     const Answers expected = solve_case(*make_reference_solver(setup), lanes, 1e-12);
     const double worst = std::max(relative_difference(found.exitance, expected.exitance),
                                   relative_difference(found.products, expected.products));
-    std::ostringstream message;
-    message << "grid solver, " << lanes << (lanes == 1 ? " pattern" : " patterns")
-            << " at once: relative difference from the reference " << worst << ", allowed "
-            << allowed;
-    return {worst <= allowed, message.str()};  // false for NaN too
+    return {worst <= allowed,  // false for NaN too
+            formatted("grid solver, %d pattern%s at once: relative difference from the reference "
+                      "%g, allowed %g",
+                      lanes, lanes == 1 ? "" : "s", worst, allowed)};
   } catch (const std::exception& error) {
     return {false, error.what()};
   }

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/optics.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "device/context.h"
 #include "forward/montecarlo/photon_tracer.h"
 
@@ -50,15 +50,16 @@ class MonteCarloModel final : public ForwardModel {
     for (std::size_t m = 0; m < result.balance.size(); ++m) {
       worst = std::max(worst, add_pattern(problem, tally, m, result));
     }
-    std::ostringstream message;
-    message << options.photons << " photons per pattern give the light that leaves within "
-            << 100.0 * worst << " % (one standard error)";
-    result.message = message.str();
+    result.message =
+        std::to_string(options.photons) +
+        formatted(
+            " photons per pattern give the light that leaves within %g %% (one standard error)",
+            100.0 * worst);
     if (tally.majorant > slow_majorant_ratio * tally.mean_extinction) {
-      std::ostringstream warning;
-      warning << "the densest voxel extinguishes " << tally.majorant / tally.mean_extinction
-              << " times as much as the mean one, which slows Monte Carlo by that factor";
-      result.warnings.push_back(warning.str());
+      result.warnings.push_back(
+          formatted("the densest voxel extinguishes %g times as much as the "
+                    "mean one, which slows Monte Carlo by that factor",
+                    tally.majorant / tally.mean_extinction));
     }
     return result;
   }

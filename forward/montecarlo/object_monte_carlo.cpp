@@ -4,13 +4,13 @@
 #include <atomic>
 #include <cmath>
 #include <mutex>
-#include <sstream>
 #include <string>
 
 #include "core/error.h"
 #include "core/optics.h"
 #include "core/parallel.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "forward/light_entry.h"
 #include "forward/montecarlo/object_walk.h"
 #include "forward/montecarlo/photon_tables.h"
@@ -215,10 +215,11 @@ class ObjectMonteCarlo final : public ObjectModel {
     const auto worst = std::max_element(result.error_estimate.begin(), result.error_estimate.end());
     const double error = worst == result.error_estimate.end() ? 0.0 : *worst;
     result.converged = error <= options.tolerance;
-    std::ostringstream message;
-    message << options.photons << " photons per light give the exitance within " << 100.0 * error
-            << " % (one standard error, 2-norm over the surface)";
-    result.message = message.str();
+    result.message = std::to_string(options.photons) +
+                     formatted(
+                         " photons per light give the exitance within %g %% (one standard "
+                         "error, 2-norm over the surface)",
+                         100.0 * error);
     add_warnings(all, slipped, result);
     return result;
   }
@@ -260,17 +261,17 @@ class ObjectMonteCarlo final : public ObjectModel {
     const double ratio =
         static_cast<double>(all.tentative) / std::max(1.0, static_cast<double>(all.collisions));
     if (ratio > slow_tentative_ratio) {
-      std::ostringstream warning;
-      warning << "the densest voxel extinguishes " << ratio
-              << " times as much as the mean one, which slows Monte Carlo by that factor";
-      result.warnings.push_back(warning.str());
+      result.warnings.push_back(
+          formatted("the densest voxel extinguishes %g times as much as the "
+                    "mean one, which slows Monte Carlo by that factor",
+                    ratio));
     }
     if (slipped > most_slipped) {
-      std::ostringstream warning;
-      warning << 100.0 * slipped
-              << " % of the light left by rounding at edges of triangles; parts of the mesh may be "
-                 "too thin for single precision";
-      result.warnings.push_back(warning.str());
+      result.warnings.push_back(
+          formatted("%g %% of the light left by rounding at edges of "
+                    "triangles; parts of the mesh may be too thin for single "
+                    "precision",
+                    100.0 * slipped));
     }
   }
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/numbers/dot.h"
 #include "core/parallel.h"
 #include "core/processor_time.h"
 #include "forward/embedded/equations/row_ranges.h"
@@ -17,12 +18,6 @@ using Eigen::Vector3d;
 constexpr int most_points = 4;  ///< along an edge of a cell
 /// Of all rows: beyond, all are made anew.
 constexpr double most_renewed = 0.5;
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 Eigen::AlignedBox3d box_of(const CellCorners& corners) {
   Eigen::AlignedBox3d box;

@@ -1,13 +1,13 @@
 #include "forward/polygrid/polygrid_solve.h"
 
 #include <algorithm>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
 #include "core/optics.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "forward/embedded/reentry.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/polygrid_diffusion.h"
@@ -74,16 +74,16 @@ double worst_error(std::span<const ObjectProblem> problems, std::span<const doub
 }
 
 std::string conclusion(bool solved, bool resolved, bool within, std::size_t cells, double worst) {
-  std::ostringstream estimate;
-  estimate << worst;
   if (!solved) return "the linear solver stopped before its tolerance";
-  if (within) return "the estimated error " + estimate.str() + " is within the tolerance";
+  if (within) return formatted("the estimated error %g is within the tolerance", worst);
   if (resolved) {
-    return "parts of the surface lie outside of the polygrid, with an estimated error of " +
-           estimate.str() + "; model embedded has no such gaps";
+    return formatted(
+        "parts of the surface lie outside of the polygrid, with an estimated error of "
+        "%g; model embedded has no such gaps",
+        worst);
   }
-  return "stopped at " + std::to_string(cells) +
-         " cells, the most allowed, with an estimated error of " + estimate.str();
+  return formatted("stopped at %zu cells, the most allowed, with an estimated error of %g", cells,
+                   worst);
 }
 
 std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProblem> problems,
@@ -107,10 +107,8 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
     solving += fine.solving;
     resolved = worst_error(problems, {}, coarse, fine, results) <= options.tolerance;
     worst = worst_error(problems, fine.gaps, coarse, fine, results);
-    std::ostringstream detail;
-    detail << fine.cells << " cells, error " << worst;
     progress.update("polygrid", std::min(1.0, options.tolerance / std::max(worst, 1e-300)),
-                    detail.str());
+                    formatted("%zu cells, error %g", fine.cells, worst));
   }
   const double spent = watch.seconds();
   for (std::size_t c = 0; c < problems.size(); ++c) {

@@ -7,6 +7,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/numbers/dot.h"
+
 namespace kappamu::inverse {
 
 namespace {
@@ -31,12 +33,6 @@ std::vector<double> weighted_residual(const Problem& problem,
     residual[i] = std::sqrt(problem.weight[i]) * (prediction[i] - problem.data[i]);
   }
   return residual;
-}
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
 }
 
 /// Mean products of residuals of one pattern over all lags of half the plane.

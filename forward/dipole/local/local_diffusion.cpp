@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <sstream>
 
 #include "core/parallel.h"
 #include "core/processor_time.h"
 #include "core/random.h"
+#include "core/shown_text.h"
 #include "forward/dipole/local/local_sum.h"
 #include "forward/dipole/sum_check.h"
 
@@ -61,10 +61,7 @@ ImageSpace image_space(const ObjectProblem& problem, const ObjectOptions& option
 }
 
 std::string percent(double share) {
-  std::ostringstream text;
-  text.precision(3);
-  text << 100.0 * share << " %";
-  return text.str();
+  return shown_number(100.0 * share, "%.3g %%");
 }
 
 std::string where_summed(const ObjectOptions& options, const ImageSpace& image) {
@@ -150,11 +147,9 @@ void sum_locally(const ObjectProblem& problem, const ObjectOptions& options, con
     stated = std::max(stated, worst);
   }
   result.elements = static_cast<std::size_t>(most) * triangles;
-  std::ostringstream message;
-  message << where_summed(options, image) << "; " << most << " samples a triangle, error "
-          << percent(stated) << " of the full integral"
-          << (result.converged ? "" : ": above the tolerance");
-  result.message = message.str();
+  result.message = where_summed(options, image) + "; " + std::to_string(most) +
+                   " samples a triangle, error " + percent(stated) + " of the full integral" +
+                   (result.converged ? "" : ": above the tolerance");
   if (!result.converged) result.warnings.push_back(result.message);
   result.seconds = watch.seconds() - result.setup_seconds;
 }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/process_memory.h"
+#include "core/shown_text.h"
 #include "forward/grid/opencl/multigrid/grid_hierarchy.h"
 #include "forward/grid/opencl/opencl_field.h"
 #include "forward/grid/opencl/opencl_solver.h"
@@ -90,15 +90,13 @@ int lanes_that_fit(const GridSetup& setup, const device::DeviceInfo& device, con
     const auto needed = static_cast<double>(solver_memory(setup, lanes, 3, lanes, format, layout));
     if (needed <= usable && field <= device.max_allocation_bytes) return lanes;
   }
-  std::ostringstream message;
-  message << "grid of " << setup.shape.nx << " x " << setup.shape.ny << " x " << setup.shape.nz
-          << " voxels needs "
-          << gigabytes(static_cast<double>(solver_memory(setup, 1, 3, 1, format, layout)))
-          << " even one pattern at a time, device '" << device.name << "' has "
-          << gigabytes(static_cast<double>(device.global_memory_bytes)) << ", "
-          << gigabytes(static_cast<double>(device.max_allocation_bytes))
-          << " at most in one piece; use a coarser grid or another --device";
-  throw InputError(message.str());
+  const GridShape& s = setup.shape;
+  throw InputError(formatted("grid of %d x %d x %d voxels needs ", s.nx, s.ny, s.nz) +
+                   gigabytes(static_cast<double>(solver_memory(setup, 1, 3, 1, format, layout))) +
+                   " even one pattern at a time, device '" + device.name + "' has " +
+                   gigabytes(static_cast<double>(device.global_memory_bytes)) + ", " +
+                   gigabytes(static_cast<double>(device.max_allocation_bytes)) +
+                   " at most in one piece; use a coarser grid or another --device");
 }
 
 }  // namespace kappamu::forward

@@ -4,19 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "core/numbers/dot.h"
 #include "forward/grid/grid_physics.h"
 
 namespace kappamu::forward::reference {
-
-namespace {
-
-double dot(const Vector& a, const Vector& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
-
-}  // namespace
 
 Matrix::Matrix(const GridSetup& setup, double robin_A, std::span<const double> kappa,
                std::span<const double> mu)

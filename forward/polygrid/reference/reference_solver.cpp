@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/numbers/dot.h"
+
 #include "forward/polygrid/linear_solver.h"
 
 namespace kappamu::forward::polygrid {
@@ -8,12 +10,6 @@ namespace kappamu::forward::polygrid {
 namespace {
 
 using Vector = std::vector<double>;
-
-double dot(const Vector& a, const Vector& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 class ReferenceSolver final : public LinearSolver {
  public:

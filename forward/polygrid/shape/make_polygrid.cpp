@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <optional>
 #include <utility>
 
 #include "core/error.h"
 #include "core/mesh/edges.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/shape/layered_lattice.h"
@@ -40,12 +40,6 @@ constexpr MapEffort of_grid{10, 10.0, 3000.0, 3, true};
 /// Where the worst cell is below spare_jacobian after that.
 constexpr MapEffort of_worst_cells{6, 300.0, 3000.0, 8, true};
 constexpr double spare_jacobian = 0.25;
-
-std::string to_text(double number) {
-  std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.2g", number);
-  return text.data();
-}
 
 void refuse_unless_closed(const TriangleMesh& mesh) {
   if (mesh.triangles.empty()) throw InputError("The mesh has no triangles.");
@@ -82,7 +76,7 @@ class Maker {
     }
     if (!(options.first_layer >= 0.0 && options.first_layer <= 1.0)) {
       throw InputError("The polygrid's first layer lies 0 to 1 spacings below the surface, not " +
-                       to_text(options.first_layer) + ".");
+                       shown_number(options.first_layer, "%.2g") + ".");
     }
     refuse_unless_closed(mesh);
     const double volume = enclosed_volume(mesh);
@@ -146,16 +140,18 @@ class Maker {
     const PolygridQuality& quality = made.quality;
     if (quality.least_jacobian < good_jacobian) {
       made.warnings.push_back("The polygrid's worst cell has a scaled Jacobian of " +
-                              to_text(quality.least_jacobian) + ", below " +
-                              to_text(good_jacobian) + ": the solution is less accurate there.");
+                              shown_number(quality.least_jacobian, "%.2g") + ", below " +
+                              shown_number(good_jacobian, "%.2g") +
+                              ": the solution is less accurate there.");
     }
     if (quality.largest_gap > good_gap) {
-      made.warnings.push_back("The polygrid leaves parts of the object out, up to " +
-                              to_text(quality.largest_gap * boundary_spacing(made.grid)) +
-                              " mm away from it: they are too thin for its cells, take more.");
+      made.warnings.push_back(
+          "The polygrid leaves parts of the object out, up to " +
+          shown_number(quality.largest_gap * boundary_spacing(made.grid), "%.2g") +
+          " mm away from it: they are too thin for its cells, take more.");
     }
     if (std::abs(quality.volume_ratio - 1.0) > good_volume) {
-      made.warnings.push_back("The polygrid has " + to_text(quality.volume_ratio) +
+      made.warnings.push_back("The polygrid has " + shown_number(quality.volume_ratio, "%.2g") +
                               " times the object's volume, where parts are too thin for its cells: "
                               "take more.");
     }

@@ -6,6 +6,7 @@
 #include <random>
 #include <vector>
 
+#include "core/numbers/dot.h"
 #include "forward/grid/grid_solver.h"
 
 namespace kappamu::forward::testing {
@@ -32,11 +33,6 @@ inline Coefficients random_medium(const GridShape& shape, double contrast, unsig
   return c;
 }
 
-inline double dot(const Values& a, const Values& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
 inline double norm(const Values& a) {
   return std::sqrt(dot(a, a));
 }

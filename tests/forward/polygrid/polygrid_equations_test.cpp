@@ -10,6 +10,7 @@
 
 #include "../embedded/exact_sphere.h"
 #include "core/error.h"
+#include "core/numbers/dot.h"
 #include "core/optics.h"
 #include "forward/polygrid/linear_solver.h"
 #include "made_polygrid.h"
@@ -48,12 +49,6 @@ Vector product(const Pattern& pattern, const Vector& value, const Vector& x) {
     }
   }
   return y;
-}
-
-double dot(const Vector& a, const Vector& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
 }
 
 /// Points of a side with their weights [mm²], its corners' functions there, and the normal.

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <vector>
 
+#include "core/numbers/dot.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"
 #include "inverse/regulariser/roughness.h"
@@ -16,10 +17,6 @@
 
 namespace kappamu::inverse {
 namespace {
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
 
 class BasisLaws : public ::testing::TestWithParam<int> {};
 

@@ -4,9 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <cstdio>
-#include <numeric>
 #include <vector>
 
+#include "core/numbers/dot.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"
 #include "inverse/uncertainty/uncertainty.h"
@@ -14,10 +14,6 @@
 
 namespace kappamu::inverse {
 namespace {
-
-double dot(const Vector& a, const Vector& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
 
 struct Spectrum {
   Eigen::VectorXd values;  ///< Ritz values, ascending

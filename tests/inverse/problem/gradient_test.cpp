@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/numbers/dot.h"
 #include "inverse/problem/objective.h"
 #include "tests/inverse/inverse_cases.h"
 
@@ -35,11 +36,7 @@ void PrintTo(const GradientCase& c, std::ostream* out) {
   *out << c.name;
 }
 
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
+using kappamu::dot;
 
 double dot(const CoefficientPair& a, const CoefficientPair& b) {
   return dot(a.log_kappa, b.log_kappa) + dot(a.log_mu, b.log_mu);
