@@ -14,7 +14,6 @@ namespace {
 
 struct SimulateArguments {
   std::string out;
-  bool tiny = false;
   synthetic::SimulationOptions options;
   std::string encoding = "response";
   std::string board = "chessboard";

@@ -39,7 +39,6 @@ MediumSpec of_contrast(MediumSpec spec, double contrast) {
 Json with_outcome(Json row, const LimitOutcome& outcome) {
   row["iterations"] = outcome.iterations;
   if (outcome.true_error) row["true error"] = *outcome.true_error;
-  row["imbalance"] = outcome.imbalance;
   row["ended"] = to_string(outcome.termination);
   return row;
 }

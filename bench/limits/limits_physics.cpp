@@ -58,7 +58,6 @@ Json limit_absorption(const Request& request, Progress& progress) {
                     {"voxels per penetration depth", std::sqrt(kappa / mu) / 0.25},
                     {"iterations", outcome.iterations},
                     {"true error", *outcome.true_error},
-                    {"imbalance", outcome.imbalance},
                     {"transmitted", best.transmitted},
                     {"its error, 1e-6 single", *outcome.dark_error},
                     {"its error, 1e-12 double", *best.dark_error},

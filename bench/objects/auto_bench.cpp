@@ -103,13 +103,9 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
            {"within_tolerance", choice.within_tolerance},
            {"error", taken.error},
            {"met", taken.error <= tolerance},
-           {"expected_seconds", first.seconds.value_or(0.0)},
            {"cpu_seconds", taken.seconds}};
   row["pilot"] = pilot ? Json(pilot->model) : Json();
   row["pilot_photons"] = pilot ? Json(pilot->photons) : Json();
-  row["pilot_error"] = pilot ? Json(pilot->measured) : Json();
-  row["pilot_left"] = pilot ? Json(pilot->left) : Json();
-  row["pilot_cpu_seconds"] = pilot_seconds;
   row["cheapest"] = cheapest ? Json(cheapest->model) : Json();
   row["cost_ratio"] = cheapest ? Json(taken.seconds / cheapest->seconds) : Json();
   row.update(measured);

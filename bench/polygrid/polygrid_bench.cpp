@@ -80,7 +80,6 @@ Json measured(const Object& object, int cells, const Request& request, Progress&
                 {"negative_weights", weights.negative},
                 {"ill_conditioned", weights.ill_conditioned},
                 {"volume_spread", q.volume_spread},
-                {"area_spread", q.area_spread},
                 {"volume_ratio", q.volume_ratio},
                 {"mean_gap", q.mean_gap},
                 {"largest_gap", q.largest_gap},
@@ -133,7 +132,7 @@ Subject polygrid_subject() {
 
 polygrid: cells, scaled Jacobians (1: a box; not above 0: inverted), edge lengths,
 nodes whose six weights (Wang et al. 2008, appendix B) are negative or ill-conditioned,
-spread of volumes and areas, distance of the mesh from the grid's surface in spacings of its
+spread of volumes, distance of the mesh from the grid's surface in spacings of its
 boundary nodes, processor seconds. Of the shapes known by name, or of the files.
 convergence: the sum of (L - L0)^2 over that of L0^2 against nodes processed and processor
 time (relaxations: serial, in double; ours: OpenCL, in float), each scheme against its own

@@ -133,13 +133,13 @@ INSTANTIATE_TEST_SUITE_P(Cli, ExportFailures, testing::Values(std::nanf(""), 0.0
 
 TEST_F(CliFailures, BenchThatIsNotBuilt) {
   fs::copy(KAPPAMU_PROGRAM, at("kappamu"));
-  expect_one_sentence(run_process(at("kappamu") + " bench hdr -o " + at("out")),
+  expect_one_sentence(run_process(at("kappamu") + " bench boundary -o " + at("out")),
                       "scripts/build.sh release kappamu-bench builds");
 }
 
 TEST_F(CliFailures, BenchTakesTheOptionsBeforeItsName) {
   const ProcessResult result =
-      kappamu("--seed 3 --json bench hdr --quick -o " + at("out") + " --device reference");
+      kappamu("--seed 3 --json bench boundary --quick -o " + at("out") + " --device reference");
   EXPECT_EQ(result.exit_code, 0) << result.standard_error;
   EXPECT_THAT(last_line(result.standard_output), HasSubstr("\"seed\":3,"));
 }

@@ -193,7 +193,7 @@ TEST_F(UserFiles, ForeignFilesOfOtherCommandsStay) {
   refused("fit " + m, "fit.partial/mine.txt", "fit.partial: is in the way");
   refused("forward --kappa " + vdb + " --mu " + vdb + " --irradiance " + m + "/irradiance.npy",
           "summary.json");
-  refused("bench hdr", "hdr.json");
+  refused("bench boundary", "boundary.json");
   write("recipe.json", R"({"format": "kappamu-edit", "version": 1, "edits": [
     {"operation": "multiply", "mu": 2, "where": {"kind": "all"}}]})");
   const std::string edit = "edit " + vdb + " --recipe " + at("recipe.json");

@@ -34,7 +34,6 @@ struct PolygridQuality {
   double mean_aspect = 0.0;
   double volume_spread = 0.0;  ///< standard deviation of cells' volumes over their mean
   double volume_ratio = 0.0;   ///< of the polygrid's volume and the mesh's
-  double area_spread = 0.0;    ///< standard deviation of boundary nodes' areas over their mean
   /// Distance of the mesh from the polygrid's surface, over the mean distance of boundary nodes.
   double mean_gap = 0.0, largest_gap = 0.0;
   int cells = 0, boundary_nodes = 0;

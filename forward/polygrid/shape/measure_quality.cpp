@@ -63,7 +63,6 @@ PolygridQuality measure_quality(const Polygrid& grid, const TriangleMesh& mesh) 
   }
   quality.volume_spread = spread(volumes);
   quality.volume_ratio = volume / enclosed_volume(mesh);
-  quality.area_spread = spread(grid.area);
 
   const TriangleMesh own = surface_of_grid(grid);
   const ClosestPoint surface(own);
