@@ -111,16 +111,15 @@ Json limit_relaxation(const Request& request, Progress& progress) {
         progress.update("relaxation", 0.0, std::string(block.name) + " " + method);
         const ForwardResult result = answer(method, problem, {1e-14, sweeps}, request);
         rows.push_back(
-            {
-          {"block", block.name}, {"method", method}, {"sweeps", sweeps},
-              {"residual", *std::max_element(result.residual.begin(), result.residual.end())}, {
-            "error of the maps", exitance_error(result, truth)
-          }}
-      });
+            {{"block", block.name},
+             {"method", method},
+             {"sweeps", sweeps},
+             {"residual", *std::max_element(result.residual.begin(), result.residual.end())},
+             {"error of the maps", exitance_error(result, truth)}});
+      }
     }
   }
-}
-return rows;
+  return rows;
 }
 
 }  // namespace kappamu::bench

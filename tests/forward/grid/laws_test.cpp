@@ -37,7 +37,7 @@ TEST_P(GridLaws, OperatorIsSymmetric) {
   const Values image_a = testing::read(*s, *aa);
   const Values image_b = testing::read(*s, *ab);
   const double scale = testing::norm(image_a) * testing::norm(b);
-  EXPECT_NEAR(testing::dot(image_a, b), testing::dot(a, image_b), rounding() * scale);
+  EXPECT_NEAR(dot(image_a, b), dot(a, image_b), rounding() * scale);
 }
 
 TEST_P(GridLaws, OperatorIsPositive) {
@@ -50,7 +50,7 @@ TEST_P(GridLaws, OperatorIsPositive) {
     const Values values = testing::random_values(block.cells(), low, 1, 4);
     s->fill(*x, values);
     s->apply(*x, *y);
-    EXPECT_GT(testing::dot(values, testing::read(*s, *y)), 0.0);
+    EXPECT_GT(dot(values, testing::read(*s, *y)), 0.0);
   }
 }
 
@@ -115,9 +115,9 @@ TEST_P(GridLaws, ExitanceAndItsAdjointAgree) {
     for (const Face face : all_faces) {
       const std::size_t samples = face_shape(block, face).cells() * patterns;
       const Values w = testing::random_values(samples, 0, 1, 10);
-      const double left = testing::dot(testing::exitance(*s, *phi, face, Values(samples, 0.0)), w);
+      const double left = dot(testing::exitance(*s, *phi, face, Values(samples, 0.0)), w);
       s->exitance_adjoint(face, w, *adjoint);
-      const double right = testing::dot(values, testing::read(*s, *adjoint));
+      const double right = dot(values, testing::read(*s, *adjoint));
       EXPECT_NEAR(left, right, rounding() * left) << to_string(face);
     }
   }
