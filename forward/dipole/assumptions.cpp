@@ -7,6 +7,7 @@
 #include "core/mesh/edges.h"
 #include "core/parallel.h"
 #include "forward/polygrid/closest_point.h"
+#include "forward/surface_rays.h"
 
 namespace kappamu::forward::dipole {
 
@@ -33,14 +34,13 @@ std::vector<std::string> assumption_warnings(const ObjectProblem& problem) {
   const double diffusion_length = std::sqrt(c.kappa / std::max(c.mu, 1e-300));
   const Surface& surface = problem.surface;
   const std::size_t stride = (surface.size() + most_rays - 1) / most_rays;
+  const SurfaceRays rays(problem);
   double area = 0.0, thin = 0.0, shallow = 0.0;
   for (std::size_t t = 0; t < surface.size(); t += stride) {
-    const double skin = 1e-4 * std::sqrt(surface.area[t]);
-    const auto hit = problem.rays.first_hit(surface.position[t], -surface.normal[t], skin);
+    const double thickness = rays.thickness(t);
     area += surface.area[t];
-    if (!hit) continue;
-    if (hit->distance < thin_mean_free_paths * mean_free_path) thin += surface.area[t];
-    if (hit->distance < thin_diffusion_lengths * diffusion_length) shallow += surface.area[t];
+    if (thickness < thin_mean_free_paths * mean_free_path) thin += surface.area[t];
+    if (thickness < thin_diffusion_lengths * diffusion_length) shallow += surface.area[t];
   }
   std::vector<std::string> warnings;
   const auto warn = [&](double part, double limit, const char* length, const char* effect) {

@@ -11,8 +11,7 @@
 #include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
 #include "core/processor_time.h"
-#include "forward/embedded/equations/row_ranges.h"
-#include "forward/embedded/outward_rays.h"
+#include "forward/embedded/narrow_places.h"
 #include "forward/embedded/refinement.h"
 #include "forward/embedded/solver_choice.h"
 
@@ -27,20 +26,10 @@ constexpr int first_level = 4;
 constexpr double start_error = 0.016, start_order = 1.2, start_excess = 2.0;
 /// Cubes on each h² of the surface, at least.
 constexpr double cubes_per_square = 8.0;
-/// A mesh starts with its folded cubes split as often as this.
-constexpr int fold_splits = 1;
+/// A mesh starts with the cubes of folds and of parts thinner than they are split as often as this.
+constexpr int narrow_splits = 1;
 /// The error that a refinement aims at, of the tolerance and, at most, of the error before.
 constexpr double aimed_at = 0.9, most_left = 0.85;
-/// Exitance on a mesh and on the same with every cube split differ by so many times the finer's
-/// error, at least: by 3 where it falls with h², by less at edges of object and light
-/// (embedded.md).
-constexpr double difference_per_error = 1.65;
-/// A face along the cubes' own cuts all of them alike: the errors of two meshes go together there.
-constexpr double difference_per_error_aligned = 1.4;
-constexpr double aligned = 1.0 - 1e-6;
-/// Where the surface faces itself across a gap narrower than a cube, both meshes bridge it: they
-/// differ by a quarter of the error. Narrower than two, the coarser alone does (embedded.md).
-constexpr double difference_per_error_bridged = 0.25, difference_per_error_half_bridged = 1.0;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
 /// every light that is solved for at once [bytes], measured.
 constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
@@ -66,7 +55,7 @@ class BodySolve {
     for (int level = start_level(tree.edge_mm()); !fine; --level) {
       tree = Octree(problem_.mesh);
       tree.refine_surface(level);
-      split_folds(tree);
+      split_narrow(tree);
       fine = split_everywhere(tree, level == first_level);
     }
     BodyAnswer best;
@@ -121,45 +110,19 @@ class BodySolve {
     return static_cast<int>(std::clamp<double>(level, first_level, deepest_level - 1));
   }
 
-  void split_folds(Octree& tree) const {
-    const std::vector<int> folded =
-        folds(cut_mesh(tree, problem_.mesh, problem_.rays), problem_.surface).leaf;
-    tree.refine(folded, std::vector<int>(folded.size(), fold_splits));
+  void split_narrow(Octree& tree) const {
+    const CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
+    std::vector<int> leaves = folds(mesh, problem_.surface).leaf;
+    const std::vector<int> thin = narrow_.thin_leaves(mesh);
+    leaves.insert(leaves.end(), thin.begin(), thin.end());
+    std::sort(leaves.begin(), leaves.end());
+    leaves.erase(std::unique(leaves.begin(), leaves.end()), leaves.end());
+    tree.refine(leaves, std::vector<int>(leaves.size(), narrow_splits));
   }
 
   Discretisation discretised(Octree tree, CutMesh mesh) const {
     return Discretisation(std::move(tree), std::move(mesh), channels_.media(),
                           channels_.constants.A);
-  }
-
-  /// Per triangle, how far the surface faces another part of itself across the outside [mm].
-  std::vector<double> gaps() const {
-    const OutwardRays rays(problem_);
-    std::vector<double> gap(problem_.surface.size(), std::numeric_limits<double>::infinity());
-    for_row_ranges(gap.size(), [&](std::size_t begin, std::size_t end) {
-      for (std::size_t t = begin; t < end; ++t) {
-        if (const auto hit = rays.first_hit(t, problem_.surface.normal[t])) gap[t] = hit->distance;
-      }
-    });
-    return gap;
-  }
-
-  /// Per triangle, the error over the difference of the mesh from the one before its split.
-  std::vector<double> errors_per_difference(const CutMesh& mesh) const {
-    std::vector<double> largest(gap_.size(), 0.0);  // cubes about each triangle [mm]
-    for (const CutMesh::Piece& piece : mesh.pieces) {
-      double& h = largest[static_cast<std::size_t>(piece.triangle)];
-      h = std::max(h, mesh.h(static_cast<std::size_t>(piece.cube)));
-    }
-    std::vector<double> result;
-    for (std::size_t t = 0; t < gap_.size(); ++t) {
-      const bool flat = problem_.surface.normal[t].cwiseAbs().maxCoeff() > aligned;
-      result.push_back(1.0 / (gap_[t] < largest[t]         ? difference_per_error_bridged
-                              : gap_[t] < 2.0 * largest[t] ? difference_per_error_half_bridged
-                              : flat                       ? difference_per_error_aligned
-                                                           : difference_per_error));
-    }
-    return result;
   }
 
   /// With each of the object's leaves split; none where that is too large, or, where nothing less
@@ -186,7 +149,7 @@ class BodySolve {
 
   /// Fills in the errors of an answer on the tree with every leaf split. The largest relative one.
   double estimate(const Octree& tree, const CutMesh& mesh, const Answers& found, BodyAnswer& best) {
-    const std::vector<double> per_difference = errors_per_difference(mesh);
+    const std::vector<double> per_difference = narrow_.errors_per_difference(mesh);
     bool apart = false;
     for (std::size_t c = 0; c < found.channel.size(); ++c) {
       for (const std::vector<double>& coarser : found.channel[c].coarser_exitance) {
@@ -258,7 +221,7 @@ class BodySolve {
   const ObjectOptions& options_;
   Progress& progress_;
   const Stopwatch watch_;
-  const std::vector<double> gap_ = gaps();
+  const NarrowPlaces narrow_{problem_};
   double solving_ = 0.0;
   std::size_t most_cubes_ = 0;
 };

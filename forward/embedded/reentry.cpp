@@ -9,7 +9,7 @@
 #include "core/random.h"
 #include "forward/embedded/body_solve.h"
 #include "forward/embedded/equations/row_ranges.h"
-#include "forward/embedded/outward_rays.h"
+#include "forward/surface_rays.h"
 
 namespace kappamu::forward::embedded {
 
@@ -70,7 +70,7 @@ void add(const ObjectResult& round, const Surface& surface, ObjectResult& total)
 SeenTriangles::SeenTriangles(const ObjectProblem& problem, std::size_t rays_per_triangle)
     : rays_(rays_per_triangle), seen_(problem.surface.size() * rays_per_triangle, -1) {
   const Surface& surface = problem.surface;
-  const OutwardRays rays(problem);
+  const SurfaceRays rays(problem);
   for_row_ranges(surface.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Eigen::Vector3d normal = surface.normal[t];

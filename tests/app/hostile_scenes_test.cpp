@@ -135,6 +135,14 @@ TEST_F(HostileScenes, AreRefusedInOneSentenceAndLoseNothing) {
        "overlap"},
       {R"([{"op": "replace", "path": "/lights/0/position_mm", "value": [0, 0, 1]}])",
        "light 1 is inside object 'ball'"},
+      {R"([{"op": "replace", "path": "/lights/0", "value":
+            {"kind": "spot", "position_mm": [0, 1, 0], "target_mm": [0, 9, 0], "cone_deg": 30,
+             "irradiance": 1, "at_mm": 50}}])",
+       "light 1 is inside object 'ball'"},
+      {R"([{"op": "replace", "path": "/lights/0", "value":
+            {"kind": "projector", "position_mm": [1, 0, 0], "target_mm": [9, 0, 0], "fov_deg": 30,
+             "image": "white.png", "irradiance": 1, "at_mm": 50}}])",
+       "light 1 is inside object 'ball'"},
       {R"([{"op": "replace", "path": "/lights/0/kind", "value": "laser"}])", "kind"},
       {R"([{"op": "replace", "path": "/lights/0/irradiance", "value": 1e300}])", "irradiance"},
       {R"([{"op": "replace", "path": "/lights/0", "value":

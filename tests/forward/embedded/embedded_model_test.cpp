@@ -323,18 +323,29 @@ TEST(EmbeddedModel, RefusesInOneSentence) {
   EXPECT_THAT(refusal(mesh, {from_inside}), testing::HasSubstr("from inside the object"));
 }
 
+/// What is reported first.
+class FirstDetail : public Progress {
+ public:
+  void update(const std::string&, double, const std::string& said) override {
+    if (detail.empty()) detail = said;
+  }
+  std::string detail;
+};
+
 TEST(EmbeddedModel, StopsAtTheMostCubesAllowedAndReportsIt) {
   const TriangleMesh mesh = icosphere(5.0, 3, {0.0, 0.0, 0.0});
   const Surface surface = surface_of(mesh);
   const auto rays = make_caster(mesh);
   const ObjectMedium medium(wax);
   const std::vector<ObjectLight> lights{sky(mesh)};
-  Progress progress;
+  FirstDetail progress;
   ObjectOptions options;
   options.tolerance = 1e-6;
   options.max_elements = 20'000;
   const ObjectResult result =
       EmbeddedModel().solve({mesh, surface, *rays, medium, eta, lights}, options, progress);
+  EXPECT_THAT(progress.detail, testing::MatchesRegex("at most 20000 cubes, [0-9.]+ GB"))
+      << "stated before the work";
   EXPECT_FALSE(result.converged);
   EXPECT_LE(result.elements, 20'000U);
   EXPECT_GT(result.error_estimate[0], 1e-6);

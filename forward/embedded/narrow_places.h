@@ -1,0 +1,37 @@
+// Where an object is narrow beside its cubes: slits and thin parts. There the difference of two
+// meshes says less about their error than elsewhere (embedded.md, Stated error).
+#pragma once
+
+#include <vector>
+
+#include "forward/embedded/geometry/cut_mesh.h"
+#include "forward/object_model.h"
+
+namespace kappamu::forward::embedded {
+
+/// Exitance on a mesh and on the same with every cube split differ by so many times the finer's
+/// error, at least: by 3 where it falls with h², by less at edges of object and light.
+inline constexpr double difference_per_error = 1.65;
+/// A face along the cubes' own cuts all of them alike: the errors of two meshes go together there.
+inline constexpr double difference_per_error_aligned = 1.25;
+/// Across a part thinner than two cubes neither mesh resolves how light varies.
+inline constexpr double difference_per_error_thin = 0.6;
+/// Where the surface faces itself across a gap narrower than a cube, both meshes bridge it: they
+/// differ by a quarter of the error. Narrower than two, the coarser alone does.
+inline constexpr double difference_per_error_bridged = 0.25,
+                        difference_per_error_half_bridged = 1.0;
+
+class NarrowPlaces {
+ public:
+  explicit NarrowPlaces(const ObjectProblem& problem);
+  /// Per triangle, of the difference of a mesh from the same before its cubes were split.
+  std::vector<double> errors_per_difference(const CutMesh& mesh) const;
+  /// The leaves at the surface of parts thinner than they are.
+  std::vector<int> thin_leaves(const CutMesh& mesh) const;
+
+ private:
+  std::vector<double> gap_, thickness_;  ///< per triangle [mm]
+  std::vector<char> aligned_;            ///< with faces of the cubes
+};
+
+}  // namespace kappamu::forward::embedded
