@@ -140,6 +140,7 @@ Coverage coverage(const Volume<double>& found, const Volume<double>& truth,
   const FaceShape face = face_shape(grid, lit_face);
   Coverage result;
   std::vector<double> z;
+  double all = 0.0;
   for (int depth = 0; depth < grid.extent(axis_of(lit_face)); ++depth) {
     double within = 0.0;
     for (int v = 0; v < face.nv; ++v) {
@@ -150,8 +151,9 @@ Coverage coverage(const Volume<double>& found, const Volume<double>& truth,
       }
     }
     result.within_two_by_depth.push_back(within / static_cast<double>(face.cells()));
-    result.within_two += within / static_cast<double>(grid.cells());
+    all += within;
   }
+  result.within_two = all / static_cast<double>(grid.cells());
   result.median = upper_median(std::move(z));
   return result;
 }
