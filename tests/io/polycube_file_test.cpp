@@ -8,7 +8,7 @@
 #include <string>
 
 #include "core/error.h"
-#include "tests/io/support.h"
+#include "tests/own_folder.h"
 
 namespace kappamu::io {
 namespace {
@@ -17,13 +17,11 @@ namespace fs = std::filesystem;
 using Eigen::Vector3d;
 using Eigen::Vector3i;
 
-fs::path place() {
-  return fs::path(testing::TempDir()) / "polycube.json";
-}
-
 Polycube read_text(const std::string& fields) {
-  std::ofstream(place()) << R"({"format": "kappamu-polycube", "version": 1, )" << fields << "}";
-  return read_polycube(place());
+  const OwnFolder folder;
+  const fs::path file = folder / "polycube.json";
+  std::ofstream(file) << R"({"format": "kappamu-polycube", "version": 1, )" << fields << "}";
+  return read_polycube(file);
 }
 
 std::string refused(const std::string& fields) {
@@ -44,8 +42,9 @@ TEST(PolycubeFile, IsReadAsWritten) {
   Polycube polycube = drawn();
   polycube.mapped[3] += Vector3d(0.1, 0.02, -0.3);
   polycube.mapped[7] = Vector3d(1.0 / 3.0, 1e-17, -2.0);
-  write_polycube(polycube, place());
-  const Polycube again = read_polycube(place());
+  const OwnFolder folder;
+  write_polycube(polycube, folder / "polycube.json");
+  const Polycube again = read_polycube(folder / "polycube.json");
   EXPECT_EQ(again.cells, polycube.cells);
   EXPECT_EQ(again.corners, polycube.corners);
   for (std::size_t i = 0; i < again.mapped.size(); ++i) {

@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "device/device_info.h"
 #include "forward/forward_model.h"
+#include "tests/own_folder.h"
 #include "tests/reference_data.h"
 
 namespace kappamu::bench {
@@ -107,23 +108,19 @@ TEST(Sphere, GainGrowsWithWhatItsPortsReflect) {
 
 class SlabFolder : public ::testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / "slab_folder";
-    fs::create_directories(folder_);
-  }
   void write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
   }
   std::string sentence() const {
     try {
-      read_measured_slabs(folder_);
+      read_measured_slabs(folder_.path());
     } catch (const InputError& error) {
       return error.what();
     }
     return "read";
   }
   static constexpr const char* head = "file,row,MR,MRf,MT,MTf,mua,musp,g,flag\n";
-  fs::path folder_;
+  const OwnFolder folder_;
 };
 
 TEST_F(SlabFolder, RowsOverruleTheHeaderAndUnconvergedOnesAreLeftOut) {
@@ -134,7 +131,7 @@ TEST_F(SlabFolder, RowsOverruleTheHeaderAndUnconvergedOnesAreLeftOut) {
   write("a.rxt",
         "IAD1 # x\n1.33 # n\n1.5\n2.0\n1\n4\n0.98\n\n1\n100\n10\n11\n1\n0.9\n101\n12\n13\n2\n0.8\n"
         "r t n\n0.3 0.2 1.34\n0.3 0.2 1.35\n0.4 0.2 1.36\n");
-  const auto slabs = read_measured_slabs(folder_);
+  const auto slabs = read_measured_slabs(folder_.path());
   ASSERT_EQ(slabs.size(), 2U);
   EXPECT_EQ(slabs[1].row, "3");
   EXPECT_DOUBLE_EQ(slabs[1].n_sample, 1.36);

@@ -15,6 +15,7 @@
 #include "io/npy.h"
 #include "tests/calib/projector/coded_plane.h"
 #include "tests/data_synthetic/tiny_options.h"
+#include "tests/own_folder.h"
 #include "tests/sentence.h"
 
 namespace kappamu::calib {
@@ -106,8 +107,9 @@ class Correspondences : public ::testing::Test {
   ProjectorMap read(const fs::path& file) const {
     return read_correspondences(file, camera_, {640, 480});
   }
-  const fs::path csv_ = fs::path(::testing::TempDir()) / "map.csv";
-  const fs::path npy_ = fs::path(::testing::TempDir()) / "map.npy";
+  const OwnFolder folder_;
+  const fs::path csv_ = folder_ / "map.csv";
+  const fs::path npy_ = folder_ / "map.npy";
   const capture::Camera camera_ = [] {
     capture::Camera camera;
     camera.width = 4;
