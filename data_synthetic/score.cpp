@@ -21,21 +21,6 @@ namespace {
 constexpr int score_refinement =
     2;  // cells per fitted voxel and side when a run's volumes are solved
 
-/// Mean over the cells of each coarser voxel.
-Volume<double> average_volume(const Volume<double>& fine, const GridShape& coarse) {
-  const int factor = fine.shape().nx / coarse.nx;
-  Volume<double> out(coarse);
-  const double weight = 1.0 / (factor * factor * factor);
-  for (int z = 0; z < fine.shape().nz; ++z) {
-    for (int y = 0; y < fine.shape().ny; ++y) {
-      for (int x = 0; x < fine.shape().nx; ++x) {
-        out(x / factor, y / factor, z / factor) += weight * fine(x, y, z);
-      }
-    }
-  }
-  return out;
-}
-
 /// Relative errors of one coefficient, median by layer; appends all of them to `all`.
 std::vector<double> errors_by_depth(const Volume<double>& found, const Volume<double>& truth,
                                     Face lit_face, std::vector<double>& all) {
@@ -56,15 +41,11 @@ std::vector<double> errors_by_depth(const Volume<double>& found, const Volume<do
   return layers;
 }
 
-Coverage coverage(const Volume<double>& found, const Volume<double>& truth,
-                  const Volume<double>& deviation) {
-  std::vector<double> z;
-  double within = 0.0;
-  for (std::size_t i = 0; i < truth.size(); ++i) {
-    z.push_back(std::abs(std::log(found[i] / truth[i])) * found[i] / deviation[i]);
-    within += z.back() <= 2.0 ? 1.0 : 0.0;
-  }
-  return {within / static_cast<double>(z.size()), upper_median(std::move(z))};
+/// `deviation`: stated of `found` itself.
+Coverage coverage_of(const Volume<double>& found, const Volume<double>& truth,
+                     Volume<double> deviation, Face lit_face) {
+  for (std::size_t i = 0; i < found.size(); ++i) deviation[i] /= found[i];
+  return coverage(found, truth, deviation, lit_face);
 }
 
 void score_hdr(const std::filesystem::path& run, const Truth& truth,
@@ -128,16 +109,54 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
       return run / "fit" / ("std_" + what + "_" + name + ".npy");
     };
     if (!std::filesystem::exists(deviation("kappa"))) continue;  // fitted with --uncertainty 0
-    score.kappa_coverage[name] =
-        coverage(media[c].kappa, kappa, io::read_npy_volume(deviation("kappa"), truth.grid));
-    score.mu_coverage[name] =
-        coverage(media[c].mu, mu, io::read_npy_volume(deviation("mu"), truth.grid));
+    score.kappa_coverage[name] = coverage_of(
+        media[c].kappa, kappa, io::read_npy_volume(deviation("kappa"), truth.grid), truth.lit_face);
+    score.mu_coverage[name] = coverage_of(
+        media[c].mu, mu, io::read_npy_volume(deviation("mu"), truth.grid), truth.lit_face);
   }
   score.kappa_relative_error = upper_median(std::move(kappa_errors));
   score.mu_relative_error = upper_median(std::move(mu_errors));
 }
 
 }  // namespace
+
+Volume<double> average_volume(const Volume<double>& fine, const GridShape& coarse) {
+  const int factor = fine.shape().nx / coarse.nx;
+  Volume<double> out(coarse);
+  const double weight = 1.0 / (factor * factor * factor);
+  for (int z = 0; z < fine.shape().nz; ++z) {
+    for (int y = 0; y < fine.shape().ny; ++y) {
+      for (int x = 0; x < fine.shape().nx; ++x) {
+        out(x / factor, y / factor, z / factor) += weight * fine(x, y, z);
+      }
+    }
+  }
+  return out;
+}
+
+Coverage coverage(const Volume<double>& found, const Volume<double>& truth,
+                  const Volume<double>& log_deviation, Face lit_face) {
+  const GridShape& grid = truth.shape();
+  const FaceShape face = face_shape(grid, lit_face);
+  Coverage result;
+  std::vector<double> z;
+  double all = 0.0;
+  for (int depth = 0; depth < grid.extent(axis_of(lit_face)); ++depth) {
+    double within = 0.0;
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u) {
+        const std::size_t cell = face_cell(grid, lit_face, u, v, depth);
+        z.push_back(std::abs(std::log(found[cell] / truth[cell])) / log_deviation[cell]);
+        within += z.back() <= 2.0 ? 1.0 : 0.0;
+      }
+    }
+    result.within_two_by_depth.push_back(within / static_cast<double>(face.cells()));
+    all += within;
+  }
+  result.within_two = all / static_cast<double>(grid.cells());
+  result.median = upper_median(std::move(z));
+  return result;
+}
 
 Medium true_medium(const Truth& truth, const std::filesystem::path& truth_folder,
                    const std::string& channel) {

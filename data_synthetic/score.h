@@ -32,9 +32,9 @@ struct CalibrationErrors {
 
 /// Whether stated standard deviations hold: z = (log found − log truth)/deviation of the logarithm.
 struct Coverage {
-  double within_two =
-      0.0;              ///< share of voxels with |z| ≤ 2; 0.954 if errors are Gaussian as stated
-  double median = 0.0;  ///< of |z|; 0.674 if they are
+  double within_two = 0.0;  ///< share of voxels with |z| ≤ 2; 0.954 if errors are as stated
+  double median = 0.0;      ///< of |z|; 0.674 if they are
+  std::vector<double> within_two_by_depth;  ///< the share in each layer below the lit face
 };
 
 /// Parts the run does not have are absent.
@@ -64,6 +64,13 @@ struct Score {
 /// not fit together, or when the run has none of the three.
 Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
                 const std::string& device, Progress& progress);
+
+/// `log_deviation`: stated for the logarithm of `found`.
+Coverage coverage(const Volume<double>& found, const Volume<double>& truth,
+                  const Volume<double>& log_deviation, Face lit_face);
+
+/// Mean over the cells of each coarser voxel.
+Volume<double> average_volume(const Volume<double>& fine, const GridShape& coarse);
 
 /// Of one channel, averaged over each fitted voxel.
 Medium true_medium(const Truth& truth, const std::filesystem::path& truth_folder,

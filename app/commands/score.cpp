@@ -28,7 +28,9 @@ json calibration_json(const synthetic::CalibrationErrors& errors) {
 json coverage_json(const std::map<std::string, synthetic::Coverage>& channels) {
   json object = json::object();
   for (const auto& [channel, found] : channels) {
-    object[channel] = {{"within_2_std", found.within_two}, {"median_deviations", found.median}};
+    object[channel] = {{"within_2_std", found.within_two},
+                       {"within_2_std_by_depth", found.within_two_by_depth},
+                       {"median_deviations", found.median}};
   }
   return object;
 }

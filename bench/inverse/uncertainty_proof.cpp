@@ -96,8 +96,8 @@ Variances Proof::sampled_posterior(int count) {
 }
 
 Variances Proof::estimated_posterior(const inverse::UncertaintyOptions& options, int& solves) {
-  const inverse::Uncertainty found = inverse::estimate_uncertainty(
-      fit_.objective(), fit_.prior(), std::nullopt, options, options_.seed);
+  const inverse::Uncertainty found =
+      inverse::estimate_uncertainty(fit_.objective(), fit_.prior(), options, options_.seed);
   solves = found.report.solves;
   const Index cells = unknowns() / 2;
   Variances variances(unknowns());

@@ -81,22 +81,6 @@ std::string scale_sentence(const Consistency& c) {
                   : ", more than the structure of usual blocks does to this figure");
 }
 
-std::string shift_sentence(const Consistency& c, const Problem& problem) {
-  std::string towards;
-  const auto part = [&](double shift, int axis) {
-    if (std::abs(shift) < 0.5 * c.shift_limit) return;
-    towards += formatted("%s%.1f voxels (%.2f mm) towards %c%c", towards.empty() ? "" : " and ",
-                         std::abs(shift), std::abs(shift) * problem.setup.shape.voxel_mm,
-                         shift > 0.0 ? '+' : '-', "xyz"[axis]);
-  };
-  const auto [u, v] = face_axes(problem.seen_face);
-  part(c.shift_u.value, u);
-  part(c.shift_v.value, v);
-  return "The images sit " + towards +
-         " of where the light would put them: check the sample pose, the projector's calibration "
-         "and that irradiance and values are of the same patterns, in the same order.";
-}
-
 }  // namespace
 
 bool Consistency::scale_is_wrong() const {
@@ -105,6 +89,35 @@ bool Consistency::scale_is_wrong() const {
 
 bool Consistency::is_shifted() const {
   return checked && std::hypot(shift_u.value, shift_v.value) > shift_limit;
+}
+
+std::optional<std::size_t> shifted_channel(std::span<const Consistency> channels) {
+  std::optional<std::size_t> least;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const auto length = [&](std::size_t at) {
+      return std::hypot(channels[at].shift_u.value, channels[at].shift_v.value);
+    };
+    if (!channels[c].checked) continue;
+    if (!channels[c].is_shifted()) return std::nullopt;
+    if (!least || length(c) < length(*least)) least = c;
+  }
+  return least;
+}
+
+std::string shift_sentence(const Consistency& c, const GridShape& grid, Face seen_face) {
+  std::string towards;
+  const auto part = [&](double shift, int axis) {
+    if (std::abs(shift) < 0.5 * c.shift_limit) return;
+    towards += formatted("%s%.1f voxels (%.2f mm) towards %c%c", towards.empty() ? "" : " and ",
+                         std::abs(shift), std::abs(shift) * grid.voxel_mm, shift > 0.0 ? '+' : '-',
+                         "xyz"[axis]);
+  };
+  const auto [u, v] = face_axes(seen_face);
+  part(c.shift_u.value, u);
+  part(c.shift_v.value, v);
+  return "The images sit " + towards +
+         " of where the light would put them: check the sample pose, the projector's calibration "
+         "and that irradiance and values are of the same patterns, in the same order.";
 }
 
 namespace {
@@ -176,7 +189,6 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
   } else if (consistency.scale_is_wrong()) {
     warnings.push_back(scale_sentence(consistency));
   }
-  if (consistency.is_shifted()) warnings.push_back(shift_sentence(consistency, problem));
   return warnings;
 }
 

@@ -4,7 +4,9 @@
 // agree on them, is asked of every fit (exposure_fit.h).
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -35,8 +37,15 @@ Consistency check_consistency(const Problem& problem, double kappa, double mu,
                               const ModelError& model_error, const Backend& backend,
                               const std::optional<PhotonOptions>& photons = std::nullopt);
 
-/// A sentence for each finding: what, by how much, what to check.
+/// A sentence for each finding but a shift: what, by how much, what to check.
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);
+
+/// The least shifted of the channels checked, where every one is shifted: images and light lie
+/// apart alike in all of them, while what the block's structure adds grows with absorption.
+std::optional<std::size_t> shifted_channel(std::span<const Consistency> channels);
+
+/// A shift by how much, and what to check.
+std::string shift_sentence(const Consistency& consistency, const GridShape& grid, Face seen_face);
 
 /// What was found, what would have been reported, and what the data cannot determine; empty where
 /// nothing was checked.

@@ -19,6 +19,9 @@
 
 namespace kappamu::inverse {
 
+GridPath make_grid_path(const SurfaceMeasurements& measurements, int channel,
+                        const FitOptions& options);
+
 /// One channel's fit; run() from start or checkpoint to the end.
 class ChannelRun {
  public:

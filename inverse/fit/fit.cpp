@@ -22,16 +22,19 @@ namespace {
 /// In a row, too small to go on: a single short step is often followed by a long one.
 constexpr int few_decreases = 2;
 
-GridLevels make_levels(const SurfaceMeasurements& measurements, int channel,
-                       const FitOptions& options) {
+}  // namespace
+
+GridPath make_grid_path(const SurfaceMeasurements& measurements, int channel,
+                        const FitOptions& options) {
   const DataOptions& data = options.data;
   const bool unweighted = options.regulariser.kind == RegulariserKind::wang2008;
-  return {make_problem(measurements, channel, data.convention, data.model_error),
-          data.coarse_model_error, unweighted ? DataWeights::equal : DataWeights::by_variance,
-          options.path.max_levels};
+  return {{make_problem(measurements, channel, data.convention, data.model_error),
+           data.coarse_model_error, unweighted ? DataWeights::equal : DataWeights::by_variance,
+           options.path.max_levels},
+          options.solver.backend,
+          data.term,
+          options.path.correct_grid ? GridCorrection::next_finer : GridCorrection::none};
 }
-
-}  // namespace
 
 ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
                        const FitOptions& options, const Checkpoint& checkpoint, Progress& progress,
@@ -48,8 +51,7 @@ ChannelRun::ChannelRun(const SurfaceMeasurements& measurements, int channel,
               program_fingerprint(checkpoint.program, options.solver.backend)},
       per_value_(
           exitance_per_value(measurements, make_setup(measurements, options.data.convention))),
-      grid_(make_levels(measurements, channel, options), options.solver.backend, options.data.term,
-            options.path.correct_grid ? GridCorrection::next_finer : GridCorrection::none) {}
+      grid_(make_grid_path(measurements, channel, options)) {}
 
 void ChannelRun::warn(const std::string& sentence) {
   auto& warnings = state_.report.warnings;

@@ -77,7 +77,9 @@ struct ChannelFit {
   /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
-  std::optional<Uncertainty> uncertainty;  ///< of a volume, where asked for
+  Correction correction;  ///< r at the end
+  /// Of a volume whose deviations are asked for (volume_uncertainty.h).
+  std::optional<Prior> prior;
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
   /// (simpler_model.h) asks the validation patterns.
   std::vector<LayeredMedium> simpler;

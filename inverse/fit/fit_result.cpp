@@ -1,10 +1,13 @@
 // What comes of a fit: how it ended, in a sentence, and its volumes.
+#include <algorithm>
 #include <cmath>
 #include <optional>
+#include <vector>
 
 #include "core/shown_text.h"
 #include "forward/diffusion_warnings.h"
 #include "inverse/fit/channel_run.h"
+#include "inverse/optimise/lateral_hessian.h"
 #include "inverse/uncertainty/sensitivity.h"
 
 namespace kappamu::inverse {
@@ -97,19 +100,23 @@ ChannelFit ChannelRun::result() {
   const std::vector<double> prediction = grid_.objective().prediction();
   for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
   grid_.objective().count_pixel_noise();
-  if (options_.uncertainty.sensitivity_probes > 0) {
-    CoefficientPair root = estimate_sensitivity(
-        grid_.objective(), options_.uncertainty.sensitivity_probes, options_.solver.seed);
+  const UncertaintyOptions& uncertainty = options_.uncertainty;
+  // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). [W]'s
+  // regulariser leaves μ without a prior.
+  const bool has_prior = uncertainty.samples > 0 && state_.path.weight > 0.0 &&
+                         options_.regulariser.kind != RegulariserKind::wang2008;
+  const std::vector<CoefficientPair> rows =
+      random_rows(grid_.objective(),
+                  std::max(uncertainty.sensitivity_probes, has_prior ? uncertainty.probes : 0),
+                  options_.solver.seed);
+  if (uncertainty.sensitivity_probes > 0) {
+    CoefficientPair root = estimate_sensitivity(rows);
     fit.sensitivity_kappa =
         Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));
     fit.sensitivity_mu =
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
-  // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). [W]'s
-  // regulariser leaves μ without a prior.
-  if (options_.uncertainty.samples > 0 && state_.path.weight > 0.0 &&
-      options_.regulariser.kind != RegulariserKind::wang2008) {
-    progress_.update(stage_name_, 1.0, "uncertainty of the volumes");
+  if (has_prior) {
     if (spread_over_edge(regulariser(), state_.path.weight, shape, grid_.thickness_mm()) > 1.0) {
       warn(
           "Standard deviations under huber-tv are too small here, by up to half: without edges "
@@ -120,10 +127,10 @@ ChannelFit ChannelRun::result() {
     const Prior prior{
         state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
         roughness(shape, grid_.thickness_mm(), fields, anchor, regulariser()).diffusivity};
-    fit.uncertainty = estimate_uncertainty(grid_.objective(), prior,
-                                           kappa_roughness(shape, prior, fields, anchor),
-                                           options_.uncertainty, options_.solver.seed);
+    fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor), rows, shape,
+                                axis_of(grid_.problem().setup.lit_face));
   }
+  fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;
   fit.report = state_.report;
   fit.report.backend = grid_.objective().backend_name();

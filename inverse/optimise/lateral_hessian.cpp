@@ -31,17 +31,25 @@ LateralBlocks pooled(const LateralBlocks& sums, const std::vector<int>& samples,
 
 }  // namespace
 
-LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
-                                      std::uint64_t seed, double ridge) {
-  const LateralModes modes(objective.problem().setup.shape, depth_axis);
-  LateralBlocks sums(static_cast<std::size_t>(modes.bins()),
-                     Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
-  std::vector<int> samples(sums.size(), 0);
+std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::uint64_t seed) {
+  std::vector<CoefficientPair> rows;
   std::mt19937_64 engine(seed);
   std::vector<double> signs(objective.problem().data.size());
   for (int k = 0; k < probes; ++k) {
     for (double& s : signs) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
-    const Eigen::MatrixXd waves = modes.analyse(objective.jacobian_transpose(signs));
+    rows.push_back(objective.jacobian_transpose(signs));
+  }
+  return rows;
+}
+
+LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
+                             int depth_axis, double ridge) {
+  const LateralModes modes(shape, depth_axis);
+  LateralBlocks sums(static_cast<std::size_t>(modes.bins()),
+                     Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
+  std::vector<int> samples(sums.size(), 0);
+  for (const CoefficientPair& row : rows) {
+    const Eigen::MatrixXd waves = modes.analyse(row);
     for (int bin = 0; bin < modes.bins(); ++bin) {
       const Eigen::MatrixXd part = waves(Eigen::all, modes.members(bin));
       sums[static_cast<std::size_t>(bin)] += part * part.transpose();
@@ -49,6 +57,12 @@ LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int 
     }
   }
   return pooled(sums, samples, modes.rows(), ridge);
+}
+
+LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
+                                      std::uint64_t seed, double ridge) {
+  return lateral_blocks(random_rows(objective, probes, seed), objective.problem().setup.shape,
+                        depth_axis, ridge);
 }
 
 }  // namespace kappamu::inverse

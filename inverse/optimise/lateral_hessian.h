@@ -3,17 +3,25 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "inverse/optimise/basis.h"
 #include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
 
-/// For random signs s on the data, g = JᵀW^½ s has the expectation E[g gᵀ] = JᵀWJ. The lateral
-/// waves of g of one frequency band are as many samples of that band's matrix; bands with fewer
-/// samples than rows borrow from their neighbours. `ridge` times a block's mean diagonal is added
-/// to it: few samples do not tell its smallest eigenvalues from zero. At the fields of the
-/// objective's last value(); costs `probes` adjoint solves.
+/// g = JᵀW^½ s of random signs s on the data: E[g gᵀ] = JᵀWJ. At the fields of the objective's last
+/// value(); one adjoint solve each.
+std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::uint64_t seed);
+
+/// The lateral waves of g of one frequency band are as many samples of that band's matrix; bands
+/// with fewer samples than rows borrow from their neighbours. `ridge` times a block's mean diagonal
+/// is added to it: few samples do not tell its smallest eigenvalues from zero.
+LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
+                             int depth_axis, double ridge);
+
+/// Of random_rows().
 LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
                                       std::uint64_t seed, double ridge = 1e-3);
 

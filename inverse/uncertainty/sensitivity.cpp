@@ -1,22 +1,22 @@
 #include "inverse/uncertainty/sensitivity.h"
 
 #include <cmath>
-#include <random>
+#include <cstddef>
 #include <vector>
+
+#include "core/error.h"
 
 namespace kappamu::inverse {
 
-CoefficientPair estimate_sensitivity(Objective& objective, int probes, std::uint64_t seed) {
-  const std::size_t cells = objective.problem().setup.shape.cells();
+CoefficientPair estimate_sensitivity(std::span<const CoefficientPair> rows) {
+  check(!rows.empty(), "sensitivity: no rows");
+  const std::size_t cells = rows.front().log_kappa.size();
+  const auto count = static_cast<double>(rows.size());
   CoefficientPair root{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
-  std::mt19937_64 engine(seed);
-  std::vector<double> signs(objective.problem().data.size());
-  for (int k = 0; k < probes; ++k) {
-    for (double& s : signs) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
-    const CoefficientPair row = objective.jacobian_transpose(signs);
+  for (const CoefficientPair& row : rows) {
     for (std::size_t i = 0; i < cells; ++i) {
-      root.log_kappa[i] += row.log_kappa[i] * row.log_kappa[i] / probes;
-      root.log_mu[i] += row.log_mu[i] * row.log_mu[i] / probes;
+      root.log_kappa[i] += row.log_kappa[i] * row.log_kappa[i] / count;
+      root.log_mu[i] += row.log_mu[i] * row.log_mu[i] / count;
     }
   }
   for (double& x : root.log_kappa) x = std::sqrt(x);

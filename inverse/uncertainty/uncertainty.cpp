@@ -56,19 +56,21 @@ Basis metric(const Prior& prior, const GridShape& shape, int axis, const Lateral
           blocks};
 }
 
+}  // namespace
+
 /// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
 /// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made
 /// log κ rougher than it expects, the α that expects it takes its place. Never a larger one, and at
 /// least one direction is determined: fewer say nothing of roughness. Of log μ the data often
 /// determine a handful, all of them smooth, which says as little.
-Prior borne_out(Prior prior, double roughness, const GridShape& shape, int axis,
-                const LateralBlocks& blocks) {
-  const double directions = metric(prior, shape, axis, blocks).determined(blocks).kappa;
-  prior.weight = std::min(prior.weight, std::max(1.0, directions) / roughness);
-  return prior;
+Prior empirical_prior(Prior regulariser, double roughness, std::span<const CoefficientPair> rows,
+                      const GridShape& shape, int depth_axis) {
+  const LateralBlocks blocks = lateral_blocks(rows, shape, depth_axis, no_ridge);
+  const Basis basis = metric(regulariser, shape, depth_axis, blocks);
+  const double directions = std::max(1.0, basis.determined(blocks).kappa);
+  regulariser.weight = std::min(regulariser.weight, directions / roughness);
+  return regulariser;
 }
-
-}  // namespace
 
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face) {
   const GridShape& shape = found.log_mu_std.shape();
@@ -160,7 +162,7 @@ double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPa
   return std::inner_product(u.begin(), u.end(), product.begin(), 0.0);
 }
 
-Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optional<double> roughness,
+Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
                                  const UncertaintyOptions& options, std::uint64_t seed) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
@@ -170,10 +172,8 @@ Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optiona
   const auto solves = [&] { return objective.solves().adjoint + objective.solves().tangent; };
   const int before = solves();
   const Stopwatch watch;
-  const LateralBlocks blocks =
-      estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge);
-  if (roughness) prior = borne_out(prior, *roughness, shape, axis, blocks);
-  const Basis basis = metric(prior, shape, axis, blocks);
+  const Basis basis = metric(
+      prior, shape, axis, estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge));
   InverseDiagonal diagonal(
       [&](const CoefficientPair& v) { return hessian_product(objective, prior, v); }, shape, axis,
       basis, options.steps);

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -83,10 +84,13 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior, const 
 double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
                        const Anchor& anchor);
 
-/// At the fields of the objective's last value(); equal seeds give equal bits on one device. With
-/// `roughness` of the fitted log κ, `prior` is the fit's regulariser, and its weight is lowered to
-/// the one that expects that roughness (docs/theory.md, 5); without, it is taken as it is.
-Uncertainty estimate_uncertainty(Objective& objective, Prior prior, std::optional<double> roughness,
+/// The fit's regulariser with its weight lowered to the one that expects the `roughness` found of
+/// log κ (docs/theory.md, 5); `rows` by random_rows() (lateral_hessian.h).
+Prior empirical_prior(Prior regulariser, double roughness, std::span<const CoefficientPair> rows,
+                      const GridShape& shape, int depth_axis);
+
+/// At the fields of the objective's last value(); equal seeds give equal bits on one device.
+Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
                                  const UncertaintyOptions& options, std::uint64_t seed);
 
 /// Medians of the voxels of each layer, from the seen face down.

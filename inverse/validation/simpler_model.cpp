@@ -94,7 +94,7 @@ void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
     if (difference.mean > difference.error) continue;
     fit.prediction = predict(medium, fitted, predicting);
     fit.medium = std::move(medium);
-    fit.uncertainty.reset();
+    fit.prior.reset();
     take(fit.report, layers, difference);
     return;
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -13,10 +12,10 @@
 #include "inverse/fit/fit_memory.h"
 #include "inverse/fit/fit_state.h"
 #include "inverse/fit/model_uncertainty.h"
+#include "inverse/fit/volume_uncertainty.h"
 #include "inverse/validation/notes.h"
 #include "inverse/validation/validated_fit.h"
 #include "io/atomic_file.h"
-#include "io/npy.h"
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
 #include "pipeline/fit_files.h"
@@ -26,6 +25,7 @@
 #include "pipeline/stages/checkpoint_files.h"
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_evidence.h"
+#include "pipeline/stages/prediction_maps.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/uncertainty_output.h"
 #include "pipeline/stages/validation_choice.h"
@@ -38,35 +38,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using inverse::ChannelFit;
 
-void write_maps(const fs::path& file, const SurfaceMeasurements& measurements, std::size_t channels,
-                const std::vector<float>& values) {
-  const FaceShape face = measurements.seen_shape();
-  io::write_npy(file,
-                {channels, static_cast<std::size_t>(measurements.patterns),
-                 static_cast<std::size_t>(face.nv), static_cast<std::size_t>(face.nu)},
-                std::span<const float>(values));
-}
-
-/// √(sκ² + sμ²): how strongly the data hold a voxel, by either coefficient.
-Volume<double> joint_sensitivity(const ChannelFit& fit) {
-  Volume<double> joint(fit.medium.kappa.shape());
-  for (std::size_t i = 0; i < joint.size(); ++i) {
-    joint[i] = std::hypot(fit.sensitivity_kappa[i], fit.sensitivity_mu[i]);
-  }
-  return joint;
-}
-
-/// `all` with the maps of `patterns` replaced by `part`, one channel's [M][v][u] each.
-void put_patterns(std::vector<float>& all, std::size_t cells, const std::vector<int>& patterns,
-                  const std::vector<float>& part) {
-  for (std::size_t k = 0; k < patterns.size(); ++k) {
-    std::copy_n(
-        part.begin() + static_cast<std::ptrdiff_t>(k * cells), cells,
-        all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(patterns[k]) * cells));
-  }
-}
-
-/// One channel after another: the whole of run_fit_stage but finding the folders.
+/// Every channel's fit, then every channel's deviations: the whole of run_fit_stage but finding the
+/// folders.
 class FitStage {
  public:
   /// `validation`: measurements of their own that validate the fit.
@@ -103,7 +76,13 @@ class FitStage {
             CheckpointFiles(output_ / ("checkpoint_all_" + name + ".bin"), most)};
   }
   inverse::Checkpoint checkpoint(CheckpointFiles files) const;
-  void fit(int channel);
+  /// By the volume of the `c`-th channel fitted.
+  const SurfaceMeasurements& seen_by(std::size_t c) const {
+    return rejoined_[c] ? measurements_ : split_.fitted;
+  }
+  ChannelFit fit(int channel);
+  void warn(ChannelFit& fit, const std::string& channel, const std::string& sentence);
+  void state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels);
   void keep_prediction(const ChannelFit& fit, bool of_all);
   void write_json() const;
 
@@ -118,6 +97,7 @@ class FitStage {
   const FitStageOptions& options_;
   Progress& progress_;
   FitSummary summary_;
+  std::vector<bool> rejoined_;  ///< by channel fitted: its volume has seen every pattern
   io::VolumeSet volumes_;
   std::vector<float> prediction_;
   std::vector<float> validation_prediction_;
@@ -131,7 +111,7 @@ inverse::Checkpoint FitStage::checkpoint(CheckpointFiles files) const {
   return checkpoint;
 }
 
-void FitStage::fit(int channel) {
+ChannelFit FitStage::fit(int channel) {
   const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
   const auto [first, second] = checkpoint_files(name);
   std::optional<inverse::Continuation> start;
@@ -146,41 +126,49 @@ void FitStage::fit(int channel) {
     io::write_npy_volume(output_ / validated_folder / ("mu_" + name + ".npy"),
                          fitted.validated->mu);
   }
-  const SurfaceMeasurements& seen = fitted.validated ? measurements_ : split_.fitted;
-  if (options_.fit.uncertainty.samples > 0 && result.report.model.model != inverse::Model::volume) {
-    result.uncertainty = inverse::estimate_model_uncertainty(result, seen, channel, options_.fit);
-  }
-  std::optional<SquareSize> squares;
-  if (calibration_) {
-    squares = check_square_size(result.report.consistency, *calibration_, measurements_);
-  }
+  rejoined_.push_back(fitted.validated.has_value());
+  const SurfaceMeasurements& seen = seen_by(rejoined_.size() - 1);
   for (const auto& warning : {inverse::unseen_warning(result, seen, channel),
-                              inverse::outlier_warning(result, seen, channel),
-                              squares ? warning_of(*squares) : std::nullopt}) {
-    if (!warning) continue;
-    result.report.warnings.push_back(*warning);
-    progress_.warn("fit " + name + ": " + *warning);
+                              inverse::outlier_warning(result, seen, channel)}) {
+    if (warning) warn(result, name, *warning);
   }
   summary_.notes.push_back(inverse::notes_on(result, seen, fitted.score));
-  if (squares && !squares->explains) summary_.notes.back().push_back(in_words(*squares));
   io::write_npy_volume(output_ / ("kappa_" + name + ".npy"), result.medium.kappa);
   io::write_npy_volume(output_ / ("mu_" + name + ".npy"), result.medium.mu);
   if (result.sensitivity_mu.size() > 0) {
-    volumes_.sensitivity.push_back(joint_sensitivity(result));
-    io::write_npy_volume(output_ / ("sensitivity_" + name + ".npy"), volumes_.sensitivity.back());
+    write_sensitivity(output_, name, result, volumes_);
   }
-  if (result.uncertainty) {
-    write_uncertainty(output_, name, *result.uncertainty, result.medium, volumes_);
-  }
-  summary_.uncertainty.push_back(
-      result.uncertainty ? std::optional(std::move(result.uncertainty->report)) : std::nullopt);
   if (fitted.score) summary_.validation.push_back(std::move(*fitted.score));
   keep_prediction(result, fitted.validated.has_value());
   volumes_.channels.push_back(name);
-  volumes_.media.push_back(std::move(result.medium));
   summary_.channels.push_back(name);
   summary_.device = result.report.backend;
-  summary_.reports.push_back(std::move(result.report));
+  return std::move(result);
+}
+
+void FitStage::warn(ChannelFit& fit, const std::string& channel, const std::string& sentence) {
+  fit.report.warnings.push_back(sentence);
+  progress_.warn("fit " + channel + ": " + sentence);
+}
+
+/// Of every channel fitted: volumes share a prior, so that no channel's can be known before the
+/// last fit has ended.
+void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels) {
+  const std::optional<double> prior_weight = inverse::shared_prior_weight(fits);
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    const ChannelFit& fit = fits[c];
+    const std::string& name = summary_.channels[c];
+    summary_.uncertainty.emplace_back();
+    const bool of_volume = fit.report.model.model == inverse::Model::volume;
+    if (options_.fit.uncertainty.samples == 0 || (of_volume && !fit.prior)) continue;
+    progress_.update("fit " + name, 1.0, "standard deviations");
+    inverse::Uncertainty found =
+        of_volume ? inverse::estimate_volume_uncertainty(fit, *prior_weight, seen_by(c),
+                                                         channels[c], options_.fit)
+                  : inverse::estimate_model_uncertainty(fit, seen_by(c), channels[c], options_.fit);
+    write_uncertainty(output_, name, found, fit.medium, volumes_);
+    summary_.uncertainty.back() = std::move(found.report);
+  }
 }
 
 /// prediction.npy has every pattern of the input, validation patterns as the volumes predict them
@@ -251,7 +239,21 @@ FitSummary FitStage::run() {
   summary_.memory_needed = memory.total();
   progress_.update("fit", 0.0, inverse::in_words(memory));
   if (const auto warning = inverse::warning_of(memory, main_memory())) progress_.warn(*warning);
-  for (const int channel : channels_of(measurements_, options_.channels)) fit(channel);
+  const std::vector<int> channels = channels_of(measurements_, options_.channels);
+  std::vector<ChannelFit> fits;
+  for (const int channel : channels) fits.push_back(fit(channel));
+  std::vector<inverse::Consistency> consistency;
+  for (const ChannelFit& fit : fits) consistency.push_back(fit.report.consistency);
+  const std::vector<ShiftFindings> shifts = check_shift(consistency, calibration_, measurements_);
+  for (std::size_t c = 0; c < fits.size(); ++c) {
+    for (const std::string& w : shifts[c].warnings) warn(fits[c], summary_.channels[c], w);
+    for (const std::string& note : shifts[c].notes) summary_.notes[c].push_back(note);
+  }
+  state_deviations(fits, channels);
+  for (ChannelFit& fit : fits) {
+    volumes_.media.push_back(std::move(fit.medium));
+    summary_.reports.push_back(std::move(fit.report));
+  }
   write_maps(output_ / "prediction.npy", measurements_, summary_.channels.size(), prediction_);
   if (choice_.source == ValidationChoice::Source::validation) {
     write_maps(output_ / "prediction_validate.npy", *split_.validation, summary_.channels.size(),

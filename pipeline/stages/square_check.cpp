@@ -15,6 +15,24 @@ std::string percent(double share) {
   return shown_number(100.0 * share, "%.1f");
 }
 
+std::string warning_of(const SquareSize& size) {
+  const double factor = std::exp(size.log_factor.value);
+  return "Such a shift comes about where the printed squares are about " +
+         percent(std::abs(factor - 1.0)) + " % (standard deviation " +
+         percent(size.log_factor.error) + " %) " + (factor > 1.0 ? "larger" : "smaller") +
+         " than calibration.board.square_mm in session.json says, or the block as much " +
+         (factor > 1.0 ? "smaller" : "larger") +
+         " than sample.grid and sample.voxel_mm say: measure the board over many squares, and the "
+         "block, correct session.json and calibrate again.";
+}
+
+std::string in_words(const SquareSize& size) {
+  return "Light and images put the printed squares at " + percent(std::exp(size.log_factor.value)) +
+         " % of calibration.board.square_mm; an error is "
+         "reported beyond " +
+         percent(size.limit) + " %.";
+}
+
 }  // namespace
 
 // The stated pixel of a point X lies along P = R X + t0 from the projector, R and t0 being
@@ -58,23 +76,26 @@ std::optional<SquareSize> check_square_size(const inverse::Consistency& consiste
   return size;
 }
 
-std::optional<std::string> warning_of(const SquareSize& size) {
-  if (!size.explains) return std::nullopt;
-  const double factor = std::exp(size.log_factor.value);
-  return "Such a shift comes about where the printed squares are about " +
-         percent(std::abs(factor - 1.0)) + " % (standard deviation " +
-         percent(size.log_factor.error) + " %) " + (factor > 1.0 ? "larger" : "smaller") +
-         " than calibration.board.square_mm in session.json says, or the block as much " +
-         (factor > 1.0 ? "smaller" : "larger") +
-         " than sample.grid and sample.voxel_mm say: measure the board over many squares, and the "
-         "block, correct session.json and calibrate again.";
-}
-
-std::string in_words(const SquareSize& size) {
-  return "Light and images put the printed squares at " + percent(std::exp(size.log_factor.value)) +
-         " % of calibration.board.square_mm; an error is "
-         "reported beyond " +
-         percent(size.limit) + " %.";
+std::vector<ShiftFindings> check_shift(std::span<const inverse::Consistency> channels,
+                                       const std::optional<calib::CalibrationResult>& calibration,
+                                       const SurfaceMeasurements& measurements) {
+  std::vector<ShiftFindings> findings(channels.size());
+  const std::optional<std::size_t> shifted = inverse::shifted_channel(channels);
+  if (shifted) {
+    findings[*shifted].warnings.push_back(
+        inverse::shift_sentence(channels[*shifted], measurements.grid, measurements.seen_face));
+  }
+  for (std::size_t c = 0; c < channels.size() && calibration; ++c) {
+    const std::optional<SquareSize> size =
+        check_square_size(channels[c], *calibration, measurements);
+    if (!size) continue;
+    if (c == shifted && size->explains) {
+      findings[c].warnings.push_back(warning_of(*size));
+    } else {
+      findings[c].notes.push_back(in_words(*size));
+    }
+  }
+  return findings;
 }
 
 }  // namespace kappamu::pipeline

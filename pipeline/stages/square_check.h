@@ -6,7 +6,9 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "calib/calibrate.h"
 #include "core/surface_measurements.h"
@@ -31,10 +33,17 @@ std::optional<SquareSize> check_square_size(const inverse::Consistency& consiste
                                             const calib::CalibrationResult& calibration,
                                             const SurfaceMeasurements& measurements);
 
-/// A warning where another size of the squares explains a shift.
-std::optional<std::string> warning_of(const SquareSize& size);
+/// What one channel's shift gives the reader.
+struct ShiftFindings {
+  std::vector<std::string> warnings;
+  std::vector<std::string> notes;
+};
 
-/// What the shift tells of the size otherwise.
-std::string in_words(const SquareSize& size);
+/// By channel: a warning of a shift that all of them share, in the least shifted one, and another
+/// where another size of the squares explains it; otherwise what the shift tells of the size. The
+/// squares are left out without a calibration.
+std::vector<ShiftFindings> check_shift(std::span<const inverse::Consistency> channels,
+                                       const std::optional<calib::CalibrationResult>& calibration,
+                                       const SurfaceMeasurements& measurements);
 
 }  // namespace kappamu::pipeline

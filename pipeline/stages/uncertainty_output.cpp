@@ -1,5 +1,6 @@
 #include "pipeline/stages/uncertainty_output.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -21,6 +22,16 @@ Volume<double> as_double(const Volume<float>& volume) {
 }
 
 }  // namespace
+
+void write_sensitivity(const std::filesystem::path& folder, const std::string& channel,
+                       const inverse::ChannelFit& fit, io::VolumeSet& volumes) {
+  Volume<double> joint(fit.medium.kappa.shape());
+  for (std::size_t i = 0; i < joint.size(); ++i) {
+    joint[i] = std::hypot(fit.sensitivity_kappa[i], fit.sensitivity_mu[i]);
+  }
+  io::write_npy_volume(folder / ("sensitivity_" + channel + ".npy"), joint);
+  volumes.sensitivity.push_back(std::move(joint));
+}
 
 void write_uncertainty(const std::filesystem::path& folder, const std::string& channel,
                        const inverse::Uncertainty& uncertainty, const Medium& medium,

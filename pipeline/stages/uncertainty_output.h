@@ -5,10 +5,16 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
+#include "inverse/fit/fit.h"
 #include "inverse/uncertainty/uncertainty.h"
 #include "io/volume/volume_set.h"
 
 namespace kappamu::pipeline {
+
+/// Writes sensitivity_<channel>.npy, √(sκ² + sμ²): how strongly the data hold a voxel, by either
+/// coefficient, and adds it to `volumes`.
+void write_sensitivity(const std::filesystem::path& folder, const std::string& channel,
+                       const inverse::ChannelFit& fit, io::VolumeSet& volumes);
 
 /// Writes std_kappa_<channel>.npy [mm], std_mu_<channel>.npy [1/mm],
 /// resolution_kappa_<channel>.npy, resolution_mu_<channel>.npy and correlation_<channel>.npy,

@@ -106,7 +106,11 @@ def samples(record):
         ["sample", "voxels", "paper [h]", "ours, to volumes [s]", "their deviations [s]", "solves", "E of R, G, B", "χ²"],
         [[r["sample"], " × ".join(str(n) for n in r["grid"]), hours[r["sample"]], f"{r['seconds']:.0f}",
           f"{r['deviation_seconds']:.0f}", r["batched_solves"], ", ".join(f"{e:.1e}" for e in r["validation_E"]),
-          ", ".join(f"{c:.2f}" for c in r["data_misfit_chi2"])] for r in record["rows"]])}
+          ", ".join(f"{c:.2f}" for c in r["data_misfit_chi2"])] for r in record["rows"]]),
+        "-coverage": table(
+            ["sample", "κ within two deviations (worst layer), R, G, B", "μ"],
+            [[r["sample"], *(", ".join(f"{100 * c['all']:.0f} ({100 * c['worst_layer']:.0f})" for c in r[what]) + " %"
+                             for what in ("kappa_coverage", "mu_coverage"))] for r in record["rows"]])}
 
 
 def ablations(record):

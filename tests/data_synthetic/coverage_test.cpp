@@ -11,6 +11,7 @@
 #include "core/progress.h"
 #include "data_synthetic/scene/materials.h"
 #include "inverse/fit/fit.h"
+#include "inverse/fit/volume_uncertainty.h"
 
 namespace kappamu::synthetic {
 namespace {
@@ -33,8 +34,11 @@ Found coverage_of_tiny(std::uint64_t seed) {
   options.uncertainty.samples = 2;
   options.solver.backend.device = "reference";
   Progress silent;
-  const inverse::ChannelFit fit = inverse::fit_channel(bench::measure(block, logs, 3, seed), 0,
-                                                       options, inverse::Checkpoint{}, silent);
+  const SurfaceMeasurements measured = bench::measure(block, logs, 3, seed);
+  const inverse::ChannelFit fit =
+      inverse::fit_channel(measured, 0, options, inverse::Checkpoint{}, silent);
+  const inverse::Uncertainty stated =
+      inverse::estimate_volume_uncertainty(fit, fit.prior->weight, measured, 0, options);
   Found found;
   const auto share = 1.0 / static_cast<double>(sample.grid.cells());
   for (int z = 0; z < sample.grid.nz; ++z) {
@@ -51,12 +55,12 @@ Found coverage_of_tiny(std::uint64_t seed) {
         const std::size_t i = sample.grid.index(x, y, z);
         const double of_kappa = std::abs(std::log(fit.medium.kappa[i] / kappa));
         const double of_mu = std::abs(std::log(fit.medium.mu[i] / mu));
-        if (of_kappa <= 2.0 * fit.uncertainty->log_kappa_std[i]) found.kappa_within += share;
-        if (of_mu <= 2.0 * fit.uncertainty->log_mu_std[i]) found.mu_within += share;
+        if (of_kappa <= 2.0 * stated.log_kappa_std[i]) found.kappa_within += share;
+        if (of_mu <= 2.0 * stated.log_mu_std[i]) found.mu_within += share;
       }
     }
   }
-  const inverse::UncertaintyReport& report = fit.uncertainty->report;
+  const inverse::UncertaintyReport& report = stated.report;
   std::printf(
       "seed %d: weight %.3g, as a prior %.3g; within two deviations %.0f %% of kappa, %.0f %% of "
       "mu; middle layer's %.2f, %.2f\n",

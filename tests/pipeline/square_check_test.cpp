@@ -8,6 +8,7 @@
 
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "calib/projector/projector.h"
 #include "io/read_file.h"
@@ -20,7 +21,9 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::Contains;
+using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 constexpr double voxel_mm = 0.5;
 
@@ -85,15 +88,29 @@ TEST(SquareCheck, AShiftAlongTheLineTellsTheSize) {
     constexpr double limit = 0.6;  // voxels
     return *check_square_size(Rig::shifted(shift, limit), rig.calibration, rig.measurements());
   };
+  const auto findings = [&rig](const std::vector<Eigen::Vector3d>& channels) {
+    std::vector<inverse::Consistency> consistency;
+    for (const Eigen::Vector3d& shift : channels) consistency.push_back(Rig::shifted(shift, 0.6));
+    return check_shift(consistency, rig.calibration, rig.measurements());
+  };
   const SquareSize larger = checked(0.03 * moved);
   EXPECT_NEAR(larger.log_factor.value, 0.03, 1e-9);
   EXPECT_TRUE(larger.explains);
-  EXPECT_THAT(*warning_of(larger), HasSubstr("about 3.0 % (standard deviation 0.3 %) larger than "
-                                             "calibration.board.square_mm"));
-  EXPECT_THAT(*warning_of(checked(-0.03 * moved)), HasSubstr("smaller than calibration.board"));
-  // Too small to tell, and one across the line, which squares do not make.
-  EXPECT_FALSE(warning_of(checked(0.005 * moved)));
-  EXPECT_FALSE(warning_of(checked(0.03 * Eigen::Vector3d(-moved.y(), moved.x(), 0.0))));
+  // The least shifted of two channels warns.
+  const std::vector<ShiftFindings> both = findings({-0.04 * moved, -0.03 * moved});
+  EXPECT_THAT(both[0].warnings, IsEmpty());
+  EXPECT_THAT(both[1].warnings,
+              ElementsAre(HasSubstr("check the sample pose"),
+                          HasSubstr("about 3.0 % (standard deviation 0.3 %) smaller than "
+                                    "calibration.board.square_mm")));
+  EXPECT_THAT(findings({0.03 * moved})[0].warnings.back(), HasSubstr("larger than calibration"));
+  // One across the line, which squares do not make; too small to tell, in one channel at least.
+  const Eigen::Vector3d across(-moved.y(), moved.x(), 0.0);
+  EXPECT_THAT(findings({0.03 * across})[0].warnings, ElementsAre(HasSubstr("sample pose")));
+  for (const ShiftFindings& found : findings({0.03 * moved, 0.005 * moved})) {
+    EXPECT_THAT(found.warnings, IsEmpty());
+    EXPECT_THAT(found.notes, ElementsAre(HasSubstr("an error is reported beyond")));
+  }
   EXPECT_FALSE(check_square_size({}, rig.calibration, rig.measurements()));
 }
 

@@ -174,6 +174,9 @@ TEST_F(InverseBench, PaperSamplesKeepTheRowsOfOthersAndAreSummedUp) {
     EXPECT_EQ(summary.at("sample"), sample);
     EXPECT_EQ(summary.at("samples").size(), 1U);
     EXPECT_EQ(summary.at("validation_E").size(), 3U);
+    for (const char* coverage : {"kappa_coverage", "mu_coverage"}) {
+      EXPECT_EQ(record.at("rows").back().at(coverage).size(), 3U) << coverage;
+    }
   }
   const std::string table = expect_charts({}, {"inverse-samples"});
   for (const char* row : {"| stone | 16 × 16 × 41 | 3 |", "| wax2 | 17 × 12 × 48 | 4 |"}) {

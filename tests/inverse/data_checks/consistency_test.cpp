@@ -44,6 +44,10 @@ Checked check(const bench::Figure3& truth, const bench::Mistake& mistake, double
   Checked checked;
   checked.consistency = check_consistency(problem, start.kappa, start.mu, model_error, {});
   checked.warnings = warnings_of(checked.consistency, problem);
+  if (shifted_channel({&checked.consistency, 1})) {
+    checked.warnings.push_back(
+        shift_sentence(checked.consistency, problem.setup.shape, problem.seen_face));
+  }
   return checked;
 }
 
@@ -91,6 +95,22 @@ TEST(Consistency, ShiftIsToldInVoxelsAndDirection) {
       EXPECT_THAT(checked.warnings.front(), HasSubstr("check the sample pose"));
     }
   }
+}
+
+// A structured block's blue channel may look shifted where its red one does not.
+TEST(Consistency, AShiftIsOneOfAllChannels) {
+  const auto channel = [](double u) {
+    Consistency c;
+    c.checked = true;
+    c.shift_u.value = u;
+    c.shift_limit = 0.5;
+    return c;
+  };
+  const Consistency unchecked;
+  EXPECT_EQ(shifted_channel(std::vector{channel(-0.8), channel(-0.6), channel(-0.7)}), 1U);
+  EXPECT_EQ(shifted_channel(std::vector{channel(0.8), unchecked}), 0U);
+  EXPECT_EQ(shifted_channel(std::vector{channel(0.8), channel(0.3), channel(0.9)}), std::nullopt);
+  EXPECT_EQ(shifted_channel(std::vector{unchecked}), std::nullopt);
 }
 
 TEST(Consistency, FewPatternsAreSaidToTellNothing) {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/process_memory.h"
+#include "inverse/fit/volume_uncertainty.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -53,7 +54,8 @@ TEST(FitMemory, ThePredictionHoldsThePeak) {
   options.path.weight_factor = 0.01;
   options.uncertainty.samples = 1;
   const double needed = memory_needed(measurements, options).total();
-  cases::fit(measurements, options);
+  const ChannelFit fit = cases::fit(measurements, options);
+  estimate_volume_uncertainty(fit, fit.prior->weight, measurements, 0, options);
   const double used = peak_memory() - before;
   RecordProperty("predicted_over_used", std::to_string(needed / used));
   EXPECT_GT(needed, 0.9 * used);

@@ -174,8 +174,8 @@ TEST_F(TinyPosterior, IsRepeatableBoundedByThePriorAndCostsWhatItSays) {
   options.samples = 2;
   options.steps = 3;
   options.probes = 2;
-  const Uncertainty first = estimate_uncertainty(*objective_, prior, {}, options, 5);
-  const Uncertainty again = estimate_uncertainty(*objective_, prior, {}, options, 5);
+  const Uncertainty first = estimate_uncertainty(*objective_, prior, options, 5);
+  const Uncertainty again = estimate_uncertainty(*objective_, prior, options, 5);
   EXPECT_EQ(first.log_kappa_std.values(), again.log_kappa_std.values());
   EXPECT_EQ(first.log_mu_std.values(), again.log_mu_std.values());
   EXPECT_EQ(first.correlation.values(), again.correlation.values());
@@ -203,7 +203,7 @@ TEST_F(TinyPosterior, SamplesGiveTheDenseDeviationsUnderALoosePrior) {
   options.samples = 192;
   options.steps = static_cast<int>(n);
   options.pooling = 0.0;
-  const Uncertainty found = estimate_uncertainty(*objective_, looser, {}, options, 5);
+  const Uncertainty found = estimate_uncertainty(*objective_, looser, options, 5);
   constexpr double chance = 0.3;  // of 192 samples in the worst voxel
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     const auto at = static_cast<Index>(i);
@@ -213,11 +213,9 @@ TEST_F(TinyPosterior, SamplesGiveTheDenseDeviationsUnderALoosePrior) {
 }
 
 TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
-  UncertaintyOptions options;
-  options.samples = 1;
-  options.steps = 1;
+  const std::vector<CoefficientPair> rows = random_rows(*objective_, 8, 5);
   const auto weight = [&](double roughness) {
-    return estimate_uncertainty(*objective_, prior, roughness, options, 5).report.prior->weight;
+    return empirical_prior(prior, roughness, rows, shape, axis).weight;
   };
   EXPECT_EQ(weight(0.0), prior.weight);
   EXPECT_LT(weight(100.0), prior.weight);
