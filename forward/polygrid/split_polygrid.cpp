@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/polygrid/cell_geometry.h"
@@ -44,21 +45,33 @@ void sort_by_place(std::vector<Vector3i>& cell, std::vector<Corners>& cell_corne
   cell_corners = std::move(corners);
 }
 
-/// Numbers corners as the cells meet them.
-void number_by_cells(std::vector<Corners>& cell_corners, std::vector<Vector3d>& corner) {
-  std::vector<int> number(corner.size(), -1);
-  std::vector<Vector3d> met;
-  for (Corners& corners : cell_corners) {
-    for (int& c : corners) {
-      int& mine = number[static_cast<std::size_t>(c)];
-      if (mine < 0) {
-        mine = static_cast<int>(met.size());
-        met.push_back(corner[static_cast<std::size_t>(c)]);
-      }
-      c = mine;
+/// Numbers corners by their place in the first cell that has them, as sort_by_place() does cells, so
+/// that those of a line follow each other and its neighbours lie alike for all.
+void number_by_place(const std::vector<Vector3i>& cell, std::vector<Corners>& cell_corners,
+                     std::vector<Vector3d>& corner) {
+  using Lexical = std::tuple<int, int, int>;
+  std::vector<char> met(corner.size(), 0);
+  std::vector<std::pair<Lexical, int>> order;
+  for (std::size_t k = 0; k < cell.size(); ++k) {
+    for (int bits = 0; bits < 8; ++bits) {
+      const int c = cell_corners[k][static_cast<std::size_t>(bits)];
+      if (std::exchange(met[static_cast<std::size_t>(c)], 1) != 0) continue;
+      const Vector3i at = cell[k] + Vector3i(bits & 1, bits >> 1 & 1, bits >> 2 & 1);
+      order.emplace_back(Lexical(at[2], at[1], at[0]), c);
     }
   }
-  corner = std::move(met);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<int> number(corner.size());
+  std::vector<Vector3d> sorted;
+  for (const auto& [place, c] : order) {
+    number[static_cast<std::size_t>(c)] = static_cast<int>(sorted.size());
+    sorted.push_back(corner[static_cast<std::size_t>(c)]);
+  }
+  for (Corners& corners : cell_corners) {
+    for (int& c : corners) c = number[static_cast<std::size_t>(c)];
+  }
+  corner = std::move(sorted);
 }
 
 /// The points of a cell's 3 × 3 × 3 corners of its children, each by the corners of the cell that
@@ -150,7 +163,7 @@ void place_nodes(Polygrid& grid) {
 Polygrid linked(std::vector<Vector3i> cell, std::vector<Corners> cell_corners,
                 std::vector<Vector3d> corner) {
   sort_by_place(cell, cell_corners);
-  number_by_cells(cell_corners, corner);
+  number_by_place(cell, cell_corners, corner);
   Polygrid grid;
   grid.cell = std::move(cell);
   grid.cell_corners = std::move(cell_corners);

@@ -17,7 +17,9 @@ std::size_t place_in_row(const Pattern& pattern, std::size_t row, int column) {
   return static_cast<std::size_t>(std::lower_bound(begin, end, column) - begin);
 }
 
-void append_row(Pattern& pattern, std::vector<int>& columns) {
+/// Of `columns` those from `first` on.
+void append_row(Pattern& pattern, std::vector<int>& columns, int first) {
+  std::erase_if(columns, [&](int column) { return column < first; });
   std::sort(columns.begin(), columns.end());
   columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
   pattern.column.insert(pattern.column.end(), columns.begin(), columns.end());
@@ -26,7 +28,7 @@ void append_row(Pattern& pattern, std::vector<int>& columns) {
 
 }  // namespace
 
-Equations::Equations(const Polygrid& grid, double A) {
+Equations::Equations(const Polygrid& grid, double A) : A_(A) {
   const std::size_t cells = grid.cell.size(), corners = grid.corner.size();
   integrals_.resize(cells);
   for_row_ranges(cells, [&](std::size_t begin, std::size_t end) {
@@ -63,8 +65,8 @@ Equations::Equations(const Polygrid& grid, double A) {
         linked.push_back(others[static_cast<std::size_t>((slot & 7) ^ 1 << a)]);
       }
     }
-    append_row(matrix_, row);
-    append_row(links_, linked);
+    append_row(matrix_, row, static_cast<int>(i));
+    append_row(links_, linked, static_cast<int>(i) + 1);
   }
   in_row_.resize(slot_.size());
   in_links_.resize(slot_.size());
@@ -72,12 +74,14 @@ Equations::Equations(const Polygrid& grid, double A) {
     for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
       const auto at = static_cast<std::size_t>(s);
       const auto& others = grid.cell_corners[static_cast<std::size_t>(slot_[at] / 8)];
-      for (std::size_t c = 0; c < 8; ++c) {
-        in_row_[at][c] = static_cast<std::uint8_t>(place_in_row(matrix_, i, others[c]));
-      }
+      const auto place = [&](const Pattern& pattern, int other) {
+        return other < static_cast<int>(i)
+                   ? elsewhere
+                   : static_cast<std::uint8_t>(place_in_row(pattern, i, other));
+      };
+      for (std::size_t c = 0; c < 8; ++c) in_row_[at][c] = place(matrix_, others[c]);
       for (std::size_t a = 0; a < 3; ++a) {
-        const auto other = static_cast<std::size_t>((slot_[at] & 7) ^ 1 << a);
-        in_links_[at][a] = static_cast<std::uint8_t>(place_in_row(links_, i, others[other]));
+        in_links_[at][a] = place(links_, others[static_cast<std::size_t>((slot_[at] & 7) ^ 1 << a)]);
       }
     }
   }
@@ -95,10 +99,11 @@ Equations::Equations(const Polygrid& grid, double A) {
     const SideMass mass = side_mass(at);
     for (std::size_t i = 0; i < 4; ++i) {
       for (std::size_t j = 0; j < 4; ++j) {
+        boundary_share_[corner[i]] += mass[i][j];
+        if (corner[j] < corner[i]) continue;
         const std::size_t place = place_in_row(matrix_, corner[i], static_cast<int>(corner[j]));
         boundary_[static_cast<std::size_t>(matrix_.start[corner[i]]) + place] +=
             mass[i][j] / (2.0 * A);
-        boundary_share_[corner[i]] += mass[i][j];
       }
     }
   }
@@ -108,11 +113,8 @@ void Equations::make_row(std::size_t i, std::span<const Coefficients> of_cell,
                          MediumValues& values) const {
   double* row = values.value.data() + matrix_.start[i];
   double* linked = values.link.data() + links_.start[i];
-  double boundary = 0.0, absorption = 0.0;
-  for (int k = matrix_.start[i]; k < matrix_.start[i + 1]; ++k) {
-    row[k - matrix_.start[i]] = boundary_[static_cast<std::size_t>(k)];
-    boundary += boundary_[static_cast<std::size_t>(k)];
-  }
+  double absorption = 0.0;
+  std::copy(boundary_.begin() + matrix_.start[i], boundary_.begin() + matrix_.start[i + 1], row);
   std::fill(linked, linked + links_.start[i + 1] - links_.start[i], 0.0);
   for (int s = slot_start_[i]; s < slot_start_[i + 1]; ++s) {
     const auto at = static_cast<std::size_t>(s);
@@ -123,12 +125,15 @@ void Equations::make_row(std::size_t i, std::span<const Coefficients> of_cell,
     for (std::size_t c = 0; c < 8; ++c) {
       const std::size_t entry = embedded::Element::place(mine, c);
       const double absorbed = mu * integrals.mass.entry[entry];
-      row[in_row_[at][c]] += kappa * integrals.stiffness.entry[entry] + absorbed;
       absorption += absorbed;
+      if (in_row_[at][c] == elsewhere) continue;
+      row[in_row_[at][c]] += kappa * integrals.stiffness.entry[entry] + absorbed;
     }
-    for (std::size_t a = 0; a < 3; ++a) linked[in_links_[at][a]] += kappa * integrals.edge[a];
+    for (std::size_t a = 0; a < 3; ++a) {
+      if (in_links_[at][a] != elsewhere) linked[in_links_[at][a]] += kappa * integrals.edge[a];
+    }
   }
-  values.leak[i] = boundary + absorption;
+  values.leak[i] = boundary_share_[i] / (2.0 * A_) + absorption;
   values.absorption[i] = absorption;
 }
 

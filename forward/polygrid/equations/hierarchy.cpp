@@ -72,7 +72,7 @@ GraphLevel coarser_level(GraphLevel& fine, std::size_t count, const Nodes& nodes
   for (std::size_t i = 0; i < fine.parent.size(); ++i) {
     for (int k = fine.links.start[i]; k < fine.links.start[i + 1]; ++k) {
       const int j = fine.links.column[static_cast<std::size_t>(k)];
-      const int a = fine.parent[i], b = fine.parent[static_cast<std::size_t>(j)];
+      const auto [a, b] = std::minmax(fine.parent[i], fine.parent[static_cast<std::size_t>(j)]);
       if (a != b) neighbours[static_cast<std::size_t>(a)].push_back(b);
     }
   }
@@ -86,11 +86,11 @@ GraphLevel coarser_level(GraphLevel& fine, std::size_t count, const Nodes& nodes
   fine.coarse.assign(fine.links.column.size(), -1);
   fine.share.assign(fine.links.column.size(), 0.0);
   for (std::size_t i = 0; i < fine.parent.size(); ++i) {
-    const auto a = static_cast<std::size_t>(fine.parent[i]);
     for (int k = fine.links.start[i]; k < fine.links.start[i + 1]; ++k) {
       const auto at = static_cast<std::size_t>(k);
       const auto j = static_cast<std::size_t>(fine.links.column[at]);
-      const auto b = static_cast<std::size_t>(fine.parent[j]);
+      const auto a = static_cast<std::size_t>(std::min(fine.parent[i], fine.parent[j]));
+      const auto b = static_cast<std::size_t>(std::max(fine.parent[i], fine.parent[j]));
       if (a == b) continue;
       const auto begin = coarse.links.column.begin() + coarse.links.start[a];
       const auto end = coarse.links.column.begin() + coarse.links.start[a + 1];
@@ -135,7 +135,9 @@ std::vector<GraphValues> Hierarchy::values(const MediumValues& medium) const {
     mine.diagonal = leak;
     for (std::size_t i = 0; i < leak.size(); ++i) {
       for (int k = level.links.start[i]; k < level.links.start[i + 1]; ++k) {
-        mine.diagonal[i] += mine.link[static_cast<std::size_t>(k)];
+        const auto at = static_cast<std::size_t>(k);
+        mine.diagonal[i] += mine.link[at];
+        mine.diagonal[static_cast<std::size_t>(level.links.column[at])] += mine.link[at];
       }
     }
     if (l + 1 == level_.size()) break;

@@ -14,7 +14,7 @@
 namespace kappamu::forward::polygrid {
 
 struct GraphLevel {
-  Pattern links;              ///< neighbours of every node
+  Pattern links;              ///< of every node to those after it
   std::vector<int> parent;    ///< [node] of the coarser level; empty on the coarsest
   std::vector<int> coarse;    ///< [link] of the coarser level's links, −1 within an aggregate
   std::vector<double> share;  ///< [link] its part of the coarser conductance

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+
+#include "forward/embedded/equations/row_ranges.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -16,9 +19,7 @@ using embedded::Lanes;
 /// too.
 constexpr double of_change = 0.05;
 
-std::vector<Stretch> whole(const std::vector<double>& values) {
-  return {{0, values.size()}};
-}
+constexpr std::size_t most_fresh = 1 << 16;  ///< rows written at once
 
 }  // namespace
 
@@ -33,10 +34,10 @@ BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const L
       program_(context.program(polygrid_cl, numbers_.build_options(lanes))) {
   const std::size_t media = lanes.media() * numbers.real_bytes();
   const std::size_t field = lanes.width * numbers.real_bytes();
-  value_ = context.allocate(matrix.entries * media);
+  value_ = context.allocate(matrix.places() * media);
   for (const DeviceLevel& level : levels) {
     const auto rows = static_cast<std::size_t>(level.links.rows);
-    links_.push_back(context.allocate(std::max<std::size_t>(level.links.entries, 1) * media));
+    links_.push_back(context.allocate(std::max<std::size_t>(level.links.places(), 1) * media));
     inverse_diagonal_.push_back(context.allocate(rows * media));
     level_r_.push_back(context.allocate(rows * field));
     level_y_.push_back(context.allocate(rows * field));
@@ -47,38 +48,73 @@ BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const L
   runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
   partial_ = context.allocate(most_sums * runs_ * lanes.width * numbers.sum_bytes());
   scalars_ = context.allocate(FormerAnswers::most * lanes.width * numbers.sum_bytes());
+  std::size_t fresh = 0;
+  const auto count = [&](const DevicePattern& of) {
+    fresh = std::max(fresh, std::min(of.pattern.rows(), most_fresh) * of.slots);
+  };
+  count(matrix);
+  for (const DeviceLevel& level : levels) count(level.links);
+  fresh_ = context.allocate(fresh * media);
+  fresh_row_ = context.allocate(std::min(rows(), most_fresh) * sizeof(int));
   if (lights == Lights::moving) former_.emplace(context, rows() * field);
 }
 
-void BatchSolve::set_media(const std::vector<MediumValues>& media,
-                           const std::vector<ChannelLevels>& levels, const Changed& changed) {
-  if (former_) former_->forget();
-  const auto write = [&](const Buffer& buffer, const auto& numbers,
-                         const std::vector<Stretch>& stretches) {
-    std::vector<const std::vector<double>*> of_lane;
-    for (const std::size_t c : lanes_.channels) of_lane.push_back(&numbers(c));
-    for (const Stretch& stretch : stretches) {
-      write_lanes(context_, buffer, numbers_, of_lane, lanes_.media(), stretch);
+template <class Number>
+void BatchSolve::write_rows(const Buffer& buffer, std::size_t slots, std::span<const int> rows,
+                            const Number& number) {
+  const std::size_t media = lanes_.media();
+  const auto write_as = [&]<class T>(T, std::span<const int> part, int all) {
+    std::vector<T> fresh(part.size() * slots * media, T(0));
+    embedded::for_row_ranges(part.size(), [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        for (std::size_t slot = 0; slot < slots; ++slot) {
+          for (std::size_t lane = 0; lane < lanes_.channels.size(); ++lane) {
+            fresh[(k * slots + slot) * media + lane] =
+                static_cast<T>(number(lanes_.channels[lane], part[k], slot));
+          }
+        }
+      }
+    });
+    context_.write(fresh_, fresh.data(), fresh.size() * sizeof(T));
+    context_.write(fresh_row_, part.data(), part.size_bytes());
+    over(part.size(), "take_rows", all, static_cast<int>(slots), fresh_row_, fresh_, buffer);
+  };
+  const auto all = static_cast<int>(buffer.bytes() / (slots * media * numbers_.real_bytes()));
+  for (std::size_t begin = 0; begin < rows.size(); begin += most_fresh) {
+    const auto part = rows.subspan(begin, std::min(most_fresh, rows.size() - begin));
+    if (numbers_.precision == Precision::single) {
+      write_as(0.0F, part, all);
+    } else {
+      write_as(0.0, part, all);
     }
-  };
-  const auto value = [&](std::size_t c) -> const auto& {
-    return media[c].value;
-  };
-  write(value_, value, changed.entries);
-  for (std::size_t l = 0; l < levels_.size(); ++l) {
-    const auto link = [&](std::size_t c) -> const auto& {
-      return levels[c].graph[l].link;
-    };
-    const auto inverse = [&](std::size_t c) -> const auto& {
-      return levels[c].inverse_diagonal[l];
-    };
-    write(links_[l], link, l == 0 ? changed.links : whole(levels[0].graph[l].link));
-    write(inverse_diagonal_[l], inverse,
-          l == 0 ? changed.rows : whole(levels[0].inverse_diagonal[l]));
   }
-  write(
-      coarsest_, [&](std::size_t c) -> const auto& { return levels[c].coarsest; },
-      whole(levels[0].coarsest));
+}
+
+void BatchSolve::set_media(const std::vector<MediumValues>& media,
+                           const std::vector<ChannelLevels>& levels, std::span<const int> rows) {
+  if (former_) former_->forget();
+  write_rows(value_, matrix_.slots, rows, [&](std::size_t c, int row, std::size_t slot) {
+    return matrix_.number(media[c].value, row, slot);
+  });
+  std::vector<int> of_level(rows.begin(), rows.end());
+  for (std::size_t l = 0; l < levels_.size(); ++l) {
+    const DevicePattern& links = levels_[l].links;
+    if (l > 0) {
+      of_level.resize(links.pattern.rows());
+      std::iota(of_level.begin(), of_level.end(), 0);
+    }
+    if (links.slots > 0) {
+      write_rows(links_[l], links.slots, of_level, [&](std::size_t c, int row, std::size_t slot) {
+        return links.number(levels[c].graph[l].link, row, slot);
+      });
+    }
+    write_rows(inverse_diagonal_[l], 1, of_level, [&](std::size_t c, int row, std::size_t) {
+      return levels[c].inverse_diagonal[l][static_cast<std::size_t>(row)];
+    });
+  }
+  std::vector<const std::vector<double>*> coarsest;
+  for (const std::size_t c : lanes_.channels) coarsest.push_back(&levels[c].coarsest);
+  write_lanes(context_, coarsest_, numbers_, coarsest, lanes_.media());
 }
 
 void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::size_t>& lights,
@@ -107,8 +143,7 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
                x_, r, y)[0];
   } else {
     write_lanes(context_, x_, numbers_, starts, width);
-    over(rows(), "residual", matrix_.start, matrix_.column, value_, inverse_diagonal_[0], b_, x_, r,
-         y);
+    over(rows(), "residual", matrix_.list, matrix_.step, value_, inverse_diagonal_[0], b_, x_, r, y);
     size2 = dot(b_, b_);
     r_r = dot(r, r);
   }
@@ -124,16 +159,15 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
   };
   int iteration = 0;
   for (; iteration < most_iterations && !done(); ++iteration) {
-    cycle();
-    const Scalars r_z = dot(r, z_);
+    const Scalars r_z = cycle();
     Scalars along(width, 0.0), step(width, 0.0);
     for (std::size_t lane = 0; lane < width; ++lane) {
       if (before[lane] > 0.0) along[lane] = r_z[lane] / before[lane];
     }
     write(std::array{along});
     over(rows(), "update_direction", scalars_, z_, p_);
-    over(rows(), "product", matrix_.start, matrix_.column, value_, p_, image_);
-    const Scalars p_image = dot(p_, image_);
+    const Scalars p_image =
+        sums(1, "product", matrix_.list, matrix_.step, value_, p_, image_)[0];
     for (std::size_t lane = 0; lane < width; ++lane) {
       if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
     }
@@ -159,31 +193,31 @@ void BatchSolve::keep(const Buffer& r) {
   former_->set_products({products[1], products[2], products[3], products[4]});
 }
 
-void BatchSolve::cycle() {
+Scalars BatchSolve::cycle() {
   const std::size_t coarsest = levels_.size() - 1;
   const auto rows_of = [&](std::size_t l) {
     return static_cast<std::size_t>(levels_[l].links.rows);
   };
   if (coarsest == 0) {
     over(rows(), "solve_directly", coarsest_, level_r_[0], z_);
-    return;
+    return dot(level_r_[0], z_);
   }
   for (std::size_t l = 0; l < coarsest; ++l) {
     const DeviceLevel& level = levels_[l];
-    over(rows_of(l + 1), "down", level.first_child, level.child, level.links.start,
-         level.links.column, links_[l], level_r_[l], level_y_[l], inverse_diagonal_[l + 1],
+    over(rows_of(l + 1), "down", level.first_child, level.child, level.links.list,
+         level.links.step, links_[l], level_r_[l], level_y_[l], inverse_diagonal_[l + 1],
          level_r_[l + 1], level_y_[l + 1]);
   }
   over(rows_of(coarsest), "direct_to_children", coarsest_, level_r_[coarsest],
        levels_[coarsest - 1].first_child, levels_[coarsest - 1].child, level_y_[coarsest - 1]);
   for (std::size_t l = coarsest - 1; l > 0; --l) {
     const DeviceLevel &level = levels_[l], &finer = levels_[l - 1];
-    over(rows_of(l), "up_to_children", level.links.start, level.links.column, links_[l],
+    over(rows_of(l), "up_to_children", level.links.list, level.links.step, links_[l],
          inverse_diagonal_[l], level_r_[l], level_y_[l], finer.first_child, finer.child,
          level_y_[l - 1]);
   }
-  over(rows(), "up", levels_[0].links.start, levels_[0].links.column, links_[0],
-       inverse_diagonal_[0], level_r_[0], level_y_[0], z_);
+  return sums(1, "up", levels_[0].links.list, levels_[0].links.step, links_[0], inverse_diagonal_[0],
+              level_r_[0], level_y_[0], z_)[0];
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "device/context.h"
@@ -12,11 +13,6 @@
 #include "forward/polygrid/opencl/opencl_solver.h"
 
 namespace kappamu::forward::polygrid {
-
-/// What has changed on the finest level.
-struct Changed {
-  std::vector<Stretch> rows, entries, links;
-};
 
 /// Kinds of sums that a kernel leaves.
 inline constexpr std::size_t most_sums = 1 + FormerAnswers::most;
@@ -29,8 +25,9 @@ class BatchSolve {
 
   const embedded::Lanes& lanes() const { return lanes_; }
 
+  /// `rows`: those of the finest level whose numbers have changed.
   void set_media(const std::vector<MediumValues>& media, const std::vector<ChannelLevels>& levels,
-                 const Changed& changed);
+                 std::span<const int> rows);
 
   /// Adds what came of `lights` of all loads to `report`.
   void solve(const std::vector<Load>& loads, const std::vector<std::size_t>& lights,
@@ -48,6 +45,10 @@ class BatchSolve {
   }
   /// The answer x, which is left to it, with its image b − r.
   void keep(const device::Buffer& r);
+  /// Writes number(channel, row, slot) of some rows to [slot][row].
+  template <class Number>
+  void write_rows(const device::Buffer& buffer, std::size_t slots, std::span<const int> rows,
+                  const Number& number);
   Scalars dot(const device::Buffer& a, const device::Buffer& b) {
     return sums(1, "dot_product", a, b)[0];
   }
@@ -86,8 +87,8 @@ class BatchSolve {
     }
   }
 
-  /// From the residual of the finest level to its correction z.
-  void cycle();
+  /// From the residual r of the finest level to its correction z; r·z.
+  Scalars cycle();
 
   device::Context& context_;
   Numbers numbers_;
@@ -99,6 +100,7 @@ class BatchSolve {
   device::Buffer value_, coarsest_;
   std::vector<device::Buffer> links_, inverse_diagonal_, level_r_, level_y_;  ///< [level]
   device::Buffer b_, x_, z_, p_, image_, partial_, scalars_;
+  device::Buffer fresh_, fresh_row_;  ///< what write_rows() takes over, [row][slot]
   std::optional<FormerAnswers> former_;
 };
 

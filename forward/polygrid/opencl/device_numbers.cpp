@@ -1,6 +1,10 @@
 #include "forward/polygrid/opencl/device_numbers.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <utility>
 
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/embedded/opencl/device_levels.h"
@@ -13,31 +17,26 @@ namespace {
 
 template <class T>
 void write_as(device::Context& context, const device::Buffer& buffer,
-              const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
-              Stretch stretch) {
-  // A part of a buffer begins at a multiple of what devices ask for.
-  constexpr std::size_t per_part = device::Context::part_alignment / sizeof(T);
-  stretch.begin -= stretch.begin * width % per_part / width;
-  std::vector<T> lanes((stretch.end - stretch.begin) * width, T(0));
-  embedded::for_row_ranges(stretch.end - stretch.begin, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
-      const double* from = of_lane[lane]->data() + stretch.begin;
+              const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
+  const std::size_t rows = of_lane.front()->size();
+  const auto lanes = std::make_unique_for_overwrite<T[]>(rows * width);
+  embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      const double* from = lane < of_lane.size() ? of_lane[lane]->data() : nullptr;
       for (std::size_t i = begin; i < end; ++i) {
-        lanes[i * width + lane] = static_cast<T>(from[i]);
+        lanes[i * width + lane] = from != nullptr ? static_cast<T>(from[i]) : T(0);
       }
     }
   });
-  const std::size_t bytes = lanes.size() * sizeof(T);
-  context.write(context.part(buffer, stretch.begin * width * sizeof(T), bytes), lanes.data(),
-                bytes);
+  context.write(buffer, lanes.get(), rows * width * sizeof(T));
 }
 
 template <class T>
 void read_as(device::Context& context, const device::Buffer& buffer,
              const std::vector<std::vector<double>*>& of_lane, std::size_t width) {
   const std::size_t rows = of_lane.front()->size();
-  std::vector<T> lanes(rows * width);
-  context.read(buffer, lanes.data(), lanes.size() * sizeof(T));
+  const auto lanes = std::make_unique_for_overwrite<T[]>(rows * width);
+  context.read(buffer, lanes.get(), rows * width * sizeof(T));
   embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
     for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
       double* to = of_lane[lane]->data();
@@ -57,14 +56,11 @@ std::string Numbers::build_options(const embedded::Lanes& lanes) const {
 }
 
 void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
-                 std::optional<Stretch> stretch) {
-  const Stretch which = stretch.value_or(Stretch{0, of_lane.front()->size()});
-  if (which.begin == which.end) return;
+                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
   if (numbers.precision == Precision::single) {
-    write_as<float>(context, buffer, of_lane, width, which);
+    write_as<float>(context, buffer, of_lane, width);
   } else {
-    write_as<double>(context, buffer, of_lane, width, which);
+    write_as<double>(context, buffer, of_lane, width);
   }
 }
 
@@ -77,11 +73,45 @@ void read_lanes(device::Context& context, const device::Buffer& buffer, const Nu
   }
 }
 
-DevicePattern::DevicePattern(device::Context& context, const Pattern& pattern)
-    : rows(static_cast<int>(pattern.rows())),
-      entries(pattern.column.size()),
-      start(uploaded(context, pattern.start)),
-      column(uploaded(context, pattern.column)) {}
+DevicePattern::DevicePattern(device::Context& context, const Pattern& of)
+    : pattern(of), rows(static_cast<int>(pattern.rows())) {
+  // Of each row the other rows that have it as a column, sorted, and in which of their slots.
+  struct Other {
+    int row, slot;
+  };
+  std::vector<std::vector<Other>> before(pattern.rows());
+  const auto for_entries = [&](int i, const auto& visit) {
+    const int first = pattern.start[static_cast<std::size_t>(i)];
+    const int end = pattern.start[static_cast<std::size_t>(i) + 1];
+    slots = std::max(slots, static_cast<std::size_t>(end - first));
+    for (int k = first; k < end; ++k) visit(pattern.column[static_cast<std::size_t>(k)], k - first);
+  };
+  for (int i = 0; i < rows; ++i) {
+    for_entries(i, [&](int j, int slot) {
+      if (j != i) before[static_cast<std::size_t>(j)].push_back({i, slot});
+    });
+  }
+  std::map<std::vector<int>, int> places;
+  std::vector<int> of_row, steps, mine, last;
+  for (int i = 0; i < rows; ++i) {
+    mine = {0, 0};
+    for (const auto [j, slot] : before[static_cast<std::size_t>(i)]) {
+      mine.insert(mine.end(), {j - i, slot * rows + j - i});
+    }
+    for_entries(i, [&](int j, int slot) { mine.insert(mine.end(), {j - i, slot * rows}); });
+    if (mine != last) {
+      last = mine;
+      mine[0] = static_cast<int>(mine.size() / 2) - 1;
+      const auto [place, fresh] = places.try_emplace(mine, static_cast<int>(steps.size() / 2));
+      if (fresh) steps.insert(steps.end(), mine.begin(), mine.end());
+      of_row.push_back(place->second);
+    } else {
+      of_row.push_back(of_row.back());
+    }
+  }
+  list = uploaded(context, of_row);
+  step = uploaded(context, steps);
+}
 
 DeviceLevel::DeviceLevel(device::Context& context, const GraphLevel& level, std::size_t coarser)
     : links(context, level.links) {
@@ -111,8 +141,8 @@ ChannelLevels::ChannelLevels(const Hierarchy& hierarchy, const MediumValues& med
     const auto row = static_cast<std::size_t>(i);
     matrix(i, i) = graph.back().diagonal[row];
     for (int k = links.start[row]; k < links.start[row + 1]; ++k) {
-      matrix(i, links.column[static_cast<std::size_t>(k)]) =
-          -graph.back().link[static_cast<std::size_t>(k)];
+      const auto j = static_cast<Eigen::Index>(links.column[static_cast<std::size_t>(k)]);
+      matrix(i, j) = matrix(j, i) = -graph.back().link[static_cast<std::size_t>(k)];
     }
   }
   const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(rows, rows));

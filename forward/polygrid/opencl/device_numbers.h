@@ -22,25 +22,34 @@ struct Numbers {
   std::string build_options(const embedded::Lanes& lanes) const;
 };
 
-/// Part of a vector's elements.
-struct Stretch {
-  std::size_t begin = 0, end = 0;
-};
-/// Writes a stretch of `of_lane`, or all of it, beside each other, [row][lane]; lanes without are
-/// zero.
+/// Writes `of_lane` beside each other, [row][lane]; lanes without are zero.
 void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width,
-                 std::optional<Stretch> stretch = {});
+                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width);
 /// Reads what is [row][width] into the lanes' own vectors, which have their size.
 void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
                 const std::vector<std::vector<double>*>& of_lane, std::size_t width);
 
+/// A symmetric matrix of which half is stored, [slot][row]: the first numbers of all rows, the second
+/// ones, and so on. Rows whose columns and numbers lie alike share one list, as most of a lattice
+/// do.
 struct DevicePattern {
-  DevicePattern(device::Context& context, const Pattern& pattern);
+  /// Keeps a reference to the pattern.
+  DevicePattern(device::Context& context, const Pattern& of);
+  std::size_t places() const { return pattern.rows() * slots; }
+  /// Of `values` by the pattern; 0 beyond the row's end.
+  double number(const std::vector<double>& values, int row, std::size_t slot) const {
+    const int first = pattern.start[static_cast<std::size_t>(row)] + static_cast<int>(slot);
+    return first < pattern.start[static_cast<std::size_t>(row) + 1]
+               ? values[static_cast<std::size_t>(first)]
+               : 0.0;
+  }
 
+  const Pattern& pattern;
   int rows = 0;
-  std::size_t entries = 0;
-  device::Buffer start, column;
+  std::size_t slots = 0;  ///< numbers of the longest row
+  device::Buffer list;    ///< [row] where its list lies in `step`
+  device::Buffer step;    ///< of each list: its length and 0, then for each column how far it lies
+                          ///< from the row and its number from the row's place in slot 0
 };
 
 struct DeviceLevel {

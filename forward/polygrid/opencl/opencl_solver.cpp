@@ -1,5 +1,6 @@
 #include "forward/polygrid/opencl/opencl_solver.h"
 
+#include <numeric>
 #include <optional>
 
 #include "core/error.h"
@@ -12,35 +13,16 @@ namespace {
 
 using embedded::Lanes;
 
-/// Stretches that hold sorted `rows` and few others.
-std::vector<Stretch> stretches_of(std::span<const int> rows) {
-  constexpr std::size_t gap = 64;  // a write costs more than as many rows
-  std::vector<Stretch> result;
-  for (const int row : rows) {
-    const auto at = static_cast<std::size_t>(row);
-    if (result.empty() || at > result.back().end + gap) result.push_back({at, at});
-    result.back().end = at + 1;
-  }
-  return result;
-}
-
-std::vector<Stretch> entries_of(const Pattern& pattern, std::vector<Stretch> rows) {
-  for (Stretch& stretch : rows) {
-    stretch = {static_cast<std::size_t>(pattern.start[stretch.begin]),
-               static_cast<std::size_t>(pattern.start[stretch.end])};
-  }
-  return rows;
-}
-
 class OpenclSolver final : public LinearSolver {
  public:
   OpenclSolver(const Equations& equations, const Hierarchy& hierarchy, device::Context& context,
                Precision precision, Lights lights)
-      : equations_(equations),
-        hierarchy_(hierarchy),
+      : hierarchy_(hierarchy),
         context_(context),
         lights_(lights),
-        matrix_(context, equations.matrix()) {
+        matrix_(context, equations.matrix()),
+        all_rows_(equations.unknowns()) {
+    std::iota(all_rows_.begin(), all_rows_.end(), 0);
     if (precision == Precision::twofold && !context.info().fp64) {
       throw InputError("device '" + context.info().name + "' has no double precision");
     }
@@ -72,14 +54,9 @@ class OpenclSolver final : public LinearSolver {
     });
     channels_.clear();
     for (auto& level : levels) channels_.push_back(std::move(*level));
-    for (const auto& batch : batches_) batch->set_media(media(), channels_, changed(rows));
-  }
-
-  Changed changed(std::span<const int> rows) const {
-    const std::vector<Stretch> stretches =
-        rows.empty() ? std::vector<Stretch>{{0, equations_.unknowns()}} : stretches_of(rows);
-    return {stretches, entries_of(equations_.matrix(), stretches),
-            entries_of(equations_.links(), stretches)};
+    for (const auto& batch : batches_) {
+      batch->set_media(media(), channels_, rows.empty() ? all_rows_ : rows);
+    }
   }
 
   /// The one made before for the same lanes, or a new one.
@@ -91,15 +68,15 @@ class OpenclSolver final : public LinearSolver {
     }
     batches_.push_back(
         std::make_unique<BatchSolve>(context_, numbers_, lanes, matrix_, levels_, lights_));
-    batches_.back()->set_media(media(), channels_, changed({}));
+    batches_.back()->set_media(media(), channels_, all_rows_);
     return *batches_.back();
   }
 
-  const Equations& equations_;
   const Hierarchy& hierarchy_;
   device::Context& context_;
   Lights lights_;
   DevicePattern matrix_;
+  std::vector<int> all_rows_;
   Numbers numbers_;
   std::vector<DeviceLevel> levels_;
   std::vector<ChannelLevels> channels_;

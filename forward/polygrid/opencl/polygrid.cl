@@ -13,82 +13,164 @@ typedef LANES_OF(SUM) sum_vec;
 // the fourth kind on [0, 2] (Lottes 2023) the first takes the least work.
 #define STEP ((REAL)2 / 3)
 
-// Row i of the matrix times x.
-inline vec row_product(const int i, global const int* restrict start,
-                       global const int* restrict column, global const own* restrict value,
+// Row i of a symmetric matrix of which half is stored, times x (device_numbers.h, DevicePattern).
+inline vec row_product(const int i, global const int* restrict list,
+                       global const int2* restrict step, global const own* restrict value,
                        global const vec* restrict x) {
-  vec sum = (vec)(0);
-  const int end = start[i + 1];
-  for (int k = start[i]; k < end; ++k) sum += value[k] * x[column[k]];
+  const int place = list[i], end = place + step[place].x;
+  // Two sums: in one, additions wait for each other.
+  vec sum = (vec)(0), other = (vec)(0);
+  int k = place + 1;
+  for (; k < end; k += 2) {
+    sum += value[i + step[k].y] * x[i + step[k].x];
+    other += value[i + step[k + 1].y] * x[i + step[k + 1].x];
+  }
+  if (k == end) sum += value[i + step[k].y] * x[i + step[k].x];
+  return sum + other;
+}
+
+// Rows beside each other that share a list, at once: their numbers are so, too.
+#define BLOCK (16 / WIDTH)
+#define BLOCKS (!INTERLEAVED && (OWN || WIDTH == 1) && BLOCK > 1)
+typedef JOIN(REAL, 16) wide;
+typedef JOIN(SUM, 16) wide_sum;
+#if WIDTH == 1
+#define LANES_AT(k, numbers) (numbers)[k]
+#else
+#define LANES_AT(k, numbers) JOIN(vload, WIDTH)(k, numbers)
+#endif
+#define WIDE(field, i) vload16(0, (global const REAL*)(field) + (size_t)WIDTH * (i))
+
+inline int begins_block(const int i, const int end, global const int* restrict list) {
+  int alike = i + BLOCK <= end;
+  for (int k = 1; alike && k < BLOCK; ++k) alike = list[i + k] == list[i];
+  return alike;
+}
+
+inline wide block_product(const int i, global const int* restrict list,
+                          global const int2* restrict step, global const own* restrict value,
+                          global const vec* restrict x) {
+  const int place = list[i], end = place + step[place].x;
+  wide sum = (wide)(0);
+  for (int k = place + 1; k <= end; ++k) sum += WIDE(value, i + step[k].y) * WIDE(x, i + step[k].x);
   return sum;
+}
+
+// Σ over a block's rows.
+inline sum_vec of_block(const wide_sum sum) {
+  SUM part[16];
+  vstore16(sum, 0, part);
+  sum_vec result = (sum_vec)(0);
+  for (int k = 0; k < BLOCK; ++k) result += LANES_AT(k, part);
+  return result;
+}
+
+// Rows that the host has written, [row][slot], to their places, [slot][row].
+kernel void take_rows(const int fresh_rows, const int rows, const int slots,
+                      global const int* restrict fresh_row, global const own* restrict fresh,
+                      global own* restrict value) {
+  ITEM(fresh_rows)
+  for (int k = 0; k < slots; ++k) value[k * rows + fresh_row[i]] = fresh[i * slots + k];
 }
 
 // Jacobi's step from zero: y = step r/d. On every level it is kept beside r.
 #define SMOOTHED(r) (STEP * inverse_diagonal[i] * (r))
 
 // r = b − A x.
-kernel void residual(const int rows, global const int* restrict start,
-                     global const int* restrict column, global const own* restrict value,
+kernel void residual(const int rows, global const int* restrict list,
+                     global const int2* restrict step, global const own* restrict value,
                      global const own* restrict inverse_diagonal, global const vec* restrict b,
                      global const vec* restrict x, global vec* restrict r,
                      global vec* restrict y) {
   ITEM(rows)
-  r[i] = b[i] - row_product(i, start, column, value, x);
+  r[i] = b[i] - row_product(i, list, step, value, x);
   y[i] = SMOOTHED(r[i]);
 }
 
-// out = A x.
-kernel void product(const int rows, global const int* restrict start,
-                    global const int* restrict column, global const own* restrict value,
-                    global const vec* restrict x, global vec* restrict out) {
-  ITEM(rows)
-  out[i] = row_product(i, start, column, value, x);
+// out = A x; partial = Σ x·out.
+kernel void product(const int rows, const int runs, global const int* restrict list,
+                    global const int2* restrict step, global const own* restrict value,
+                    global const vec* restrict x, global vec* restrict out,
+                    global sum_vec* restrict partial) {
+  RUN(rows)
+  sum_vec sum = (sum_vec)(0);
+  wide_sum of_blocks = (wide_sum)(0);
+  for (int i = begin; i < end; i += step_over) {
+    if (BLOCKS && begins_block(i, end, list)) {
+      const wide image = block_product(i, list, step, value, x);
+      vstore16(image, 0, (global REAL*)(out + i));
+      of_blocks += JOIN(convert_, JOIN(SUM, 16))(WIDE(x, i) * image);
+      i += BLOCK - 1;
+      continue;
+    }
+    const vec image = row_product(i, list, step, value, x);
+    out[i] = image;
+    sum += TO(SUM)(x[i] * image);
+  }
+  partial[run] = sum + of_block(of_blocks);
 }
 
 // Down the V-cycle: coarse r = Σ over an aggregate's nodes of the residual after Jacobi's step:
 // r − (d y − Σ w y_n) = (1 − step) r + Σ w y_n.
 kernel void down(const int aggregates, global const int* restrict first_child,
-                 global const int* restrict child, global const int* restrict start,
-                 global const int* restrict column, global const own* restrict link,
+                 global const int* restrict child, global const int* restrict list,
+                 global const int2* restrict step, global const own* restrict link,
                  global const vec* restrict r, global const vec* restrict y,
                  global const own* restrict inverse_diagonal, global vec* restrict coarse_r,
                  global vec* restrict coarse_y) {
   ITEM(aggregates)
   vec sum = (vec)(0);
   for (int c = first_child[i]; c < first_child[i + 1]; ++c) {
-    const int row = child[c];
-    sum += ((REAL)1 - STEP) * r[row] + row_product(row, start, column, link, y);
+    const int node = child[c];
+    sum += ((REAL)1 - STEP) * r[node] + row_product(node, list, step, link, y);
   }
   coarse_r[i] = sum;
   coarse_y[i] = SMOOTHED(sum);
 }
 
 // Up again, y with the coarser level's correction: x = y + step (r − A y)/d.
-inline vec after_correction(const int i, global const int* restrict start,
-                            global const int* restrict column, global const own* restrict link,
+inline vec after_correction(const int i, global const int* restrict list,
+                            global const int2* restrict step, global const own* restrict link,
                             global const own* restrict inverse_diagonal,
                             global const vec* restrict r, global const vec* restrict y) {
-  const vec inflow = row_product(i, start, column, link, y);
+  const vec inflow = row_product(i, list, step, link, y);
   return y[i] + STEP * (inverse_diagonal[i] * (r[i] + inflow) - y[i]);
 }
 
-kernel void up(const int rows, global const int* restrict start,
-               global const int* restrict column, global const own* restrict link,
+// On the finest level; partial = Σ r·x.
+kernel void up(const int rows, const int runs, global const int* restrict list,
+               global const int2* restrict step, global const own* restrict link,
                global const own* restrict inverse_diagonal, global const vec* restrict r,
-               global const vec* restrict y, global vec* restrict x) {
-  ITEM(rows)
-  x[i] = after_correction(i, start, column, link, inverse_diagonal, r, y);
+               global const vec* restrict y, global vec* restrict x,
+               global sum_vec* restrict partial) {
+  RUN(rows)
+  sum_vec sum = (sum_vec)(0);
+  wide_sum of_blocks = (wide_sum)(0);
+  for (int i = begin; i < end; i += step_over) {
+    if (BLOCKS && begins_block(i, end, list)) {
+      const wide inflow = block_product(i, list, step, link, y), y_i = WIDE(y, i), r_i = WIDE(r, i);
+      const wide z = y_i + STEP * (WIDE(inverse_diagonal, i) * (r_i + inflow) - y_i);
+      vstore16(z, 0, (global REAL*)(x + i));
+      of_blocks += JOIN(convert_, JOIN(SUM, 16))(r_i * z);
+      i += BLOCK - 1;
+      continue;
+    }
+    const vec z = after_correction(i, list, step, link, inverse_diagonal, r, y);
+    x[i] = z;
+    sum += TO(SUM)(r[i] * z);
+  }
+  partial[run] = sum + of_block(of_blocks);
 }
 
 // On a coarser level: x corrects the finer level's nodes.
-kernel void up_to_children(const int rows, global const int* restrict start,
-                           global const int* restrict column, global const own* restrict link,
+kernel void up_to_children(const int rows, global const int* restrict list,
+                           global const int2* restrict step, global const own* restrict link,
                            global const own* restrict inverse_diagonal,
                            global const vec* restrict r, global const vec* restrict y,
                            global const int* restrict first_child,
                            global const int* restrict child, global vec* restrict fine_y) {
   ITEM(rows)
-  const vec x = after_correction(i, start, column, link, inverse_diagonal, r, y);
+  const vec x = after_correction(i, list, step, link, inverse_diagonal, r, y);
   for (int c = first_child[i]; c < first_child[i + 1]; ++c) fine_y[child[c]] += x;
 }
 

@@ -35,7 +35,9 @@ class ReferenceSolver final : public LinearSolver {
     for (std::size_t i = 0; i < y.size(); ++i) {
       for (int k = pattern_.start[i]; k < pattern_.start[i + 1]; ++k) {
         const auto at = static_cast<std::size_t>(k);
-        y[i] += value[at] * x[static_cast<std::size_t>(pattern_.column[at])];
+        const auto j = static_cast<std::size_t>(pattern_.column[at]);
+        y[i] += value[at] * x[j];
+        if (j != i) y[j] += value[at] * x[i];
       }
     }
     return y;
@@ -44,10 +46,7 @@ class ReferenceSolver final : public LinearSolver {
   Vector diagonal(const Vector& value) const {
     Vector result(pattern_.rows());
     for (std::size_t i = 0; i < result.size(); ++i) {
-      for (int k = pattern_.start[i]; k < pattern_.start[i + 1]; ++k) {
-        const auto at = static_cast<std::size_t>(k);
-        if (pattern_.column[at] == static_cast<int>(i)) result[i] = value[at];
-      }
+      result[i] = value[static_cast<std::size_t>(pattern_.start[i])];
     }
     return result;
   }

@@ -45,7 +45,9 @@ Vector product(const Pattern& pattern, const Vector& value, const Vector& x) {
   for (std::size_t i = 0; i < y.size(); ++i) {
     for (int k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      y[i] += value[at] * x[static_cast<std::size_t>(pattern.column[at])];
+      const auto j = static_cast<std::size_t>(pattern.column[at]);
+      y[i] += value[at] * x[j];
+      if (j != i) y[j] += value[at] * x[i];
     }
   }
   return y;
