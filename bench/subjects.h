@@ -8,12 +8,15 @@ namespace kappamu::bench {
 Subject boundary_subject();
 Subject dipole_subject();
 Subject forward_subject();
+Subject hdr_subject();
 Subject inverse_subject();
 Subject limits_subject();
 Subject objects_subject();
 Subject polygrid_subject();
+Subject rig_subject();
 Subject slabs_subject();
 Subject uncertainty_subject();
 Subject validity_subject();
+Subject views_subject();
 
 }  // namespace kappamu::bench

@@ -22,8 +22,9 @@ from matplotlib.collections import PolyCollection
 from charts.common import (MARKS, PlainNumbers, cross, dress, fine_percent, flat, line, panels, percent, provenance,
                            short, table, unique)
 from charts.diffusion import slabs, validity
-from charts.forward import headline, kernels, peers, scaling
+from charts.forward import headline, kernels, peers, scaling, time_error
 from charts.inverse import ablations, optimisers, patterns, samples, scores, uncertainty, voxels
+from charts.rig import calibration, hdr, rig
 
 
 # ---- kappamu bench objects
@@ -168,7 +169,7 @@ def thesis_table(answered):
 
 
 def automatic(record):
-    """What model auto took: over all scenes, and the choices that missed the tolerance or cost more than three times the cheapest."""
+    """What model auto took, over all scenes and one by one."""
     rows = record["rows"]
     lines = []
     for tolerance in unique(rows, "tolerance"):
@@ -185,13 +186,12 @@ def automatic(record):
     text = provenance(record) + "\n" + table(
         ["tolerance", "scenes", "met, of those said to be", "error over tolerance where not, most",
          "cost over the cheapest that met it: median", "most", "above 3", "taken"], lines)
-    notable = [r for r in rows if r["within_tolerance"] and not r["met"] or r["cost_ratio"] and r["cost_ratio"] > 3.0]
     text += "\n" + table(
         ["scene", "tolerance", "taken", "corrected by", "error expected", "error", "s of processor", "cheapest that met it", "cost ratio"],
         [[r["name"], percent(r["tolerance"]),
           r["model"], f"{r['pilot_photons']} photons" if r["corrected"] else "", percent(r["expected_error"], 1),
           percent(r["error"], 1) + ("" if r["met"] else " (above)"), f"{r['cpu_seconds']:.2g}", r["cheapest"] or "none",
-          "–" if r["cost_ratio"] is None else f"{r['cost_ratio']:.2g}"] for r in notable])
+          "–" if r["cost_ratio"] is None else f"{r['cost_ratio']:.2g}"] for r in rows])
     return {}, {"": text}
 
 
@@ -239,6 +239,21 @@ def polygrid_frames(record):
          "[W] (coherent)", "moved: light + diffusion (iterations) + exitance [ms of processor]",
          "from converged: 2-norm, largest",
          "edit: equations + light + diffusion (iterations) [ms of processor], elapsed [ms]"], lines)}
+
+
+def form_factors(record):
+    """Error against time; "near": triangles of consequence whose edges the point does not lie on."""
+    rows = record["rows"]
+    names = [f"{r['method']}, pieces of {r['ratio']:g}" if r["ratio"] else r["method"] for r in rows]
+    figure, (ax,) = panels(1)
+    for number, (name, r) in enumerate(zip(names, rows)):
+        line(ax, number, 2 * [r["microseconds"]], [r["near_median"], r["near_most"]], name)
+    dress(ax, f"{record['cases']} random triangles: median and largest error of near ones", "processor time of one [µs]",
+          "relative error", "xy")
+    return {"": figure}, {"": provenance(record) + "\n" + table(
+        ["method, pieces over their distance", "near: median error", "near: within 1 %", "near: most", "samples", "processor time of one"],
+        [[name, f"{r['near_median']:.1e}", percent(r["near_within_1_percent"], 1), f"{r['near_most']:.1e}",
+          f"{r['samples']:.0f}", f"{r['microseconds']:.2g} µs"] for name, r in zip(names, rows)])}
 
 
 def importance(record):
@@ -391,18 +406,19 @@ LIMITS = {
 }
 
 SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-peers": peers,
-            "forward-scaling": scaling,
+            "forward-grids": time_error, "forward-scaling": scaling,
             "validity": validity, "slabs": slabs, "inverse-optimisers": optimisers,
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
             "inverse-voxels": voxels, "inverse-samples": samples,
             "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
-            "uncertainty": uncertainty,
+            "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
             "objects-estimate": estimates, "objects-picture": pictures,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
-            "dipole-hierarchy": lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}),
-            "dipole-importance": importance,
+            **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
+               for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},
+             "dipole-importance": importance, "dipole-form-factors": form_factors,
             **{f"limits-{name}": (lambda record, made=made: ({}, {"": made(record["rows"])}))
                for name, made in LIMITS.items()}}
 

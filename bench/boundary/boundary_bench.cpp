@@ -7,6 +7,7 @@
 #include "core/mesh/shapes.h"
 #include "core/processor_time.h"
 #include "forward/boundary_integral/boundary_solve.h"
+#include "io/npy.h"
 
 namespace kappamu::bench {
 
@@ -54,7 +55,21 @@ Prescribed prescribed(const Surface& surface, const BoundaryConstants& constants
   return result;
 }
 
-Json measured(const Case& one) {
+void write_fields(const std::filesystem::path& folder, const TriangleMesh& mesh,
+                  const Eigen::VectorXd& q, const Eigen::VectorXd& fluence) {
+  std::filesystem::create_directories(folder);
+  std::vector<double> vertices, triangles;
+  for (const Eigen::Vector3d& v : mesh.vertices)
+    vertices.insert(vertices.end(), v.begin(), v.end());
+  for (const auto& t : mesh.triangles) triangles.insert(triangles.end(), t.begin(), t.end());
+  const auto count = static_cast<std::size_t>(q.size());
+  io::write_npy(folder / "vertices.npy", {mesh.vertices.size(), 3}, vertices);
+  io::write_npy(folder / "triangles.npy", {mesh.triangles.size(), 3}, triangles);
+  io::write_npy(folder / "q.npy", {count}, std::span<const double>(q.data(), count));
+  io::write_npy(folder / "fluence.npy", {count}, std::span<const double>(fluence.data(), count));
+}
+
+Json measured(const Case& one, const Request& request) {
   const BoundaryConstants constants = boundary_constants(eta);
   const TriangleMesh mesh = make_shape(one.shape, size_mm, one.tessellation);
   const Surface surface = surface_of(mesh);
@@ -76,6 +91,10 @@ Json measured(const Case& one) {
   const double cpu = processor_seconds() - start;
   const Eigen::VectorXd& fluence = answer.fluence[0];
   const BoundaryAnswer check = solve_boundary(problem, constants, panels, closer);
+  if (request.has("fields")) {
+    write_fields(request.folder / (one.shape + "-" + std::to_string(panels.size())), mesh, exact.q,
+                 fluence);
+  }
   return {{"shape", one.shape},
           {"triangles", panels.size()},
           {"error", norm(fluence - exact.fluence) / norm(exact.fluence)},
@@ -104,7 +123,7 @@ void measure(const Request& request, Progress& progress, const Save& save) {
     progress.update("bench boundary",
                     static_cast<double>(rows.size()) / static_cast<double>(cases.size()),
                     one.shape);
-    rows.push_back(measured(one));
+    rows.push_back(measured(one, request));
     save({{"kappa_mm", medium.kappa},
           {"mu_per_mm", medium.mu},
           {"A", boundary_constants(eta).A},
@@ -125,7 +144,10 @@ Subject boundary_subject() {
 One resolution, one light, an exact solution prescribed. error: of the fluence at the
 centroids, relative 2-norm; sum_error: of it, what fast sums and linear solver add,
 found by solving again ten times as accurately (its time is not counted).)",
-          {{"boundary", "spheres and cubes of 1,200 to 101,568 triangles", measure}}};
+          {{"boundary", "spheres and cubes of 1,200 to 101,568 triangles", measure}},
+          {{"fields",
+            "Also write meshes, lights and solutions for scripts/references/bempp_boundary.py",
+            Setting::Kind::flag}}};
 }
 
 }  // namespace kappamu::bench

@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "bench/dipole/dipole_bench.h"
-#include "bench/subjects.h"
 #include "core/processor_time.h"
 #include "core/random.h"
 #include "forward/dipole/direct/direct_sum.h"
@@ -176,19 +175,6 @@ void dipole_hierarchy(const Request& request, Progress& progress, const Save& sa
           {"device_name", context.info().name},
           {"rows", rows}});
   }
-}
-
-Subject dipole_subject() {
-  return {"dipole",
-          "Cost and error of the dipole's hierarchy and of local diffusion (docs/dipole.md)",
-          R"(  kappamu bench dipole -o out/
-
-Times are medians of wall-clock and processor time over repetitions, by section
-hierarchy; a machine that is busy shows in the first, not in the second.)",
-          {{"hierarchy", "2 k to 500 k triangles, RGB marble at 25 mm", dipole_hierarchy},
-           {"importance", "samples of local diffusion by importance against uniform ones",
-            dipole_importance}},
-          {{"repetitions", "Frames timed per mode (default 15)", Setting::Kind::number, 1, 1000}}};
 }
 
 }  // namespace kappamu::bench

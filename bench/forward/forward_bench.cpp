@@ -176,6 +176,30 @@ void measure_peers(const Request& request, Progress& progress, const Save& save)
   bench.save("runs", Json::array({run}));
 }
 
+void measure_grids(const Request& request, Progress& progress, const Save& save) {
+  const Bench bench(request, progress, save);
+  const MediumSpec plain{.kind = MediumKind::smooth, .contrast = 10.0};
+  const MediumSpec board{.kind = MediumKind::checkerboard, .contrast = 1e4};
+  std::vector<ProblemSpec> specs{
+      {"cube, smooth 10", {64, 64, 64, voxel_mm}, plain, 16, 16},
+      {"cube, inclusions", {64, 64, 64, voxel_mm}, reference_inclusions(), 16, 16},
+      {"cube, checkerboard 10^4", {64, 64, 64, voxel_mm}, board, 16, 16},
+      {"odd slab, inclusions", {128, 128, 41, voxel_mm}, reference_inclusions(), 16, 16}};
+  if (bench.quick) {
+    specs = {{"cube, inclusions", {16, 16, 16, voxel_mm}, reference_inclusions(), 4, 4}};
+  }
+  Json runs = Json::array();
+  for (const ProblemSpec& spec : specs) {
+    bench.update(spec.name);
+    const Problem problem(spec, bench.device);
+    std::vector<Sample> samples = bench.ours(problem);
+    const double seconds = bench.quick ? 0.2 : 3.0;
+    add(samples, bench.others(problem, seconds, seconds));
+    runs.push_back(bench.run_of(problem, samples));
+    bench.save("runs", runs);
+  }
+}
+
 /// A batch of 16 patterns in single precision takes about twelve arrays on the device and three in
 /// double on the host, the truth for a few patterns besides.
 bool fits(const GridShape& shape, int patterns, std::string& why) {
@@ -278,6 +302,7 @@ Do not trust it on a machine that does anything else.)",
         measure_headline},
        {"kernels", "seconds and bytes of each kernel of our solve there", measure_kernels},
        {"peers", "hypre's PFMG (scripts/setup.sh --peers) there, beside ours", measure_peers},
+       {"grids", "every method on other grids and contrasts", measure_grids},
        {"scaling", "ours and hypre's PFMG on cubes of 32 to 256 voxels a side", measure_scaling}},
       {{"repetitions", "Median over these (default 3)", Setting::Kind::number, 1, 100}},
       summary_of};

@@ -51,7 +51,7 @@ VectorXd joined(const CoefficientPair& fields) {
 
 DenseFit::DenseFit(const SurfaceMeasurements& measurements, int channel,
                    const inverse::FitOptions& options)
-    : options_(options) {
+    : channel_(channel), options_(options) {
   options_.path.model = inverse::Model::volume;
   Progress silent;
   const inverse::ChannelFit start =
@@ -69,7 +69,7 @@ DenseFit::DenseFit(const SurfaceMeasurements& measurements, int channel,
   objective_->refresh_correction(finer, fields);
   fitted_ = joined(fields);
   build_matrices();
-  const VectorXd minimum = minimise(objective_->problem().data);
+  const VectorXd minimum = minimise(*objective_, objective_->problem().data);
   const bool moved = (minimum - fitted_).cwiseAbs().maxCoeff() > linear;
   fitted_ = minimum;
   if (moved) build_matrices();
@@ -82,29 +82,30 @@ inverse::Objective& DenseFit::objective() {
 }
 
 /// At the fields of the last value().
-VectorXd DenseFit::gradient(const std::vector<double>& data) const {
-  const VectorXd residual = weighted_residual(*objective_, data);
-  const GridShape& shape = objective_->problem().setup.shape;
-  return joined(objective_->jacobian_transpose({residual.begin(), residual.end()})) +
+VectorXd DenseFit::gradient(inverse::Objective& objective, const std::vector<double>& data) const {
+  const VectorXd residual = weighted_residual(objective, data);
+  const GridShape& shape = objective.problem().setup.shape;
+  return joined(objective.jacobian_transpose({residual.begin(), residual.end()})) +
          prior_.weight *
              joined(inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).gradient);
 }
 
-double DenseFit::value(const std::vector<double>& data, const VectorXd& u) {
+double DenseFit::value(inverse::Objective& objective, const std::vector<double>& data,
+                       const VectorXd& u) {
   fields_ = fields_of(u);
-  if (!std::isfinite(objective_->value(fields_))) return std::numeric_limits<double>::infinity();
-  const GridShape& shape = objective_->problem().setup.shape;
-  return 0.5 * weighted_residual(*objective_, data).squaredNorm() +
+  if (!std::isfinite(objective.value(fields_))) return std::numeric_limits<double>::infinity();
+  const GridShape& shape = objective.problem().setup.shape;
+  return 0.5 * weighted_residual(objective, data).squaredNorm() +
          prior_.weight * inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).value;
 }
 
 /// The minimum of the full objective by L-BFGS that starts from the fitted block's covariance:
 /// where its gradient vanishes. With that covariance alone the curved valley of κ against μ took
 /// more steps than patience.
-VectorXd DenseFit::minimise(const std::vector<double>& data) {
+VectorXd DenseFit::minimise(inverse::Objective& objective, const std::vector<double>& data) {
   VectorXd u = fitted_;
-  double here = value(data, u);
-  VectorXd g = gradient(data);
+  double here = value(objective, data, u);
+  VectorXd g = gradient(objective, data);
   const double first = g.norm();
   std::vector<VectorXd> moves, changes;  // of u and of g
   for (int k = 0; k < most_iterations && g.norm() > gradient_reduction * first; ++k) {
@@ -119,16 +120,16 @@ VectorXd DenseFit::minimise(const std::vector<double>& data) {
       step += (share[i] - changes[i].dot(step) / moves[i].dot(changes[i])) * moves[i];
     }
     double length = 1.0;
-    double there = value(data, u - step);
+    double there = value(objective, data, u - step);
     while (!(there < here) && length > shortest_step) {
       length *= 0.5;
-      there = value(data, u - length * step);
+      there = value(objective, data, u - length * step);
     }
     if (!(there < here)) break;  // rounding allows no better
     const VectorXd before = g;
     u -= length * step;
     here = there;
-    g = gradient(data);
+    g = gradient(objective, data);
     if (step.dot(before - g) <= 0.0) continue;
     moves.push_back(-length * step);
     changes.push_back(g - before);
@@ -165,8 +166,48 @@ VectorXd DenseFit::change(const std::vector<double>& data) const {
   return covariance_ * (jacobian_.transpose() * weighted);
 }
 
+/// The fit's own objective with other light and values.
+std::unique_ptr<inverse::Objective> DenseFit::exchanged(
+    const SurfaceMeasurements& measurements) const {
+  const inverse::Problem& here = objective_->problem();
+  inverse::Problem other = inverse::make_problem(measurements, channel_, options_.data.convention,
+                                                 options_.data.model_error);
+  for (std::size_t i = 0; i < other.weight.size(); ++i) {
+    other.weight[i] = other.weight[i] > 0.0 ? here.weight[i] : 0.0;
+  }
+  auto objective = std::make_unique<inverse::Objective>(std::move(other), options_.solver.backend);
+  objective->set_correction(objective_->correction());
+  return objective;
+}
+
+VectorXd DenseFit::change(const SurfaceMeasurements& measurements) {
+  const auto other = exchanged(measurements);
+  other->value(fields_of(fitted_));
+  const VectorXd model_residual = weighted_residual(*other, other->problem().data) -
+                                  weighted_residual(objective(), objective_->problem().data);
+  return -(covariance_ * (jacobian_.transpose() * model_residual));
+}
+
 VectorXd DenseFit::refitted(const std::vector<double>& data) {
-  return minimise(data) - fitted_;
+  return minimise(*objective_, data) - fitted_;
+}
+
+VectorXd DenseFit::refitted(const SurfaceMeasurements& measurements) {
+  const auto other = exchanged(measurements);
+  return minimise(*other, other->problem().data) - fitted_;
+}
+
+Variances DenseFit::propagated(const SurfaceMeasurements& measurements) const {
+  const std::vector<double> weight =
+      inverse::make_problem(measurements, channel_, options_.data.convention, {0.0, 0.0}).weight;
+  VectorXd scale = VectorXd::Zero(jacobian_.rows());
+  for (std::size_t i = 0; i < weight.size(); ++i) {
+    if (weight[i] > 0.0) {
+      scale[static_cast<Index>(i)] = std::sqrt(objective_->problem().weight[i] / weight[i]);
+    }
+  }
+  const MatrixXd root = covariance_ * jacobian_.transpose() * scale.asDiagonal();
+  return root.rowwise().squaredNorm();
 }
 
 }  // namespace kappamu::bench

@@ -36,17 +36,29 @@ class DenseFit {
 
   /// What the minimum moves by when the data become `data` [M][v][u], to first order: H⁻¹ JᵀW δd.
   Eigen::VectorXd change(const std::vector<double>& data) const;
-  /// The minimum of the full objective with other data, less fitted().
+  /// The same when light and values become those of `measurements`; weights stay.
+  Eigen::VectorXd change(const SurfaceMeasurements& measurements);
+
+  /// The minimum of the full objective with other data, or with other light and values, less
+  /// fitted().
   Eigen::VectorXd refitted(const std::vector<double>& data);
+  Eigen::VectorXd refitted(const SurfaceMeasurements& measurements);
   /// Largest ‖∇J‖ where those ended, against where they began.
   double unconverged() const { return unconverged_; }
 
+  /// Variances of change() under independent errors of the values, with the variances that
+  /// `measurements` states for them.
+  Variances propagated(const SurfaceMeasurements& measurements) const;
+
  private:
-  double value(const std::vector<double>& data, const Eigen::VectorXd& u);
-  Eigen::VectorXd gradient(const std::vector<double>& data) const;
-  Eigen::VectorXd minimise(const std::vector<double>& data);
+  std::unique_ptr<inverse::Objective> exchanged(const SurfaceMeasurements& measurements) const;
+  double value(inverse::Objective& objective, const std::vector<double>& data,
+               const Eigen::VectorXd& u);
+  Eigen::VectorXd gradient(inverse::Objective& objective, const std::vector<double>& data) const;
+  Eigen::VectorXd minimise(inverse::Objective& objective, const std::vector<double>& data);
   void build_matrices();
 
+  int channel_;
   inverse::FitOptions options_;
   inverse::Prior prior_;
   inverse::Anchor anchor_;

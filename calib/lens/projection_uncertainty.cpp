@@ -66,6 +66,16 @@ Eigen::Matrix2d projection_covariance(const CameraCalibration& camera, const Eig
   return jacobian * camera.joint_covariance * jacobian.transpose();
 }
 
+Eigen::Vector2d projected_through_boards(const CameraCalibration& camera,
+                                         const std::vector<Rigid>& true_poses,
+                                         const Eigen::Vector3d& point_in_camera) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (std::size_t v = 0; v < true_poses.size(); ++v) {
+    sum += camera.camera_from_board[v] * (true_poses[v].inverse() * point_in_camera);
+  }
+  return camera.lens.project(sum / static_cast<double>(true_poses.size()));
+}
+
 ProjectionUncertainty projection_uncertainty(const CameraCalibration& camera, double distance_mm,
                                              int columns) {
   ProjectionUncertainty result;

@@ -20,6 +20,13 @@ namespace kappamu::calib {
 Eigen::Matrix2d projection_covariance(const CameraCalibration& camera, const Eigen::Vector2d& pixel,
                                       double distance_mm);
 
+/// Where `camera` sees a point of the true camera's frame that is fixed to the boards, when the
+/// boards truly stand at `true_poses` (camera_from_board): the quantity whose covariance is
+/// predicted above, for simulations.
+Eigen::Vector2d projected_through_boards(const CameraCalibration& camera,
+                                         const std::vector<Rigid>& true_poses,
+                                         const Eigen::Vector3d& point_in_camera);
+
 /// The standard deviation in its worst direction over the frame, from edge to edge.
 struct ProjectionUncertainty {
   double distance_mm = 0.0;

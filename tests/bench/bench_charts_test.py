@@ -75,7 +75,7 @@ class Pages(unittest.TestCase):
             self.assertIn(f"<!-- bench:limits-{name} -->\n", page)
 
     def test_every_place_and_picture_of_a_page_is_made_by_a_subject(self):
-        ends = ("", "-thesis", "-fit")
+        ends = ("", "-views", "-exposures", "-thesis", "-fit")
         made = {stem + end for stem in bench_charts.SUBJECTS for end in ends}
         for page in sorted((ROOT / "docs").glob("*.md")):
             for name in bench_charts.re.findall(r"<!-- bench:([a-z-]+) -->", page.read_text()):
@@ -85,7 +85,7 @@ class Pages(unittest.TestCase):
         with tempfile.TemporaryDirectory() as name:
             folder = pathlib.Path(name)
             self.assertEqual(bench_charts.draw(folder), ({}, {}))
-            (folder / "validity.json").write_text("{}")
+            (folder / "hdr.json").write_text("{}")
             with self.assertRaisesRegex(SystemExit, "measure again"):
                 bench_charts.draw(folder)
 

@@ -134,16 +134,4 @@ inline Image<float> blurred(const Image<float>& image, double deviation_px) {
   return pass(pass(image, 1, 0), 0, 1);
 }
 
-/// Where `camera` sees a point of the true camera's frame that is fixed to the boards, when the
-/// boards truly stand at `true_poses` (camera_from_board): what projection_covariance() is of.
-inline Eigen::Vector2d projected_through_boards(const CameraCalibration& camera,
-                                                const std::vector<Rigid>& true_poses,
-                                                const Eigen::Vector3d& point_in_camera) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (std::size_t v = 0; v < true_poses.size(); ++v) {
-    sum += camera.camera_from_board[v] * (true_poses[v].inverse() * point_in_camera);
-  }
-  return camera.lens.project(sum / static_cast<double>(true_poses.size()));
-}
-
 }  // namespace kappamu::calib::testing

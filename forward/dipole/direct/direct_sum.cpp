@@ -37,8 +37,9 @@ std::vector<double> direct_sum(const TriangleMesh& mesh, const Surface& surface,
         for (std::size_t c = 0; c < 3; ++c) {
           corners[c] = mesh.vertices[static_cast<std::size_t>(mesh.triangles[i][c])];
         }
-        factor =
-            aligned ? aligned_form_factor(profile, corners, to) : form_factor(profile, corners, to);
+        factor = (aligned ? aligned_form_factor(profile, corners, to)
+                          : form_factor(profile, corners, to))
+                     .value;
       } else {
         factor = surface.area[i] * (aligned ? profile.aligned_value(from, surface.normal[i], to)
                                             : profile.value(std::sqrt(r2)));

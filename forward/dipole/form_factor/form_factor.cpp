@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "core/error.h"
-#include "forward/dipole/form_factor/triangle_rule.h"
+#include "forward/dipole/form_factor/quadrature.h"
 
 namespace kappamu::forward::dipole {
 
@@ -20,6 +21,9 @@ constexpr double panel_length = 1.5;
 /// Polygons smaller than this share of their distance, and of the decay's length, take a rule of
 /// points: their edges' integrals cancel.
 constexpr double small_share = 0.3;
+/// Halvings of an edge after which the Taylor series gives up: the point's foot lies on it.
+constexpr int most_halvings = 24;
+
 /// An edge in the polygon's plane as the point's foot sees it ([T] Table 3.2).
 struct Edge {
   double R = 0.0;                 ///< distance of its line from the foot [mm]
@@ -58,7 +62,8 @@ Seen seen_from(std::span<const Eigen::Vector3d> polygon, const Eigen::Vector3d& 
 
 /// ∫ [Φ(h) − Φ(s)] dθ of the edge, Φ by `beyond`(s) of the distance s from the point.
 template <class Beyond>
-double edge_integral(const Edge& edge, double height, double smooth, const Beyond& beyond) {
+double edge_integral(const Edge& edge, double height, double smooth, const Beyond& beyond,
+                     int& samples) {
   const double inner = edge.R * edge.R + height * height;
   const double S = std::sqrt(inner + smooth * smooth);
   const double first = std::asinh(edge.start / S), last = std::asinh(edge.end / S);
@@ -71,52 +76,91 @@ double edge_integral(const Edge& edge, double height, double smooth, const Beyon
       const double t = S * std::sinh(u);
       const double dtheta = edge.R * S * std::cosh(u) / (edge.R * edge.R + t * t);
       sum += gauss_weight[g] * dtheta * (at_foot - beyond(std::sqrt(inner + t * t)));
+      ++samples;
     }
   }
   return half * sum;
 }
 
 template <class Beyond>
-double edge_sum(const Seen& seen, double height, double smooth, const Beyond& beyond) {
-  double sum = 0.0;
+FormFactor edge_sum(const Seen& seen, double height, double smooth, const Beyond& beyond) {
+  FormFactor result;
   for (const Edge& edge : seen.edges) {
-    if (edge.R != 0.0) sum += edge.sign * edge_integral(edge, height, smooth, beyond);
+    if (edge.R == 0.0) continue;
+    result.value += edge.sign * edge_integral(edge, height, smooth, beyond, result.samples);
   }
-  return sum;
+  return result;
+}
+
+/// ∫ Φ dθ by [T] 3.19.
+double taylor_integral(const Profile& profile, const Edge& edge, double height, double ratio,
+                       int halvings, int& samples) {
+  const double length = edge.end - edge.start, middle = 0.5 * (edge.start + edge.end);
+  const double r2 = edge.R * edge.R + middle * middle;
+  if (halvings < most_halvings &&
+      (length * length > ratio * ratio * r2 || length * profile.decay() > ratio)) {
+    Edge left = edge, right = edge;
+    left.end = right.start = middle;
+    return taylor_integral(profile, left, height, ratio, halvings + 1, samples) +
+           taylor_integral(profile, right, height, ratio, halvings + 1, samples);
+  }
+  ++samples;
+  return profile.beyond(std::sqrt(r2 + height * height)) * edge.R * length / r2;
 }
 
 }  // namespace
 
-double form_factor(const Profile& profile, std::span<const Eigen::Vector3d> polygon,
-                   const Eigen::Vector3d& point) {
+FormFactor form_factor(const Profile& profile, std::span<const Eigen::Vector3d> polygon,
+                       const Eigen::Vector3d& point) {
   check(polygon.size() >= 3, "a form factor needs a polygon");
   double extent = 0.0;
   for (const Eigen::Vector3d& v : polygon) extent = std::max(extent, (v - polygon[0]).norm());
   const double distance = std::hypot((point - polygon[0]).norm(), profile.smallest_depth());
   if (extent <= small_share * distance && extent * profile.decay() <= small_share) {
-    double sum = 0.0;
+    FormFactor result;
     for (std::size_t i = 2; i < polygon.size(); ++i) {
-      sum += triangle_rule({polygon[0], polygon[i - 1], polygon[i]}, [&](const Eigen::Vector3d& x) {
-        return profile.value((x - point).norm());
-      });
+      result.value += triangle_rule(
+          {polygon[0], polygon[i - 1], polygon[i]},
+          [&](const Eigen::Vector3d& x) { return profile.value((x - point).norm()); });
+      result.samples += rule_points;
     }
-    return sum;
+    return result;
   }
   const Seen seen = seen_from(polygon, point);
   return edge_sum(seen, seen.height, profile.smallest_depth(),
                   [&](double s) { return profile.beyond(s); });
 }
 
-double aligned_form_factor(const Profile& profile, std::span<const Eigen::Vector3d> polygon,
-                           const Eigen::Vector3d& point) {
+FormFactor taylor_form_factor(const Profile& profile, std::span<const Eigen::Vector3d> polygon,
+                              const Eigen::Vector3d& point, double ratio) {
   const Seen seen = seen_from(polygon, point);
-  double sum = 0.0;
+  FormFactor result;
+  double angle = 0.0;
+  for (const Edge& edge : seen.edges) {
+    if (edge.R == 0.0) continue;
+    angle += edge.sign * (std::atan(edge.end / edge.R) - std::atan(edge.start / edge.R));
+    result.value -=
+        edge.sign * taylor_integral(profile, edge, seen.height, ratio, 0, result.samples);
+  }
+  // The first terms of [T] 3.12: 2π where the foot lies inside the polygon, 0 outside.
+  const double turns = std::round(angle / (2.0 * std::numbers::pi));
+  result.value += 2.0 * std::numbers::pi * turns * profile.beyond(seen.height);
+  return result;
+}
+
+FormFactor aligned_form_factor(const Profile& profile, std::span<const Eigen::Vector3d> polygon,
+                               const Eigen::Vector3d& point) {
+  const Seen seen = seen_from(polygon, point);
+  FormFactor result;
   for (const SourceTerm& term : profile.terms()) {
     // The foot's distance to the source's plane takes the point's height; z is in the term alone.
     const double height = std::abs(seen.height + term.side * term.z);
-    sum += edge_sum(seen, height, 0.0, [&](double s) { return profile.term_beyond(term, s); });
+    const FormFactor part =
+        edge_sum(seen, height, 0.0, [&](double s) { return profile.term_beyond(term, s); });
+    result.value += part.value;
+    result.samples += part.samples;
   }
-  return sum;
+  return result;
 }
 
 }  // namespace kappamu::forward::dipole

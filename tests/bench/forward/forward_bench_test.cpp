@@ -158,9 +158,13 @@ TEST_F(ForwardBenchTest, SummaryNamesTheFastestPeerAndWhatRelaxationTakes) {
   EXPECT_NEAR(relaxation[1].at("ratio").get<double>(), 200.0, 1e-9);
 }
 
-TEST_F(ForwardBenchTest, ScalingDrawsItsPicture) {
-  expect_header(measure("scaling"));
-  expect_charts({"forward-scaling"}, {"forward-scaling"});
+TEST_F(ForwardBenchTest, OtherSectionsDrawTheirPictures) {
+  std::vector<std::string> names;
+  for (const char* section : {"grids", "scaling"}) {
+    expect_header(measure(section));
+    names.push_back("forward-" + std::string(section));
+  }
+  expect_charts(names, names);
 }
 
 TEST_F(ForwardBenchTest, UnknownSectionIsRefusedWithTheNames) {

@@ -219,11 +219,9 @@ TEST(Joint, LensesSampleAndPoseSpreadAsStated) {
                     (lit_through_boards(sequential, shots.poses, point) - lit).squaredNorm(),
                     1.0 / (9.0 * runs));
       const Eigen::Vector2d pixel = rig.camera_lens.project(point);
-      camera.add((testing::projected_through_boards(joint.camera, shots.poses, point) - pixel)
-                     .squaredNorm(),
+      camera.add((projected_through_boards(joint.camera, shots.poses, point) - pixel).squaredNorm(),
                  projection_covariance(joint.camera, pixel, point.z()).trace(),
-                 (testing::projected_through_boards(both.camera, shots.poses, point) - pixel)
-                     .squaredNorm(),
+                 (projected_through_boards(both.camera, shots.poses, point) - pixel).squaredNorm(),
                  1.0 / (9.0 * runs));
     }
     const auto relative = [](double value, double truth) { return 100.0 * (value / truth - 1.0); };

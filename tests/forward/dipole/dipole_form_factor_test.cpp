@@ -8,9 +8,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/cases/form_factor_case.h"
 #include "core/optics.h"
-#include "core/random.h"
-#include "tests/forward/dipole/quadrature.h"
+#include "forward/dipole/form_factor/quadrature.h"
 
 namespace kappamu::forward::dipole {
 namespace {
@@ -18,42 +18,16 @@ namespace {
 using Triangle = std::array<Eigen::Vector3d, 3>;
 
 constexpr double eta = 1.3;
+constexpr std::uint64_t population = 1;  // docs/dipole.md reports another
 constexpr int sweep = 150;
-
-struct FormFactorCase {
-  Material material;
-  Triangle triangle;
-  Eigen::Vector3d point;
-};
-
-/// Triangles of a tenth to thirty mean free paths, any shape; points in the plane, on an edge, or
-/// up to ten mean free paths off it.
-FormFactorCase form_factor_case(std::uint64_t number) {
-  std::uint64_t drawn = 0;
-  const auto u = [&] { return uniform(key_of({1, number, drawn++})); };
-  const auto spread = [&](double low, double high) { return low * std::pow(high / low, u()); };
-  FormFactorCase c;
-  c.material.kappa = spread(0.05, 1.0);
-  c.material.mu = spread(1e-5, 0.3) / (3.0 * c.material.kappa);
-  const double mean_free_path = 3.0 * c.material.kappa, size = mean_free_path * spread(0.1, 30.0);
-  for (Eigen::Vector3d& v : c.triangle) v = size * (Eigen::Vector3d(u(), u(), u()).array() - 0.5);
-  const auto& [a, b, d] = c.triangle;
-  const Eigen::Vector3d normal = (b - a).cross(d - a).normalized();
-  const double x = u(), y = u();
-  c.point = a * x + b * y + d * (1.0 - x - y);
-  const double height = mean_free_path * spread(0.05, 10.0);
-  if (number % 3 != 0) c.point += normal * (u() < 0.5 ? -height : height);
-  if (number % 5 == 0) c.point = 0.3 * a + 0.7 * b;
-  return c;
-}
 
 TEST(FormFactor, IsTheIntegralOverTheTriangle) {
   constexpr double tolerance = 1e-3;
   for (const char* name : {"dipole", "better-dipole"}) {
     for (std::uint64_t i = 0; i < sweep; ++i) {
-      const FormFactorCase c = form_factor_case(i);
+      const bench::FormFactorCase c = bench::form_factor_case(population, i);
       const Profile profile = make_profile(name, c.material, eta);
-      EXPECT_NEAR(form_factor(profile, c.triangle, c.point) /
+      EXPECT_NEAR(form_factor(profile, c.triangle, c.point).value /
                       quadrature_form_factor(profile, c.triangle, c.point),
                   1.0, tolerance)
           << name << " " << i;
@@ -64,13 +38,33 @@ TEST(FormFactor, IsTheIntegralOverTheTriangle) {
 TEST(FormFactor, WithAlignedSourcesIsTheIntegralToo) {
   constexpr double tolerance = 5e-3;
   for (std::uint64_t i = 0; i < sweep; ++i) {
-    const FormFactorCase c = form_factor_case(i);
+    const bench::FormFactorCase c = bench::form_factor_case(population, i);
     const Profile profile = make_profile("dipole", c.material, eta);
-    EXPECT_NEAR(aligned_form_factor(profile, c.triangle, c.point) /
+    EXPECT_NEAR(aligned_form_factor(profile, c.triangle, c.point).value /
                     quadrature_aligned_form_factor(profile, c.triangle, c.point),
                 1.0, tolerance)
         << i;
   }
+}
+
+// [T] 3.19 converges with its criterion, though 2/5 is not enough for 1 % everywhere
+// (docs/dipole.md has the sweep).
+TEST(FormFactor, OfTheTaylorSeriesConvergesWithItsCriterion) {
+  const auto worst = [](double ratio) {
+    double largest = 0.0;
+    for (std::uint64_t i = 0; i < sweep; ++i) {
+      const bench::FormFactorCase c = bench::form_factor_case(population, i);
+      if (c.on_edge) continue;
+      const Profile profile = make_profile("dipole", c.material, eta);
+      const double exact = form_factor(profile, c.triangle, c.point).value;
+      const double found = taylor_form_factor(profile, c.triangle, c.point, ratio).value;
+      largest = std::max(largest, std::abs(found - exact) / profile.reflectance());
+    }
+    return largest;
+  };
+  const double coarse = worst(0.4), fine = worst(0.1);
+  EXPECT_LT(coarse, 0.02);
+  EXPECT_LT(fine, coarse / 8.0);  // order 2: 16
 }
 
 TEST(FormFactor, OfAPolygonIsThatOfItsTriangles) {
@@ -80,9 +74,10 @@ TEST(FormFactor, OfAPolygonIsThatOfItsTriangles) {
   const Triangle one{quad[0], quad[1], quad[2]}, two{quad[0], quad[2], quad[3]};
   for (const Eigen::Vector3d& point :
        {Eigen::Vector3d(1, 0.5, 0), Eigen::Vector3d(5, 1, -0.4), Eigen::Vector3d(0, 0, 0)}) {
-    const double whole = form_factor(profile, quad, point);
-    EXPECT_NEAR((form_factor(profile, one, point) + form_factor(profile, two, point)) / whole, 1.0,
-                1e-3);
+    const double whole = form_factor(profile, quad, point).value;
+    EXPECT_NEAR(
+        (form_factor(profile, one, point).value + form_factor(profile, two, point).value) / whole,
+        1.0, 1e-3);
   }
 }
 
@@ -101,7 +96,7 @@ TEST(FormFactor, ThinMarbleCylindersCreateEnergy) {
       bottom.emplace_back(top.back().x(), top.back().y(), -height);
     }
     const Eigen::Vector3d middle(0, 0, 0);
-    return form_factor(profile, top, middle) + form_factor(profile, bottom, middle);
+    return form_factor(profile, top, middle).value + form_factor(profile, bottom, middle).value;
   };
   EXPECT_NEAR(discs(2.0), 1.126, 0.001);
   EXPECT_NEAR(discs(1.0), 1.28, 0.005);

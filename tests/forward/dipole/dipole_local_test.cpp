@@ -14,9 +14,9 @@
 
 #include "core/mesh/shapes.h"
 #include "core/random.h"
+#include "forward/dipole/form_factor/quadrature.h"
 #include "forward/dipole/local/radius.h"
 #include "forward/object_models.h"
-#include "tests/forward/dipole/quadrature.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
 
 namespace kappamu::forward::dipole {
