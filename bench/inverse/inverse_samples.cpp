@@ -12,7 +12,7 @@
 #include "data_synthetic/scene/materials.h"
 #include "data_synthetic/score.h"
 #include "inverse/fit/fit.h"
-#include "inverse/fit/volume_uncertainty.h"
+#include "inverse/fit/fit_uncertainty.h"
 
 namespace kappamu::bench {
 

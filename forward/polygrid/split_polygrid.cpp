@@ -45,8 +45,8 @@ void sort_by_place(std::vector<Vector3i>& cell, std::vector<Corners>& cell_corne
   cell_corners = std::move(corners);
 }
 
-/// Numbers corners by their place in the first cell that has them, as sort_by_place() does cells, so
-/// that those of a line follow each other and its neighbours lie alike for all.
+/// Numbers corners by their place in the first cell that has them, as sort_by_place() does cells,
+/// so that those of a line follow each other and its neighbours lie alike for all.
 void number_by_place(const std::vector<Vector3i>& cell, std::vector<Corners>& cell_corners,
                      std::vector<Vector3d>& corner) {
   using Lexical = std::tuple<int, int, int>;

@@ -78,7 +78,7 @@ struct ChannelFit {
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
   Correction correction;  ///< r at the end
-  /// Of a volume whose deviations are asked for (volume_uncertainty.h).
+  /// Of a volume whose deviations are asked for (fit_uncertainty.h).
   std::optional<Prior> prior;
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
   /// (simpler_model.h) asks the validation patterns.

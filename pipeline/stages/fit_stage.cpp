@@ -11,8 +11,7 @@
 #include "core/surface_measurements.h"
 #include "inverse/fit/fit_memory.h"
 #include "inverse/fit/fit_state.h"
-#include "inverse/fit/model_uncertainty.h"
-#include "inverse/fit/volume_uncertainty.h"
+#include "inverse/fit/fit_uncertainty.h"
 #include "inverse/validation/notes.h"
 #include "inverse/validation/validated_fit.h"
 #include "io/atomic_file.h"
@@ -25,9 +24,8 @@
 #include "pipeline/stages/checkpoint_files.h"
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_evidence.h"
-#include "pipeline/stages/prediction_maps.h"
+#include "pipeline/stages/fit_output.h"
 #include "pipeline/stages/square_check.h"
-#include "pipeline/stages/uncertainty_output.h"
 #include "pipeline/stages/validation_choice.h"
 
 namespace kappamu::pipeline {

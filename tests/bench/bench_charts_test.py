@@ -75,7 +75,7 @@ class Pages(unittest.TestCase):
             self.assertIn(f"<!-- bench:limits-{name} -->\n", page)
 
     def test_every_place_and_picture_of_a_page_is_made_by_a_subject(self):
-        ends = ("", "-views", "-exposures", "-thesis", "-fit")
+        ends = ("", "-views", "-coverage", "-exposures", "-thesis", "-fit")
         made = {stem + end for stem in bench_charts.SUBJECTS for end in ends}
         for page in sorted((ROOT / "docs").glob("*.md")):
             for name in bench_charts.re.findall(r"<!-- bench:([a-z-]+) -->", page.read_text()):

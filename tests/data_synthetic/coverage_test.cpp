@@ -11,7 +11,7 @@
 #include "core/progress.h"
 #include "data_synthetic/scene/materials.h"
 #include "inverse/fit/fit.h"
-#include "inverse/fit/volume_uncertainty.h"
+#include "inverse/fit/fit_uncertainty.h"
 
 namespace kappamu::synthetic {
 namespace {

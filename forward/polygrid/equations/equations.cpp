@@ -81,7 +81,8 @@ Equations::Equations(const Polygrid& grid, double A) : A_(A) {
       };
       for (std::size_t c = 0; c < 8; ++c) in_row_[at][c] = place(matrix_, others[c]);
       for (std::size_t a = 0; a < 3; ++a) {
-        in_links_[at][a] = place(links_, others[static_cast<std::size_t>((slot_[at] & 7) ^ 1 << a)]);
+        in_links_[at][a] =
+            place(links_, others[static_cast<std::size_t>((slot_[at] & 7) ^ 1 << a)]);
       }
     }
   }

@@ -15,8 +15,8 @@
 
 namespace kappamu::forward::polygrid {
 
-/// Of a symmetric matrix: the columns of each row from the diagonal on, sorted; of links those beyond
-/// it.
+/// Of a symmetric matrix: the columns of each row from the diagonal on, sorted; of links those
+/// beyond it.
 struct Pattern {
   std::vector<int> start{0};  ///< of each row, and the end of the last
   std::vector<int> column;
@@ -60,8 +60,8 @@ class Equations {
   Pattern matrix_, links_;
   std::vector<Eigen::Vector3i> place_;
   std::vector<int> slot_start_, slot_;  ///< [unknown] 8·cell + corner of the cells about it
-  /// Where in their row of matrix_ and links_ the corners of a slot's cell lie; `elsewhere` for those
-  /// before the row's.
+  /// Where in their row of matrix_ and links_ the corners of a slot's cell lie; `elsewhere` for
+  /// those before the row's.
   static constexpr std::uint8_t elsewhere = 255;
   std::vector<std::array<std::uint8_t, 8>> in_row_;
   std::vector<std::array<std::uint8_t, 3>> in_links_;

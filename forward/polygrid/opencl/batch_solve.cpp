@@ -143,7 +143,8 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
                x_, r, y)[0];
   } else {
     write_lanes(context_, x_, numbers_, starts, width);
-    over(rows(), "residual", matrix_.list, matrix_.step, value_, inverse_diagonal_[0], b_, x_, r, y);
+    over(rows(), "residual", matrix_.list, matrix_.step, value_, inverse_diagonal_[0], b_, x_, r,
+         y);
     size2 = dot(b_, b_);
     r_r = dot(r, r);
   }
@@ -166,8 +167,7 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
     }
     write(std::array{along});
     over(rows(), "update_direction", scalars_, z_, p_);
-    const Scalars p_image =
-        sums(1, "product", matrix_.list, matrix_.step, value_, p_, image_)[0];
+    const Scalars p_image = sums(1, "product", matrix_.list, matrix_.step, value_, p_, image_)[0];
     for (std::size_t lane = 0; lane < width; ++lane) {
       if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
     }
@@ -204,9 +204,9 @@ Scalars BatchSolve::cycle() {
   }
   for (std::size_t l = 0; l < coarsest; ++l) {
     const DeviceLevel& level = levels_[l];
-    over(rows_of(l + 1), "down", level.first_child, level.child, level.links.list,
-         level.links.step, links_[l], level_r_[l], level_y_[l], inverse_diagonal_[l + 1],
-         level_r_[l + 1], level_y_[l + 1]);
+    over(rows_of(l + 1), "down", level.first_child, level.child, level.links.list, level.links.step,
+         links_[l], level_r_[l], level_y_[l], inverse_diagonal_[l + 1], level_r_[l + 1],
+         level_y_[l + 1]);
   }
   over(rows_of(coarsest), "direct_to_children", coarsest_, level_r_[coarsest],
        levels_[coarsest - 1].first_child, levels_[coarsest - 1].child, level_y_[coarsest - 1]);
@@ -216,8 +216,8 @@ Scalars BatchSolve::cycle() {
          inverse_diagonal_[l], level_r_[l], level_y_[l], finer.first_child, finer.child,
          level_y_[l - 1]);
   }
-  return sums(1, "up", levels_[0].links.list, levels_[0].links.step, links_[0], inverse_diagonal_[0],
-              level_r_[0], level_y_[0], z_)[0];
+  return sums(1, "up", levels_[0].links.list, levels_[0].links.step, links_[0],
+              inverse_diagonal_[0], level_r_[0], level_y_[0], z_)[0];
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -29,9 +29,9 @@ void write_lanes(device::Context& context, const device::Buffer& buffer, const N
 void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
                 const std::vector<std::vector<double>*>& of_lane, std::size_t width);
 
-/// A symmetric matrix of which half is stored, [slot][row]: the first numbers of all rows, the second
-/// ones, and so on. Rows whose columns and numbers lie alike share one list, as most of a lattice
-/// do.
+/// A symmetric matrix of which half is stored, [slot][row]: the first numbers of all rows, the
+/// second ones, and so on. Rows whose columns and numbers lie alike share one list, as most of a
+/// lattice do.
 struct DevicePattern {
   /// Keeps a reference to the pattern.
   DevicePattern(device::Context& context, const Pattern& of);

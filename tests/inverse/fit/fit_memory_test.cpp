@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "core/process_memory.h"
-#include "inverse/fit/volume_uncertainty.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {

@@ -10,7 +10,7 @@
 #include "core/error.h"
 #include "device/device_info.h"
 #include "inverse/block_model/homogeneous.h"
-#include "inverse/fit/model_uncertainty.h"
+#include "inverse/fit/fit_uncertainty.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {

@@ -1,10 +1,13 @@
-#include "pipeline/stages/uncertainty_output.h"
+#include "pipeline/stages/fit_output.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 #include <vector>
 
+#include "io/npy.h"
 #include "io/volume/npy_volume.h"
 
 namespace kappamu::pipeline {
@@ -22,6 +25,24 @@ Volume<double> as_double(const Volume<float>& volume) {
 }
 
 }  // namespace
+
+void write_maps(const std::filesystem::path& file, const SurfaceMeasurements& measurements,
+                std::size_t channels, const std::vector<float>& values) {
+  const FaceShape face = measurements.seen_shape();
+  io::write_npy(file,
+                {channels, static_cast<std::size_t>(measurements.patterns),
+                 static_cast<std::size_t>(face.nv), static_cast<std::size_t>(face.nu)},
+                std::span<const float>(values));
+}
+
+void put_patterns(std::vector<float>& all, std::size_t cells, const std::vector<int>& patterns,
+                  const std::vector<float>& part) {
+  for (std::size_t k = 0; k < patterns.size(); ++k) {
+    std::copy_n(
+        part.begin() + static_cast<std::ptrdiff_t>(k * cells), cells,
+        all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(patterns[k]) * cells));
+  }
+}
 
 void write_sensitivity(const std::filesystem::path& folder, const std::string& channel,
                        const inverse::ChannelFit& fit, io::VolumeSet& volumes) {

@@ -1,7 +1,7 @@
 // Standard deviations of homogeneous and layered blocks: predicted against the spread of fits to
 // fresh noise, each from its own start. Those of volumes: uncertainty_test.cpp and
 // tests/bench/uncertainty_proof_test.cpp.
-#include "inverse/fit/model_uncertainty.h"
+#include "inverse/fit/fit_uncertainty.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,15 +1,27 @@
-// The uncertainty of a fit as its folder, its volumes and its JSON tell it (docs/formats.md).
+// What a fit leaves beside its volumes, as its folder, its volume set and its JSON tell it
+// (docs/formats.md): predicted maps of the seen face, sensitivity, uncertainty.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
+#include "core/surface_measurements.h"
 #include "inverse/fit/fit.h"
 #include "inverse/uncertainty/uncertainty.h"
 #include "io/volume/volume_set.h"
 
 namespace kappamu::pipeline {
+
+/// .npy [channels][M][v][u] of the shape of `measurements`.
+void write_maps(const std::filesystem::path& file, const SurfaceMeasurements& measurements,
+                std::size_t channels, const std::vector<float>& values);
+
+/// `all` with the maps of `patterns` replaced by `part`, one channel's [M][v][u] each.
+void put_patterns(std::vector<float>& all, std::size_t cells, const std::vector<int>& patterns,
+                  const std::vector<float>& part);
 
 /// Writes sensitivity_<channel>.npy, √(sκ² + sμ²): how strongly the data hold a voxel, by either
 /// coefficient, and adds it to `volumes`.
