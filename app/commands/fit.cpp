@@ -13,8 +13,8 @@
 #include "pipeline/records/fingerprint.h"
 #include "pipeline/records/model_json.h"
 #include "pipeline/stages/continuation.h"
+#include "pipeline/stages/fit_output.h"
 #include "pipeline/stages/fit_stage.h"
-#include "pipeline/stages/uncertainty_output.h"
 
 namespace kappamu::app {
 

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "core/process_memory.h"
+#include "inverse/fit/fit_uncertainty.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
