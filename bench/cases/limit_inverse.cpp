@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/numbers/median.h"
+#include "inverse/data_checks/consistency.h"
 #include "inverse/validation/notes.h"
 
 namespace kappamu::bench {
@@ -156,6 +157,10 @@ InverseLimitOutcome run_inverse_limit(const InverseLimit& limit, const std::stri
   for (const auto& warning : {inverse::unseen_warning(*outcome.fit, m, 0),
                               inverse::outlier_warning(*outcome.fit, m, 0)}) {
     if (warning) outcome.warnings.push_back(*warning);
+  }
+  const inverse::Consistency& consistency = outcome.fit->report.consistency;
+  if (inverse::shifted_channel({&consistency, 1})) {
+    outcome.warnings.push_back(inverse::shift_sentence(consistency, m.grid, m.seen_face));
   }
   outcome.notes = inverse::notes_on(*outcome.fit, m);
   score(limit, m.eta, outcome);
