@@ -58,9 +58,8 @@ std::optional<std::string> coarse_voxels(const GridSetup& setup, const Medium& m
   if (share < worthwhile_share) return std::nullopt;
   return formatted(
       "in %.3g %% of the block the voxel edge of %.3g mm is more than %.3g mean free path%s 3 "
-      "kappa "
-      "(up to %.3g); the grid's own error exceeds a few percent there: split the voxels and "
-      "compare",
+      "kappa (up to %.3g); the grid's own error exceeds a few percent there: split the voxels "
+      "and compare",
       100.0 * share, h, limit, limit > 1.0 ? "s" : "", worst);
 }
 
@@ -78,8 +77,7 @@ std::optional<std::string> dark_far_side(const GridSetup& setup, const Medium& m
   if (decades <= most_decades) return std::nullopt;
   const std::string text = formatted(
       "light falls by about %.3g decades across the block, more than the default tolerance "
-      "resolves; "
-      "what leaves the far face is rounding unless you ask for ",
+      "resolves; what leaves the far face is rounding unless you ask for ",
       std::round(decades));
   if (decades > double_decades) return text + "a thinner block: no precision resolves it";
   return text + (precision == Precision::single_precision ? "--precision double and " : "") +

@@ -1,20 +1,12 @@
 #include "forward/embedded/reference/cube_by_cube.h"
 
 #include <cmath>
-#include <numeric>
 
 #include "core/error.h"
+#include "core/numbers/dot.h"
 #include "forward/embedded/equations/fields.h"
 
 namespace kappamu::forward::embedded {
-
-namespace {
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-}
-
-}  // namespace
 
 std::vector<double> reference_product(const NodeSpace& space, const Elements& elements,
                                       std::size_t channel, const std::vector<double>& x) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <random>
 
+#include "core/numbers/dot.h"
 #include "embedded_test_tools.h"
 #include "exact_sphere.h"
 #include "forward/embedded/discretisation.h"
@@ -145,12 +146,6 @@ struct Small {
     return values;
   }
 };
-
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
-  return sum;
-}
 
 std::vector<double> product(const SparseRows<double>& matrix, const std::vector<double>& x) {
   std::vector<double> y(x.size());
