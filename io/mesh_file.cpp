@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/mesh/mesh_check.h"
+#include "io/mesh/gltf_geometry.h"
 #include "io/mesh/mesh_claims.h"
 #include "io/read_file.h"
 
@@ -148,7 +149,14 @@ void append(const aiMesh& part, const aiMatrix4x4& placed, TriangleMesh& mesh) {
 TriangleMesh read_mesh(const fs::path& file) {
   const std::string name = file.string(), format = format_of(file);
   std::vector<std::byte> bytes = read_bounded(file);
-  const MeshClaims claims = mesh_claims(bytes, format, name);
+  MeshClaims claims;
+  if (format == "gltf" || format == "glb") {
+    GltfGeometry geometry = gltf_geometry(bytes, format, name);
+    claims = geometry.claims;
+    bytes = std::move(geometry.file);
+  } else {
+    claims = mesh_claims(bytes, format, name);
+  }
   check_count(name, claims.triangles, claims.vertices);
 
   Assimp::Importer importer;

@@ -6,7 +6,6 @@
 #include <ceres/rotation.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -15,6 +14,7 @@
 #include "calib/lens/opencv_convert.h"
 #include "calib/targets/board_picture.h"
 #include "core/error.h"
+#include "core/linear_algebra.h"
 
 namespace kappamu::calib {
 namespace {
@@ -270,22 +270,19 @@ CameraProblem::Spread CameraProblem::spread(const std::vector<Normal>& views,
   const Inverse inverse = inverse_of(total(views).first);
   if (!inverse.regular) throw InputError(undetermined);
   const Eigen::MatrixXd& bread = inverse.matrix;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> roots(bread);
-  const Eigen::MatrixXd root =
-      roots.eigenvectors() * roots.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  const SymmetricEigen roots = symmetric_eigen(bread);
+  const Eigen::MatrixXd root = roots.vectors * roots.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
   double found = 0.0;
   double expected = 0.0;
   Eigen::MatrixXd by_views = Eigen::MatrixXd::Zero(bread.rows(), bread.cols());
   for (const Normal& view : views) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> own(root.transpose() * view.matrix * root);
+    const SymmetricEigen own = symmetric_eigen(root.transpose() * view.matrix * root);
     constexpr double least_left = 1e-3;  // of a direction that this view alone determines
-    const Eigen::VectorXd left = (1.0 - own.eigenvalues().array()).max(least_left);
-    const Eigen::VectorXd score =
-        own.eigenvectors().transpose() * (root.transpose() * view.gradient);
+    const Eigen::VectorXd left = (1.0 - own.values.array()).max(least_left);
+    const Eigen::VectorXd score = own.vectors.transpose() * (root.transpose() * view.gradient);
     found += score.squaredNorm();
-    expected += noise_variance * own.eigenvalues().dot(left);
-    const Eigen::VectorXd moved =
-        root * (own.eigenvectors() * score.cwiseQuotient(left.cwiseSqrt()));
+    expected += noise_variance * own.values.dot(left);
+    const Eigen::VectorXd moved = root * (own.vectors * score.cwiseQuotient(left.cwiseSqrt()));
     by_views += moved * moved.transpose();
   }
   Spread spread;

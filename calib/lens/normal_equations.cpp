@@ -1,8 +1,7 @@
 #include "calib/lens/normal_equations.h"
+#include "core/linear_algebra.h"
 
 #include <ceres/crs_matrix.h>
-
-#include <Eigen/Eigenvalues>
 
 namespace kappamu::calib {
 
@@ -18,17 +17,16 @@ Eigen::MatrixXd dense(const ceres::CRSMatrix& sparse) {
 
 Inverse inverse_of(const Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd scale = matrix.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scale.asDiagonal() * matrix *
-                                                              scale.asDiagonal());
+  const SymmetricEigen eigen = symmetric_eigen(scale.asDiagonal() * matrix * scale.asDiagonal());
   constexpr double rounding = 1e-13;
   Inverse inverse{Eigen::MatrixXd::Zero(matrix.rows(), matrix.cols()), true};
   for (Eigen::Index k = 0; k < matrix.rows(); ++k) {
-    if (solver.eigenvalues()[k] < rounding * solver.eigenvalues().maxCoeff()) {
+    if (eigen.values[k] < rounding * eigen.values.maxCoeff()) {
       inverse.regular = false;
       continue;
     }
-    const Eigen::VectorXd direction = scale.cwiseProduct(solver.eigenvectors().col(k));
-    inverse.matrix += direction * direction.transpose() / solver.eigenvalues()[k];
+    const Eigen::VectorXd direction = scale.cwiseProduct(eigen.vectors.col(k));
+    inverse.matrix += direction * direction.transpose() / eigen.values[k];
   }
   return inverse;
 }

@@ -87,8 +87,9 @@ ProjectionUncertainty projection_uncertainty(const CameraCalibration& camera, do
     for (int i = 0; i < columns; ++i) {
       const Eigen::Vector2d pixel(camera.lens.width * i / (columns - 1.0) - 0.5,
                                   camera.lens.height * j / (result.rows - 1.0) - 0.5);
-      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(
-          projection_covariance(camera, pixel, distance_mm), Eigen::EigenvaluesOnly);
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+      solver.computeDirect(projection_covariance(camera, pixel, distance_mm),
+                           Eigen::EigenvaluesOnly);
       result.deviation_px.push_back(std::sqrt(std::max(0.0, solver.eigenvalues()[1])));
     }
   }

@@ -1,7 +1,6 @@
 #include "calib/projector/projector_map.h"
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -12,6 +11,7 @@
 
 #include "calib/targets/board_picture.h"
 #include "core/error.h"
+#include "core/linear_algebra.h"
 #include "core/numbers/median.h"
 
 namespace kappamu::calib {
@@ -96,7 +96,7 @@ void drop_odd_points(const std::vector<cv::Point2f>& shown, const std::vector<cv
           to[static_cast<std::size_t>(r)] - expected[static_cast<std::size_t>(r)];
       residuals.row(r) << miss.x, miss.y;
     }
-    residuals -= terms * terms.colPivHouseholderQr().solve(residuals);
+    residuals -= terms * least_squares(terms, residuals);
     std::vector<double> sizes(in.size());
     for (Eigen::Index r = 0; r < rows; ++r) {
       sizes[static_cast<std::size_t>(r)] = residuals.row(r).norm();

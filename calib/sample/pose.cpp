@@ -1,6 +1,6 @@
 #include "calib/sample/pose.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <numbers>
 
@@ -10,6 +10,7 @@
 #include "calib/sample/outline.h"
 #include "calib/sample/pose_fit.h"
 #include "core/error.h"
+#include "core/linear_algebra.h"
 #include "core/shown_text.h"
 
 namespace kappamu::calib {
@@ -69,10 +70,10 @@ PoseCovariance lens_share(const Lens& lens, const LensCovariance& covariance,
     // Scaled, so that focal lengths in pixels do not drown the distortion.
     const Eigen::Matrix<double, lens_numbers, 1> scale =
         covariance.diagonal().cwiseSqrt().cwiseMax(1e-300);
-    const Eigen::SelfAdjointEigenSolver<LensCovariance> solver(
-        scale.cwiseInverse().asDiagonal() * covariance * scale.cwiseInverse().asDiagonal());
-    return LensCovariance(scale.asDiagonal() * solver.eigenvectors() *
-                          solver.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal());
+    const SymmetricEigen eigen = symmetric_eigen(scale.cwiseInverse().asDiagonal() * covariance *
+                                                 scale.cwiseInverse().asDiagonal());
+    return LensCovariance(scale.asDiagonal() * eigen.vectors *
+                          eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal());
   }();
   for (int k = 0; k < lens_numbers; ++k) {
     if (root.col(k).norm() == 0.0) continue;
@@ -140,10 +141,9 @@ PoseUncertainty pose_uncertainty(const SamplePose& pose, const Eigen::Vector3d& 
   const PoseCovariance covariance = pose.total_covariance();
   const Eigen::Matrix3d turn_covariance =
       turn * covariance.topLeftCorner<3, 3>() * turn.transpose();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(turn_covariance,
-                                                              Eigen::EigenvaluesOnly);
   return {(move * covariance * move.transpose()).diagonal().cwiseSqrt(),
-          std::sqrt(std::max(0.0, solver.eigenvalues()[2])) * 180.0 / std::numbers::pi};
+          std::sqrt(std::max(0.0, symmetric_eigen(turn_covariance).values[2])) * 180.0 /
+              std::numbers::pi};
 }
 
 SamplePose find_sample_pose(const Image<float>& grey, const Lens& lens, const GridShape& grid,

@@ -1,6 +1,6 @@
 #include "calib/targets/circle_grid.h"
 
-#include <Eigen/QR>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
@@ -10,6 +10,7 @@
 #include "calib/targets/board_shape.h"
 #include "calib/targets/chessboard.h"
 #include "core/error.h"
+#include "core/linear_algebra.h"
 #include "core/numbers/median.h"
 
 namespace kappamu::calib {
@@ -51,7 +52,7 @@ Vector2d centroid(const Image<float>& grey, const Vector2d& start, double radius
   for (std::size_t k = 0; k < background.size(); ++k) {
     rows.row(static_cast<Eigen::Index>(k)) = background[k];
   }
-  const Eigen::Vector3d plane = rows.leftCols<3>().colPivHouseholderQr().solve(rows.col(3));
+  const Eigen::Vector3d plane = least_squares(rows.leftCols<3>(), rows.col(3));
   double weight = 0.0;
   Vector2d sum = Vector2d::Zero();
   each([&](const Vector2d& offset, double value) {

@@ -1,10 +1,11 @@
 #include "inverse/block_model/model_choice.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "core/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"
@@ -242,7 +243,7 @@ class Search {
       return;
     }
     // (H⁻¹ S H⁻¹)⁻¹: what apart are errors of the data does not keep layers apart.
-    const Eigen::MatrixXd certain = all.normal * all.slope.ldlt().solve(all.normal);
+    const Eigen::MatrixXd certain = all.normal * solve_symmetric(all.slope, all.normal);
     const LayeredMedium fewer = merge_layers(all.medium, certain, options_.tolerated_rise * used);
     if (fewer.layers() == all.medium.layers()) return;
     SimpleFit merged = tried(grid, fewer);

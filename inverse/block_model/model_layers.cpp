@@ -1,10 +1,11 @@
 #include "inverse/block_model/model_layers.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
+#include "core/linear_algebra.h"
 #include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {
@@ -153,7 +154,7 @@ std::vector<double> LayerFitter::residual_without_common(const ErrorCovariance& 
 Eigen::MatrixXd LayerFitter::covariance() {
   evaluate();
   at_.jacobian = jacobian(at_.p);
-  return normal().ldlt().solve(Eigen::MatrixXd::Identity(at_.p.size(), at_.p.size()));
+  return solve_symmetric(normal(), Eigen::MatrixXd::Identity(at_.p.size(), at_.p.size()));
 }
 
 Eigen::MatrixXd LayerFitter::covariance(const ErrorCovariance& errors) {

@@ -1,12 +1,13 @@
 #include "inverse/block_model/systematic_error.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
+#include "core/linear_algebra.h"
 #include "core/numbers/dot.h"
 
 namespace kappamu::inverse {
@@ -214,7 +215,7 @@ Eigen::VectorXd ErrorCovariance::without_common(const Eigen::VectorXd& residual,
   }
   Eigen::MatrixXd normal = all.transpose() * all;
   normal.diagonal().array() += 1.0;  // what the columns' sizes make their prior
-  return residual - all * normal.ldlt().solve(all.transpose() * residual);
+  return residual - all * solve_symmetric(normal, all.transpose() * residual);
 }
 
 std::vector<double> ErrorCovariance::draw(std::mt19937_64& engine) const {
@@ -285,9 +286,9 @@ double structure_ratio(Objective& objective, const std::vector<double>& residual
 ChanceRise chance_rise(const Eigen::MatrixXd& normal, const Eigen::MatrixXd& between,
                        const Eigen::MatrixXd& copies) {
   const Eigen::MatrixXd fewer = (copies.transpose() * normal * copies).eval();
-  const Eigen::MatrixXd kept = copies * fewer.ldlt().solve(copies.transpose());
+  const Eigen::MatrixXd kept = copies * solve_symmetric(fewer, copies.transpose());
   const Eigen::MatrixXd all =
-      normal.ldlt().solve(Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
+      solve_symmetric(normal, Eigen::MatrixXd::Identity(normal.rows(), normal.cols()));
   const Eigen::MatrixXd product = (all - kept) * between;
   return {product.trace(), std::sqrt(std::max(0.0, 2.0 * (product * product).trace()))};
 }

@@ -1,11 +1,12 @@
 #include "inverse/data_checks/scale_and_shift.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "core/error.h"
+#include "core/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_layers.h"
 #include "inverse/optimise/levenberg_marquardt.h"
@@ -206,7 +207,8 @@ class Exposure final : private Residuals {
           weight_[row] * at_.residual[row] * at_.jacobian.row(row).transpose();
     }
     const double small_sample = patterns / (patterns - 1.0);
-    const Eigen::MatrixXd moved = normal_matrix(at_.jacobian, weight_, prior_).ldlt().solve(pull);
+    const Eigen::MatrixXd moved =
+        solve_symmetric(normal_matrix(at_.jacobian, weight_, prior_), pull);
     return small_sample * moved * moved.transpose();
   }
 

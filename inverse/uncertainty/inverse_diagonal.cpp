@@ -1,12 +1,13 @@
 #include "inverse/uncertainty/inverse_diagonal.h"
 
-#include <Eigen/Eigenvalues>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
 #include "core/error.h"
+#include "core/linear_algebra.h"
 #include "core/parallel.h"
 
 namespace kappamu::inverse {
@@ -126,14 +127,12 @@ CoefficientPair InverseDiagonal::sample(const Vector& u) {
     if (size == most || beside[size - 1] < exhausted * scale) break;
     next = rest / beside[size - 1];
   }
-  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
-  eigen.computeFromTridiagonal(diagonal.head(size),
-                               beside.head(std::max<Eigen::Index>(size - 1, 0)));
-  check(eigen.info() == Eigen::Success && eigen.eigenvalues()[0] > 0.0,
-        "the Hessian of a fit must be positive definite");
+  const SymmetricEigen eigen =
+      tridiagonal_eigen(diagonal.head(size), beside.head(std::max<Eigen::Index>(size - 1, 0)));
+  check(eigen.values[0] > 0.0, "the Hessian of a fit must be positive definite");
   const Eigen::VectorXd coefficients =
-      eigen.eigenvectors() * eigen.eigenvalues().cwiseSqrt().cwiseInverse().cwiseProduct(
-                                 eigen.eigenvectors().row(0).transpose() * start.norm());
+      eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().cwiseProduct(
+                          eigen.vectors.row(0).transpose() * start.norm());
   unfinished_ = std::max(unfinished_, std::abs(coefficients[size - 1]) / coefficients.norm());
   Eigen::VectorXd root = Eigen::VectorXd::Zero(n);
   for (Eigen::Index k = 0; k < size; ++k) root += coefficients[k] * space.col(k).cast<double>();

@@ -8,7 +8,7 @@
 namespace kappamu::io {
 
 /// Triangles and vertices that the file's text or header speaks of, polygons counted as triangles
-/// where the text shows them. `format` is the ending in lower case: obj, ply, stl, gltf or glb.
+/// where the text shows them. `format` is the ending in lower case: obj, ply or stl.
 struct MeshClaims {
   std::size_t triangles = 0, vertices = 0;
 };

@@ -236,6 +236,50 @@ TEST_F(MeshFile, BuffersOutsideTheFolderAreNotRead) {
   EXPECT_EQ(read_mesh(write("a.gltf", gltf_text(mesh, "a.bin"))).triangles.size(), 12U);
 }
 
+// Assimp 5.2 makes room for the first element of a kind and writes the second one's past its end.
+TEST_F(MeshFile, PlyElementsOfAKindComeOnce) {
+  std::string ply = ply_text(box_mesh(Vector3d::Ones(), 1));
+  const std::size_t face = ply.find("element face");
+  EXPECT_THAT(
+      refusal("faces.ply", ply.substr(0, face) + "element face 1\nproperty list uchar int i\n" +
+                               ply.substr(face)),
+      HasSubstr("'face' twice"));
+  const std::size_t vertex = ply.find("element vertex");
+  EXPECT_THAT(
+      refusal("vertices.ply",
+              ply.substr(0, vertex) + "element vertex 1\nproperty float x\n" + ply.substr(vertex)),
+      HasSubstr("'vertex' twice"));
+  ply.replace(face, 12, "element tristrips");
+  EXPECT_THAT(refusal("strips.ply", ply), HasSubstr("export it again with faces"));
+}
+
+// Nothing but triangles reaches assimp, which writes out of bounds where the counts of the rest
+// disagree.
+TEST_F(MeshFile, GltfIsReadForItsTrianglesAlone) {
+  const TriangleMesh mesh = box_mesh(Vector3d::Ones(), 1);
+  write("a.bin", gltf_buffer(mesh));
+  const std::string whole = gltf_text(mesh, "a.bin");
+  const auto with = [&](const std::string& old, const std::string& by) {
+    std::string text = whole;
+    text.replace(text.find(old), old.size(), by);
+    return text;
+  };
+  const fs::path skin =
+      write("skin.gltf",
+            with("\"attributes\":{", R"("attributes":{"JOINTS_0":1,"WEIGHTS_0":0,"NORMAL":1,)"));
+  EXPECT_EQ(read_mesh(skin).triangles.size(), 12U);
+  EXPECT_THAT(refusal("fan.gltf", with("\"indices\":1}", "\"indices\":2,\"mode\":6}")),
+              HasSubstr("accessor 2"));
+  EXPECT_THAT(refusal("few.gltf", with("\"indices\":1}", "\"indices\":1,\"mode\":7}")),
+              HasSubstr("no known mode"));
+  EXPECT_THAT(refusal("kind.gltf", with("\"POSITION\":0", "\"POSITION\":1")),
+              HasSubstr("POSITION"));
+  EXPECT_THAT(refusal("deep.gltf",
+                      with("\"mesh\":0,", "\"mesh\":0,\"children\":" + std::string(100'000, '[') +
+                                              std::string(100'000, ']') + ",")),
+              HasSubstr("children"));
+}
+
 // Bytes changed, cut and repeated at random: read, or refused with a sentence.
 TEST_F(MeshFile, DamagedFilesAreReadOrRefused) {
   const TriangleMesh mesh = box_mesh(Vector3d::Ones(), 2);

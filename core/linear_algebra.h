@@ -1,0 +1,28 @@
+// Decompositions of matrices of any size, by Eigen. They are compiled here once: each would cost
+// every source that takes it seconds of compiling.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace kappamu {
+
+/// matrix = vectors · diag(values) · vectorsᵀ, values in ascending order.
+struct SymmetricEigen {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+
+/// Of a symmetric matrix; reads the lower triangle.
+SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& matrix);
+
+/// Of the symmetric matrix with this diagonal and, one shorter, these numbers beside it; throws
+/// InternalError where the iteration does not end (numbers that are not finite).
+SymmetricEigen tridiagonal_eigen(const Eigen::VectorXd& diagonal, const Eigen::VectorXd& beside);
+
+/// matrix⁻¹ · right of a symmetric, positive semidefinite matrix, by LDLᵀ.
+Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
+
+/// The x of the least |matrix · x − right|, column by column, by QR with columns exchanged.
+Eigen::MatrixXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
+
+}  // namespace kappamu

@@ -1,0 +1,51 @@
+// Decompositions against what they promise, on matrices drawn at random.
+#include "core/linear_algebra.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace kappamu {
+namespace {
+
+Eigen::MatrixXd drawn(Eigen::Index rows, Eigen::Index columns, unsigned seed) {
+  std::mt19937 engine(seed);
+  std::normal_distribution<double> normal;
+  return Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return normal(engine); });
+}
+
+TEST(LinearAlgebra, EigenvectorsGiveTheMatrixBackInAscendingOrder) {
+  const Eigen::MatrixXd half = drawn(12, 12, 1);
+  const Eigen::MatrixXd matrix = half + half.transpose();
+  const SymmetricEigen eigen = symmetric_eigen(matrix);
+  EXPECT_LT((eigen.vectors * eigen.values.asDiagonal() * eigen.vectors.transpose() - matrix).norm(),
+            1e-13 * matrix.norm());
+  EXPECT_TRUE(std::is_sorted(eigen.values.begin(), eigen.values.end()));
+}
+
+TEST(LinearAlgebra, TridiagonalIsTheSameAsWhole) {
+  const Eigen::VectorXd diagonal = drawn(9, 1, 2);
+  const Eigen::VectorXd beside = drawn(8, 1, 3);
+  Eigen::MatrixXd matrix = diagonal.asDiagonal();
+  matrix.diagonal(1) = matrix.diagonal(-1) = beside;
+  EXPECT_LT((tridiagonal_eigen(diagonal, beside).values - symmetric_eigen(matrix).values).norm(),
+            1e-13 * matrix.norm());
+}
+
+TEST(LinearAlgebra, SolvesAlsoWhatIsBarelyDefinite) {
+  const Eigen::MatrixXd half = drawn(10, 7, 4);
+  const Eigen::MatrixXd matrix = half * half.transpose() + 1e-8 * Eigen::MatrixXd::Identity(10, 10);
+  const Eigen::MatrixXd right = matrix * drawn(10, 3, 5);
+  EXPECT_LT((matrix * solve_symmetric(matrix, right) - right).norm(), 1e-7 * right.norm());
+}
+
+TEST(LinearAlgebra, LeastSquaresLeaveAResidualAcrossTheColumns) {
+  const Eigen::MatrixXd matrix = drawn(30, 6, 6);
+  const Eigen::MatrixXd right = drawn(30, 2, 7);
+  const Eigen::MatrixXd residual = right - matrix * least_squares(matrix, right);
+  EXPECT_LT((matrix.transpose() * residual).norm(), 1e-12 * matrix.norm() * right.norm());
+  EXPECT_GT(residual.norm(), 0.1 * right.norm());
+}
+
+}  // namespace
+}  // namespace kappamu
