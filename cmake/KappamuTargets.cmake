@@ -52,6 +52,8 @@ function(kappamu_unity target)
   endforeach()
 endfunction()
 
+# Behind a precompiled header GCC 12 warns of std::string's and std::vector's own code.
+set(KAPPAMU_PRECOMPILED_WARNINGS "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow>")
 # What most sources read, read once for all libraries: a tenth of the time. Headers that only some of them need are named
 # by PRECOMPILE below, for that library alone.
 set(KAPPAMU_COMMON_HEADERS <Eigen/Core> <Eigen/Geometry> <algorithm> <array> <cmath> <filesystem> <functional> <map> <memory>
@@ -64,6 +66,7 @@ function(kappamu_precompile target)
   else()
     target_precompile_headers(${target} REUSE_FROM kappamu_core)
   endif()
+  target_compile_options(${target} PRIVATE ${KAPPAMU_PRECOMPILED_WARNINGS})
 endfunction()
 
 # kappamu_library(core DEPS ... PRIVATE_DEPS ... PRECOMPILE ...): the folder's .cpp files as one static library.
@@ -106,8 +109,7 @@ function(kappamu_test name)
   add_executable(${name}_test ${sources})
   target_link_libraries(${name}_test PRIVATE kappamu_settings kappamu_light ${ARG_DEPS} GTest::gmock GTest::gtest_main)
   target_precompile_headers(${name}_test PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
-  # Behind a precompiled header GCC 12 warns of std::string's own code.
-  target_compile_options(${name}_test PRIVATE "$<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds;-Wno-stringop-overflow>")
+  target_compile_options(${name}_test PRIVATE ${KAPPAMU_PRECOMPILED_WARNINGS})
   target_compile_definitions(${name}_test PRIVATE KAPPAMU_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
   kappamu_discover(${name}_test ${name} ${ARG_TIMEOUT} "${ARG_SLOW}" ${ARG_TOGETHER})
 endfunction()
