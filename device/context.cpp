@@ -212,6 +212,23 @@ void Context::read(const Buffer& buffer, void* data, std::size_t bytes) {
              "clEnqueueReadBuffer", impl_->info.name);
 }
 
+void* Context::map(const Buffer& buffer, std::size_t bytes, bool to_write) {
+  check(bytes <= buffer.bytes(), "map past the end of a device buffer");
+  cl_int code = CL_SUCCESS;
+  void* memory =
+      clEnqueueMapBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
+                         to_write ? CL_MAP_WRITE_INVALIDATE_REGION : CL_MAP_READ, 0, bytes, 0,
+                         nullptr, nullptr, &code);
+  check_call(code, "clEnqueueMapBuffer", impl_->info.name);
+  return memory;
+}
+
+void Context::unmap(const Buffer& buffer, void* memory) {
+  check_call(clEnqueueUnmapMemObject(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()),
+                                     memory, 0, nullptr, nullptr),
+             "clEnqueueUnmapMemObject", impl_->info.name);
+}
+
 void Context::zero(const Buffer& buffer, std::size_t bytes) {
   check(bytes <= buffer.bytes(), "zeroing past the end of a device buffer");
   const cl_uchar zero = 0;

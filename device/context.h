@@ -100,6 +100,20 @@ class Context {
   std::size_t allocated_bytes() const;
   void write(const Buffer& buffer, const void* data, std::size_t bytes);
   void read(const Buffer& buffer, void* data, std::size_t bytes);  ///< after all work before it
+  /// Calls fill(memory) or look(memory) with the buffer's first bytes; without a copy where the
+  /// device's memory is the processor's. fill() writes all of them.
+  template <class Fill>
+  void fill(const Buffer& buffer, std::size_t bytes, const Fill& fill) {
+    void* memory = map(buffer, bytes, true);
+    fill(memory);
+    unmap(buffer, memory);
+  }
+  template <class Look>
+  void look(const Buffer& buffer, std::size_t bytes, const Look& look) {
+    void* memory = map(buffer, bytes, false);
+    look(static_cast<const void*>(memory));
+    unmap(buffer, memory);
+  }
   void zero(const Buffer& buffer, std::size_t bytes);
   void copy(const Buffer& from, const Buffer& to, std::size_t bytes);
 
@@ -118,6 +132,8 @@ class Context {
  private:
   struct Impl;
   explicit Context(std::unique_ptr<Impl> impl);
+  void* map(const Buffer& buffer, std::size_t bytes, bool to_write);
+  void unmap(const Buffer& buffer, void* memory);
   void launch_list(Program& program, const char* kernel, const Range& range,
                    std::span<const Argument> arguments);
   std::unique_ptr<Impl> impl_;

@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
 #include "core/progress.h"
@@ -40,6 +41,7 @@ struct ObjectProblem {
   const ObjectMedium& medium;  ///< one colour channel
   double eta = 1.3;            ///< relative refractive index
   const std::vector<ObjectLight>& lights;
+  const Polycube* polycube = nullptr;  ///< that a person has drawn of it, for model `polygrid`
 };
 
 struct ObjectOptions {

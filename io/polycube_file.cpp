@@ -84,6 +84,7 @@ Polycube read_polycube(const std::filesystem::path& file) {
   if (const auto problem = polycube_problem(made.cells)) {
     root["boxes"].fail("make a polycube that " + *problem);
   }
+  made.file = file.string();
   if (!root.has("corners")) return made;
   std::map<Vector3i, std::size_t, ByPlace> number;
   for (std::size_t i = 0; i < made.corners.size(); ++i) number.emplace(made.corners[i], i);

@@ -5,22 +5,27 @@
 #include <string>
 
 #include "app/command.h"
+#include "core/error.h"
 #include "forward/choice/auto_model.h"
 #include "forward/object_models.h"
+#include "forward/polygrid/polygrid_model.h"
+#include "forward/polygrid/shape/make_polygrid.h"
 #include "io/atomic_file.h"
+#include "io/polycube_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/owned_files.h"
 #include "pipeline/verify.h"
 #include "render/machine_costs.h"
 #include "render/render_scene.h"
 #include "render/scene/new_scene.h"
+#include "render/scene/world.h"
 
 namespace kappamu::app {
 
 namespace {
 
 struct RenderArguments {
-  std::string scene, new_scene, out;
+  std::string scene, new_scene, polycube, out;
 };
 
 void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
@@ -32,6 +37,49 @@ void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
   } else {
     std::printf("%s\n", file.c_str());
   }
+}
+
+/// Of one of the scene's objects: the program's, or the one drawn as its map has moved it.
+void write_object_polycube(const RenderArguments& arguments, const Globals& globals) {
+  const auto progress = make_progress();
+  const std::filesystem::path file(arguments.out);
+  pipeline::require_absent(file);
+  const render::Scene scene = render::read_scene(arguments.scene);
+  pipeline::require_as_written(render::files_of(scene));
+  std::vector<std::string> warnings;
+  const render::World world(scene, warnings);
+  std::string names;
+  for (const render::WorldObject& object : world.objects()) {
+    names += (names.empty() ? "" : ", ") + object.name;
+    if (object.name != arguments.polycube) continue;
+    forward::PolygridOptions options;
+    options.cells = forward::PolygridModel::first_cells;
+    if (object.polycube) options.drawn = &*object.polycube;
+    const forward::MadePolygrid made = forward::make_polygrid(object.mesh, options, *progress);
+    io::write_polycube(made.polycube, file);
+    const forward::PolygridQuality& quality = made.quality;
+    if (globals.json) {
+      print_json({{"polycube", file.string()},
+                  {"polycube_cells", made.polycube.cells.size()},
+                  {"cells", quality.cells},
+                  {"least_jacobian", quality.least_jacobian},
+                  {"mean_jacobian", quality.mean_jacobian},
+                  {"largest_gap", quality.largest_gap},
+                  {"volume_ratio", quality.volume_ratio},
+                  {"warnings", made.warnings}});
+      return;
+    }
+    std::printf("polycube             %zu cells, %d along the edge of each in a polygrid of %d\n",
+                made.polycube.cells.size(), quality.refinement, quality.cells);
+    std::printf("scaled Jacobian      least %.2f, mean %.2f\n", quality.least_jacobian,
+                quality.mean_jacobian);
+    std::printf("largest gap          %.2f spacings of boundary nodes\n", quality.largest_gap);
+    std::printf("volume               %.3f times the object's\n", quality.volume_ratio);
+    std::printf("%s\n", file.c_str());
+    return;
+  }
+  throw InputError(arguments.scene + ": has no object '" + arguments.polycube + "'; write one of " +
+                   names);
 }
 
 void run_render(const RenderArguments& arguments, Globals& globals) {
@@ -102,14 +150,26 @@ answers it.)");
                                 "or of a published material such as marble")
                    ->type_name("RUN|NAME");
   scene->excludes(made);
-  add_out(*command, arguments->out, "Folder for the files; with --new-scene the file");
+  auto* polycube =
+      command
+          ->add_option("--polycube", arguments->polycube,
+                       "Write the polycube of this object to OUT instead, and how good a polygrid "
+                       "it gives: draw a better one (docs/formats.md) and name its file in the "
+                       "scene as the object's \"polycube\"")
+          ->needs(scene)
+          ->type_name("OBJECT");
+  add_out(*command, arguments->out,
+          "Folder for the files; with --new-scene and --polycube the file");
   command->footer(
       "Exit code 3: the model did not reach its tolerance; outputs are kept and marked.\n"
       "Example: kappamu render --new-scene demo/run -o scene.json && kappamu render scene.json -o "
-      "picture");
-  command->callback([arguments, &globals, scene, made] {
+      "picture\n"
+      "         kappamu render scenes/spot-wax.json --polycube spot -o spot.polycube.json");
+  command->callback([arguments, &globals, scene, made, polycube] {
     if (made->count() > 0) {
       write_new_scene(*arguments, globals);
+    } else if (polycube->count() > 0) {
+      write_object_polycube(*arguments, globals);
     } else if (scene->count() > 0) {
       run_render(*arguments, globals);
     } else {

@@ -17,6 +17,7 @@ struct Polycube {
   std::vector<Eigen::Vector3i> cells;    ///< different, sorted: z slowest, x fastest
   std::vector<Eigen::Vector3i> corners;  ///< of all cells, different, sorted alike
   std::vector<Eigen::Vector3d> mapped;   ///< where each of `corners` lies in the object [mm]
+  std::string file;                      ///< it was read from, for messages; empty: none
 };
 
 inline constexpr std::size_t most_polycube_cells = 2'000'000;

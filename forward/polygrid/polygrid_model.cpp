@@ -7,13 +7,6 @@
 
 namespace kappamu::forward {
 
-namespace {
-
-/// Cells of the first polygrid; the answer comes from eight times as many, or more.
-constexpr int first_cells = 6000;
-
-}  // namespace
-
 std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectProblem> problems,
                                                         const ObjectOptions& options,
                                                         Progress& progress) {
@@ -22,6 +15,7 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
   const Stopwatch watch;
   PolygridOptions asked;
   asked.cells = first_cells;
+  asked.drawn = problems[0].polycube;
   MadePolygrid made = make_polygrid(problems[0].mesh, asked, progress);
   const double making = watch.seconds();
   std::vector<ObjectResult> results =

@@ -8,6 +8,9 @@ namespace kappamu::forward {
 
 class PolygridModel : public ChannelsModel {
  public:
+  /// Of the first polygrid; the answer comes from eight times as many, or more.
+  static constexpr int first_cells = 6000;
+
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
                                            const ObjectOptions& options,
                                            Progress& progress) override;

@@ -45,29 +45,45 @@ void sort_by_place(std::vector<Vector3i>& cell, std::vector<Corners>& cell_corne
   cell_corners = std::move(corners);
 }
 
-/// Numbers corners by their place in the first cell that has them, as sort_by_place() does cells,
-/// so that those of a line follow each other and its neighbours lie alike for all.
-void number_by_place(const std::vector<Vector3i>& cell, std::vector<Corners>& cell_corners,
+/// Numbers corners along the lines of the lattice, so that those of a line follow each other and
+/// its neighbours lie alike for all; lines in the order of their first corners' places, which are
+/// those in the first cell that has them.
+void number_by_lines(const std::vector<Vector3i>& cell, std::vector<Corners>& cell_corners,
                      std::vector<Vector3d>& corner) {
   using Lexical = std::tuple<int, int, int>;
-  std::vector<char> met(corner.size(), 0);
+  // Where sides are bent around an edge a corner may have two neighbours: the first is taken.
+  std::vector<int> next(corner.size(), -1);
+  std::vector<char> met(corner.size(), 0), follows(corner.size(), 0);
   std::vector<std::pair<Lexical, int>> order;
   for (std::size_t k = 0; k < cell.size(); ++k) {
     for (int bits = 0; bits < 8; ++bits) {
       const int c = cell_corners[k][static_cast<std::size_t>(bits)];
-      if (std::exchange(met[static_cast<std::size_t>(c)], 1) != 0) continue;
+      const auto from = static_cast<std::size_t>(c);
+      if ((bits & 1) == 0) {
+        const int d = cell_corners[k][static_cast<std::size_t>(bits | 1)];
+        if (next[from] < 0 && c != d && std::exchange(follows[static_cast<std::size_t>(d)], 1) == 0)
+          next[from] = d;
+      }
+      if (std::exchange(met[from], 1) != 0) continue;
       const Vector3i at = cell[k] + Vector3i(bits & 1, bits >> 1 & 1, bits >> 2 & 1);
       order.emplace_back(Lexical(at[2], at[1], at[0]), c);
     }
   }
   std::stable_sort(order.begin(), order.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
-  std::vector<int> number(corner.size());
+  std::vector<int> number(corner.size(), -1);
   std::vector<Vector3d> sorted;
+  const auto take_line = [&](int from) {
+    for (int c = from; c >= 0 && number[static_cast<std::size_t>(c)] < 0;
+         c = next[static_cast<std::size_t>(c)]) {
+      number[static_cast<std::size_t>(c)] = static_cast<int>(sorted.size());
+      sorted.push_back(corner[static_cast<std::size_t>(c)]);
+    }
+  };
   for (const auto& [place, c] : order) {
-    number[static_cast<std::size_t>(c)] = static_cast<int>(sorted.size());
-    sorted.push_back(corner[static_cast<std::size_t>(c)]);
+    if (follows[static_cast<std::size_t>(c)] == 0) take_line(c);
   }
+  for (const auto& [place, c] : order) take_line(c);  // lines that are closed, if any
   for (Corners& corners : cell_corners) {
     for (int& c : corners) c = number[static_cast<std::size_t>(c)];
   }
@@ -163,7 +179,7 @@ void place_nodes(Polygrid& grid) {
 Polygrid linked(std::vector<Vector3i> cell, std::vector<Corners> cell_corners,
                 std::vector<Vector3d> corner) {
   sort_by_place(cell, cell_corners);
-  number_by_place(cell, cell_corners, corner);
+  number_by_lines(cell, cell_corners, corner);
   Polygrid grid;
   grid.cell = std::move(cell);
   grid.cell_corners = std::move(cell_corners);

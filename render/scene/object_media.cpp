@@ -113,7 +113,8 @@ ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object, const 
                 wrap_of(material.placement), source);
 }
 
-ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh) {
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
+                              const Polycube* drawn) {
   if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
     const std::filesystem::path file = io::find_volume(material->volume);
     const io::VolumeSet set = io::read_volume(file);
@@ -121,7 +122,7 @@ ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mes
       return media_of(set, object, bounding_box(mesh).sizes(), file.string());
     }
     try {
-      const Wrapped around = wrapped(set, mesh, material->offset_mm);
+      const Wrapped around = wrapped(set, mesh, material->offset_mm, drawn);
       return placed(around.set, Affine3d(Eigen::Translation3d(-around.corner_mm)), Wrap::clamp,
                     file.string());
     } catch (const InputError& error) {

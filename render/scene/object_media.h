@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
 #include "io/volume/volume_set.h"
@@ -21,8 +22,9 @@ struct ObjectMedia {
 
 /// `mesh` is the object [mm], its box centred at the origin. Reads the volume, if any.
 /// Throws InputError naming the object and what is wrong: no channels R, G, B (a single channel
-/// serves all three), an object smaller than a voxel.
-ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh);
+/// serves all three), an object smaller than a voxel. `drawn` as in forward::PolygridOptions.
+ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mesh,
+                              const Polycube* drawn = nullptr);
 
 /// Of a volume in memory, placed as the object's material says, not as a shell; `box` is the
 /// object's size [mm]. `source` names it.

@@ -52,6 +52,7 @@ struct SceneObject {
   Eigen::Vector3d turn_deg = Eigen::Vector3d::Zero();     ///< about x, then y, then z
   Material material;
   Finish finish;
+  std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
   int edges_per_size = 64;  ///< of a named shape's triangles; no edge is longer than 1.5 of them
 };
 

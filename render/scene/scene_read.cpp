@@ -116,8 +116,8 @@ Finish read_finish(const Node& node) {
 }
 
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
-  node.expect_fields({"name", "size_mm", "material"},
-                     {"mesh", "shape", "proportion", "position_mm", "turn_deg", "surface"});
+  node.expect_fields({"name", "size_mm", "material"}, {"mesh", "shape", "proportion", "position_mm",
+                                                       "turn_deg", "surface", "polycube"});
   if (node.has("mesh") == node.has("shape")) {
     node.fail("must have either 'mesh' (a file) or 'shape' (a name)");
   }
@@ -135,6 +135,7 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   if (node.has("turn_deg")) object.turn_deg = vector_of(node["turn_deg"], 360.0);
   object.material = read_material(node["material"], folder);
   if (node.has("surface")) object.finish = read_finish(node["surface"]);
+  if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
   return object;
 }
 
@@ -285,6 +286,7 @@ std::vector<std::filesystem::path> files_of(const Scene& scene) {
     if (const auto* material = std::get_if<VolumeMaterial>(&object.material)) {
       files.push_back(material->volume);
     }
+    if (object.polycube) files.push_back(*object.polycube);
   }
   for (const Light& light : scene.lights) {
     if (const auto* projector = std::get_if<ProjectorLight>(&light)) {

@@ -29,11 +29,13 @@ int mirrored(double at, int extent) {
 
 class Shell {
  public:
-  Shell(const GridShape& block, const TriangleMesh& mesh, const Vector3d& offset)
+  Shell(const GridShape& block, const TriangleMesh& mesh, const Vector3d& offset,
+        const Polycube* drawn)
       : block_(block), offset_(offset) {
     Progress silent;
     forward::PolygridOptions options;
     options.cells = cells;
+    options.drawn = drawn;
     grid_ = forward::make_polygrid(mesh, options, silent).grid;
     surface_ = forward::surface_of_grid(grid_);
     closest_ = std::make_unique<forward::ClosestPoint>(surface_);
@@ -99,8 +101,9 @@ class Shell {
 
 }  // namespace
 
-Wrapped wrapped(const io::VolumeSet& block, const TriangleMesh& mesh, const Vector3d& offset_mm) {
-  const Shell shell(block.shape(), mesh, offset_mm);
+Wrapped wrapped(const io::VolumeSet& block, const TriangleMesh& mesh, const Vector3d& offset_mm,
+                const Polycube* drawn) {
+  const Shell shell(block.shape(), mesh, offset_mm, drawn);
   const Eigen::AlignedBox3d box = bounding_box(mesh);
   const double h = std::max(block.shape().voxel_mm, std::cbrt(box.volume() / most_voxels));
   const Eigen::Array3i n = (box.sizes() / h).array().ceil().cast<int>();

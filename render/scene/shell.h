@@ -6,6 +6,7 @@
 // range.
 #pragma once
 
+#include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "io/volume/volume_set.h"
 
@@ -18,8 +19,8 @@ struct Wrapped {
 
 /// Voxels are the block's, or larger where the object's box would have more than two million.
 /// `offset_mm` moves the block along its x and y. Throws InputError as forward::make_polygrid()
-/// does, whose boundary the values are interpolated from.
+/// does, whose boundary the values are interpolated from; `drawn` as in forward::PolygridOptions.
 Wrapped wrapped(const io::VolumeSet& block, const TriangleMesh& mesh,
-                const Eigen::Vector3d& offset_mm);
+                const Eigen::Vector3d& offset_mm, const Polycube* drawn = nullptr);
 
 }  // namespace kappamu::render

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/process_memory.h"
+#include "io/polycube_file.h"
 #include "render/embree_caster.h"
 #include "render/scene/object_shape.h"
 
@@ -20,7 +21,8 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.surface = surface_of(made.mesh);
   made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
   made.rays = make_embree_caster(made.mesh);
-  made.media = make_object_media(object, made.mesh);
+  if (object.polycube) made.polycube = io::read_polycube(*object.polycube);
+  made.media = make_object_media(object, made.mesh, made.polycube ? &*made.polycube : nullptr);
   made.boundary = boundary_constants(object.finish.eta.value_or(made.media.eta.value_or(1.3)));
   made.roughness = object.finish.roughness;
   return made;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/optics.h"
 #include "core/ray_caster.h"
@@ -23,6 +24,7 @@ struct WorldObject {
   Rigid world_from_object;
   std::unique_ptr<RayCaster> rays;  ///< of `mesh`, in the object's frame
   ObjectMedia media;
+  std::optional<Polycube> polycube;  ///< that a person has drawn
   BoundaryConstants boundary;
   double roughness = 0.1;
 };

@@ -112,6 +112,48 @@ TEST_F(RenderCommand, NewSceneOfARunIsRendered) {
   EXPECT_TRUE(fs::exists(folder() / "out" / "picture.png"));
 }
 
+TEST_F(RenderCommand, WritesAPolycubeAndTakesADrawnOne) {
+  write_scene("polygrid");
+  const std::string ask = "--json render " + path("scene.json") + " --polycube ball -o ";
+  const ProcessResult found = kappamu(ask + path("found.json"));
+  ASSERT_EQ(found.exit_code, 0) << found.standard_error;
+  EXPECT_GT(json::parse(last_line(found.standard_output))["polycube_cells"], 100);
+
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["objects"][0]["polycube"] = "drawn.json";
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  io::write_text_atomically(
+      folder() / "drawn.json",
+      R"({"format": "kappamu-polycube", "version": 1, "origin_mm": [-3, -3, -3], "edge_mm": 6,
+          "boxes": [{"from": [0, 0, 0], "to": [0, 0, 0]}]})");
+  const ProcessResult drawn = kappamu(ask + path("moved.json"));
+  ASSERT_EQ(drawn.exit_code, 0) << drawn.standard_error;
+  const json quality = json::parse(last_line(drawn.standard_output));
+  EXPECT_EQ(quality["polycube_cells"], 1);
+  EXPECT_GE(quality["least_jacobian"], 0.2);
+  EXPECT_EQ(json::parse(io::read_text(folder() / "moved.json"))["boxes"].size(), 1U);
+  const ProcessResult rendered =
+      kappamu("--json render " + path("scene.json") + " -o " + path("out"));
+  ASSERT_TRUE(rendered.exit_code == 0 || rendered.exit_code == 3) << rendered.standard_error;
+  const json summary = json::parse(last_line(rendered.standard_output));
+  // The polygrid of the command, split in eight once or more.
+  const int cells = summary["objects"][0]["channels"][1]["elements"];
+  EXPECT_EQ(cells % (8 * quality["cells"].get<int>()), 0) << cells;
+
+  expect_one_sentence(kappamu(ask + path("moved.json")), "moved.json");
+  expect_one_sentence(
+      kappamu("render " + path("scene.json") + " --polycube bowl -o " + path("x.json")),
+      "has no object 'bowl'; write one of ball");
+  scene["objects"][0]["size_mm"] = 100;
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  expect_one_sentence(kappamu("render " + path("scene.json") + " -o " + path("large")),
+                      "drawn.json: the polycube lies off the object or is of another size");
+  scene["objects"][0]["shape"] = "torus";
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  expect_one_sentence(kappamu("render " + path("scene.json") + " -o " + path("torus")),
+                      "drawn.json: the polycube has genus 0, the mesh 1");
+}
+
 TEST_F(RenderCommand, RefusesInOneSentence) {
   write_scene("embedded");
   json scene = json::parse(io::read_text(folder() / "scene.json"));

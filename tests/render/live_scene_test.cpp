@@ -6,9 +6,12 @@
 
 #include "core/error.h"
 #include "forward/object_models.h"
+#include "io/polycube_file.h"
 #include "render/light/incident_light.h"
 #include "render/live/light_handle.h"
 #include "render/scene/published_materials.h"
+#include "tests/own_folder.h"
+#include "tests/sentence.h"
 
 namespace kappamu::render {
 namespace {
@@ -87,6 +90,21 @@ TEST(LiveScene, AnswersAsTheModelForMovedLights) {
 
 // The equations of the polygrid stay: a light that comes back finds its answer, and one nearby
 // takes fewer iterations than the first.
+TEST(LiveScene, TakesADrawnPolycube) {
+  const OwnFolder folder;
+  io::write_polycube(lattice_polycube({{0, 0, 0}}, Eigen::Vector3d::Constant(-6.0), 12.0),
+                     folder / "drawn.json");
+  Scene scene = lit_ball();
+  scene.objects[0].polycube = folder / "drawn.json";
+  std::vector<std::string> warnings;
+  EXPECT_NO_THROW(LiveScene(scene, {"polygrid", {}, "auto", 1}, warnings));
+  scene.objects[0].shape = std::string("torus");
+  EXPECT_THAT(sentence_of([&] {
+                LiveScene(scene, {"polygrid", {}, "auto", 1}, warnings);
+              }),
+              testing::HasSubstr("drawn.json: the polycube has genus 0, the mesh 1"));
+}
+
 TEST(LiveScene, KeepsThePolygridFromLightToLight) {
   const Scene scene = lit_ball();
   std::vector<std::string> warnings;

@@ -48,7 +48,7 @@ json full_scene() {
     "objects": [
       {"name": "a", "mesh": "a.obj", "size_mm": 20, "position_mm": [1, 2, 3], "turn_deg": [0, 90, 0],
        "material": {"volume": "run", "placement": "mirror", "turn_deg": [0, 0, 45], "offset_mm": [1, 0, 0]},
-       "surface": {"eta": 1.4, "roughness": 0}},
+       "surface": {"eta": 1.4, "roughness": 0}, "polycube": "a.polycube.json"},
       {"name": "b", "shape": "slab", "proportion": 0.2, "size_mm": [20, 20, 4],
        "material": {"published": "whole milk"}},
       {"name": "c", "shape": "sphere", "size_mm": 5,
@@ -120,6 +120,8 @@ std::vector<Edited> bad_scenes() {
        "objects[0].material must have exactly one"},
       {"a shell turned", [](json& s) { s["objects"][0]["material"]["placement"] = "shell"; },
        "turn_deg has no meaning for a shell", false},
+      {"a polycube without a name", [](json& s) { s["objects"][0]["polycube"] = ""; },
+       "objects[0].polycube is empty"},
       {"no such material", [](json& s) { s["objects"][1]["material"]["published"] = "gold"; },
        "whole milk", false},
       {"negative absorption",
@@ -137,6 +139,8 @@ TEST_F(SceneFile, ReadsEveryKind) {
   ASSERT_EQ(scene.objects.size(), 3U);
   EXPECT_EQ(std::get<std::filesystem::path>(scene.objects[0].shape), folder_ / "a.obj");
   EXPECT_EQ(std::get<VolumeMaterial>(scene.objects[0].material).volume, folder_ / "run");
+  EXPECT_EQ(scene.objects[0].polycube, folder_ / "a.polycube.json");
+  EXPECT_THAT(files_of(scene), testing::Contains(folder_ / "a.polycube.json"));
   EXPECT_EQ(scene.objects[1].proportion, 0.2);
   const auto& lab = std::get<HomogeneousMaterial>(scene.objects[2].material);
   EXPECT_DOUBLE_EQ(lab.kappa_mm[1], 1.0 / (3.0 * 2.01));

@@ -19,6 +19,9 @@ using embedded::Lanes;
 /// too.
 constexpr double of_change = 0.05;
 
+/// Rows beyond the last that vectors of 16 numbers may reach.
+constexpr std::size_t most_beyond = 16;
+
 constexpr std::size_t most_fresh = 1 << 16;  ///< rows written at once
 
 }  // namespace
@@ -34,17 +37,20 @@ BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const L
       program_(context.program(polygrid_cl, numbers_.build_options(lanes))) {
   const std::size_t media = lanes.media() * numbers.real_bytes();
   const std::size_t field = lanes.width * numbers.real_bytes();
-  value_ = context.allocate(matrix.places() * media);
+  const auto zeros = [&](std::size_t rows) {
+    Buffer made = context.allocate(field_bytes(rows));
+    context.zero(made, made.bytes());
+    return made;
+  };
+  value_ = context.allocate((matrix.places() + most_beyond) * media);
   for (const DeviceLevel& level : levels) {
     const auto rows = static_cast<std::size_t>(level.links.rows);
-    links_.push_back(context.allocate(std::max<std::size_t>(level.links.places(), 1) * media));
-    inverse_diagonal_.push_back(context.allocate(rows * media));
-    level_r_.push_back(context.allocate(rows * field));
-    level_y_.push_back(context.allocate(rows * field));
+    links_.push_back(context.allocate((level.links.places() + most_beyond) * media));
+    for (auto* each : {&inverse_diagonal_, &level_r_, &level_y_}) each->push_back(zeros(rows));
   }
   const auto coarsest = static_cast<std::size_t>(levels.back().links.rows);
   coarsest_ = context.allocate(coarsest * coarsest * media);
-  for (Buffer* each : {&b_, &x_, &z_, &p_, &image_}) *each = context.allocate(rows() * field);
+  for (Buffer* each : {&b_, &x_, &z_, &p_, &image_}) *each = zeros(rows());
   runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
   partial_ = context.allocate(most_sums * runs_ * lanes.width * numbers.sum_bytes());
   scalars_ = context.allocate(FormerAnswers::most * lanes.width * numbers.sum_bytes());
@@ -54,32 +60,39 @@ BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const L
   };
   count(matrix);
   for (const DeviceLevel& level : levels) count(level.links);
-  fresh_ = context.allocate(fresh * media);
+  fresh_ = context.allocate(std::max(fresh * media, std::min(rows(), most_fresh) * field));
   fresh_row_ = context.allocate(std::min(rows(), most_fresh) * sizeof(int));
-  if (lights == Lights::moving) former_.emplace(context, rows() * field);
+  if (lights == Lights::moving) former_.emplace(context, field_bytes(rows()));
 }
 
 template <class Number>
 void BatchSolve::write_rows(const Buffer& buffer, std::size_t slots, std::span<const int> rows,
-                            const Number& number) {
-  const std::size_t media = lanes_.media();
+                            const Number& number, bool every_lane) {
+  const std::size_t media = every_lane ? lanes_.width : lanes_.media();
   const auto write_as = [&]<class T>(T, std::span<const int> part, int all) {
     std::vector<T> fresh(part.size() * slots * media, T(0));
     embedded::for_row_ranges(part.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         for (std::size_t slot = 0; slot < slots; ++slot) {
-          for (std::size_t lane = 0; lane < lanes_.channels.size(); ++lane) {
+          for (std::size_t lane = 0; lane < media; ++lane) {
+            if (lanes_.own() && lane >= lanes_.channels.size()) break;
+            const std::size_t channel = lanes_.channels[lanes_.own() ? lane : 0];
             fresh[(k * slots + slot) * media + lane] =
-                static_cast<T>(number(lanes_.channels[lane], part[k], slot));
+                static_cast<T>(number(channel, part[k], slot));
           }
         }
       }
     });
     context_.write(fresh_, fresh.data(), fresh.size() * sizeof(T));
     context_.write(fresh_row_, part.data(), part.size_bytes());
-    over(part.size(), "take_rows", all, static_cast<int>(slots), fresh_row_, fresh_, buffer);
+    if (every_lane) {
+      over(part.size(), "take_lanes", fresh_row_, fresh_, buffer);
+    } else {
+      over(part.size(), "take_rows", all, static_cast<int>(slots), fresh_row_, fresh_, buffer);
+    }
   };
-  const auto all = static_cast<int>(buffer.bytes() / (slots * media * numbers_.real_bytes()));
+  const auto all =
+      static_cast<int>((buffer.bytes() / (media * numbers_.real_bytes()) - most_beyond) / slots);
   for (std::size_t begin = 0; begin < rows.size(); begin += most_fresh) {
     const auto part = rows.subspan(begin, std::min(most_fresh, rows.size() - begin));
     if (numbers_.precision == Precision::single) {
@@ -108,9 +121,10 @@ void BatchSolve::set_media(const std::vector<MediumValues>& media,
         return links.number(levels[c].graph[l].link, row, slot);
       });
     }
-    write_rows(inverse_diagonal_[l], 1, of_level, [&](std::size_t c, int row, std::size_t) {
+    const auto inverse = [&](std::size_t c, int row, std::size_t) {
       return levels[c].inverse_diagonal[l][static_cast<std::size_t>(row)];
-    });
+    };
+    write_rows(inverse_diagonal_[l], 1, of_level, inverse, true);
   }
   std::vector<const std::vector<double>*> coarsest;
   for (const std::size_t c : lanes_.channels) coarsest.push_back(&levels[c].coarsest);
@@ -129,15 +143,15 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
     answers.push_back(&x[light]);
   }
   write_lanes(context_, b_, numbers_, powers, width);
-  context_.zero(p_, field_bytes());
   const Buffer &r = level_r_[0], &y = level_y_[0];
   const bool changed = former_ && former_->size() == 0;
   Scalars size2, r_r, before(width, 0.0), enough(width);
   if (former_ && !changed) {
-    const std::vector<Scalars> products = with_images(b_);
-    size2 = products[0];
-    write(former_->combination({products[1], products[2], products[3], products[4]}));
     const FormerAnswers& of = *former_;
+    const std::vector<Scalars> products = sums(most_sums, "products_with_images", b_, of.image(0),
+                                               of.image(1), of.image(2), of.image(3));
+    size2 = products[0];
+    write(of.combination({products[1], products[2], products[3], products[4]}));
     r_r = sums(1, "start_from_former", scalars_, inverse_diagonal_[0], of.answer(0), of.answer(1),
                of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2), of.image(3), b_,
                x_, r, y)[0];
@@ -162,11 +176,15 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
   for (; iteration < most_iterations && !done(); ++iteration) {
     const Scalars r_z = cycle();
     Scalars along(width, 0.0), step(width, 0.0);
-    for (std::size_t lane = 0; lane < width; ++lane) {
-      if (before[lane] > 0.0) along[lane] = r_z[lane] / before[lane];
+    if (iteration == 0) {
+      std::swap(p_, z_);
+    } else {
+      for (std::size_t lane = 0; lane < width; ++lane) {
+        if (before[lane] > 0.0) along[lane] = r_z[lane] / before[lane];
+      }
+      write(std::array{along});
+      in_runs(rows(), "update_direction", scalars_, z_, p_);
     }
-    write(std::array{along});
-    over(rows(), "update_direction", scalars_, z_, p_);
     const Scalars p_image = sums(1, "product", matrix_.list, matrix_.step, value_, p_, image_)[0];
     for (std::size_t lane = 0; lane < width; ++lane) {
       if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
@@ -188,9 +206,12 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
 void BatchSolve::keep(const Buffer& r) {
   FormerAnswers::Kept& kept = former_->next();
   std::swap(kept.answer, x_);
-  over(rows(), "difference", b_, r, kept.image);
-  const std::vector<Scalars> products = with_images(kept.image);
-  former_->set_products({products[1], products[2], products[3], products[4]});
+  const auto other = [&](std::size_t k) -> const Buffer& {
+    return &former_->image(k) == &kept.image ? b_ : former_->image(k);
+  };
+  const std::vector<Scalars> products =
+      sums(most_sums, "image_of_answer", b_, r, other(0), other(1), other(2), other(3), kept.image);
+  former_->set_products(products[0], {products[1], products[2], products[3], products[4]});
 }
 
 Scalars BatchSolve::cycle() {
@@ -204,9 +225,10 @@ Scalars BatchSolve::cycle() {
   }
   for (std::size_t l = 0; l < coarsest; ++l) {
     const DeviceLevel& level = levels_[l];
-    over(rows_of(l + 1), "down", level.first_child, level.child, level.links.list, level.links.step,
-         links_[l], level_r_[l], level_y_[l], inverse_diagonal_[l + 1], level_r_[l + 1],
-         level_y_[l + 1]);
+    in_runs(rows_of(l), "left_of_residual", level.links.list, level.links.step, links_[l],
+            level_r_[l], level_y_[l], z_);
+    over(rows_of(l + 1), "down", level.first_child, level.child, z_, inverse_diagonal_[l + 1],
+         level_r_[l + 1], level_y_[l + 1]);
   }
   over(rows_of(coarsest), "direct_to_children", coarsest_, level_r_[coarsest],
        levels_[coarsest - 1].first_child, levels_[coarsest - 1].child, level_y_[coarsest - 1]);

@@ -36,19 +36,18 @@ class BatchSolve {
 
  private:
   std::size_t rows() const { return static_cast<std::size_t>(matrix_.rows); }
-  std::size_t field_bytes() const { return rows() * lanes_.width * numbers_.real_bytes(); }
-
-  /// Products of a field with itself, then with the images of former answers.
-  std::vector<Scalars> with_images(const device::Buffer& of) {
-    return sums(most_sums, "products_with_images", of, former_->image(0), former_->image(1),
-                former_->image(2), former_->image(3));
+  /// Of a field up to the end of its last block, 16 rows more at least (polygrid.cl).
+  std::size_t field_bytes(std::size_t rows) const {
+    return (rows / 16 + 2) * 16 * lanes_.width * numbers_.real_bytes();
   }
+
   /// The answer x, which is left to it, with its image b − r.
   void keep(const device::Buffer& r);
-  /// Writes number(channel, row, slot) of some rows to [slot][row].
+  /// Writes number(channel, row, slot) of some rows to [slot][row]; with `every_lane` for each lane
+  /// of a field, even where all have one medium.
   template <class Number>
   void write_rows(const device::Buffer& buffer, std::size_t slots, std::span<const int> rows,
-                  const Number& number);
+                  const Number& number, bool every_lane = false);
   Scalars dot(const device::Buffer& a, const device::Buffer& b) {
     return sums(1, "dot_product", a, b)[0];
   }
@@ -58,11 +57,16 @@ class BatchSolve {
   void over(std::size_t count, const char* kernel, const T&... arguments) {
     context_.launch(program_, kernel, {count, 1, 64, 1}, static_cast<int>(count), arguments...);
   }
+  /// Rows in [0, count) in runs.
+  template <class... T>
+  void in_runs(std::size_t count, const char* kernel, const T&... arguments) {
+    context_.launch(program_, kernel, {runs_, 1, 1, 1}, static_cast<int>(count),
+                    static_cast<int>(runs_), arguments...);
+  }
   /// Σ per lane of a kernel that leaves partial sums of `count` kinds.
   template <class... T>
   std::vector<Scalars> sums(std::size_t count, const char* kernel, const T&... arguments) {
-    context_.launch(program_, kernel, {runs_, 1, 1, 1}, static_cast<int>(rows()),
-                    static_cast<int>(runs_), arguments..., partial_);
+    in_runs(rows(), kernel, arguments..., partial_);
     return numbers_.double_sums ? read_sums<double>(count) : read_sums<float>(count);
   }
   template <class T>

@@ -3,11 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <map>
-#include <memory>
 #include <utility>
 
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/embedded/opencl/device_levels.h"
+#include "forward/polygrid/opencl/row_lists.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -19,30 +19,32 @@ template <class T>
 void write_as(device::Context& context, const device::Buffer& buffer,
               const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
   const std::size_t rows = of_lane.front()->size();
-  const auto lanes = std::make_unique_for_overwrite<T[]>(rows * width);
-  embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t lane = 0; lane < width; ++lane) {
-      const double* from = lane < of_lane.size() ? of_lane[lane]->data() : nullptr;
+  context.fill(buffer, rows * width * sizeof(T), [&](void* memory) {
+    T* lanes = static_cast<T*>(memory);
+    embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
-        lanes[i * width + lane] = from != nullptr ? static_cast<T>(from[i]) : T(0);
+        for (std::size_t lane = 0; lane < width; ++lane) {
+          lanes[i * width + lane] =
+              lane < of_lane.size() ? static_cast<T>((*of_lane[lane])[i]) : T(0);
+        }
       }
-    }
+    });
   });
-  context.write(buffer, lanes.get(), rows * width * sizeof(T));
 }
 
 template <class T>
 void read_as(device::Context& context, const device::Buffer& buffer,
              const std::vector<std::vector<double>*>& of_lane, std::size_t width) {
   const std::size_t rows = of_lane.front()->size();
-  const auto lanes = std::make_unique_for_overwrite<T[]>(rows * width);
-  context.read(buffer, lanes.get(), rows * width * sizeof(T));
-  embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
-      double* to = of_lane[lane]->data();
-      for (std::size_t i = begin; i < end; ++i)
-        to[i] = static_cast<double>(lanes[i * width + lane]);
-    }
+  context.look(buffer, rows * width * sizeof(T), [&](const void* memory) {
+    const T* lanes = static_cast<const T*>(memory);
+    embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
+          (*of_lane[lane])[i] = static_cast<double>(lanes[i * width + lane]);
+        }
+      }
+    });
   });
 }
 
@@ -75,39 +77,22 @@ void read_lanes(device::Context& context, const device::Buffer& buffer, const Nu
 
 DevicePattern::DevicePattern(device::Context& context, const Pattern& of)
     : pattern(of), rows(static_cast<int>(pattern.rows())) {
-  // Of each row the other rows that have it as a column, sorted, and in which of their slots.
-  struct Other {
-    int row, slot;
-  };
-  std::vector<std::vector<Other>> before(pattern.rows());
-  const auto for_entries = [&](int i, const auto& visit) {
-    const int first = pattern.start[static_cast<std::size_t>(i)];
-    const int end = pattern.start[static_cast<std::size_t>(i) + 1];
-    slots = std::max(slots, static_cast<std::size_t>(end - first));
-    for (int k = first; k < end; ++k) visit(pattern.column[static_cast<std::size_t>(k)], k - first);
-  };
-  for (int i = 0; i < rows; ++i) {
-    for_entries(i, [&](int j, int slot) {
-      if (j != i) before[static_cast<std::size_t>(j)].push_back({i, slot});
-    });
+  for (std::size_t i = 0; i < pattern.rows(); ++i) {
+    slots = std::max(slots, static_cast<std::size_t>(pattern.start[i + 1] - pattern.start[i]));
   }
-  std::map<std::vector<int>, int> places;
-  std::vector<int> of_row, steps, mine, last;
-  for (int i = 0; i < rows; ++i) {
-    mine = {0, 0};
-    for (const auto [j, slot] : before[static_cast<std::size_t>(i)]) {
-      mine.insert(mine.end(), {j - i, slot * rows + j - i});
+  slot_of = slots_of_numbers(pattern, slots);
+  const auto lists = RowLists(pattern, slot_of, slots).runs();
+  std::map<RowLists::List, int> places;
+  std::vector<int> of_row, steps;
+  for (const auto& [end, entries] : lists) {
+    const auto [place, fresh] = places.try_emplace(entries, static_cast<int>(steps.size() / 2));
+    if (fresh) {
+      steps.insert(steps.end(), {static_cast<int>(entries.size()), 0});
+      for (const auto& [distance, number] : entries) {
+        steps.insert(steps.end(), {distance, number});
+      }
     }
-    for_entries(i, [&](int j, int slot) { mine.insert(mine.end(), {j - i, slot * rows}); });
-    if (mine != last) {
-      last = mine;
-      mine[0] = static_cast<int>(mine.size() / 2) - 1;
-      const auto [place, fresh] = places.try_emplace(mine, static_cast<int>(steps.size() / 2));
-      if (fresh) steps.insert(steps.end(), mine.begin(), mine.end());
-      of_row.push_back(place->second);
-    } else {
-      of_row.push_back(of_row.back());
-    }
+    of_row.resize(static_cast<std::size_t>(end), place->second);
   }
   list = uploaded(context, of_row);
   step = uploaded(context, steps);

@@ -1,6 +1,7 @@
 // What a polygrid's equations and their hierarchy are in the device's memory.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,27 +30,31 @@ void write_lanes(device::Context& context, const device::Buffer& buffer, const N
 void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
                 const std::vector<std::vector<double>*>& of_lane, std::size_t width);
 
-/// A symmetric matrix of which half is stored, [slot][row]: the first numbers of all rows, the
-/// second ones, and so on. Rows whose columns and numbers lie alike share one list, as most of a
-/// lattice do.
+/// A symmetric matrix of which half is stored, [slot][row]: a number of every row, then another of
+/// every row, and so on. Numbers for the same distance of column and row lie in the same slot along
+/// a line of the lattice, and rows of a line share one list, which names zeros where a row has less
+/// than its neighbours.
 struct DevicePattern {
   /// Keeps a reference to the pattern.
   DevicePattern(device::Context& context, const Pattern& of);
   std::size_t places() const { return pattern.rows() * slots; }
-  /// Of `values` by the pattern; 0 beyond the row's end.
+  /// Of `values` by the pattern; 0 in a slot that the row does not use.
   double number(const std::vector<double>& values, int row, std::size_t slot) const {
-    const int first = pattern.start[static_cast<std::size_t>(row)] + static_cast<int>(slot);
-    return first < pattern.start[static_cast<std::size_t>(row) + 1]
-               ? values[static_cast<std::size_t>(first)]
-               : 0.0;
+    const auto begin = static_cast<std::size_t>(pattern.start[static_cast<std::size_t>(row)]);
+    const auto end = static_cast<std::size_t>(pattern.start[static_cast<std::size_t>(row) + 1]);
+    for (std::size_t k = begin; k < end; ++k) {
+      if (slot_of[k] == slot) return values[k];
+    }
+    return 0.0;
   }
 
   const Pattern& pattern;
   int rows = 0;
-  std::size_t slots = 0;  ///< numbers of the longest row
-  device::Buffer list;    ///< [row] where its list lies in `step`
-  device::Buffer step;    ///< of each list: its length and 0, then for each column how far it lies
-                          ///< from the row and its number from the row's place in slot 0
+  std::size_t slots = 0;              ///< numbers of the longest row
+  std::vector<std::uint8_t> slot_of;  ///< [number of the pattern]
+  device::Buffer list;                ///< [row] where its list lies in `step`
+  device::Buffer step;  ///< of each list: its length and 0, then for each column how far it lies
+                        ///< from the row and its number from the row's place in slot 0
 };
 
 struct DeviceLevel {

@@ -47,9 +47,9 @@ FormerAnswers::Kept& FormerAnswers::next() {
   return kept_[last_];
 }
 
-void FormerAnswers::set_products(const OfEach& with_images) {
+void FormerAnswers::set_products(const Scalars& with_itself, const OfEach& with_others) {
   for (std::size_t k = 0; k < size_; ++k) {
-    kept_[last_].products[k] = kept_[k].products[last_] = with_images[k];
+    kept_[last_].products[k] = kept_[k].products[last_] = k == last_ ? with_itself : with_others[k];
   }
 }
 

@@ -38,8 +38,8 @@ class FormerAnswers {
     OfEach products;  ///< of the image with those of all others, itself included
   };
   Kept& next();
-  /// Once next() is filled: its products.
-  void set_products(const OfEach& with_images);
+  /// Once next() is filled: its image's products with itself and with the others.
+  void set_products(const Scalars& with_itself, const OfEach& with_others);
 
  private:
   std::array<Kept, most> kept_;

@@ -41,7 +41,8 @@ class OpenclSolver final : public LinearSolver {
     x.resize(loads.size());
     for (auto& start : x) start.resize(static_cast<std::size_t>(matrix_.rows), 0.0);
     for (const embedded::Batch& batch : embedded::batches_of(loads)) {
-      batch_for(batch.lanes).solve(loads, batch.lights, x, tolerance, most_iterations, report);
+      batch_for(packed(batch.lanes))
+          .solve(loads, batch.lights, x, tolerance, most_iterations, report);
     }
     return report;
   }
@@ -59,6 +60,11 @@ class OpenclSolver final : public LinearSolver {
     }
   }
 
+  /// Three lanes have no fourth, save where that would cost a GPU its loads of vectors.
+  Lanes packed(Lanes lanes) const {
+    if (lanes.channels.size() == 3 && !numbers_.interleaved) lanes.width = 3;
+    return lanes;
+  }
   /// The one made before for the same lanes, or a new one.
   BatchSolve& batch_for(const Lanes& lanes) {
     for (const auto& batch : batches_) {

@@ -1,7 +1,8 @@
 // Conjugate gradients on sparse rows, and a V-cycle on the aggregates of a graph with one step of
-// Jacobi before and after. Every item writes its own row; sums run in a fixed order.
+// Jacobi before and after. Sums run in a fixed order and are added up in SUM.
 //
-// SUM is what sums are added up in.
+// Fields, and numbers of media of their own, are [row][lane] without gaps: at three lanes a fourth
+// place would be a third more memory.
 
 #ifndef SUM
 #define SUM double
@@ -9,275 +10,480 @@
 
 typedef LANES_OF(SUM) sum_vec;
 
+// The lanes of row i.
+#if WIDTH == 3
+#define LOAD(i, field) vload3(i, field)
+#define STORE(lanes, i, field) vstore3(lanes, i, field)
+#else
+#define LOAD(i, field) (((global const vec*)(field))[i])
+#define STORE(lanes, i, field) ((global vec*)(field))[i] = (lanes)
+#endif
+#if OWN
+#define NUMBER(i, numbers) LOAD(i, numbers)
+#define SET_NUMBER(number, i, numbers) STORE(number, i, numbers)
+#else
+#define NUMBER(i, numbers) (numbers)[i]
+#define SET_NUMBER(number, i, numbers) (numbers)[i] = (number)
+#endif
+
+// Rows beside each other are taken as blocks, their numbers as PARTS vectors of PART. Fields go on
+// with zeros to the end of the last block.
+#if INTERLEAVED
+#define PART WIDTH
+#define BLOCK 1
+#else
+#define PART 16
+#if WIDTH == 1 || WIDTH == 3
+#define BLOCK 16
+#elif WIDTH == 2
+#define BLOCK 8
+#elif WIDTH == 4
+#define BLOCK 4
+#elif WIDTH == 8
+#define BLOCK 2
+#else
+#define BLOCK 1
+#endif
+#endif
+#define PARTS (BLOCK * WIDTH / PART)
+#define BLOCKS_OF(rows) (((rows)-1) / BLOCK + 1)
+#if PART == 1
+typedef REAL part;
+typedef SUM sum_part;
+#define TO_PART(type) JOIN(convert_, type)
+#define LOAD_PART(k, from) (from)[k]
+#define STORE_PART(numbers, k, to) (to)[k] = (numbers)
+#else
+typedef JOIN(REAL, PART) part;
+typedef JOIN(SUM, PART) sum_part;
+#define TO_PART(type) JOIN(convert_, JOIN(type, PART))
+#define LOAD_PART(k, from) JOIN(vload, PART)(k, from)
+#define STORE_PART(numbers, k, to) JOIN(vstore, PART)(numbers, k, to)
+#endif
+#if INTERLEAVED
+#define AT(k, field) LOAD(k, field)
+#define SET(numbers, k, field) STORE(numbers, k, field)
+#else
+#define AT(k, field) LOAD_PART(k, field)
+#define SET(numbers, k, field) STORE_PART(numbers, k, field)
+#endif
+#define FOR_PARTS(c) for (int c = 0; c < PARTS; ++c)
+
+// Numbers of lanes as a block's.
+inline void lanes_to_parts(global const SUM* of_lane, part* to) {
+  REAL all[PART * PARTS];
+  for (int k = 0; k < PART * PARTS; ++k) all[k] = (REAL)of_lane[k % WIDTH];
+  FOR_PARTS(c) to[c] = LOAD_PART(c, all);
+}
+
+// partial[at] = Σ by lane of a block's sums, and of single rows'.
+inline void leave_sum(const sum_part* of_block, const sum_vec of_rows, const int at,
+                      global SUM* restrict partial) {
+  SUM all[PART * PARTS];
+  FOR_PARTS(c) STORE_PART(of_block[c], c, all);
+  for (int k = WIDTH; k < PART * PARTS; ++k) all[k % WIDTH] += all[k];
+#if WIDTH == 1
+  partial[at] = all[0] + of_rows;
+#else
+  JOIN(vstore, WIDTH)(JOIN(vload, WIDTH)(0, all) + of_rows, at, partial);
+#endif
+}
+
 // Jacobi's, before and after the coarse correction: of 1, 2 and 3 steps of Chebyshev's polynomial of
 // the fourth kind on [0, 2] (Lottes 2023) the first takes the least work.
 #define STEP ((REAL)2 / 3)
 
+// Three lanes are multiplied as four, the next row's first among them.
+#if WIDTH == 3
+typedef JOIN(REAL, 4) row_vec;
+#define ROW_LANES(field) vload4(0, field)
+#define LANES_OF_ROW(lanes) (lanes).xyz
+#else
+typedef vec row_vec;
+#define ROW_LANES(field) LOAD(0, field)
+#define LANES_OF_ROW(lanes) (lanes)
+#endif
+#if OWN
+#define NUMBER_WIDTH WIDTH
+#define ROW_NUMBER(numbers) ROW_LANES(numbers)
+#else
+#define NUMBER_WIDTH 1
+#define ROW_NUMBER(numbers) (numbers)[0]
+#endif
+#define ROW(i, field) ((field) + (long)WIDTH * (i))
+#define ROW_NUMBERS(i, numbers) ((numbers) + (long)NUMBER_WIDTH * (i))
+
 // Row i of a symmetric matrix of which half is stored, times x (device_numbers.h, DevicePattern).
 inline vec row_product(const int i, global const int* restrict list,
-                       global const int2* restrict step, global const own* restrict value,
-                       global const vec* restrict x) {
+                       global const int2* restrict step, global const REAL* restrict value,
+                       global const REAL* restrict x) {
   const int place = list[i], end = place + step[place].x;
+  global const REAL *numbers = ROW_NUMBERS(i, value), *factors = ROW(i, x);
+#define PRODUCT(k) ROW_NUMBER(ROW_NUMBERS(step[k].y, numbers)) * ROW_LANES(ROW(step[k].x, factors))
   // Two sums: in one, additions wait for each other.
-  vec sum = (vec)(0), other = (vec)(0);
+  row_vec sum = (row_vec)(0), other = (row_vec)(0);
   int k = place + 1;
   for (; k < end; k += 2) {
-    sum += value[i + step[k].y] * x[i + step[k].x];
-    other += value[i + step[k + 1].y] * x[i + step[k + 1].x];
+    sum += PRODUCT(k);
+    other += PRODUCT(k + 1);
   }
-  if (k == end) sum += value[i + step[k].y] * x[i + step[k].x];
-  return sum + other;
+  if (k == end) sum += PRODUCT(k);
+  return LANES_OF_ROW(sum + other);
 }
 
-// Rows beside each other that share a list, at once: their numbers are so, too.
-#define BLOCK (16 / WIDTH)
+// The same for a block of rows that share a list, whose numbers are beside each other, too.
 #define BLOCKS (!INTERLEAVED && (OWN || WIDTH == 1) && BLOCK > 1)
-typedef JOIN(REAL, 16) wide;
-typedef JOIN(SUM, 16) wide_sum;
-#if WIDTH == 1
-#define LANES_AT(k, numbers) (numbers)[k]
-#else
-#define LANES_AT(k, numbers) JOIN(vload, WIDTH)(k, numbers)
-#endif
-#define WIDE(field, i) vload16(0, (global const REAL*)(field) + (size_t)WIDTH * (i))
-
+#if BLOCKS
 inline int begins_block(const int i, const int end, global const int* restrict list) {
-  int alike = i + BLOCK <= end;
-  for (int k = 1; alike && k < BLOCK; ++k) alike = list[i + k] == list[i];
-  return alike;
+  return i + BLOCK <= end && all(JOIN(vload, BLOCK)(0, list + i) == (JOIN(int, BLOCK))(list[i]));
 }
 
-inline wide block_product(const int i, global const int* restrict list,
-                          global const int2* restrict step, global const own* restrict value,
-                          global const vec* restrict x) {
+inline void block_product(const int i, global const int* restrict list,
+                          global const int2* restrict step, global const REAL* restrict value,
+                          global const REAL* restrict x, part* product) {
   const int place = list[i], end = place + step[place].x;
-  wide sum = (wide)(0);
-  for (int k = place + 1; k <= end; ++k) sum += WIDE(value, i + step[k].y) * WIDE(x, i + step[k].x);
-  return sum;
+  part sum[PARTS];
+  FOR_PARTS(c) sum[c] = (part)(0);
+  for (int k = place + 1; k <= end; ++k) {
+    global const REAL *numbers = ROW(i + step[k].y, value), *factors = ROW(i + step[k].x, x);
+    FOR_PARTS(c) sum[c] += AT(c, numbers) * AT(c, factors);
+  }
+  FOR_PARTS(c) product[c] = sum[c];
+}
+#endif
+
+// The same for some rows from i on, as many as share a list and fit into a vector of 16; returns
+// how many.
+#if WIDTH == 1
+#define LOAD_PRIVATE(k, from) (from)[k]
+#define STORE_PRIVATE(lanes, to) (to)[0] = (lanes)
+#else
+#define LOAD_PRIVATE(k, from) JOIN(vload, WIDTH)(k, from)
+#define STORE_PRIVATE(lanes, to) JOIN(vstore, WIDTH)(lanes, 0, to)
+#endif
+inline int rows_product(const int i, const int end, global const int* restrict list,
+                        global const int2* restrict step, global const REAL* restrict value,
+                        global const REAL* restrict x, REAL* product) {
+#if BLOCKS && WIDTH == 3
+  const int place = list[i], last = place + step[place].x;
+  int rows = 1;
+  while (rows < 16 / WIDTH && i + rows < end && list[i + rows] == place) ++rows;
+  if (rows > 1) {
+    global const REAL *numbers = ROW(i, value), *factors = ROW(i, x);
+    part sum = (part)(0);
+    for (int k = place + 1; k <= last; ++k) {
+      sum += AT(0, ROW(step[k].y, numbers)) * AT(0, ROW(step[k].x, factors));
+    }
+    STORE_PART(sum, 0, product);
+    return rows;
+  }
+#endif
+  STORE_PRIVATE(row_product(i, list, step, value, x), product);
+  return 1;
 }
 
-// Σ over a block's rows.
-inline sum_vec of_block(const wide_sum sum) {
-  SUM part[16];
-  vstore16(sum, 0, part);
-  sum_vec result = (sum_vec)(0);
-  for (int k = 0; k < BLOCK; ++k) result += LANES_AT(k, part);
-  return result;
-}
-
-// Rows that the host has written, [row][slot], to their places, [slot][row].
+// What the host has written, [row][slot], to its places, [slot][row].
 kernel void take_rows(const int fresh_rows, const int rows, const int slots,
-                      global const int* restrict fresh_row, global const own* restrict fresh,
-                      global own* restrict value) {
+                      global const int* restrict fresh_row, global const REAL* restrict fresh,
+                      global REAL* restrict value) {
   ITEM(fresh_rows)
-  for (int k = 0; k < slots; ++k) value[k * rows + fresh_row[i]] = fresh[i * slots + k];
+  for (int k = 0; k < slots; ++k) {
+    SET_NUMBER(NUMBER(i * slots + k, fresh), k * rows + fresh_row[i], value);
+  }
+}
+
+kernel void take_lanes(const int fresh_rows, global const int* restrict fresh_row,
+                       global const REAL* restrict fresh, global REAL* restrict field) {
+  ITEM(fresh_rows)
+  STORE(LOAD(i, fresh), fresh_row[i], field);
 }
 
 // Jacobi's step from zero: y = step r/d. On every level it is kept beside r.
-#define SMOOTHED(r) (STEP * inverse_diagonal[i] * (r))
+#define SMOOTHED(r, inverse_diagonal) (STEP * (inverse_diagonal) * (r))
 
 // r = b − A x.
 kernel void residual(const int rows, global const int* restrict list,
-                     global const int2* restrict step, global const own* restrict value,
-                     global const own* restrict inverse_diagonal, global const vec* restrict b,
-                     global const vec* restrict x, global vec* restrict r,
-                     global vec* restrict y) {
+                     global const int2* restrict step, global const REAL* restrict value,
+                     global const REAL* restrict inverse_diagonal, global const REAL* restrict b,
+                     global const REAL* restrict x, global REAL* restrict r,
+                     global REAL* restrict y) {
   ITEM(rows)
-  r[i] = b[i] - row_product(i, list, step, value, x);
-  y[i] = SMOOTHED(r[i]);
+  const vec left = LOAD(i, b) - row_product(i, list, step, value, x);
+  STORE(left, i, r);
+  STORE(SMOOTHED(left, LOAD(i, inverse_diagonal)), i, y);
 }
 
 // out = A x; partial = Σ x·out.
 kernel void product(const int rows, const int runs, global const int* restrict list,
-                    global const int2* restrict step, global const own* restrict value,
-                    global const vec* restrict x, global vec* restrict out,
-                    global sum_vec* restrict partial) {
+                    global const int2* restrict step, global const REAL* restrict value,
+                    global const REAL* restrict x, global REAL* restrict out,
+                    global SUM* restrict partial) {
   RUN(rows)
   sum_vec sum = (sum_vec)(0);
-  wide_sum of_blocks = (wide_sum)(0);
+  sum_part of_blocks[PARTS];
+  FOR_PARTS(c) of_blocks[c] = (sum_part)(0);
   for (int i = begin; i < end; i += step_over) {
-    if (BLOCKS && begins_block(i, end, list)) {
-      const wide image = block_product(i, list, step, value, x);
-      vstore16(image, 0, (global REAL*)(out + i));
-      of_blocks += JOIN(convert_, JOIN(SUM, 16))(WIDE(x, i) * image);
+#if BLOCKS
+    if (begins_block(i, end, list)) {
+      part image[PARTS];
+      block_product(i, list, step, value, x, image);
+      FOR_PARTS(c) {
+        SET(image[c], c, ROW(i, out));
+        of_blocks[c] += TO_PART(SUM)(AT(c, ROW(i, x)) * image[c]);
+      }
       i += BLOCK - 1;
       continue;
     }
-    const vec image = row_product(i, list, step, value, x);
-    out[i] = image;
-    sum += TO(SUM)(x[i] * image);
+#endif
+    REAL images[16];
+    const int here = rows_product(i, end, list, step, value, x, images);
+    for (int row = 0; row < here; ++row) {
+      const vec image = LOAD_PRIVATE(row, images);
+      STORE(image, i + row, out);
+      sum += TO(SUM)(LOAD(i + row, x) * image);
+    }
+    i += here - 1;
   }
-  partial[run] = sum + of_block(of_blocks);
+  leave_sum(of_blocks, sum, run, partial);
 }
 
-// Down the V-cycle: coarse r = Σ over an aggregate's nodes of the residual after Jacobi's step:
-// r − (d y − Σ w y_n) = (1 − step) r + Σ w y_n.
+// What Jacobi's step leaves of the residual: r − (d y − Σ w y_n) = (1 − step) r + Σ w y_n.
+kernel void left_of_residual(const int rows, const int runs, global const int* restrict list,
+                             global const int2* restrict step, global const REAL* restrict link,
+                             global const REAL* restrict r, global const REAL* restrict y,
+                             global REAL* restrict left) {
+  RUN(rows)
+  for (int i = begin; i < end; i += step_over) {
+#if BLOCKS
+    if (begins_block(i, end, list)) {
+      part inflow[PARTS];
+      block_product(i, list, step, link, y, inflow);
+      FOR_PARTS(c) SET(((REAL)1 - STEP) * AT(c, ROW(i, r)) + inflow[c], c, ROW(i, left));
+      i += BLOCK - 1;
+      continue;
+    }
+#endif
+    REAL inflows[16];
+    const int here = rows_product(i, end, list, step, link, y, inflows);
+    for (int row = 0; row < here; ++row) {
+      STORE(((REAL)1 - STEP) * LOAD(i + row, r) + LOAD_PRIVATE(row, inflows), i + row, left);
+    }
+    i += here - 1;
+  }
+}
+
+// Down the V-cycle: coarse r = Σ over an aggregate's nodes of what is left.
 kernel void down(const int aggregates, global const int* restrict first_child,
-                 global const int* restrict child, global const int* restrict list,
-                 global const int2* restrict step, global const own* restrict link,
-                 global const vec* restrict r, global const vec* restrict y,
-                 global const own* restrict inverse_diagonal, global vec* restrict coarse_r,
-                 global vec* restrict coarse_y) {
+                 global const int* restrict child, global const REAL* restrict left,
+                 global const REAL* restrict inverse_diagonal, global REAL* restrict coarse_r,
+                 global REAL* restrict coarse_y) {
   ITEM(aggregates)
   vec sum = (vec)(0);
-  for (int c = first_child[i]; c < first_child[i + 1]; ++c) {
-    const int node = child[c];
-    sum += ((REAL)1 - STEP) * r[node] + row_product(node, list, step, link, y);
-  }
-  coarse_r[i] = sum;
-  coarse_y[i] = SMOOTHED(sum);
+  for (int c = first_child[i]; c < first_child[i + 1]; ++c) sum += LOAD(child[c], left);
+  STORE(sum, i, coarse_r);
+  STORE(SMOOTHED(sum, LOAD(i, inverse_diagonal)), i, coarse_y);
 }
 
 // Up again, y with the coarser level's correction: x = y + step (r − A y)/d.
-inline vec after_correction(const int i, global const int* restrict list,
-                            global const int2* restrict step, global const own* restrict link,
-                            global const own* restrict inverse_diagonal,
-                            global const vec* restrict r, global const vec* restrict y) {
-  const vec inflow = row_product(i, list, step, link, y);
-  return y[i] + STEP * (inverse_diagonal[i] * (r[i] + inflow) - y[i]);
+inline vec after_correction(const int i, const vec inflow,
+                            global const REAL* restrict inverse_diagonal,
+                            global const REAL* restrict r, global const REAL* restrict y) {
+  const vec y_i = LOAD(i, y);
+  return y_i + STEP * (LOAD(i, inverse_diagonal) * (LOAD(i, r) + inflow) - y_i);
 }
 
 // On the finest level; partial = Σ r·x.
 kernel void up(const int rows, const int runs, global const int* restrict list,
-               global const int2* restrict step, global const own* restrict link,
-               global const own* restrict inverse_diagonal, global const vec* restrict r,
-               global const vec* restrict y, global vec* restrict x,
-               global sum_vec* restrict partial) {
+               global const int2* restrict step, global const REAL* restrict link,
+               global const REAL* restrict inverse_diagonal, global const REAL* restrict r,
+               global const REAL* restrict y, global REAL* restrict x,
+               global SUM* restrict partial) {
   RUN(rows)
   sum_vec sum = (sum_vec)(0);
-  wide_sum of_blocks = (wide_sum)(0);
+  sum_part of_blocks[PARTS];
+  FOR_PARTS(c) of_blocks[c] = (sum_part)(0);
   for (int i = begin; i < end; i += step_over) {
-    if (BLOCKS && begins_block(i, end, list)) {
-      const wide inflow = block_product(i, list, step, link, y), y_i = WIDE(y, i), r_i = WIDE(r, i);
-      const wide z = y_i + STEP * (WIDE(inverse_diagonal, i) * (r_i + inflow) - y_i);
-      vstore16(z, 0, (global REAL*)(x + i));
-      of_blocks += JOIN(convert_, JOIN(SUM, 16))(r_i * z);
+#if BLOCKS
+    if (begins_block(i, end, list)) {
+      part inflow[PARTS];
+      block_product(i, list, step, link, y, inflow);
+      FOR_PARTS(c) {
+        const part y_i = AT(c, ROW(i, y)), r_i = AT(c, ROW(i, r));
+        const part z = y_i + STEP * (AT(c, ROW(i, inverse_diagonal)) * (r_i + inflow[c]) - y_i);
+        SET(z, c, ROW(i, x));
+        of_blocks[c] += TO_PART(SUM)(r_i * z);
+      }
       i += BLOCK - 1;
       continue;
     }
-    const vec z = after_correction(i, list, step, link, inverse_diagonal, r, y);
-    x[i] = z;
-    sum += TO(SUM)(r[i] * z);
+#endif
+    REAL inflows[16];
+    const int here = rows_product(i, end, list, step, link, y, inflows);
+    for (int row = 0; row < here; ++row) {
+      const vec z =
+          after_correction(i + row, LOAD_PRIVATE(row, inflows), inverse_diagonal, r, y);
+      STORE(z, i + row, x);
+      sum += TO(SUM)(LOAD(i + row, r) * z);
+    }
+    i += here - 1;
   }
-  partial[run] = sum + of_block(of_blocks);
+  leave_sum(of_blocks, sum, run, partial);
 }
 
 // On a coarser level: x corrects the finer level's nodes.
 kernel void up_to_children(const int rows, global const int* restrict list,
-                           global const int2* restrict step, global const own* restrict link,
-                           global const own* restrict inverse_diagonal,
-                           global const vec* restrict r, global const vec* restrict y,
+                           global const int2* restrict step, global const REAL* restrict link,
+                           global const REAL* restrict inverse_diagonal,
+                           global const REAL* restrict r, global const REAL* restrict y,
                            global const int* restrict first_child,
-                           global const int* restrict child, global vec* restrict fine_y) {
+                           global const int* restrict child, global REAL* restrict fine_y) {
   ITEM(rows)
-  const vec x = after_correction(i, list, step, link, inverse_diagonal, r, y);
-  for (int c = first_child[i]; c < first_child[i + 1]; ++c) fine_y[child[c]] += x;
+  const vec inflow = row_product(i, list, step, link, y);
+  const vec x = after_correction(i, inflow, inverse_diagonal, r, y);
+  for (int c = first_child[i]; c < first_child[i + 1]; ++c) {
+    STORE(LOAD(child[c], fine_y) + x, child[c], fine_y);
+  }
 }
 
 // x = A⁻¹ r on the coarsest level.
-inline vec direct(const int i, const int rows, global const own* restrict inverse,
-                  global const vec* restrict r) {
+inline vec direct(const int i, const int rows, global const REAL* restrict inverse,
+                  global const REAL* restrict r) {
   vec sum = (vec)(0);
-  for (int k = 0; k < rows; ++k) sum += inverse[(size_t)k * rows + i] * r[k];
+  for (int k = 0; k < rows; ++k) sum += NUMBER(k * rows + i, inverse) * LOAD(k, r);
   return sum;
 }
 
-kernel void solve_directly(const int rows, global const own* restrict inverse,
-                           global const vec* restrict r, global vec* restrict x) {
+kernel void solve_directly(const int rows, global const REAL* restrict inverse,
+                           global const REAL* restrict r, global REAL* restrict x) {
   ITEM(rows)
-  x[i] = direct(i, rows, inverse, r);
+  STORE(direct(i, rows, inverse, r), i, x);
 }
 
-kernel void direct_to_children(const int rows, global const own* restrict inverse,
-                               global const vec* restrict r, global const int* restrict first_child,
-                               global const int* restrict child, global vec* restrict fine_y) {
+kernel void direct_to_children(const int rows, global const REAL* restrict inverse,
+                               global const REAL* restrict r,
+                               global const int* restrict first_child,
+                               global const int* restrict child, global REAL* restrict fine_y) {
   ITEM(rows)
   const vec x = direct(i, rows, inverse, r);
-  for (int c = first_child[i]; c < first_child[i + 1]; ++c) fine_y[child[c]] += x;
+  for (int c = first_child[i]; c < first_child[i + 1]; ++c) {
+    STORE(LOAD(child[c], fine_y) + x, child[c], fine_y);
+  }
 }
 
-kernel void dot_product(const int rows, const int runs, global const vec* restrict a,
-                        global const vec* restrict b, global sum_vec* restrict partial) {
-  RUN(rows)
-  sum_vec sum = (sum_vec)(0);
-  for (int k = begin; k < end; k += step_over) sum += TO(SUM)(a[k] * b[k]);
-  partial[run] = sum;
+// Number by number, over all blocks of `rows`.
+#define FOR_BLOCK_PARTS(k)                         \
+  for (int block = begin; block < end; block += step_over) \
+    for (int c = 0, k = block * PARTS; c < PARTS; ++c, ++k)
+
+kernel void dot_product(const int rows, const int runs, global const REAL* restrict a,
+                        global const REAL* restrict b, global SUM* restrict partial) {
+  RUN(BLOCKS_OF(rows))
+  sum_part sum[PARTS];
+  FOR_PARTS(c) sum[c] = (sum_part)(0);
+  FOR_BLOCK_PARTS(k) sum[c] += TO_PART(SUM)(AT(k, a) * AT(k, b));
+  leave_sum(sum, (sum_vec)(0), run, partial);
 }
 
 // p = z + along p.
-kernel void update_direction(const int rows, global const sum_vec* restrict along,
-                             global const vec* restrict z, global vec* restrict p) {
-  ITEM(rows)
-  p[i] = z[i] + TO(REAL)(along[0]) * p[i];
+kernel void update_direction(const int rows, const int runs, global const SUM* restrict along,
+                             global const REAL* restrict z, global REAL* restrict p) {
+  RUN(BLOCKS_OF(rows))
+  part times[PARTS];
+  lanes_to_parts(along, times);
+  FOR_BLOCK_PARTS(k) SET(AT(k, z) + times[c] * AT(k, p), k, p);
 }
 
 // x += step p, r −= step q; partial = Σ r².
-kernel void update_solution(const int rows, const int runs,
-                            global const sum_vec* restrict times,
-                            global const own* restrict inverse_diagonal,
-                            global const vec* restrict p, global const vec* restrict q,
-                            global vec* restrict x, global vec* restrict r, global vec* restrict y,
-                            global sum_vec* restrict partial) {
-  RUN(rows)
-  sum_vec sum = (sum_vec)(0);
-  const vec by = TO(REAL)(times[0]);
-  for (int i = begin; i < end; i += step_over) {
-    x[i] += by * p[i];
-    const vec left = r[i] - by * q[i];
-    r[i] = left;
-    y[i] = SMOOTHED(left);
-    sum += TO(SUM)(left * left);
+kernel void update_solution(const int rows, const int runs, global const SUM* restrict step,
+                            global const REAL* restrict inverse_diagonal,
+                            global const REAL* restrict p, global const REAL* restrict q,
+                            global REAL* restrict x, global REAL* restrict r,
+                            global REAL* restrict y, global SUM* restrict partial) {
+  RUN(BLOCKS_OF(rows))
+  part by[PARTS];
+  lanes_to_parts(step, by);
+  sum_part sum[PARTS];
+  FOR_PARTS(c) sum[c] = (sum_part)(0);
+  FOR_BLOCK_PARTS(k) {
+    SET(AT(k, x) + by[c] * AT(k, p), k, x);
+    const part left = AT(k, r) - by[c] * AT(k, q);
+    SET(left, k, r);
+    SET(SMOOTHED(left, AT(k, inverse_diagonal)), k, y);
+    sum[c] += TO_PART(SUM)(left * left);
   }
-  partial[run] = sum;
+  leave_sum(sum, (sum_vec)(0), run, partial);
 }
 
 // Products of b with itself and with four images of former answers.
-kernel void products_with_images(const int rows, const int runs, global const vec* restrict b,
-                                 global const vec* restrict image_0,
-                                 global const vec* restrict image_1,
-                                 global const vec* restrict image_2,
-                                 global const vec* restrict image_3,
-                                 global sum_vec* restrict partial) {
-  RUN(rows)
-  sum_vec sum[5] = {(sum_vec)(0), (sum_vec)(0), (sum_vec)(0), (sum_vec)(0), (sum_vec)(0)};
-  for (int i = begin; i < end; i += step_over) {
-    const vec mine = b[i];
-    sum[0] += TO(SUM)(mine * mine);
-    sum[1] += TO(SUM)(mine * image_0[i]);
-    sum[2] += TO(SUM)(mine * image_1[i]);
-    sum[3] += TO(SUM)(mine * image_2[i]);
-    sum[4] += TO(SUM)(mine * image_3[i]);
+kernel void products_with_images(const int rows, const int runs, global const REAL* restrict b,
+                                 global const REAL* restrict image_0,
+                                 global const REAL* restrict image_1,
+                                 global const REAL* restrict image_2,
+                                 global const REAL* restrict image_3,
+                                 global SUM* restrict partial) {
+  RUN(BLOCKS_OF(rows))
+  sum_part sum[5][PARTS];
+  for (int kind = 0; kind < 5; ++kind) FOR_PARTS(c) sum[kind][c] = (sum_part)(0);
+  FOR_BLOCK_PARTS(k) {
+    const part mine = AT(k, b);
+    sum[0][c] += TO_PART(SUM)(mine * mine);
+    sum[1][c] += TO_PART(SUM)(mine * AT(k, image_0));
+    sum[2][c] += TO_PART(SUM)(mine * AT(k, image_1));
+    sum[3][c] += TO_PART(SUM)(mine * AT(k, image_2));
+    sum[4][c] += TO_PART(SUM)(mine * AT(k, image_3));
   }
-  for (int k = 0; k < 5; ++k) partial[k * runs + run] = sum[k];
+  for (int kind = 0; kind < 5; ++kind) {
+    leave_sum(sum[kind], (sum_vec)(0), kind * runs + run, partial);
+  }
 }
 
 // x = Σ times_k answer_k, r = b − Σ times_k image_k; partial = Σ r².
 kernel void start_from_former(
-    const int rows, const int runs, global const sum_vec* restrict times,
-    global const own* restrict inverse_diagonal, global const vec* restrict answer_0,
-    global const vec* restrict answer_1, global const vec* restrict answer_2,
-    global const vec* restrict answer_3, global const vec* restrict image_0,
-    global const vec* restrict image_1, global const vec* restrict image_2,
-    global const vec* restrict image_3, global const vec* restrict b, global vec* restrict x,
-    global vec* restrict r, global vec* restrict y, global sum_vec* restrict partial) {
-  RUN(rows)
-  sum_vec sum = (sum_vec)(0);
-  const vec t_0 = TO(REAL)(times[0]), t_1 = TO(REAL)(times[1]), t_2 = TO(REAL)(times[2]),
-            t_3 = TO(REAL)(times[3]);
-  for (int i = begin; i < end; i += step_over) {
-    x[i] = t_0 * answer_0[i] + t_1 * answer_1[i] + t_2 * answer_2[i] + t_3 * answer_3[i];
-    const vec left = b[i] - (t_0 * image_0[i] + t_1 * image_1[i] + t_2 * image_2[i] +
-                             t_3 * image_3[i]);
-    r[i] = left;
-    y[i] = SMOOTHED(left);
-    sum += TO(SUM)(left * left);
+    const int rows, const int runs, global const SUM* restrict times,
+    global const REAL* restrict inverse_diagonal, global const REAL* restrict answer_0,
+    global const REAL* restrict answer_1, global const REAL* restrict answer_2,
+    global const REAL* restrict answer_3, global const REAL* restrict image_0,
+    global const REAL* restrict image_1, global const REAL* restrict image_2,
+    global const REAL* restrict image_3, global const REAL* restrict b, global REAL* restrict x,
+    global REAL* restrict r, global REAL* restrict y, global SUM* restrict partial) {
+  RUN(BLOCKS_OF(rows))
+  part t[4][PARTS];
+  for (int former = 0; former < 4; ++former) lanes_to_parts(times + former * WIDTH, t[former]);
+  sum_part sum[PARTS];
+  FOR_PARTS(c) sum[c] = (sum_part)(0);
+  FOR_BLOCK_PARTS(k) {
+    SET(t[0][c] * AT(k, answer_0) + t[1][c] * AT(k, answer_1) + t[2][c] * AT(k, answer_2) +
+            t[3][c] * AT(k, answer_3),
+        k, x);
+    const part left = AT(k, b) - (t[0][c] * AT(k, image_0) + t[1][c] * AT(k, image_1) +
+                                  t[2][c] * AT(k, image_2) + t[3][c] * AT(k, image_3));
+    SET(left, k, r);
+    SET(SMOOTHED(left, AT(k, inverse_diagonal)), k, y);
+    sum[c] += TO_PART(SUM)(left * left);
   }
-  partial[run] = sum;
+  leave_sum(sum, (sum_vec)(0), run, partial);
 }
 
-// out = a − b.
-kernel void difference(const int rows, global const vec* restrict a, global const vec* restrict b,
-                       global vec* restrict out) {
-  ITEM(rows)
-  out[i] = a[i] - b[i];
+// image = b − r, its products with itself and with four others.
+kernel void image_of_answer(const int rows, const int runs, global const REAL* restrict b,
+                            global const REAL* restrict r, global const REAL* restrict other_0,
+                            global const REAL* restrict other_1,
+                            global const REAL* restrict other_2,
+                            global const REAL* restrict other_3, global REAL* restrict image,
+                            global SUM* restrict partial) {
+  RUN(BLOCKS_OF(rows))
+  sum_part sum[5][PARTS];
+  for (int kind = 0; kind < 5; ++kind) FOR_PARTS(c) sum[kind][c] = (sum_part)(0);
+  FOR_BLOCK_PARTS(k) {
+    const part mine = AT(k, b) - AT(k, r);
+    SET(mine, k, image);
+    sum[0][c] += TO_PART(SUM)(mine * mine);
+    sum[1][c] += TO_PART(SUM)(mine * AT(k, other_0));
+    sum[2][c] += TO_PART(SUM)(mine * AT(k, other_1));
+    sum[3][c] += TO_PART(SUM)(mine * AT(k, other_2));
+    sum[4][c] += TO_PART(SUM)(mine * AT(k, other_3));
+  }
+  for (int kind = 0; kind < 5; ++kind) {
+    leave_sum(sum[kind], (sum_vec)(0), kind * runs + run, partial);
+  }
 }

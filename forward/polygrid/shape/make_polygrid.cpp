@@ -28,6 +28,8 @@ constexpr int least_cells = 100, most_cells = 4'000'000;
 /// parts: 2 is the largest that keeps them good on most objects (docs/polygrid.md).
 constexpr std::array<int, 3> refinements{2, 1, 4};
 constexpr int finest_drawn_refinement = 64;
+/// Of a drawn polycube and the object: no map is tried beyond.
+constexpr double other_size = 4.0;
 /// What is asked of a grid. Where no refinement reaches it, the best is returned with a warning.
 constexpr double good_jacobian = 0.2, good_gap = 1.5, good_volume = 0.1;  // of |ratio - 1|
 /// Area of a mended voxel surface over the object's: 1.5 is the mean over directions, mending evens
@@ -180,10 +182,54 @@ double score(const PolygridQuality& quality) {
          std::min(1.0, good_volume / std::abs(quality.volume_ratio - 1.0));
 }
 
+/// From `options.drawn`.
+MadePolygrid made_of_drawn(const TriangleMesh& mesh, const PolygridOptions& options,
+                           Progress& progress) {
+  const Polycube& polycube = *options.drawn;
+  const std::string named =
+      polycube.file.empty() ? "The polycube" : polycube.file + ": the polycube";
+  if (const auto problem = polycube_problem(polycube.cells)) {
+    throw InputError(named + " " + *problem + ".");
+  }
+  Maker maker(mesh, options, progress);
+  if (genus(polycube.cells) != genus(mesh)) {
+    throw InputError(named + " has genus " + std::to_string(genus(polycube.cells)) + ", the mesh " +
+                     std::to_string(genus(mesh)) + "; give it as many holes as the object.");
+  }
+  Eigen::AlignedBox3d drawn;
+  for (const Eigen::Vector3d& corner : polycube.mapped) drawn.extend(corner);
+  const Eigen::AlignedBox3d object = bounding_box(mesh);
+  const double size = drawn.diagonal().norm(), of_object = object.diagonal().norm();
+  if (!drawn.intersects(object) || size > other_size * of_object || of_object > other_size * size) {
+    throw InputError(named + " lies off the object or is of another size: its box has a diagonal " +
+                     "of " + shown_number(size, "%.3g") + " mm, the object's one of " +
+                     shown_number(of_object, "%.3g") +
+                     " mm; draw it in mm about the middle of the object's box.");
+  }
+  const LayeredLattice lattice = layered_lattice(polycube, 0.5);
+  const auto layer = static_cast<double>(lattice.grid.boundary_cell.size());
+  const double core = static_cast<double>(polycube.cells.size());
+  int refinement = 1;
+  // Of the two counts about the one asked for, the closer.
+  const auto count = [&](double n) { return core * n * n * n + layer * n * n; };
+  while (refinement < finest_drawn_refinement && std::abs(count(refinement + 1) - options.cells) <
+                                                     std::abs(count(refinement) - options.cells)) {
+    ++refinement;
+  }
+  auto made = maker.from(polycube, refinement);
+  if (!made) {
+    throw InputError(named +
+                     " gives a map into the object with inverted cells; draw it closer to " +
+                     "the object's shape, in mm of the object's frame.");
+  }
+  return maker.finished(std::move(*made));
+}
+
 }  // namespace
 
 MadePolygrid make_polygrid(const TriangleMesh& mesh, const PolygridOptions& options,
                            Progress& progress) {
+  if (options.drawn != nullptr) return made_of_drawn(mesh, options, progress);
   Maker maker(mesh, options, progress);
   const int handles = genus(mesh);
   const double edge = maker.cell_edge();
@@ -205,31 +251,6 @@ MadePolygrid make_polygrid(const TriangleMesh& mesh, const PolygridOptions& opti
                              ": its parts or holes are too thin for them; take more cells."
                        : "Every polygrid of " + std::to_string(options.cells) +
                              " cells has inverted ones in this object: take more cells.");
-}
-
-MadePolygrid make_polygrid(const TriangleMesh& mesh, const Polycube& polycube,
-                           const PolygridOptions& options, Progress& progress) {
-  if (const auto problem = polycube_problem(polycube.cells)) {
-    throw InputError("The polycube " + *problem + ".");
-  }
-  Maker maker(mesh, options, progress);
-  if (genus(polycube.cells) != genus(mesh)) {
-    throw InputError("The polycube has genus " + std::to_string(genus(polycube.cells)) +
-                     ", the mesh " + std::to_string(genus(mesh)) + ".");
-  }
-  const LayeredLattice lattice = layered_lattice(polycube, 0.5);
-  const auto layer = static_cast<double>(lattice.grid.boundary_cell.size());
-  const double core = static_cast<double>(polycube.cells.size());
-  int refinement = 1;
-  // Of the two counts about the one asked for, the closer.
-  const auto count = [&](double n) { return core * n * n * n + layer * n * n; };
-  while (refinement < finest_drawn_refinement && std::abs(count(refinement + 1) - options.cells) <
-                                                     std::abs(count(refinement) - options.cells)) {
-    ++refinement;
-  }
-  auto made = maker.from(polycube, refinement);
-  if (!made) throw InputError("The polycube's map into the object leaves inverted cells.");
-  return maker.finished(std::move(*made));
 }
 
 }  // namespace kappamu::forward

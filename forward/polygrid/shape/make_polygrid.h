@@ -23,6 +23,9 @@ struct PolygridOptions {
   /// distance of neighbouring boundary nodes ([W] 5.1: a tenth); 0 leaves them at the middle of
   /// their cells, as finite volumes have it. Nodes never leave their cells.
   double first_layer = 0.1;
+  /// That a person has drawn (io/polycube_file.h); `cells` chooses its refinement. None: one is
+  /// found.
+  const Polycube* drawn = nullptr;
 };
 
 struct PolygridQuality {
@@ -50,13 +53,8 @@ struct MadePolygrid {
 
 /// `mesh` as check_mesh() leaves it [mm]. Throws InputError, with one sentence, for options out of
 /// range, a mesh that is not closed or has several components, and where no polycube of the
-/// object's topology is found or its map leaves inverted cells.
+/// object's topology is found, or the drawn one has another, or its map leaves inverted cells.
 MadePolygrid make_polygrid(const TriangleMesh& mesh, const PolygridOptions& options,
                            Progress& progress);
-
-/// From a polycube that a person has drawn (io/polycube_file.h); `options.cells` chooses its
-/// refinement.
-MadePolygrid make_polygrid(const TriangleMesh& mesh, const Polycube& polycube,
-                           const PolygridOptions& options, Progress& progress);
 
 }  // namespace kappamu::forward

@@ -124,15 +124,15 @@ TEST(MakePolygrid, TakesAPolycubeDrawnByAPerson) {
   // One cell drawn around a sphere, far from its surface.
   const Polycube drawn = lattice_polycube({{0, 0, 0}}, Vector3d(-4.0, -4.0, -4.0), 8.0);
   Progress progress;
-  const MadePolygrid grid = make_polygrid(sphere_mesh(10.0, 40), drawn, {1500, 0.1}, progress);
+  const MadePolygrid grid = make_polygrid(sphere_mesh(10.0, 40), {1500, 0.1, &drawn}, progress);
   EXPECT_EQ(grid.quality.inverted, 0);
   EXPECT_EQ(grid.quality.refinement, 10);
   EXPECT_EQ(grid.quality.cells, 1000 + 600);
   EXPECT_GE(grid.quality.least_jacobian, 0.2);
   const std::string sentence = sentence_of([&] {
-    make_polygrid(torus_mesh(10.0, 4.0, 20), drawn, {1500, 0.1}, progress);
+    make_polygrid(torus_mesh(10.0, 4.0, 20), {1500, 0.1, &drawn}, progress);
   });
-  EXPECT_EQ(sentence, "The polycube has genus 0, the mesh 1.");
+  EXPECT_EQ(sentence, "The polycube has genus 0, the mesh 1; give it as many holes as the object.");
 }
 
 TEST(MakePolygrid, RefusesWhatItCannotUseInOneSentence) {
