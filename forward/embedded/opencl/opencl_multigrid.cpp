@@ -189,7 +189,7 @@ class BatchSolve {
     const auto unknowns = static_cast<std::size_t>(s.unknowns);
     over(unknowns, single_, "smooth_first", smoothing_step(1).gain, start == Start::zero ? 1 : 0,
          n.inverse_scale, n.r, n.z, n.x);
-    for (int k = 2; k <= smoothing_degree; ++k) {
+    for (int k = 2; k <= smoothing_degree(unknowns); ++k) {
       level_product(l);
       over(unknowns, single_, "smooth_next", smoothing_step(k).keep, smoothing_step(k).gain,
            s.start, s.part, n.slots, n.inverse_scale, n.r, n.z, n.x);

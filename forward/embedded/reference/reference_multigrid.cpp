@@ -80,7 +80,7 @@ class VCycle {
         }
       }
     });
-    for (int k = 2; k <= smoothing_degree; ++k) {
+    for (int k = 2; k <= smoothing_degree(level.matrix.rows()); ++k) {
       const auto [keep, gain] = smoothing_step(k);
       for_products<lanes>(level.matrix, w.z.data(), [&](std::size_t row, const auto& sum) {
         const float scale = gain * inverse_scale[row];

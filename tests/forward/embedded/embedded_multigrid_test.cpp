@@ -88,16 +88,16 @@ TEST(EmbeddedMultigrid, OnSheetsThinnerThanACube) {
   }
 }
 
-TEST(EmbeddedMultigrid, OnSheetsFarThinnerThanACubeItIsSlower) {
+TEST(EmbeddedMultigrid, OnSheetsFarThinnerThanACube) {
   // 1 µm in cubes of 0.65 mm: functions that vanish on the sheet have nearly no energy.
-  constexpr int twice = 2 * most_iterations;
-  EXPECT_LE(iterations(transformed(box({20.0, 20.0, 0.001}, 8), turn()), milky(), 5), twice);
+  EXPECT_LE(iterations(transformed(box({20.0, 20.0, 0.001}, 8), turn()), milky(), 5),
+            most_iterations);
 }
 
 TEST(EmbeddedMultigrid, OnSpikesThinnerThanACube) {
   for (const double radius : {1.0, 0.01}) {
     const TriangleMesh mesh = transformed(spike(radius), turn());
-    for (const int level : {3, 5}) {
+    for (const int level : {3, 5, 6, 7}) {
       EXPECT_LE(iterations(mesh, milky(), level), most_iterations) << radius << " " << level;
     }
   }
