@@ -93,32 +93,17 @@ kernel void pull(const int count, global const float4* restrict cluster,
   for (int q = 0; q < MOMENTS; ++q) moments[MOMENTS * k + q] = m[q];
 }
 
-// The Taylor series of the clusters of one level, [count − 1, 2 count − 1): their parents', moved
-// to their centres, and what the clusters linked to them add. K(x − y) and its derivatives are
+// Each cluster's Taylor series from the clusters linked to it: K(x − y) and its derivatives are
 // K, G d, G I + H ddᵀ with d between the centres, G = K'/r, H = G'/r.
 kernel void gather(const int count, const float smooth2, global const float4* restrict table,
                    global const int2* restrict range, global const int* restrict emitter,
                    global const float4* restrict cluster, global const float4* restrict moments,
                    global float4* restrict series) {
-  const int i = (int)get_global_id(0);
-  if (i >= count) return;
-  const int k = count - 1 + i;
+  const int k = (int)get_global_id(0);
+  if (k >= count) return;
   const float4 centre = cluster[k];
   float4 m[MOMENTS];
   for (int q = 0; q < MOMENTS; ++q) m[q] = (float4)(0.0f);
-  if (k > 0) {
-    const int parent = (k - 1) / 2;
-    const float4 d = centre - cluster[parent];
-    global const float4* s = series + MOMENTS * parent;
-    const float4 hx = s[4] * d.x + s[7] * d.y + s[8] * d.z;
-    const float4 hy = s[7] * d.x + s[5] * d.y + s[9] * d.z;
-    const float4 hz = s[8] * d.x + s[9] * d.y + s[6] * d.z;
-    m[0] = s[0] + (s[1] + 0.5f * hx) * d.x + (s[2] + 0.5f * hy) * d.y + (s[3] + 0.5f * hz) * d.z;
-    m[1] = s[1] + hx;
-    m[2] = s[2] + hy;
-    m[3] = s[3] + hz;
-    for (int q = 4; q < MOMENTS; ++q) m[q] = s[q];
-  }
   const int end = range[k].x + range[k].y;
   for (int l = range[k].x; l < end; ++l) {
     const int e = emitter[l];
@@ -144,6 +129,25 @@ kernel void gather(const int count, const float smooth2, global const float4* re
     m[9] += pH * (y * z);
   }
   for (int q = 0; q < MOMENTS; ++q) series[MOMENTS * k + q] = m[q];
+}
+
+// Adds to the clusters of one level, [count − 1, 2 count − 1), their parents' series.
+kernel void push(const int count, global const float4* restrict cluster,
+                 global float4* restrict series) {
+  const int i = (int)get_global_id(0);
+  if (i >= count) return;
+  const int k = count - 1 + i, parent = (k - 1) / 2;
+  const float4 d = cluster[k] - cluster[parent];
+  global const float4* s = series + MOMENTS * parent;
+  global float4* m = series + MOMENTS * k;
+  const float4 hx = s[4] * d.x + s[7] * d.y + s[8] * d.z;
+  const float4 hy = s[7] * d.x + s[5] * d.y + s[9] * d.z;
+  const float4 hz = s[8] * d.x + s[9] * d.y + s[6] * d.z;
+  m[0] += s[0] + (s[1] + 0.5f * hx) * d.x + (s[2] + 0.5f * hy) * d.y + (s[3] + 0.5f * hz) * d.z;
+  m[1] += s[1] + hx;
+  m[2] += s[2] + hy;
+  m[3] += s[3] + hz;
+  for (int q = 4; q < MOMENTS; ++q) m[q] += s[q];
 }
 
 // ∫ R_d over the triangle as seen from `at`: edge integrals of Φ (form_factor.h), four Gauss points

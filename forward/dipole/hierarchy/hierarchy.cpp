@@ -115,9 +115,11 @@ std::vector<Eigen::Array4f> Hierarchy::exitance(std::span<const Eigen::Array4f> 
   for (std::size_t width = leaves / 2; width > 0; width /= 2) {
     context_.launch(*program_, "pull", items(width), static_cast<int>(width), cluster_, moments_);
   }
-  for (std::size_t width = 1; width <= leaves; width *= 2) {
-    context_.launch(*program_, "gather", items(width), static_cast<int>(width), table_.smooth2,
-                    profile_table_, cluster_range_, emitter_, cluster_, moments_, series_);
+  context_.launch(*program_, "gather", items(tree_.clusters()), static_cast<int>(tree_.clusters()),
+                  table_.smooth2, profile_table_, cluster_range_, emitter_, cluster_, moments_,
+                  series_);
+  for (std::size_t width = 2; width <= leaves; width *= 2) {
+    context_.launch(*program_, "push", items(width), static_cast<int>(width), cluster_, series_);
   }
   context_.launch(*program_, "evaluate", items(leaves), static_cast<int>(leaves), triangles, depth,
                   table_.smooth2, table_.smooth, triangle_share * options_.opening, table_.decay,
