@@ -6,7 +6,7 @@
     scripts/fit_choice.py --probe out/probe.json out/choice*/objects-models.json
 
 Errors: sums of terms with coefficients that are not negative, times powers of e for the light, from rows asked for 1 % or
-less; those of montecarlo from the references' own standard errors. Seconds: least squares of logarithms. The laws are
+less; those of montecarlo from the references' own standard errors. Seconds: least squares of logarithms, from the other rows. The laws are
 those of forward/choice/model_table.h. Writes forward/choice/measured_models.inc and prints how well the laws fit. A model is
 a row of the table once records have it.
 """
@@ -28,10 +28,11 @@ TERMS = {"constant": lambda r: 1.0,
 SLANT_OF_SPHERE = 1.0 / 3.0
 # Slopes of the error's logarithm.
 LIGHTS = {"diffuse": lambda r: r["diffuse"], "slant": lambda r: (1.0 - r["diffuse"]) * (r["slant"] - SLANT_OF_SPHERE)}
+EXACT = 0.01  # of tolerances: rows asked for no more give the errors, the others the seconds, as models are asked for half a scene's tolerance
 LEAST_ABSORBED = 3e-4  # of 1 - albedo: less is nothing
-LOGARITHMS = {"size": lambda r: r["size_over_mean_free_path"], "absorbed": lambda r: max(1.0 - r["albedo"], LEAST_ABSORBED),
+LOGARITHMS = {"thickness": lambda r: r["thickness_over_mean_free_path"], "absorbed": lambda r: max(1.0 - r["albedo"], LEAST_ABSORBED),
               "contrast": lambda r: r["contrast"], "triangles": lambda r: r["triangles"], "tolerance": lambda r: r["tolerance"]}
-PER_PHOTON = ["size", "absorbed", "contrast"]
+PER_PHOTON = ["thickness", "absorbed", "contrast"]
 ANY_MEDIUM = {"embedded", "grid", "montecarlo"}
 FOLLOW_REENTRY = {"embedded", "montecarlo"}
 BOXES = ("cube-", "slab-", "brick-", "plate-", "thin-slab-")
@@ -105,10 +106,11 @@ def laws_of(name, answered):
     if name == "montecarlo":
         noise = numpy.array([r["reference_error"] * (r["reference_photons"] / r["patches"]) ** 0.5 for r in rows])
         return error_law(rows, noise, 1e-3 * noise ** 2, lit=False), *cost_law(rows, [r["cpu_seconds"] / r["photons"] for r in rows], PER_PHOTON)
-    exact = [r for r in answered if r["model"] in (name, SAME_PHYSICS.get(name)) and r["tolerance"] <= 0.01]
+    usual = [r for r in rows if r["tolerance"] > EXACT] or rows
+    exact = [r for r in answered if r["model"] in (name, SAME_PHYSICS.get(name)) and r["tolerance"] <= EXACT]
     errors = numpy.array([r["error"] for r in exact])
     return (error_law(exact, errors, numpy.array([deviation_of_square(r) for r in exact])),
-            *cost_law(rows, [r["cpu_seconds"] for r in rows], list(LOGARITHMS)))
+            *cost_law(usual, [r["cpu_seconds"] for r in usual], list(LOGARITHMS)))
 
 
 def text_of(law):

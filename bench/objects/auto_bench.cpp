@@ -21,9 +21,6 @@ constexpr double hopeless_cost = 4.0, hopeless_seconds = 20.0;
 /// follows from the reference's.
 constexpr std::uint64_t walked_photons = 50'000;
 
-/// What takes less is measured twice, and the lesser time counts.
-constexpr double brief_seconds = 2.0;
-
 struct Tried {
   std::string model;
   double error = 0.0, seconds = 0.0;  ///< of processor
@@ -47,10 +44,6 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
     const Json row = measurement.row(candidate.model, options);
     if (row.contains("refused")) continue;
     tried.push_back({candidate.model, row.at("error"), row.at("cpu_seconds")});
-    if (tried.back().seconds < brief_seconds) {
-      const double again = measurement.row(candidate.model, options).at("cpu_seconds");
-      tried.back().seconds = std::min(tried.back().seconds, again);
-    }
     if (!random) continue;
     tried.back().error = measurement.noise_of_triangles(photons);
     tried.back().seconds *= static_cast<double>(photons) / static_cast<double>(options.photons);

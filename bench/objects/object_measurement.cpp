@@ -84,9 +84,16 @@ Json ObjectMeasurement::row(const std::string& model, const forward::ObjectOptio
   Json row{{"name", object_.name}, {"model", model}};
   try {
     const auto maker = forward::make_object_model(model);
-    const SpentTime spent;
+    SpentTime spent;
     const forward::ObjectResult result = maker->solve(bench_.problem(), options, progress_);
     spent.record(row);
+    if (row.at("cpu_seconds") < brief_seconds) {
+      Json again;
+      spent = {};
+      maker->solve(bench_.problem(), options, progress_);
+      spent.record(again);
+      if (again.at("cpu_seconds") < row.at("cpu_seconds")) row.update(again);
+    }
     add(result, options, row);
     if (settings_.maps) write_map(model, result);
   } catch (const InputError& refusal) {

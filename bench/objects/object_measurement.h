@@ -21,6 +21,10 @@ struct ObjectSettings {
 };
 ObjectSettings object_settings(const Request& request);
 
+/// What takes less is done twice, and the lesser time counts: a device's programs are made on first
+/// use.
+inline constexpr double brief_seconds = 2.0;
+
 /// What passes from here on.
 class SpentTime {
  public:

@@ -123,6 +123,10 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
   result.model = model.name;
   for (const ObjectFeatures& features : channels) {
     result.reason = unmeasured(model, features, asked);
+    // A volume's voxels may be many more than those of the boxes measured.
+    if (result.reason.empty() && remedy == Remedy::walks && !model.any_shape &&
+        features.contrast > 1.0)
+      result.reason = "its seconds are not known where the medium is not the same everywhere";
     if (!result.reason.empty()) return result;
   }
   result.error = error_of(model, channels, asked, expected_at_most);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kappa_mm = 0.152, mu_per_mm = 0.0021, eta = 1.5;  // marble, red
 constexpr double mean_free_paths = 24.0;
-constexpr int tessellation = 10;
+constexpr int tessellation = 64;
 constexpr double probe_tolerance = 0.03;
 constexpr std::uint64_t probe_photons = 20'000;
 

@@ -19,7 +19,7 @@ struct ProbeTime {
   double processor = 0.0;  ///< of all threads together
 };
 
-/// The probe: a marble cube of 24 mean free paths in parallel light, of few triangles.
+/// The probe: a marble cube of 24 mean free paths in parallel light, of 49,152 triangles.
 TriangleMesh probe_mesh();
 
 /// Solves the probe by every measured model, `repetitions` times. `rays` is of probe_mesh(). Models

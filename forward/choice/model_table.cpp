@@ -27,7 +27,7 @@ MeasuredRange measured_range() {
 }
 
 double error_by(const ErrorLaw& law, const ObjectFeatures& features) {
-  const double thickness = std::clamp(features.thickness, range.thinnest, range.thickest);
+  const double thickness = std::min(features.thickness, range.thickest);
   const double absorbed =
       1.0 - std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
   const double sum = law.constant + law.inverse_thickness / thickness +
@@ -40,9 +40,10 @@ double error_by(const ErrorLaw& law, const ObjectFeatures& features) {
 }
 
 double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance) {
+  const double thickness = std::clamp(features.thickness, range.thinnest, range.thickest);
   const double albedo = std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
   const double contrast = std::clamp(features.contrast, 1.0, range.highest_contrast);
-  return std::exp(law.constant + law.size * std::log(features.size) +
+  return std::exp(law.constant + law.thickness * std::log(thickness) +
                   law.absorbed * std::log(1.0 - albedo) + law.contrast * std::log(contrast) +
                   law.triangles * std::log(static_cast<double>(features.triangles)) +
                   law.tolerance * std::log(tolerance));

@@ -27,7 +27,7 @@ struct ErrorLaw {
 /// Seconds: log(value) = constant + slopes times natural logarithms of what their names say.
 struct CostLaw {
   double constant = 0.0;
-  double size = 0.0, absorbed = 0.0, contrast = 0.0, triangles = 0.0;
+  double thickness = 0.0, absorbed = 0.0, contrast = 0.0, triangles = 0.0;
   double tolerance = 0.0;  ///< that the model is asked for
 };
 
@@ -57,7 +57,8 @@ std::span<const MeasuredModel> measured_models();
 const MeasuredModel& measured(std::string_view name);
 MeasuredRange measured_range();
 
-/// Features beyond the measured range count as its end.
+/// Features beyond the measured range count as its end, but for the thickness of thinner objects in
+/// errors: random walks' noise grows on.
 double error_by(const ErrorLaw& law, const ObjectFeatures& features);
 double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance);
 

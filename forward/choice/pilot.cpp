@@ -18,8 +18,9 @@ namespace kappamu::forward {
 namespace {
 
 /// Of the photons expected: the first walk, and what is always walked; beyond, walks may take this
-/// share of the seconds that the next candidate takes.
-constexpr double first_walk = 1.0, usual_walk = 2.0, share_of_next = 0.25;
+/// share of the seconds that the next candidate takes. Each walk is longer than the last by
+/// `growth`.
+constexpr double first_walk = 1.0, usual_walk = 2.0, share_of_next = 0.25, growth = 1.4;
 /// Standard deviation of the logarithm of what is left of an error over what is expected.
 constexpr double spread_of_left = 0.4;
 /// Probabilities of an error being below: what is stated, and what answers are corrected for.
@@ -112,12 +113,25 @@ class Walks {
   std::array<std::vector<ObjectResult>, 2> halves_;
 };
 
+/// Cubes cut by the surface and whole voxels hold one equation: where walks do not correct one's
+/// answer they do not correct the other's.
+bool err_alike(const ModelCandidate& one, const ModelCandidate& other) {
+  const auto diffuses = [](const ModelCandidate& c) {
+    return c.model == "embedded" || c.model == "grid";
+  };
+  return diffuses(one) && diffuses(other);
+}
+
 /// How many photons the first candidate's answer is worth.
 double most_photons(const Choice& choice, double tolerance) {
-  const double usual = usual_walk * choice.candidates.front().photons;
-  const ModelCandidate& next = choice.candidates.at(1);
-  if (!next.error || *next.error > tolerance) return std::numeric_limits<double>::infinity();
-  return std::max(usual, share_of_next * *next.seconds / choice.seconds_per_photon);
+  const ModelCandidate& first = choice.candidates.front();
+  const auto next =
+      std::find_if(choice.candidates.begin(), choice.candidates.end(),
+                   [&](const ModelCandidate& c) { return &c != &first && !err_alike(c, first); });
+  if (next == choice.candidates.end() || !next->error || *next->error > tolerance)
+    return std::numeric_limits<double>::infinity();
+  return std::max(usual_walk * first.photons,
+                  share_of_next * *next->seconds / choice.seconds_per_photon);
 }
 
 /// One object, its models' answers and its walks.
@@ -131,7 +145,8 @@ class Corrected {
         correction_(problems.front().surface) {}
 
   /// What the walks show of the pilot's uncorrected results: each half's correction is compared
-  /// with the other half.
+  /// with the other half. What it leaves is more than both halves leave together, by as much as
+  /// their noise leads to expect.
   void judge(const Walks& walks, Pilot& pilot) {
     likely_errors_.clear();
     pilot.left = pilot.measured = 0.0;
@@ -150,14 +165,16 @@ class Corrected {
                          spread_of_left};
         for (std::size_t which = 0; which < 2; ++which) {
           const ObjectResult &one = walks.half(which, c), &other = walks.half(1 - which, c);
-          const std::vector<double> corrected =
-              correction_.corrected(answer, of_light(one.exitance, c, l),
-                                    of_light(one.standard_error, c, l), likely_errors_.back());
-          ErrorBelief half;
-          compare(patches_, surface, corrected, of_light(other.exitance, c, l),
-                  of_light(other.standard_error, c, l), half);
-          left.square += 0.5 * half.square;
-          left.square_deviation = std::hypot(left.square_deviation, 0.5 * half.square_deviation);
+          const std::vector<double> its_walk = of_light(one.exitance, c, l);
+          const std::vector<double> its_noise = of_light(one.standard_error, c, l);
+          const double likely_error = likely_errors_.back();
+          ErrorBelief half{correction_.left(answer, its_walk, its_noise, likely_error)};
+          compare(patches_, surface,
+                  correction_.corrected(answer, its_walk, its_noise, likely_error),
+                  of_light(other.exitance, c, l), of_light(other.standard_error, c, l), half);
+          const double share = half.law > 0.0 ? 0.5 * std::pow(left.law / half.law, 2) : 0.5;
+          left.square += share * half.square;
+          left.square_deviation = std::hypot(left.square_deviation, share * half.square_deviation);
         }
         pilot.left = std::max(pilot.left, error_quantile(left, stated));
         pilot.measured = std::max(pilot.measured, std::sqrt(std::max(0.0, own.square)));
@@ -224,7 +241,7 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
     }
     const double most =
         std::min(most_photons(choice, asked.tolerance), static_cast<double>(asked.photons));
-    for (double photons = first_walk * expected; photons <= most; photons *= 2.0) {
+    for (double photons = first_walk * expected; photons <= most; photons *= growth) {
       walks.lengthen(photons);
       object.judge(walks, pilot);
       pilot.within = pilot.left <= asked.tolerance;
@@ -240,6 +257,12 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
     if (pilot.within) object.correct(walks, pilot);
     last = std::move(pilot);
     if (last->within) return last;
+    for (ModelCandidate& other : choice.candidates) {
+      if (!other.error || other.photons <= 0.0 || !err_alike(other, candidate)) continue;
+      other.error = candidate.error;
+      other.photons = 0.0;
+      other.reason = "errs as " + candidate.model + ": " + candidate.reason;
+    }
     rank(choice, asked.tolerance);
   }
   return last;
