@@ -14,7 +14,7 @@
 #include "calib/lens/opencv_convert.h"
 #include "calib/targets/board_picture.h"
 #include "core/error.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::calib {
 namespace {

@@ -1,5 +1,5 @@
 #include "calib/lens/normal_equations.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 
 #include <ceres/crs_matrix.h>
 

@@ -11,7 +11,7 @@
 
 #include "calib/targets/board_picture.h"
 #include "core/error.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 #include "core/numbers/median.h"
 
 namespace kappamu::calib {

@@ -10,7 +10,7 @@
 #include "calib/sample/outline.h"
 #include "calib/sample/pose_fit.h"
 #include "core/error.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 #include "core/shown_text.h"
 
 namespace kappamu::calib {

@@ -10,7 +10,7 @@
 #include "calib/targets/board_shape.h"
 #include "calib/targets/chessboard.h"
 #include "core/error.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 #include "core/numbers/median.h"
 
 namespace kappamu::calib {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 #include "inverse/block_model/systematic_error.h"

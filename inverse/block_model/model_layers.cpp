@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 #include "inverse/problem/expected_blocks.h"
 
 namespace kappamu::inverse {

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "core/linear_algebra.h"
 #include "core/numbers/dot.h"
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::inverse {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_layers.h"
 #include "inverse/optimise/levenberg_marquardt.h"

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 #include "core/parallel.h"
 
 namespace kappamu::inverse {

@@ -1,5 +1,5 @@
 // Decompositions against what they promise, on matrices drawn at random.
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 
 #include <random>
 

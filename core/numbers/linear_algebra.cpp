@@ -1,4 +1,4 @@
-#include "core/linear_algebra.h"
+#include "core/numbers/linear_algebra.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
