@@ -30,6 +30,9 @@ constexpr double cubes_per_square = 8.0;
 constexpr int narrow_splits = 1;
 /// The error that a refinement aims at, of the tolerance and, at most, of the error before.
 constexpr double aimed_at = 0.9, most_left = 0.85;
+/// Share of the surface that may face another part of itself across less than a cube: more is
+/// resolved where that can be done, however little two meshes differ.
+constexpr double little_bridged = 0.05;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
 /// every light that is solved for at once [bytes], measured.
 constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
@@ -64,19 +67,25 @@ class BodySolve {
       const double worst = estimate(tree, fine->mesh, found, best);
       best.channel = std::move(found.channel);
       best.cubes = fine->mesh.cubes.size();
-      best.slits = folds(fine->mesh, problem_.surface).slits;
+      best.bridged_area = narrow_.bridged_area(fine->mesh);
       best.iterations = found.iterations;
       best.solved = found.converged;
       best.within_tolerance = worst <= options_.tolerance;
       best.setup_seconds = watch_.seconds() - solving_;
       best.seconds = solving_;
       report(worst, best.cubes);
-      if (best.within_tolerance) return best;
+      std::vector<int> bridging;
+      if (best.bridged_area > little_bridged * area_) bridging = narrow_.bridging_cubes(fine->mesh);
+      if (best.within_tolerance && bridging.empty()) return best;
       const Indicator indicator = gradient_indicator(*fine, best.channel);
+      std::vector<int> times(indicator.node.size(), 0);
+      if (!best.within_tolerance) {
+        times = splits(indicator, std::min(most_left, aimed_at * options_.tolerance / worst),
+                       most_cubes_);
+      }
+      split_once_at_least(*fine, bridging, indicator, times);
       fine.reset();
-      tree.refine(indicator.node,
-                  splits(indicator, std::min(most_left, aimed_at * options_.tolerance / worst),
-                         most_cubes_));
+      tree.refine(indicator.node, times);
       fine = split_everywhere(tree, false);
     }
     return best;
@@ -100,19 +109,28 @@ class BodySolve {
           std::sqrt(problem.medium.smallest().kappa * problem.medium.largest().kappa);
       if (beams) mean_free_path = std::min(mean_free_path, 3.0 * kappa);
     }
-    const double area =
-        std::accumulate(problem_.surface.area.begin(), problem_.surface.area.end(), 0.0);
     const double h =
-        std::max(std::sqrt(cubes_per_square * area / static_cast<double>(most_cubes_)),
+        std::max(std::sqrt(cubes_per_square * area_ / static_cast<double>(most_cubes_)),
                  mean_free_path *
                      std::pow(start_excess * options_.tolerance / start_error, 1.0 / start_order));
     const double level = std::ceil(std::log2(edge_mm / h)) - 1.0;
     return static_cast<int>(std::clamp<double>(level, first_level, deepest_level - 1));
   }
 
+  /// Both in Morton order.
+  static void split_once_at_least(const Discretisation& d, const std::vector<int>& cubes,
+                                  const Indicator& indicator, std::vector<int>& times) {
+    std::size_t n = 0;
+    for (const int cube : cubes) {
+      const int node = d.tree.parent(d.mesh.leaf[static_cast<std::size_t>(cube)]);
+      while (indicator.node[n] != node) ++n;
+      times[n] = std::max(times[n], 1);
+    }
+  }
+
   void split_narrow(Octree& tree) const {
     const CutMesh mesh = cut_mesh(tree, problem_.mesh, problem_.rays);
-    std::vector<int> leaves = folds(mesh, problem_.surface).leaf;
+    std::vector<int> leaves = folds(mesh, problem_.surface);
     const std::vector<int> thin = narrow_.thin_leaves(mesh);
     leaves.insert(leaves.end(), thin.begin(), thin.end());
     std::sort(leaves.begin(), leaves.end());
@@ -222,6 +240,8 @@ class BodySolve {
   Progress& progress_;
   const Stopwatch watch_;
   const NarrowPlaces narrow_{problem_};
+  const double area_ =
+      std::accumulate(problem_.surface.area.begin(), problem_.surface.area.end(), 0.0);  ///< [mm²]
   double solving_ = 0.0;
   std::size_t most_cubes_ = 0;
 };

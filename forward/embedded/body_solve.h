@@ -19,7 +19,7 @@ struct BodyAnswer {
   int iterations = 0;
   double setup_seconds = 0.0, seconds = 0.0;
   bool within_tolerance = false, solved = true;
-  int slits = 0;  ///< bridged by cubes of the last mesh
+  double bridged_area = 0.0;  ///< of the surface, across slits narrower than the last cubes [mm²]
 };
 
 /// Problems as ObjectModel::solve_channels takes them, of one body. Throws InputError where its

@@ -1,8 +1,10 @@
 #include "forward/embedded/embedded_model.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "forward/embedded/body_solve.h"
 #include "forward/embedded/geometry/bodies.h"
 #include "forward/embedded/reentry.h"
@@ -14,6 +16,9 @@ namespace kappamu::forward {
 namespace {
 
 using namespace embedded;
+
+/// Of the surface.
+constexpr double worth_a_warning = 1e-3;
 
 /// Adds a body's answer to a channel's. `error_estimate` collects squares until all are in.
 void add(const Body& body, const BodyAnswer& part, std::size_t channel, std::size_t samples,
@@ -57,14 +62,15 @@ BodyAnswer solve_part(const Body& body, std::span<const ObjectProblem> problems,
   return solve_body(parts, options, progress);
 }
 
-void finish(const ObjectProblem& problem, const Ended& ended, int slits, ObjectResult& result) {
+/// `bridged`: share of the surface.
+void finish(const ObjectProblem& problem, const Ended& ended, double bridged,
+            ObjectResult& result) {
   conclude(problem.surface, ended, "cubes", result);
-  if (slits > 0) {
-    result.warnings.push_back(
-        std::to_string(slits) +
-        " cubes bridge slits of the object narrower than themselves; light crosses there that "
-        "should not, and the error estimate may not include it");
-  }
+  if (bridged < worth_a_warning) return;
+  result.warnings.push_back(
+      formatted("%.2g %% of the surface lies in slits narrower than its cubes; light crosses there "
+                "that should not, and the error estimate may not include it",
+                100.0 * bridged));
 }
 
 /// Light that leaves is not followed.
@@ -79,16 +85,18 @@ std::vector<ObjectResult> solve_once(std::span<const ObjectProblem> problems,
     results[c].balance.resize(lights);
   }
   Ended ended;
-  int slits = 0;
+  double bridged_area = 0.0;
   for (const Body& body : bodies(problems[0].mesh, problems[0].rays)) {
     const BodyAnswer answer = solve_part(body, problems, options, progress);
     for (std::size_t c = 0; c < problems.size(); ++c) add(body, answer, c, samples, results[c]);
     ended.within_tolerance = ended.within_tolerance && answer.within_tolerance;
     ended.solved = ended.solved && answer.solved;
-    slits += answer.slits;
+    bridged_area += answer.bridged_area;
   }
+  const std::vector<double>& area = problems[0].surface.area;
+  const double bridged = bridged_area / std::accumulate(area.begin(), area.end(), 0.0);
   for (std::size_t c = 0; c < problems.size(); ++c) {
-    finish(problems[c], ended, slits, results[c]);
+    finish(problems[c], ended, bridged, results[c]);
   }
   return results;
 }

@@ -1,6 +1,7 @@
 #include "forward/embedded/narrow_places.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "forward/embedded/equations/row_ranges.h"
 #include "forward/surface_rays.h"
@@ -11,27 +12,45 @@ namespace {
 
 /// Of a normal's largest component.
 constexpr double least_aligned = 1.0 - 1e-6;
+/// Product of two walls' normals: at a concave edge they do not face each other.
+constexpr double facing = -0.5;
+/// Slits narrower than this share of a cube are left bridged.
+constexpr double hopeless = 0.125;
 
 }  // namespace
 
 NarrowPlaces::NarrowPlaces(const ObjectProblem& problem)
-    : gap_(problem.surface.size()), thickness_(gap_.size()), aligned_(gap_.size()) {
+    : area_(problem.surface.area),
+      gap_(problem.surface.size()),
+      thickness_(gap_.size()),
+      slit_(gap_.size(), std::numeric_limits<double>::infinity()),
+      aligned_(gap_.size()) {
   const SurfaceRays rays(problem);
+  const std::vector<Eigen::Vector3d>& normal = problem.surface.normal;
   for_row_ranges(gap_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       gap_[t] = rays.gap(t);
+      if (const auto wall = rays.first_hit(t, normal[t]);
+          wall && normal[t].dot(normal[static_cast<std::size_t>(wall->triangle)]) < facing) {
+        slit_[t] = wall->distance;
+      }
       thickness_[t] = rays.thickness(t);
-      aligned_[t] = problem.surface.normal[t].cwiseAbs().maxCoeff() > least_aligned ? 1 : 0;
+      aligned_[t] = normal[t].cwiseAbs().maxCoeff() > least_aligned ? 1 : 0;
     }
   });
 }
 
-std::vector<double> NarrowPlaces::errors_per_difference(const CutMesh& mesh) const {
-  std::vector<double> edge(gap_.size(), 0.0);  // of the largest cube about each triangle [mm]
+std::vector<double> NarrowPlaces::edges(const CutMesh& mesh) const {
+  std::vector<double> edge(gap_.size(), 0.0);
   for (const CutMesh::Piece& piece : mesh.pieces) {
     double& h = edge[static_cast<std::size_t>(piece.triangle)];
     h = std::max(h, mesh.h(static_cast<std::size_t>(piece.cube)));
   }
+  return edge;
+}
+
+std::vector<double> NarrowPlaces::errors_per_difference(const CutMesh& mesh) const {
+  const std::vector<double> edge = edges(mesh);
   std::vector<double> result;
   for (std::size_t t = 0; t < edge.size(); ++t) {
     result.push_back(1.0 / (gap_[t] < edge[t]               ? difference_per_error_bridged
@@ -39,6 +58,26 @@ std::vector<double> NarrowPlaces::errors_per_difference(const CutMesh& mesh) con
                             : gap_[t] < 2.0 * edge[t]       ? difference_per_error_half_bridged
                             : aligned_[t] != 0              ? difference_per_error_aligned
                                                             : difference_per_error));
+  }
+  return result;
+}
+
+double NarrowPlaces::bridged_area(const CutMesh& mesh) const {
+  const std::vector<double> edge = edges(mesh);
+  double sum = 0.0;
+  for (std::size_t t = 0; t < edge.size(); ++t) {
+    if (slit_[t] < edge[t]) sum += area_[t];
+  }
+  return sum;
+}
+
+std::vector<int> NarrowPlaces::bridging_cubes(const CutMesh& mesh) const {
+  std::vector<int> result;
+  for (const CutMesh::Piece& piece : mesh.pieces) {
+    const double slit = slit_[static_cast<std::size_t>(piece.triangle)];
+    const double h = mesh.h(static_cast<std::size_t>(piece.cube));
+    if (slit >= h || slit < hopeless * h) continue;
+    if (result.empty() || result.back() != piece.cube) result.push_back(piece.cube);
   }
   return result;
 }

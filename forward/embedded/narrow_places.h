@@ -28,9 +28,18 @@ class NarrowPlaces {
   std::vector<double> errors_per_difference(const CutMesh& mesh) const;
   /// The leaves at the surface of parts thinner than they are.
   std::vector<int> thin_leaves(const CutMesh& mesh) const;
+  /// Area of the surface that a wall faces across less than a cube [mm²].
+  double bridged_area(const CutMesh& mesh) const;
+  /// Cubes of the mesh about such triangles that three splits at most make smaller than the gap.
+  std::vector<int> bridging_cubes(const CutMesh& mesh) const;
 
  private:
+  /// Of the largest cube about each triangle [mm].
+  std::vector<double> edges(const CutMesh& mesh) const;
+
+  std::vector<double> area_;             ///< per triangle [mm²]
   std::vector<double> gap_, thickness_;  ///< per triangle [mm]
+  std::vector<double> slit_;             ///< the gap where a wall faces the triangle, else infinite
   std::vector<char> aligned_;            ///< with faces of the cubes
 };
 

@@ -52,28 +52,19 @@ double gradient_variation(const Discretisation& d, std::size_t channel,
 
 }  // namespace
 
-Folds folds(const CutMesh& mesh, const Surface& surface) {
-  Folds found;
+std::vector<int> folds(const CutMesh& mesh, const Surface& surface) {
+  std::vector<int> found;
   for (std::size_t k = 0; k < mesh.pieces.size();) {
     const int cube = mesh.pieces[k].cube;
-    double area = 0.0, outward = 0.0;                    // ∫ dA, ∫ n·x dA
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // ∫ n dA
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();  // ∫ x dA, in the cube
+    double area = 0.0;                                 // ∫ dA
+    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // ∫ n dA
     for (; k < mesh.pieces.size() && mesh.pieces[k].cube == cube; ++k) {
-      const Eigen::Vector3d& n = surface.normal[static_cast<std::size_t>(mesh.pieces[k].triangle)];
-      for (std::size_t i = 0; i < 8; ++i) {
-        const double weight = static_cast<double>(mesh.pieces[k].weight[i]);
-        const Eigen::Vector3d corner(i & 1, i >> 1 & 1, i >> 2 & 1);
-        area += weight;
-        normal += weight * n;
-        position += weight * corner;
-        outward += weight * n.dot(corner);
-      }
+      const CutMesh::Piece& piece = mesh.pieces[k];
+      const double weight = std::accumulate(piece.weight.begin(), piece.weight.end(), 0.0);
+      area += weight;
+      normal += weight * surface.normal[static_cast<std::size_t>(piece.triangle)];
     }
-    if (normal.norm() >= folded * area) continue;
-    found.leaf.push_back(mesh.leaf[static_cast<std::size_t>(cube)]);
-    // About the pieces' centroid, normals of a sheet point away from each other, of a slit towards.
-    if (outward - normal.dot(position) / area < 0.0) ++found.slits;
+    if (normal.norm() < folded * area) found.push_back(mesh.leaf[static_cast<std::size_t>(cube)]);
   }
   return found;
 }

@@ -7,11 +7,7 @@
 namespace kappamu::forward::embedded {
 
 /// Leaves in which the surface turns so much that two of its sides may lie in one cube.
-struct Folds {
-  std::vector<int> leaf;
-  int slits = 0;  ///< those with the outside between the sides: a cube bridges it
-};
-Folds folds(const CutMesh& mesh, const Surface& surface);
+std::vector<int> folds(const CutMesh& mesh, const Surface& surface);
 
 /// Cubes whose children are leaves, and how much splitting them changed.
 struct Indicator {

@@ -178,7 +178,7 @@ TEST(EmbeddedModel, IsReciprocal) {
   const ObjectResult result = solve_object(mesh, ObjectMedium(wax), lights, 0.2);
   const double there = result.exitance[b], back = result.exitance[surface.size() + a];
   EXPECT_GT(there, 0.0);
-  EXPECT_NEAR(there / back, 1.0, 1e-4);  // solver tolerance over the share of light that arrives
+  EXPECT_NEAR(there / back, 1.0, 1e-3);  // solver tolerance over the share of light that arrives
 }
 
 TEST(EmbeddedModel, TurningAndMovingTheObjectStaysWithinTheError) {
@@ -245,7 +245,50 @@ TEST(EmbeddedModel, BridgedSlitsAreReported) {
   const TriangleMesh mesh =
       joined(box({5.0, 5.0, 5.0}, 4), transformed(box({4.0, 4.0, 0.001}, 4), inside), true);
   const ObjectResult result = solve_object(mesh, ObjectMedium(wax), {sky(mesh)}, 0.1);
-  EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr("bridge slits")));
+  EXPECT_THAT(result.warnings, testing::Contains(testing::HasSubstr(
+                                   "% of the surface lies in slits narrower than its cubes")));
+}
+
+/// A sheet rolled up twice about the z axis: walls face each other across a gap [mm].
+TriangleMesh roll(double thickness, double gap, double height) {
+  constexpr int steps = 96, turns = 2;
+  TriangleMesh mesh;
+  for (int k = 0; k <= turns * steps; ++k) {
+    const double angle = 2.0 * M_PI * k / steps;
+    const double inner = 2.0 + (thickness + gap) * angle / (2.0 * M_PI);
+    for (const double radius : {inner, inner + thickness}) {
+      for (const double z : {0.0, height}) {
+        mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+      }
+    }
+  }
+  const auto face = [&](int a, int b, int c, int d) {
+    mesh.triangles.push_back({a, b, c});
+    mesh.triangles.push_back({a, c, d});
+  };
+  // Corners of a section: inner low, inner high, outer low, outer high.
+  for (int k = 0; k < 4 * turns * steps; k += 4) {
+    face(k, k + 1, k + 5, k + 4);
+    face(k + 2, k + 6, k + 7, k + 3);
+    face(k, k + 4, k + 6, k + 2);
+    face(k + 1, k + 3, k + 7, k + 5);
+  }
+  const int last = 4 * turns * steps;
+  face(0, 2, 3, 1);
+  face(last, last + 1, last + 3, last + 2);
+  return mesh;
+}
+
+TEST(EmbeddedModel, ASheetRolledUpWithNarrowGapsIsResolved) {
+  // First meshes bridge the gap alike, so that their difference states little of the error.
+  const TriangleMesh mesh = roll(0.4, 0.15, 3.0);
+  ASSERT_GT(enclosed_volume(mesh), 0.0);
+  const std::vector<ObjectLight> light{sun(mesh)};
+  const ObjectResult coarse = solve_object(mesh, ObjectMedium(wax), light, 0.1);
+  const ObjectResult fine = solve_object(mesh, ObjectMedium(wax), light, 0.01);
+  EXPECT_TRUE(coarse.converged);
+  EXPECT_THAT(coarse.warnings, testing::Not(testing::Contains(testing::HasSubstr("slits"))));
+  EXPECT_LE(relative_difference(mesh, coarse.exitance, fine.exitance), coarse.error_estimate[0]);
 }
 
 TEST(EmbeddedModel, LightThatMeetsAVoidsWallAgainIsTheGeometricSeries) {

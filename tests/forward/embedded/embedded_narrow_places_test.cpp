@@ -50,6 +50,10 @@ class Placed {
     }
     return found;
   }
+  double bridged_area() const { return NarrowPlaces(problem_).bridged_area(cubes_); }
+  std::size_t bridging_cubes() const {
+    return NarrowPlaces(problem_).bridging_cubes(cubes_).size();
+  }
   std::vector<int> thin_leaves() const { return NarrowPlaces(problem_).thin_leaves(cubes_); }
   std::size_t surface_cubes() const { return cubes_.surface.size(); }
 
@@ -120,6 +124,18 @@ TEST(EmbeddedNarrowPlaces, GapsAndThicknessInCubesChooseTheDivisor) {
     }
     EXPECT_THAT(all, testing::ElementsAre(difference_per_error_bridged, difference_per_error_thin,
                                           difference_per_error_half_bridged, wide));
+  }
+}
+
+TEST(EmbeddedNarrowPlaces, SlitsThatCubesBridgeAreMeasuredAndSplitWhereThatHelps) {
+  for (const double angle : {0.0, tilted}) {
+    Placed placed(block_and_plate(), angle);
+    for (const int level : {2, 3, 4, 5, 6}) {
+      const double h = placed.cut(level);
+      const bool bridged = gap < h;
+      EXPECT_NEAR(placed.bridged_area(), bridged ? 2.0 * 16.0 * 16.0 : 0.0, 1e-9) << h;
+      EXPECT_EQ(placed.bridging_cubes() > 0, bridged && gap >= 0.125 * h) << h;
+    }
   }
 }
 
