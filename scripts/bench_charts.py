@@ -134,6 +134,15 @@ def estimates(record):
           percent(r["error_estimate"], 2), f"{caution(r):.2f}", percent(r["reference_error"], 2)] for r in rows])}
 
 
+def invariances(record):
+    """What tessellation and scale change, a row a change."""
+    return {}, {"": provenance(record) + "\n" + table(
+        ["scene", "change", "triangles", "cubes", "stated error", "exitance changes by"],
+        [[r["name"], r["change"], f"{r['triangles']:,}", f"{r['elements']:,}", fine_percent(r["error_estimate"]),
+          "" if r["change"] == "none" else fine_percent(r["difference"]) if r["difference"] > 1e-5 else short(r["difference"])]
+         for r in record["rows"]])}
+
+
 def pictures(record):
     """Seconds from mesh file to picture."""
     return {}, {"": provenance(record) + "\n" + table(
@@ -414,7 +423,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,
-            "objects-estimate": estimates, "objects-picture": pictures,
+            "objects-estimate": estimates, "objects-picture": pictures, "objects-invariance": invariances,
             "objects-models": objects, "objects-cost": object_costs, "objects-auto": automatic,
             **{name: (lambda record: ({}, {"": flat(record["rows"], list(record["rows"][0]))}))
                for name in ("dipole-hierarchy", "dipole-profiles", "dipole-energy")},

@@ -95,6 +95,9 @@ from mesh to exitance of one light and channel; error: from that on some million
 Section estimate: the error that this model states of its numerics, and its true one, on
 scenes drawn by --seed (or --scenes) and on --mesh files, at three tolerances.
 
+Section invariance: what half and twice as long triangle edges, and an object and its coefficients
+scaled together, change of the exitance, relative 2-norm over the coarser mesh's triangles.
+
 Section picture: wall seconds from mesh file to picture of scenes/nefertiti-marble.json, and
 of the same scene with each --mesh FILE in the bust's place; medians of three.
 
@@ -108,6 +111,7 @@ suffer less.)",
        {"refinement", "Time against error of refined and even cubes", measure_refinement},
        {"estimate", "The error that cubes state of themselves, and the true one",
         measure_estimates},
+       {"invariance", "What tessellation and scale change of an answer", measure_invariance},
        {"picture", "Seconds from mesh file to picture", measure_pictures}},
       {{"scenes", "Those whose names begin so; all if absent", Setting::Kind::words},
        {"mesh", "Files of objects to measure instead of, or beside, those of --scenes",

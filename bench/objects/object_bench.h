@@ -14,6 +14,8 @@ void measure_auto(const Request& request, Progress& progress, const Save& save);
 void measure_refinement(const Request& request, Progress& progress, const Save& save);
 /// The error that diffusion on cubes states of its numerics beside the true one.
 void measure_estimates(const Request& request, Progress& progress, const Save& save);
+/// What tessellation and scale change of an answer.
+void measure_invariance(const Request& request, Progress& progress, const Save& save);
 /// Seconds from a scene's mesh file to its picture.
 void measure_pictures(const Request& request, Progress& progress, const Save& save);
 

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -233,6 +234,23 @@ TEST_F(ObjectsTest, AutoIsHeldAgainstTheCheapestThatMetTheTolerance) {
         row.at("cpu_seconds").get<double>(), 1e-9 * row.at("cpu_seconds").get<double>());
   }
   expect_charts({}, {"objects-auto"});
+}
+
+TEST_F(ObjectsTest, TessellationAndScaleChangeNothing) {
+  const Json record = quick_record("objects", "invariance", asked({"cube-marble-8"}));
+  std::map<std::string, Json> of_change;
+  for (const Json& row : record.at("rows")) of_change[row.at("change")] = row;
+  ASSERT_EQ(of_change.size(), 4U);
+  const Json& as_it_is = of_change.at("none");
+  const double allowed = as_it_is.at("error_estimate").get<double>();
+  for (const char* edges : {"edges doubled", "edges halved"}) {
+    EXPECT_LT(of_change.at(edges).at("difference").get<double>(), allowed) << edges;
+    EXPECT_NE(of_change.at(edges).at("triangles"), as_it_is.at("triangles")) << edges;
+  }
+  const Json& larger = of_change.at("lengths, κ and 1/μ times 3");
+  EXPECT_LT(larger.at("difference").get<double>(), 1e-5);
+  EXPECT_EQ(larger.at("elements"), as_it_is.at("elements"));
+  expect_charts({}, {"objects-invariance"});
 }
 
 TEST_F(ObjectsTest, ReferencesAreReadAgainAndThoseOfOtherScenesRefused) {
