@@ -237,7 +237,7 @@ TEST_F(ObjectsTest, AutoIsHeldAgainstTheCheapestThatMetTheTolerance) {
 }
 
 TEST_F(ObjectsTest, TessellationAndScaleChangeNothing) {
-  const Json record = quick_record("objects", "invariance", asked({"cube-marble-8"}));
+  const Json record = quick_record("objects", "invariance", asked({"cube-marble-72-sky"}));
   std::map<std::string, Json> of_change;
   for (const Json& row : record.at("rows")) of_change[row.at("change")] = row;
   ASSERT_EQ(of_change.size(), 4U);
