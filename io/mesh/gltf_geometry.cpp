@@ -41,10 +41,9 @@ std::span<const std::byte> json_chunk(std::span<const std::byte> file, const std
   return file.subspan(start, little_endian_at(file, 12));
 }
 
-void append_number(std::vector<std::byte>& bytes, std::size_t value) {
+void put_little_endian(std::vector<std::byte>& bytes, std::size_t offset, std::size_t value) {
   const auto number = static_cast<std::uint32_t>(value);
-  const auto* begin = reinterpret_cast<const std::byte*>(&number);
-  bytes.insert(bytes.end(), begin, begin + sizeof number);
+  std::memcpy(bytes.data() + offset, &number, sizeof number);
 }
 
 std::vector<std::byte> bytes_of(const std::string& text) {
@@ -56,14 +55,14 @@ std::vector<std::byte> bytes_of(const std::string& text) {
 std::vector<std::byte> with_json(std::span<const std::byte> file, std::size_t old_length,
                                  std::string text) {
   text.append((4 - text.size() % 4) % 4, ' ');
-  const std::span<const std::byte> rest = file.subspan(glb_header + chunk_header + old_length);
-  std::vector<std::byte> result(file.begin(), file.begin() + 8);
-  append_number(result, glb_header + chunk_header + text.size() + rest.size());
-  append_number(result, text.size());
-  result.insert(result.end(), file.begin() + 16, file.begin() + 20);
-  const std::vector<std::byte> bytes = bytes_of(text);
-  result.insert(result.end(), bytes.begin(), bytes.end());
-  result.insert(result.end(), rest.begin(), rest.end());
+  constexpr std::size_t start = glb_header + chunk_header;
+  const std::span<const std::byte> rest = file.subspan(start + old_length);
+  std::vector<std::byte> result(start + text.size() + rest.size());
+  std::copy_n(file.begin(), start, result.begin());
+  put_little_endian(result, 8, result.size());
+  put_little_endian(result, glb_header, text.size());
+  std::memcpy(result.data() + start, text.data(), text.size());
+  std::copy(rest.begin(), rest.end(), result.end() - static_cast<std::ptrdiff_t>(rest.size()));
   return result;
 }
 
