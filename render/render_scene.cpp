@@ -80,8 +80,7 @@ class ObjectSolve {
     for (const Batch& batch : batches) {
       problems.push_back({object_.mesh, object_.surface, *object_.rays,
                           *object_.media.channels[batch.light_of_channel[0].first],
-                          object_.boundary.eta, batch.lights,
-                          object_.polycube ? &*object_.polycube : nullptr});
+                          object_.boundary.eta, batch.lights, object_.drawn()});
     }
     const std::vector<forward::ObjectResult> results =
         model_.solve_channels(problems, options_, progress);

@@ -54,7 +54,7 @@ void write_object_polycube(const RenderArguments& arguments, const Globals& glob
     if (object.name != arguments.polycube) continue;
     forward::PolygridOptions options;
     options.cells = forward::PolygridModel::first_cells;
-    if (object.polycube) options.drawn = &*object.polycube;
+    options.drawn = object.drawn();
     const forward::MadePolygrid made = forward::make_polygrid(object.mesh, options, *progress);
     io::write_polycube(made.polycube, file);
     const forward::PolygridQuality& quality = made.quality;

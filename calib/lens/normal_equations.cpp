@@ -1,7 +1,8 @@
 #include "calib/lens/normal_equations.h"
-#include "core/numbers/linear_algebra.h"
 
 #include <ceres/crs_matrix.h>
+
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::calib {
 

@@ -21,18 +21,18 @@ constexpr double hopeless = 0.125;
 
 NarrowPlaces::NarrowPlaces(const ObjectProblem& problem)
     : area_(problem.surface.area),
-      gap_(problem.surface.size()),
+      gap_(problem.surface.size(), std::numeric_limits<double>::infinity()),
       thickness_(gap_.size()),
-      slit_(gap_.size(), std::numeric_limits<double>::infinity()),
+      slit_(gap_),
       aligned_(gap_.size()) {
   const SurfaceRays rays(problem);
   const std::vector<Eigen::Vector3d>& normal = problem.surface.normal;
   for_row_ranges(gap_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      gap_[t] = rays.gap(t);
-      if (const auto wall = rays.first_hit(t, normal[t]);
-          wall && normal[t].dot(normal[static_cast<std::size_t>(wall->triangle)]) < facing) {
-        slit_[t] = wall->distance;
+      if (const auto hit = rays.first_hit(t, normal[t])) {
+        gap_[t] = hit->distance;
+        const bool wall = normal[t].dot(normal[static_cast<std::size_t>(hit->triangle)]) < facing;
+        if (wall) slit_[t] = hit->distance;
       }
       thickness_[t] = rays.thickness(t);
       aligned_[t] = normal[t].cwiseAbs().maxCoeff() > least_aligned ? 1 : 0;

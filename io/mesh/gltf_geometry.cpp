@@ -10,6 +10,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/file_name.h"
+#include "io/mesh/file_bytes.h"
 
 namespace kappamu::io {
 
@@ -23,22 +25,15 @@ using nlohmann::json;
 
 constexpr std::size_t glb_header = 12, chunk_header = 8;
 
-std::uint32_t little_endian_at(std::span<const std::byte> file, std::size_t offset) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, file.data() + offset, sizeof value);
-  return value;
-}
-
 /// The JSON of a .glb file: the first chunk.
 std::span<const std::byte> json_chunk(std::span<const std::byte> file, const std::string& name) {
   constexpr std::size_t start = glb_header + chunk_header;
   constexpr std::uint32_t magic = 0x46546C67, json_kind = 0x4E4F534A;
-  if (file.size() < start || little_endian_at(file, 0) != magic ||
-      little_endian_at(file, 16) != json_kind || little_endian_at(file, 8) != file.size() ||
-      little_endian_at(file, 12) > file.size() - start) {
+  if (file.size() < start || word_at(file, 0) != magic || word_at(file, 16) != json_kind ||
+      word_at(file, 8) != file.size() || word_at(file, 12) > file.size() - start) {
     refuse(name, "is no binary glTF file of version 2, or is cut short");
   }
-  return file.subspan(start, little_endian_at(file, 12));
+  return file.subspan(start, word_at(file, 12));
 }
 
 void put_little_endian(std::vector<std::byte>& bytes, std::size_t offset, std::size_t value) {
@@ -72,10 +67,12 @@ class Geometry {
   Geometry(std::string_view text, const std::string& name)
       : name_(name), json_(json::parse(text, nullptr, false)) {
     if (!json_.is_object()) refuse(name, "its glTF is not a JSON object");
-    if (!list("extensionsRequired").empty()) {
-      refuse(name, "needs the glTF extension " +
-                       json_["extensionsRequired"][0].dump().substr(0, 60) +
-                       " (export it without extensions)");
+    if (const json& extensions = list("extensionsRequired"); !extensions.empty()) {
+      const json& first = extensions[0];
+      throw InputError(name + ": needs the glTF extension " +
+                       (first.is_string() ? "'" + shown_name(first.get<std::string>()) + "'"
+                                          : std::string("of no name")) +
+                       "; export it without extensions");
     }
   }
 
@@ -230,7 +227,7 @@ GltfGeometry gltf_geometry(const std::vector<std::byte>& file, const std::string
                            const std::string& name) {
   const bool binary = format == "glb";
   const std::span<const std::byte> text = binary ? json_chunk(file, name) : std::span(file);
-  Geometry geometry({reinterpret_cast<const char*>(text.data()), text.size()}, name);
+  Geometry geometry(text_of(text), name);
   const std::string kept = geometry.kept().dump(-1, ' ', false, json::error_handler_t::replace);
   return {geometry.claims, binary ? with_json(file, text.size(), kept) : bytes_of(kept)};
 }

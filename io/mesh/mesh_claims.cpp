@@ -4,11 +4,11 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
-#include <cstring>
 #include <string_view>
 #include <vector>
 
 #include "core/error.h"
+#include "io/mesh/file_bytes.h"
 #include "io/mesh_file.h"
 
 namespace kappamu::io {
@@ -17,10 +17,6 @@ namespace {
 
 [[noreturn]] void fail(const std::string& name, const std::string& what) {
   throw InputError(name + ": " + what);
-}
-
-std::string_view text_of(std::span<const std::byte> file) {
-  return {reinterpret_cast<const char*>(file.data()), file.size()};
 }
 
 /// Takes the next line, without its end, off `text`.
@@ -37,12 +33,6 @@ std::string_view next_word(std::string_view& line) {
   const std::string_view word = line.substr(0, line.find_first_of(" \t\r"));
   line.remove_prefix(word.size());
   return word;
-}
-
-std::uint32_t word_at(std::span<const std::byte> file, std::size_t offset) {
-  std::uint32_t value = 0;
-  std::memcpy(&value, file.data() + offset, sizeof value);
-  return value;
 }
 
 MeshClaims obj_claims(std::string_view text, const std::string& name) {

@@ -33,7 +33,7 @@ ChannelProblems::ChannelProblems(const WorldObject& object, const LightOfChannel
   for (std::size_t c = 0; c < 3; ++c) {
     lights[c] = {light[c]};
     of.push_back({object.mesh, object.surface, *object.rays, *object.media.channels[c],
-                  object.boundary.eta, lights[c], object.polycube ? &*object.polycube : nullptr});
+                  object.boundary.eta, lights[c], object.drawn()});
   }
 }
 

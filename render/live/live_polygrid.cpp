@@ -29,7 +29,7 @@ LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
   Progress silent;
   forward::PolygridOptions options;
   options.cells = cells;
-  if (object.polycube) options.drawn = &*object.polycube;
+  options.drawn = object.drawn();
   forward::MadePolygrid made = forward::make_polygrid(object.mesh, options, silent);
   diffusion_ = std::make_unique<PolygridDiffusion>(std::move(made.grid), object.mesh,
                                                    object.surface, object.boundary.eta, device,

@@ -22,7 +22,7 @@ WorldObject make_world_object(const SceneObject& object, std::vector<std::string
   made.world_from_object = {turn_matrix(object.turn_deg), object.position_mm};
   made.rays = make_embree_caster(made.mesh);
   if (object.polycube) made.polycube = io::read_polycube(*object.polycube);
-  made.media = make_object_media(object, made.mesh, made.polycube ? &*made.polycube : nullptr);
+  made.media = make_object_media(object, made.mesh, made.drawn());
   made.boundary = boundary_constants(object.finish.eta.value_or(made.media.eta.value_or(1.3)));
   made.roughness = object.finish.roughness;
   return made;

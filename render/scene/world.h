@@ -27,6 +27,9 @@ struct WorldObject {
   std::optional<Polycube> polycube;  ///< that a person has drawn
   BoundaryConstants boundary;
   double roughness = 0.1;
+
+  /// `polycube`, or nullptr.
+  const Polycube* drawn() const { return polycube ? &*polycube : nullptr; }
 };
 
 /// Where a ray meets an object, in the world's frame.

@@ -278,6 +278,14 @@ TEST_F(MeshFile, GltfIsReadForItsTrianglesAlone) {
                       with("\"mesh\":0,", "\"mesh\":0,\"children\":" + std::string(100'000, '[') +
                                               std::string(100'000, ']') + ",")),
               HasSubstr("children"));
+  const auto requiring = [&](const std::string& extension) {
+    return with("{", R"({"extensionsRequired":[)" + extension + "],");
+  };
+  EXPECT_THAT(refusal("needs.gltf", requiring("\"KHR_mesh\"")),
+              HasSubstr("needs the glTF extension 'KHR_mesh'; export it without extensions"));
+  EXPECT_THAT(
+      refusal("deep_need.gltf", requiring(std::string(100'000, '[') + std::string(100'000, ']'))),
+      HasSubstr("of no name"));
 }
 
 // Bytes changed, cut and repeated at random: read, or refused with a sentence.

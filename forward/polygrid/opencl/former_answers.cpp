@@ -1,6 +1,6 @@
 #include "forward/polygrid/opencl/former_answers.h"
 
-#include <Eigen/Cholesky>
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -35,7 +35,7 @@ FormerAnswers::OfEach FormerAnswers::combination(const OfEach& with_load) const 
     const double largest = products.diagonal().maxCoeff();
     if (!(largest > 0.0)) continue;
     products.diagonal().array() += ridge * largest;
-    const Eigen::VectorXd times = products.ldlt().solve(right);
+    const Eigen::VectorXd times = solve_symmetric(products, right);
     for (Eigen::Index i = 0; i < n; ++i) result[static_cast<std::size_t>(i)][lane] = times[i];
   }
   return result;
