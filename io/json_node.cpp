@@ -32,11 +32,12 @@ std::string list(const Words& words, const std::string& separator) {
   return text;
 }
 
-// nlohmann::json keeps the last of two equal keys; a doubled field is a mistake. A pass of its own:
-// the library's parser with a callback takes quadratic time over an array of objects.
-class DoubledField final : public nlohmann::json_sax<json> {
+// What the library's own document does not tell: of two equal keys it keeps the last, and it copies
+// and writes by recursion, as deep as a stranger likes. A pass of its own: the library's parser
+// with a callback takes quadratic time over an array of objects.
+class Structure final : public nlohmann::json_sax<json> {
  public:
-  std::string name;  // of the first; parsing stops there
+  std::string fault;  // of the first; reading stops there
 
   bool null() override { return true; }
   bool boolean(bool /*value*/) override { return true; }
@@ -47,46 +48,52 @@ class DoubledField final : public nlohmann::json_sax<json> {
   bool binary(binary_t& /*value*/) override { return true; }
   bool start_object(std::size_t /*size*/) override {
     open_objects_.emplace_back();
-    return true;
+    return enter();
   }
   bool key(string_t& key) override {
     if (open_objects_.back().insert(key).second) return true;
-    name = key;
-    found = true;
+    fault = "field '" + shown_name(key) + "' occurs twice in one object; remove one of the two";
     return false;
   }
   bool end_object() override {
     open_objects_.pop_back();
+    --depth_;
     return true;
   }
-  bool start_array(std::size_t /*size*/) override { return true; }
-  bool end_array() override { return true; }
+  bool start_array(std::size_t /*size*/) override { return enter(); }
+  bool end_array() override {
+    --depth_;
+    return true;
+  }
+  // The document's own parser says what and where.
   bool parse_error(std::size_t /*at*/, const std::string& /*token*/,
                    const json::exception& /*error*/) override {
     return false;
   }
 
-  bool found = false;
-
  private:
+  bool enter() {
+    if (++depth_ <= most_depth) return true;
+    fault = "its lists and objects are nested more than " + std::to_string(most_depth) +
+            " deep; correct it there";
+    return false;
+  }
+
+  static constexpr int most_depth = 100;
+  int depth_ = 0;
   std::vector<std::set<std::string>> open_objects_;
 };
 
 json parse(const std::string& text, const std::string& file) {
-  json parsed;
+  Structure structure;
+  json::sax_parse(text, &structure);
+  if (!structure.fault.empty()) throw InputError(file + ": " + structure.fault + ".");
   try {
-    parsed = json::parse(text);
+    return json::parse(text);
   } catch (const json::exception& error) {
     throw InputError(file + ": not valid JSON (" + shown_text(json_reason(error)) +
                      "); correct it there.");
   }
-  DoubledField doubled;
-  json::sax_parse(text, &doubled);
-  if (doubled.found) {
-    throw InputError(file + ": field '" + shown_name(doubled.name) +
-                     "' occurs twice in one object; remove one of the two.");
-  }
-  return parsed;
 }
 
 // Strings that are not UTF-8 cannot be quoted.

@@ -339,7 +339,12 @@ TEST_F(Bomb, JsonOfManySmallValues) {
   write_text(file, "\"" + std::string(largest_text, 'a') + "\"");
   EXPECT_THAT(refusal(read), HasSubstr("are more than the 8388608 that such a file may have"));
   write_text(file, std::string(largest_text - 1, '['));
-  EXPECT_THAT(refusal(read), HasSubstr("a.json: not valid JSON"));
+  EXPECT_THAT(refusal(read),
+              HasSubstr("a.json: its lists and objects are nested more than 100 deep"));
+  const std::string nested = std::string(1'000'000, '[') + std::string(1'000'000, ']');
+  write_text(file, "{\"b\":" + nested + "}");
+  EXPECT_THAT(refusal([&] { JsonDocument(file, "f").root()["b"].choice({"c"}); }),
+              HasSubstr("nested more than 100 deep"));
 }
 
 }  // namespace
