@@ -28,4 +28,12 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::Matrix
   return matrix.colPivHouseholderQr().solve(right);
 }
 
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& matrix, double least) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(matrix.rows(),
+                                                                        matrix.cols());
+  decomposition.setThreshold(least);
+  decomposition.compute(matrix);
+  return decomposition.pseudoInverse();
+}
+
 }  // namespace kappamu

@@ -1,15 +1,14 @@
 #include "forward/boundary_integral/summation/equivalent_surface.h"
 
-#include <Eigen/SVD>
-
+#include "core/numbers/linear_algebra.h"
 #include "forward/boundary_integral/summation/point_kernel.h"
 
 namespace kappamu::forward::boundary_integral {
 
 namespace {
 
-/// Singular values below this, of the largest, carry nothing that reaches beyond the next box.
-constexpr double least_singular = 1e-12;
+/// Pivots below this, of the largest, carry nothing that reaches beyond the next box.
+constexpr double least_pivot = 1e-12;
 
 constexpr std::array<std::array<int, 3>, 6> axis_orders{
     {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
@@ -91,11 +90,7 @@ LevelMaps EquivalentSurfaces::maps(double width) const {
   const Eigen::MatrixX3d inner = lattice_.points(0.5 * inner_cube * width);
   const Eigen::MatrixX3d outer = lattice_.points(0.5 * outer_cube * width);
   const Eigen::Vector3d here = Eigen::Vector3d::Zero();
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(kernel(outer, inner, here, decay_),
-                                           Eigen::ComputeThinU | Eigen::ComputeThinV);
-  Eigen::VectorXd inverse = svd.singularValues();
-  for (double& s : inverse) s = s > least_singular * svd.singularValues()[0] ? 1.0 / s : 0.0;
-  maps.charges_from_check = svd.matrixV() * inverse.asDiagonal() * svd.matrixU().transpose();
+  maps.charges_from_check = pseudo_inverse(kernel(outer, inner, here, decay_), least_pivot);
   const Eigen::MatrixX3d child = lattice_.points(0.25 * inner_cube * width);
   for (int o = 0; o < 8; ++o) {
     const Eigen::Vector3d middle =

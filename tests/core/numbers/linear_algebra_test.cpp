@@ -47,5 +47,13 @@ TEST(LinearAlgebra, LeastSquaresLeaveAResidualAcrossTheColumns) {
   EXPECT_GT(residual.norm(), 0.1 * right.norm());
 }
 
+TEST(LinearAlgebra, PseudoInverseLeavesOutWhatIsBelow) {
+  const Eigen::MatrixXd matrix = drawn(12, 5, 8) * drawn(5, 9, 9);
+  const Eigen::MatrixXd noise = 1e-13 * drawn(12, 9, 10);
+  const Eigen::MatrixXd inverse = pseudo_inverse(matrix + noise, 1e-10);
+  EXPECT_LT((matrix * inverse * matrix - matrix).norm(), 1e-10 * matrix.norm());
+  EXPECT_LT((inverse - pseudo_inverse(matrix, 1e-10)).norm(), 1e-9 * inverse.norm());
+}
+
 }  // namespace
 }  // namespace kappamu
