@@ -17,7 +17,7 @@ using embedded::Load;
 
 /// What comes from one solve() to the next: `moving` light is like the last ones, so that OpenCL
 /// solvers keep some answers and start from a combination of them instead of from `x`; where media
-/// have changed since, at least 19 parts in 20 of the residual that this made are solved away.
+/// have changed since, at least 19 parts in 20 of the error that this made are solved away.
 enum class Lights { others, moving };
 
 class LinearSolver {
@@ -35,8 +35,11 @@ class LinearSolver {
     for (std::size_t c = 0; c < media_.size(); ++c) change(c, media_[c]);
     media_changed(rows);
   }
-  /// Solves A x = load for every light, by conjugate gradients from `x` [light][unknown] until
-  /// ‖residual‖ ≤ tolerance·‖load‖. An `x` of another size starts at zero.
+  /// Solves A x = load for every light, by conjugate gradients from `x` [light][unknown] until the
+  /// relative error in the energy norm √(xᵀA x) is at most `tolerance` by the solver's estimate,
+  /// which `residual` has: with multigrid √(rᵀM⁻¹r / loadᵀx), M⁻¹ being a V-cycle, whose last
+  /// correction is then added; in the reference ‖residual‖/‖load‖. An `x` of another size starts at
+  /// zero.
   virtual CgReport solve(const std::vector<Load>& loads, std::vector<std::vector<double>>& x,
                          double tolerance, int most_iterations) = 0;
 

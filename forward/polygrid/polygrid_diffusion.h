@@ -30,7 +30,7 @@ struct PolygridSeconds {
 
 /// How exactly the equations are made and solved.
 struct PolygridAccuracy {
-  double linear_tolerance = 1e-5;  ///< ‖residual‖/‖load‖ of every light
+  double linear_tolerance = 1e-5;  ///< of every light, as LinearSolver::solve takes it
   double beam_remainder = 1e-6;    ///< BeamWalks::add()
   int most_iterations = 300;
 };

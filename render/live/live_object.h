@@ -29,7 +29,7 @@ class LiveObject {
   struct Answer {
     ExitanceOfChannels exitance;
     int iterations = 0;     ///< of the slowest channel
-    double residual = 0.0;  ///< of the worst channel, over the load
+    double residual = 0.0;  ///< of the worst channel, relative, by the solver's measure
     bool converged = true;
   };
 

@@ -38,7 +38,7 @@ struct LiveAnswer {
   /// `polygrid` and `dipole-rotated` it is measured, for the first lights answered.
   double error_estimate = 0.0;
   int iterations = 0;     ///< of the linear solver; 0 where there is none
-  double residual = 0.0;  ///< that it left, over the load; 0 where a model does not state it
+  double residual = 0.0;  ///< that it left, relative; 0 where a model does not state it
   bool converged = true;
 };
 

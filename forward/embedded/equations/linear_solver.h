@@ -49,7 +49,7 @@ struct CgEnd {
 struct CgReport {
   int iterations = 0;
   bool converged = true;
-  std::vector<double> residual;  ///< ‖b − A x‖/‖b‖ per light
+  std::vector<double> residual;  ///< per light, by the solver's measure; ‖b − A x‖/‖b‖ if not said
 };
 
 /// A right-hand side with the medium it is for.

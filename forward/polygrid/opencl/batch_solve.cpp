@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "forward/embedded/equations/row_ranges.h"
@@ -52,7 +53,8 @@ BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const L
   coarsest_ = context.allocate(coarsest * coarsest * media);
   for (Buffer* each : {&b_, &x_, &z_, &p_, &image_}) *each = zeros(rows());
   runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
-  partial_ = context.allocate(most_sums * runs_ * lanes.width * numbers.sum_bytes());
+  partial_ =
+      context.allocate((FormerAnswers::most + 1) * runs_ * lanes.width * numbers.sum_bytes());
   scalars_ = context.allocate(FormerAnswers::most * lanes.width * numbers.sum_bytes());
   std::size_t fresh = 0;
   const auto count = [&](const DevicePattern& of) {
@@ -145,36 +147,40 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
   write_lanes(context_, b_, numbers_, powers, width);
   const Buffer &r = level_r_[0], &y = level_y_[0];
   const bool changed = former_ && former_->size() == 0;
-  Scalars size2, r_r, before(width, 0.0), enough(width);
+  Scalars energy, before(width, 0.0), enough(width, 0.0);
   if (former_ && !changed) {
     const FormerAnswers& of = *former_;
-    const std::vector<Scalars> products = sums(most_sums, "products_with_images", b_, of.image(0),
-                                               of.image(1), of.image(2), of.image(3));
-    size2 = products[0];
-    write(of.combination({products[1], products[2], products[3], products[4]}));
-    r_r = sums(1, "start_from_former", scalars_, inverse_diagonal_[0], of.answer(0), of.answer(1),
-               of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2), of.image(3), b_,
-               x_, r, y)[0];
+    const std::vector<Scalars> products = sums(FormerAnswers::most, "products_with_images", b_,
+                                               of.image(0), of.image(1), of.image(2), of.image(3));
+    write(of.combination({products[0], products[1], products[2], products[3]}));
+    energy = sums(1, "start_from_former", scalars_, inverse_diagonal_[0], of.answer(0),
+                  of.answer(1), of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2),
+                  of.image(3), b_, x_, r, y)[0];
   } else {
     write_lanes(context_, x_, numbers_, starts, width);
     over(rows(), "residual", matrix_.list, matrix_.step, value_, inverse_diagonal_[0], b_, x_, r,
          y);
-    size2 = dot(b_, b_);
-    r_r = dot(r, r);
+    energy = dot(b_, x_);
   }
-  for (std::size_t lane = 0; lane < width; ++lane) {
-    enough[lane] = tolerance * tolerance * size2[lane];
-    if (changed) enough[lane] = std::min(enough[lane], of_change * of_change * r_r[lane]);
+  // r·z estimates the error's energy, b·x is the answer's.
+  Scalars r_z = cycle();
+  Scalars from_change(width, std::numeric_limits<double>::infinity());
+  if (changed) {
+    for (std::size_t lane = 0; lane < width; ++lane) {
+      from_change[lane] = of_change * of_change * r_z[lane];
+    }
   }
   const auto done = [&] {
+    bool all = true;
     for (std::size_t lane = 0; lane < width; ++lane) {
-      if (!(r_r[lane] <= enough[lane])) return false;
+      const double of_answer = tolerance * tolerance * std::max(0.0, energy[lane]);
+      enough[lane] = std::min(of_answer, from_change[lane]);
+      all = all && r_z[lane] <= enough[lane];
     }
-    return true;
+    return all;
   };
   int iteration = 0;
   for (; iteration < most_iterations && !done(); ++iteration) {
-    const Scalars r_z = cycle();
     Scalars along(width, 0.0), step(width, 0.0);
     if (iteration == 0) {
       std::swap(p_, z_);
@@ -190,17 +196,23 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
       if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
     }
     write(std::array{step});
-    r_r = sums(1, "update_solution", scalars_, inverse_diagonal_[0], p_, image_, x_, r, y)[0];
+    energy =
+        sums(1, "update_solution", scalars_, inverse_diagonal_[0], p_, image_, b_, x_, r, y)[0];
     before = r_z;
+    r_z = cycle();
   }
+  done();
   report.iterations = std::max(report.iterations, iteration);
-  read_lanes(context_, x_, numbers_, answers, width);
-  if (former_) keep(r);
   for (std::size_t lane = 0; lane < lights.size(); ++lane) {
-    double& residual = report.residual[lights[lane]];
-    residual = size2[lane] > 0.0 ? std::sqrt(r_r[lane] / size2[lane]) : 0.0;
-    report.converged = report.converged && residual <= tolerance;
+    report.residual[lights[lane]] =
+        energy[lane] > 0.0 ? std::sqrt(std::max(0.0, r_z[lane]) / energy[lane]) : 0.0;
+    report.converged = report.converged && r_z[lane] <= enough[lane];
   }
+  // z = x + 1 z: the last correction is the answer's, too. What is kept goes without, as its image.
+  write(std::array{Scalars(width, 1.0)});
+  in_runs(rows(), "update_direction", scalars_, x_, z_);
+  read_lanes(context_, z_, numbers_, answers, width);
+  if (former_ && iteration > 0) keep(r);
 }
 
 void BatchSolve::keep(const Buffer& r) {
@@ -209,8 +221,8 @@ void BatchSolve::keep(const Buffer& r) {
   const auto other = [&](std::size_t k) -> const Buffer& {
     return &former_->image(k) == &kept.image ? b_ : former_->image(k);
   };
-  const std::vector<Scalars> products =
-      sums(most_sums, "image_of_answer", b_, r, other(0), other(1), other(2), other(3), kept.image);
+  const std::vector<Scalars> products = sums(FormerAnswers::most + 1, "image_of_answer", b_, r,
+                                             other(0), other(1), other(2), other(3), kept.image);
   former_->set_products(products[0], {products[1], products[2], products[3], products[4]});
 }
 

@@ -14,9 +14,6 @@
 
 namespace kappamu::forward::polygrid {
 
-/// Kinds of sums that a kernel leaves.
-inline constexpr std::size_t most_sums = 1 + FormerAnswers::most;
-
 /// One batch on the device: its numbers, fields and work.
 class BatchSolve {
  public:

@@ -393,11 +393,11 @@ kernel void update_direction(const int rows, const int runs, global const SUM* r
   FOR_BLOCK_PARTS(k) SET(AT(k, z) + times[c] * AT(k, p), k, p);
 }
 
-// x += step p, r −= step q; partial = Σ r².
+// x += step p, r −= step q; partial = Σ b·x.
 kernel void update_solution(const int rows, const int runs, global const SUM* restrict step,
                             global const REAL* restrict inverse_diagonal,
                             global const REAL* restrict p, global const REAL* restrict q,
-                            global REAL* restrict x, global REAL* restrict r,
+                            global const REAL* restrict b, global REAL* restrict x, global REAL* restrict r,
                             global REAL* restrict y, global SUM* restrict partial) {
   RUN(BLOCKS_OF(rows))
   part by[PARTS];
@@ -405,16 +405,17 @@ kernel void update_solution(const int rows, const int runs, global const SUM* re
   sum_part sum[PARTS];
   FOR_PARTS(c) sum[c] = (sum_part)(0);
   FOR_BLOCK_PARTS(k) {
-    SET(AT(k, x) + by[c] * AT(k, p), k, x);
+    const part moved = AT(k, x) + by[c] * AT(k, p);
+    SET(moved, k, x);
     const part left = AT(k, r) - by[c] * AT(k, q);
     SET(left, k, r);
     SET(SMOOTHED(left, AT(k, inverse_diagonal)), k, y);
-    sum[c] += TO_PART(SUM)(left * left);
+    sum[c] += TO_PART(SUM)(AT(k, b) * moved);
   }
   leave_sum(sum, (sum_vec)(0), run, partial);
 }
 
-// Products of b with itself and with four images of former answers.
+// Products of b with four images of former answers.
 kernel void products_with_images(const int rows, const int runs, global const REAL* restrict b,
                                  global const REAL* restrict image_0,
                                  global const REAL* restrict image_1,
@@ -422,22 +423,21 @@ kernel void products_with_images(const int rows, const int runs, global const RE
                                  global const REAL* restrict image_3,
                                  global SUM* restrict partial) {
   RUN(BLOCKS_OF(rows))
-  sum_part sum[5][PARTS];
-  for (int kind = 0; kind < 5; ++kind) FOR_PARTS(c) sum[kind][c] = (sum_part)(0);
+  sum_part sum[4][PARTS];
+  for (int kind = 0; kind < 4; ++kind) FOR_PARTS(c) sum[kind][c] = (sum_part)(0);
   FOR_BLOCK_PARTS(k) {
     const part mine = AT(k, b);
-    sum[0][c] += TO_PART(SUM)(mine * mine);
-    sum[1][c] += TO_PART(SUM)(mine * AT(k, image_0));
-    sum[2][c] += TO_PART(SUM)(mine * AT(k, image_1));
-    sum[3][c] += TO_PART(SUM)(mine * AT(k, image_2));
-    sum[4][c] += TO_PART(SUM)(mine * AT(k, image_3));
+    sum[0][c] += TO_PART(SUM)(mine * AT(k, image_0));
+    sum[1][c] += TO_PART(SUM)(mine * AT(k, image_1));
+    sum[2][c] += TO_PART(SUM)(mine * AT(k, image_2));
+    sum[3][c] += TO_PART(SUM)(mine * AT(k, image_3));
   }
-  for (int kind = 0; kind < 5; ++kind) {
+  for (int kind = 0; kind < 4; ++kind) {
     leave_sum(sum[kind], (sum_vec)(0), kind * runs + run, partial);
   }
 }
 
-// x = Σ times_k answer_k, r = b − Σ times_k image_k; partial = Σ r².
+// x = Σ times_k answer_k, r = b − Σ times_k image_k; partial = Σ b·x.
 kernel void start_from_former(
     const int rows, const int runs, global const SUM* restrict times,
     global const REAL* restrict inverse_diagonal, global const REAL* restrict answer_0,
@@ -452,14 +452,14 @@ kernel void start_from_former(
   sum_part sum[PARTS];
   FOR_PARTS(c) sum[c] = (sum_part)(0);
   FOR_BLOCK_PARTS(k) {
-    SET(t[0][c] * AT(k, answer_0) + t[1][c] * AT(k, answer_1) + t[2][c] * AT(k, answer_2) +
-            t[3][c] * AT(k, answer_3),
-        k, x);
+    const part start = t[0][c] * AT(k, answer_0) + t[1][c] * AT(k, answer_1) +
+                       t[2][c] * AT(k, answer_2) + t[3][c] * AT(k, answer_3);
+    SET(start, k, x);
     const part left = AT(k, b) - (t[0][c] * AT(k, image_0) + t[1][c] * AT(k, image_1) +
                                   t[2][c] * AT(k, image_2) + t[3][c] * AT(k, image_3));
     SET(left, k, r);
     SET(SMOOTHED(left, AT(k, inverse_diagonal)), k, y);
-    sum[c] += TO_PART(SUM)(left * left);
+    sum[c] += TO_PART(SUM)(AT(k, b) * start);
   }
   leave_sum(sum, (sum_vec)(0), run, partial);
 }

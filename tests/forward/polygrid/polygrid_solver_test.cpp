@@ -112,6 +112,46 @@ TEST(PolygridOpencl, StartsFromTheLastAnswer) {
   EXPECT_LT(solver->solve({dimmed}, x, 1e-4, 100).iterations, first);
 }
 
+/// √(vᵀ A v).
+double energy_norm(const System& system, const Vector& v) {
+  const Pattern& pattern = system.equations.matrix();
+  double sum = 0.0;
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    for (int k = pattern.start[i]; k < pattern.start[i + 1]; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      const auto j = static_cast<std::size_t>(pattern.column[at]);
+      sum += (i == j ? 1.0 : 2.0) * system.media[0].value[at] * v[i] * v[j];
+    }
+  }
+  return std::sqrt(sum);
+}
+
+// However few iterations it takes: the error, in the norm stated, is what the solver says.
+TEST(PolygridOpencl, EndsWithinItsTolerance) {
+  const System system(ball_polygrid(14, 5.0), 1);
+  const auto reference = make_reference_solver(system.equations);
+  const auto opencl = make_opencl_solver(system.equations, system.hierarchy, context(),
+                                         Precision::single, Lights::moving);
+  reference->set_media(system.media);
+  opencl->set_media(system.media);
+  std::vector<Vector> exact, x;
+  int frame = 0;
+  for (const double tolerance : {0.1, 0.02, 0.02, 0.02, 1e-3}) {
+    Load load = system.load(0, 1);
+    for (std::size_t i = 0; i < load.power.size(); ++i) {
+      load.power[i] *= 1.0 + 0.3 * std::sin(0.1 * frame + system.grid.corner[i].x());
+    }
+    ++frame;
+    reference->solve({load}, exact, 1e-10, 5000);
+    const CgReport report = opencl->solve({load}, x, tolerance, 100);
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.residual[0], tolerance);
+    Vector error = x[0];
+    for (std::size_t i = 0; i < error.size(); ++i) error[i] -= exact[0][i];
+    EXPECT_LE(energy_norm(system, error), tolerance * energy_norm(system, exact[0])) << tolerance;
+  }
+}
+
 // Iterations hardly grow with the number of cells.
 TEST(PolygridMultigrid, TakesFewIterationsOnEveryResolution) {
   for (const auto& [n, most] : {std::pair{8, 24}, {16, 26}, {32, 30}}) {
