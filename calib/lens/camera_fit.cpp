@@ -5,7 +5,6 @@
 #include <ceres/jet.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -218,14 +217,14 @@ std::vector<CameraProblem::Normal> CameraProblem::normals() {
     const Eigen::MatrixXd by_all = jacobian(v, &residuals);
     const Eigen::Map<const Eigen::VectorXd> r(residuals.data(),
                                               static_cast<Eigen::Index>(residuals.size()));
-    const auto shared = by_all.leftCols(by_all.cols() - 6);
-    const auto pose = by_all.rightCols<6>();
-    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> own(pose.transpose() * pose);
+    const Eigen::MatrixXd shared = by_all.leftCols(by_all.cols() - 6);
+    const Eigen::MatrixXd pose = by_all.rightCols(6);
+    const Eigen::MatrixXd back = pose.transpose();
     Normal normal;
-    normal.pose_inverse = own.solve(Eigen::Matrix<double, 6, 6>::Identity());
-    normal.follow = -own.solve(pose.transpose() * shared);
+    normal.pose_inverse = solve_symmetric(back * pose, Eigen::MatrixXd::Identity(6, 6));
+    normal.follow = -normal.pose_inverse * (back * shared);
     const Eigen::MatrixXd left = shared + pose * normal.follow;
-    const Eigen::VectorXd rest = r - pose * own.solve(pose.transpose() * r);
+    const Eigen::VectorXd rest = r - pose * (normal.pose_inverse * (back * r));
     normal.matrix = left.transpose() * left;
     normal.gradient = left.transpose() * rest;
     normal.square = rest.squaredNorm();
@@ -320,7 +319,7 @@ CameraSpread CameraProblem::covariance() {
   for (std::size_t v = 0; v < views.size(); ++v) {
     follow.middleRows<6>(shared + 6 * static_cast<Eigen::Index>(v)) = views[v].follow;
   }
-  CameraSpread result{follow * found.shared * follow.transpose(), found.overdispersion};
+  CameraSpread result{propagated(follow, found.shared), found.overdispersion};
   for (std::size_t v = 0; v < views.size(); ++v) {
     const Eigen::Index at = shared + 6 * static_cast<Eigen::Index>(v);
     result.covariance.block<6, 6>(at, at) +=

@@ -3,13 +3,13 @@
 #include <ceres/jet.h>
 #include <ceres/rotation.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "calib/lens/lens_model.h"
 #include "calib/lens/opencv_convert.h"
 #include "core/error.h"
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::calib {
 namespace {
@@ -63,7 +63,7 @@ Eigen::Matrix2d projection_covariance(const CameraCalibration& camera, const Eig
     jacobian.middleCols<6>(lens_numbers + 2 + 6 * static_cast<Eigen::Index>(v)) =
         by_pose(camera, v, point);
   }
-  return jacobian * camera.joint_covariance * jacobian.transpose();
+  return propagated(jacobian, camera.joint_covariance);
 }
 
 Eigen::Vector2d projected_through_boards(const CameraCalibration& camera,

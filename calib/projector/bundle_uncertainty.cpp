@@ -3,6 +3,7 @@
 #include "calib/lens/pose_numbers.h"
 #include "calib/projector/bundle_adjustment.h"
 #include "calib/projector/bundle_numbers.h"
+#include "core/numbers/linear_algebra.h"
 
 namespace kappamu::calib {
 
@@ -55,7 +56,7 @@ Eigen::Matrix2d projector_covariance(const JointCalibration& joint,
                     });
     }
   }
-  return jacobian * joint.covariance * jacobian.transpose();
+  return propagated(jacobian, joint.covariance);
 }
 
 }  // namespace kappamu::calib

@@ -28,6 +28,10 @@ Eigen::MatrixXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::Matrix
   return matrix.colPivHouseholderQr().solve(right);
 }
 
+Eigen::MatrixXd propagated(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance) {
+  return jacobian * covariance * jacobian.transpose();
+}
+
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& matrix, double least) {
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(matrix.rows(),
                                                                         matrix.cols());

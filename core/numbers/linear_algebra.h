@@ -25,6 +25,9 @@ Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& matrix, const Eigen::Matr
 /// The x of the least |matrix · x − right|, column by column, by QR with columns exchanged.
 Eigen::MatrixXd least_squares(const Eigen::MatrixXd& matrix, const Eigen::MatrixXd& right);
 
+/// jacobian · covariance · jacobianᵀ: the covariance of what depends on uncertain numbers so.
+Eigen::MatrixXd propagated(const Eigen::MatrixXd& jacobian, const Eigen::MatrixXd& covariance);
+
 /// By QR with columns exchanged from both sides; pivots below `least` of the largest count as zero.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& matrix, double least);
 

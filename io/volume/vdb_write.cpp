@@ -62,10 +62,16 @@ openvdb::CoordBBox box_of(const GridShape& shape) {
   return {openvdb::Coord(0), openvdb::Coord(shape.nx - 1, shape.ny - 1, shape.nz - 1)};
 }
 
+/// Of zeros. The library makes it: Grid::create() would compile all of the tree anew.
+template <class Grid>
+typename Grid::Ptr made() {
+  return openvdb::gridPtrCast<Grid>(openvdb::GridBase::createGrid(Grid::gridType()));
+}
+
 openvdb::FloatGrid::Ptr make_grid(const std::string& name, const std::string& unit,
                                   const Volume<double>& volume) {
   const GridShape& shape = volume.shape();
-  auto grid = openvdb::FloatGrid::create(0.0F);
+  const auto grid = made<openvdb::FloatGrid>();
   grid->setName(name);
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   grid->setTransform(sample_from_index(shape.voxel_mm));
@@ -87,7 +93,7 @@ openvdb::FloatGrid::Ptr make_grid(const std::string& name, const std::string& un
 openvdb::Vec3SGrid::Ptr make_colour_grid(const std::string& name, const std::string& unit,
                                          const std::array<const Volume<double>*, 3>& channels) {
   const GridShape& shape = channels[0]->shape();
-  auto grid = openvdb::Vec3SGrid::create();
+  const auto grid = made<openvdb::Vec3SGrid>();
   grid->setName(name);
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   grid->setTransform(sample_from_index(shape.voxel_mm));
