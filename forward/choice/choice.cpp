@@ -27,7 +27,7 @@ constexpr double noise_share = 0.9, lone_noise_share = 0.7;
 constexpr double fewest_photons = 2e4, fewest_walk = 2e3;
 /// Of correcting walks: seconds of start and comparison per triangle, and how much longer than
 /// planned they become in the mean.
-constexpr double seconds_per_triangle = 1.5e-6, lengthened = 1.5;
+constexpr double seconds_per_triangle = 2.5e-6, lengthened = 1.5;
 /// Thinner than the thinnest measured by more than this factor, errors are not known.
 constexpr double beyond = 1.25;
 
