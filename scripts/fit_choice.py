@@ -1,12 +1,10 @@
 #!/usr/bin/python3
 """Makes the table that `model: auto` chooses by, from what `kappamu bench objects` measured on its tuning scenes.
 
-    kappamu bench objects --section models -o out/choice --models embedded grid montecarlo dipole-rotated better-dipole
-    kappamu doctor --measure --json > out/probe.json                          # the probe on this machine
-    scripts/fit_choice.py --probe out/probe.json out/choice*/objects-models.json
+    scripts/fit_choice.py --probe out/probe.json out/*/objects-models.json      # commands: docs/objects-bench.md, "Which model"
 
 Errors: sums of terms with coefficients that are not negative, times powers of e for the light, from rows asked for 1 % or
-less; those of montecarlo from the references' own standard errors. Seconds: least squares of logarithms, from the other rows. The laws are
+less, a scene's first row; those of montecarlo from the references' own standard errors. Seconds: least squares of logarithms, from the other rows. The laws are
 those of forward/choice/model_table.h. Writes forward/choice/measured_models.inc and prints how well the laws fit. A model is
 a row of the table once records have it.
 """
@@ -141,14 +139,24 @@ def cost_law(rows, seconds, fields):
     return law, float((target - target.mean() - lean @ slopes).std())
 
 
+def first_of_each(rows):
+    """A row of every scene."""
+    scenes = {}
+    for row in rows:
+        scenes.setdefault(row["name"], row)
+    return list(scenes.values())
+
+
 def laws_of(name, answered):
     """Error, seconds and the spread of the seconds of one model."""
     rows = [r for r in answered if r["model"] == name]
     if name == "montecarlo":
-        noise = numpy.array([r["reference_error"] * (r["reference_photons"] / r["patches"]) ** 0.5 for r in rows])
-        return law_and_spread(rows, noise, 1e-3 * noise ** 2, lit=False), *cost_law(rows, [r["cpu_seconds"] / r["photons"] for r in rows], PER_PHOTON)
+        scenes = first_of_each(answered)
+        noise = numpy.array([r["reference_error"] * (r["reference_photons"] / r["patches"]) ** 0.5 for r in scenes])
+        return law_and_spread(scenes, noise, 1e-3 * noise ** 2, lit=False), *cost_law(rows, [r["cpu_seconds"] / r["photons"] for r in rows], PER_PHOTON)
     usual = [r for r in rows if r["tolerance"] > EXACT] or rows
-    exact = [r for r in answered if r["model"] in (name, SAME_PHYSICS.get(name)) and r["tolerance"] <= EXACT]
+    exact = [r for model in (name, SAME_PHYSICS.get(name))
+             for r in first_of_each(r for r in answered if r["model"] == model and r["tolerance"] <= EXACT)]
     errors = numpy.array([r["error"] for r in exact])
     return (law_and_spread(exact, errors, numpy.array([deviation_of_square(r) for r in exact])),
             *cost_law(usual, [r["cpu_seconds"] for r in usual], list(LOGARITHMS)))
