@@ -9,6 +9,7 @@
 #include "forward/dipole/dipole_model.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/montecarlo/object_monte_carlo.h"
+#include "forward/object_validity.h"
 #include "forward/polygrid/polygrid_model.h"
 
 namespace kappamu::forward {
@@ -22,12 +23,16 @@ struct NamedModel {
   Made (*make)(std::string_view name);
 };
 
+template <class Model>
+Made diffusion(std::string_view) {
+  return warned_of_diffusion(std::make_unique<Model>());
+}
+
 constexpr std::array<NamedModel, 10> models{{
-    {"embedded", [](std::string_view) -> Made { return std::make_unique<EmbeddedModel>(); }},
-    {"grid", [](std::string_view) -> Made { return std::make_unique<BlockModel>(); }},
-    {"polygrid", [](std::string_view) -> Made { return std::make_unique<PolygridModel>(); }},
-    {"boundary_integral",
-     [](std::string_view) -> Made { return std::make_unique<BoundaryIntegralModel>(); }},
+    {"embedded", diffusion<EmbeddedModel>},
+    {"grid", diffusion<BlockModel>},
+    {"polygrid", diffusion<PolygridModel>},
+    {"boundary_integral", diffusion<BoundaryIntegralModel>},
     {"montecarlo", [](std::string_view) { return make_object_monte_carlo(); }},
     {"dipole", make_dipole_model},
     {"dipole-rotated", make_dipole_model},

@@ -52,6 +52,10 @@ ValidityEstimate diffusion_validity(double albedo, double mean_free_paths) {
           interpolate(&ValidityEstimate::far_map)};
 }
 
+bool in_validity_table(double albedo, double mean_free_paths) {
+  return albedo >= table_albedo.front() && mean_free_paths >= table_thickness.front();
+}
+
 std::optional<std::string> validity_warning(const GridSetup& setup, const Medium& medium,
                                             double tolerable) {
   double extinction = 0.0, absorption = 0.0;
@@ -82,7 +86,7 @@ std::optional<std::string> validity_warning(const GridSetup& setup, const Medium
   add(estimate.reflected, "the light reflected");
   add(estimate.transmitted, "the light transmitted");
   add(estimate.far_map, "the far face's map");
-  if (albedo < table_albedo.front() || paths < table_thickness.front()) {
+  if (!in_validity_table(albedo, paths)) {
     text +=
         formatted(", as measured at albedo %.2g and %.2g mean free paths",
                   std::max(albedo, table_albedo.front()), std::max(paths, table_thickness.front()));

@@ -22,6 +22,9 @@ struct ValidityEstimate {
 /// the logarithms of 1 − albedo and thickness; outside the table its edge answers.
 ValidityEstimate diffusion_validity(double albedo, double mean_free_paths);
 
+/// Whether the table goes down to this albedo and thickness: diffusion errs the more below.
+bool in_validity_table(double albedo, double mean_free_paths);
+
 /// One sentence with the figures where any of them exceeds `tolerable`, taken at the block's mean
 /// coefficients (κ harmonic: the mean of 1/(3κ)); nothing where diffusion holds that well.
 std::optional<std::string> validity_warning(const GridSetup& setup, const Medium& medium,

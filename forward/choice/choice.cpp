@@ -23,11 +23,11 @@ constexpr double expected_at_most = 0.95;
 constexpr std::array correctable{expected_at_most, 0.8, 0.5, 0.2};
 /// Of the tolerance: the noise that is planned, of corrected answers, whose walks are lengthened on
 /// demand, and of answers by walks alone, two standard deviations of their law below it.
-constexpr double noise_share = 0.9, lone_noise_share = 0.8;
+constexpr double noise_share = 0.9, lone_noise_share = 0.7;
 constexpr double fewest_photons = 2e4, fewest_walk = 2e3;
 /// Of correcting walks: seconds of start and comparison per triangle, and how much longer than
 /// planned they become in the mean.
-constexpr double seconds_per_triangle = 1.5e-6, lengthened = 1.5;
+constexpr double seconds_per_triangle = 2.5e-6, lengthened = 1.5;
 /// Thinner than the thinnest measured by more than this factor, errors are not known.
 constexpr double beyond = 1.25;
 
@@ -83,8 +83,10 @@ double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> chan
   double worst = 0.0;
   for (const ObjectFeatures& features : channels) {
     if (model.name == random_walks) {
-      worst = std::max(
-          worst, noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)));
+      const ErrorBelief law{
+          noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)),
+          model.error.spread};
+      worst = std::max(worst, error_quantile(law, probability));
     } else {
       const ErrorBelief law{error_by(model.error, features), model.error.spread};
       worst = std::max(

@@ -60,68 +60,68 @@ Correction::Correction(const Surface& surface) : surface_(surface), shares_(surf
   }
 }
 
-Correction::Averages Correction::averages(std::span<const double> answer,
-                                          std::span<const double> walk,
-                                          std::span<const double> standard_error) const {
-  Averages sums{std::vector<double>(nodes_), std::vector<double>(nodes_),
-                std::vector<double>(nodes_), std::vector<double>(nodes_)};
+std::vector<Correction::Average> Correction::averages(
+    std::span<const double> answer, std::span<const double> walk,
+    std::span<const double> standard_error) const {
+  std::vector<Average> nodes(nodes_);
   double variance = 0.0, power = 0.0;
   for (std::size_t i = 0; i < answer.size(); ++i) {
-    const double exiting = surface_.area[i] * answer[i];
+    const double exiting = surface_.area[i] * answer[i], walked = surface_.area[i] * walk[i];
     for (const Share& share : shares_[i]) {
-      const auto node = static_cast<std::size_t>(share.node);
+      Average& node = nodes[static_cast<std::size_t>(share.node)];
       const auto weight = static_cast<double>(share.weight);
-      sums.answer[node] += weight * exiting;
-      sums.square[node] += weight * exiting * answer[i];
-      sums.walk[node] += weight * surface_.area[i] * walk[i];
-      sums.noise[node] += weight * weight * exiting;
+      node.answer += weight * exiting;
+      node.square += weight * exiting * answer[i];
+      node.walk += weight * walked;
+      node.noise += weight * weight * exiting;
     }
-    power += surface_.area[i] * walk[i];
+    power += walked;
     if (walk[i] > 0.0) variance += std::pow(surface_.area[i] * standard_error[i], 2);
   }
   // The variance that the answer leads to expect, in proportion to it: where few photons left, the
   // measured one is low wherever the mean is.
-  for (std::size_t n = 0; n < nodes_; ++n) {
-    sums.noise[n] *= power > 0.0 && sums.answer[n] > 0.0
-                         ? of_interpolated * variance / power / (sums.answer[n] * sums.answer[n])
-                         : 0.0;
+  for (Average& node : nodes) {
+    node.noise *= power > 0.0 && node.answer > 0.0
+                      ? of_interpolated * variance / power / (node.answer * node.answer)
+                      : 0.0;
   }
-  return sums;
+  return nodes;
 }
 
-double Correction::left(std::span<const double> answer, std::span<const double> walk,
-                        std::span<const double> standard_error, double error) const {
-  const Averages sums = averages(answer, walk, standard_error);
+double Correction::left_by(const std::vector<Average>& averages, double error) {
   double square = 0.0, all = 0.0;
-  for (std::size_t n = 0; n < nodes_; ++n) {
-    square += sums.square[n] * trust(error, sums.noise[n]) * sums.noise[n];
-    all += sums.square[n];
+  for (const Average& node : averages) {
+    square += node.square * trust(error, node.noise) * node.noise;
+    all += node.square;
   }
   return all > 0.0 ? std::hypot(std::sqrt(square / all), between_nodes * error) : 0.0;
 }
 
-std::vector<double> Correction::corrected(std::span<const double> answer,
-                                          std::span<const double> walk,
-                                          std::span<const double> standard_error,
-                                          double error) const {
-  const Averages sums = averages(answer, walk, standard_error);
+double Correction::left(std::span<const double> answer, std::span<const double> walk,
+                        std::span<const double> standard_error, double error) const {
+  return left_by(averages(answer, walk, standard_error), error);
+}
+
+CorrectedAnswer Correction::corrected(std::span<const double> answer, std::span<const double> walk,
+                                      std::span<const double> standard_error, double error) const {
+  const std::vector<Average> nodes = averages(answer, walk, standard_error);
   std::vector<double> factor(nodes_, 1.0);
   for (std::size_t n = 0; n < nodes_; ++n) {
-    if (sums.answer[n] <= 0.0) continue;
-    factor[n] += trust(error, sums.noise[n]) * (sums.walk[n] / sums.answer[n] - 1.0);
+    if (nodes[n].answer <= 0.0) continue;
+    factor[n] += trust(error, nodes[n].noise) * (nodes[n].walk / nodes[n].answer - 1.0);
   }
-  std::vector<double> result(answer.begin(), answer.end());
+  CorrectedAnswer result{{answer.begin(), answer.end()}, left_by(nodes, error)};
   double walked = 0.0, now = 0.0;
-  for (std::size_t i = 0; i < result.size(); ++i) {
+  for (std::size_t i = 0; i < answer.size(); ++i) {
     double own = 0.0;
     for (const Share& share : shares_[i]) {
       own += static_cast<double>(share.weight) * factor[static_cast<std::size_t>(share.node)];
     }
-    result[i] *= own;
-    now += surface_.area[i] * result[i];
+    result.exitance[i] *= own;
+    now += surface_.area[i] * result.exitance[i];
     walked += surface_.area[i] * walk[i];
   }
-  for (double& value : result) value *= now > 0.0 ? walked / now : 1.0;
+  for (double& value : result.exitance) value *= now > 0.0 ? walked / now : 1.0;
   return result;
 }
 

@@ -15,16 +15,21 @@ namespace kappamu::forward {
 /// `wanted` of an error; 0: none does.
 double noise_that_leaves(double error, double wanted);
 
+struct CorrectedAnswer {
+  std::vector<double> exitance;  ///< per sample
+  double left = 0.0;             ///< of the relative error, 2-norm over the surface
+};
+
 class Correction {
  public:
   explicit Correction(const Surface& surface);
 
-  /// Exitance per sample of one light: `answer`, of relative error `error`, corrected by a walk
-  /// with standard errors. Its integral is the walk's, whose noise is small there.
-  std::vector<double> corrected(std::span<const double> answer, std::span<const double> walk,
-                                std::span<const double> standard_error, double error) const;
+  /// Exitance of one light, `answer`, of relative error `error`, corrected by a walk with standard
+  /// errors. Its integral is the walk's, whose noise is small there.
+  CorrectedAnswer corrected(std::span<const double> answer, std::span<const double> walk,
+                            std::span<const double> standard_error, double error) const;
 
-  /// Relative error, 2-norm over the surface, that is left of `error`.
+  /// Relative error that is left of `error`, without the answer.
   double left(std::span<const double> answer, std::span<const double> walk,
               std::span<const double> standard_error, double error) const;
 
@@ -34,13 +39,15 @@ class Correction {
     int node = 0;
     float weight = 0.0F;
   };
-  struct Averages {
-    std::vector<double> answer, walk;  ///< ∫ weight · exitance dA per node
-    std::vector<double> square;        ///< ∫ weight · answer² dA
-    std::vector<double> noise;         ///< variance of the factor about the node
+  /// About one node.
+  struct Average {
+    double answer = 0.0, walk = 0.0;  ///< ∫ weight · exitance dA
+    double square = 0.0;              ///< ∫ weight · answer² dA
+    double noise = 0.0;               ///< variance of the factor
   };
-  Averages averages(std::span<const double> answer, std::span<const double> walk,
-                    std::span<const double> standard_error) const;
+  std::vector<Average> averages(std::span<const double> answer, std::span<const double> walk,
+                                std::span<const double> standard_error) const;
+  static double left_by(const std::vector<Average>& averages, double error);
 
   const Surface& surface_;
   std::vector<std::array<Share, 24>> shares_;  ///< per sample

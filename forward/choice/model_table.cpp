@@ -10,6 +10,7 @@ namespace {
 #include "forward/choice/measured_models.inc"
 
 constexpr double slant_of_sphere = 1.0 / 3.0;
+constexpr double deep = 3.0;  // scripts/fit_choice.py
 
 }  // namespace
 
@@ -28,15 +29,17 @@ MeasuredRange measured_range() {
 
 double error_by(const ErrorLaw& law, const ObjectFeatures& features) {
   const double thickness = std::min(features.thickness, range.thickest);
-  const double absorbed =
-      1.0 - std::clamp(features.albedo, range.lowest_albedo, range.highest_albedo);
-  const double sum = law.constant + law.inverse_thickness / thickness +
-                     law.inverse_root_thickness / std::sqrt(thickness) + law.absorbed * absorbed +
-                     law.root_absorbed * std::sqrt(absorbed) + law.edges * features.edges +
-                     law.inverse_size / features.size;
+  const double absorbed = 1.0 - std::min(features.albedo, range.highest_albedo);
+  const double of_absorption = law.absorbed * absorbed * thickness / (thickness + deep);
+  const double others = law.constant + law.inverse_thickness / thickness +
+                        law.inverse_root_thickness / std::sqrt(thickness) +
+                        law.root_absorbed * std::sqrt(absorbed) + law.edges * features.edges +
+                        law.inverse_size / features.size;
   const double slant = std::min(features.slant, range.most_slant) - slant_of_sphere;
-  return sum *
-         std::exp(law.diffuse * features.diffuse + law.slant * (1.0 - features.diffuse) * slant);
+  return (others * std::exp(law.diffuse * features.diffuse) +
+          of_absorption *
+              std::pow(std::exp(law.absorbed_diffuse) * std::sqrt(absorbed), features.diffuse)) *
+         std::exp(law.slant * (1.0 - features.diffuse) * slant);
 }
 
 double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance) {

@@ -10,17 +10,21 @@
 
 namespace kappamu::forward {
 
-/// Error: a sum of terms, each a coefficient, not negative, times what its name says; the sum times
+/// Error: a sum of terms, each a coefficient, not negative, times what its name says; each times
 /// e^(diffuse · share of diffuse light + slant · what that of beams exceeds a sphere's, by their
-/// share).
+/// share), `absorbed` with its own slope for diffuse light, under which it grows with the power 3/2
+/// of 1 − albedo.
 struct ErrorLaw {
   double constant = 0.0;
   double inverse_thickness = 0.0, inverse_root_thickness = 0.0;
-  double absorbed = 0.0, root_absorbed = 0.0;  ///< 1 − albedo and its root
+  /// 1 − albedo times t/(t + 3), t the thickness: light that leaves a thin object sooner is
+  /// absorbed less often; and the root of 1 − albedo.
+  double absorbed = 0.0, root_absorbed = 0.0;
   double edges = 0.0;
   double inverse_size = 0.0;
-  double diffuse = 0.0, slant = 0.0;
-  /// Standard deviation of log(error measured / law) over the tuning scenes, dimensionless.
+  double diffuse = 0.0, slant = 0.0, absorbed_diffuse = 0.0;
+  /// Standard deviation of log(error measured / law) on shapes that the law was not fitted to, of
+  /// errors above it.
   double spread = 0.0;
 };
 
@@ -57,8 +61,8 @@ std::span<const MeasuredModel> measured_models();
 const MeasuredModel& measured(std::string_view name);
 MeasuredRange measured_range();
 
-/// Features beyond the measured range count as its end, but for the thickness of thinner objects in
-/// errors: random walks' noise grows on.
+/// Features beyond the measured range count as its end, but for the thickness of thinner objects
+/// and lower albedos in errors: random walks' noise grows on.
 double error_by(const ErrorLaw& law, const ObjectFeatures& features);
 double seconds_by(const CostLaw& law, const ObjectFeatures& features, double tolerance);
 

@@ -1,6 +1,7 @@
 #include "forward/choice/object_features.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/mesh/edges.h"
 #include "forward/block/block_grid.h"
@@ -28,6 +29,10 @@ Coefficients mean_coefficients(const ObjectMedium& medium, const Eigen::AlignedB
   }
   constexpr double n = lattice * lattice * lattice;
   return {n / extinction, mu / n};
+}
+
+double area_of(const Surface& surface) {
+  return std::accumulate(surface.area.begin(), surface.area.end(), 0.0);
 }
 
 /// Length of the edges whose two triangles turn by more than 40° [mm].
@@ -72,17 +77,22 @@ void add_light(const ObjectProblem& problem, ObjectFeatures& features) {
 
 }  // namespace
 
-ObjectFeatures features_of(const ObjectProblem& problem) {
-  const Eigen::AlignedBox3d box = bounding_box(problem.mesh);
-  const Coefficients mean = mean_coefficients(problem.medium, box);
+EquivalentSlab equivalent_slab(const ObjectProblem& problem) {
+  const Coefficients mean = mean_coefficients(problem.medium, bounding_box(problem.mesh));
   const double mean_free_path = 3.0 * mean.kappa;
-  const double longest = box.sizes().maxCoeff();
-  double area = 0.0;
-  for (const double a : problem.surface.area) area += a;
+  return {2.0 * enclosed_volume(problem.mesh) / area_of(problem.surface) / mean_free_path,
+          1.0 - mean.mu * mean_free_path, mean_free_path};
+}
+
+ObjectFeatures features_of(const ObjectProblem& problem) {
+  const EquivalentSlab slab = equivalent_slab(problem);
+  const double mean_free_path = slab.mean_free_path;
+  const double longest = bounding_box(problem.mesh).sizes().maxCoeff();
+  const double area = area_of(problem.surface);
   ObjectFeatures features;
   features.size = longest / mean_free_path;
-  features.thickness = 2.0 * enclosed_volume(problem.mesh) / area / mean_free_path;
-  features.albedo = 1.0 - mean.mu * mean_free_path;
+  features.thickness = slab.thickness;
+  features.albedo = slab.albedo;
   features.edges = std::min(sharp_length(problem.mesh, problem.surface) * mean_free_path / area,
                             most_edges / features.size);
   features.surface = area / (longest * longest);

@@ -24,6 +24,14 @@ struct ObjectFeatures {
   std::size_t triangles = 0;
 };
 
+/// The slab that an object is compared with.
+struct EquivalentSlab {
+  double thickness = 0.0;       ///< 2V/S [mean free paths]
+  double albedo = 1.0;          ///< σs'/(σs' + μ)
+  double mean_free_path = 0.0;  ///< 3κ [mm]
+};
+EquivalentSlab equivalent_slab(const ObjectProblem& problem);
+
 /// Of a medium that varies: κ the harmonic mean and μ the mean, over points of a lattice in the
 /// object's box.
 ObjectFeatures features_of(const ObjectProblem& problem);

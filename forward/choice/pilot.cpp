@@ -168,10 +168,11 @@ class Corrected {
           const std::vector<double> its_walk = of_light(one.exitance, c, l);
           const std::vector<double> its_noise = of_light(one.standard_error, c, l);
           const double likely_error = likely_errors_.back();
-          ErrorBelief half{correction_.left(answer, its_walk, its_noise, likely_error)};
-          compare(patches_, surface,
-                  correction_.corrected(answer, its_walk, its_noise, likely_error),
-                  of_light(other.exitance, c, l), of_light(other.standard_error, c, l), half);
+          const CorrectedAnswer corrected =
+              correction_.corrected(answer, its_walk, its_noise, likely_error);
+          ErrorBelief half{corrected.left};
+          compare(patches_, surface, corrected.exitance, of_light(other.exitance, c, l),
+                  of_light(other.standard_error, c, l), half);
           const double share = half.law > 0.0 ? 0.5 * std::pow(left.law / half.law, 2) : 0.5;
           left.square += share * half.square;
           left.square_deviation = std::hypot(left.square_deviation, share * half.square_deviation);
@@ -190,8 +191,10 @@ class Corrected {
       ObjectResult& result = pilot.results[c];
       for (std::size_t l = 0; l < problems_[c].lights.size(); ++l) {
         const std::vector<double> corrected =
-            correction_.corrected(of_light(result.exitance, c, l), of_light(both.exitance, c, l),
-                                  of_light(both.standard_error, c, l), likely_errors_[next++]);
+            correction_
+                .corrected(of_light(result.exitance, c, l), of_light(both.exitance, c, l),
+                           of_light(both.standard_error, c, l), likely_errors_[next++])
+                .exitance;
         std::copy(corrected.begin(), corrected.end(),
                   result.exitance.begin() + static_cast<std::ptrdiff_t>(l * corrected.size()));
         result.error_estimate[l] = std::max(result.error_estimate[l], pilot.left);

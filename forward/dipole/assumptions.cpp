@@ -6,6 +6,7 @@
 
 #include "core/mesh/edges.h"
 #include "core/parallel.h"
+#include "core/shown_text.h"
 #include "forward/polygrid/closest_point.h"
 #include "forward/surface_rays.h"
 
@@ -87,13 +88,11 @@ std::optional<std::string> aligned_source_warning(const ObjectProblem& problem) 
     nearest = std::min(nearest, distance[t]);
   }
   if (beside == 0.0) return std::nullopt;
-  std::ostringstream text;
-  text.precision(2);
-  text << "sources of " << 100.0 * beside / area
-       << " % of the surface lie beside another part of it, " << nearest / depth
-       << " mean free paths at the nearest, where the exitance has no bound; use the model "
-          "dipole-rotated";
-  return text.str();
+  return formatted(
+      "sources of %.0f %% of the surface lie beside another part of it, %.2g mean free paths at "
+      "the "
+      "nearest, where the exitance has no bound; use the model dipole-rotated",
+      std::max(1.0, 100.0 * beside / area), nearest / depth);
 }
 
 }  // namespace kappamu::forward::dipole

@@ -7,12 +7,16 @@
 //   0: Σ p or value    1-3: Σ p δ or gradient    4-9: Σ p δδᵀ or Hessian (xx, yy, zz, xy, xz, yz)
 //
 // p = irradiance · area, δ from the centre; both series end with the second order. One work-item
-// per cluster, leaf or triangle; items past `count` return. Lengths in mm.
+// per cluster, or per subtree of `levels` levels below its root, whose moments and series then stay
+// in a processor's cache; items past `count` return. Lengths in mm.
 //
 // Profiles are a table over u = r² + SMOOTH2 (SMOOTH2 a power of two): 4 vectors per entry, R_d,
 // R'/r, (R'/r)'/r and Φ (profile.h), 2^TABLE_BITS entries per octave of u, linear in between.
 #ifndef TABLE_BITS
 #define TABLE_BITS 5
+#endif
+#ifndef SUBTREE_LEVELS
+#define SUBTREE_LEVELS 8
 #endif
 #define MOMENTS 10
 
@@ -34,20 +38,15 @@ float4 looked_up(const place p, const int what) {
   return mix(p.entry[what], p.entry[what + 4], p.part);
 }
 
-// Moments of a leaf's triangles from their irradiance, which lies in the mesh's order.
-kernel void pull_leaves(const int count, const int triangles, const int depth,
-                        global const int* restrict order, global const float4* restrict irradiance,
-                        global const float4* restrict point, global const float4* restrict spread,
-                        global const float4* restrict cluster, global float4* restrict power,
-                        global float4* restrict moments) {
-  const int i = (int)get_global_id(0);
-  if (i >= count) return;
-  const int k = count - 1 + i;
+// Moments of a leaf's triangles, positions [begin, end), from their irradiance, which lies in the
+// mesh's order.
+void pull_leaf(const int k, const int begin, const int end, global const int* restrict order,
+               global const float4* restrict irradiance, global const float4* restrict point,
+               global const float4* restrict spread, global const float4* restrict cluster,
+               global float4* restrict power, global float4* restrict moments) {
   const float4 centre = cluster[k];
   float4 m[MOMENTS];
   for (int q = 0; q < MOMENTS; ++q) m[q] = (float4)(0.0f);
-  const int begin = (int)(((long)triangles * i) >> depth);
-  const int end = (int)(((long)triangles * (i + 1)) >> depth);
   for (int p = begin; p < end; ++p) {
     const float4 e = irradiance[order[p]] * point[p].w;
     const float x = point[p].x - centre.x, y = point[p].y - centre.y, z = point[p].z - centre.z;
@@ -67,12 +66,9 @@ kernel void pull_leaves(const int count, const int triangles, const int depth,
   for (int q = 0; q < MOMENTS; ++q) moments[MOMENTS * k + q] = m[q];
 }
 
-// Moments of the clusters of one level, [count − 1, 2 count − 1), from their children's.
-kernel void pull(const int count, global const float4* restrict cluster,
-                 global float4* restrict moments) {
-  const int i = (int)get_global_id(0);
-  if (i >= count) return;
-  const int k = count - 1 + i;
+// Moments of a cluster from its children's.
+void pull_children(const int k, global const float4* restrict cluster,
+                   global float4* restrict moments) {
   float4 m[MOMENTS];
   for (int q = 0; q < MOMENTS; ++q) m[q] = (float4)(0.0f);
   for (int child = 2 * k + 1; child <= 2 * k + 2; ++child) {
@@ -93,17 +89,40 @@ kernel void pull(const int count, global const float4* restrict cluster,
   for (int q = 0; q < MOMENTS; ++q) moments[MOMENTS * k + q] = m[q];
 }
 
-// Each cluster's Taylor series from the clusters linked to it: K(x − y) and its derivatives are
+// Moments of subtrees, whose roots are the clusters [count - 1, 2 count - 1).
+kernel void pull_subtrees(const int count, const int levels, const int triangles, const int depth,
+                          global const int* restrict order,
+                          global const float4* restrict irradiance,
+                          global const float4* restrict point, global const float4* restrict spread,
+                          global const float4* restrict cluster, global float4* restrict power,
+                          global float4* restrict moments) {
+  const int i = (int)get_global_id(0);
+  if (i >= count) return;
+  for (int leaf = i << levels; leaf < (i + 1) << levels; ++leaf) {
+    pull_leaf((count << levels) - 1 + leaf, (int)(((long)triangles * leaf) >> depth),
+              (int)(((long)triangles * (leaf + 1)) >> depth), order, irradiance, point, spread,
+              cluster, power, moments);
+  }
+  for (int l = levels - 1; l >= 0; --l) {
+    for (int c = i << l; c < (i + 1) << l; ++c)
+      pull_children((count << l) - 1 + c, cluster, moments);
+  }
+}
+
+// Moments of the clusters of one level, [count - 1, 2 count - 1).
+kernel void pull(const int count, global const float4* restrict cluster,
+                 global float4* restrict moments) {
+  const int i = (int)get_global_id(0);
+  if (i < count) pull_children(count - 1 + i, cluster, moments);
+}
+
+// Adds to a cluster's Taylor series what its links bring: K(x − y) and its derivatives are
 // K, G d, G I + H ddᵀ with d between the centres, G = K'/r, H = G'/r.
-kernel void gather(const int count, const float smooth2, global const float4* restrict table,
-                   global const int2* restrict range, global const int* restrict emitter,
-                   global const float4* restrict cluster, global const float4* restrict moments,
-                   global float4* restrict series) {
-  const int k = (int)get_global_id(0);
-  if (k >= count) return;
+void add_links(const int k, const float smooth2, global const float4* restrict table,
+               global const int2* restrict range, global const int* restrict emitter,
+               global const float4* restrict cluster, global const float4* restrict moments,
+               float4* m) {
   const float4 centre = cluster[k];
-  float4 m[MOMENTS];
-  for (int q = 0; q < MOMENTS; ++q) m[q] = (float4)(0.0f);
   const int end = range[k].x + range[k].y;
   for (int l = range[k].x; l < end; ++l) {
     const int e = emitter[l];
@@ -128,26 +147,33 @@ kernel void gather(const int count, const float smooth2, global const float4* re
     m[8] += pH * (x * z);
     m[9] += pH * (y * z);
   }
-  for (int q = 0; q < MOMENTS; ++q) series[MOMENTS * k + q] = m[q];
 }
 
-// Adds to the clusters of one level, [count − 1, 2 count − 1), their parents' series.
-kernel void push(const int count, global const float4* restrict cluster,
+// A parent's series about a centre `d` from its own.
+void moved(const float4* s, const float4 d, float4* m) {
+  const float4 hx = s[4] * d.x + s[7] * d.y + s[8] * d.z;
+  const float4 hy = s[7] * d.x + s[5] * d.y + s[9] * d.z;
+  const float4 hz = s[8] * d.x + s[9] * d.y + s[6] * d.z;
+  m[0] = s[0] + (s[1] + 0.5f * hx) * d.x + (s[2] + 0.5f * hy) * d.y + (s[3] + 0.5f * hz) * d.z;
+  m[1] = s[1] + hx;
+  m[2] = s[2] + hy;
+  m[3] = s[3] + hz;
+  for (int q = 4; q < MOMENTS; ++q) m[q] = s[q];
+}
+
+// Series of the clusters of one level, [count - 1, 2 count - 1): their parents' and their links'.
+kernel void push(const int count, const float smooth2, global const float4* restrict table,
+                 global const int2* restrict range, global const int* restrict emitter,
+                 global const float4* restrict cluster, global const float4* restrict moments,
                  global float4* restrict series) {
   const int i = (int)get_global_id(0);
   if (i >= count) return;
   const int k = count - 1 + i, parent = (k - 1) / 2;
-  const float4 d = cluster[k] - cluster[parent];
-  global const float4* s = series + MOMENTS * parent;
-  global float4* m = series + MOMENTS * k;
-  const float4 hx = s[4] * d.x + s[7] * d.y + s[8] * d.z;
-  const float4 hy = s[7] * d.x + s[5] * d.y + s[9] * d.z;
-  const float4 hz = s[8] * d.x + s[9] * d.y + s[6] * d.z;
-  m[0] += s[0] + (s[1] + 0.5f * hx) * d.x + (s[2] + 0.5f * hy) * d.y + (s[3] + 0.5f * hz) * d.z;
-  m[1] += s[1] + hx;
-  m[2] += s[2] + hy;
-  m[3] += s[3] + hz;
-  for (int q = 4; q < MOMENTS; ++q) m[q] += s[q];
+  float4 s[MOMENTS], m[MOMENTS];
+  for (int q = 0; q < MOMENTS; ++q) s[q] = k > 0 ? series[MOMENTS * parent + q] : (float4)(0.0f);
+  moved(s, k > 0 ? cluster[k] - cluster[parent] : (float4)(0.0f), m);
+  add_links(k, smooth2, table, range, emitter, cluster, moments, m);
+  for (int q = 0; q < MOMENTS; ++q) series[MOMENTS * k + q] = m[q];
 }
 
 // ∫ R_d over the triangle as seen from `at`: edge integrals of Φ (form_factor.h), four Gauss points
@@ -182,21 +208,16 @@ float4 form_factor(global const float4* restrict corner, const float4 at, const 
   return sum;
 }
 
-// Exitance at the centroids of a leaf's triangles, in the mesh's order: the leaf's series, and the
-// leaves near it triangle by triangle, each by its moments where they are enough (`opening` as for
-// links, between a triangle and a point), else by its form factor.
-kernel void evaluate(const int count, const int triangles, const int depth, const float smooth2,
-                     const float smooth, const float opening, const float decay,
-                     global const float4* restrict table, global const int2* restrict range,
-                     global const int* restrict near, global const int* restrict order,
-                     global const float4* restrict point, global const float4* restrict spread,
-                     global const float4* restrict corner, global const float4* restrict cluster,
-                     global const float4* restrict power, global const float4* restrict series,
-                     global float4* restrict exitance) {
-  const int leaf = (int)get_global_id(0);
-  if (leaf >= count) return;
-  const float4 centre = cluster[count - 1 + leaf];
-  global const float4* s = series + MOMENTS * (count - 1 + leaf);
+// Exitance at the centroids of a leaf's triangles, in the mesh's order: the leaf's series `s`, and
+// the leaves near it triangle by triangle, each by its moments where they are enough (`opening` as
+// for links, between a triangle and a point), else by its form factor.
+void evaluate(const int leaf, const float4 centre, const float4* s, const int triangles,
+              const int depth, const float smooth2, const float smooth, const float opening,
+              const float decay, global const float4* restrict table,
+              global const int2* restrict range, global const int* restrict near,
+              global const int* restrict order, global const float4* restrict point,
+              global const float4* restrict spread, global const float4* restrict corner,
+              global const float4* restrict power, global float4* restrict exitance) {
   const int begin = (int)(((long)triangles * leaf) >> depth);
   const int end = (int)(((long)triangles * (leaf + 1)) >> depth);
   for (int p = begin; p < end; ++p) {
@@ -226,5 +247,35 @@ kernel void evaluate(const int count, const int triangles, const int depth, cons
       }
     }
     exitance[order[p]] = value;
+  }
+}
+
+// Series of subtrees, whose roots are the clusters [count - 1, 2 count - 1) and have theirs, down to
+// the leaves, and what these then evaluate.
+kernel void evaluate_subtrees(
+    const int count, const int levels, const int triangles, const int depth, const float smooth2,
+    const float smooth, const float opening, const float decay, global const float4* restrict table,
+    global const int2* restrict cluster_range, global const int* restrict emitter,
+    global const int2* restrict leaf_range, global const int* restrict near,
+    global const int* restrict order, global const float4* restrict point,
+    global const float4* restrict spread, global const float4* restrict corner,
+    global const float4* restrict cluster, global const float4* restrict power,
+    global const float4* restrict moments, global const float4* restrict series,
+    global float4* restrict exitance) {
+  const int i = (int)get_global_id(0);
+  if (i >= count) return;
+  float4 down[SUBTREE_LEVELS + 1][MOMENTS];  // from the root to the leaf
+  for (int q = 0; q < MOMENTS; ++q) down[0][q] = series[MOMENTS * (count - 1 + i) + q];
+  for (int leaf = i << levels; leaf < (i + 1) << levels; ++leaf) {
+    // Clusters that begin with this leaf.
+    for (int l = 1; l <= levels; ++l) {
+      if ((leaf & ((1 << (levels - l)) - 1)) != 0) continue;
+      const int k = (count << l) - 1 + (leaf >> (levels - l));
+      moved(down[l - 1], cluster[k] - cluster[(k - 1) / 2], down[l]);
+      add_links(k, smooth2, table, cluster_range, emitter, cluster, moments, down[l]);
+    }
+    evaluate(leaf, cluster[(count << levels) - 1 + leaf], down[levels], triangles, depth, smooth2,
+             smooth, opening, decay, table, leaf_range, near, order, point, spread, corner, power,
+             exitance);
   }
 }

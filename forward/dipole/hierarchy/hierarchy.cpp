@@ -18,6 +18,8 @@ constexpr std::size_t moments_per_cluster = 10;
 constexpr float triangle_share = 0.8F;
 /// Work-items of a group; a CPU walks them one after the other.
 constexpr std::size_t cpu_group = 64, gpu_group = 64;
+/// Levels below the root of a subtree that one work-item takes; a GPU has more items than leaves.
+constexpr int cpu_subtree = 8, gpu_subtree = 0;
 
 /// Writes `values` to the buffer, which grows where it is too small.
 template <class T>
@@ -36,7 +38,10 @@ Hierarchy::Hierarchy(device::Context& context, const TriangleMesh& mesh,
     : context_(context),
       options_(options),
       tree_(mesh),
-      program_(&context.program(hierarchy_cl, "-DTABLE_BITS=" + std::to_string(table_bits))) {
+      subtree_(context.info().kind == device::Kind::gpu ? gpu_subtree : cpu_subtree),
+      program_(
+          &context.program(hierarchy_cl, "-DTABLE_BITS=" + std::to_string(table_bits) +
+                                             " -DSUBTREE_LEVELS=" + std::to_string(subtree_))) {
   const std::size_t vector = sizeof(Eigen::Array4f), triangles = tree_.triangles();
   irradiance_ = context.allocate(triangles * vector);
   power_ = context.allocate(triangles * vector);
@@ -47,9 +52,9 @@ Hierarchy::Hierarchy(device::Context& context, const TriangleMesh& mesh,
   renew(mesh, profiles);
 }
 
-device::Range Hierarchy::items(std::size_t count) const {
+device::Range Hierarchy::items(std::size_t count, std::size_t on_cpu) const {
   const std::size_t group =
-      context_.info().kind == device::Kind::gpu ? gpu_group : std::min(cpu_group, count);
+      context_.info().kind == device::Kind::gpu ? gpu_group : std::min(on_cpu, count);
   return {count, 1, group, 1};
 }
 
@@ -108,23 +113,25 @@ void Hierarchy::renew(const TriangleMesh& mesh, std::span<const Profile> profile
 std::vector<Eigen::Array4f> Hierarchy::exitance(std::span<const Eigen::Array4f> irradiance) {
   check(irradiance.size() == tree_.triangles(), "one irradiance per triangle");
   const int triangles = static_cast<int>(tree_.triangles()), depth = tree_.depth();
-  const std::size_t leaves = std::size_t{1} << depth;
+  const int levels = std::min(subtree_, depth), roots = 1 << (depth - levels);
   context_.write(irradiance_, irradiance.data(), irradiance.size_bytes());
-  context_.launch(*program_, "pull_leaves", items(leaves), static_cast<int>(leaves), triangles,
-                  depth, order_, irradiance_, point_, spread_, cluster_, power_, moments_);
-  for (std::size_t width = leaves / 2; width > 0; width /= 2) {
-    context_.launch(*program_, "pull", items(width), static_cast<int>(width), cluster_, moments_);
+  const device::Range subtrees = items(static_cast<std::size_t>(roots), 1);
+  context_.launch(*program_, "pull_subtrees", subtrees, roots, levels, triangles, depth, order_,
+                  irradiance_, point_, spread_, cluster_, power_, moments_);
+  const auto of_level = [&](int width) {
+    return items(static_cast<std::size_t>(width), cpu_group);
+  };
+  for (int width = roots / 2; width > 0; width /= 2) {
+    context_.launch(*program_, "pull", of_level(width), width, cluster_, moments_);
   }
-  context_.launch(*program_, "gather", items(tree_.clusters()), static_cast<int>(tree_.clusters()),
-                  table_.smooth2, profile_table_, cluster_range_, emitter_, cluster_, moments_,
-                  series_);
-  for (std::size_t width = 2; width <= leaves; width *= 2) {
-    context_.launch(*program_, "push", items(width), static_cast<int>(width), cluster_, series_);
+  for (int width = 1; width <= roots; width *= 2) {
+    context_.launch(*program_, "push", of_level(width), width, table_.smooth2, profile_table_,
+                    cluster_range_, emitter_, cluster_, moments_, series_);
   }
-  context_.launch(*program_, "evaluate", items(leaves), static_cast<int>(leaves), triangles, depth,
+  context_.launch(*program_, "evaluate_subtrees", subtrees, roots, levels, triangles, depth,
                   table_.smooth2, table_.smooth, triangle_share * options_.opening, table_.decay,
-                  profile_table_, leaf_range_, near_, order_, point_, spread_, corner_, cluster_,
-                  power_, series_, exitance_);
+                  profile_table_, cluster_range_, emitter_, leaf_range_, near_, order_, point_,
+                  spread_, corner_, cluster_, power_, moments_, series_, exitance_);
   std::vector<Eigen::Array4f> result(irradiance.size());
   context_.read(exitance_, result.data(), result.size() * sizeof(Eigen::Array4f));
   return result;

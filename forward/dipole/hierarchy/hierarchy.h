@@ -57,7 +57,8 @@ class Hierarchy {
   void set_profiles(std::span<const Profile> profiles);
   void relink();
   void keep_or_relink();
-  device::Range items(std::size_t count) const;
+  /// `on_cpu`: work-items that a processor's core walks at once.
+  device::Range items(std::size_t count, std::size_t on_cpu) const;
 
   device::Context& context_;
   HierarchyOptions options_;
@@ -66,6 +67,7 @@ class Hierarchy {
   ProfileTable table_;
   Links links_;
   int relinked_ = 0;
+  int subtree_ = 0;  ///< levels below the root of a subtree that one work-item takes
   device::Program* program_ = nullptr;
   device::Buffer order_, cluster_, point_, spread_, corner_, profile_table_;
   device::Buffer cluster_range_, emitter_, leaf_range_, near_;

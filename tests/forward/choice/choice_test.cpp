@@ -9,6 +9,7 @@
 
 #include "core/mesh/shapes.h"
 #include "forward/choice/auto_model.h"
+#include "forward/choice/model_table.h"
 #include "forward/object_models.h"
 #include "tests/forward/choice/lit_object.h"
 
@@ -84,6 +85,30 @@ const ModelCandidate& candidate(const Choice& choice, const std::string& name) {
     if (c.model == name) return c;
   }
   throw std::logic_error(name);
+}
+
+TEST(Choice, ExpectsOfAbsorptionWhatDiffusionErrsByUnderAnEvenSkyToo) {
+  // A hollow box of chicken, 69 mean free paths: 3.7 % against three million photons.
+  ObjectFeatures object = features(10.1, 0.9135);
+  object.size = 69.0;
+  object.edges = 0.02;
+  object.diffuse = 1.0;
+  const double absorbing = error_by(measured("embedded").error, object);
+  EXPECT_GT(absorbing, 0.025);
+  EXPECT_LT(absorbing, 0.05);
+  object.albedo = 0.999;
+  EXPECT_LT(error_by(measured("embedded").error, object), 0.005);
+}
+
+TEST(Choice, PlansPhotonsForTheNoiseThatTheyAreUnlikelyToExceed) {
+  for (const double albedo : {0.05, 0.5, 0.99}) {
+    const Choice choice = choice_of(features(0.3, albedo), 0.1);
+    const double error = candidate(choice, "montecarlo").error.value();
+    EXPECT_LT(error, 0.1);
+    EXPECT_GT(error, 0.07);
+  }
+  EXPECT_GT(error_by(measured("montecarlo").error, features(3.0, 0.05)),
+            1.1 * error_by(measured("montecarlo").error, features(3.0, 0.75)));
 }
 
 TEST(Choice, IsTheCheapestWithinTheToleranceAndNeverDearerForALooserOne) {
@@ -217,7 +242,7 @@ TEST(AutoModel, WalksThePhotonsThatTheToleranceNeeds) {
   const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
   ASSERT_EQ(result.candidates.front().model, "montecarlo");
   // The table's law of noise, on an object far from those it was made from.
-  EXPECT_LT(result.error_estimate[0], 1.5 * asked.tolerance);
+  EXPECT_LT(result.error_estimate[0], asked.tolerance);
   EXPECT_GT(result.error_estimate[0], 0.3 * asked.tolerance);
   asked.photons = 30'000;
   asked.tolerance = 0.01;

@@ -84,7 +84,7 @@ TEST_P(CorrectionTest, LeavesWhatItStates) {
   double last = own;
   for (const double photons : {1e4, 1e5, 1e6}) {
     walk(photons);
-    const double left = error_of(correction.corrected(answer_, walk_, noise_, own));
+    const double left = error_of(correction.corrected(answer_, walk_, noise_, own).exitance);
     EXPECT_LT(left, last) << photons;
     EXPECT_LT(left, expected * correction.left(answer_, walk_, noise_, own)) << photons;
     last = left;
@@ -96,17 +96,17 @@ TEST_P(CorrectionTest, KeepsTheWalksPowerAndAnExactAnswer) {
   const Correction correction(surface_);
   walk(1e4);
   double walked = 0.0, corrected = 0.0;
-  const std::vector<double> better = correction.corrected(answer_, walk_, noise_, 0.05);
+  const std::vector<double> better = correction.corrected(answer_, walk_, noise_, 0.05).exitance;
   for (std::size_t i = 0; i < better.size(); ++i) {
     walked += surface_.area[i] * walk_[i];
     corrected += surface_.area[i] * better[i];
   }
   EXPECT_NEAR(corrected, walked, 1e-9 * walked);
   // Where the answer is trusted the noise of walks stays out, all but that of their power.
-  EXPECT_LT(error_of(correction.corrected(exact_, walk_, noise_, 1e-6)), 0.03);
+  EXPECT_LT(error_of(correction.corrected(exact_, walk_, noise_, 1e-6).exitance), 0.03);
   // A walk without noise that agrees changes nothing.
   const std::vector<double> none(exact_.size(), 0.0);
-  EXPECT_LT(error_of(correction.corrected(exact_, exact_, none, 0.1)), 1e-6);
+  EXPECT_LT(error_of(correction.corrected(exact_, exact_, none, 0.1).exitance), 1e-6);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shapes, CorrectionTest, testing::Values("sphere", "cube", "torus"));
