@@ -20,7 +20,7 @@ constexpr std::size_t triangles_per_piece = 512;
 constexpr double environment_rays = 4e6;
 /// Of places: their distance over the shortest mean free path, and over the object at least; that
 /// of places which small triangles share, over it.
-constexpr double of_free_path = 0.3, of_size = 1.0 / 256.0, shared = 1.0 / 3.0;
+constexpr double of_free_path = 0.35, of_size = 1.0 / 256.0, shared = 1.0 / 3.0;
 
 BeamSpacing spacing_on(const WorldObject& object) {
   double kappa = object.media.channels[0]->smallest().kappa;

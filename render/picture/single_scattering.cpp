@@ -171,11 +171,15 @@ Colour SingleScattering::radiance_inside(const WorldHit& hit, const Vector3d& in
   const WorldObject& object = world_.objects()[hit.object];
   const Rigid object_from_world = object.world_from_object.inverse();
   double free_path = 0.0;
+  bool even = true;
   for (const auto& medium : object.media.channels) {
     free_path = std::max(free_path, 3.0 * medium->largest().kappa);
+    even = even && medium->homogeneous();
   }
   const double farthest = std::min(world_.diameter(), dark * free_path);
-  const auto end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
+  // In an even medium no draw weighs more than the first: what lies behind is not asked for.
+  std::optional<WorldHit> end;
+  if (!even) end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
   const bool lit_from_behind =
       end && std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
         const Arrival arrival = source->at(end->position);
@@ -185,6 +189,9 @@ Colour SingleScattering::radiance_inside(const WorldHit& hit, const Vector3d& in
                end ? end->distance : farthest, lit_from_behind);
   const std::optional<double> distance = path.drawn(u, v);
   if (!distance) return Colour::Zero();
+  if (even && world_.blocked(hit.position, inward, *distance + world_.skin())) {
+    return Colour::Zero();
+  }
   Colour arriving_here = Colour::Zero();
   for (const auto& source : sources_) {
     arriving_here += arriving(hit.object, hit.position + *distance * inward, *source);
