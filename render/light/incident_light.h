@@ -19,7 +19,7 @@ struct IncidentLight {
   Colour power = Colour::Zero();                 ///< before Fresnel [mm²]
 };
 
-/// Beams arrive at beam_places(): in the middles of triangles or of parts of them, 0.3 mean free
+/// Beams arrive at beam_places(): in the middles of triangles or of parts of them, 0.35 mean free
 /// paths of the most scattering channel apart, or 1/256 of the object where that is more; triangles
 /// smaller than a third of that share places. The environment's irradiance of a triangle is the
 /// mean over points on it and directions, half of them drawn by the environment's brightness, half
