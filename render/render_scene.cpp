@@ -198,7 +198,8 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
     result.model_seconds += watch.lap();
   }
 
-  const Shading shading(world, sources, environment ? &*environment : nullptr, exitance);
+  const Shading shading(world, sources, environment ? &*environment : nullptr, exitance,
+                        scene.camera.position_mm);
   result.picture = render_picture(shading, scene.camera, scene.film, options.seed, progress);
   result.exposure = scene.film.exposure.value_or(usual_exposure(result.picture));
   result.picture_seconds = watch.lap();

@@ -139,7 +139,7 @@ def invariances(record):
     return {}, {"": provenance(record) + "\n" + table(
         ["scene", "change", "triangles", "cubes", "stated error", "exitance changes by"],
         [[r["name"], r["change"], f"{r['triangles']:,}", f"{r['elements']:,}", fine_percent(r["error_estimate"]),
-          "" if r["change"] == "none" else fine_percent(r["difference"]) if r["difference"] > 1e-5 else short(r["difference"])]
+          "" if r["change"].startswith("none") else fine_percent(r["difference"]) if r["difference"] > 1e-5 else short(r["difference"])]
          for r in record["rows"]])}
 
 

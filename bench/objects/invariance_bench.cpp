@@ -49,6 +49,11 @@ double changed(const ObjectProblem& fine, const std::vector<double>& on_fine,
          surface_norm(coarse.surface, on_coarse);
 }
 
+/// Whose facets are another body where they are of another size.
+bool is_round(const std::string& shape) {
+  return shape == "sphere" || shape == "torus" || shape == "cylinder";
+}
+
 /// The same with lengths, κ and 1/μ so many times as large.
 ObjectResult solved_at_scale(const ObjectProblem& problem, const ObjectOptions& options) {
   TriangleMesh mesh = problem.mesh;
@@ -84,8 +89,10 @@ void measure_invariance(const Request& request, Progress& progress, const Save& 
   options.tolerance = request.number("tolerance", request.size == Size::full ? 0.003 : 0.05);
   Json rows = Json::array();
   for (const ObjectCase& object : cases) {
-    const auto at = [&](int edges_per_size) {
-      return make_object_bench(object, settings.meshes, settings.volume, progress, edges_per_size);
+    const int edges = settings.edges_per_size;
+    const auto at = [&](int edges_per_size, std::optional<int> facets) {
+      return make_object_bench(object, settings.meshes, settings.volume, progress, edges_per_size,
+                               facets);
     };
     const auto add = [&](const std::string& change, const ObjectProblem& problem,
                          const ObjectResult& result, double difference) {
@@ -98,28 +105,40 @@ void measure_invariance(const Request& request, Progress& progress, const Save& 
       save({{"tolerance", options.tolerance}, {"rows", rows}});
     };
     progress.update("invariance", 0.0, object.name);
-    const ObjectBench bench = at(settings.edges_per_size);
-    const ObjectProblem problem = bench.problem();
-    const ObjectResult result = solved(problem, options);
-    add("none", problem, result, 0.0);
-    {
-      const ObjectBench other = at(settings.edges_per_size / 2);
-      const ObjectProblem coarse = other.problem();
-      const ObjectResult found = solved(coarse, options);
-      add("edges doubled", coarse, found,
-          changed(problem, result.exitance, coarse, found.exitance));
-    }
-    {
-      const ObjectBench other = at(2 * settings.edges_per_size);
+    const auto compare = [&](const ObjectProblem& problem, const ObjectResult& result, bool body) {
+      const auto facets = [&](int at_edges) { return body ? at_edges : edges / 2; };
+      const std::string kind = body ? "facets" : "edges";
+      {
+        const ObjectBench other = at(edges / 2, facets(edges / 2));
+        const ObjectProblem coarse = other.problem();
+        const ObjectResult found = solved(coarse, options);
+        add(kind + " doubled", coarse, found,
+            changed(problem, result.exitance, coarse, found.exitance));
+      }
+      const ObjectBench other = at(2 * edges, facets(2 * edges));
       const ObjectProblem fine = other.problem();
       const ObjectResult found = solved(fine, options);
-      add("edges halved", fine, found, changed(fine, found.exitance, problem, result.exitance));
+      add(kind + " halved", fine, found, changed(fine, found.exitance, problem, result.exitance));
+    };
+    {
+      const ObjectBench bench = at(edges, edges / 2);
+      const ObjectProblem problem = bench.problem();
+      const ObjectResult result = solved(problem, options);
+      add("none", problem, result, 0.0);
+      compare(problem, result, false);
+      if (problem.medium.homogeneous()) {
+        const ObjectResult found = solved_at_scale(problem, options);
+        add("lengths, κ and 1/μ times 3", problem, found,
+            surface_difference(problem.surface, found.exitance, result.exitance) /
+                surface_norm(problem.surface, result.exitance));
+      }
     }
-    if (!problem.medium.homogeneous()) continue;
-    const ObjectResult found = solved_at_scale(problem, options);
-    add("lengths, κ and 1/μ times 3", problem, found,
-        surface_difference(problem.surface, found.exitance, result.exitance) /
-            surface_norm(problem.surface, result.exitance));
+    if (!is_round(object.shape)) continue;
+    const ObjectBench bench = at(edges, edges);
+    const ObjectProblem problem = bench.problem();
+    const ObjectResult result = solved(problem, options);
+    add("none, facets as edges", problem, result, 0.0);
+    compare(problem, result, true);
   }
 }
 

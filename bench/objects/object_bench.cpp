@@ -95,8 +95,9 @@ from mesh to exitance of one light and channel; error: from that on some million
 Section estimate: the error that this model states of its numerics, and its true one, on
 scenes drawn by --seed (or --scenes) and on --mesh files, at three tolerances.
 
-Section invariance: what half and twice as long triangle edges, and an object and its coefficients
-scaled together, change of the exitance, relative 2-norm over the coarser mesh's triangles.
+Section invariance: what half and twice as long triangle edges on one surface, and an object and
+its coefficients scaled together, change of the exitance, relative 2-norm over the coarser mesh's
+triangles; and of round shapes what half and twice as large facets do, which are other bodies.
 
 Section picture: wall seconds from mesh file to picture of scenes/nefertiti-marble.json, and
 of the same scene with each --mesh FILE in the bust's place; medians of three.

@@ -243,11 +243,12 @@ forward::ObjectProblem ObjectBench::problem() const {
 
 ObjectBench make_object_bench(const ObjectCase& c, const std::filesystem::path& meshes,
                               const std::filesystem::path& volume, Progress& progress,
-                              int edges_per_size) {
+                              int edges_per_size, std::optional<int> facets_per_size) {
   ObjectBench bench;
   render::SceneObject object;
   object.name = c.name;
   object.edges_per_size = edges_per_size;
+  object.facets_per_size = facets_per_size;
   if (c.material == measured_block) {
     const Coefficients mean = mean_of_volume(volume);
     bench.kappa_mm = mean.kappa;

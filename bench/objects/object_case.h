@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,9 +58,11 @@ struct ObjectBench {
 };
 
 /// Meshes are `meshes`/<shape>.ply; the measured volume is `volume`, stretched over the object's
-/// box. Triangles are as large as `edges_per_size` along the longest edge allow.
+/// box. Triangles are as large as `edges_per_size` along the longest edge allow; a named shape's
+/// own facets are as many, or `facets_per_size`, and flat where triangles are smaller.
 ObjectBench make_object_bench(const ObjectCase& object, const std::filesystem::path& meshes,
                               const std::filesystem::path& volume, Progress& progress,
-                              int edges_per_size = 64);
+                              int edges_per_size = 64,
+                              std::optional<int> facets_per_size = std::nullopt);
 
 }  // namespace kappamu::bench

@@ -118,8 +118,9 @@ class Live {
     forward::Polygrid grid = forward::polygrid::split(
         forward::make_polygrid(object_.mesh, options, silent).grid, object_.mesh);
     const double spacing = render::LivePolygrid::beam_spacing_mm(object_.surface);
-    places_ = render::beam_places(object_, spacing, 1);
-    converged_places_ = render::beam_places(object_, converged_spacing * spacing, 1);
+    places_ = render::beam_places(object_, {spacing, spacing});
+    converged_places_ =
+        render::beam_places(object_, {converged_spacing * spacing, converged_spacing * spacing});
     for (std::size_t t = 0; t < object_.surface.size(); ++t) {
       each_triangle_.push_back({static_cast<int>(t), object_.surface.position[t],
                                 object_.surface.area[t] * object_.surface.normal[t]});

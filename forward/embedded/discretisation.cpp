@@ -164,16 +164,26 @@ Answers answers(const Discretisation& d, const Channels& channels, LinearSolver&
     for_loads([&](std::size_t k, const ObjectLight&, Answer&) {
       restricted[k] = {loads[k].channel, transfer.restricted(loads[k].power)};
     });
-    result.converged = solver.solve(restricted, fluence, ends, 1).converged;
-    ends.energy.resize(loads.size());
-    for_loads([&](std::size_t k, const ObjectLight& light, Answer& answer) {
+    // On the fine level, of a coarse fluence; and how far the next solve goes. An error e of the
+    // fluence is e/(2A) of the exitance, and ∫ e²/(2A) dA ≤ eᵀ A e.
+    std::vector<std::vector<double>> exitance(loads.size());
+    const auto exitance_and_end = [&](std::size_t k, const ObjectLight& light) {
       const ObjectProblem& problem = channels.problems[loads[k].channel];
-      fluence[k] = transfer.prolonged(fluence[k]);
-      std::vector<double> exitance = exitance_of(d, problem, light, channels.constants, fluence[k]);
-      // An error e of the fluence is e/(2A) of the exitance, and ∫ e²/(2A) dA ≤ eᵀ A e.
-      const double left = linear_tolerance * surface_norm(problem.surface, exitance);
+      std::vector<double> prolonged = transfer.prolonged(fluence[k]);
+      exitance[k] = exitance_of(d, problem, light, channels.constants, prolonged);
+      const double left = linear_tolerance * surface_norm(problem.surface, exitance[k]);
       ends.energy[k] = 2.0 * channels.constants.A * left * left;
-      answer.coarser_exitance[light_of[k]] = std::move(exitance);
+      return prolonged;
+    };
+    // One iteration is enough for the exitance's size.
+    solver.solve(restricted, fluence, {ends.residual, 1}, 1);
+    ends.energy.resize(loads.size());
+    for_loads(
+        [&](std::size_t k, const ObjectLight& light, Answer&) { exitance_and_end(k, light); });
+    result.converged = solver.solve(restricted, fluence, ends, 1).converged;
+    for_loads([&](std::size_t k, const ObjectLight& light, Answer& answer) {
+      fluence[k] = exitance_and_end(k, light);
+      answer.coarser_exitance[light_of[k]] = std::move(exitance[k]);
     });
   }
   const CgReport report = solver.solve(loads, fluence, ends);

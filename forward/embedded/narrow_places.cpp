@@ -1,6 +1,7 @@
 #include "forward/embedded/narrow_places.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "forward/embedded/equations/row_ranges.h"
@@ -17,6 +18,24 @@ constexpr double facing = -0.5;
 /// Slits narrower than this share of a cube are left bridged.
 constexpr double hopeless = 0.125;
 
+/// Where between the lower and the upper side of the parent of the piece's cube, from 0 to 1.
+double place_in_parent(const CutMesh& mesh, const CutMesh::Piece& piece, int axis) {
+  double upper = 0.0, all = 0.0;
+  for (std::size_t corner = 0; corner < piece.weight.size(); ++corner) {
+    all += piece.weight[corner];
+    if ((corner >> axis) % 2 == 1) upper += piece.weight[corner];
+  }
+  const Cube& cube = mesh.cubes[static_cast<std::size_t>(piece.cube)];
+  return all > 0.0 ? 0.5 * (cube.at[static_cast<std::size_t>(axis)] % 2 + upper / all) : 0.5;
+}
+
+/// Of a face along the cubes.
+double difference_per_error_at(double place) {
+  const double clear = std::min(1.0, std::abs(place - 0.5) / clear_of_half);
+  return difference_per_error_halved +
+         clear * (difference_per_error_along - difference_per_error_halved);
+}
+
 }  // namespace
 
 NarrowPlaces::NarrowPlaces(const ObjectProblem& problem)
@@ -24,7 +43,7 @@ NarrowPlaces::NarrowPlaces(const ObjectProblem& problem)
       gap_(problem.surface.size(), std::numeric_limits<double>::infinity()),
       thickness_(gap_.size()),
       slit_(gap_),
-      aligned_(gap_.size()) {
+      axis_(gap_.size()) {
   const SurfaceRays rays(problem);
   const std::vector<Eigen::Vector3d>& normal = problem.surface.normal;
   for_row_ranges(gap_.size(), [&](std::size_t begin, std::size_t end) {
@@ -35,29 +54,46 @@ NarrowPlaces::NarrowPlaces(const ObjectProblem& problem)
         if (wall) slit_[t] = hit->distance;
       }
       thickness_[t] = rays.thickness(t);
-      aligned_[t] = normal[t].cwiseAbs().maxCoeff() > least_aligned ? 1 : 0;
+      int axis = 0;
+      if (normal[t].cwiseAbs().maxCoeff(&axis) > least_aligned) axis_[t] = axis;
     }
   });
 }
 
-std::vector<double> NarrowPlaces::edges(const CutMesh& mesh) const {
-  std::vector<double> edge(gap_.size(), 0.0);
+std::vector<const CutMesh::Piece*> NarrowPlaces::largest_pieces(const CutMesh& mesh) const {
+  std::vector<const CutMesh::Piece*> largest(gap_.size(), nullptr);
+  const auto h = [&](const CutMesh::Piece& piece) {
+    return mesh.h(static_cast<std::size_t>(piece.cube));
+  };
   for (const CutMesh::Piece& piece : mesh.pieces) {
-    double& h = edge[static_cast<std::size_t>(piece.triangle)];
-    h = std::max(h, mesh.h(static_cast<std::size_t>(piece.cube)));
+    const CutMesh::Piece*& is = largest[static_cast<std::size_t>(piece.triangle)];
+    if (!is || h(piece) > h(*is)) is = &piece;
+  }
+  return largest;
+}
+
+std::vector<double> NarrowPlaces::edges(const CutMesh& mesh) const {
+  std::vector<double> edge;
+  for (const CutMesh::Piece* piece : largest_pieces(mesh)) {
+    edge.push_back(piece ? mesh.h(static_cast<std::size_t>(piece->cube)) : 0.0);
   }
   return edge;
 }
 
 std::vector<double> NarrowPlaces::errors_per_difference(const CutMesh& mesh) const {
+  const std::vector<const CutMesh::Piece*> piece = largest_pieces(mesh);
   const std::vector<double> edge = edges(mesh);
   std::vector<double> result;
   for (std::size_t t = 0; t < edge.size(); ++t) {
-    result.push_back(1.0 / (gap_[t] < edge[t]               ? difference_per_error_bridged
-                            : thickness_[t] < 2.0 * edge[t] ? difference_per_error_thin
-                            : gap_[t] < 2.0 * edge[t]       ? difference_per_error_half_bridged
-                            : aligned_[t] != 0              ? difference_per_error_aligned
-                                                            : difference_per_error));
+    double least = difference_per_error;
+    const auto at_most = [&](double divisor) { least = std::min(least, divisor); };
+    if (axis_[t] && piece[t]) {
+      at_most(difference_per_error_at(place_in_parent(mesh, *piece[t], *axis_[t])));
+    }
+    if (gap_[t] < 2.0 * edge[t]) at_most(difference_per_error_half_bridged);
+    if (thickness_[t] < 2.0 * edge[t]) at_most(difference_per_error_thin);
+    if (gap_[t] < edge[t]) at_most(difference_per_error_bridged);
+    result.push_back(1.0 / least);
   }
   return result;
 }

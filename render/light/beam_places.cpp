@@ -6,9 +6,7 @@
 #include <limits>
 
 #include "core/parallel.h"
-#include "core/random.h"
 #include "forward/polygrid/closest_point.h"
-#include "render/light/sampling.h"
 
 namespace kappamu::render {
 
@@ -30,6 +28,27 @@ struct Small {
 /// Off a triangle's edges, of its height.
 constexpr double inside = 1e-3;
 
+std::array<Vector3d, 3> corners_of(const TriangleMesh& mesh, std::size_t triangle) {
+  const auto& [a, b, c] = mesh.triangles[triangle];
+  return {mesh.vertices[static_cast<std::size_t>(a)], mesh.vertices[static_cast<std::size_t>(b)],
+          mesh.vertices[static_cast<std::size_t>(c)]};
+}
+
+/// At the middles of `rows`² congruent parts.
+void add_parts(int triangle, const std::array<Vector3d, 3>& corner, int rows, const Vector3d& area,
+               std::vector<BeamPlace>& places) {
+  const Vector3d along = (corner[1] - corner[0]) / rows, across = (corner[2] - corner[0]) / rows;
+  const auto add = [&](double i, double j) {
+    places.push_back({triangle, corner[0] + i * along + j * across, area / (rows * rows)});
+  };
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; i + j < rows; ++j) {
+      add(i + 1.0 / 3.0, j + 1.0 / 3.0);
+      if (i + j + 1 < rows) add(i + 2.0 / 3.0, j + 2.0 / 3.0);
+    }
+  }
+}
+
 /// One place for small triangles, on the one nearest to the middle of all.
 BeamPlace shared_place(std::span<const Small> triangles, const TriangleMesh& mesh,
                        const Surface& surface) {
@@ -45,14 +64,9 @@ BeamPlace shared_place(std::span<const Small> triangles, const TriangleMesh& mes
   middle /= area;
   double least = std::numeric_limits<double>::infinity();
   for (const Small& small : triangles) {
-    const auto& [a, b, c] = mesh.triangles[static_cast<std::size_t>(small.triangle)];
-    const auto corner = [&](int i) -> const Vector3d& {
-      return mesh.vertices[static_cast<std::size_t>(i)];
-    };
-    const Vector3d weights =
-        forward::closest_weights(middle, corner(a), corner(b), corner(c)).cwiseMax(inside);
-    const Vector3d near =
-        (weights[0] * corner(a) + weights[1] * corner(b) + weights[2] * corner(c)) / weights.sum();
+    const auto [a, b, c] = corners_of(mesh, static_cast<std::size_t>(small.triangle));
+    const Vector3d weights = forward::closest_weights(middle, a, b, c).cwiseMax(inside);
+    const Vector3d near = (weights[0] * a + weights[1] * b + weights[2] * c) / weights.sum();
     if ((near - middle).squaredNorm() >= least) continue;
     least = (near - middle).squaredNorm();
     place.triangle = small.triangle;
@@ -63,33 +77,26 @@ BeamPlace shared_place(std::span<const Small> triangles, const TriangleMesh& mes
 
 }  // namespace
 
-std::vector<BeamPlace> beam_places(const WorldObject& object, double spacing_mm,
-                                   std::uint64_t seed) {
+std::vector<BeamPlace> beam_places(const WorldObject& object, const BeamSpacing& spacing) {
   const Surface& surface = object.surface;
   std::vector<BeamPlace> places;
   std::vector<Small> small;
   for (std::size_t t = 0; t < surface.size(); ++t) {
     const auto triangle = static_cast<int>(t);
-    const double wanted = surface.area[t] / (spacing_mm * spacing_mm), count = std::round(wanted);
     if (!(surface.area[t] > 0.0)) continue;
-    if (wanted < 1.0) {
+    const double size = std::sqrt(surface.area[t]);
+    if (size < spacing.of_shared) {
       Eigen::Index axis = 0;
       surface.normal[t].cwiseAbs().maxCoeff(&axis);
       const Eigen::Vector3i cube =
-          (surface.position[t] / (cube_edge * spacing_mm)).array().floor().cast<int>();
+          (surface.position[t] / (cube_edge * spacing.of_shared)).array().floor().cast<int>();
       const int facing = 2 * static_cast<int>(axis) + (surface.normal[t][axis] > 0.0 ? 1 : 0);
       small.push_back({{cube[0], cube[1], cube[2], facing}, triangle});
       continue;
     }
-    if (count == 1.0) {
-      places.push_back({triangle, surface.position[t], surface.area[t] * surface.normal[t]});
-      continue;
-    }
-    for (std::uint32_t i = 0; i < static_cast<std::uint32_t>(count); ++i) {
-      const auto [u, v] = sobol_point(i, key_of({seed, t}));
-      places.push_back(
-          {triangle, point_on(object.mesh, t, u, v), surface.area[t] / count * surface.normal[t]});
-    }
+    const int rows = std::max(1, static_cast<int>(std::lround(size / spacing.of_parts)));
+    add_parts(triangle, corners_of(object.mesh, t), rows, surface.area[t] * surface.normal[t],
+              places);
   }
   std::stable_sort(small.begin(), small.end(),
                    [](const Small& a, const Small& b) { return a.where < b.where; });

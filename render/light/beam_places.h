@@ -1,9 +1,9 @@
-// Where on an object beams of lights arrive that move from frame to frame: places are found once.
+// Where on an object beams of lights arrive. Places depend on the object alone: for lights that
+// move from frame to frame they are found once.
 #pragma once
 
 #include <Eigen/Core>
 #include <array>
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -20,11 +20,17 @@ struct BeamPlace {
   Eigen::Vector3d area = Eigen::Vector3d::Zero();      ///< along its normals [mm²]
 };
 
-/// About `spacing_mm` apart, in the order of the triangles: several on large triangles, of low
-/// discrepancy over `seed`; one for all small triangles in a cube of the object's space that face
-/// alike. Areas sum to the surface's; so does light that comes from afar.
-std::vector<BeamPlace> beam_places(const WorldObject& object, double spacing_mm,
-                                   std::uint64_t seed);
+/// How far apart places lie [mm].
+struct BeamSpacing {
+  double of_parts = 1.0;   ///< of the congruent parts that a larger triangle is seen as
+  double of_shared = 1.0;  ///< triangles smaller than its square share places so far apart
+};
+
+/// At the middles of triangles, which is second order in their size; of a larger triangle, at the
+/// middles of k² congruent parts. All small triangles in a cube of the object's space that face
+/// alike have one place together. In the order of the triangles; areas sum to the surface's, and
+/// so does light that comes from afar.
+std::vector<BeamPlace> beam_places(const WorldObject& object, const BeamSpacing& spacing);
 
 using BeamsOfChannels = std::array<std::vector<forward::Beam>, 3>;  ///< R, G, B
 /// Those of the sources that light a place, with the shadows of all objects.

@@ -19,11 +19,11 @@ struct IncidentLight {
   Colour power = Colour::Zero();                 ///< before Fresnel [mm²]
 };
 
-/// Beams stand half a mean free path of the most scattering channel apart, or 1/256 of the object
-/// where that is more, and at least one on each of up to a million triangles. The environment's
-/// irradiance of a triangle is the mean over points on it and directions, half of them drawn by the
-/// environment's brightness, half by the cosine (balance heuristic: Veach 1997, 9.2). Points and
-/// directions are of low discrepancy; both estimates are unbiased over `seed`.
+/// Beams arrive at beam_places(): in the middles of triangles or of parts of them, 0.35 mean free
+/// paths of the most scattering channel apart, or 1/256 of the object where that is more; triangles
+/// smaller than a third of that share places. The environment's irradiance of a triangle is the
+/// mean over points on it and directions, half of them drawn by the environment's brightness, half
+/// by the cosine (balance heuristic: Veach 1997, 9.2), of low discrepancy and unbiased over `seed`.
 IncidentLight incident_light(const World& world, std::size_t object, const LightSources& sources,
                              const Environment* environment, std::uint64_t seed,
                              Progress& progress);

@@ -43,7 +43,7 @@ struct LiveScene::Solver {
     kept = make_live_object(name, lit, options);
     if (!kept) model = forward::make_object_model(name);
     if (kept && kept->beam_spacing_mm() > 0.0) {
-      places = beam_places(lit, kept->beam_spacing_mm(), asked.seed);
+      places = beam_places(lit, {kept->beam_spacing_mm(), kept->beam_spacing_mm()});
     }
   }
 

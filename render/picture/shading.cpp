@@ -26,10 +26,28 @@ Colour of_triangle(const std::array<std::vector<double>, 3>& channels, std::size
   return {channels[0][triangle], channels[1][triangle], channels[2][triangle]};
 }
 
+/// Triangles with a corner of one that faces the eye; all without one.
+std::vector<char> touching_those_that_face(const WorldObject& object,
+                                           const std::optional<Vector3d>& eye) {
+  const TriangleMesh& mesh = object.mesh;
+  std::vector<char> touching(mesh.triangles.size(), 1), corner(mesh.vertices.size(), 0);
+  if (!eye) return touching;
+  const Vector3d from = object.world_from_object.inverse() * *eye;
+  for (std::size_t t = 0; t < touching.size(); ++t) {
+    if (object.surface.normal[t].dot(from - object.surface.position[t]) <= 0.0) continue;
+    for (const int c : mesh.triangles[t]) corner[static_cast<std::size_t>(c)] = 1;
+  }
+  for (std::size_t t = 0; t < touching.size(); ++t) {
+    touching[t] = std::any_of(mesh.triangles[t].begin(), mesh.triangles[t].end(),
+                              [&](int c) { return corner[static_cast<std::size_t>(c)] != 0; });
+  }
+  return touching;
+}
+
 }  // namespace
 
 Shading::Shading(const World& world, const LightSources& sources, const Environment* environment,
-                 const std::vector<ObjectExitance>& exitance)
+                 const std::vector<ObjectExitance>& exitance, const std::optional<Vector3d>& eye)
     : world_(world), sources_(sources), environment_(environment), single_(world, sources) {
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
     const WorldObject& object = world.objects()[i];
@@ -50,23 +68,26 @@ Shading::Shading(const World& world, const LightSources& sources, const Environm
     });
     if (diffuse) corners.entering = average.of<Colour>(Colour::Zero(), entering);
     if (!sources_.empty()) {
-      const std::vector<Colour> once = exitance_once(i);
+      const std::vector<Colour> once = exitance_once(i, eye);
       corners.once = average.of<Colour>(Colour::Zero(), [&](std::size_t t) { return once[t]; });
     }
     corners_.push_back(std::move(corners));
   }
 }
 
-/// M₁ of every triangle.
-std::vector<Colour> Shading::exitance_once(std::size_t index) const {
+/// M₁ of every triangle that the eye may see, or whose corners it may.
+std::vector<Colour> Shading::exitance_once(std::size_t index,
+                                           const std::optional<Vector3d>& eye) const {
   const WorldObject& object = world_.objects()[index];
   const std::size_t triangles = object.surface.size();
   const std::size_t paths = std::clamp(paths_in_all / triangles, least_paths, most_paths);
+  const std::vector<char> wanted = touching_those_that_face(object, eye);
   std::vector<Colour> once(triangles, Colour::Zero());
   constexpr std::size_t triangles_at_once = 256;
   for_rows(static_cast<int>((triangles + triangles_at_once - 1) / triangles_at_once), [&](int row) {
     const std::size_t begin = static_cast<std::size_t>(row) * triangles_at_once;
     for (std::size_t t = begin; t < std::min(triangles, begin + triangles_at_once); ++t) {
+      if (wanted[t] == 0) continue;
       const std::uint64_t key = key_of({index, t});
       WorldHit hit;
       hit.object = index;

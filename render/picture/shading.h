@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "render/light/environment.h"
@@ -27,9 +28,11 @@ struct ObjectExitance {
 
 class Shading {
  public:
-  /// Keeps references to all but `exitance`, which is one per object.
+  /// Keeps references to all but `exitance`, which is one per object. With an `eye` given, objects
+  /// are seen from there alone.
   Shading(const World& world, const LightSources& sources, const Environment* environment,
-          const std::vector<ObjectExitance>& exitance);
+          const std::vector<ObjectExitance>& exitance,
+          const std::optional<Eigen::Vector3d>& eye = std::nullopt);
 
   struct Seen {
     Colour radiance = Colour::Zero();
@@ -55,7 +58,8 @@ class Shading {
 
   Point point_at(const WorldHit& hit, const Eigen::Vector3d& direction) const;
   Colour scattered(const Point& point, const Colour& once) const;
-  std::vector<Colour> exitance_once(std::size_t object) const;
+  std::vector<Colour> exitance_once(std::size_t object,
+                                    const std::optional<Eigen::Vector3d>& eye) const;
   Colour scattered_once(const WorldHit& hit, const Eigen::Vector3d& view, std::uint32_t sample,
                         std::uint64_t key) const;
   Colour reflected(const Point& point, std::uint32_t sample, std::uint64_t key) const;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <vector>
 
 namespace kappamu::render {
 
@@ -29,6 +31,93 @@ Scattering scattering_at(const WorldObject& object, const Vector3d& point) {
   return s;
 }
 
+/// Parts of this length have one value each: half a voxel. None: as long as all of it.
+int parts_of(const WorldObject& object, double length) {
+  constexpr double most = 4096.0;
+  const auto voxel = object.media.channels[0]->voxel_mm();
+  return voxel ? static_cast<int>(std::clamp(std::ceil(2.0 * length / *voxel), 1.0, most)) : 1;
+}
+
+/// Along the camera's ray inside an object, from its surface to where it leaves.
+class EyePath {
+ public:
+  EyePath(const WorldObject& object, const Vector3d& from, const Vector3d& along, double length,
+          bool lit_from_behind)
+      : object_(object), from_(from), along_(along), left_(parts_of(object, length)) {
+    part_mm_ = length / left_;
+    parts_.reserve(32);
+    while (lit_from_behind && left_ > 0 && depth_.minCoeff() < through) walk();
+    // Who sees through the object draws within it.
+    if (left_ == 0) {
+      within_ = 1.0 - (-depth_).exp();
+      even_ = (depth_ < through).select(Colour::Constant(even_share), Colour::Zero());
+      whole_ = depth_;
+    }
+  }
+
+  /// By the light that a channel, picked by chance, still lets through; where one sees through the
+  /// object, also evenly over its depth: there light from behind grows as that to the eye falls.
+  /// None: beyond the object.
+  std::optional<double> drawn(double u, double v) {
+    const double which = 3.0 * u;
+    const int channel = std::min(2, static_cast<int>(which));
+    const bool evenly = which - channel < even_[channel];
+    const double depth = evenly ? v * whole_[channel] : -std::log1p(-v * within_[channel]);
+    while (left_ > 0 && depth_[channel] <= depth) walk();
+    if (depth_[channel] <= depth) return std::nullopt;
+    std::size_t i = parts_.size() - 1;
+    while (i > 0 && parts_[i].depth[channel] > depth) --i;
+    const double into = (depth - parts_[i].depth[channel]) / parts_[i].here.extinction[channel];
+    return (static_cast<double>(i) + std::clamp(into / part_mm_, 0.0, 1.0)) * part_mm_;
+  }
+
+  /// Of drawn() [1/mm].
+  double density(double distance) const {
+    const Part& part = at(distance);
+    const Colour seen = (-depth_at(part, distance)).exp();
+    return (part.here.extinction * ((1.0 - even_) * seen / within_ + even_ / whole_)).mean();
+  }
+
+  /// Of irradiance there, what is scattered towards the eye and arrives [1/(mm sr)].
+  Colour scattered_to_eye(double distance) const {
+    const Part& part = at(distance);
+    return part.here.scattering / (4.0 * std::numbers::pi) * (-depth_at(part, distance)).exp();
+  }
+
+ private:
+  /// One value of the medium.
+  struct Part {
+    Scattering here;
+    Colour depth;  ///< where it begins
+  };
+  /// Optical depth that light from behind is looked for through, and the share of draws for it.
+  static constexpr double through = 8.0, even_share = 0.3;
+
+  void walk() {
+    const double middle = (static_cast<double>(parts_.size()) + 0.5) * part_mm_;
+    parts_.push_back({scattering_at(object_, from_ + middle * along_), depth_});
+    depth_ += part_mm_ * parts_.back().here.extinction;
+    --left_;
+  }
+  const Part& at(double distance) const {
+    return parts_[std::min(parts_.size() - 1, static_cast<std::size_t>(distance / part_mm_))];
+  }
+  Colour depth_at(const Part& part, double distance) const {
+    const auto begin = static_cast<double>(&part - parts_.data()) * part_mm_;
+    return part.depth + (distance - begin) * part.here.extinction;
+  }
+
+  const WorldObject& object_;
+  const Vector3d from_, along_;
+  double part_mm_ = 0.0;
+  int left_ = 0;  ///< parts not walked
+  std::vector<Part> parts_;
+  Colour depth_ = Colour::Zero();   ///< of all that is walked
+  Colour within_ = Colour::Ones();  ///< share of the light's draws
+  Colour even_ = Colour::Zero();    ///< that of even ones
+  Colour whole_ = Colour::Ones();   ///< depth that these are of
+};
+
 }  // namespace
 
 Vector3d refracted_in(const Vector3d& direction, const Vector3d& normal, double eta) {
@@ -40,11 +129,7 @@ Vector3d refracted_in(const Vector3d& direction, const Vector3d& normal, double 
 Colour SingleScattering::optical_depth(const WorldObject& object, const Vector3d& from,
                                        const Vector3d& to) const {
   const double length = (to - from).norm();
-  const auto voxel = object.media.channels[0]->voxel_mm();
-  // Piecewise constant voxels, at the middles of steps of half a voxel.
-  constexpr double most_steps = 4096.0;
-  const int steps =
-      voxel ? static_cast<int>(std::clamp(std::ceil(2.0 * length / *voxel), 1.0, most_steps)) : 1;
+  const int steps = parts_of(object, length);
   Colour sum = Colour::Zero();
   for (int i = 0; i < steps; ++i) {
     sum += scattering_at(object, from + (i + 0.5) / steps * (to - from)).extinction;
@@ -85,24 +170,33 @@ Colour SingleScattering::radiance_inside(const WorldHit& hit, const Vector3d& in
                                          double v) const {
   const WorldObject& object = world_.objects()[hit.object];
   const Rigid object_from_world = object.world_from_object.inverse();
-  const Vector3d start = object_from_world * hit.position;
-  // Depths are drawn by the extinction at the surface, of a channel picked by chance.
-  const Colour rate =
-      scattering_at(object, start - world_.skin() * (object_from_world.rotation * hit.normal))
-          .extinction;
-  const double which = 3.0 * u;
-  const int channel = std::min(2, static_cast<int>(which));
-  const double depth = -std::log(std::max(1e-300, 1.0 - v)) / rate[channel];
-  const double density = (rate * (-rate * depth).exp()).mean();
-  const Vector3d point = hit.position + depth * inward;
-  if (world_.blocked(hit.position, inward, depth + world_.skin())) return Colour::Zero();
-
-  const Vector3d in_object = object_from_world * point;
-  const Scattering here = scattering_at(object, in_object);
+  double free_path = 0.0;
+  bool even = true;
+  for (const auto& medium : object.media.channels) {
+    free_path = std::max(free_path, 3.0 * medium->largest().kappa);
+    even = even && medium->homogeneous();
+  }
+  const double farthest = std::min(world_.diameter(), dark * free_path);
+  // In an even medium no draw weighs more than the first: what lies behind is not asked for.
+  std::optional<WorldHit> end;
+  if (!even) end = world_.first_hit(hit.position, inward, world_.skin(), farthest);
+  const bool lit_from_behind =
+      end && std::any_of(sources_.begin(), sources_.end(), [&](const auto& source) {
+        const Arrival arrival = source->at(end->position);
+        return arrival.direction.dot(end->normal) < 0.0 && arrival.irradiance.maxCoeff() > 0.0;
+      });
+  EyePath path(object, object_from_world * hit.position, object_from_world.rotation * inward,
+               end ? end->distance : farthest, lit_from_behind);
+  const std::optional<double> distance = path.drawn(u, v);
+  if (!distance) return Colour::Zero();
+  if (even && world_.blocked(hit.position, inward, *distance + world_.skin())) {
+    return Colour::Zero();
+  }
   Colour arriving_here = Colour::Zero();
-  for (const auto& source : sources_) arriving_here += arriving(hit.object, point, *source);
-  return here.scattering / (4.0 * std::numbers::pi) * arriving_here *
-         (-optical_depth(object, start, in_object)).exp() / density;
+  for (const auto& source : sources_) {
+    arriving_here += arriving(hit.object, hit.position + *distance * inward, *source);
+  }
+  return path.scattered_to_eye(*distance) / path.density(*distance) * arriving_here;
 }
 
 }  // namespace kappamu::render

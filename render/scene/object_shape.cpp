@@ -21,11 +21,10 @@ constexpr std::size_t most_refined_triangles = 4'000'000;
 TriangleMesh unsized_shape(const SceneObject& object, std::vector<std::string>& warnings) {
   const auto* file = std::get_if<std::filesystem::path>(&object.shape);
   if (!file) {
+    const int facets = object.facets_per_size.value_or(object.edges_per_size);
     const auto* edges = std::get_if<Vector3d>(&object.size_mm);
-    if (edges && std::get<std::string>(object.shape) == "cube")
-      return box_mesh(*edges, object.edges_per_size);
-    return make_shape(std::get<std::string>(object.shape), 1.0, object.edges_per_size,
-                      object.proportion);
+    if (edges && std::get<std::string>(object.shape) == "cube") return box_mesh(*edges, facets);
+    return make_shape(std::get<std::string>(object.shape), 1.0, facets, object.proportion);
   }
   CheckedMesh checked = check_mesh(io::read_mesh(*file), file->string());
   warnings.insert(warnings.end(), checked.mended.begin(), checked.mended.end());

@@ -53,7 +53,8 @@ struct SceneObject {
   Material material;
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
-  int edges_per_size = 64;  ///< of a named shape's triangles; no edge is longer than 1.5 of them
+  int edges_per_size = 64;                        ///< no triangle's edge is longer than 1.5 of them
+  std::optional<int> facets_per_size;             ///< of a named shape; none: as many as edges
 };
 
 struct DirectionalLight {

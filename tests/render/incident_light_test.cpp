@@ -9,7 +9,6 @@
 
 #include "core/random.h"
 #include "io/image/image_file.h"
-#include "render/light/beam_places.h"
 #include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
 
@@ -217,36 +216,6 @@ TEST(IncidentLight, EqualSeedsGiveEqualBits) {
   for (std::size_t i = 0; i < one.channels[0].beams.size(); ++i) {
     ASSERT_EQ(one.channels[0].beams[i].position, same.channels[0].beams[i].position);
     ASSERT_EQ(one.channels[0].beams[i].power, same.channels[0].beams[i].power);
-  }
-}
-
-// Fewer places than triangles, and larger ones with several: the same light from afar.
-TEST(BeamPlaces, StandForAllOfTheSurface) {
-  Scene scene = sphere_scene();
-  scene.lights.emplace_back(
-      DirectionalLight{Vector3d(1.0, -2.0, 0.5).normalized(), Colour::Ones()});
-  std::vector<std::string> warnings;
-  const World world(scene, warnings);
-  const WorldObject& object = world.objects()[0];
-  double area = 0.0;
-  for (const double of_triangle : object.surface.area) area += of_triangle;
-  for (const double spacing : {0.05, 0.3, 1.0, 2.0}) {
-    const std::vector<BeamPlace> places = beam_places(object, spacing, 1);
-    Vector3d whole = Vector3d::Zero();
-    for (std::size_t k = 0; k < places.size(); ++k) {
-      whole += places[k].area;
-      const auto t = static_cast<std::size_t>(places[k].triangle);
-      EXPECT_NEAR((places[k].position - object.surface.position[t]).dot(object.surface.normal[t]),
-                  0.0, 1e-9);
-      EXPECT_GE(places[k].triangle, places[k == 0 ? 0 : k - 1].triangle);
-    }
-    EXPECT_LT(whole.norm(), 1e-9 * area);
-    EXPECT_NEAR(static_cast<double>(places.size()), area / (spacing * spacing),
-                0.4 * area / (spacing * spacing));
-    const auto light = beams_at(world, 0, make_light_sources(scene.lights), places);
-    double power = 0.0;
-    for (const forward::Beam& beam : light[0].beams) power += beam.power;
-    EXPECT_NEAR(power, pi * 100.0, 0.01 * pi * 100.0);
   }
 }
 

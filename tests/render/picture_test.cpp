@@ -1,5 +1,6 @@
 // What a camera sees of objects whose exitance is known. The models' own answers are tested in
-// tests/forward; light on objects in incident_light_test.cpp.
+// tests/forward; light on objects in incident_light_test.cpp; what is scattered once on its way to
+// the eye in single_scattering_test.cpp.
 #include "render/picture/picture.h"
 
 #include <gtest/gtest.h>
@@ -151,40 +152,6 @@ TEST(Picture, SingleScatteringConservesExitance) {
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(sum[c], 0.6, 0.005);                   // three standard errors of the sum
     EXPECT_GT(std::abs(along_normal[c] - p1), 0.002);  // it does change what one camera sees
-  }
-}
-
-TEST(Picture, SingleScatteringOfAHalfSpaceIsTheClosedForm) {
-  Scene scene = sphere_scene();
-  scene.objects[0].shape = std::string("cube");
-  scene.objects[0].size_mm = Vector3d(60.0, 60.0, 30.0);  // 60 free paths deep: no far side
-  const double cos_light = 0.8;
-  scene.lights.emplace_back(DirectionalLight{
-      Vector3d(std::sqrt(1.0 - cos_light * cos_light), 0.0, -cos_light), Colour::Constant(2.0)});
-  std::vector<std::string> warnings;
-  const World world(scene, warnings);
-  const LightSources sources = make_light_sources(scene.lights);
-  const SingleScattering single(world, sources);
-  WorldHit hit;
-  hit.position = {0.1, 0.2, 15.0};
-  hit.normal = Vector3d::UnitZ();
-  const double cos_view = 0.7;
-  const Vector3d inward(0.0, std::sqrt(1.0 - cos_view * cos_view), -cos_view);
-  Colour mean = Colour::Zero();
-  constexpr std::uint32_t samples = 4096;
-  for (std::uint32_t i = 0; i < samples; ++i) {
-    const auto [u, v] = sobol_point(i, 9);
-    mean += single.radiance_inside(hit, inward, u, v) / samples;
-  }
-  const double cos_inside = std::sqrt(1.0 - (1.0 - cos_light * cos_light) / (1.3 * 1.3));
-  const double transmitted = 1.0 - fresnel_external(1.3, cos_light);
-  for (int c = 0; c < 3; ++c) {
-    const auto& material = std::get<HomogeneousMaterial>(scene.objects[0].material);
-    const double extinction = 1.0 / (3.0 * material.kappa_mm[c]);
-    const double albedo = 1.0 - material.mu_per_mm[c] / extinction;
-    const double expected = albedo * 2.0 * transmitted * cos_light / cos_inside / (4.0 * pi) /
-                            (1.0 + cos_view / cos_inside);
-    EXPECT_NEAR(mean[c], expected, 0.005 * expected);
   }
 }
 

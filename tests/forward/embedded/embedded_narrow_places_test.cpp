@@ -50,6 +50,11 @@ class Placed {
     }
     return found;
   }
+  /// Of an upright mesh: where the plane lies between the sides of cubes twice as large, 0 to 1.
+  double place_in_parent(double z, double h) const {
+    const double cubes = tree_->to_root({0.0, 0.0, z}).z() * tree_->edge_mm() / (2.0 * h);
+    return cubes - std::floor(cubes);
+  }
   double bridged_area() const { return NarrowPlaces(problem_).bridged_area(cubes_); }
   std::size_t bridging_cubes() const {
     return NarrowPlaces(problem_).bridging_cubes(cubes_).size();
@@ -103,28 +108,46 @@ TEST(EmbeddedNarrowPlaces, RaysMeasureGapsAndThickness) {
 }
 
 TEST(EmbeddedNarrowPlaces, GapsAndThicknessInCubesChooseTheDivisor) {
-  for (const double angle : {0.0, tilted}) {
-    Placed placed(block_and_plate(), angle);
-    const double wide = angle == 0.0 ? difference_per_error_aligned : difference_per_error;
-    std::set<double> all;
-    for (const int level : {2, 3, 4, 5, 6}) {
-      const double h = placed.cut(level);
-      const auto thin = [&](double mm) { return mm < 2.0 * h ? difference_per_error_thin : wide; };
-      const double bridged = gap < h         ? difference_per_error_bridged
-                             : gap < 2.0 * h ? difference_per_error_half_bridged
-                                             : wide;
-      const auto expect = [&](double z, double divisor) {
-        EXPECT_THAT(placed.divisors(z), testing::ElementsAre(divisor)) << z << ", cubes of " << h;
-        all.insert(divisor);
-      };
-      expect(0.0, thin(block));
-      expect(block, std::min(bridged, thin(block)));
-      expect(block + gap, std::min(bridged, thin(plate)));
-      expect(block + gap + plate, thin(plate));
-    }
-    EXPECT_THAT(all, testing::ElementsAre(difference_per_error_bridged, difference_per_error_thin,
-                                          difference_per_error_half_bridged, wide));
+  Placed placed(block_and_plate(), tilted);
+  std::set<double> all;
+  for (const int level : {2, 3, 4, 5, 6}) {
+    const double h = placed.cut(level);
+    const auto thin = [&](double mm) {
+      return mm < 2.0 * h ? difference_per_error_thin : difference_per_error;
+    };
+    const double bridged = gap < h         ? difference_per_error_bridged
+                           : gap < 2.0 * h ? difference_per_error_half_bridged
+                                           : difference_per_error;
+    const auto expect = [&](double z, double divisor) {
+      EXPECT_THAT(placed.divisors(z), testing::ElementsAre(divisor)) << z << ", cubes of " << h;
+      all.insert(divisor);
+    };
+    expect(0.0, thin(block));
+    expect(block, std::min(bridged, thin(block)));
+    expect(block + gap, std::min(bridged, thin(plate)));
+    expect(block + gap + plate, thin(plate));
   }
+  EXPECT_THAT(all, testing::ElementsAre(difference_per_error_bridged, difference_per_error_thin,
+                                        difference_per_error_half_bridged, difference_per_error));
+}
+
+/// Down to difference_per_error_halved where a face halves the cubes of the coarser mesh.
+TEST(EmbeddedNarrowPlaces, FacesAlongCubesAreTakenByWhereTheyCutThem) {
+  Placed placed(box({16.0, 16.0, block}, 4), 0.0);
+  double least = 3.0, most = 0.0;
+  for (const int level : {4, 5, 6, 7, 8}) {
+    const double h = placed.cut(level);
+    for (const double z : {0.0, block}) {
+      const double clear = std::min(1.0, std::abs(placed.place_in_parent(z, h) - 0.5) / 0.2);
+      const std::set<double> found = placed.divisors(z);
+      const double expected = 0.55 + clear * (1.25 - 0.55);
+      for (const double divisor : found) EXPECT_NEAR(divisor, expected, 1e-4) << z << ' ' << h;
+      least = std::min(least, *found.begin());
+      most = std::max(most, *found.rbegin());
+    }
+  }
+  EXPECT_LT(least, 1.0);
+  EXPECT_NEAR(most, 1.25, 1e-9);
 }
 
 TEST(EmbeddedNarrowPlaces, SlitsThatCubesBridgeAreMeasuredAndSplitWhereThatHelps) {
@@ -140,9 +163,9 @@ TEST(EmbeddedNarrowPlaces, SlitsThatCubesBridgeAreMeasuredAndSplitWhereThatHelps
 }
 
 TEST(EmbeddedNarrowPlaces, TheNarrowerTheSmallerIsTheDivisor) {
-  const std::vector<double> divisors{difference_per_error_bridged, difference_per_error_thin,
-                                     difference_per_error_half_bridged,
-                                     difference_per_error_aligned, difference_per_error};
+  const std::vector<double> divisors{
+      difference_per_error_bridged,      difference_per_error_halved, difference_per_error_thin,
+      difference_per_error_half_bridged, difference_per_error_along,  difference_per_error};
   EXPECT_TRUE(std::is_sorted(divisors.begin(), divisors.end()));
   EXPECT_LT(divisors.back(), 3.0) << "what an error that falls with h² would have";
 }
