@@ -90,8 +90,7 @@ std::optional<std::string> aligned_source_warning(const ObjectProblem& problem) 
   if (beside == 0.0) return std::nullopt;
   return formatted(
       "sources of %.0f %% of the surface lie beside another part of it, %.2g mean free paths at "
-      "the "
-      "nearest, where the exitance has no bound; use the model dipole-rotated",
+      "the nearest, where the exitance has no bound; use the model dipole-rotated",
       std::max(1.0, 100.0 * beside / area), nearest / depth);
 }
 
