@@ -285,10 +285,9 @@ ObjectBench make_object_bench(const ObjectCase& c, const std::filesystem::path& 
   std::vector<std::string> warnings;
   bench.world = std::make_unique<render::World>(scene, warnings);
   const auto environment = render::make_environment(scene.lights);
-  constexpr std::uint64_t seed = 1;  // the light is part of the scene, not of a run
   render::IncidentLight light =
       render::incident_light(*bench.world, 0, render::make_light_sources(scene.lights),
-                             environment ? &*environment : nullptr, seed, progress);
+                             environment ? &*environment : nullptr, /*seed=*/1, progress);
   bench.power = light.power[0];
   bench.lights.push_back(std::move(light.channels[0]));
 

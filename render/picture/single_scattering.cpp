@@ -45,7 +45,7 @@ class EyePath {
           bool lit_from_behind)
       : object_(object), from_(from), along_(along), left_(parts_of(object, length)) {
     part_mm_ = length / left_;
-    parts_.reserve(32);
+    parts_.reserve(static_cast<std::size_t>(std::min(left_, 12)));
     while (lit_from_behind && left_ > 0 && depth_.minCoeff() < through) walk();
     // Who sees through the object draws within it.
     if (left_ == 0) {
