@@ -21,18 +21,19 @@ using Made = std::unique_ptr<ObjectModel>;
 struct NamedModel {
   const char* name;
   Made (*make)(std::string_view name);
+  bool of_diffusion = false;  ///< grids and integrals, which do not see where it errs
 };
 
 template <class Model>
-Made diffusion(std::string_view) {
-  return warned_of_diffusion(std::make_unique<Model>());
+Made plain(std::string_view) {
+  return std::make_unique<Model>();
 }
 
 constexpr std::array<NamedModel, 10> models{{
-    {"embedded", diffusion<EmbeddedModel>},
-    {"grid", diffusion<BlockModel>},
-    {"polygrid", diffusion<PolygridModel>},
-    {"boundary_integral", diffusion<BoundaryIntegralModel>},
+    {"embedded", plain<EmbeddedModel>, true},
+    {"grid", plain<BlockModel>, true},
+    {"polygrid", plain<PolygridModel>, true},
+    {"boundary_integral", plain<BoundaryIntegralModel>, true},
     {"montecarlo", [](std::string_view) { return make_object_monte_carlo(); }},
     {"dipole", make_dipole_model},
     {"dipole-rotated", make_dipole_model},
@@ -43,10 +44,13 @@ constexpr std::array<NamedModel, 10> models{{
 
 }  // namespace
 
-Made make_object_model(const std::string& name) {
+Made make_object_model(const std::string& name, DiffusionWarning warning) {
   std::string known;
   for (const NamedModel& model : models) {
-    if (name == model.name) return model.make(name);
+    if (name == model.name) {
+      const bool warns = model.of_diffusion && warning == DiffusionWarning::given;
+      return warns ? warned_of_diffusion(model.make(name)) : model.make(name);
+    }
     known += (known.empty() ? "" : ", ") + std::string(model.name);
   }
   throw InputError("there is no model '" + name + "' of objects; the models are " + known);

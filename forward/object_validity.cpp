@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include "core/shown_text.h"
 #include "forward/analytic/validity.h"
@@ -13,28 +15,8 @@ namespace {
 
 constexpr double tolerable_error = 0.1;
 
-class Warned final : public ChannelsModel {
- public:
-  explicit Warned(std::unique_ptr<ObjectModel> model) : model_(std::move(model)) {}
-
-  std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
-                                           const ObjectOptions& options,
-                                           Progress& progress) override {
-    std::vector<ObjectResult> results = model_->solve_channels(problems, options, progress);
-    for (std::size_t c = 0; c < results.size(); ++c) {
-      if (auto warning = object_validity_warning(problems[c]))
-        results[c].warnings.push_back(std::move(*warning));
-    }
-    return results;
-  }
-
- private:
-  std::unique_ptr<ObjectModel> model_;
-};
-
-}  // namespace
-
-std::optional<std::string> object_validity_warning(const ObjectProblem& problem) {
+/// One sentence, or none.
+std::optional<std::string> warning_of(const ObjectProblem& problem) {
   const EquivalentSlab slab = equivalent_slab(problem);
   const ValidityEstimate estimate = diffusion_validity(slab.albedo, slab.thickness);
   // What passes a thick slab hardly counts, and its relative error has no bound.
@@ -48,6 +30,27 @@ std::optional<std::string> object_validity_warning(const ObjectProblem& problem)
       in_validity_table(slab.albedo, slab.thickness) ? "up to" : "at least", 100.0 * error,
       slab.albedo, slab.thickness);
 }
+
+class Warned final : public ChannelsModel {
+ public:
+  explicit Warned(std::unique_ptr<ObjectModel> model) : model_(std::move(model)) {}
+
+  std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
+                                           const ObjectOptions& options,
+                                           Progress& progress) override {
+    std::vector<ObjectResult> results = model_->solve_channels(problems, options, progress);
+    for (std::size_t c = 0; c < results.size(); ++c) {
+      if (auto warning = warning_of(problems[c]))
+        results[c].warnings.push_back(std::move(*warning));
+    }
+    return results;
+  }
+
+ private:
+  std::unique_ptr<ObjectModel> model_;
+};
+
+}  // namespace
 
 std::unique_ptr<ObjectModel> warned_of_diffusion(std::unique_ptr<ObjectModel> model) {
   return std::make_unique<Warned>(std::move(model));

@@ -2,18 +2,13 @@
 #pragma once
 
 #include <memory>
-#include <optional>
-#include <string>
 
 #include "forward/object_model.h"
 
 namespace kappamu::forward {
 
-/// One sentence where diffusion errs by more than 10 % in a slab of the object's albedo and
-/// thickness 2V/S (docs/validity.md).
-std::optional<std::string> object_validity_warning(const ObjectProblem& problem);
-
-/// A model of diffusion, which then warns of it.
+/// A model of diffusion that warns, in one sentence, where diffusion errs by more than 10 % in a
+/// slab of the object's albedo and thickness 2V/S (docs/validity.md).
 std::unique_ptr<ObjectModel> warned_of_diffusion(std::unique_ptr<ObjectModel> model);
 
 }  // namespace kappamu::forward

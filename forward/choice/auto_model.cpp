@@ -3,7 +3,6 @@
 #include "core/error.h"
 #include "forward/choice/pilot.h"
 #include "forward/object_models.h"
-#include "forward/object_validity.h"
 
 namespace kappamu::forward {
 
@@ -23,16 +22,16 @@ class AutoModel final : public ChannelsModel {
     while (true) {
       if (auto pilot = run_pilot(problems, features, asked, choice, progress);
           pilot && pilot->within) {
-        finish(problems, asked, choice, pilot->results);
+        for (ObjectResult& result : pilot->results) finish(asked, choice, result);
         return std::move(pilot->results);
       }
       ModelCandidate& first = choice.candidates.front();
       try {
         progress.update("choice of a model", 1.0, first.model + ": " + first.reason);
         std::vector<ObjectResult> results =
-            make_object_model(first.model)
+            make_object_model(first.model, DiffusionWarning::left_out)
                 ->solve_channels(problems, options_for(first.model, features, asked), progress);
-        finish(problems, asked, choice, results);
+        for (ObjectResult& result : results) finish(asked, choice, result);
         return results;
       } catch (const InputError& refusal) {
         if (!choice.candidates[1].error) throw;
@@ -43,16 +42,10 @@ class AutoModel final : public ChannelsModel {
   }
 
  private:
-  static void finish(std::span<const ObjectProblem> problems, const ObjectOptions& asked,
-                     const Choice& choice, std::vector<ObjectResult>& results) {
-    for (std::size_t c = 0; c < results.size(); ++c) {
-      ObjectResult& result = results[c];
-      result.candidates = choice.candidates;
-      // Diffusion's error is part of what the choice states.
-      if (const auto warning = object_validity_warning(problems[c]))
-        std::erase(result.warnings, *warning);
-      const ModelCandidate& taken = choice.candidates.front();
-      if (taken.error.value() <= asked.tolerance) continue;
+  static void finish(const ObjectOptions& asked, const Choice& choice, ObjectResult& result) {
+    result.candidates = choice.candidates;
+    const ModelCandidate& taken = choice.candidates.front();
+    if (!(taken.error.value() <= asked.tolerance)) {
       result.warnings.push_back("no model is expected to answer within the tolerance; " +
                                 taken.model + " comes nearest: " + taken.reason);
     }

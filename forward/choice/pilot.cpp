@@ -235,7 +235,7 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
     try {
       progress.update("choice of a model", 0.0, candidate.model + ": " + candidate.reason);
       pilot.results =
-          make_object_model(pilot.model)
+          make_object_model(pilot.model, DiffusionWarning::left_out)
               ->solve_channels(problems, options_for(pilot.model, channels, asked), progress);
     } catch (const InputError& refusal) {
       candidate = {pilot.model, {}, {}, 0.0, std::string("refused: ") + refusal.what()};
