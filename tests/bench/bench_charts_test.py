@@ -16,7 +16,7 @@ except ImportError:
 ROOT = pathlib.Path(sys.argv.pop())
 sys.path.insert(0, str(ROOT / "scripts"))
 import bench_charts  # noqa: E402
-from charts import common, forward, inverse  # noqa: E402
+from charts import common, forward, inverse, limits  # noqa: E402
 
 
 ROWS = [{"kind": "a", "contrast": 1.0, "count": 3}, {"kind": "a", "contrast": 1e4, "count": 4},
@@ -38,7 +38,7 @@ class Tables(unittest.TestCase):
 
     def test_a_note_is_shown_once_and_warnings_always(self):
         rows = [{"case": c, "warnings": ["w"] if c == "x" else [], "notes": ["The same note, 1."]} for c in "xy"]
-        self.assertEqual(bench_charts.sentences(rows).split("\n\n")[1],
+        self.assertEqual(limits.sentences(rows).split("\n\n")[1],
                          '- x: "w", note "The same note, 1."\n- y: no warning\n')
 
 
