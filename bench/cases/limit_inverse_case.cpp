@@ -158,9 +158,12 @@ void spoil(SurfaceMeasurements& m, double relative, const Mistake& mistake, std:
   for (int line = 0; line < m.patterns * face.nv;
        ++line, row += static_cast<std::size_t>(face.nu)) {
     for (int u = 0; u < face.nu; ++u) {
-      const int from = std::clamp(u - mistake.shift, 0, face.nu - 1);
+      // Linear between pixels, constant beyond them.
+      const double from = std::clamp(u - mistake.shift, 0.0, face.nu - 1.0);
+      const int left = std::min(static_cast<int>(from), face.nu - 2);
+      const float* pixel = &clean[row + static_cast<std::size_t>(left)];
       m.value[row + static_cast<std::size_t>(u)] =
-          static_cast<float>(mistake.scale * clean[row + static_cast<std::size_t>(from)]);
+          static_cast<float>(mistake.scale * std::lerp(pixel[0], pixel[1], from - left));
     }
   }
   add_noise(m, relative, seed);

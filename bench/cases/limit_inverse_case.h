@@ -33,7 +33,7 @@ Figure3 inclusions(double kappa, double mu, double contrast);
 struct Mistake {
   double scale = 1.0;       ///< of all values: white reference or exposure time
   double stated_eta = 0.0;  ///< instead of the block's; 0 = right
-  int shift = 0;            ///< voxels by which the images sit towards +u of the light
+  double shift = 0.0;       ///< voxels by which the images sit towards +u of the light
   double variance = 1.0;    ///< stated over true
   double outliers = 0.0;    ///< share of values that are anything up to the largest
 };

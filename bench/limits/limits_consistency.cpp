@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -9,8 +10,6 @@
 #include "bench/cases/limit_inverse_case.h"
 #include "bench/cases/media.h"
 #include "bench/limits/limits.h"
-#include "inverse/block_model/homogeneous.h"
-#include "inverse/data_checks/consistency.h"
 #include "inverse/fit/fit.h"
 
 namespace kappamu::bench {
@@ -60,32 +59,31 @@ Json limit_consistency(const Request& request, Progress& progress) {
                                   {"scale 1.5", {.scale = 1.5}},
                                   {"scale 2", {.scale = 2.0}},
                                   {"scale 0.5", {.scale = 0.5}},
+                                  {"0.3 voxels off", {.shift = 0.3}},
                                   {"1 voxel off", {.shift = 1}},
                                   {"3 voxels off", {.shift = 3}},
                                   {"eta 1.3 for 1.5", {.stated_eta = 1.3}, 1.5}};
   const Block block{.grid = {12, 12, 6, 0.5}};
   const std::vector<double> light = bar_light(block.grid, block.lit, 8);
-  inverse::Backend backend;
-  backend.device = request.device;
-  const inverse::ModelError model_error = inverse::FitOptions{}.data.model_error;
+  inverse::FitOptions options;
+  options.solver.backend.device = request.device;
+  Progress silent;
   for (const Kind& kind : kinds()) {
     for (const Wrong& wrong : wrongs) {
       progress.update("consistency", 0.0, kind.name + ", " + wrong.name);
       const int seeds = wrong.name == right ? right_seeds : wrong_seeds;
-      int scale = 0, shift = 0, eta = 0;
+      int scale = 0, shift = 0, eta = 0, volumes = 0;
       double sum = 0.0, squares = 0.0, voxels = 0.0;
       for (int s = 0; s < seeds; ++s) {
-        const auto seed = static_cast<std::size_t>(s);
+        const std::uint64_t seed = request.seed - 1 + static_cast<std::uint64_t>(s);
         SurfaceMeasurements m = expose_figure(
             block, kind.figure(kappas[seed % kappas.size()], mus[seed % mus.size()], seed), light,
             fine, wrong.eta);
         spoil(m, noise, wrong.mistake, seed + 1);
-        const inverse::Problem problem =
-            inverse::make_problem(m, 0, forward::Convention::physical, model_error);
-        inverse::Objective objective(problem, backend);
-        const inverse::HomogeneousFit start = inverse::fit_homogeneous(objective);
-        const inverse::Consistency c =
-            inverse::check_consistency(problem, start.kappa, start.mu, model_error, backend);
+        const inverse::ChannelFit fit =
+            inverse::fit_channel(m, 0, options, inverse::Checkpoint{}, silent);
+        const inverse::Consistency& c = fit.report.consistency;
+        volumes += c.volume_shift ? 1 : 0;
         eta += c.other_eta ? 1 : 0;
         scale += c.scale_is_wrong() && !c.other_eta ? 1 : 0;
         shift += c.is_shifted() ? 1 : 0;
@@ -96,6 +94,7 @@ Json limit_consistency(const Request& request, Progress& progress) {
       rows.push_back({{"block", kind.name},
                       {"data", wrong.name},
                       {"blocks", seeds},
+                      {"fitted by volumes", 1.0 * volumes / seeds},
                       {"factor found", std::exp(sum)},
                       {"its spread", std::sqrt(std::max(0.0, squares - sum * sum))},
                       {"shift found", voxels},

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "core/error.h"
 #include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
+#include "inverse/data_checks/volume_shift.h"
 
 namespace kappamu::inverse {
 
@@ -22,6 +24,10 @@ constexpr double most_deviations = 3.0;
 constexpr double structure_spread = 0.12;
 constexpr double calibration_spread = 0.01;
 constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
+/// The same where volumes tell it: what grid, prior and calibration leave.
+constexpr double volume_shift_spread = 0.04;
+/// Of conjugate gradients for a volume.
+constexpr int volume_steps = 24;
 /// Coarser voxels tell the same for an eighth of the solves, if there are enough.
 constexpr int enough_voxels = 8;
 /// Below, the block is even enough across the light to ask for its refractive index.
@@ -159,6 +165,79 @@ Consistency fit_and_compare(const Problem& problem, double kappa, double mu,
 
 }  // namespace
 
+namespace {
+
+/// Means over the voxels of `fine` that each of `coarse` covers.
+CoefficientPair restricted(const CoefficientPair& fields, const GridShape& fine,
+                           const GridShape& coarse) {
+  CoefficientPair means{std::vector<double>(coarse.cells()), std::vector<double>(coarse.cells())};
+  std::vector<int> counts(coarse.cells());
+  for (int z = 0; z < fine.nz; ++z) {
+    for (int y = 0; y < fine.ny; ++y) {
+      for (int x = 0; x < fine.nx; ++x) {
+        const std::size_t to = coarse.index(x / 2, y / 2, z / 2);
+        means.log_kappa[to] += fields.log_kappa[fine.index(x, y, z)];
+        means.log_mu[to] += fields.log_mu[fine.index(x, y, z)];
+        ++counts[to];
+      }
+    }
+  }
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    means.log_kappa[i] /= counts[i];
+    means.log_mu[i] /= counts[i];
+  }
+  return means;
+}
+
+/// The volume on a suitable grid, where r makes its prediction what the fit's was.
+std::unique_ptr<Objective> objective_at(const FittedVolume& volume, const ModelError& model_error,
+                                        const Backend& backend) {
+  Problem problem = suitable_grid(volume.problem, model_error).problem;
+  const FaceShape seen = problem.seen_shape();
+  CoefficientPair fields = volume.fields;
+  std::vector<double> prediction = volume.prediction;
+  const GridShape& fine = volume.problem.setup.shape;
+  if (!(problem.setup.shape == fine)) {
+    fields = restricted(fields, fine, problem.setup.shape);
+    prediction = restrict_face(prediction, volume.problem.seen_shape(), seen, 2, problem.patterns);
+  }
+  auto objective = std::make_unique<Objective>(std::move(problem), backend);
+  objective->value(fields);
+  const std::vector<double> uncorrected = objective->prediction();
+  for (std::size_t i = 0; i < prediction.size(); ++i) {
+    prediction[i] = uncorrected[i] > 0.0 ? prediction[i] / uncorrected[i] : 1.0;
+  }
+  objective->set_correction({std::move(prediction)});
+  objective->value(fields);
+  return objective;
+}
+
+}  // namespace
+
+Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
+                         const ModelError& model_error, const Backend& backend,
+                         std::uint64_t seed) {
+  homogeneous.solves = {};
+  if (volume.problem.patterns < fewest_patterns || homogeneous.is_shifted()) return homogeneous;
+  const auto objective = objective_at(volume, model_error, backend);
+  const GridShape& fine = volume.problem.setup.shape;
+  const GridShape& shape = objective->problem().setup.shape;
+  Prior prior = volume.prior;
+  if (!prior.diffusivity.log_kappa.empty() && !(shape == fine)) {
+    prior.diffusivity = restricted(prior.diffusivity, fine, shape);
+  }
+  const VolumeShift found = volume_shift(*objective, prior, volume_steps, seed);
+  const double voxels = shape.voxel_mm / fine.voxel_mm;
+  Consistency result = homogeneous;
+  result.solves = objective->solves();
+  result.volume_shift = true;
+  result.shift_u = {voxels * found.u.value, voxels * found.u.error};
+  result.shift_v = {voxels * found.v.value, voxels * found.v.error};
+  result.shift_limit =
+      most_deviations * std::hypot(result.shift_u.error, result.shift_v.error, volume_shift_spread);
+  return result;
+}
+
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
                               const ModelError& model_error, const Backend& backend,
                               const std::optional<PhotonOptions>& photons) {
@@ -194,14 +273,14 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
 
 std::string in_words(const Consistency& consistency, double eta) {
   if (!consistency.checked) return {};
-  const double factor = std::exp(consistency.log_scale_limit);
   std::string words = formatted(
-      "The homogeneous block that suits the data best makes them %.2f times what they "
-      "should be and %.2f voxels off; an error is reported beyond a factor of %.2f or "
-      "%.2f voxels.",
-      std::exp(consistency.log_scale.value),
-      std::hypot(consistency.shift_u.value, consistency.shift_v.value), factor,
-      consistency.shift_limit);
+      "The homogeneous block that suits the data best makes them %.2f times what they should be; "
+      "an "
+      "error is reported beyond a factor of %.2f. The %s makes them %.2f voxels off; a shift is "
+      "reported beyond %.2f voxels.",
+      std::exp(consistency.log_scale.value), std::exp(consistency.log_scale_limit),
+      consistency.volume_shift ? "fitted volume" : "same block",
+      std::hypot(consistency.shift_u.value, consistency.shift_v.value), consistency.shift_limit);
   if (!consistency.explained && !consistency.other_eta) {
     words += formatted(
         " Only a block that is homogeneous to the noise determines its eta: kappa and mu hold "

@@ -1,10 +1,12 @@
 // Whether the data can be what they claim to be. A volume absorbs a wrong absolute scale, a wrong
 // refractive index and much of a shift between light and images into κ and μ, and its residuals
 // never tell. A homogeneous block cannot: what scale and shift suit it best, and how far patterns
-// agree on them, is asked of every fit (exposure_fit.h).
+// agree on them, is asked of every fit (scale_and_shift.h). Where a volume was fitted, the
+// roughness that it paid for a shift tells more (volume_shift.h).
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
@@ -12,12 +14,14 @@
 
 #include "inverse/data_checks/scale_and_shift.h"
 #include "inverse/problem/problem.h"
+#include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::inverse {
 
 struct Consistency {
   bool checked = false;          ///< false: too few patterns
   bool explained = false;        ///< a homogeneous block with scale and shift explains the data
+  bool volume_shift = false;     ///< the shift is what the fitted volume tells
   Estimate log_scale;            ///< natural logarithm of the data over what they should be
   double log_scale_limit = 0.0;  ///< beyond which it is reported
   Estimate shift_u, shift_v;     ///< of the images, along the seen face's axes [voxels]
@@ -36,6 +40,19 @@ struct Consistency {
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
                               const ModelError& model_error, const Backend& backend,
                               const std::optional<PhotonOptions>& photons = std::nullopt);
+
+/// What the fit of a volume ended with.
+struct FittedVolume {
+  const Problem& problem;  ///< the finest grid's
+  const CoefficientPair& fields;
+  const std::vector<double>& prediction;  ///< [M][v][u], as `problem.data`
+  const Prior& prior;                     ///< the fit's α R
+};
+
+/// The shift by the volume that was fitted, in place of the homogeneous block's; one too large for
+/// derivatives stays the block's.
+Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
+                         const ModelError& model_error, const Backend& backend, std::uint64_t seed);
 
 /// A sentence for each finding but a shift: what, by how much, what to check.
 std::vector<std::string> warnings_of(const Consistency& consistency, const Problem& problem);

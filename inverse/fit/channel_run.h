@@ -52,6 +52,8 @@ class ChannelRun {
   void conclude();
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);
+  void check_shift(const std::vector<double>& prediction);
+  Prior prior() const;
   ChannelFit result();
 
   double seconds() const { return state_.seconds + watch_.seconds(); }

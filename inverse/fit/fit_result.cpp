@@ -85,6 +85,31 @@ void ChannelRun::finish(double chi2) {
   save();
 }
 
+/// Whether the images are shifted, by the volume that was fitted. [W]'s regulariser says nothing of
+/// what volumes are likely.
+void ChannelRun::check_shift(const std::vector<double>& prediction) {
+  if (context_.interim || state_.path.weight <= 0.0 ||
+      options_.regulariser.kind == RegulariserKind::wang2008) {
+    return;
+  }
+  progress_.update(stage_name_, 1.0, "asking the volume for a shift of the images");
+  Consistency& consistency = state_.report.consistency;
+  consistency =
+      check_volume({grid_.problem(), state_.fields, prediction, prior()}, consistency,
+                   options_.data.model_error, options_.solver.backend, options_.solver.seed);
+  SolveCount solves = grid_.objective().solves();
+  solves.add(consistency.solves);
+  grid_.objective().restore(grid_.objective().correction(), solves);
+}
+
+/// The fit's α R at its end.
+Prior ChannelRun::prior() const {
+  const Anchor anchor = this->anchor();
+  return {state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
+          roughness(grid_.shape(), grid_.thickness_mm(), state_.fields, anchor, regulariser())
+              .diffusivity};
+}
+
 ChannelFit ChannelRun::result() {
   const CoefficientPair& fields = state_.fields;
   const GridShape& shape = grid_.levels()[0].setup.shape;
@@ -98,6 +123,7 @@ ChannelFit ChannelRun::result() {
     }
   }
   const std::vector<double> prediction = grid_.objective().prediction();
+  check_shift(prediction);
   for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
   grid_.objective().count_pixel_noise();
   const UncertaintyOptions& uncertainty = options_.uncertainty;
@@ -123,11 +149,8 @@ ChannelFit ChannelRun::result() {
           "neighbouring voxels would differ by more than --edge-slope allows; fit with a larger "
           "one or with h1 to know them.");
     }
-    const Anchor anchor = this->anchor();
-    const Prior prior{
-        state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
-        roughness(shape, grid_.thickness_mm(), fields, anchor, regulariser()).diffusivity};
-    fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor), rows, shape,
+    const Prior prior = this->prior();
+    fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor()), rows, shape,
                                 axis_of(grid_.problem().setup.lit_face));
   }
   fit.correction = grid_.objective().correction();

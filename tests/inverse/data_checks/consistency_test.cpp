@@ -84,7 +84,7 @@ TEST(Consistency, WrongEtaOfAHomogeneousBlockIsNamed) {
 }
 
 TEST(Consistency, ShiftIsToldInVoxelsAndDirection) {
-  for (const int shift : {1, 3}) {
+  for (const double shift : {1.0, 3.0}) {
     for (const bench::Figure3& truth :
          {bench::even_block(0.2, 0.02), bench::structured_block(0.15, 0.005, 1.0, 0)}) {
       const Checked checked = check(truth, {.shift = shift});

@@ -1,0 +1,135 @@
+#include "inverse/data_checks/volume_shift.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "core/numbers/linear_algebra.h"
+#include "inverse/optimise/lateral_hessian.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+constexpr int probes = 4;
+/// Share of S that the last step of conjugate gradients may still have taken away.
+constexpr double small_change = 0.01;
+
+/// Derivatives of √w times the prediction by shifts along u and v [voxels].
+Eigen::MatrixX2d by_shift(const Problem& problem, const std::vector<double>& prediction) {
+  const FaceShape face = problem.seen_shape();
+  Eigen::MatrixX2d columns(static_cast<Eigen::Index>(prediction.size()), 2);
+  std::size_t i = 0;
+  for (int m = 0; m < problem.patterns; ++m) {
+    const double* map = prediction.data() + static_cast<std::size_t>(m) * face.cells();
+    const auto slope = [&](int low, int high, int apart) {
+      return apart > 0 ? (map[high] - map[low]) / apart : 0.0;
+    };
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u, ++i) {
+        const int left = std::max(u - 1, 0), right = std::min(u + 1, face.nu - 1);
+        const int below = std::max(v - 1, 0), above = std::min(v + 1, face.nv - 1);
+        columns.row(static_cast<Eigen::Index>(i)) =
+            -std::sqrt(problem.weight[i]) *
+            Eigen::RowVector2d(slope(v * face.nu + left, v * face.nu + right, right - left),
+                               slope(below * face.nu + u, above * face.nu + u, above - below));
+      }
+    }
+  }
+  return columns;
+}
+
+class Metric {
+ public:
+  Metric(Objective& objective, const Prior& prior, std::uint64_t seed)
+      : objective_(objective),
+        prior_(prior),
+        axis_(axis_of(objective.problem().setup.lit_face)),
+        basis_(objective.problem().setup.shape,
+               {Coordinates::informed, axis_, prior.thickness_mm, prior.anchor_length_mm,
+                prior.weight},
+               estimate_lateral_blocks(objective, axis_, probes, seed, 0.0)) {}
+
+  /// Bᵀ Jᵀ of weighted data.
+  Eigen::VectorXd gradient(const Eigen::VectorXd& data) {
+    return coordinates(objective_.jacobian_transpose({data.begin(), data.end()}));
+  }
+  /// Bᵀ H B z.
+  Eigen::VectorXd hessian(const Eigen::VectorXd& z) {
+    return coordinates(hessian_product(objective_, prior_, basis_.to_fields({z.begin(), z.end()})));
+  }
+
+ private:
+  Eigen::VectorXd coordinates(const CoefficientPair& by_field) const {
+    const Vector z = basis_.gradient(by_field);
+    return Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size()));
+  }
+
+  Objective& objective_;
+  const Prior& prior_;
+  int axis_;
+  Basis basis_;
+};
+
+/// x ≈ H⁻¹ b and b − H x.
+struct Solved {
+  Eigen::VectorXd x;
+  Eigen::VectorXd rest;
+};
+
+/// Until bᵀ H⁻¹ b changes by less than `small_change` of what `most` is above it.
+Solved solved(Metric& metric, const Eigen::VectorXd& b, double most, int steps) {
+  Solved at{Eigen::VectorXd::Zero(b.size()), b};
+  Eigen::VectorXd direction = b;
+  double square = b.squaredNorm();
+  double found = 0.0;
+  for (int k = 0; k < steps && square > 0.0; ++k) {
+    const Eigen::VectorXd image = metric.hessian(direction);
+    const double length = square / direction.dot(image);
+    at.x += length * direction;
+    at.rest -= length * image;
+    const double more = length * square;
+    found += more;
+    if (more < small_change * (most - found)) break;
+    const double before = std::exchange(square, at.rest.squaredNorm());
+    direction = at.rest + (square / before) * direction;
+  }
+  return at;
+}
+
+}  // namespace
+
+VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, std::uint64_t seed) {
+  const Problem& problem = objective.problem();
+  const std::vector<double> prediction = objective.prediction();
+  const Eigen::MatrixX2d columns = by_shift(problem, prediction);
+  Eigen::VectorXd residual(columns.rows());
+  for (std::size_t i = 0; i < prediction.size(); ++i) {
+    residual[static_cast<Eigen::Index>(i)] =
+        std::sqrt(problem.weight[i]) * (problem.data[i] - prediction[i]);
+  }
+  Metric metric(objective, prior, seed);
+  Eigen::Matrix2d s = columns.transpose() * columns;
+  std::array<Eigen::VectorXd, 2> pulls;
+  std::array<Solved, 2> solutions;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    pulls[k] = metric.gradient(columns.col(column));
+    solutions[k] = solved(metric, pulls[k], s(column, column), steps);
+  }
+  // With what the residuals tell of each other's error what is left is of second order.
+  for (std::size_t k = 0; k < 2; ++k) {
+    for (std::size_t l = 0; l < 2; ++l) {
+      s(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) -=
+          pulls[k].dot(solutions[l].x) + solutions[k].x.dot(solutions[l].rest);
+    }
+  }
+  const Eigen::Matrix2d covariance = solve_symmetric(s, Eigen::Matrix2d::Identity());
+  const Eigen::Vector2d f = covariance * (columns.transpose() * residual);
+  return {{f[0], std::sqrt(covariance(0, 0))}, {f[1], std::sqrt(covariance(1, 1))}};
+}
+
+}  // namespace kappamu::inverse

@@ -1,0 +1,133 @@
+// The shift of the images that a volume tells, against dense matrices and of structured blocks. How
+// often a shift is told, over many blocks: `kappamu bench limits --section consistency`.
+#include "inverse/data_checks/volume_shift.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "bench/cases/limit_inverse_case.h"
+#include "bench/cases/media.h"
+#include "inverse/fit/fit.h"
+#include "tests/inverse/inverse_cases.h"
+#include "tests/inverse/joined.h"
+
+namespace kappamu::inverse {
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
+  constexpr GridShape shape{5, 4, 3, 0.5};
+  constexpr int patterns = 4;
+  const Prior prior{20.0, 1.5, 15.0};
+  Problem problem;
+  problem.setup = {shape,
+                   1.3,
+                   Face::z_minus,
+                   Sides::open,
+                   forward::SourceModel::first_collision,
+                   forward::Convention::physical};
+  problem.seen_face = Face::z_plus;
+  problem.patterns = patterns;
+  cases::Noise noise(7);
+  problem.irradiance.resize(patterns * problem.lit_shape().cells());
+  for (double& e : problem.irradiance) e = noise.uniform();
+  const CoefficientPair at = cases::rough_medium(shape, 0.2, 3);
+  const std::vector<double> prediction = cases::simulate(problem.setup, at, problem.seen_face,
+                                                         problem.irradiance, patterns, "reference");
+  for (const double m : prediction) {
+    problem.data.push_back(m * (1.0 + 0.01 * noise.normal()));
+    problem.weight.push_back(std::pow(0.01 * m, -2));
+  }
+  problem.weight[3] = 0.0;
+  const Backend backend{"reference", forward::Precision::double_precision, {1e-12, 2000}, 16, 64.0};
+  Objective objective(problem, backend);
+  objective.value(at);
+
+  // The residual's derivatives by the 120 unknowns and, by differences, by the shifts.
+  const auto n = static_cast<Index>(2 * shape.cells());
+  const auto rows = static_cast<Index>(prediction.size());
+  MatrixXd j(rows, n + 2);
+  MatrixXd h = MatrixXd::Zero(n + 2, n + 2);
+  for (Index k = 0; k < n; ++k) {
+    const CoefficientPair unit = parted(VectorXd::Unit(n, k));
+    const std::vector<double> column = objective.jacobian(unit);
+    j.col(k) = Eigen::Map<const VectorXd>(column.data(), rows);
+    h.col(k).head(n) = prior.weight * joined(smoothing_product(shape, prior.thickness_mm,
+                                                               prior.anchor_length_mm, {}, unit));
+  }
+  VectorXd residual(rows);
+  const FaceShape face = problem.seen_shape();
+  for (Index i = 0; i < rows; ++i) {
+    const auto at_pixel = static_cast<std::size_t>(i);
+    const double root = std::sqrt(problem.weight[at_pixel]);
+    const std::size_t first = at_pixel / face.cells() * face.cells();
+    const int u = static_cast<int>((at_pixel - first) % static_cast<std::size_t>(face.nu));
+    const int v = static_cast<int>((at_pixel - first) / static_cast<std::size_t>(face.nu));
+    const auto map = [&](int uu, int vv) {
+      return prediction[first + static_cast<std::size_t>(std::clamp(vv, 0, face.nv - 1) * face.nu +
+                                                         std::clamp(uu, 0, face.nu - 1))];
+    };
+    const double wide = u > 0 && u + 1 < face.nu ? 2.0 : 1.0;
+    const double high = v > 0 && v + 1 < face.nv ? 2.0 : 1.0;
+    j(i, n) = root * (map(u - 1, v) - map(u + 1, v)) / wide;
+    j(i, n + 1) = root * (map(u, v - 1) - map(u, v + 1)) / high;
+    residual[i] = root * (problem.data[at_pixel] - prediction[at_pixel]);
+  }
+  h += j.transpose() * j;
+  // What a fit leaves of the residual: the fields have taken their part of it.
+  residual -=
+      j.leftCols(n) * h.topLeftCorner(n, n).llt().solve(j.leftCols(n).transpose() * residual);
+  for (Index i = 0; i < rows; ++i) {
+    const auto at_pixel = static_cast<std::size_t>(i);
+    if (problem.weight[at_pixel] <= 0.0) continue;
+    problem.data[at_pixel] =
+        prediction[at_pixel] + residual[i] / std::sqrt(problem.weight[at_pixel]);
+  }
+  // At the fit's minimum the fields' own gradient vanishes: factor and shift alone pull.
+  VectorXd pull = j.transpose() * residual;
+  pull.head(n).setZero();
+  const MatrixXd covariance = h.llt().solve(MatrixXd::Identity(n + 2, n + 2));
+  const VectorXd expected = covariance * pull;
+
+  Objective minimum(problem, backend);
+  minimum.value(at);
+  const VolumeShift found = volume_shift(minimum, prior, 200, 1);
+  const auto expect = [&](const Estimate& estimate, Index k) {
+    const double deviation = std::sqrt(covariance(n + k, n + k));
+    EXPECT_NEAR(estimate.error / deviation, 1.0, 0.1) << k;
+    EXPECT_NEAR((estimate.value - expected[n + k]) / deviation, 0.0, 0.1) << k;
+  };
+  expect(found.u, 0);
+  expect(found.v, 1);
+}
+
+Consistency fitted(std::uint64_t seed, double shift) {
+  const bench::Block block{.grid = {12, 12, 6, 0.5}};
+  SurfaceMeasurements m = bench::expose_figure(block, bench::structured_block(0.2, 0.02, 1.0, seed),
+                                               bench::bar_light(block.grid, block.lit, 8), 2, 1.3);
+  bench::spoil(m, block.noise, {.shift = shift}, seed);
+  Progress silent;
+  return fit_channel(m, 0, {}, {}, silent).report.consistency;
+}
+
+TEST(VolumeShift, StructuredBlocksTellAThirdOfAVoxel) {
+  for (const std::uint64_t seed : {11, 12}) {
+    const Consistency right = fitted(seed, 0.0);
+    EXPECT_TRUE(right.volume_shift);
+    EXPECT_FALSE(right.is_shifted()) << right.shift_u.value << " " << right.shift_v.value;
+    const Consistency shifted = fitted(seed, 0.33);
+    EXPECT_TRUE(shifted.is_shifted());
+    EXPECT_NEAR(shifted.shift_u.value, 0.33, 0.15);
+    EXPECT_NEAR(shifted.shift_v.value, 0.0, 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace kappamu::inverse
