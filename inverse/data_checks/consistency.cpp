@@ -89,6 +89,14 @@ std::string scale_sentence(const Consistency& c) {
 
 }  // namespace
 
+void Consistency::set_volume_shift(const Estimate& u, const Estimate& v, double limit) {
+  if (is_shifted() && std::hypot(u.value, v.value) > limit) return;
+  volume_shift = true;
+  shift_u = u;
+  shift_v = v;
+  shift_limit = limit;
+}
+
 bool Consistency::scale_is_wrong() const {
   return checked && std::abs(log_scale.value) > log_scale_limit;
 }
@@ -218,7 +226,7 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
                          const ModelError& model_error, const Backend& backend,
                          std::uint64_t seed) {
   homogeneous.solves = {};
-  if (volume.problem.patterns < fewest_patterns || homogeneous.is_shifted()) return homogeneous;
+  if (volume.problem.patterns < fewest_patterns) return homogeneous;
   const auto objective = objective_at(volume, model_error, backend);
   const GridShape& fine = volume.problem.setup.shape;
   const GridShape& shape = objective->problem().setup.shape;
@@ -228,14 +236,12 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
   }
   const VolumeShift found = volume_shift(*objective, prior, volume_steps, seed);
   const double voxels = shape.voxel_mm / fine.voxel_mm;
-  Consistency result = homogeneous;
-  result.solves = objective->solves();
-  result.volume_shift = true;
-  result.shift_u = {voxels * found.u.value, voxels * found.u.error};
-  result.shift_v = {voxels * found.v.value, voxels * found.v.error};
-  result.shift_limit =
-      most_deviations * std::hypot(result.shift_u.error, result.shift_v.error, volume_shift_spread);
-  return result;
+  const Estimate u{voxels * found.u.value, voxels * found.u.error};
+  const Estimate v{voxels * found.v.value, voxels * found.v.error};
+  homogeneous.set_volume_shift(u, v,
+                               most_deviations * std::hypot(u.error, v.error, volume_shift_spread));
+  homogeneous.solves = objective->solves();
+  return homogeneous;
 }
 
 Consistency check_consistency(const Problem& problem, double kappa, double mu,

@@ -31,6 +31,8 @@ struct Consistency {
   std::optional<double> other_eta;
   SolveCount solves;
 
+  /// In place of the block's, which stays where both report one: it is no matter of derivatives.
+  void set_volume_shift(const Estimate& u, const Estimate& v, double limit);
   bool scale_is_wrong() const;
   bool is_shifted() const;
 };
@@ -49,8 +51,7 @@ struct FittedVolume {
   const Prior& prior;                     ///< the fit's α R
 };
 
-/// The shift by the volume that was fitted, in place of the homogeneous block's; one too large for
-/// derivatives stays the block's.
+/// `homogeneous` with the shift by the volume that was fitted.
 Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
                          const ModelError& model_error, const Backend& backend, std::uint64_t seed);
 

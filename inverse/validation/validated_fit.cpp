@@ -30,12 +30,8 @@ FitReport joined(FitReport first, FitReport second) {
     first.reason = std::move(second.reason);
   }
   for (std::string& sentence : second.warnings) first.warnings.push_back(std::move(sentence));
-  const Consistency& by_volume = second.consistency;
-  if (by_volume.volume_shift && !first.consistency.is_shifted()) {
-    first.consistency.volume_shift = true;
-    first.consistency.shift_u = by_volume.shift_u;
-    first.consistency.shift_v = by_volume.shift_v;
-    first.consistency.shift_limit = by_volume.shift_limit;
+  if (const Consistency& by_volume = second.consistency; by_volume.volume_shift) {
+    first.consistency.set_volume_shift(by_volume.shift_u, by_volume.shift_v, by_volume.shift_limit);
   }
   first.chi2_per_value = second.chi2_per_value;
   first.data = second.data;
