@@ -149,7 +149,8 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double prior_weig
   objective.count_pixel_noise();
   Prior prior = *fit.prior;
   prior.weight = prior_weight;
-  return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed);
+  return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed,
+                              fit.blocks);
 }
 
 }  // namespace kappamu::inverse
