@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 
 #include "bench/cases/inverse_case.h"
 #include "bench/cases/media.h"
+#include "bench/inverse/inverse_fit.h"
 #include "capture/rig/shoot.h"
 #include "core/processor_time.h"
 #include "data_synthetic/scene/materials.h"
@@ -54,6 +56,10 @@ Json share_within(const Volume<double>& found, const Volume<double>& fine_truth,
            *std::min_element(share.within_two_by_depth.begin(), share.within_two_by_depth.end())}};
 }
 
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
 }  // namespace
 
 const std::vector<std::string>& paper_samples() {
@@ -83,6 +89,11 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   int solves = 0;
   Json errors = Json::array();
   Json misfits = Json::array();
+  Json work = Json::array(), channel_solves = Json::array(), weights = Json::array();
+  Json kappa_errors = Json::array(), mu_errors = Json::array(), single_errors = Json::array();
+  const auto cells = static_cast<double>(block.grid.cells());
+  const std::vector<double> single = single_voxel_light(face_shape(block.grid, block.lit), 16, 11);
+  double deviation_work = 0.0;
   std::vector<SurfaceMeasurements> measured;
   std::vector<inverse::ChannelFit> fits;
   for (std::size_t channel = 0; channel < truth.size(); ++channel) {
@@ -93,11 +104,24 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
     const inverse::ChannelFit& fit = fits.back();
     seconds += fit.report.seconds;
     solves += fit.report.solves.total();
+    work.push_back(fit.report.solves.voxel_iterations / cells);
+    channel_solves.push_back(fit.report.solves.total());
+    weights.push_back(fit.report.weight);
+    const DepthError depth = depth_error(fit.medium, fields, block.lit);
+    kappa_errors.push_back(mean(depth.kappa));
+    mu_errors.push_back(mean(depth.mu));
+    single_errors.push_back(appearance_error(fit.medium, expose(block, fields, single)));
     misfits.push_back(fit.report.chi2_per_value);
     errors.push_back(appearance_error(fit.medium, expose(block, fields, validation_light(block))));
     record["device"] = fit.report.backend;
   }
   record["seconds"] = seconds;
+  record["work"] = work;
+  record["channel_solves"] = channel_solves;
+  record["weight"] = weights;
+  record["single_voxel_E"] = single_errors;
+  record["kappa_error"] = kappa_errors;
+  record["mu_error"] = mu_errors;
   const Stopwatch watch;
   const std::optional<double> prior_weight = inverse::shared_prior_weight(fits);
   Json kappa_coverage = Json::array();
@@ -108,12 +132,14 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
     const inverse::Uncertainty found =
         inverse::estimate_volume_uncertainty(fit, *prior_weight, measured[channel], 0, fit_options);
     solves += found.report.solves;
+    deviation_work += found.report.voxel_iterations / cells;
     kappa_coverage.push_back(
         share_within(fit.medium.kappa, truth[channel].kappa, found.log_kappa_std, block.lit));
     mu_coverage.push_back(
         share_within(fit.medium.mu, truth[channel].mu, found.log_mu_std, block.lit));
   }
   record["deviation_seconds"] = watch.seconds();
+  record["deviation_work"] = deviation_work;
   record["batched_solves"] = solves;
   record["validation_E"] = errors;
   record["data_misfit_chi2"] = misfits;

@@ -135,6 +135,7 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   choose_physics(continued.homogeneous_kappa, continued.homogeneous_mu);
   grid_.renew_correction(state_.fields);
   path_.start_from(continued.weight);
+  if (options_.path.weight) state_.path.end = continued.end;
 }
 
 void ChannelRun::begin() {

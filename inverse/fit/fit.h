@@ -36,6 +36,17 @@ enum class FitStatus {
 };
 std::string to_string(FitStatus status);
 
+/// Why no lower weight follows on the finest grid.
+enum class PathEnd {
+  unknown,      ///< it is not over
+  asked,        ///< the user's weight, or another fit's
+  noise,        ///< the data are explained to their noise
+  overstated,   ///< and further, yet a lower weight promises hardly less error under other light
+  model_error,  ///< above the noise a lower weight promises more error under other light
+  no_gain,      ///< a lower weight did not lower χ²
+  lowest        ///< PathOptions::last_weight
+};
+
 /// One step of the optimiser; step 0 opens a weight.
 struct StepRecord {
   int level = 0;        ///< grid, 0 = finest
@@ -62,7 +73,8 @@ struct FitReport {
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum
   double chi2_per_value = 0.0;
-  double weight = 0.0;   ///< α at the end
+  double weight = 0.0;  ///< α at the end
+  PathEnd end = PathEnd::unknown;
   std::size_t data = 0;  ///< used
   SolveCount solves;     ///< of all grids, the start included
   double seconds = 0.0;
@@ -80,6 +92,7 @@ struct ChannelFit {
   Correction correction;  ///< r at the end
   /// Of a volume whose deviations are asked for (fit_uncertainty.h).
   std::optional<Prior> prior;
+  LateralBlocks blocks;  ///< prior_blocks() at the end; empty where there is no prior
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
   /// (simpler_model.h) asks the validation patterns.
   std::vector<LayeredMedium> simpler;
@@ -109,7 +122,8 @@ struct Continuation {
   double homogeneous_kappa = 0.0;  ///< [mm]; what the fields are drawn to
   double homogeneous_mu = 0.0;     ///< [1/mm]
   double homogeneous_log_residual = 0.0;
-  double weight = 0.0;  ///< α it ended with
+  double weight = 0.0;           ///< α it ended with
+  PathEnd end = PathEnd::asked;  ///< why there, where this fit keeps that weight
 };
 
 /// What a fit may be given beside measurements and options.

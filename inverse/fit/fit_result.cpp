@@ -14,6 +14,24 @@ namespace kappamu::inverse {
 
 namespace {
 
+/// What follows "at chi2 per value 1.23" in the sentence on how a fit ended.
+std::string clause(PathEnd end) {
+  switch (end) {
+    case PathEnd::noise:
+      return ", the noise of the data";
+    case PathEnd::overstated:
+      return "; under less smoothing cross-validation expects hardly less error of other light";
+    case PathEnd::model_error:
+      return "; under less smoothing cross-validation expects more error of other light";
+    case PathEnd::unknown:
+    case PathEnd::asked:
+    case PathEnd::no_gain:
+    case PathEnd::lowest:
+      break;
+  }
+  return "";
+}
+
 /// χ² per value above which stopping there is worth a warning.
 constexpr double suspicious_chi2 = 1.5;
 
@@ -63,14 +81,15 @@ void ChannelRun::conclude() {
                               options_.path.stage_steps, chi2);
   } else if (chi2 <= options_.path.target_chi2 || options_.path.weight) {
     report.status = FitStatus::converged;
-    report.reason = formatted("Converged at chi2 per value %.3g.", chi2);
+    report.reason =
+        formatted("Converged at chi2 per value %.3g%s.", chi2, clause(state_.path.end).c_str());
   } else {
     const bool lowest = path_.at_lowest_weight();
     report.status = lowest ? FitStatus::ran_out : FitStatus::above_noise;
-    report.reason = formatted("%s at chi2 per value %.3g.",
+    report.reason = formatted("%s at chi2 per value %.3g%s.",
                               lowest ? "The lowest weight was reached"
                                      : "Neither lower weights nor a new correction helped further",
-                              chi2);
+                              chi2, clause(state_.path.end).c_str());
   }
   finish(chi2);
 }
@@ -150,12 +169,15 @@ ChannelFit ChannelRun::result() {
           "one or with h1 to know them.");
     }
     const Prior prior = this->prior();
-    fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor()), rows, shape,
-                                axis_of(grid_.problem().setup.lit_face));
+    const int axis = axis_of(grid_.problem().setup.lit_face);
+    fit.blocks = prior_blocks(rows, shape, axis);
+    fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor()), fit.blocks,
+                                shape, axis);
   }
   fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;
   fit.report = state_.report;
+  fit.report.end = state_.path.end;
   fit.report.backend = grid_.objective().backend_name();
   fit.report.data = grid_.levels()[0].used();
   fit.report.solves = grid_.objective().solves();

@@ -142,14 +142,15 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double prior_weig
                                         const FitOptions& options) {
   check(fit.prior.has_value(), "uncertainty: the fit has no prior");
   GridPath grid = make_grid_path(fitted, channel, options);
-  grid.open(0);
+  grid.open(0, Derivatives::products);
   Objective& objective = grid.objective();
   objective.set_correction(fit.correction);
   objective.value(to_fields(fit.medium));
   objective.count_pixel_noise();
   Prior prior = *fit.prior;
   prior.weight = prior_weight;
-  return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed);
+  return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed,
+                              fit.blocks);
 }
 
 }  // namespace kappamu::inverse

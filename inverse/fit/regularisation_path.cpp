@@ -41,6 +41,7 @@ void RegularisationPath::open(int level) {
   at_.phase = last ? FitPhase::last_weight : FitPhase::descending;
   at_.last_chi2 = 0.0;
   at_.last_score = 0.0;
+  at_.end = fixed_by_user() ? PathEnd::asked : PathEnd::unknown;
 }
 
 void RegularisationPath::start(double chi2, int level) {
@@ -92,14 +93,16 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
                                              score > most_score_share * at_.last_score);
   if (!fixed_by_user() && (level > 0 ? !gained : worse)) {
     at_.weight /= options_.weight_factor;
+    if (level == 0) at_.end = renewed > target ? PathEnd::model_error : PathEnd::overstated;
     return {end_grid(level), From::begun};
   }
   const bool stagnated =
       !unsettled && at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2;
   const double next = at_.weight * (unsettled ? 1.0 : options_.weight_factor);
-  const bool enough = renewed <= target && !overstated;
-  if (fixed_by_user() || enough || stagnated || next < options_.last_weight) {
+  const PathEnd end = end_of(renewed, overstated, stagnated, next);
+  if (end != PathEnd::unknown) {
     at_.last_chi2 = renewed;
+    at_.end = end;
     return {end_grid(level)};
   }
   if (!unsettled) {
@@ -109,6 +112,14 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   at_.phase = unsettled ? FitPhase::descending_again : FitPhase::descending;
   at_.weight = next;
   return {What::minimise};
+}
+
+PathEnd RegularisationPath::end_of(double renewed, bool overstated, bool stagnated,
+                                   double next) const {
+  if (fixed_by_user()) return PathEnd::asked;
+  if (renewed <= options_.target_chi2 && !overstated) return PathEnd::noise;
+  if (stagnated) return PathEnd::no_gain;
+  return next < options_.last_weight ? PathEnd::lowest : PathEnd::unknown;
 }
 
 /// On the finest grid the last weight once more, with metric and correction renewed and more

@@ -25,6 +25,7 @@ struct PathPosition {
   double begun_chi2 = 0.0;  ///< per value where the weight was begun
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
   double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
+  PathEnd end = PathEnd::unknown;
 };
 
 /// What follows the minimum at one weight.
@@ -67,6 +68,7 @@ class RegularisationPath {
  private:
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
+  PathEnd end_of(double renewed, bool overstated, bool stagnated, double next) const;
   NextStep::What end_grid(int level);
 
   const PathOptions& options_;

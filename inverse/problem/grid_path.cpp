@@ -11,24 +11,27 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Solves err by this share of a datum's usual deviation, but by no more than the second: fits end
-/// at the same E as with exact ones (docs/theory.md, section 4).
-constexpr double solver_share_of_noise = 0.1;
-constexpr double loosest_solve = 1e-3;
+/// Solves leave a residual of `share` of a datum's usual deviation, but of no more than `loosest`.
+struct Looseness {
+  double share;
+  double loosest;
+};
+/// Fits end at the same E as with exact ones (docs/theory.md, section 4).
+constexpr Looseness of_light{0.3, 3e-3};
+/// An error of a gradient by so small a share changes nothing of where they end.
+constexpr double of_gradients = 2e-2;
+/// With errors of 2e-2 products lose the Hessian's definiteness, whose largest eigenvalues are
+/// hundreds of times its smallest.
+constexpr Looseness of_products{0.1, 1e-3};
 
-/// `backend` with solves as loose as the data allow; refined ones, few, stay exact: r corrects all
-/// the data.
-Backend suited(Backend backend, const Problem& problem) {
-  std::vector<double> deviations;  // relative
+/// The data's usual relative deviation; 0 where there are none.
+double usual_deviation(const Problem& problem) {
+  std::vector<double> deviations;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
     if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
     deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
   }
-  if (deviations.empty()) return backend;
-  const double allowed =
-      std::min(loosest_solve, solver_share_of_noise * upper_median(std::move(deviations)));
-  backend.solve.tolerance = std::max(backend.solve.tolerance, allowed);
-  return backend;
+  return deviations.empty() ? 0.0 : upper_median(std::move(deviations));
 }
 
 }  // namespace
@@ -40,10 +43,17 @@ GridPath::GridPath(GridLevels levels, const Backend& backend, const DataTermOpti
       data_term_(data_term),
       correction_(correction) {}
 
-void GridPath::open(int level) {
+/// Refined solves, few, stay exact: r corrects all the data.
+void GridPath::open(int level, Derivatives derivatives) {
   level_ = level;
   const Problem& problem = levels_[level];
-  objective_ = std::make_unique<Objective>(problem, suited(backend_, problem), data_term_);
+  const bool gradients = derivatives == Derivatives::gradients;
+  const Looseness& of = gradients ? of_light : of_products;
+  Backend backend = backend_;
+  double& tolerance = backend.solve.tolerance;
+  tolerance = std::max(tolerance, std::min(of.loosest, of.share * usual_deviation(problem)));
+  objective_ = std::make_unique<Objective>(problem, backend, data_term_);
+  if (gradients) objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
 }
 
 double GridPath::thickness_mm() const {

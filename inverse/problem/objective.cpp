@@ -87,7 +87,10 @@ int bounded_batch(const GridShape& shape, int batch, double memory_mb,
 }
 
 Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term)
-    : problem_(std::move(problem)), backend_(std::move(backend)), data_options_(data_term) {
+    : problem_(std::move(problem)),
+      backend_(std::move(backend)),
+      derivative_solve_(backend_.solve),
+      data_options_(data_term) {
   forward::SolverChoice choice =
       forward::make_grid_solver(problem_.setup, backend_.device, backend_.precision);
   solver_ = std::move(choice.solver);
@@ -95,6 +98,10 @@ Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term
   stated_weight_ = problem_.weight;
   correction_.ratio.assign(problem_.data.size(), 1.0);
   ratio_ = correction_.ratio;
+}
+
+void Objective::set_derivative_tolerance(double tolerance) {
+  derivative_solve_.tolerance = tolerance;
 }
 
 /// False where there is no solution to speak of. Solves nothing where it has just solved.
@@ -172,7 +179,7 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
     const auto field = solver_->make_field(end - begin);
     solver_->change_source(tangent.equations, *fluence_[part],
                            patterns_of(problem_.irradiance, begin, end, lit), *b);
-    const SolveReport report = solver_->solve(*b, *field, backend_.solve);
+    const SolveReport report = solver_->solve(*b, *field, derivative_solve_);
     if (report.termination == Termination::failed) {
       throw InputError("the linearised diffusion solve failed: " + report.message);
     }
@@ -218,7 +225,7 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
     const auto b = solver_->make_field(end - begin);
     const auto lambda = solver_->make_field(end - begin);
     solver_->exitance_adjoint(problem_.seen_face, patterns_of(by_exitance, begin, end, seen), *b);
-    const SolveReport report = solver_->solve(*b, *lambda, backend_.solve);
+    const SolveReport report = solver_->solve(*b, *lambda, derivative_solve_);
     if (report.termination == Termination::failed) {
       throw InputError("the adjoint diffusion solve failed: " + report.message);
     }

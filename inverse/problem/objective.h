@@ -105,6 +105,10 @@ class Objective {
   /// not converge or coefficients leave the range of floating point. Keeps what gradient() needs.
   double value(const CoefficientPair& fields);
 
+  /// Residual that adjoint and tangent solves may leave, relative to their own right-hand sides;
+  /// that of Backend::solve at first.
+  void set_derivative_tolerance(double tolerance);
+
   /// At the fields of the last value().
   CoefficientPair gradient();
 
@@ -148,6 +152,7 @@ class Objective {
 
   Problem problem_;
   Backend backend_;
+  forward::SolveOptions derivative_solve_;  ///< of adjoint and tangent solves
   DataTermOptions data_options_;
   std::unique_ptr<forward::GridSolver> solver_;
   std::string warning_;

@@ -58,14 +58,18 @@ Basis metric(const Prior& prior, const GridShape& shape, int axis, const Lateral
 
 }  // namespace
 
+LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
+                           int depth_axis) {
+  return lateral_blocks(rows, shape, depth_axis, no_ridge);
+}
+
 /// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
 /// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made
 /// log κ rougher than it expects, the α that expects it takes its place. Never a larger one, and at
 /// least one direction is determined: fewer say nothing of roughness. Of log μ the data often
 /// determine a handful, all of them smooth, which says as little.
-Prior empirical_prior(Prior regulariser, double roughness, std::span<const CoefficientPair> rows,
+Prior empirical_prior(Prior regulariser, double roughness, const LateralBlocks& blocks,
                       const GridShape& shape, int depth_axis) {
-  const LateralBlocks blocks = lateral_blocks(rows, shape, depth_axis, no_ridge);
   const Basis basis = metric(regulariser, shape, depth_axis, blocks);
   const double directions = std::max(1.0, basis.determined(blocks).kappa);
   regulariser.weight = std::min(regulariser.weight, directions / roughness);
@@ -163,7 +167,8 @@ double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPa
 }
 
 Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
-                                 const UncertaintyOptions& options, std::uint64_t seed) {
+                                 const UncertaintyOptions& options, std::uint64_t seed,
+                                 LateralBlocks blocks) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
   const Problem& problem = objective.problem();
@@ -171,9 +176,12 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   const int axis = axis_of(problem.setup.lit_face);
   const auto solves = [&] { return objective.solves().adjoint + objective.solves().tangent; };
   const int before = solves();
+  const double iterations_before = objective.solves().voxel_iterations;
   const Stopwatch watch;
-  const Basis basis = metric(
-      prior, shape, axis, estimate_lateral_blocks(objective, axis, options.probes, seed, no_ridge));
+  if (blocks.empty()) {
+    blocks = prior_blocks(random_rows(objective, options.probes, seed), shape, axis);
+  }
+  const Basis basis = metric(prior, shape, axis, blocks);
   InverseDiagonal diagonal(
       [&](const CoefficientPair& v) { return hessian_product(objective, prior, v); }, shape, axis,
       basis, options.steps);
@@ -202,6 +210,7 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   report.layers = layers_below(found, problem.seen_face);
   report.sentence = in_words(report.layers);
   report.solves = solves() - before;
+  report.voxel_iterations = objective.solves().voxel_iterations - iterations_before;
   report.seconds = watch.seconds();
   report.unfinished = diagonal.unfinished();
   report.prior = prior;

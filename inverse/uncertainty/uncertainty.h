@@ -52,6 +52,7 @@ struct UncertaintyReport {
   std::string sentence;                  ///< the layers in words: where the data say what
   std::optional<Prior> prior;            ///< taken for granted; of a volume alone
   int solves = 0;                        ///< batched ones that this cost
+  double voxel_iterations = 0.0;         ///< SolveCount's, of these
   double seconds = 0.0;
   double unfinished = 0.0;  ///< InverseDiagonal::unfinished
 };
@@ -84,14 +85,20 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior, const 
 double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
                        const Anchor& anchor);
 
+/// JᵀWJ in blocks for what follows, of `rows` by random_rows() (lateral_hessian.h).
+LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
+                           int depth_axis);
+
 /// The fit's regulariser with its weight lowered to the one that expects the `roughness` found of
-/// log κ (docs/theory.md, 5); `rows` by random_rows() (lateral_hessian.h).
-Prior empirical_prior(Prior regulariser, double roughness, std::span<const CoefficientPair> rows,
+/// log κ (docs/theory.md, 5); `blocks` by prior_blocks().
+Prior empirical_prior(Prior regulariser, double roughness, const LateralBlocks& blocks,
                       const GridShape& shape, int depth_axis);
 
 /// At the fields of the objective's last value(); equal seeds give equal bits on one device.
+/// `blocks` of prior_blocks() there spare the `probes` adjoint solves that make them.
 Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
-                                 const UncertaintyOptions& options, std::uint64_t seed);
+                                 const UncertaintyOptions& options, std::uint64_t seed,
+                                 LateralBlocks blocks = {});
 
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);

@@ -82,9 +82,9 @@ ValidatedFit fit_validated(const ValidationSplit& input, int channel, const FitO
   all_options.path.weight = report.weight;
   all_options.data.physics = report.physics;
   FitContext all_context;
-  all_context.continued =
-      Continuation{result.fit.medium, report.homogeneous_kappa, report.homogeneous_mu,
-                   report.homogeneous_log_residual, report.weight};
+  all_context.continued = Continuation{result.fit.medium,     report.homogeneous_kappa,
+                                       report.homogeneous_mu, report.homogeneous_log_residual,
+                                       report.weight,         report.end};
   Observer all_observer;
   if (observer) {
     all_observer = [&](const StepRecord& record, const GridShape& shape,

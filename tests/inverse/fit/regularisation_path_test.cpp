@@ -56,6 +56,7 @@ TEST_F(RegularisationPathTest, DescendsToTheNoiseThenMinimisesTheLastWeightOnceM
   EXPECT_EQ(path.minimum(0.9, 0.9, unknown, finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
   EXPECT_EQ(at.phase, FitPhase::last_weight);
+  EXPECT_EQ(at.end, PathEnd::noise);
   EXPECT_EQ(path.tolerance(), 1e-4);
   EXPECT_EQ(path.minimum(0.8, 0.8, unknown, finest), conclude);
   EXPECT_EQ(at.last_chi2, 0.8);
@@ -70,10 +71,12 @@ TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOver
   EXPECT_EQ(at.phase, FitPhase::descending);
   EXPECT_EQ(path.minimum(0.4, 0.4, share(0.4, 1.1 * score(0.5)), finest), minimise_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "other light would be worse: back to the weight before";
+  EXPECT_EQ(at.end, PathEnd::overstated);
   EXPECT_EQ(at.phase, FitPhase::last_weight);
 
   path.start(50.0, finest);
   EXPECT_EQ(path.minimum(0.5, 0.5, left, finest), minimise);
+  EXPECT_EQ(at.end, PathEnd::unknown);
   EXPECT_EQ(path.minimum(0.47, 0.47, left, finest), minimise_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "a score hardly lower does not show the noise to be overstated";
   path.start(50.0, finest);
@@ -121,6 +124,7 @@ TEST_F(RegularisationPathTest, StopsAboveTheNoiseWhereLowerWeightsNoLongerHelp) 
   path.minimum(9.0, 9.0, unknown, finest);
   EXPECT_EQ(path.minimum(8.5, 8.5, unknown, finest), minimise);
   EXPECT_TRUE(path.at_last_weight());
+  EXPECT_EQ(at.end, PathEnd::no_gain);
   EXPECT_FALSE(path.at_lowest_weight());
 }
 
@@ -129,6 +133,7 @@ TEST_F(RegularisationPathTest, AboveTheNoiseAWeightThatPredictsWorseIsTakenBack)
   EXPECT_EQ(path.minimum(9.0, 9.0, share(9.0, 11.0), finest), minimise);
   EXPECT_EQ(path.minimum(5.0, 5.0, share(5.0, 12.0), finest), minimise_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "the one before";
+  EXPECT_EQ(at.end, PathEnd::model_error);
   EXPECT_EQ(at.last_chi2, 9.0);
   EXPECT_TRUE(path.at_last_weight());
   EXPECT_FALSE(path.at_lowest_weight());
@@ -157,6 +162,7 @@ TEST_F(RegularisationPathTest, StopsAtTheLowestWeight) {
   }
   EXPECT_EQ(at.weight, 125.0) << "the next, 62.5, is below last_weight";
   EXPECT_TRUE(path.at_lowest_weight());
+  EXPECT_EQ(at.end, PathEnd::lowest);
 }
 
 TEST_F(RegularisationPathTest, OnACoarseGridAWeightThatGainsLittleIsTakenBack) {

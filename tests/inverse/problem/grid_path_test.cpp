@@ -106,5 +106,35 @@ TEST_F(GridPathTest, NoisyDataAreSolvedMoreLoosely) {
             0.7 * precise.objective().solves().voxel_iterations);
 }
 
+TEST_F(GridPathTest, DerivativesAreSolvedMoreLooselyThanTheLight) {
+  backend.solve.tolerance = 1e-9;
+  GridPath grid = path(GridCorrection::none, 1e-4F);
+  grid.open(0);
+  Objective& loose = grid.objective();
+  loose.value(even(block.grid));
+  const double light = loose.solves().voxel_iterations;
+  const CoefficientPair found = loose.gradient();
+  EXPECT_LT(loose.solves().voxel_iterations - light, 0.7 * light);
+
+  Objective exact(grid.problem(), backend);
+  exact.value(even(block.grid));
+  const CoefficientPair expected = exact.gradient();
+  double error = 0.0, square = 0.0;
+  for (std::size_t i = 0; i < expected.log_mu.size(); ++i) {
+    error += std::pow(found.log_kappa[i] - expected.log_kappa[i], 2) +
+             std::pow(found.log_mu[i] - expected.log_mu[i], 2);
+    square += std::pow(expected.log_kappa[i], 2) + std::pow(expected.log_mu[i], 2);
+  }
+  constexpr double of_solves = 0.02;  // grid_path.cpp: the residual of adjoint solves
+  EXPECT_LT(std::sqrt(error / square), of_solves);
+
+  grid.open(0, Derivatives::products);
+  grid.objective().value(even(block.grid));
+  const double light_again = grid.objective().solves().voxel_iterations;
+  grid.objective().gradient();
+  EXPECT_GT(grid.objective().solves().voxel_iterations - light_again, 0.7 * light_again)
+      << "products with the Hessian are as exact as the light";
+}
+
 }  // namespace
 }  // namespace kappamu::inverse

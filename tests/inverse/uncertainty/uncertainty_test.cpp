@@ -180,6 +180,11 @@ TEST_F(TinyPosterior, IsRepeatableBoundedByThePriorAndCostsWhatItSays) {
   EXPECT_EQ(first.log_mu_std.values(), again.log_mu_std.values());
   EXPECT_EQ(first.correlation.values(), again.correlation.values());
   EXPECT_EQ(first.report.solves, 2 + 2 * 3 * 2) << "probes + 2 · steps · samples";
+  const Uncertainty handed =
+      estimate_uncertainty(*objective_, prior, options, 5,
+                           prior_blocks(random_rows(*objective_, options.probes, 5), shape, axis));
+  EXPECT_EQ(handed.log_kappa_std.values(), first.log_kappa_std.values());
+  EXPECT_EQ(handed.report.solves, 2 * 3 * 2) << "without the probes";
   ASSERT_EQ(first.report.layers.size(), 3U);
   EXPECT_DOUBLE_EQ(first.report.layers[0].depth_mm, 0.25);
   const CoefficientPair beforehand = prior_variance(shape, prior);
@@ -213,9 +218,9 @@ TEST_F(TinyPosterior, SamplesGiveTheDenseDeviationsUnderALoosePrior) {
 }
 
 TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
-  const std::vector<CoefficientPair> rows = random_rows(*objective_, 8, 5);
+  const LateralBlocks blocks = prior_blocks(random_rows(*objective_, 8, 5), shape, axis);
   const auto weight = [&](double roughness) {
-    return empirical_prior(prior, roughness, rows, shape, axis).weight;
+    return empirical_prior(prior, roughness, blocks, shape, axis).weight;
   };
   EXPECT_EQ(weight(0.0), prior.weight);
   EXPECT_LT(weight(100.0), prior.weight);
