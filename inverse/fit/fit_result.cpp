@@ -127,8 +127,12 @@ ChannelFit ChannelRun::result() {
     const Prior prior{
         state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
         roughness(shape, grid_.thickness_mm(), fields, anchor, regulariser()).diffusivity};
-    fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor), rows, shape,
-                                axis_of(grid_.problem().setup.lit_face));
+    const int axis = axis_of(grid_.problem().setup.lit_face);
+    fit.prior =
+        empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor), rows, shape, axis);
+    Vector log_kappa = fields.log_kappa;
+    for (double& value : log_kappa) value -= anchor.log_kappa;
+    fit.prior->wave_weights = wave_weights(prior, log_kappa, rows, shape, axis);
   }
   fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;

@@ -1,0 +1,201 @@
+#include "inverse/uncertainty/long_waves.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <numbers>
+#include <numeric>
+#include <random>
+
+#include "core/numbers/cosine_transform.h"
+#include "inverse/optimise/lateral_hessian.h"
+#include "inverse/optimise/lateral_modes.h"
+#include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/uncertainty.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+/// Upper ends of all but the last band, eigenvalues of the voxels' 3-point Laplacian: half a decade
+/// each, from waves of 36 voxels.
+constexpr std::array band_ends{0.03, 0.1, 0.3, 1.0, 3.0};
+constexpr double mu_over_kappa = absorbers_vary * absorbers_vary;
+
+std::size_t wave_band(double eigenvalue) {
+  return static_cast<std::size_t>(std::upper_bound(band_ends.begin(), band_ends.end(), eigenvalue) -
+                                  band_ends.begin());
+}
+
+double eigenvalue(Eigen::Index k, int n) {
+  return 2.0 - 2.0 * std::cos(std::numbers::pi * static_cast<double>(k) / n);
+}
+
+/// R″ of log κ for H1, of the wave whose Laplacian has this eigenvalue.
+double stiffness(const Prior& prior, double voxel_mm, double laplacian) {
+  return voxel_mm / prior.thickness_mm *
+         (laplacian + std::pow(voxel_mm / prior.anchor_length_mm, 2));
+}
+
+/// Depth by depth to cosines along it, of log κ's and log μ's rows.
+Eigen::MatrixXd along_depth(const Eigen::MatrixXd& rows, const CosineTransform& cosines) {
+  Eigen::MatrixXd waves(rows.rows(), rows.cols());
+  const Eigen::Index depth = rows.rows() / 2;
+  waves.topRows(depth) = cosines.forward(rows.topRows(depth));
+  waves.bottomRows(depth) = cosines.forward(rows.bottomRows(depth));
+  return waves;
+}
+
+/// A⁻¹ b by conjugate gradients in the coordinates of `basis`.
+template <class Product>
+CoefficientPair solved(const Product& a, const CoefficientPair& b, const Basis& basis, int steps) {
+  const Vector start = basis.gradient(b);
+  const auto size = static_cast<Eigen::Index>(start.size());
+  Eigen::VectorXd rest = Eigen::Map<const Eigen::VectorXd>(start.data(), size);
+  Eigen::VectorXd direction = rest;
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(size);
+  constexpr double solved_to = 1e-3;
+  const double enough = solved_to * rest.norm();
+  for (int k = 0; k < steps && rest.norm() > enough; ++k) {
+    const Vector image =
+        basis.gradient(a(basis.to_fields({direction.data(), direction.data() + size})));
+    const Eigen::Map<const Eigen::VectorXd> product(image.data(), size);
+    const double before = rest.squaredNorm();
+    const double step = before / direction.dot(product);
+    x += step * direction;
+    rest -= step * product;
+    direction = rest + rest.squaredNorm() / before * direction;
+  }
+  return basis.to_fields({x.data(), x.data() + size});
+}
+
+}  // namespace
+
+std::vector<double> wave_weights(const Prior& regulariser, const Vector& log_kappa,
+                                 std::span<const CoefficientPair> rows, const GridShape& shape,
+                                 int depth_axis) {
+  const LateralModes modes(shape, depth_axis);
+  const LateralBlocks blocks = lateral_blocks(rows, shape, depth_axis, 0.0);
+  const Eigen::Index depth = modes.depth();
+  const CosineTransform cosines(modes.depth());
+  const Eigen::MatrixXd found =
+      along_depth(modes.analyse({log_kappa, Vector(log_kappa.size(), 0.0)}), cosines);
+  std::array<double, band_ends.size() + 1> roughness{};
+  std::array<double, band_ends.size() + 1> directions{};
+  for (int bin = 0; bin < modes.bins(); ++bin) {
+    const std::vector<int>& members = modes.members(bin);
+    double lateral = 0.0;
+    for (const int wave : members) {
+      const double across = modes.laplacian()[static_cast<std::size_t>(wave)];
+      lateral += across / static_cast<double>(members.size());
+      for (Eigen::Index k = 0; k < depth; ++k) {
+        const double laplacian = across + eigenvalue(k, modes.depth());
+        roughness[wave_band(laplacian)] +=
+            stiffness(regulariser, shape.voxel_mm, laplacian) * found(k, wave) * found(k, wave);
+      }
+    }
+    const Eigen::MatrixXd half =
+        along_depth(blocks[static_cast<std::size_t>(bin)], cosines).transpose();
+    Eigen::MatrixXd hessian = along_depth(half, cosines);
+    Eigen::VectorXd smoothing(2 * depth);
+    for (Eigen::Index k = 0; k < depth; ++k) {
+      smoothing[k] = regulariser.weight *
+                     stiffness(regulariser, shape.voxel_mm, lateral + eigenvalue(k, modes.depth()));
+      smoothing[depth + k] = smoothing[k] / mu_over_kappa;
+    }
+    hessian.diagonal() += smoothing;
+    const Eigen::MatrixXd covariance =
+        hessian.llt().solve(Eigen::MatrixXd::Identity(2 * depth, depth));
+    for (Eigen::Index k = 0; k < depth; ++k) {
+      directions[wave_band(lateral + eigenvalue(k, modes.depth()))] +=
+          static_cast<double>(members.size()) * (1.0 - covariance(k, k) * smoothing[k]);
+    }
+  }
+  std::vector<double> weights;
+  for (std::size_t band = 0; band < directions.size(); ++band) {
+    weights.push_back(
+        std::min(regulariser.weight, std::max(1.0, directions[band]) / roughness[band]));
+  }
+  return weights;
+}
+
+LongWaveErrors long_wave_errors(Objective& coarse, const Prior& fitted, const Prior& prior,
+                                const GridShape& shape, int depth_axis,
+                                const LongWaveOptions& options, std::uint64_t seed) {
+  const SolveCount before = coarse.solves();
+  const GridShape& grid = coarse.problem().setup.shape;
+  const LateralModes modes(grid, depth_axis);
+  const Eigen::Index depth = modes.depth();
+  const auto waves = static_cast<Eigen::Index>(modes.laplacian().size());
+  const CosineTransform cosines(modes.depth());
+  // A wave has the same number of half periods on both grids. [k][wave], of log κ.
+  const std::array<int, 2> across{depth_axis == 0 ? 1 : 0, depth_axis == 2 ? 1 : 2};
+  Eigen::MatrixXd deviation = Eigen::MatrixXd::Zero(depth, waves);
+  const double cells = static_cast<double>(grid.cells()) / static_cast<double>(shape.cells());
+  for (Eigen::Index wave = 0; wave < waves; ++wave) {
+    const int na = grid.extent(across[0]);
+    const double lateral = eigenvalue(wave % na, shape.extent(across[0])) +
+                           eigenvalue(wave / na, shape.extent(across[1]));
+    for (Eigen::Index k = 0; k < depth; ++k) {
+      const double laplacian = lateral + eigenvalue(k, shape.extent(depth_axis));
+      if (laplacian == 0.0) continue;  // the mean: H1 leaves it free
+      const double excess = 1.0 / std::min(prior.weight, prior.wave_weights[wave_band(laplacian)]) -
+                            1.0 / prior.weight;
+      deviation(k, wave) = std::sqrt(cells * excess / stiffness(prior, shape.voxel_mm, laplacian));
+    }
+  }
+  const auto of_layers = [&](const Eigen::VectorXd& values) {
+    Vector layers;
+    for (int z = 0; z < shape.extent(depth_axis); ++z) {
+      const Eigen::Index at = static_cast<Eigen::Index>((z + 0.5) * shape.voxel_mm / grid.voxel_mm);
+      layers.push_back(values[std::min(at, depth - 1)]);
+    }
+    return layers;
+  };
+  const Eigen::MatrixXd squares =
+      cosines.inverse(Eigen::MatrixXd::Identity(depth, depth)).cwiseAbs2();
+  const Eigen::VectorXd of_waves =
+      squares * deviation.cwiseAbs2().rowwise().sum() / static_cast<double>(waves);
+  LongWaveErrors errors;
+  errors.beforehand = {of_layers(of_waves), of_layers(mu_over_kappa * of_waves), {}};
+
+  const Basis basis(grid,
+                    {Coordinates::informed, depth_axis, fitted.thickness_mm,
+                     fitted.anchor_length_mm, fitted.weight},
+                    estimate_lateral_blocks(coarse, depth_axis, options.probes, seed, 0.0));
+  const Prior smoothing{fitted.weight, fitted.thickness_mm, fitted.anchor_length_mm};
+  std::mt19937_64 engine(seed);
+  const auto sign = [&] { return (engine() >> 63) != 0 ? 1.0 : -1.0; };
+  Eigen::VectorXd kappa = Eigen::VectorXd::Zero(depth);
+  Eigen::VectorXd mu = kappa;
+  Eigen::VectorXd both = kappa;
+  for (int draw = 0; draw < options.draws; ++draw) {
+    Eigen::MatrixXd field(2 * depth, waves);
+    for (Eigen::Index wave = 0; wave < waves; ++wave) {
+      for (Eigen::Index k = 0; k < depth; ++k) {
+        field(k, wave) = deviation(k, wave) * sign();
+        field(depth + k, wave) = absorbers_vary * deviation(k, wave) * sign();
+      }
+    }
+    field.topRows(depth) = cosines.inverse(field.topRows(depth)).eval();
+    field.bottomRows(depth) = cosines.inverse(field.bottomRows(depth)).eval();
+    CoefficientPair smoothed = smoothing_product(
+        grid, smoothing.thickness_mm, smoothing.anchor_length_mm, {}, modes.synthesise(field));
+    for (double& v : smoothed.log_kappa) v *= smoothing.weight;
+    for (double& v : smoothed.log_mu) v *= smoothing.weight;
+    const Eigen::MatrixXd missed = modes.analyse(
+        solved([&](const CoefficientPair& v) { return hessian_product(coarse, smoothing, v); },
+               smoothed, basis, options.steps));
+    const double share = 1.0 / static_cast<double>(options.draws * waves);
+    kappa += share * missed.topRows(depth).rowwise().squaredNorm();
+    mu += share * missed.bottomRows(depth).rowwise().squaredNorm();
+    both += share * missed.topRows(depth).cwiseProduct(missed.bottomRows(depth)).rowwise().sum();
+  }
+  errors.error = {of_layers(kappa), of_layers(mu), of_layers(both)};
+  errors.solves = coarse.solves().total() - before.total();
+  return errors;
+}
+
+}  // namespace kappamu::inverse
