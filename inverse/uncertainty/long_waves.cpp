@@ -22,6 +22,8 @@ namespace {
 /// Upper ends of all but the last band, eigenvalues of the voxels' 3-point Laplacian: half a decade
 /// each, from waves of 36 voxels.
 constexpr std::array band_ends{0.03, 0.1, 0.3, 1.0, 3.0};
+/// Few waves tell their band's variance no better.
+constexpr double most_correction = 4.0;
 constexpr double mu_over_kappa = absorbers_vary * absorbers_vary;
 
 std::size_t wave_band(double eigenvalue) {
@@ -121,81 +123,165 @@ std::vector<double> wave_weights(const Prior& regulariser, const Vector& log_kap
   return weights;
 }
 
-LongWaveErrors long_wave_errors(Objective& coarse, const Prior& fitted, const Prior& prior,
-                                const GridShape& shape, int depth_axis,
-                                const LongWaveOptions& options, std::uint64_t seed) {
-  const SolveCount before = coarse.solves();
-  const GridShape& grid = coarse.problem().setup.shape;
-  const LateralModes modes(grid, depth_axis);
-  const Eigen::Index depth = modes.depth();
-  const auto waves = static_cast<Eigen::Index>(modes.laplacian().size());
-  const CosineTransform cosines(modes.depth());
-  // A wave has the same number of half periods on both grids. [k][wave], of log κ.
-  const std::array<int, 2> across{depth_axis == 0 ? 1 : 0, depth_axis == 2 ? 1 : 2};
-  Eigen::MatrixXd deviation = Eigen::MatrixXd::Zero(depth, waves);
-  const double cells = static_cast<double>(grid.cells()) / static_cast<double>(shape.cells());
-  for (Eigen::Index wave = 0; wave < waves; ++wave) {
-    const int na = grid.extent(across[0]);
-    const double lateral = eigenvalue(wave % na, shape.extent(across[0])) +
-                           eigenvalue(wave / na, shape.extent(across[1]));
-    for (Eigen::Index k = 0; k < depth; ++k) {
-      const double laplacian = lateral + eigenvalue(k, shape.extent(depth_axis));
-      if (laplacian == 0.0) continue;  // the mean: H1 leaves it free
-      const double excess = 1.0 / std::min(prior.weight, prior.wave_weights[wave_band(laplacian)]) -
-                            1.0 / prior.weight;
-      deviation(k, wave) = std::sqrt(cells * excess / stiffness(prior, shape.voxel_mm, laplacian));
+namespace {
+
+/// Waves of log κ and log μ on a coarse grid, [k][wave] of the one above those of the other, and
+/// fits to them.
+class CoarseWaves {
+ public:
+  CoarseWaves(Objective& objective, const Prior& fitted, const GridShape& fine, int depth_axis,
+              const LongWaveOptions& options, std::uint64_t seed)
+      : objective_(objective),
+        grid_(objective.problem().setup.shape),
+        regulariser_{fitted.weight, fitted.thickness_mm, fitted.anchor_length_mm},
+        modes_(grid_, depth_axis),
+        cosines_(modes_.depth()),
+        basis_(grid_,
+               {Coordinates::informed, depth_axis, fitted.thickness_mm, fitted.anchor_length_mm,
+                fitted.weight},
+               estimate_lateral_blocks(objective, depth_axis, options.probes, seed, 0.0)),
+        steps_(options.steps),
+        engine_(seed) {
+    // A wave has as many half periods on both grids.
+    const int a = depth_axis == 0 ? 1 : 0;
+    const int b = depth_axis == 2 ? 1 : 2;
+    laplacian_.resize(modes_.depth(), static_cast<Eigen::Index>(modes_.laplacian().size()));
+    for (Eigen::Index wave = 0; wave < laplacian_.cols(); ++wave) {
+      for (Eigen::Index k = 0; k < laplacian_.rows(); ++k) {
+        laplacian_(k, wave) = eigenvalue(wave % grid_.extent(a), fine.extent(a)) +
+                              eigenvalue(wave / grid_.extent(a), fine.extent(b)) +
+                              eigenvalue(k, fine.extent(depth_axis));
+      }
     }
   }
+
+  /// Eigenvalue on the fine grid of each wave [k][wave].
+  const Eigen::MatrixXd& laplacian() const { return laplacian_; }
+  Eigen::MatrixXd analyse(const CoefficientPair& fields) const {
+    return along_depth(modes_.analyse(fields), cosines_);
+  }
+  /// Layer by layer instead of along the depth.
+  Eigen::MatrixXd by_layer(Eigen::MatrixXd waves) const {
+    const Eigen::Index depth = modes_.depth();
+    waves.topRows(depth) = cosines_.inverse(waves.topRows(depth)).eval();
+    waves.bottomRows(depth) = cosines_.inverse(waves.bottomRows(depth)).eval();
+    return waves;
+  }
+  /// Of the standard deviations `deviation` of log κ.
+  Eigen::MatrixXd draw(const Eigen::MatrixXd& deviation) {
+    const auto sign = [&] { return (engine_() >> 63) != 0 ? 1.0 : -1.0; };
+    Eigen::MatrixXd waves(2 * deviation.rows(), deviation.cols());
+    for (Eigen::Index wave = 0; wave < deviation.cols(); ++wave) {
+      for (Eigen::Index k = 0; k < deviation.rows(); ++k) {
+        waves(k, wave) = deviation(k, wave) * sign();
+        waves(deviation.rows() + k, wave) = absorbers_vary * deviation(k, wave) * sign();
+      }
+    }
+    return waves;
+  }
+  /// What a fit to exact data of `waves` would leave out: (JᵀWJ + αR″)⁻¹ αR″ of them.
+  Eigen::MatrixXd missed(const Eigen::MatrixXd& waves) {
+    CoefficientPair smoothed =
+        smoothing_product(grid_, regulariser_.thickness_mm, regulariser_.anchor_length_mm, {},
+                          modes_.synthesise(by_layer(waves)));
+    for (double& v : smoothed.log_kappa) v *= regulariser_.weight;
+    for (double& v : smoothed.log_mu) v *= regulariser_.weight;
+    return analyse(solved(
+        [&](const CoefficientPair& v) { return hessian_product(objective_, regulariser_, v); },
+        smoothed, basis_, steps_));
+  }
+
+ private:
+  Objective& objective_;
+  GridShape grid_;
+  Prior regulariser_;
+  LateralModes modes_;
+  CosineTransform cosines_;
+  Basis basis_;
+  int steps_;
+  std::mt19937_64 engine_;
+  Eigen::MatrixXd laplacian_;
+};
+
+using Bands = std::array<double, band_ends.size() + 1>;
+
+/// Σ λ u² of log κ by band.
+Bands power_of(const Eigen::MatrixXd& waves, const Eigen::MatrixXd& laplacian) {
+  Bands power{};
+  for (Eigen::Index wave = 0; wave < laplacian.cols(); ++wave) {
+    for (Eigen::Index k = 0; k < laplacian.rows(); ++k) {
+      power[wave_band(laplacian(k, wave))] += laplacian(k, wave) * waves(k, wave) * waves(k, wave);
+    }
+  }
+  return power;
+}
+
+}  // namespace
+
+LongWaveErrors long_wave_errors(Objective& coarse, const Vector& log_kappa, const Prior& fitted,
+                                const Prior& prior, const GridShape& shape, int depth_axis,
+                                const LongWaveOptions& options, std::uint64_t seed) {
+  const int before = coarse.solves().total();
+  const GridShape& grid = coarse.problem().setup.shape;
+  CoarseWaves waves(coarse, fitted, shape, depth_axis, options, seed);
+  const Eigen::MatrixXd& laplacian = waves.laplacian();
+  const Eigen::Index depth = laplacian.rows();
+  const double cells = static_cast<double>(grid.cells()) / static_cast<double>(shape.cells());
+  // Of log κ, for 1/α of each band. H1 leaves the mean free.
+  const auto deviations = [&](const Bands& variance) -> Eigen::MatrixXd {
+    return laplacian.unaryExpr([&](double l) {
+      return l == 0.0
+                 ? 0.0
+                 : std::sqrt(cells * variance[wave_band(l)] / stiffness(prior, shape.voxel_mm, l));
+    });
+  };
+  Bands variance{};
+  for (std::size_t b = 0; b < variance.size(); ++b) {
+    variance[b] = 1.0 / std::min(prior.weight, prior.wave_weights[b]);
+  }
+  // Linearised fits, which every other wave disturbs, find less than the metric's directions say.
+  if (options.trials > 0) {
+    Bands expected{};
+    for (int trial = 0; trial < options.trials; ++trial) {
+      const Eigen::MatrixXd drawn = waves.draw(deviations(variance));
+      const Bands power = power_of(drawn - waves.missed(drawn), laplacian);
+      for (std::size_t b = 0; b < power.size(); ++b) expected[b] += power[b] / options.trials;
+    }
+    const Bands found =
+        power_of(waves.analyse({log_kappa, Vector(log_kappa.size(), 0.0)}), laplacian);
+    for (std::size_t b = 0; b < variance.size(); ++b) {
+      if (expected[b] > 0.0)
+        variance[b] *= std::clamp(found[b] / expected[b], 1.0, most_correction);
+    }
+  }
+  for (double& v : variance) v = std::max(0.0, v - 1.0 / prior.weight);
+  const Eigen::MatrixXd deviation = deviations(variance);
+
   const auto of_layers = [&](const Eigen::VectorXd& values) {
     Vector layers;
     for (int z = 0; z < shape.extent(depth_axis); ++z) {
-      const Eigen::Index at = static_cast<Eigen::Index>((z + 0.5) * shape.voxel_mm / grid.voxel_mm);
+      const auto at = static_cast<Eigen::Index>((z + 0.5) * shape.voxel_mm / grid.voxel_mm);
       layers.push_back(values[std::min(at, depth - 1)]);
     }
     return layers;
   };
-  const Eigen::MatrixXd squares =
-      cosines.inverse(Eigen::MatrixXd::Identity(depth, depth)).cwiseAbs2();
-  const Eigen::VectorXd of_waves =
-      squares * deviation.cwiseAbs2().rowwise().sum() / static_cast<double>(waves);
-  LongWaveErrors errors;
-  errors.beforehand = {of_layers(of_waves), of_layers(mu_over_kappa * of_waves), {}};
-
-  const Basis basis(grid,
-                    {Coordinates::informed, depth_axis, fitted.thickness_mm,
-                     fitted.anchor_length_mm, fitted.weight},
-                    estimate_lateral_blocks(coarse, depth_axis, options.probes, seed, 0.0));
-  const Prior smoothing{fitted.weight, fitted.thickness_mm, fitted.anchor_length_mm};
-  std::mt19937_64 engine(seed);
-  const auto sign = [&] { return (engine() >> 63) != 0 ? 1.0 : -1.0; };
+  const CosineTransform cosines(static_cast<int>(depth));
+  const Eigen::VectorXd beforehand =
+      cosines.inverse(Eigen::MatrixXd::Identity(depth, depth)).cwiseAbs2() *
+      deviation.cwiseAbs2().rowwise().sum() / static_cast<double>(laplacian.cols());
   Eigen::VectorXd kappa = Eigen::VectorXd::Zero(depth);
   Eigen::VectorXd mu = kappa;
   Eigen::VectorXd both = kappa;
+  const double share = 1.0 / static_cast<double>(options.draws * laplacian.cols());
   for (int draw = 0; draw < options.draws; ++draw) {
-    Eigen::MatrixXd field(2 * depth, waves);
-    for (Eigen::Index wave = 0; wave < waves; ++wave) {
-      for (Eigen::Index k = 0; k < depth; ++k) {
-        field(k, wave) = deviation(k, wave) * sign();
-        field(depth + k, wave) = absorbers_vary * deviation(k, wave) * sign();
-      }
-    }
-    field.topRows(depth) = cosines.inverse(field.topRows(depth)).eval();
-    field.bottomRows(depth) = cosines.inverse(field.bottomRows(depth)).eval();
-    CoefficientPair smoothed = smoothing_product(
-        grid, smoothing.thickness_mm, smoothing.anchor_length_mm, {}, modes.synthesise(field));
-    for (double& v : smoothed.log_kappa) v *= smoothing.weight;
-    for (double& v : smoothed.log_mu) v *= smoothing.weight;
-    const Eigen::MatrixXd missed = modes.analyse(
-        solved([&](const CoefficientPair& v) { return hessian_product(coarse, smoothing, v); },
-               smoothed, basis, options.steps));
-    const double share = 1.0 / static_cast<double>(options.draws * waves);
+    const Eigen::MatrixXd missed = waves.by_layer(waves.missed(waves.draw(deviation)));
     kappa += share * missed.topRows(depth).rowwise().squaredNorm();
     mu += share * missed.bottomRows(depth).rowwise().squaredNorm();
     both += share * missed.topRows(depth).cwiseProduct(missed.bottomRows(depth)).rowwise().sum();
   }
-  errors.error = {of_layers(kappa), of_layers(mu), of_layers(both)};
-  errors.solves = coarse.solves().total() - before.total();
-  return errors;
+  return {{of_layers(kappa), of_layers(mu), of_layers(both)},
+          {of_layers(beforehand), of_layers(mu_over_kappa * beforehand), {}},
+          coarse.solves().total() - before};
 }
 
 }  // namespace kappamu::inverse
