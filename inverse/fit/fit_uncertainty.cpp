@@ -78,16 +78,14 @@ LongWaveErrors missed_long_waves(const ChannelFit& fit, const Prior& prior,
   if (level == 0 || options.regulariser.kind != RegulariserKind::h1) return {};
   const GridShape& shape = fitted.grid;
   grid.open(level);
-  const CoefficientPair fine = to_fields(fit.medium);
-  CoefficientPair fields{means(fine.log_kappa, shape, grid.shape()),
-                         means(fine.log_mu, shape, grid.shape())};
-  grid.renew_correction(fields);
-  for (double& v : fields.log_kappa) v -= std::log(fit.report.homogeneous_kappa);
+  const CoefficientPair fields = to_fields(fit.medium);
+  grid.renew_correction(
+      {means(fields.log_kappa, shape, grid.shape()), means(fields.log_mu, shape, grid.shape())});
   Prior regulariser = prior;
   regulariser.weight = fit.report.weight;
   LongWaveOptions long_waves;
-  if (level < coarse_enough) long_waves = {1, 2, 20, 4};  // a solve costs eight times as much
-  return long_wave_errors(grid.objective(), fields.log_kappa, regulariser, prior, shape,
+  if (level < coarse_enough) long_waves = {2, 20, 4};  // a solve costs eight times as much
+  return long_wave_errors(grid.objective(), regulariser, prior, shape,
                           axis_of(grid.problem().setup.lit_face), long_waves, options.solver.seed);
 }
 

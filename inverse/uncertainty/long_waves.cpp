@@ -22,8 +22,6 @@ namespace {
 /// Upper ends of all but the last band, eigenvalues of the voxels' 3-point Laplacian: half a decade
 /// each, from waves of 36 voxels.
 constexpr std::array band_ends{0.03, 0.1, 0.3, 1.0, 3.0};
-/// Few waves tell their band's variance no better.
-constexpr double most_correction = 4.0;
 constexpr double mu_over_kappa = absorbers_vary * absorbers_vary;
 
 std::size_t wave_band(double eigenvalue) {
@@ -157,16 +155,6 @@ class CoarseWaves {
 
   /// Eigenvalue on the fine grid of each wave [k][wave].
   const Eigen::MatrixXd& laplacian() const { return laplacian_; }
-  Eigen::MatrixXd analyse(const CoefficientPair& fields) const {
-    return along_depth(modes_.analyse(fields), cosines_);
-  }
-  /// Layer by layer instead of along the depth.
-  Eigen::MatrixXd by_layer(Eigen::MatrixXd waves) const {
-    const Eigen::Index depth = modes_.depth();
-    waves.topRows(depth) = cosines_.inverse(waves.topRows(depth)).eval();
-    waves.bottomRows(depth) = cosines_.inverse(waves.bottomRows(depth)).eval();
-    return waves;
-  }
   /// Of the standard deviations `deviation` of log κ.
   Eigen::MatrixXd draw(const Eigen::MatrixXd& deviation) {
     const auto sign = [&] { return (engine_() >> 63) != 0 ? 1.0 : -1.0; };
@@ -179,14 +167,18 @@ class CoarseWaves {
     }
     return waves;
   }
-  /// What a fit to exact data of `waves` would leave out: (JᵀWJ + αR″)⁻¹ αR″ of them.
-  Eigen::MatrixXd missed(const Eigen::MatrixXd& waves) {
+  /// What a fit to exact data of `waves` would leave out, (JᵀWJ + αR″)⁻¹ αR″ of them, by layer
+  /// instead of along the depth.
+  Eigen::MatrixXd missed(Eigen::MatrixXd waves) {
+    const Eigen::Index depth = modes_.depth();
+    waves.topRows(depth) = cosines_.inverse(waves.topRows(depth)).eval();
+    waves.bottomRows(depth) = cosines_.inverse(waves.bottomRows(depth)).eval();
     CoefficientPair smoothed =
         smoothing_product(grid_, regulariser_.thickness_mm, regulariser_.anchor_length_mm, {},
-                          modes_.synthesise(by_layer(waves)));
+                          modes_.synthesise(waves));
     for (double& v : smoothed.log_kappa) v *= regulariser_.weight;
     for (double& v : smoothed.log_mu) v *= regulariser_.weight;
-    return analyse(solved(
+    return modes_.analyse(solved(
         [&](const CoefficientPair& v) { return hessian_product(objective_, regulariser_, v); },
         smoothed, basis_, steps_));
   }
@@ -203,23 +195,10 @@ class CoarseWaves {
   Eigen::MatrixXd laplacian_;
 };
 
-using Bands = std::array<double, band_ends.size() + 1>;
-
-/// Σ λ u² of log κ by band.
-Bands power_of(const Eigen::MatrixXd& waves, const Eigen::MatrixXd& laplacian) {
-  Bands power{};
-  for (Eigen::Index wave = 0; wave < laplacian.cols(); ++wave) {
-    for (Eigen::Index k = 0; k < laplacian.rows(); ++k) {
-      power[wave_band(laplacian(k, wave))] += laplacian(k, wave) * waves(k, wave) * waves(k, wave);
-    }
-  }
-  return power;
-}
-
 }  // namespace
 
-LongWaveErrors long_wave_errors(Objective& coarse, const Vector& log_kappa, const Prior& fitted,
-                                const Prior& prior, const GridShape& shape, int depth_axis,
+LongWaveErrors long_wave_errors(Objective& coarse, const Prior& fitted, const Prior& prior,
+                                const GridShape& shape, int depth_axis,
                                 const LongWaveOptions& options, std::uint64_t seed) {
   const int before = coarse.solves().total();
   const GridShape& grid = coarse.problem().setup.shape;
@@ -227,35 +206,13 @@ LongWaveErrors long_wave_errors(Objective& coarse, const Vector& log_kappa, cons
   const Eigen::MatrixXd& laplacian = waves.laplacian();
   const Eigen::Index depth = laplacian.rows();
   const double cells = static_cast<double>(grid.cells()) / static_cast<double>(shape.cells());
-  // Of log κ, for 1/α of each band. H1 leaves the mean free.
-  const auto deviations = [&](const Bands& variance) -> Eigen::MatrixXd {
-    return laplacian.unaryExpr([&](double l) {
-      return l == 0.0
-                 ? 0.0
-                 : std::sqrt(cells * variance[wave_band(l)] / stiffness(prior, shape.voxel_mm, l));
-    });
-  };
-  Bands variance{};
-  for (std::size_t b = 0; b < variance.size(); ++b) {
-    variance[b] = 1.0 / std::min(prior.weight, prior.wave_weights[b]);
-  }
-  // Linearised fits, which every other wave disturbs, find less than the metric's directions say.
-  if (options.trials > 0) {
-    Bands expected{};
-    for (int trial = 0; trial < options.trials; ++trial) {
-      const Eigen::MatrixXd drawn = waves.draw(deviations(variance));
-      const Bands power = power_of(drawn - waves.missed(drawn), laplacian);
-      for (std::size_t b = 0; b < power.size(); ++b) expected[b] += power[b] / options.trials;
-    }
-    const Bands found =
-        power_of(waves.analyse({log_kappa, Vector(log_kappa.size(), 0.0)}), laplacian);
-    for (std::size_t b = 0; b < variance.size(); ++b) {
-      if (expected[b] > 0.0)
-        variance[b] *= std::clamp(found[b] / expected[b], 1.0, most_correction);
-    }
-  }
-  for (double& v : variance) v = std::max(0.0, v - 1.0 / prior.weight);
-  const Eigen::MatrixXd deviation = deviations(variance);
+  // Of log κ. H1 leaves the mean free.
+  const Eigen::MatrixXd deviation = laplacian.unaryExpr([&](double l) {
+    if (l == 0.0) return 0.0;
+    const double weight = std::min(prior.weight, prior.wave_weights[wave_band(l)]);
+    return std::sqrt(cells * (1.0 / weight - 1.0 / prior.weight) /
+                     stiffness(prior, shape.voxel_mm, l));
+  });
 
   const auto of_layers = [&](const Eigen::VectorXd& values) {
     Vector layers;
@@ -274,7 +231,7 @@ LongWaveErrors long_wave_errors(Objective& coarse, const Vector& log_kappa, cons
   Eigen::VectorXd both = kappa;
   const double share = 1.0 / static_cast<double>(options.draws * laplacian.cols());
   for (int draw = 0; draw < options.draws; ++draw) {
-    const Eigen::MatrixXd missed = waves.by_layer(waves.missed(waves.draw(deviation)));
+    const Eigen::MatrixXd missed = waves.missed(waves.draw(deviation));
     kappa += share * missed.topRows(depth).rowwise().squaredNorm();
     mu += share * missed.bottomRows(depth).rowwise().squaredNorm();
     both += share * missed.topRows(depth).cwiseProduct(missed.bottomRows(depth)).rowwise().sum();

@@ -35,18 +35,16 @@ struct LongWaveErrors {
 };
 
 struct LongWaveOptions {
-  int trials = 4;  ///< fits to drawn waves that scale their variance, band by band
-  int draws = 4;   ///< fits that show what is missed
+  int draws = 8;
   int steps = 30;  ///< of conjugate gradients, each two batched solves
   int probes = 4;  ///< adjoint solves for their preconditioner
 };
 
-/// What `fitted`, the regulariser of a fit, keeps it from finding of waves drawn from the excess
-/// over `prior.weight`: that of `prior.wave_weights`, raised where fits to drawn waves have less
-/// power than was found. `coarse`: of a grid of voxels 2^n as large as those of `shape`, at the
-/// fields of its last value(), of which `log_kappa`, less its anchor, is one.
-LongWaveErrors long_wave_errors(Objective& coarse, const Vector& log_kappa, const Prior& fitted,
-                                const Prior& prior, const GridShape& shape, int depth_axis,
+/// What `fitted`, the regulariser of a fit, keeps it from finding of waves drawn from the excess of
+/// `prior.wave_weights` over `prior.weight`. `coarse`: of a grid of voxels 2^n as large as those of
+/// `shape`, at the fields of its last value().
+LongWaveErrors long_wave_errors(Objective& coarse, const Prior& fitted, const Prior& prior,
+                                const GridShape& shape, int depth_axis,
                                 const LongWaveOptions& options, std::uint64_t seed);
 
 }  // namespace kappamu::inverse
