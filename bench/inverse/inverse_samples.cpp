@@ -123,14 +123,14 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   record["kappa_error"] = kappa_errors;
   record["mu_error"] = mu_errors;
   const Stopwatch watch;
-  const std::optional<double> prior_weight = inverse::shared_prior_weight(fits);
+  const std::optional<inverse::Prior> prior = inverse::shared_prior(fits);
   Json kappa_coverage = Json::array();
   Json mu_coverage = Json::array();
-  for (std::size_t channel = 0; channel < fits.size() && prior_weight; ++channel) {
+  for (std::size_t channel = 0; channel < fits.size() && prior; ++channel) {
     const inverse::ChannelFit& fit = fits[channel];
     if (!fit.prior) continue;
     const inverse::Uncertainty found =
-        inverse::estimate_volume_uncertainty(fit, *prior_weight, measured[channel], 0, fit_options);
+        inverse::estimate_volume_uncertainty(fit, *prior, measured[channel], 0, fit_options);
     solves += found.report.solves;
     deviation_work += found.report.voxel_iterations / cells;
     kappa_coverage.push_back(

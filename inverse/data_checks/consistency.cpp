@@ -175,26 +175,10 @@ Consistency fit_and_compare(const Problem& problem, double kappa, double mu,
 
 namespace {
 
-/// Means over the voxels of `fine` that each of `coarse` covers.
 CoefficientPair restricted(const CoefficientPair& fields, const GridShape& fine,
                            const GridShape& coarse) {
-  CoefficientPair means{std::vector<double>(coarse.cells()), std::vector<double>(coarse.cells())};
-  std::vector<int> counts(coarse.cells());
-  for (int z = 0; z < fine.nz; ++z) {
-    for (int y = 0; y < fine.ny; ++y) {
-      for (int x = 0; x < fine.nx; ++x) {
-        const std::size_t to = coarse.index(x / 2, y / 2, z / 2);
-        means.log_kappa[to] += fields.log_kappa[fine.index(x, y, z)];
-        means.log_mu[to] += fields.log_mu[fine.index(x, y, z)];
-        ++counts[to];
-      }
-    }
-  }
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    means.log_kappa[i] /= counts[i];
-    means.log_mu[i] /= counts[i];
-  }
-  return means;
+  return {restrict_voxels(fields.log_kappa, fine, coarse),
+          restrict_voxels(fields.log_mu, fine, coarse)};
 }
 
 /// The volume on a suitable grid, where r makes its prediction what the fit's was.

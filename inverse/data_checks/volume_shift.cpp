@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
 #include <vector>
 
+#include "core/numbers/conjugate_gradients.h"
 #include "core/numbers/linear_algebra.h"
 #include "inverse/optimise/lateral_hessian.h"
 
@@ -74,30 +74,11 @@ class Metric {
   Basis basis_;
 };
 
-/// x ≈ H⁻¹ b and b − H x.
-struct Solved {
-  Eigen::VectorXd x;
-  Eigen::VectorXd rest;
-};
-
-/// Until bᵀ H⁻¹ b changes by less than `small_change` of what `most` is above it.
-Solved solved(Metric& metric, const Eigen::VectorXd& b, double most, int steps) {
-  Solved at{Eigen::VectorXd::Zero(b.size()), b};
-  Eigen::VectorXd direction = b;
-  double square = b.squaredNorm();
-  double found = 0.0;
-  for (int k = 0; k < steps && square > 0.0; ++k) {
-    const Eigen::VectorXd image = metric.hessian(direction);
-    const double length = square / direction.dot(image);
-    at.x += length * direction;
-    at.rest -= length * image;
-    const double more = length * square;
-    found += more;
-    if (more < small_change * (most - found)) break;
-    const double before = std::exchange(square, at.rest.squaredNorm());
-    direction = at.rest + (square / before) * direction;
-  }
-  return at;
+/// Until bᵀ H⁻¹ b grows by less than `small_change` of what `most` is above it.
+GradientSolution solved(Metric& metric, const Eigen::VectorXd& b, double most, int steps) {
+  return conjugate_gradients(
+      [&](const Eigen::VectorXd& z) { return metric.hessian(z); }, b, steps,
+      [&](const GradientStep& step) { return step.gain < small_change * (most - step.energy); });
 }
 
 }  // namespace
@@ -114,7 +95,7 @@ VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, st
   Metric metric(objective, prior, seed);
   Eigen::Matrix2d s = columns.transpose() * columns;
   std::array<Eigen::VectorXd, 2> pulls;
-  std::array<Solved, 2> solutions;
+  std::array<GradientSolution, 2> solutions;
   for (std::size_t k = 0; k < 2; ++k) {
     const auto column = static_cast<Eigen::Index>(k);
     pulls[k] = metric.gradient(columns.col(column));

@@ -173,6 +173,9 @@ ChannelFit ChannelRun::result() {
     fit.blocks = prior_blocks(rows, shape, axis);
     fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor()), fit.blocks,
                                 shape, axis);
+    Vector log_kappa = fields.log_kappa;
+    for (double& value : log_kappa) value -= anchor().log_kappa;
+    fit.prior->wave_weights = wave_weights(prior, log_kappa, fit.blocks, shape, axis);
   }
   fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;

@@ -49,6 +49,28 @@ std::string in_words(const LayeredMedium& medium, const Eigen::MatrixXd& covaria
          " and scale, pose and eta are right.";
 }
 
+/// Nothing where the block has one grid only. Huber-TV's edges are no waves.
+LongWaveErrors missed_long_waves(const ChannelFit& fit, const Prior& prior,
+                                 const SurfaceMeasurements& fitted, int channel,
+                                 FitOptions options) {
+  options.data.coarse_model_error = options.data.model_error;  // what the fine grid's data tell
+  GridPath grid = make_grid_path(fitted, channel, options);
+  constexpr int coarse_enough = 2;
+  const int level = std::min(grid.levels().coarsest(), coarse_enough);
+  if (level == 0 || options.regulariser.kind != RegulariserKind::h1) return {};
+  const GridShape& shape = fitted.grid;
+  grid.open(level);
+  const CoefficientPair fields = to_fields(fit.medium);
+  grid.renew_correction({restrict_voxels(fields.log_kappa, shape, grid.shape()),
+                         restrict_voxels(fields.log_mu, shape, grid.shape())});
+  Prior regulariser = prior;
+  regulariser.weight = fit.report.weight;
+  LongWaveOptions long_waves;
+  if (level < coarse_enough) long_waves = {2, 20, 4};  // a solve costs eight times as much
+  return long_wave_errors(grid.objective(), regulariser, prior, shape,
+                          axis_of(grid.problem().setup.lit_face), long_waves, options.solver.seed);
+}
+
 }  // namespace
 
 LayeredMedium layers_of(const Medium& medium, int axis) {
@@ -129,15 +151,24 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   return found;
 }
 
-std::optional<double> shared_prior_weight(std::span<const ChannelFit> fits) {
-  std::optional<double> lowest;
+std::optional<Prior> shared_prior(std::span<const ChannelFit> fits) {
+  std::optional<Prior> lowest;
   for (const ChannelFit& fit : fits) {
-    if (fit.prior) lowest = std::min(lowest.value_or(fit.prior->weight), fit.prior->weight);
+    if (!fit.prior) continue;
+    if (!lowest) {
+      lowest = *fit.prior;
+      continue;
+    }
+    lowest->weight = std::min(lowest->weight, fit.prior->weight);
+    for (std::size_t band = 0; band < lowest->wave_weights.size(); ++band) {
+      double& weight = lowest->wave_weights[band];
+      weight = std::min(weight, fit.prior->wave_weights[band]);
+    }
   }
   return lowest;
 }
 
-Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double prior_weight,
+Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shared,
                                         const SurfaceMeasurements& fitted, int channel,
                                         const FitOptions& options) {
   check(fit.prior.has_value(), "uncertainty: the fit has no prior");
@@ -148,9 +179,10 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double prior_weig
   objective.value(to_fields(fit.medium));
   objective.count_pixel_noise();
   Prior prior = *fit.prior;
-  prior.weight = prior_weight;
+  prior.weight = shared.weight;
+  prior.wave_weights = shared.wave_weights;
   return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed,
-                              fit.blocks);
+                              fit.blocks, missed_long_waves(fit, prior, fitted, channel, options));
 }
 
 }  // namespace kappamu::inverse

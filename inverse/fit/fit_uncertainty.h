@@ -11,13 +11,13 @@
 
 namespace kappamu::inverse {
 
-/// The lowest of the fits' prior weights, that of the channel whose light reaches most of the
-/// structure (docs/theory.md, 5). Empty where no fit has a prior.
-std::optional<double> shared_prior_weight(std::span<const ChannelFit> fits);
+/// The lowest of the fits' prior weights and wave weights, those of the channel whose light reaches
+/// most of the structure (docs/theory.md, 5). Empty where no fit has a prior.
+std::optional<Prior> shared_prior(std::span<const ChannelFit> fits);
 
-/// Of `fit`, a volume with a prior, to `fitted`: the fit's r, the prior with the weight
-/// `prior_weight`.
-Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double prior_weight,
+/// Of `fit`, a volume with a prior, to `fitted`: the fit's r and C's prior with the weights of
+/// `shared`; long waves on a coarser grid, where there is one.
+Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shared,
                                         const SurfaceMeasurements& fitted, int channel,
                                         const FitOptions& options);
 

@@ -222,6 +222,24 @@ std::vector<double> prolong(const std::vector<double>& coarse, const GridShape& 
   return fine;
 }
 
+std::vector<double> restrict_voxels(const std::vector<double>& values, const GridShape& fine,
+                                    const GridShape& coarse) {
+  std::vector<double> means(coarse.cells(), 0.0);
+  std::vector<int> counts(coarse.cells(), 0);
+  const int factor = static_cast<int>(std::lround(coarse.voxel_mm / fine.voxel_mm));
+  for (int z = 0; z < fine.nz; ++z) {
+    for (int y = 0; y < fine.ny; ++y) {
+      for (int x = 0; x < fine.nx; ++x) {
+        const std::size_t to = coarse.index(x / factor, y / factor, z / factor);
+        means[to] += values[fine.index(x, y, z)];
+        ++counts[to];
+      }
+    }
+  }
+  for (std::size_t i = 0; i < means.size(); ++i) means[i] /= counts[i];
+  return means;
+}
+
 std::vector<double> split_voxels(const std::vector<double>& coarse, const GridShape& coarse_shape,
                                  const GridShape& fine_shape, int factor) {
   std::vector<double> fine(fine_shape.cells());

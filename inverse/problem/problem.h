@@ -69,6 +69,10 @@ std::vector<double> split_face(const std::vector<double>& coarse, FaceShape coar
 std::vector<double> prolong(const std::vector<double>& coarse, const GridShape& coarse_shape,
                             const GridShape& fine_shape);
 
+/// Means over the voxels that each of `coarse`, 2^n times as large, covers.
+std::vector<double> restrict_voxels(const std::vector<double>& values, const GridShape& fine,
+                                    const GridShape& coarse);
+
 /// Splits every voxel of `coarse` into factor³ equal ones, cut to `fine_shape`.
 std::vector<double> split_voxels(const std::vector<double>& coarse, const GridShape& coarse_shape,
                                  const GridShape& fine_shape, int factor);

@@ -47,6 +47,20 @@ CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
   return variance;
 }
 
+/// Adds to each voxel what its layer along `axis` has.
+void add_layers(Vector& values, const Vector& by_layer, const GridShape& shape, int axis) {
+  if (by_layer.empty()) return;
+  for (int z = 0; z < shape.nz; ++z) {
+    for (int y = 0; y < shape.ny; ++y) {
+      for (int x = 0; x < shape.nx; ++x) {
+        values[shape.index(x, y, z)] += by_layer[static_cast<std::size_t>(axis == 0   ? x
+                                                                          : axis == 1 ? y
+                                                                                      : z)];
+      }
+    }
+  }
+}
+
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
 
@@ -168,7 +182,7 @@ double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPa
 
 Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
                                  const UncertaintyOptions& options, std::uint64_t seed,
-                                 LateralBlocks blocks) {
+                                 LateralBlocks blocks, const LongWaveErrors& long_waves) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
   const Problem& problem = objective.problem();
@@ -187,8 +201,13 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
       basis, options.steps);
   std::mt19937_64 engine(seed + 1);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  const FieldCovariance posterior = diagonal.result(options.pooling);
-  const CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
+  FieldCovariance posterior = diagonal.result(options.pooling);
+  CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
+  add_layers(posterior.variance.log_kappa, long_waves.error.log_kappa, shape, axis);
+  add_layers(posterior.variance.log_mu, long_waves.error.log_mu, shape, axis);
+  add_layers(posterior.between, long_waves.error.between, shape, axis);
+  add_layers(beforehand.log_kappa, long_waves.beforehand.log_kappa, shape, axis);
+  add_layers(beforehand.log_mu, long_waves.beforehand.log_mu, shape, axis);
 
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
@@ -209,7 +228,7 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   UncertaintyReport& report = found.report;
   report.layers = layers_below(found, problem.seen_face);
   report.sentence = in_words(report.layers);
-  report.solves = solves() - before;
+  report.solves = solves() - before + long_waves.solves;
   report.voxel_iterations = objective.solves().voxel_iterations - iterations_before;
   report.seconds = watch.seconds();
   report.unfinished = diagonal.unfinished();

@@ -15,6 +15,8 @@
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/inverse_diagonal.h"
+#include "inverse/uncertainty/long_waves.h"
+#include "inverse/uncertainty/prior.h"
 
 namespace kappamu::inverse {
 
@@ -26,15 +28,6 @@ struct UncertaintyOptions {
   /// Adjoint solves for where the data constrain the volume (sensitivity.h); no part of the
   /// deviations.
   int sensitivity_probes = 0;
-};
-
-/// The regulariser as a prior.
-struct Prior {
-  double weight = 1.0;            ///< α
-  double thickness_mm = 1.0;      ///< ℓ (roughness.h)
-  double anchor_length_mm = 1.0;  ///< L
-  /// Of Huber-TV at the volume (Roughness::diffusivity); empty for H1.
-  CoefficientPair diffusivity{};
 };
 
 /// One layer of voxels parallel to the seen face; medians over the layer.
@@ -94,11 +87,12 @@ LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShap
 Prior empirical_prior(Prior regulariser, double roughness, const LateralBlocks& blocks,
                       const GridShape& shape, int depth_axis);
 
-/// At the fields of the objective's last value(); equal seeds give equal bits on one device.
-/// `blocks` of prior_blocks() there spare the `probes` adjoint solves that make them.
+/// At the fields of the objective's last value(), `long_waves` beside C; equal seeds give equal
+/// bits on one device. `blocks` of prior_blocks() there spare the `probes` adjoint solves that make
+/// them.
 Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
                                  const UncertaintyOptions& options, std::uint64_t seed,
-                                 LateralBlocks blocks = {});
+                                 LateralBlocks blocks = {}, const LongWaveErrors& long_waves = {});
 
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);

@@ -152,7 +152,7 @@ void FitStage::warn(ChannelFit& fit, const std::string& channel, const std::stri
 /// Of every channel fitted: volumes share a prior, so that no channel's can be known before the
 /// last fit has ended.
 void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels) {
-  const std::optional<double> prior_weight = inverse::shared_prior_weight(fits);
+  const std::optional<inverse::Prior> prior = inverse::shared_prior(fits);
   for (std::size_t c = 0; c < fits.size(); ++c) {
     const ChannelFit& fit = fits[c];
     const std::string& name = summary_.channels[c];
@@ -161,8 +161,8 @@ void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<cons
     if (options_.fit.uncertainty.samples == 0 || (of_volume && !fit.prior)) continue;
     progress_.update("fit " + name, 1.0, "standard deviations");
     inverse::Uncertainty found =
-        of_volume ? inverse::estimate_volume_uncertainty(fit, *prior_weight, seen_by(c),
-                                                         channels[c], options_.fit)
+        of_volume ? inverse::estimate_volume_uncertainty(fit, *prior, seen_by(c), channels[c],
+                                                         options_.fit)
                   : inverse::estimate_model_uncertainty(fit, seen_by(c), channels[c], options_.fit);
     write_uncertainty(output_, name, found, fit.medium, volumes_);
     summary_.uncertainty.back() = std::move(found.report);

@@ -38,9 +38,7 @@ Found coverage_of_tiny(std::uint64_t seed) {
   const inverse::ChannelFit fit =
       inverse::fit_channel(measured, 0, options, inverse::Checkpoint{}, silent);
   const inverse::Uncertainty stated =
-      inverse::estimate_volume_uncertainty(fit, fit.prior->weight, measured, 0, options);
-  EXPECT_EQ(stated.report.solves, 2 * options.uncertainty.steps * options.uncertainty.samples)
-      << "the fit hands its probes over";
+      inverse::estimate_volume_uncertainty(fit, *fit.prior, measured, 0, options);
   Found found;
   const auto share = 1.0 / static_cast<double>(sample.grid.cells());
   for (int z = 0; z < sample.grid.nz; ++z) {

@@ -8,6 +8,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -225,6 +226,97 @@ TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
   EXPECT_EQ(weight(0.0), prior.weight);
   EXPECT_LT(weight(100.0), prior.weight);
   EXPECT_NEAR(weight(100.0), 2.0 * weight(200.0), 1e-9);
+}
+
+TEST_F(TinyPosterior, StrongWavesLowerTheWeightOfTheirBandAlone) {
+  const LateralBlocks blocks = prior_blocks(random_rows(*objective_, 8, 5), shape, axis);
+  const auto weights = [&](double amplitude) {
+    Vector wave(shape.cells());  // half a period along x: its eigenvalue is 0.59
+    for (std::size_t i = 0; i < wave.size(); ++i) {
+      wave[i] = amplitude * std::cos(std::numbers::pi * (static_cast<double>(i % 4) + 0.5) / 4.0);
+    }
+    return wave_weights(prior, wave, blocks, shape, axis);
+  };
+  constexpr std::size_t band = 3;
+  const std::vector<double> strong = weights(8.0);
+  for (std::size_t b = 0; b < strong.size(); ++b) {
+    if (b == band) continue;
+    EXPECT_EQ(strong[b], prior.weight) << b;
+  }
+  EXPECT_LT(strong[band], prior.weight);
+  EXPECT_NEAR(strong[band], 4.0 * weights(16.0)[band], 1e-9);
+  EXPECT_EQ(weights(0.0)[band], prior.weight);
+}
+
+TEST_F(TinyPosterior, WhatAFitMissesOfWavesIsThatOfDenseMatrices) {
+  Prior stated = prior;
+  stated.wave_weights = {1.0, 1.0, 1.0, 1.0, prior.weight, prior.weight};  // eigenvalues below 1
+  LongWaveOptions options;
+  options.draws = 128;
+  options.steps = 48;
+  const LongWaveErrors found =
+      long_wave_errors(*objective_, prior, stated, shape, axis, options, 5);
+
+  // The excess of one band over the prior, wave by wave.
+  const Index n = hessian_.rows();
+  const Index cells = n / 2;
+  const auto cosine = [](int k, int at, int count) {
+    return std::sqrt((k == 0 ? 1.0 : 2.0) / count) *
+           std::cos(std::numbers::pi * k * (at + 0.5) / count);
+  };
+  const auto eigenvalue = [](int k, int count) {
+    return 2.0 - 2.0 * std::cos(std::numbers::pi * k / count);
+  };
+  MatrixXd excess = MatrixXd::Zero(n, n);
+  const double scale = shape.voxel_mm / prior.thickness_mm;
+  for (int c = 0; c < shape.nz; ++c) {
+    for (int b = 0; b < shape.ny; ++b) {
+      for (int a = 0; a < shape.nx; ++a) {
+        const double sum =
+            eigenvalue(a, shape.nx) + eigenvalue(b, shape.ny) + eigenvalue(c, shape.nz);
+        if (sum == 0.0 || sum >= 1.0) continue;
+        VectorXd wave(cells);
+        for (int z = 0; z < shape.nz; ++z) {
+          for (int y = 0; y < shape.ny; ++y) {
+            for (int x = 0; x < shape.nx; ++x) {
+              wave[static_cast<Index>(shape.index(x, y, z))] =
+                  cosine(a, x, shape.nx) * cosine(b, y, shape.ny) * cosine(c, z, shape.nz);
+            }
+          }
+        }
+        const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
+        const MatrixXd outer =
+            (1.0 - 1.0 / prior.weight) / (scale * (sum + pull)) * wave * wave.transpose();
+        excess.topLeftCorner(cells, cells) += outer;
+        excess.bottomRightCorner(cells, cells) += absorbers_vary * absorbers_vary * outer;
+      }
+    }
+  }
+  MatrixXd smoothing(n, n);
+  for (Index k = 0; k < n; ++k) {
+    smoothing.col(k) =
+        prior.weight * joined(smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm,
+                                                {}, parted(VectorXd::Unit(n, k))));
+  }
+  const MatrixXd missed = covariance_ * smoothing * excess * smoothing * covariance_;
+  constexpr double chance = 0.25;  // of 128 draws, means of 16 voxels
+  const Index layer = cells / shape.nz;
+  for (int z = 0; z < shape.nz; ++z) {
+    const auto at = static_cast<std::size_t>(z);
+    const double kappa = missed.diagonal().segment(z * layer, layer).mean();
+    const double mu = missed.diagonal().segment(cells + z * layer, layer).mean();
+    const double before = excess.diagonal().segment(z * layer, layer).mean();
+    EXPECT_NEAR(found.error.log_kappa[at] / kappa, 1.0, chance) << z;
+    EXPECT_NEAR(found.error.log_mu[at] / mu, 1.0, chance) << z;
+    EXPECT_NEAR(found.beforehand.log_kappa[at] / before, 1.0, 1e-9) << z;
+  }
+  const Uncertainty without = estimate_uncertainty(*objective_, prior, {.samples = 1}, 5);
+  const Uncertainty with = estimate_uncertainty(*objective_, prior, {.samples = 1}, 5, {}, found);
+  EXPECT_EQ(with.report.solves, without.report.solves + found.solves);
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    EXPECT_NEAR(std::pow(with.log_kappa_std[i], 2),
+                std::pow(without.log_kappa_std[i], 2) + found.error.log_kappa[i / 16], 1e-6);
+  }
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
