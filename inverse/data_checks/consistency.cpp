@@ -206,11 +206,11 @@ std::unique_ptr<Objective> objective_at(const FittedVolume& volume, const ModelE
 
 }  // namespace
 
-Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
-                         const ModelError& model_error, const Backend& backend,
-                         std::uint64_t seed) {
-  homogeneous.solves = {};
-  if (volume.problem.patterns < fewest_patterns) return homogeneous;
+namespace {
+
+Consistency with_volume_shift(const FittedVolume& volume, Consistency homogeneous,
+                              const ModelError& model_error, const Backend& backend,
+                              std::uint64_t seed) {
   const auto objective = objective_at(volume, model_error, backend);
   const GridShape& fine = volume.problem.setup.shape;
   const GridShape& shape = objective->problem().setup.shape;
@@ -226,6 +226,20 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
                                most_deviations * std::hypot(u.error, v.error, volume_shift_spread));
   homogeneous.solves = objective->solves();
   return homogeneous;
+}
+
+}  // namespace
+
+Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
+                         const ModelError& model_error, const Backend& backend,
+                         std::uint64_t seed) {
+  homogeneous.solves = {};
+  if (volume.problem.patterns < fewest_patterns) return homogeneous;
+  try {
+    return with_volume_shift(volume, homogeneous, model_error, backend, seed);
+  } catch (const InputError&) {
+    return homogeneous;  // a volume gone astray, which no solver follows, tells no shift
+  }
 }
 
 Consistency check_consistency(const Problem& problem, double kappa, double mu,
