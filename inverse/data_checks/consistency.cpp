@@ -193,7 +193,7 @@ std::unique_ptr<Objective> objective_at(const FittedVolume& volume, const ModelE
     fields = restricted(fields, fine, problem.setup.shape);
     prediction = restrict_face(prediction, volume.problem.seen_shape(), seen, 2, problem.patterns);
   }
-  auto objective = std::make_unique<Objective>(std::move(problem), backend);
+  auto objective = std::make_unique<Objective>(std::move(problem), backend, volume.data_term);
   objective->value(fields);
   const std::vector<double> uncorrected = objective->prediction();
   for (std::size_t i = 0; i < prediction.size(); ++i) {

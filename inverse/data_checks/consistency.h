@@ -49,6 +49,7 @@ struct FittedVolume {
   const CoefficientPair& fields;
   const std::vector<double>& prediction;  ///< [M][v][u], as `problem.data`
   const Prior& prior;                     ///< the fit's α R
+  const DataTermOptions& data_term;
 };
 
 /// `homogeneous` with the shift by the volume that was fitted.

@@ -18,8 +18,9 @@ constexpr int probes = 4;
 /// Share of S that the last step of conjugate gradients may still have taken away.
 constexpr double small_change = 0.01;
 
-/// Derivatives of √w times the prediction by shifts along u and v [voxels].
-Eigen::MatrixX2d by_shift(const Problem& problem, const std::vector<double>& prediction) {
+/// Derivatives of `root_weight` times the prediction by shifts along u and v [voxels].
+Eigen::MatrixX2d by_shift(const Problem& problem, const std::vector<double>& prediction,
+                          const std::vector<double>& root_weight) {
   const FaceShape face = problem.seen_shape();
   Eigen::MatrixX2d columns(static_cast<Eigen::Index>(prediction.size()), 2);
   std::size_t i = 0;
@@ -33,7 +34,7 @@ Eigen::MatrixX2d by_shift(const Problem& problem, const std::vector<double>& pre
         const int left = std::max(u - 1, 0), right = std::min(u + 1, face.nu - 1);
         const int below = std::max(v - 1, 0), above = std::min(v + 1, face.nv - 1);
         columns.row(static_cast<Eigen::Index>(i)) =
-            -std::sqrt(problem.weight[i]) *
+            -root_weight[i] *
             Eigen::RowVector2d(slope(v * face.nu + left, v * face.nu + right, right - left),
                                slope(below * face.nu + u, above * face.nu + u, above - below));
       }
@@ -86,11 +87,11 @@ GradientSolution solved(Metric& metric, const Eigen::VectorXd& b, double most, i
 VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, std::uint64_t seed) {
   const Problem& problem = objective.problem();
   const std::vector<double> prediction = objective.prediction();
-  const Eigen::MatrixX2d columns = by_shift(problem, prediction);
+  const std::vector<double> root_weight = objective.root_weight();
+  const Eigen::MatrixX2d columns = by_shift(problem, prediction, root_weight);
   Eigen::VectorXd residual(columns.rows());
   for (std::size_t i = 0; i < prediction.size(); ++i) {
-    residual[static_cast<Eigen::Index>(i)] =
-        std::sqrt(problem.weight[i]) * (problem.data[i] - prediction[i]);
+    residual[static_cast<Eigen::Index>(i)] = root_weight[i] * (problem.data[i] - prediction[i]);
   }
   Metric metric(objective, prior, seed);
   Eigen::Matrix2d s = columns.transpose() * columns;

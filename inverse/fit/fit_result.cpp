@@ -113,9 +113,9 @@ void ChannelRun::check_shift(const std::vector<double>& prediction) {
   }
   progress_.update(stage_name_, 1.0, "asking the volume for a shift of the images");
   Consistency& consistency = state_.report.consistency;
-  consistency =
-      check_volume({grid_.problem(), state_.fields, prediction, prior()}, consistency,
-                   options_.data.model_error, options_.solver.backend, options_.solver.seed);
+  consistency = check_volume(
+      {grid_.problem(), state_.fields, prediction, prior(), options_.data.term}, consistency,
+      options_.data.model_error, options_.solver.backend, options_.solver.seed);
   SolveCount solves = grid_.objective().solves();
   solves.add(consistency.solves);
   grid_.objective().restore(grid_.objective().correction(), solves);

@@ -124,6 +124,8 @@ class Objective {
   std::vector<double> prediction() const;
   /// χ² per value used of the last value() (data_term.h).
   double chi2_per_value() const { return data_term_.chi2_per_value; }
+  /// Of the last value(): the weight of each datum there, under a robust loss too.
+  const std::vector<double>& root_weight() const { return data_term_.root_weight; }
 
   /// Sets r from one solve on the finer grid at `fields`, every voxel split, and from photons there
   /// if asked: as many as the data's noise deserves, or what misfit there is yet. Returns what
