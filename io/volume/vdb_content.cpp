@@ -78,9 +78,9 @@ class ContentReader : public openvdb::io::Archive {
     openvdb::io::GridDescriptor descriptor;
     openvdb::GridBase::Ptr grid = descriptor.read(in_);
     // OpenVDB never frees what it has of a grid when the file ends in it.
-    if (descriptor.getEndPos() - descriptor.getGridPos() > file_.left()) {
-      throw std::runtime_error("truncated");
-    }
+    const std::streamoff begin = descriptor.getGridPos();
+    const std::streamoff end = descriptor.getEndPos();
+    if (begin < 0 || end < 0 || end - begin > file_.left()) throw std::runtime_error("truncated");
     grid->setName(descriptor.gridName());
     readGridCompression(in_);
     check_metadata();
