@@ -24,7 +24,7 @@ constexpr double most_deviations = 3.0;
 constexpr double structure_spread = 0.12;
 constexpr double calibration_spread = 0.01;
 constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
-/// The same where volumes tell it: what grid, prior and calibration leave.
+/// The same of what volumes find: what grid, prior and calibration leave.
 constexpr double volume_shift_spread = 0.04;
 /// Of conjugate gradients for a volume.
 constexpr int volume_steps = 24;
@@ -51,15 +51,20 @@ struct Grid {
   Refinement finer;
 };
 
-Grid suitable_grid(const Problem& problem, const ModelError& model_error) {
+Problem suitable_problem(const Problem& problem, const ModelError& model_error) {
   const GridShape& s = problem.setup.shape;
   if (std::min({s.nx, s.ny, s.nz}) >= enough_voxels) {
     Problem coarse = coarsen(problem, model_error);
-    if (coarse.used() >= problem.used() / 8) {
-      return {std::move(coarse), {problem.setup, problem.irradiance}};
-    }
+    if (coarse.used() >= problem.used() / 8) return coarse;
   }
-  return {problem, refine(problem)};
+  return problem;
+}
+
+Grid suitable_grid(const Problem& problem, const ModelError& model_error) {
+  Problem suitable = suitable_problem(problem, model_error);
+  const bool coarser = !(suitable.setup.shape == problem.setup.shape);
+  Refinement finer = coarser ? Refinement{problem.setup, problem.irradiance} : refine(problem);
+  return {std::move(suitable), std::move(finer)};
 }
 
 ExposureFit fit_with_eta(const Grid& grid, double eta, const LayeredMedium& start,
@@ -171,10 +176,6 @@ Consistency fit_and_compare(const Problem& problem, double kappa, double mu,
   return result;
 }
 
-}  // namespace
-
-namespace {
-
 CoefficientPair restricted(const CoefficientPair& fields, const GridShape& fine,
                            const GridShape& coarse) {
   return {restrict_voxels(fields.log_kappa, fine, coarse),
@@ -184,7 +185,7 @@ CoefficientPair restricted(const CoefficientPair& fields, const GridShape& fine,
 /// The volume on a suitable grid, where r makes its prediction what the fit's was.
 std::unique_ptr<Objective> objective_at(const FittedVolume& volume, const ModelError& model_error,
                                         const Backend& backend) {
-  Problem problem = suitable_grid(volume.problem, model_error).problem;
+  Problem problem = suitable_problem(volume.problem, model_error);
   const FaceShape seen = problem.seen_shape();
   CoefficientPair fields = volume.fields;
   std::vector<double> prediction = volume.prediction;
@@ -203,10 +204,6 @@ std::unique_ptr<Objective> objective_at(const FittedVolume& volume, const ModelE
   objective->value(fields);
   return objective;
 }
-
-}  // namespace
-
-namespace {
 
 Consistency with_volume_shift(const FittedVolume& volume, Consistency homogeneous,
                               const ModelError& model_error, const Backend& backend,
@@ -238,7 +235,7 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
   try {
     return with_volume_shift(volume, homogeneous, model_error, backend, seed);
   } catch (const InputError&) {
-    return homogeneous;  // a volume gone astray, which no solver follows, tells no shift
+    return homogeneous;  // a volume gone astray, which no solver follows, shows no shift
   }
 }
 

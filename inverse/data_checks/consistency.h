@@ -2,7 +2,7 @@
 // refractive index and much of a shift between light and images into κ and μ, and its residuals
 // never tell. A homogeneous block cannot: what scale and shift suit it best, and how far patterns
 // agree on them, is asked of every fit (scale_and_shift.h). Where a volume was fitted, the
-// roughness that it paid for a shift tells more (volume_shift.h).
+// roughness that it paid for a shift reveals more (volume_shift.h).
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ namespace kappamu::inverse {
 struct Consistency {
   bool checked = false;          ///< false: too few patterns
   bool explained = false;        ///< a homogeneous block with scale and shift explains the data
-  bool volume_shift = false;     ///< the shift is what the fitted volume tells
+  bool volume_shift = false;     ///< the shift is what the fitted volume shows
   Estimate log_scale;            ///< natural logarithm of the data over what they should be
   double log_scale_limit = 0.0;  ///< beyond which it is reported
   Estimate shift_u, shift_v;     ///< of the images, along the seen face's axes [voxels]

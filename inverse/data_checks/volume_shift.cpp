@@ -8,7 +8,7 @@
 
 #include "core/numbers/conjugate_gradients.h"
 #include "core/numbers/linear_algebra.h"
-#include "inverse/optimise/lateral_hessian.h"
+#include "inverse/uncertainty/posterior_hessian.h"
 
 namespace kappamu::inverse {
 
@@ -43,45 +43,6 @@ Eigen::MatrixX2d by_shift(const Problem& problem, const std::vector<double>& pre
   return columns;
 }
 
-class Metric {
- public:
-  Metric(Objective& objective, const Prior& prior, std::uint64_t seed)
-      : objective_(objective),
-        prior_(prior),
-        axis_(axis_of(objective.problem().setup.lit_face)),
-        basis_(objective.problem().setup.shape,
-               {Coordinates::informed, axis_, prior.thickness_mm, prior.anchor_length_mm,
-                prior.weight},
-               estimate_lateral_blocks(objective, axis_, probes, seed, 0.0)) {}
-
-  /// Bᵀ Jᵀ of weighted data.
-  Eigen::VectorXd gradient(const Eigen::VectorXd& data) {
-    return coordinates(objective_.jacobian_transpose({data.begin(), data.end()}));
-  }
-  /// Bᵀ H B z.
-  Eigen::VectorXd hessian(const Eigen::VectorXd& z) {
-    return coordinates(hessian_product(objective_, prior_, basis_.to_fields({z.begin(), z.end()})));
-  }
-
- private:
-  Eigen::VectorXd coordinates(const CoefficientPair& by_field) const {
-    const Vector z = basis_.gradient(by_field);
-    return Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size()));
-  }
-
-  Objective& objective_;
-  const Prior& prior_;
-  int axis_;
-  Basis basis_;
-};
-
-/// Until bᵀ H⁻¹ b grows by less than `small_change` of what `most` is above it.
-GradientSolution solved(Metric& metric, const Eigen::VectorXd& b, double most, int steps) {
-  return conjugate_gradients(
-      [&](const Eigen::VectorXd& z) { return metric.hessian(z); }, b, steps,
-      [&](const GradientStep& step) { return step.gain < small_change * (most - step.energy); });
-}
-
 }  // namespace
 
 VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, std::uint64_t seed) {
@@ -93,16 +54,22 @@ VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, st
   for (std::size_t i = 0; i < prediction.size(); ++i) {
     residual[static_cast<Eigen::Index>(i)] = root_weight[i] * (problem.data[i] - prediction[i]);
   }
-  Metric metric(objective, prior, seed);
+  const PosteriorHessian hessian(objective, prior, probes, seed);
   Eigen::Matrix2d s = columns.transpose() * columns;
   std::array<Eigen::VectorXd, 2> pulls;
   std::array<GradientSolution, 2> solutions;
   for (std::size_t k = 0; k < 2; ++k) {
     const auto column = static_cast<Eigen::Index>(k);
-    pulls[k] = metric.gradient(columns.col(column));
-    solutions[k] = solved(metric, pulls[k], s(column, column), steps);
+    const Eigen::VectorXd data = columns.col(column);
+    pulls[k] = hessian.gradient(objective.jacobian_transpose({data.begin(), data.end()}));
+    // Until bᵀ H⁻¹ b grows by less than a share of what FᵀF is above it.
+    solutions[k] = conjugate_gradients([&](const Eigen::VectorXd& z) { return hessian.product(z); },
+                                       pulls[k], steps,
+                                       [most = s(column, column)](const GradientStep& step) {
+                                         return step.gain < small_change * (most - step.energy);
+                                       });
   }
-  // With what the residuals tell of each other's error what is left is of second order.
+  // Corrected by the residuals, what is left of both errors is of second order.
   for (std::size_t k = 0; k < 2; ++k) {
     for (std::size_t l = 0; l < 2; ++l) {
       s(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(l)) -=

@@ -1,6 +1,6 @@
-// What a fitted volume tells of a shift between light and images. κ and μ of voxels absorb much of
-// one, but grow rougher by it than the data would need them to. The minimum of ½ χ² + α R over the
-// volume and a shift f of the images together, to first order from where the volume alone is at
+// What a fitted volume reveals of a shift between light and images. κ and μ of voxels absorb much
+// of one, but grow rougher by it than the data would need them to. The minimum of ½ χ² + α R over
+// the volume and a shift f of the images together, to first order from where the volume alone is at
 // its minimum:
 //     f = S⁻¹ Fᵀ s,   S = Fᵀ F − Fᵀ J H⁻¹ Jᵀ F,   H = JᵀJ + α R″,
 // with F and J the derivatives of the weighted prediction by f and by (log κ, log μ), s the

@@ -53,7 +53,7 @@ std::string in_words(const LayeredMedium& medium, const Eigen::MatrixXd& covaria
 LongWaveErrors missed_long_waves(const ChannelFit& fit, const Prior& prior,
                                  const SurfaceMeasurements& fitted, int channel,
                                  FitOptions options) {
-  options.data.coarse_model_error = options.data.model_error;  // what the fine grid's data tell
+  options.data.coarse_model_error = options.data.model_error;  // as exact as the fine grid's data
   GridPath grid = make_grid_path(fitted, channel, options);
   constexpr int coarse_enough = 2;
   const int level = std::min(grid.levels().coarsest(), coarse_enough);

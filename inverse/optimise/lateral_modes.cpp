@@ -15,11 +15,11 @@ namespace {
 /// threads write to one line of the coefficients.
 constexpr int planes_at_once = 8;
 
+}  // namespace
+
 double laplacian_eigenvalue(int k, int n) {
   return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
 }
-
-}  // namespace
 
 LateralModes::LateralModes(const GridShape& shape, int depth_axis)
     : shape_(shape),

@@ -13,6 +13,9 @@
 
 namespace kappamu::inverse {
 
+/// Of the 3-point Neumann Laplacian of `n` voxels: that of the cosine of k half periods.
+double laplacian_eigenvalue(int k, int n);
+
 class LateralModes {
  public:
   /// `depth_axis`: 0, 1, 2 for x, y, z.

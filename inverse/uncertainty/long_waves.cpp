@@ -5,16 +5,13 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <numbers>
-#include <numeric>
 #include <random>
 
 #include "core/numbers/conjugate_gradients.h"
 #include "core/numbers/cosine_transform.h"
-#include "inverse/optimise/lateral_hessian.h"
 #include "inverse/optimise/lateral_modes.h"
 #include "inverse/regulariser/roughness.h"
-#include "inverse/uncertainty/uncertainty.h"
+#include "inverse/uncertainty/posterior_hessian.h"
 
 namespace kappamu::inverse {
 
@@ -23,15 +20,13 @@ namespace {
 /// Upper ends of all but the last band, eigenvalues of the voxels' 3-point Laplacian: half a decade
 /// each, from waves of 36 voxels.
 constexpr std::array band_ends{0.03, 0.1, 0.3, 1.0, 3.0};
+/// Residual of conjugate gradients against the first.
+constexpr double solved_to = 1e-3;
 constexpr double mu_over_kappa = absorbers_vary * absorbers_vary;
 
 std::size_t wave_band(double eigenvalue) {
   return static_cast<std::size_t>(std::upper_bound(band_ends.begin(), band_ends.end(), eigenvalue) -
                                   band_ends.begin());
-}
-
-double eigenvalue(Eigen::Index k, int n) {
-  return 2.0 - 2.0 * std::cos(std::numbers::pi * static_cast<double>(k) / n);
 }
 
 /// R″ of log κ for H1, of the wave whose Laplacian has this eigenvalue.
@@ -47,26 +42,6 @@ Eigen::MatrixXd along_depth(const Eigen::MatrixXd& rows, const CosineTransform& 
   waves.topRows(depth) = cosines.forward(rows.topRows(depth));
   waves.bottomRows(depth) = cosines.forward(rows.bottomRows(depth));
   return waves;
-}
-
-/// A⁻¹ b by conjugate gradients in the coordinates of `basis`.
-template <class Product>
-CoefficientPair solved(const Product& a, const CoefficientPair& b, const Basis& basis, int steps) {
-  const auto coordinates = [&](const CoefficientPair& gradient) -> Eigen::VectorXd {
-    const Vector z = basis.gradient(gradient);
-    return Eigen::Map<const Eigen::VectorXd>(z.data(), static_cast<Eigen::Index>(z.size()));
-  };
-  const Eigen::VectorXd start = coordinates(b);
-  constexpr double solved_to = 1e-3;
-  const double enough = solved_to * start.norm();
-  const Eigen::VectorXd x =
-      conjugate_gradients(
-          [&](const Eigen::VectorXd& z) {
-            return coordinates(a(basis.to_fields({z.begin(), z.end()})));
-          },
-          start, steps, [&](const GradientStep& step) { return step.rest <= enough; })
-          .x;
-  return basis.to_fields({x.begin(), x.end()});
 }
 
 }  // namespace
@@ -88,7 +63,7 @@ std::vector<double> wave_weights(const Prior& regulariser, const Vector& log_kap
       const double across = modes.laplacian()[static_cast<std::size_t>(wave)];
       lateral += across / static_cast<double>(members.size());
       for (Eigen::Index k = 0; k < depth; ++k) {
-        const double laplacian = across + eigenvalue(k, modes.depth());
+        const double laplacian = across + laplacian_eigenvalue(static_cast<int>(k), modes.depth());
         roughness[wave_band(laplacian)] +=
             stiffness(regulariser, shape.voxel_mm, laplacian) * found(k, wave) * found(k, wave);
       }
@@ -99,14 +74,15 @@ std::vector<double> wave_weights(const Prior& regulariser, const Vector& log_kap
     Eigen::VectorXd smoothing(2 * depth);
     for (Eigen::Index k = 0; k < depth; ++k) {
       smoothing[k] = regulariser.weight *
-                     stiffness(regulariser, shape.voxel_mm, lateral + eigenvalue(k, modes.depth()));
+                     stiffness(regulariser, shape.voxel_mm,
+                               lateral + laplacian_eigenvalue(static_cast<int>(k), modes.depth()));
       smoothing[depth + k] = smoothing[k] / mu_over_kappa;
     }
     hessian.diagonal() += smoothing;
     const Eigen::MatrixXd covariance =
         hessian.llt().solve(Eigen::MatrixXd::Identity(2 * depth, depth));
     for (Eigen::Index k = 0; k < depth; ++k) {
-      directions[wave_band(lateral + eigenvalue(k, modes.depth()))] +=
+      directions[wave_band(lateral + laplacian_eigenvalue(static_cast<int>(k), modes.depth()))] +=
           static_cast<double>(members.size()) * (1.0 - covariance(k, k) * smoothing[k]);
     }
   }
@@ -126,15 +102,11 @@ class CoarseWaves {
  public:
   CoarseWaves(Objective& objective, const Prior& fitted, const GridShape& fine, int depth_axis,
               const LongWaveOptions& options, std::uint64_t seed)
-      : objective_(objective),
-        grid_(objective.problem().setup.shape),
+      : grid_(objective.problem().setup.shape),
         regulariser_{fitted.weight, fitted.thickness_mm, fitted.anchor_length_mm},
         modes_(grid_, depth_axis),
         cosines_(modes_.depth()),
-        basis_(grid_,
-               {Coordinates::informed, depth_axis, fitted.thickness_mm, fitted.anchor_length_mm,
-                fitted.weight},
-               estimate_lateral_blocks(objective, depth_axis, options.probes, seed, 0.0)),
+        hessian_(objective, regulariser_, options.probes, seed),
         steps_(options.steps),
         engine_(seed) {
     // A wave has as many half periods on both grids.
@@ -143,9 +115,10 @@ class CoarseWaves {
     laplacian_.resize(modes_.depth(), static_cast<Eigen::Index>(modes_.laplacian().size()));
     for (Eigen::Index wave = 0; wave < laplacian_.cols(); ++wave) {
       for (Eigen::Index k = 0; k < laplacian_.rows(); ++k) {
-        laplacian_(k, wave) = eigenvalue(wave % grid_.extent(a), fine.extent(a)) +
-                              eigenvalue(wave / grid_.extent(a), fine.extent(b)) +
-                              eigenvalue(k, fine.extent(depth_axis));
+        laplacian_(k, wave) =
+            laplacian_eigenvalue(static_cast<int>(wave) % grid_.extent(a), fine.extent(a)) +
+            laplacian_eigenvalue(static_cast<int>(wave) / grid_.extent(a), fine.extent(b)) +
+            laplacian_eigenvalue(static_cast<int>(k), fine.extent(depth_axis));
       }
     }
   }
@@ -175,18 +148,20 @@ class CoarseWaves {
                           modes_.synthesise(waves));
     for (double& v : smoothed.log_kappa) v *= regulariser_.weight;
     for (double& v : smoothed.log_mu) v *= regulariser_.weight;
-    return modes_.analyse(solved(
-        [&](const CoefficientPair& v) { return hessian_product(objective_, regulariser_, v); },
-        smoothed, basis_, steps_));
+    const Eigen::VectorXd b = hessian_.gradient(smoothed);
+    const double enough = solved_to * b.norm();
+    const GradientSolution solution =
+        conjugate_gradients([&](const Eigen::VectorXd& z) { return hessian_.product(z); }, b,
+                            steps_, [&](const GradientStep& step) { return step.rest <= enough; });
+    return modes_.analyse(hessian_.to_fields(solution.x));
   }
 
  private:
-  Objective& objective_;
   GridShape grid_;
   Prior regulariser_;
   LateralModes modes_;
   CosineTransform cosines_;
-  Basis basis_;
+  PosteriorHessian hessian_;
   int steps_;
   std::mt19937_64 engine_;
   Eigen::MatrixXd laplacian_;

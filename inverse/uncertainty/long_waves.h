@@ -1,6 +1,6 @@
 // The long waves of log κ and log μ, which are stronger than H1 expects: its weight is that of the
 // many short waves that the data determine. What a fit misses of them is of long waves too, so that
-// a coarse grid tells it, by as many products with the Hessian as it takes (docs/theory.md, 5).
+// a coarse grid shows it, by as many products with the Hessian as it takes (docs/theory.md, 5).
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,7 @@ namespace kappamu::inverse {
 /// The weight of H1 that expects what was found of log κ in each band of waves, as
 /// empirical_prior() has it for all of them; none above the fit's. Bands are of the eigenvalue of
 /// the voxels' 3-point Laplacian, half a decade each. `regulariser` is the fit's, `log_kappa` less
-/// its anchor, `blocks` by
-/// prior_blocks() (uncertainty.h).
+/// its anchor, `blocks` by prior_blocks().
 std::vector<double> wave_weights(const Prior& regulariser, const Vector& log_kappa,
                                  const LateralBlocks& blocks, const GridShape& shape,
                                  int depth_axis);

@@ -30,10 +30,6 @@ Eigen::MatrixXd squared_cosines(int n) {
   return squares;
 }
 
-double laplacian_eigenvalue(int k, int n) {
-  return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
-}
-
 Vector signs(std::mt19937_64& engine, std::size_t count) {
   Vector values(count);
   for (double& s : values) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
@@ -64,17 +60,19 @@ void add_layers(Vector& values, const Vector& by_layer, const GridShape& shape, 
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
 
-Basis metric(const Prior& prior, const GridShape& shape, int axis, const LateralBlocks& blocks) {
-  return {shape,
-          {Coordinates::informed, axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
-          blocks};
-}
-
 }  // namespace
 
 LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
                            int depth_axis) {
   return lateral_blocks(rows, shape, depth_axis, no_ridge);
+}
+
+Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
+                       const LateralBlocks& blocks) {
+  return {
+      shape,
+      {Coordinates::informed, depth_axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
+      blocks};
 }
 
 /// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
@@ -84,7 +82,7 @@ LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShap
 /// determine a handful, all of them smooth, which says as little.
 Prior empirical_prior(Prior regulariser, double roughness, const LateralBlocks& blocks,
                       const GridShape& shape, int depth_axis) {
-  const Basis basis = metric(regulariser, shape, depth_axis, blocks);
+  const Basis basis = posterior_metric(regulariser, shape, depth_axis, blocks);
   const double directions = std::max(1.0, basis.determined(blocks).kappa);
   regulariser.weight = std::min(regulariser.weight, directions / roughness);
   return regulariser;
@@ -195,7 +193,7 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   if (blocks.empty()) {
     blocks = prior_blocks(random_rows(objective, options.probes, seed), shape, axis);
   }
-  const Basis basis = metric(prior, shape, axis, blocks);
+  const Basis basis = posterior_metric(prior, shape, axis, blocks);
   InverseDiagonal diagonal(
       [&](const CoefficientPair& v) { return hessian_product(objective, prior, v); }, shape, axis,
       basis, options.steps);

@@ -82,6 +82,10 @@ double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPa
 LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
                            int depth_axis);
 
+/// The guess of the posterior's covariance by these blocks.
+Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
+                       const LateralBlocks& blocks);
+
 /// The fit's regulariser with its weight lowered to the one that expects the `roughness` found of
 /// log κ (docs/theory.md, 5); `blocks` by prior_blocks().
 Prior empirical_prior(Prior regulariser, double roughness, const LateralBlocks& blocks,

@@ -39,6 +39,8 @@ Found coverage_of_tiny(std::uint64_t seed) {
       inverse::fit_channel(measured, 0, options, inverse::Checkpoint{}, silent);
   const inverse::Uncertainty stated =
       inverse::estimate_volume_uncertainty(fit, *fit.prior, measured, 0, options);
+  EXPECT_EQ(stated.report.solves, 2 * options.uncertainty.steps * options.uncertainty.samples)
+      << "the fit hands its probes over";
   Found found;
   const auto share = 1.0 / static_cast<double>(sample.grid.cells());
   for (int z = 0; z < sample.grid.nz; ++z) {

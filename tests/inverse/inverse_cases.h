@@ -55,6 +55,22 @@ inline CoefficientPair smooth_medium(const GridShape& shape) {
   return fields;
 }
 
+/// A block under random light on every pixel of one face, seen from the other; without data.
+inline Problem randomly_lit(const GridShape& shape, int patterns, Noise& noise) {
+  Problem problem;
+  problem.setup = {shape,
+                   1.3,
+                   Face::z_minus,
+                   Sides::open,
+                   forward::SourceModel::first_collision,
+                   forward::Convention::physical};
+  problem.seen_face = Face::z_plus;
+  problem.patterns = patterns;
+  problem.irradiance.resize(static_cast<std::size_t>(patterns) * problem.lit_shape().cells());
+  for (double& e : problem.irradiance) e = noise.uniform();
+  return problem;
+}
+
 /// Noise-free exitance under `light`, [patterns][v][u].
 inline std::vector<double> simulate(const forward::GridSetup& setup, const CoefficientPair& fields,
                                     Face seen, const std::vector<double>& light, int patterns,

@@ -1,5 +1,5 @@
-// The shift of the images that a volume tells, against dense matrices and of structured blocks. How
-// often a shift is told, over many blocks: `kappamu bench limits --section consistency`.
+// The shift of the images that a volume shows, against dense matrices and of structured blocks. How
+// often a shift is reported, over many blocks: `kappamu bench limits --section consistency`.
 #include "inverse/data_checks/volume_shift.h"
 
 #include <gtest/gtest.h>
@@ -26,18 +26,8 @@ TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
   constexpr GridShape shape{5, 4, 3, 0.5};
   constexpr int patterns = 4;
   const Prior prior{20.0, 1.5, 15.0};
-  Problem problem;
-  problem.setup = {shape,
-                   1.3,
-                   Face::z_minus,
-                   Sides::open,
-                   forward::SourceModel::first_collision,
-                   forward::Convention::physical};
-  problem.seen_face = Face::z_plus;
-  problem.patterns = patterns;
   cases::Noise noise(7);
-  problem.irradiance.resize(patterns * problem.lit_shape().cells());
-  for (double& e : problem.irradiance) e = noise.uniform();
+  Problem problem = cases::randomly_lit(shape, patterns, noise);
   const CoefficientPair at = cases::rough_medium(shape, 0.2, 3);
   const std::vector<double> prediction = cases::simulate(problem.setup, at, problem.seen_face,
                                                          problem.irradiance, patterns, "reference");
@@ -117,7 +107,7 @@ Consistency fitted(std::uint64_t seed, double shift) {
   return fit_channel(m, 0, {}, {}, silent).report.consistency;
 }
 
-TEST(VolumeShift, StructuredBlocksTellAThirdOfAVoxel) {
+TEST(VolumeShift, AThirdOfAVoxelIsReportedOfStructuredBlocks) {
   for (const std::uint64_t seed : {11, 12}) {
     const Consistency right = fitted(seed, 0.0);
     EXPECT_TRUE(right.volume_shift);

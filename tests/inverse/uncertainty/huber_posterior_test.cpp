@@ -35,18 +35,8 @@ class HuberPosterior : public ::testing::Test {
   const Anchor anchor{std::log(0.2), std::log(0.02), 15.0};
 
   void SetUp() override {
-    Problem problem;
-    problem.setup = {shape,
-                     1.3,
-                     Face::z_minus,
-                     Sides::open,
-                     forward::SourceModel::first_collision,
-                     forward::Convention::physical};
-    problem.seen_face = Face::z_plus;
-    problem.patterns = 6;
     cases::Noise noise(11);
-    problem.irradiance.resize(6 * problem.lit_shape().cells());
-    for (double& e : problem.irradiance) e = noise.uniform();
+    Problem problem = cases::randomly_lit(shape, 6, noise);
     CoefficientPair truth{Vector(shape.cells()), Vector(shape.cells(), std::log(0.02))};
     for (std::size_t i = 0; i < shape.cells(); ++i) {
       truth.log_kappa[i] = std::log(i % 6 < 3 ? 0.1 : 0.4);

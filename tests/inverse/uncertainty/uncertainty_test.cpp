@@ -36,18 +36,8 @@ class TinyPosterior : public ::testing::Test {
   const Prior prior{20.0, 1.5, 15.0};
 
   void SetUp() override {
-    Problem problem;
-    problem.setup = {shape,
-                     1.3,
-                     Face::z_minus,
-                     Sides::open,
-                     forward::SourceModel::first_collision,
-                     forward::Convention::physical};
-    problem.seen_face = Face::z_plus;
-    problem.patterns = 3;
     cases::Noise noise(11);
-    problem.irradiance.resize(3 * problem.lit_shape().cells());
-    for (double& e : problem.irradiance) e = noise.uniform();
+    Problem problem = cases::randomly_lit(shape, 3, noise);
     const CoefficientPair at = cases::rough_medium(shape, 0.2, 5);
     problem.data =
         cases::simulate(problem.setup, at, problem.seen_face, problem.irradiance, 3, "reference");
