@@ -59,10 +59,12 @@ class Level {
     refresh(start);
     LayerFitter fitter(objective_, start);
     LayeredFit found;
+    found.medium = start;
     if (refinement_.photons) {
       settle_correction(unknowns(start), settled_move, most_by_transport,
                         [&](const Eigen::VectorXd& p) {
-                          refresh(with_unknowns(start, p));
+                          // Astray: rejected by what the last fit leaves.
+                          if (!std::isfinite(refresh(with_unknowns(start, p)))) return p;
                           fitter.forget_derivatives();
                           found = fitter.descend(useful());
                           return unknowns(found.medium);
@@ -130,15 +132,16 @@ class Level {
     medium.log_mu.assign(p.begin() + medium.layers(), p.end());
     return medium;
   }
-  /// χ² per value with the correction at `medium`.
+  /// χ² per value with the correction at `medium`; infinite, and the correction as it was, where
+  /// the solver fails.
   double refresh(const LayeredMedium& medium) {
     CoefficientPair at = fields(medium);
-    if (!options_.correct_grid || at == corrected_at_) {
-      objective_.value(at);
-    } else {
-      objective_.refresh_correction(refinement_, at, Objective::PhotonSlope::renewed);
-      corrected_at_ = std::move(at);
-    }
+    const bool made = !options_.correct_grid || at == corrected_at_;
+    const double value =
+        made ? objective_.value(at)
+             : objective_.refresh_correction(refinement_, at, Objective::PhotonSlope::renewed);
+    if (!std::isfinite(value)) return value;
+    corrected_at_ = std::move(at);
     return objective_.chi2_per_value();
   }
   /// χ² per value that a model of this grid may have: coarse grids only screen.
