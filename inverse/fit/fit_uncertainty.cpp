@@ -63,12 +63,10 @@ LongWaveErrors missed_long_waves(const ChannelFit& fit, const Prior& prior,
   const CoefficientPair fields = to_fields(fit.medium);
   grid.renew_correction({restrict_voxels(fields.log_kappa, shape, grid.shape()),
                          restrict_voxels(fields.log_mu, shape, grid.shape())});
-  Prior regulariser = prior;
-  regulariser.weight = fit.report.weight;
   LongWaveOptions long_waves;
-  if (level < coarse_enough) long_waves = {2, 20, 4};  // a solve costs eight times as much
-  return long_wave_errors(grid.objective(), regulariser, prior, shape,
-                          axis_of(grid.problem().setup.lit_face), long_waves, options.solver.seed);
+  if (level < coarse_enough) long_waves = {2, 100, 32};  // a solve costs eight times as much
+  return long_wave_errors(grid.objective(), prior, shape, axis_of(grid.problem().setup.lit_face),
+                          long_waves, options.solver.seed);
 }
 
 }  // namespace
@@ -179,10 +177,12 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shar
   objective.value(to_fields(fit.medium));
   objective.count_pixel_noise();
   Prior prior = *fit.prior;
-  prior.weight = shared.weight;
+  prior.weight = fit.report.weight;
   prior.wave_weights = shared.wave_weights;
+  const LongWaveErrors missed = missed_long_waves(fit, prior, fitted, channel, options);
+  if (missed.error.log_kappa.empty()) prior.weight = shared.weight;
   return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed,
-                              fit.blocks, missed_long_waves(fit, prior, fitted, channel, options));
+                              fit.blocks, missed);
 }
 
 }  // namespace kappamu::inverse

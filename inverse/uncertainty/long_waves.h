@@ -35,16 +35,15 @@ struct LongWaveErrors {
 };
 
 struct LongWaveOptions {
-  int draws = 8;
-  int steps = 30;  ///< of conjugate gradients, each two batched solves
-  int probes = 4;  ///< adjoint solves for their preconditioner
+  int draws = 2;
+  int steps = 500;  ///< of conjugate gradients at most, each two batched solves
+  int probes = 64;  ///< adjoint solves for their preconditioner
 };
 
-/// What `fitted`, the regulariser of a fit, keeps it from finding of waves drawn from the excess of
-/// `prior.wave_weights` over `prior.weight`. `coarse`: of a grid of voxels 2^n as large as those of
-/// `shape`, at the fields of its last value().
-LongWaveErrors long_wave_errors(Objective& coarse, const Prior& fitted, const Prior& prior,
-                                const GridShape& shape, int depth_axis,
-                                const LongWaveOptions& options, std::uint64_t seed);
+/// What a fit whose regulariser has `prior.weight` misses of waves drawn from the excess of
+/// `prior.wave_weights` over it. `coarse`: of a grid of voxels 2^n as large as those of `shape`, at
+/// the fields of its last value().
+LongWaveErrors long_wave_errors(Objective& coarse, const Prior& prior, const GridShape& shape,
+                                int depth_axis, const LongWaveOptions& options, std::uint64_t seed);
 
 }  // namespace kappamu::inverse
