@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/error.h"
 #include "core/numbers/linear_algebra.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
@@ -63,8 +64,8 @@ class Level {
     if (refinement_.photons) {
       settle_correction(unknowns(start), settled_move, most_by_transport,
                         [&](const Eigen::VectorXd& p) {
-                          // Astray: rejected by what the last fit leaves.
-                          if (!std::isfinite(refresh(with_unknowns(start, p)))) return p;
+                          // Where no solver follows, the last fit stands, and is rejected.
+                          if (!try_to_refresh(with_unknowns(start, p))) return p;
                           fitter.forget_derivatives();
                           found = fitter.descend(useful());
                           return unknowns(found.medium);
@@ -132,17 +133,24 @@ class Level {
     medium.log_mu.assign(p.begin() + medium.layers(), p.end());
     return medium;
   }
-  /// χ² per value with the correction at `medium`; infinite, and the correction as it was, where
-  /// the solver fails.
+  /// χ² per value with the correction at `medium`.
   double refresh(const LayeredMedium& medium) {
     CoefficientPair at = fields(medium);
-    const bool made = !options_.correct_grid || at == corrected_at_;
-    const double value =
-        made ? objective_.value(at)
-             : objective_.refresh_correction(refinement_, at, Objective::PhotonSlope::renewed);
-    if (!std::isfinite(value)) return value;
-    corrected_at_ = std::move(at);
+    if (!options_.correct_grid || at == corrected_at_) {
+      objective_.value(at);
+    } else {
+      objective_.refresh_correction(refinement_, at, Objective::PhotonSlope::renewed);
+      corrected_at_ = std::move(at);
+    }
     return objective_.chi2_per_value();
+  }
+  bool try_to_refresh(const LayeredMedium& medium) {
+    try {
+      refresh(medium);
+      return true;
+    } catch (const InputError&) {
+      return false;
+    }
   }
   /// χ² per value that a model of this grid may have: coarse grids only screen.
   double useful() const {

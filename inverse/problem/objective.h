@@ -129,7 +129,7 @@ class Objective {
 
   /// Sets r from one solve on the finer grid at `fields`, every voxel split, and from photons there
   /// if asked: as many as the data's noise deserves, or what misfit there is yet. Returns what
-  /// value() then is and leaves gradient() ready. Where its own solver fails: +inf, and r as it was.
+  /// value() then is and leaves gradient() ready.
   /// Of r by photons the slope may be renewed too, by four walks in place of one; otherwise it
   /// keeps the slope that it had, if any.
   enum class PhotonSlope { kept, renewed };

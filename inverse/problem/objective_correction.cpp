@@ -2,10 +2,10 @@
 // for.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <utility>
 
+#include "core/error.h"
 #include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
@@ -42,19 +42,21 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
                        &solves_.voxel_iterations),
         face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2, problem_.patterns);
   };
-  constexpr double failed = std::numeric_limits<double>::infinity();
+  const auto require_forward = [&](const CoefficientPair& at) {
+    if (!solve_forward(at)) throw InputError("the diffusion solver failed at the current medium");
+  };
   struct {
     std::array<std::vector<double>, 2> finer, own;
   } below;
   for (std::size_t k = 0; slope && k < 2; ++k) {
+    below.finer[k] = exitance_below(k == 0 ? slope_step : 0.0, k == 1 ? slope_step : 0.0);
     CoefficientPair lower = fields;
     for (double& x : k == 0 ? lower.log_kappa : lower.log_mu) x -= slope_step;
-    if (!solve_forward(lower)) return failed;
+    require_forward(lower);
     below.own[k] = exitance_;
-    below.finer[k] = exitance_below(k == 0 ? slope_step : 0.0, k == 1 ? slope_step : 0.0);
   }
-  if (!solve_forward(fields)) return failed;
   std::vector<double> better = exitance_below(0.0, 0.0);
+  require_forward(fields);
   Correction correction;
   if (refinement.photons) {
     misfit();  // with the r that is to be replaced

@@ -93,7 +93,7 @@ TEST(Coverage, TheTruthOfABlockThatHardlyAbsorbsIsWithinWhatIsStated) {
 }
 
 // The fit's own weight and what it misses of long waves, found on a coarser grid.
-TEST(SlowCoverage, TheTruthsOfBlocksOfSeveralGridsAreWithinWhatIsStated) {
+TEST(Coverage, TheTruthsOfBlocksOfSeveralGridsAreWithinWhatIsStated) {
   constexpr std::array seeds{21, 22, 23, 24};
   Found mean;
   for (const int seed : seeds) {
@@ -104,7 +104,7 @@ TEST(SlowCoverage, TheTruthsOfBlocksOfSeveralGridsAreWithinWhatIsStated) {
   }
   EXPECT_NEAR(mean.kappa_within, 0.94, 0.05);
   EXPECT_NEAR(mean.mu_within, 0.94, 0.05);
-  EXPECT_GT(mean.kappa_within_at_seen_face, 0.7);
+  EXPECT_GT(mean.kappa_within_at_seen_face, 0.6);
 }
 
 }  // namespace

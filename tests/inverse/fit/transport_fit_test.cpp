@@ -60,21 +60,6 @@ Objective objective_of(const SurfaceMeasurements& m, const CoefficientPair& at) 
   return objective;
 }
 
-TEST_F(TransportFit, CorrectionStaysAsItWasWhereTheSolverFails) {
-  const bench::Block block = small_block(4, 0.03);
-  const SurfaceMeasurements m = photons_of(block, bench::even_block(0.2, 0.01), 11);
-  const CoefficientPair at = cases::rough_medium(block.grid, 0.2, 3);
-  Objective objective = objective_of(m, at);
-  const std::vector<double> ratio = objective.correction().ratio;
-  Refinement finer = refine(objective.problem());
-  finer.photons = PhotonOptions{};
-  CoefficientPair astray = at;
-  for (double& x : astray.log_kappa) x = x > at.log_kappa[0] ? 350.0 : -350.0;
-  EXPECT_TRUE(
-      std::isinf(objective.refresh_correction(finer, astray, Objective::PhotonSlope::renewed)));
-  EXPECT_EQ(objective.correction().ratio, ratio);
-}
-
 TEST_F(TransportFit, GradientIsThatOfTheObjectiveWithRsSlope) {
   const bench::Block block = small_block(4, 0.03);
   const SurfaceMeasurements m = photons_of(block, bench::even_block(0.2, 0.01), 11);

@@ -244,8 +244,7 @@ TEST_F(TinyPosterior, WhatAFitMissesOfWavesIsThatOfDenseMatrices) {
   LongWaveOptions options;
   options.draws = 128;
   options.steps = 48;
-  const LongWaveErrors found =
-      long_wave_errors(*objective_, stated, shape, axis, options, 5);
+  const LongWaveErrors found = long_wave_errors(*objective_, stated, shape, axis, options, 5);
 
   // The excess of one band over the prior, wave by wave.
   const Index n = hessian_.rows();
