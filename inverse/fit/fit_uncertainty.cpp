@@ -180,6 +180,7 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shar
   prior.weight = fit.report.weight;
   prior.wave_weights = shared.wave_weights;
   const LongWaveErrors missed = missed_long_waves(fit, prior, fitted, channel, options);
+  // The fit's own weight alone would be too sure of what it smooths.
   if (missed.error.log_kappa.empty()) prior.weight = shared.weight;
   return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed,
                               fit.blocks, missed);

@@ -15,8 +15,9 @@ namespace kappamu::inverse {
 /// most of the structure (docs/theory.md, 5). Empty where no fit has a prior.
 std::optional<Prior> shared_prior(std::span<const ChannelFit> fits);
 
-/// Of `fit`, a volume with a prior, to `fitted`: the fit's r and C's prior with the weights of
-/// `shared`; long waves on a coarser grid, where there is one.
+/// Of `fit`, a volume with a prior, to `fitted`: the fit's r and weight, and what it misses of
+/// waves of the weights of `shared`, on a coarser grid; where that cannot be had, the weight of
+/// `shared`.
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shared,
                                         const SurfaceMeasurements& fitted, int channel,
                                         const FitOptions& options);
