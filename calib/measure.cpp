@@ -156,6 +156,7 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
   result.light = Light::collimated;
   result.sides = sample.sides;
   result.channels = session.channels;
+  result.smooth_error = options.smooth_error;
   result.patterns = static_cast<int>(patterns.size());
 
   const LitFace lit(calibration.projector.lens, calibration.projector_from_sample, result.grid,

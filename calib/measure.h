@@ -17,12 +17,12 @@ namespace kappamu::calib {
 using HdrSource = std::function<capture::HdrImage(const std::string& pattern_id)>;
 
 /// What calibration leaves uncertain from voxel to voxel, added to the variance of every value.
-/// Independent of the pixels' noise, which is propagated apart. Errors that neighbours share
-/// (scale, pose, response) are larger, but to count them as noise would let the fit stop while it
-/// still smooths away what the data show. docs/calibration.md says where the figures come from.
+/// Independent of the pixels' noise, which is propagated apart; what neighbours share (scale, pose,
+/// response) is smooth_error. docs/calibration.md says where the figures come from.
 struct MeasureOptions {
   double relative_error = 0.001;     ///< standard deviation over value
   double rim_relative_error = 0.01;  ///< the same on the outermost ring of voxels
+  SmoothError smooth_error{3e-4, 3e-4};
   /// Front-lit: voxels that receive more than this part of full white, and their neighbours, are
   /// left out, because the camera sees light reflected off their surface.
   double lit_threshold = 0.01;

@@ -26,7 +26,12 @@ InputError bad(const std::filesystem::path& file, const std::string& reason) {
 
 cv::FileNode node_of(const cv::FileStorage& storage, const std::string& key,
                      const std::filesystem::path& file) {
-  const cv::FileNode node = storage[key];
+  cv::FileNode node;
+  try {
+    node = storage[key];
+  } catch (const cv::Exception&) {  // a list, or nothing, where fields were expected
+    throw bad(file, "the file is damaged or no OpenCV YAML");
+  }
   if (node.empty()) throw bad(file, "field " + key + " is missing");
   return node;
 }

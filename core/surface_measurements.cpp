@@ -48,6 +48,9 @@ void validate(const SurfaceMeasurements& m, const std::string& source) {
     fail("value does not have shape [channels][patterns][v][u] of the seen face");
   if (m.variance.size() != seen) fail("variance does not have the shape of value");
   if (!m.mask.empty() && m.mask.size() != seen) fail("mask does not have the shape of value");
+  for (const double error : {m.smooth_error.common, m.smooth_error.own}) {
+    if (!(error >= 0.0) || error > 1.0) fail("smooth_error must lie between 0 and 1");
+  }
   bool any_light = false;
   for (const float e : m.irradiance) {
     if (!std::isfinite(e) || e < 0.0F) fail("irradiance has a negative or non-finite value");

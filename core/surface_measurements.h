@@ -43,6 +43,15 @@ Quantity quantity_from_string(const std::string& name);  ///< throws InputError
 Light light_from_string(const std::string& name);        ///< throws InputError
 Sides sides_from_string(const std::string& name);        ///< throws InputError
 
+/// Errors that neighbouring pixels have in common, of scale, response, light and pose: root mean
+/// square of each octave of spatial frequency, relative to the values [dimensionless].
+struct SmoothError {
+  double common = 0.0;  ///< shared by all patterns
+  double own = 0.0;     ///< of each pattern by itself
+  bool none() const { return common == 0.0 && own == 0.0; }
+  bool operator==(const SmoothError&) const = default;
+};
+
 struct SurfaceMeasurements {
   GridShape grid;
   double eta = 1.3;  ///< relative refractive index of the medium [dimensionless]
@@ -59,6 +68,7 @@ struct SurfaceMeasurements {
   std::vector<float> value;  ///< [C][M][v][u] mean over each surface voxel of the seen face
   std::vector<float>
       variance;  ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
+  SmoothError smooth_error;  ///< of `value`, beside its variance
   std::vector<std::uint8_t> mask;  ///< [C][M][v][u] 1 = use, 0 = leave out; empty = use all
 
   FaceShape lit_shape() const { return face_shape(grid, lit_face); }

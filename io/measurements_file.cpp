@@ -22,7 +22,8 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
   const JsonDocument document(folder / "measurements.json", "docs/formats.md");
   const JsonNode header = document.root();
   header.expect_fields({"format", "version", "voxel_mm", "grid", "eta", "lit_face", "seen_face",
-                        "quantity", "light", "sides", "channels"});
+                        "quantity", "light", "sides", "channels"},
+                       {"smooth_error"});
   header.expect_format(format_name);
   SurfaceMeasurements m;
   const auto [nx, ny, nz] = header["grid"].grid();
@@ -34,6 +35,11 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
   m.light = header["light"].named(light_from_string);
   m.sides = header["sides"].named(sides_from_string);
   m.channels = header["channels"].names();
+  if (header.has("smooth_error")) {
+    const JsonNode error = header["smooth_error"];
+    error.expect_fields({"common", "own"});
+    m.smooth_error = {error["common"].number(), error["own"].number()};
+  }
 
   const auto lit_v = static_cast<std::size_t>(m.lit_shape().nv);
   const auto lit_u = static_cast<std::size_t>(m.lit_shape().nu);
@@ -89,7 +95,7 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m) {
   if (!m.mask.empty()) {
     write_npy(folder / "mask.npy", seen, std::span<const std::uint8_t>(m.mask));
   }
-  const nlohmann::ordered_json fields{{"format", format_name},
+  nlohmann::ordered_json fields{{"format", format_name},
                                       {"version", 1},
                                       {"voxel_mm", m.grid.voxel_mm},
                                       {"grid", {m.grid.nx, m.grid.ny, m.grid.nz}},
@@ -100,6 +106,9 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m) {
                                       {"light", to_string(m.light)},
                                       {"sides", to_string(m.sides)},
                                       {"channels", m.channels}};
+  if (!m.smooth_error.none()) {
+    fields["smooth_error"] = {{"common", m.smooth_error.common}, {"own", m.smooth_error.own}};
+  }
   write_text_atomically(folder / "measurements.json", fields.dump(2) + "\n");
 }
 

@@ -55,12 +55,18 @@ VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, st
     residual[static_cast<Eigen::Index>(i)] = root_weight[i] * (problem.data[i] - prediction[i]);
   }
   const PosteriorHessian hessian(objective, prior, probes, seed);
-  Eigen::Matrix2d s = columns.transpose() * columns;
+  Eigen::MatrixX2d weighed(columns.rows(), 2);
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    std::vector<double> column(columns.col(k).begin(), columns.col(k).end());
+    objective.weigh(column);
+    weighed.col(k) = Eigen::Map<const Eigen::VectorXd>(column.data(), weighed.rows());
+  }
+  Eigen::Matrix2d s = columns.transpose() * weighed;
   std::array<Eigen::VectorXd, 2> pulls;
   std::array<GradientSolution, 2> solutions;
   for (std::size_t k = 0; k < 2; ++k) {
     const auto column = static_cast<Eigen::Index>(k);
-    const Eigen::VectorXd data = columns.col(column);
+    const Eigen::VectorXd data = weighed.col(column);
     pulls[k] = hessian.gradient(objective.jacobian_transpose({data.begin(), data.end()}));
     // Until bᵀ H⁻¹ b grows by less than a share of what FᵀF is above it.
     solutions[k] = conjugate_gradients([&](const Eigen::VectorXd& z) { return hessian.product(z); },
@@ -77,7 +83,7 @@ VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, st
     }
   }
   const Eigen::Matrix2d covariance = solve_symmetric(s, Eigen::Matrix2d::Identity());
-  const Eigen::Vector2d f = covariance * (columns.transpose() * residual);
+  const Eigen::Vector2d f = covariance * (weighed.transpose() * residual);
   return {{f[0], std::sqrt(covariance(0, 0))}, {f[1], std::sqrt(covariance(1, 1))}};
 }
 

@@ -14,7 +14,9 @@ namespace {
 /// Channel `channel` of `m` with the light it was seen under.
 void add(Fingerprint& print, const SurfaceMeasurements& m, int channel) {
   for (const int n : {m.grid.nx, m.grid.ny, m.grid.nz, m.patterns}) print.add(n);
-  for (const double x : {m.grid.voxel_mm, m.eta}) print.add(x);
+  for (const double x : {m.grid.voxel_mm, m.eta, m.smooth_error.common, m.smooth_error.own}) {
+    print.add(x);
+  }
   print.add(m.lit_face);
   print.add(m.seen_face);
   print.add(m.quantity);

@@ -37,7 +37,9 @@ std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::
   std::vector<double> signs(objective.problem().data.size());
   for (int k = 0; k < probes; ++k) {
     for (double& s : signs) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
-    rows.push_back(objective.jacobian_transpose(signs));
+    std::vector<double> probe = signs;
+    objective.weigh_root(probe);
+    rows.push_back(objective.jacobian_transpose(probe));
   }
   return rows;
 }

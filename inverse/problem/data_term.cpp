@@ -41,7 +41,26 @@ double reweight(double e, const DataTermOptions& o) {
   }
 }
 
+/// By the precision of residuals e [M][v][u], instead of the sums over e² that `term` has.
+void share_errors(DataTerm& term, const SmoothErrorPrecision& precision,
+                  const std::vector<double>& e,
+                  std::size_t used) {
+  std::vector<double> weighed = e;
+  precision.apply(weighed);
+  double squares = 0.0;
+  for (std::size_t i = 0; i < e.size(); ++i) {
+    squares += e[i] * weighed[i];
+    term.by_prediction[i] = term.root_weight[i] * weighed[i];
+  }
+  term.value = 0.5 * squares;
+  term.chi2_per_value = squares / static_cast<double>(used);
+}
+
 }  // namespace
+
+bool shares_errors(const Problem& problem, const DataTermOptions& options) {
+  return problem.precision && options.loss == Loss::gaussian;
+}
 
 DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
                   const DataTermOptions& options) {
@@ -83,6 +102,14 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
   }
   term.value = std::isfinite(all.cost) ? all.cost : std::numeric_limits<double>::infinity();
   if (all.used == 0) return term;
+  if (std::isfinite(term.value) && shares_errors(problem, options)) {
+    std::vector<double> e(prediction.size());
+    for (std::size_t i = 0; i < e.size(); ++i) {
+      e[i] = term.root_weight[i] * (prediction[i] - problem.data[i]);
+    }
+    share_errors(term, *problem.precision, e, all.used);
+    return term;
+  }
   if (!robust) {
     term.chi2_per_value = all.squares / static_cast<double>(all.used);
   } else {

@@ -1,5 +1,6 @@
-// What a misfit costs: Σ ρ(√w (p − d)) over data d with weights w, p = r M the prediction, ρ the
-// loss. Costs no solve.
+// What a misfit costs: Σ ρ(e) over data d with weights w, e = √w (p − d), p = r M the prediction, ρ
+// the loss; with errors that neighbours share (smooth_error.h) ½ eᵀ (I + S)⁻¹ e. A robust loss takes
+// all data for independent. Costs no solve.
 #pragma once
 
 #include <string>
@@ -30,13 +31,16 @@ struct DataTermOptions {
 
 struct DataTerm {
   double value = 0.0;  ///< the sum; infinite where p is not finite
-  /// χ² per value used: mean e², under a robust loss (median |e| / 0.6745)², which outliers do not
+  /// χ² per value used: mean e², with shared errors eᵀ (I + S)⁻¹ e over the count, under a robust loss (median |e| / 0.6745)², which outliers do not
   /// move.
   double chi2_per_value = 0.0;
   std::vector<double> by_prediction;  ///< ∂value/∂p
   /// Square root of the weight that Gauss-Newton gives p: √(w ψ(e)/e), ψ = ρ'.
   std::vector<double> root_weight;
 };
+
+/// Whether residuals have problem.precision.
+bool shares_errors(const Problem& problem, const DataTermOptions& options);
 
 /// `prediction` [M][v][u] as problem.data.
 DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,

@@ -205,6 +205,14 @@ std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
   return change;
 }
 
+void Objective::weigh(std::vector<double>& residuals) const {
+  if (shares_errors(problem_, data_options_)) problem_.precision->apply(residuals);
+}
+
+void Objective::weigh_root(std::vector<double>& white) const {
+  if (shares_errors(problem_, data_options_)) problem_.precision->apply_root(white);
+}
+
 /// The part of the exitance that no conductance multiplies, per irradiance.
 double Objective::exitance_apart() const {
   return problem_.seen_face == problem_.setup.lit_face

@@ -120,6 +120,11 @@ class Objective {
   /// jacobian_transpose(), by one forward solve.
   std::vector<double> jacobian(const CoefficientPair& direction);
 
+  /// (I + S)⁻¹ of residuals (smooth_error.h), and its square root; the data's Hessian is
+  /// jacobian_transpose() of weigh() of jacobian().
+  void weigh(std::vector<double>& residuals) const;
+  void weigh_root(std::vector<double>& white) const;
+
   /// r M of the last value(), [M][v][u].
   std::vector<double> prediction() const;
   /// χ² per value used of the last value() (data_term.h).

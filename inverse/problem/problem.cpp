@@ -20,6 +20,15 @@ double largest_used(const std::vector<double>& data, const std::vector<double>& 
   return largest;
 }
 
+/// Root mean square of d/σ.
+double signal(const Problem& problem) {
+  double squares = 0.0;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    squares += problem.weight[i] * problem.data[i] * problem.data[i];
+  }
+  return std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, problem.used())));
+}
+
 /// Adds the model's own variance to weights that hold 1/measured variance.
 void add_model_error(Problem& problem, const ModelError& error) {
   const std::size_t pixels = problem.seen_shape().cells();
@@ -33,6 +42,12 @@ void add_model_error(Problem& problem, const ModelError& error) {
       problem.weight[i] = 1.0 / variance;
     }
   }
+}
+
+void share_errors(Problem& problem, const SmoothError& error) {
+  problem.smooth_error = error;
+  if (error.none()) return;
+  problem.precision.emplace(problem.seen_shape(), problem.patterns, signal(problem), error);
 }
 
 /// Linear interpolation weights of one axis at voxels of half the edge.
@@ -98,6 +113,7 @@ Problem make_problem(const SurfaceMeasurements& measurements, int channel,
     problem.weight[i] = 1.0 / (scale * scale * measurements.variance[first + i]);
   }
   add_model_error(problem, model_error);
+  share_errors(problem, measurements.smooth_error);
   return problem;
 }
 
@@ -106,6 +122,7 @@ void equalise_weights(Problem& problem) {
   for (const double w : problem.weight) variance += w > 0.0 ? 1.0 / w : 0.0;
   const double mean = variance / static_cast<double>(problem.used());
   for (double& w : problem.weight) w = w > 0.0 ? 1.0 / mean : 0.0;
+  problem.precision.reset();
 }
 
 Problem coarsen(const Problem& fine, const ModelError& model_error) {
@@ -157,6 +174,7 @@ Problem coarsen(const Problem& fine, const ModelError& model_error) {
     coarse.weight[i] = present[i] * present[i] / variance[i];
   }
   add_model_error(coarse, model_error);
+  share_errors(coarse, fine.smooth_error);
   return coarse;
 }
 

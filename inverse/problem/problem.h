@@ -3,11 +3,13 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 #include "forward/grid/grid_solver.h"
+#include "inverse/problem/smooth_error.h"
 
 namespace kappamu::inverse {
 
@@ -28,6 +30,9 @@ struct Problem {
   /// Share of 1/weight that is the noise of a correction r (objective.h), which neighbours have in
   /// common [M][v][u]; empty: none.
   std::vector<double> correction_variance{};
+  SmoothError smooth_error{};
+  /// Of √weight times residuals, made of smooth_error; none: they are independent.
+  std::optional<SmoothErrorPrecision> precision{};
 
   FaceShape lit_shape() const { return face_shape(setup.shape, setup.lit_face); }
   FaceShape seen_shape() const { return face_shape(setup.shape, seen_face); }

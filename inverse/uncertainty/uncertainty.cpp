@@ -157,7 +157,9 @@ CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Pri
 
 CoefficientPair hessian_product(Objective& objective, const Prior& prior,
                                 const CoefficientPair& v) {
-  CoefficientPair product = objective.jacobian_transpose(objective.jacobian(v));
+  std::vector<double> seen = objective.jacobian(v);
+  objective.weigh(seen);
+  CoefficientPair product = objective.jacobian_transpose(seen);
   const CoefficientPair smoothness =
       smoothing_product(objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm,
                         prior.diffusivity, v);

@@ -124,6 +124,7 @@ SurfaceMeasurements select_patterns(const SurfaceMeasurements& measurements,
   selected.sides = measurements.sides;
   selected.channels = measurements.channels;
   selected.patterns = static_cast<int>(patterns.size());
+  selected.smooth_error = measurements.smooth_error;
   selected.irradiance = slices(measurements.irradiance, 1, count, lit, patterns);
   selected.value = slices(measurements.value, channels, count, seen, patterns);
   selected.variance = slices(measurements.variance, channels, count, seen, patterns);
