@@ -67,7 +67,7 @@ struct SurfaceMeasurements {
       irradiance;  ///< [M][v][u] on the lit face, incident before Fresnel, relative to white
   std::vector<float> value;  ///< [C][M][v][u] mean over each surface voxel of the seen face
   std::vector<float>
-      variance;  ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
+      variance;              ///< [C][M][v][u] variance of `value`, its unit squared; > 0 where used
   SmoothError smooth_error;  ///< of `value`, beside its variance
   std::vector<std::uint8_t> mask;  ///< [C][M][v][u] 1 = use, 0 = leave out; empty = use all
 

@@ -96,16 +96,16 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m) {
     write_npy(folder / "mask.npy", seen, std::span<const std::uint8_t>(m.mask));
   }
   nlohmann::ordered_json fields{{"format", format_name},
-                                      {"version", 1},
-                                      {"voxel_mm", m.grid.voxel_mm},
-                                      {"grid", {m.grid.nx, m.grid.ny, m.grid.nz}},
-                                      {"eta", m.eta},
-                                      {"lit_face", to_string(m.lit_face)},
-                                      {"seen_face", to_string(m.seen_face)},
-                                      {"quantity", to_string(m.quantity)},
-                                      {"light", to_string(m.light)},
-                                      {"sides", to_string(m.sides)},
-                                      {"channels", m.channels}};
+                                {"version", 1},
+                                {"voxel_mm", m.grid.voxel_mm},
+                                {"grid", {m.grid.nx, m.grid.ny, m.grid.nz}},
+                                {"eta", m.eta},
+                                {"lit_face", to_string(m.lit_face)},
+                                {"seen_face", to_string(m.seen_face)},
+                                {"quantity", to_string(m.quantity)},
+                                {"light", to_string(m.light)},
+                                {"sides", to_string(m.sides)},
+                                {"channels", m.channels}};
   if (!m.smooth_error.none()) {
     fields["smooth_error"] = {{"common", m.smooth_error.common}, {"own", m.smooth_error.own}};
   }

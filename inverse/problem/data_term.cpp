@@ -43,8 +43,7 @@ double reweight(double e, const DataTermOptions& o) {
 
 /// By the precision of residuals e [M][v][u], instead of the sums over e² that `term` has.
 void share_errors(DataTerm& term, const SmoothErrorPrecision& precision,
-                  const std::vector<double>& e,
-                  std::size_t used) {
+                  const std::vector<double>& e, std::size_t used) {
   std::vector<double> weighed = e;
   precision.apply(weighed);
   double squares = 0.0;

@@ -1,6 +1,6 @@
 // What a misfit costs: Σ ρ(e) over data d with weights w, e = √w (p − d), p = r M the prediction, ρ
-// the loss; with errors that neighbours share (smooth_error.h) ½ eᵀ (I + S)⁻¹ e. A robust loss takes
-// all data for independent. Costs no solve.
+// the loss; with errors that neighbours share (smooth_error.h) ½ eᵀ (I + S)⁻¹ e. A robust loss
+// takes all data for independent. Costs no solve.
 #pragma once
 
 #include <string>
@@ -31,8 +31,8 @@ struct DataTermOptions {
 
 struct DataTerm {
   double value = 0.0;  ///< the sum; infinite where p is not finite
-  /// χ² per value used: mean e², with shared errors eᵀ (I + S)⁻¹ e over the count, under a robust loss (median |e| / 0.6745)², which outliers do not
-  /// move.
+  /// χ² per value used: mean e², with shared errors eᵀ (I + S)⁻¹ e over the count, under a robust
+  /// loss (median |e| / 0.6745)², which outliers do not move.
   double chi2_per_value = 0.0;
   std::vector<double> by_prediction;  ///< ∂value/∂p
   /// Square root of the weight that Gauss-Newton gives p: √(w ψ(e)/e), ψ = ρ'.

@@ -71,6 +71,7 @@ TEST(SmoothErrorFit, ErrorsThatPixelsShareCostFewerStepsAndLessOfTheVolumeWhereT
               white.validation_error, stated.validation_error);
   EXPECT_LT(stated.steps, 0.7 * white.steps);
   EXPECT_LT(stated.kappa_error, white.kappa_error);
+  EXPECT_LT(stated.validation_error, white.validation_error);
 }
 
 }  // namespace

@@ -38,8 +38,8 @@ Eigen::MatrixXd covariance() {
       for (int i = 0; i < cells; ++i) {
         map[i] = wave(ku, face.nu, i % face.nu) * wave(kv, face.nv, i / face.nu);
       }
-      const double f2 = std::max(0.25 / cells, std::pow(ku / (2.0 * face.nu), 2) +
-                                                   std::pow(kv / (2.0 * face.nv), 2));
+      const double f2 = std::max(
+          0.25 / cells, std::pow(ku / (2.0 * face.nu), 2) + std::pow(kv / (2.0 * face.nv), 2));
       const double scale = signal * signal / (2.0 * std::numbers::pi * std::numbers::ln2 * f2);
       const Eigen::MatrixXd outer = map * map.transpose();
       for (int a = 0; a < patterns; ++a) {
