@@ -21,6 +21,7 @@ SurfaceMeasurements example() {
   m.quantity = Quantity::radiance_normal;
   m.light = Light::diffuse;
   m.sides = Sides::mirror;
+  m.smooth_error = {3e-4, 1e-4};
   m.channels = {"R", "G"};
   m.patterns = 3;
   for (std::size_t i = 0; i < 18; ++i) m.irradiance.push_back(static_cast<float>(i) * 0.3F);
@@ -64,6 +65,14 @@ TEST_F(MeasurementsFile, EverythingComesBack) {
   EXPECT_EQ(back.value, m.value);
   EXPECT_EQ(back.variance, m.variance);
   EXPECT_EQ(back.mask, m.mask);
+  EXPECT_EQ(back.smooth_error, m.smooth_error);
+}
+
+TEST_F(MeasurementsFile, NoSmoothErrorIsNone) {
+  SurfaceMeasurements m = example();
+  m.smooth_error = {};
+  write_measurements(folder_, m);
+  EXPECT_TRUE(read_measurements(folder_).smooth_error.none());
 }
 
 TEST_F(MeasurementsFile, ArraysHaveTheDocumentedShapes) {
@@ -97,7 +106,9 @@ TEST_F(MeasurementsFile, WrongFieldsAreNamed) {
   EXPECT_THAT(after("3,\\s+2,\\s+4", "3, 2"), HasSubstr("grid has 2 entries; it needs exactly 3"));
   EXPECT_THAT(after("3,\\s+2,\\s+4", "3, 2.5, 4"),
               HasSubstr("grid[1] is 2.5; write a whole number"));
-  EXPECT_THAT(after("\\}", ""), HasSubstr("not valid JSON ("));
+  EXPECT_THAT(after("\"common\"", "\"shared\""),
+              HasSubstr("smooth_error.shared is an unknown field"));
+  EXPECT_THAT(after("\\}\\s*$", ""), HasSubstr("not valid JSON ("));
 }
 
 TEST_F(MeasurementsFile, WrongArraysAreNamed) {
@@ -125,6 +136,10 @@ TEST_F(MeasurementsFile, ContentIsValidated) {
   SurfaceMeasurements m = example();
   m.eta = 0.0;
   EXPECT_THAT(sentence_of([&] { write_measurements(folder_, m); }), HasSubstr("eta must lie"));
+  m = example();
+  m.smooth_error.own = -1e-4;
+  EXPECT_THAT(sentence_of([&] { write_measurements(folder_, m); }),
+              HasSubstr("smooth_error must lie between 0 and 1"));
 }
 
 TEST(MeasurementsReference, AnIndependentCodesFolderIsRead) {
