@@ -22,7 +22,7 @@ using HdrSource = std::function<capture::HdrImage(const std::string& pattern_id)
 struct MeasureOptions {
   double relative_error = 0.001;     ///< standard deviation over value
   double rim_relative_error = 0.01;  ///< the same on the outermost ring of voxels
-  SmoothError smooth_error{2e-4, 2e-4};
+  SmoothError smooth_error{1e-4, 1e-4};
   SmoothError front_lit_smooth_error{4e-4, 8e-4};  ///< light off a lit surface reaches all the face
   /// Front-lit: voxels that receive more than this part of full white, and their neighbours, are
   /// left out, because the camera sees light reflected off their surface.

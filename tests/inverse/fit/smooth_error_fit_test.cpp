@@ -65,7 +65,7 @@ struct RigCase {
 TEST(SmoothErrorFit, ErrorsThatPixelsShareCostFewerStepsAndLessOfTheVolumeWhereTheyAreStated) {
   const RigCase c;
   const RigCase::Found white = c.fit({});
-  const RigCase::Found stated = c.fit({2e-4, 2e-4});
+  const RigCase::Found stated = c.fit({1e-4, 1e-4});
   std::printf("white, stated: %d, %d steps; kappa off by %.1f, %.1f %%; E %.2g, %.2g\n",
               white.steps, stated.steps, 100.0 * white.kappa_error, 100.0 * stated.kappa_error,
               white.validation_error, stated.validation_error);
