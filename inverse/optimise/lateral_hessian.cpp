@@ -34,10 +34,9 @@ LateralBlocks pooled(const LateralBlocks& sums, const std::vector<int>& samples,
 std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::uint64_t seed) {
   std::vector<CoefficientPair> rows;
   std::mt19937_64 engine(seed);
-  std::vector<double> signs(objective.problem().data.size());
+  std::vector<double> probe(objective.problem().data.size());
   for (int k = 0; k < probes; ++k) {
-    for (double& s : signs) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
-    std::vector<double> probe = signs;
+    for (double& sign : probe) sign = (engine() >> 63) != 0 ? 1.0 : -1.0;
     objective.weigh_root(probe);
     rows.push_back(objective.jacobian_transpose(probe));
   }

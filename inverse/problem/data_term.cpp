@@ -41,11 +41,15 @@ double reweight(double e, const DataTermOptions& o) {
   }
 }
 
-/// By the precision of residuals e [M][v][u], instead of the sums over e² that `term` has.
-void share_errors(DataTerm& term, const SmoothErrorPrecision& precision,
-                  const std::vector<double>& e, std::size_t used) {
+/// By problem.precision, in place of the sums over e² that `term` has.
+void weigh_shared_errors(DataTerm& term, const Problem& problem,
+                         const std::vector<double>& prediction, std::size_t used) {
+  std::vector<double> e(prediction.size());
+  for (std::size_t i = 0; i < e.size(); ++i) {
+    e[i] = term.root_weight[i] * (prediction[i] - problem.data[i]);
+  }
   std::vector<double> weighed = e;
-  precision.apply(weighed);
+  problem.precision->apply(weighed);
   double squares = 0.0;
   for (std::size_t i = 0; i < e.size(); ++i) {
     squares += e[i] * weighed[i];
@@ -102,11 +106,7 @@ DataTerm evaluate(const Problem& problem, const std::vector<double>& prediction,
   term.value = std::isfinite(all.cost) ? all.cost : std::numeric_limits<double>::infinity();
   if (all.used == 0) return term;
   if (std::isfinite(term.value) && shares_errors(problem, options)) {
-    std::vector<double> e(prediction.size());
-    for (std::size_t i = 0; i < e.size(); ++i) {
-      e[i] = term.root_weight[i] * (prediction[i] - problem.data[i]);
-    }
-    share_errors(term, *problem.precision, e, all.used);
+    weigh_shared_errors(term, problem, prediction, all.used);
     return term;
   }
   if (!robust) {

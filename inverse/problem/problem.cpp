@@ -44,7 +44,7 @@ void add_model_error(Problem& problem, const ModelError& error) {
   }
 }
 
-void share_errors(Problem& problem, const SmoothError& error) {
+void set_smooth_error(Problem& problem, const SmoothError& error) {
   problem.smooth_error = error;
   if (error.none()) return;
   problem.precision.emplace(problem.seen_shape(), problem.patterns, signal(problem), error);
@@ -113,7 +113,7 @@ Problem make_problem(const SurfaceMeasurements& measurements, int channel,
     problem.weight[i] = 1.0 / (scale * scale * measurements.variance[first + i]);
   }
   add_model_error(problem, model_error);
-  share_errors(problem, measurements.smooth_error);
+  set_smooth_error(problem, measurements.smooth_error);
   return problem;
 }
 
@@ -174,7 +174,7 @@ Problem coarsen(const Problem& fine, const ModelError& model_error) {
     coarse.weight[i] = present[i] * present[i] / variance[i];
   }
   add_model_error(coarse, model_error);
-  share_errors(coarse, fine.smooth_error);
+  set_smooth_error(coarse, fine.smooth_error);
   return coarse;
 }
 
