@@ -33,6 +33,7 @@ class ChannelRun {
 
  private:
   void open(int level);
+  Basis basis(double weight) const;
   void set_basis();
   Anchor anchor() const;
   void set_physics(Physics physics);
@@ -48,7 +49,7 @@ class ChannelRun {
   void minimise();
   bool out_of_steps() const;
   void follow_path();
-  std::optional<double> free_share() const;
+  std::optional<Outlook> outlook(double chi2) const;
   void conclude();
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);

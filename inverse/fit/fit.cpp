@@ -110,19 +110,22 @@ Regulariser ChannelRun::regulariser() const {
   return regulariser;
 }
 
-/// The coordinates of this weight; needs state_.blocks.
-void ChannelRun::set_basis() {
+/// The coordinates of a weight; needs state_.blocks.
+Basis ChannelRun::basis(double weight) const {
   const double depth = grid_.thickness_mm();
-  const Regulariser regulariser = this->regulariser();
-  const double metric = metric_weight(regulariser, state_.path.weight, grid_.shape(), depth,
-                                      state_.report.homogeneous_kappa);
-  basis_ = std::make_unique<Basis>(
-      grid_.shape(),
-      BasisOptions{options_.solver.coordinates, axis_of(grid_.problem().setup.lit_face), depth,
-                   options_.solver.smooth_length * depth, metric},
-      state_.blocks);
-  function_ = std::make_unique<FitFunction>(grid_.objective(), *basis_, depth, anchor(),
-                                            state_.path.weight, regulariser, state_.fields);
+  const double metric =
+      metric_weight(regulariser(), weight, grid_.shape(), depth, state_.report.homogeneous_kappa);
+  return {grid_.shape(),
+          BasisOptions{options_.solver.coordinates, axis_of(grid_.problem().setup.lit_face), depth,
+                       options_.solver.smooth_length * depth, metric},
+          state_.blocks};
+}
+
+void ChannelRun::set_basis() {
+  basis_ = std::make_unique<Basis>(basis(state_.path.weight));
+  function_ =
+      std::make_unique<FitFunction>(grid_.objective(), *basis_, grid_.thickness_mm(), anchor(),
+                                    state_.path.weight, regulariser(), state_.fields);
 }
 
 /// On the finest grid, from another fit's volume, one step of the path above where it ended.
@@ -237,7 +240,7 @@ void ChannelRun::follow_path() {
   state_.fields = basis_->to_fields(state_.optimiser.z);
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double renewed = grid_.renew_correction(state_.fields);
-  const NextStep next = path_.minimum(state_.chi2, renewed, free_share(), grid_.level());
+  const NextStep next = path_.minimum(state_.chi2, renewed, outlook(renewed), grid_.level());
   const bool refines = next.what == NextStep::What::finer_grid;
   if (next.from == NextStep::From::begun) {
     state_.fields = std::move(begun);
@@ -252,11 +255,21 @@ void ChannelRun::follow_path() {
   begin_weight();
 }
 
-/// 1 − γ/N by the metric; empty where there is none.
-std::optional<double> ChannelRun::free_share() const {
+/// By the metric; empty where there is none.
+std::optional<Outlook> ChannelRun::outlook(double chi2) const {
   if (options_.solver.coordinates != Coordinates::informed || state_.blocks.empty()) return {};
-  const Basis::Determined determined = basis_->determined(state_.blocks);
-  return 1.0 - (determined.kappa + determined.mu) / static_cast<double>(grid_.problem().used());
+  const auto values = static_cast<double>(grid_.problem().used());
+  const auto free_share = [&](const Basis& basis) {
+    const Basis::Determined determined = basis.determined(state_.blocks);
+    return 1.0 - (determined.kappa + determined.mu) / values;
+  };
+  Outlook outlook{free_share(*basis_)};
+  const double next = path_.next_weight();
+  const Basis there = basis(next);
+  const double gain = function_->chi2_gain(state_.fields, there, next) / values;
+  outlook.next_score =
+      cross_validation(chi2 - gain, free_share(there)) / cross_validation(chi2, outlook.free_share);
+  return outlook;
 }
 
 ChannelFit ChannelRun::run() {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <utility>
 
 #include "core/parallel.h"
@@ -72,6 +73,25 @@ void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change)
   }
   step = basis_.from_fields(moved);
   change = basis_.gradient(by_field);
+}
+
+/// With H = JᵀWJ + βR'' and g = R' at the minimum under α, where the data's gradient is −α g: the
+/// step is d = (α − β) H⁻¹ g, and −Δχ² = 2α g·d − d·JᵀWJ d = (α² − β²) g·H⁻¹ g + β d·R'' d.
+double FitFunction::chi2_gain(const CoefficientPair& fields, const Basis& basis,
+                              double weight) const {
+  const GridShape& shape = objective_.problem().setup.shape;
+  const Roughness here = roughness(shape, thickness_mm_, fields, anchor_, regulariser_);
+  Vector root = basis.gradient(here.gradient);
+  const double square = std::inner_product(root.begin(), root.end(), root.begin(), 0.0);
+  for (double& x : root) x *= weight_ - weight;
+  const CoefficientPair step = basis.to_fields(root);
+  const CoefficientPair smoothing =
+      smoothing_product(shape, thickness_mm_, anchor_.length_mm, here.diffusivity, step);
+  double bend = 0.0;
+  for (std::size_t i = 0; i < step.log_mu.size(); ++i) {
+    bend += step.log_kappa[i] * smoothing.log_kappa[i] + step.log_mu[i] * smoothing.log_mu[i];
+  }
+  return (weight_ * weight_ - weight * weight) * square + weight * bend;
 }
 
 double FitFunction::amplitude(const Vector& z, const Vector& direction) {

@@ -27,6 +27,9 @@ class FitFunction final : public Function {
   /// have brought here. Exact but for r and, for Huber-TV, its slopes, which are those of the last
   /// value().
   void adopt(const FitFunction& before, Vector& step, Vector& change) const;
+  /// How far χ² falls from its minimum under this weight, `fields`, to that under `weight`, were
+  /// the data's Hessian the metric's: `basis` is that weight's.
+  double chi2_gain(const CoefficientPair& fields, const Basis& basis, double weight) const;
 
  private:
   struct Point {

@@ -27,13 +27,12 @@ double sharpened(double weight, double excess, double weight_factor) {
   return weight / std::pow(weight_factor, steps);
 }
 
-/// χ²/(1 − γ/N)² per value, expected of light not fitted (Golub, Heath & Wahba 1979).
+}  // namespace
+
 double cross_validation(double chi2, double free_share) {
   return free_share > 0.0 ? chi2 / (free_share * free_share)
                           : std::numeric_limits<double>::infinity();
 }
-
-}  // namespace
 
 /// A weight fixed by the user is the last at once on the finest grid.
 void RegularisationPath::open(int level) {
@@ -64,7 +63,7 @@ void RegularisationPath::refine(double chi2, int level) {
 }
 
 NextStep RegularisationPath::minimum(double minimised, double renewed,
-                                     std::optional<double> free_share, int level) {
+                                     const std::optional<Outlook>& outlook, int level) {
   using What = NextStep::What;
   using From = NextStep::From;
   const double target = options_.target_chi2;
@@ -83,23 +82,19 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
   const bool gained = renewed <= std::max(target, most_coarse_share * at_.begun_chi2);
   // Above the noise level a lower weight that cross-validation expects to predict other light worse
-  // fits the model's own error: the weight before it ends the path. Where the noise is overstated
-  // χ² = 1 is no mark to end at, and cross-validation decides alone.
-  const double score = free_share ? cross_validation(renewed, *free_share) : 0.0;
-  const bool overstated = level == 0 && renewed < free_share.value_or(0.0) * std::min(1.0, target);
-  const bool worse = !unsettled && at_.last_score > 0.0 &&
-                     (renewed > target ? score > at_.last_score
-                                       : overstated && at_.last_chi2 <= target &&
-                                             score > most_score_share * at_.last_score);
+  // fits the model's own error: the weight before it ends the path.
+  const double score = outlook ? cross_validation(renewed, outlook->free_share) : 0.0;
+  const bool worse =
+      !unsettled && at_.last_score > 0.0 && renewed > target && score > at_.last_score;
   if (!fixed_by_user() && (level > 0 ? !gained : worse)) {
     at_.weight /= options_.weight_factor;
-    if (level == 0) at_.end = renewed > target ? PathEnd::model_error : PathEnd::overstated;
+    if (level == 0) at_.end = PathEnd::model_error;
     return {end_grid(level), From::begun};
   }
   const bool stagnated =
       !unsettled && at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2;
-  const double next = at_.weight * (unsettled ? 1.0 : options_.weight_factor);
-  const PathEnd end = end_of(renewed, overstated, stagnated, next);
+  const double next = unsettled ? at_.weight : next_weight();
+  const PathEnd end = end_of(renewed, level == 0 ? outlook : std::nullopt, stagnated, next);
   if (end != PathEnd::unknown) {
     at_.last_chi2 = renewed;
     at_.end = end;
@@ -114,10 +109,16 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   return {What::minimise};
 }
 
-PathEnd RegularisationPath::end_of(double renewed, bool overstated, bool stagnated,
-                                   double next) const {
+/// Where the noise is overstated χ² = 1 is no mark to end at: what cross-validation expects of the
+/// next weight decides.
+PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>& outlook,
+                                   bool stagnated, double next) const {
+  const double target = options_.target_chi2;
   if (fixed_by_user()) return PathEnd::asked;
-  if (renewed <= options_.target_chi2 && !overstated) return PathEnd::noise;
+  if (renewed <= target) {
+    if (!outlook || renewed >= outlook->free_share * std::min(1.0, target)) return PathEnd::noise;
+    if (outlook->next_score > most_score_share) return PathEnd::overstated;
+  }
   if (stagnated) return PathEnd::no_gain;
   return next < options_.last_weight ? PathEnd::lowest : PathEnd::unknown;
 }

@@ -28,6 +28,17 @@ struct PathPosition {
   PathEnd end = PathEnd::unknown;
 };
 
+/// χ²/(1 − γ/N)² per value, expected of light not fitted (Golub, Heath & Wahba 1979); `free_share`
+/// is 1 − γ/N: N data, of which γ determine the volume.
+double cross_validation(double chi2, double free_share);
+
+/// What is known at the minimum at one weight of it and of the next.
+struct Outlook {
+  double free_share = 1.0;  ///< 1 − γ/N here
+  double next_score =
+      0.0;  ///< cross-validation's at the next weight, to be expected, over that here
+};
+
 /// What follows the minimum at one weight.
 struct NextStep {
   enum class What { minimise, finer_grid, conclude };  ///< the first at PathPosition::weight
@@ -51,24 +62,24 @@ class RegularisationPath {
   void refine(double chi2, int level);
 
   /// The minimum at this weight has `minimised` χ² per value by the correction r it was found with
-  /// and `renewed` by r at the minimum. `free_share` is 1 − γ/N: N data, of which γ determine the
-  /// volume; empty where γ is not known.
-  NextStep minimum(double minimised, double renewed, std::optional<double> free_share, int level);
+  /// and `renewed` by r at the minimum. `outlook` is empty where γ is not known.
+  NextStep minimum(double minimised, double renewed, const std::optional<Outlook>& outlook,
+                   int level);
 
+  double next_weight() const { return at_.weight * options_.weight_factor; }
   bool at_last_weight() const {
     return at_.phase == FitPhase::last_weight || at_.phase == FitPhase::last_weight_again;
   }
   /// Relative decrease per step below which the minimum is found.
   double tolerance() const;
   /// No weight below this one may be tried: PathOptions::last_weight.
-  bool at_lowest_weight() const {
-    return at_.weight * options_.weight_factor < options_.last_weight;
-  }
+  bool at_lowest_weight() const { return next_weight() < options_.last_weight; }
 
  private:
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
-  PathEnd end_of(double renewed, bool overstated, bool stagnated, double next) const;
+  PathEnd end_of(double renewed, const std::optional<Outlook>& outlook, bool stagnated,
+                 double next) const;
   NextStep::What end_grid(int level);
 
   const PathOptions& options_;
