@@ -15,6 +15,8 @@ constexpr double usual_structured_chi2 = 200.0;
 /// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
 /// to this share of what it was (docs/theory.md, section 4).
 constexpr double most_coarse_share = 0.5;
+/// Times χ² as it was minimised that r, renewed, may make of it below the noise level.
+constexpr double most_taken_back = 1.3;
 /// Variances that are right leave χ² = 1 − γ/N per value at least. Below it they may be overstated,
 /// and are where the next weight lowers cross-validation's score to this share.
 constexpr double most_score_share = 0.9;
@@ -68,10 +70,12 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   using From = NextStep::From;
   const double target = options_.target_chi2;
   const bool first = at_.phase == FitPhase::descending || at_.phase == FitPhase::last_weight;
-  // χ² by the new r is back above the noise: this weight is low enough, the volume not yet there.
-  // Not so where the user fixed it from the start, as [W] does.
-  const bool unsettled =
-      (!fixed_by_user() || context_.continued) && first && minimised <= target && renewed > target;
+  // χ² by the new r is back above the noise, or far from where it was: this weight is low enough,
+  // the volume not yet there. Not so where the user fixed it from the start, as [W] does.
+  const bool taken_back =
+      minimised <= target &&
+      (renewed > target || (level == 0 && renewed > most_taken_back * minimised));
+  const bool unsettled = (!fixed_by_user() || context_.continued) && first && taken_back;
   if (at_last_weight()) {
     at_.last_chi2 = renewed;
     if (!unsettled) return {What::conclude};
@@ -91,36 +95,35 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
     if (level == 0) at_.end = PathEnd::model_error;
     return {end_grid(level), From::begun};
   }
-  const bool stagnated =
-      !unsettled && at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2;
-  const double next = unsettled ? at_.weight : next_weight();
-  const PathEnd end = end_of(renewed, level == 0 ? outlook : std::nullopt, stagnated, next);
+  if (unsettled) {
+    at_.phase = FitPhase::descending_again;
+    return {What::minimise};
+  }
+  const PathEnd end = end_of(renewed, level == 0 ? outlook : std::nullopt);
+  at_.last_chi2 = renewed;
+  at_.last_score = score;
   if (end != PathEnd::unknown) {
-    at_.last_chi2 = renewed;
     at_.end = end;
     return {end_grid(level)};
   }
-  if (!unsettled) {
-    at_.last_chi2 = renewed;
-    at_.last_score = score;
-  }
-  at_.phase = unsettled ? FitPhase::descending_again : FitPhase::descending;
-  at_.weight = next;
+  at_.phase = FitPhase::descending;
+  at_.weight = next_weight();
   return {What::minimise};
 }
 
 /// Where the noise is overstated χ² = 1 is no mark to end at: what cross-validation expects of the
 /// next weight decides.
-PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>& outlook,
-                                   bool stagnated, double next) const {
+PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>& outlook) const {
   const double target = options_.target_chi2;
   if (fixed_by_user()) return PathEnd::asked;
   if (renewed <= target) {
     if (!outlook || renewed >= outlook->free_share * std::min(1.0, target)) return PathEnd::noise;
     if (outlook->next_score > most_score_share) return PathEnd::overstated;
   }
-  if (stagnated) return PathEnd::no_gain;
-  return next < options_.last_weight ? PathEnd::lowest : PathEnd::unknown;
+  if (at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2) {
+    return PathEnd::no_gain;
+  }
+  return at_lowest_weight() ? PathEnd::lowest : PathEnd::unknown;
 }
 
 /// On the finest grid the last weight once more, with metric and correction renewed and more

@@ -78,8 +78,7 @@ class RegularisationPath {
  private:
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
-  PathEnd end_of(double renewed, const std::optional<Outlook>& outlook, bool stagnated,
-                 double next) const;
+  PathEnd end_of(double renewed, const std::optional<Outlook>& outlook) const;
   NextStep::What end_grid(int level);
 
   const PathOptions& options_;

@@ -1,5 +1,7 @@
 #include "inverse/optimise/lateral_hessian.h"
 
+#include <algorithm>
+#include <limits>
 #include <random>
 #include <vector>
 
@@ -7,24 +9,51 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Neighbouring bands on both sides until there are as many samples as rows.
-LateralBlocks pooled(const LateralBlocks& sums, const std::vector<int>& samples, int rows,
-                     double ridge) {
+/// Samples that a row's variance is told from.
+constexpr int enough_for_variances = 8;
+
+/// Mean of each band's samples and its neighbours' on both sides, of at least `enough`.
+template <class Sum>
+std::vector<Sum> pooled(const std::vector<Sum>& sums, const std::vector<int>& samples, int enough) {
   const int bins = static_cast<int>(sums.size());
-  LateralBlocks blocks;
+  std::vector<Sum> means;
   for (int bin = 0; bin < bins; ++bin) {
-    Eigen::MatrixXd block = sums[static_cast<std::size_t>(bin)];
+    Sum sum = sums[static_cast<std::size_t>(bin)];
     int count = samples[static_cast<std::size_t>(bin)];
-    for (int reach = 1; count < rows && reach < bins; ++reach) {
+    for (int reach = 1; count < enough && reach < bins; ++reach) {
       for (const int other : {bin - reach, bin + reach}) {
         if (other < 0 || other >= bins) continue;
-        block += sums[static_cast<std::size_t>(other)];
+        sum += sums[static_cast<std::size_t>(other)];
         count += samples[static_cast<std::size_t>(other)];
       }
     }
-    block /= std::max(1, count);
+    means.push_back(sum / std::max(1, count));
+  }
+  return means;
+}
+
+/// A band's matrix as variances and correlations: few samples tell the one, which fall steeply from
+/// band to band, and the other hardly changes.
+LateralBlocks blocks_of(const LateralBlocks& sums, const std::vector<int>& samples, int rows,
+                        double ridge) {
+  std::vector<Eigen::VectorXd> squares;
+  for (const Eigen::MatrixXd& sum : sums) squares.emplace_back(sum.diagonal());
+  std::vector<Eigen::VectorXd> deviations;
+  LateralBlocks scaled;
+  for (const Eigen::VectorXd& variance : pooled(squares, samples, enough_for_variances)) {
+    const double least = std::numeric_limits<double>::min() + 1e-12 * variance.maxCoeff();
+    deviations.emplace_back(variance.cwiseMax(least).cwiseSqrt());
+    const Eigen::VectorXd inverse = deviations.back().cwiseInverse();
+    scaled.push_back(inverse.asDiagonal() * sums[scaled.size()] * inverse.asDiagonal());
+  }
+  LateralBlocks blocks = pooled(scaled, samples, rows);
+  for (std::size_t bin = 0; bin < blocks.size(); ++bin) {
+    Eigen::MatrixXd& block = blocks[bin];
+    const double least = std::numeric_limits<double>::min();
+    const Eigen::VectorXd scale =
+        deviations[bin].cwiseQuotient(block.diagonal().cwiseMax(least).cwiseSqrt());
+    block = scale.asDiagonal() * block * scale.asDiagonal();
     block.diagonal().array() += ridge * block.trace() / rows;
-    blocks.push_back(std::move(block));
   }
   return blocks;
 }
@@ -57,7 +86,7 @@ LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const GridSh
       samples[static_cast<std::size_t>(bin)] += static_cast<int>(part.cols());
     }
   }
-  return pooled(sums, samples, modes.rows(), ridge);
+  return blocks_of(sums, samples, modes.rows(), ridge);
 }
 
 LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,

@@ -87,5 +87,39 @@ INSTANTIATE_TEST_SUITE_P(Of, CarriedPair,
                                            Kind{"HuberTvBelowItsEdge", RegulariserKind::huber_tv}),
                          [](const auto& kind) { return std::string(kind.param.name); });
 
+/// docs/theory.md, section 4: where an overstated noise lets the path end.
+TEST(FitFunction, TellsChi2UnderTheNextWeightFromTheMinimumUnderThisOne) {
+  bench::Block block;
+  block.grid = {20, 18, 6, 0.5};
+  const SurfaceMeasurements m = cases::measure(block, bench::make_truth(block.grid.refined(2), {}));
+  FitOptions options;
+  options.path.correct_grid = false;
+  options.path.final_tolerance = 1e-5;
+  const auto fit_at = [&](double weight) {
+    options.path.weight = weight;
+    return cases::fit(m, options);
+  };
+  const ChannelFit fit = fit_at(900.0);
+
+  Objective objective(make_problem(m, 0, options.data.convention, options.data.model_error), {});
+  const CoefficientPair fields = to_fields(fit.medium);
+  objective.value(fields);
+  const LateralBlocks blocks = estimate_lateral_blocks(objective, 2, 2, 1);
+  const double depth = 3.0;
+  const auto basis = [&](double weight) {
+    return Basis(block.grid, {Coordinates::informed, 2, depth, depth, weight}, blocks);
+  };
+  const Anchor anchor{std::log(fit.report.homogeneous_kappa), std::log(fit.report.homogeneous_mu),
+                      options.regulariser.anchor_length * depth};
+  const Basis here = basis(900.0);
+  const FitFunction function(objective, here, depth, anchor, 900.0, {}, fields);
+  for (const double weight : {270.0, 3000.0}) {
+    const double gain = function.chi2_gain(fields, basis(weight), weight);
+    const double found = (fit.report.chi2_per_value - fit_at(weight).report.chi2_per_value) *
+                         static_cast<double>(objective.problem().used());
+    EXPECT_NEAR(gain / found, 1.0, 0.3) << weight << ": " << gain << ", found " << found;
+  }
+}
+
 }  // namespace
 }  // namespace kappamu::inverse

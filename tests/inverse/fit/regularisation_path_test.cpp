@@ -9,7 +9,7 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr int finest = 0;
-constexpr std::optional<double> unknown;
+constexpr std::optional<Outlook> unknown;
 constexpr int coarse = 1;
 constexpr NextStep minimise{NextStep::What::minimise};
 constexpr NextStep minimise_as_begun{NextStep::What::minimise, NextStep::From::begun};
@@ -18,9 +18,9 @@ constexpr NextStep finer_grid_as_begun{NextStep::What::finer_grid, NextStep::Fro
 constexpr NextStep conclude{NextStep::What::conclude};
 constexpr NextStep conclude_as_begun{NextStep::What::conclude, NextStep::From::begun};
 
-/// 1 − γ/N for which cross-validation expects `score` where the data fitted have `chi2`.
-double share(double chi2, double score) {
-  return std::sqrt(chi2 / score);
+/// Where cross-validation expects `score` here, the data fitted having `chi2`.
+Outlook scored(double chi2, double score) {
+  return {std::sqrt(chi2 / score)};
 }
 
 class RegularisationPathTest : public testing::Test {
@@ -64,34 +64,28 @@ TEST_F(RegularisationPathTest, DescendsToTheNoiseThenMinimisesTheLastWeightOnceM
 
 TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOverstated) {
   constexpr double left = 0.9;  // 1 − γ/N: what a right variance leaves of χ² per value
-  const auto score = [](double chi2) { return chi2 / (left * left); };
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.5, 0.5, left, finest), minimise);
+  EXPECT_EQ(path.minimum(0.5, 0.5, Outlook{left, 0.8}, finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
   EXPECT_EQ(at.phase, FitPhase::descending);
-  EXPECT_EQ(path.minimum(0.4, 0.4, share(0.4, 1.1 * score(0.5)), finest), minimise_as_begun);
-  EXPECT_EQ(at.weight, 1000.0) << "other light would be worse: back to the weight before";
+  EXPECT_EQ(at.end, PathEnd::unknown);
+  EXPECT_EQ(path.minimum(0.4, 0.4, Outlook{left, 0.95}, finest), minimise);
+  EXPECT_EQ(at.weight, 500.0) << "a score hardly lower does not show the noise to be overstated";
   EXPECT_EQ(at.end, PathEnd::overstated);
   EXPECT_EQ(at.phase, FitPhase::last_weight);
 
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.5, 0.5, left, finest), minimise);
-  EXPECT_EQ(at.end, PathEnd::unknown);
-  EXPECT_EQ(path.minimum(0.47, 0.47, left, finest), minimise_as_begun);
-  EXPECT_EQ(at.weight, 1000.0) << "a score hardly lower does not show the noise to be overstated";
-  path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(1.1, 1.1, left, finest), minimise);
-  EXPECT_EQ(path.minimum(0.6, 0.6, share(0.6, 0.95 * score(1.1)), finest), minimise);
-  EXPECT_EQ(at.weight, 250.0) << "the weight before was above the noise: no way back to it";
-  options.target_chi2 = 4.0;
-  path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(3.0, 3.0, left, finest), minimise);
-  EXPECT_EQ(at.phase, FitPhase::last_weight) << "a smoother volume was asked for";
-  options.target_chi2 = 1.0;
+  EXPECT_EQ(path.minimum(0.5, 0.5, Outlook{left, 1.2}, finest), minimise);
+  EXPECT_EQ(at.weight, 1000.0) << "no weight is tried where other light would be worse";
+  EXPECT_EQ(at.phase, FitPhase::last_weight);
 
   path.start(50.0, finest);
-  path.minimum(0.92, 0.92, left, finest);
-  EXPECT_EQ(at.phase, FitPhase::last_weight) << "as right variances leave it";
+  path.minimum(0.92, 0.92, Outlook{left, 0.5}, finest);
+  EXPECT_EQ(at.end, PathEnd::noise) << "as right variances leave it";
+  options.target_chi2 = 4.0;
+  path.start(50.0, finest);
+  path.minimum(3.0, 3.0, Outlook{left, 0.5}, finest);
+  EXPECT_EQ(at.end, PathEnd::noise) << "a smoother volume was asked for";
 }
 
 TEST_F(RegularisationPathTest, EndsWithTheDescentWhereNoMorePatienceIsAskedForOrAnotherFitGoesOn) {
@@ -119,6 +113,20 @@ TEST_F(RegularisationPathTest, AMinimumThatTheRenewedCorrectionUndoesIsFoundOnce
   EXPECT_EQ(path.minimum(0.9, 3.0, unknown, finest), conclude);
 }
 
+TEST_F(RegularisationPathTest, AMinimumThatTheRenewedCorrectionTakesFarIsNoneToEndAt) {
+  const Outlook outlook{0.9, 1.2};
+  path.start(50.0, finest);
+  EXPECT_EQ(path.minimum(0.5, 0.95, outlook, finest), minimise);
+  EXPECT_EQ(at.phase, FitPhase::descending_again);
+  EXPECT_EQ(at.weight, 1000.0);
+  EXPECT_EQ(path.minimum(0.5, 0.6, outlook, finest), minimise);
+  EXPECT_EQ(at.end, PathEnd::overstated);
+
+  at.begun_chi2 = 50.0;
+  path.start(50.0, coarse);
+  EXPECT_EQ(path.minimum(0.5, 0.95, unknown, coarse), finer_grid) << "the finer grid sees to it";
+}
+
 TEST_F(RegularisationPathTest, StopsAboveTheNoiseWhereLowerWeightsNoLongerHelp) {
   path.start(50.0, finest);
   path.minimum(9.0, 9.0, unknown, finest);
@@ -130,8 +138,8 @@ TEST_F(RegularisationPathTest, StopsAboveTheNoiseWhereLowerWeightsNoLongerHelp) 
 
 TEST_F(RegularisationPathTest, AboveTheNoiseAWeightThatPredictsWorseIsTakenBack) {
   path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(9.0, 9.0, share(9.0, 11.0), finest), minimise);
-  EXPECT_EQ(path.minimum(5.0, 5.0, share(5.0, 12.0), finest), minimise_as_begun);
+  EXPECT_EQ(path.minimum(9.0, 9.0, scored(9.0, 11.0), finest), minimise);
+  EXPECT_EQ(path.minimum(5.0, 5.0, scored(5.0, 12.0), finest), minimise_as_begun);
   EXPECT_EQ(at.weight, 1000.0) << "the one before";
   EXPECT_EQ(at.end, PathEnd::model_error);
   EXPECT_EQ(at.last_chi2, 9.0);
@@ -142,14 +150,14 @@ TEST_F(RegularisationPathTest, AboveTheNoiseAWeightThatPredictsWorseIsTakenBack)
 TEST_F(RegularisationPathTest, WhereAnotherFitGoesOnItConcludesWithTheVolumeBefore) {
   context.interim = true;
   path.start(50.0, finest);
-  path.minimum(9.0, 9.0, share(9.0, 11.0), finest);
-  EXPECT_EQ(path.minimum(5.0, 5.0, share(5.0, 12.0), finest), conclude_as_begun);
+  path.minimum(9.0, 9.0, scored(9.0, 11.0), finest);
+  EXPECT_EQ(path.minimum(5.0, 5.0, scored(5.0, 12.0), finest), conclude_as_begun);
 }
 
 TEST_F(RegularisationPathTest, AtTheNoiseNoScoreTakesAWeightBack) {
   path.start(50.0, finest);
-  path.minimum(1.2, 1.2, share(1.2, 1.3), finest);
-  EXPECT_EQ(path.minimum(0.9, 0.9, share(0.9, 1.4), finest), minimise);
+  path.minimum(1.2, 1.2, scored(1.2, 1.3), finest);
+  EXPECT_EQ(path.minimum(0.9, 0.9, scored(0.9, 1.4), finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
 }
 
