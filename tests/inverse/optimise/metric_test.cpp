@@ -84,5 +84,43 @@ TEST(Metric, IsTheHessiansInverseForAllButFewDirections) {
   EXPECT_GT(found.values[0], 0.0);
 }
 
+/// Where the data's squares fall by a third of an e-fold from band to band, and neighbouring depths
+/// go together, two rows tell the longest waves' squares and correlations.
+TEST(Metric, TellsTheLongestWavesFromTheirOwnBandsAndCorrelationsFromMany) {
+  const GridShape grid{40, 40, 20, 0.5};
+  const LateralModes modes(grid, 2);
+  constexpr double together = 0.6;
+  const auto square = [](int bin) { return std::exp(-bin / 3.0); };
+  double squares = 0.0;
+  double correlation = 0.0;
+  constexpr int trials = 20;
+  cases::Noise noise(4);
+  for (int trial = 0; trial < trials; ++trial) {
+    std::vector<CoefficientPair> rows;
+    for (int probe = 0; probe < 2; ++probe) {
+      Eigen::MatrixXd waves(modes.rows(), 40 * 40);
+      for (int bin = 0; bin < modes.bins(); ++bin) {
+        for (const int wave : modes.members(bin)) {
+          double before = noise.normal();
+          for (int row = 0; row < modes.rows(); ++row) {
+            before = together * before + std::sqrt(1.0 - together * together) * noise.normal();
+            waves(row, wave) = std::sqrt(square(bin)) * before;
+          }
+        }
+      }
+      rows.push_back(modes.synthesise(waves));
+    }
+    const Eigen::MatrixXd longest = lateral_blocks(rows, grid, 2, 0.0).front();
+    squares += longest.trace() / modes.rows() / trials;
+    for (int row = 0; row + 1 < modes.rows(); ++row) {
+      correlation += longest(row, row + 1) /
+                     std::sqrt(longest(row, row) * longest(row + 1, row + 1)) /
+                     (trials * (modes.rows() - 1.0));
+    }
+  }
+  EXPECT_NEAR(squares, 0.75, 0.15) << "all bands that make the matrix regular have 0.4 on average";
+  EXPECT_NEAR(correlation, together, 0.1);
+}
+
 }  // namespace
 }  // namespace kappamu::inverse
