@@ -1,5 +1,6 @@
 // A fit that goes on from a checkpoint: which states it takes, and how it becomes again what it was
 // when it was killed.
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -129,7 +130,8 @@ void ChannelRun::require_possible(const FitState& state) const {
   const LateralModes modes(shape, axis);
   require(state.blocks.size() == (informed ? static_cast<std::size_t>(modes.bins()) : 0));
   for (const Eigen::MatrixXd& block : state.blocks) {
-    require(block.rows() == modes.rows() && block.allFinite());
+    require(block.rows() == modes.rows() && block.allFinite() &&
+            block.llt().info() == Eigen::Success);
   }
 }
 
