@@ -32,11 +32,11 @@ struct PathPosition {
 /// is 1 − γ/N: N data, of which γ determine the volume.
 double cross_validation(double chi2, double free_share);
 
-/// What is known at the minimum at one weight of it and of the next.
+/// At the minimum at one weight: 1 − γ/N, and cross-validation's score to be expected at the next
+/// weight over that at this one.
 struct Outlook {
-  double free_share = 1.0;  ///< 1 − γ/N here
-  double next_score =
-      0.0;  ///< cross-validation's at the next weight, to be expected, over that here
+  double free_share = 1.0;
+  double next_score = 0.0;
 };
 
 /// What follows the minimum at one weight.
