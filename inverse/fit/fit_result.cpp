@@ -20,7 +20,7 @@ std::string clause(PathEnd end) {
     case PathEnd::noise:
       return ", the noise of the data";
     case PathEnd::overstated:
-      return "; under less smoothing cross-validation expects hardly less error of other light";
+      return "; under less smoothing cross-validation expects no less error of other light";
     case PathEnd::model_error:
       return "; under less smoothing cross-validation expects more error of other light";
     case PathEnd::unknown:

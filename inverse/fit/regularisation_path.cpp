@@ -17,9 +17,6 @@ constexpr double usual_structured_chi2 = 200.0;
 constexpr double most_coarse_share = 0.5;
 /// Times χ² as it was minimised that r, renewed, may make of it below the noise level.
 constexpr double most_taken_back = 1.3;
-/// Variances that are right leave χ² = 1 − γ/N per value at least. Below it they may be overstated,
-/// and are where the next weight lowers cross-validation's score to this share.
-constexpr double most_score_share = 0.9;
 
 /// χ² of the start counts how much sharper than its structure the data are: where it is large, a
 /// usual weight leaps into the nearest valley that explains the data, and a rough one at that. By
@@ -111,14 +108,14 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   return {What::minimise};
 }
 
-/// Where the noise is overstated χ² = 1 is no mark to end at: what cross-validation expects of the
-/// next weight decides.
+/// Variances that are right leave χ² = 1 − γ/N per value at least. Where they may be overstated χ²
+/// = 1 is no mark to end at: what cross-validation expects of the next weight decides.
 PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>& outlook) const {
   const double target = options_.target_chi2;
   if (fixed_by_user()) return PathEnd::asked;
   if (renewed <= target) {
     if (!outlook || renewed >= outlook->free_share * std::min(1.0, target)) return PathEnd::noise;
-    if (outlook->next_score > most_score_share) return PathEnd::overstated;
+    if (outlook->next_score > 1.0) return PathEnd::overstated;
   }
   if (at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2) {
     return PathEnd::no_gain;

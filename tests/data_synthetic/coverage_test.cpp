@@ -88,7 +88,7 @@ TEST(Coverage, TheTruthOfABlockThatHardlyAbsorbsIsWithinWhatIsStated) {
     const Found found = coverage_of({"tiny", 3, "reference"}, seed);
     EXPECT_EQ(found.solves_beyond_samples, 0) << "one grid, and the fit hands its probes over";
     EXPECT_GT(found.kappa_within, 0.8) << "seed " << seed;
-    EXPECT_GT(found.mu_within, 0.7) << "seed " << seed;
+    EXPECT_GT(found.mu_within, 0.65) << "seed " << seed;
   }
 }
 

@@ -69,14 +69,9 @@ TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOver
   EXPECT_EQ(at.weight, 500.0);
   EXPECT_EQ(at.phase, FitPhase::descending);
   EXPECT_EQ(at.end, PathEnd::unknown);
-  EXPECT_EQ(path.minimum(0.4, 0.4, Outlook{left, 0.95}, finest), minimise);
-  EXPECT_EQ(at.weight, 500.0) << "a score hardly lower does not show the noise to be overstated";
+  EXPECT_EQ(path.minimum(0.4, 0.4, Outlook{left, 1.05}, finest), minimise);
+  EXPECT_EQ(at.weight, 500.0) << "no weight is tried where other light would be worse";
   EXPECT_EQ(at.end, PathEnd::overstated);
-  EXPECT_EQ(at.phase, FitPhase::last_weight);
-
-  path.start(50.0, finest);
-  EXPECT_EQ(path.minimum(0.5, 0.5, Outlook{left, 1.2}, finest), minimise);
-  EXPECT_EQ(at.weight, 1000.0) << "no weight is tried where other light would be worse";
   EXPECT_EQ(at.phase, FitPhase::last_weight);
 
   path.start(50.0, finest);
