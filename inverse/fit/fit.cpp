@@ -255,9 +255,11 @@ void ChannelRun::follow_path() {
   begin_weight();
 }
 
-/// By the metric; empty where there is none.
+/// By the metric; empty where there is none, and on coarser grids, whose path does not ask.
 std::optional<Outlook> ChannelRun::outlook(double chi2) const {
-  if (options_.solver.coordinates != Coordinates::informed || state_.blocks.empty()) return {};
+  if (grid_.level() > 0 || options_.solver.coordinates != Coordinates::informed ||
+      state_.blocks.empty())
+    return {};
   const auto values = static_cast<double>(grid_.problem().used());
   const auto free_share = [&](const Basis& basis) {
     const Basis::Determined determined = basis.determined(state_.blocks);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <numeric>
 #include <utility>
 
+#include "core/numbers/dot.h"
 #include "core/parallel.h"
 #include "inverse/uncertainty/uncertainty.h"
 
@@ -82,15 +82,12 @@ double FitFunction::chi2_gain(const CoefficientPair& fields, const Basis& basis,
   const GridShape& shape = objective_.problem().setup.shape;
   const Roughness here = roughness(shape, thickness_mm_, fields, anchor_, regulariser_);
   Vector root = basis.gradient(here.gradient);
-  const double square = std::inner_product(root.begin(), root.end(), root.begin(), 0.0);
+  const double square = dot(root, root);
   for (double& x : root) x *= weight_ - weight;
   const CoefficientPair step = basis.to_fields(root);
   const CoefficientPair smoothing =
       smoothing_product(shape, thickness_mm_, anchor_.length_mm, here.diffusivity, step);
-  double bend = 0.0;
-  for (std::size_t i = 0; i < step.log_mu.size(); ++i) {
-    bend += step.log_kappa[i] * smoothing.log_kappa[i] + step.log_mu[i] * smoothing.log_mu[i];
-  }
+  const double bend = dot(step.log_kappa, smoothing.log_kappa) + dot(step.log_mu, smoothing.log_mu);
   return (weight_ * weight_ - weight * weight) * square + weight * bend;
 }
 

@@ -96,7 +96,7 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
     at_.phase = FitPhase::descending_again;
     return {What::minimise};
   }
-  const PathEnd end = end_of(renewed, level == 0 ? outlook : std::nullopt);
+  const PathEnd end = end_of(renewed, outlook);
   at_.last_chi2 = renewed;
   at_.last_score = score;
   if (end != PathEnd::unknown) {

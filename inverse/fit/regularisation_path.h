@@ -62,7 +62,8 @@ class RegularisationPath {
   void refine(double chi2, int level);
 
   /// The minimum at this weight has `minimised` χ² per value by the correction r it was found with
-  /// and `renewed` by r at the minimum. `outlook` is empty where γ is not known.
+  /// and `renewed` by r at the minimum. `outlook` is empty where γ is not known and on coarser
+  /// grids.
   NextStep minimum(double minimised, double renewed, const std::optional<Outlook>& outlook,
                    int level);
 

@@ -9,7 +9,7 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Samples that a row's variance is told from.
+/// Samples that a row's variance is estimated from.
 constexpr int enough_for_variances = 8;
 
 /// Mean of each band's samples and its neighbours' on both sides, of at least `enough`.
