@@ -1,12 +1,15 @@
 #include "calib/residual_json.h"
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "calib/lens/lens_model.h"
 #include "core/error.h"
 #include "io/json_reason.h"
+#include "io/json_whole.h"
 #include "io/read_file.h"
 
 // A point is [x, y], a pose its rows [r0, r1, r2, t].
@@ -47,8 +50,29 @@ static void from_json(const json& object, LensModel& model) {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ModelScore, model, bent, held_out_rms_px, chosen)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ViewResidual, name, rms_px, pixels, residuals, left_out)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ProjectionUncertainty, distance_mm, columns, rows, deviation_px)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(NeutralPatch, patch, published, measured)
+
+static void to_json(json& object, const ProjectionUncertainty& uncertainty) {
+  object = {{"distance_mm", uncertainty.distance_mm},
+            {"columns", uncertainty.columns},
+            {"rows", uncertainty.rows},
+            {"deviation_px", uncertainty.deviation_px}};
+}
+static void from_json(const json& object, ProjectionUncertainty& uncertainty) {
+  object.at("distance_mm").get_to(uncertainty.distance_mm);
+  uncertainty.columns = io::whole<int>(object.at("columns"));
+  uncertainty.rows = io::whole<int>(object.at("rows"));
+  object.at("deviation_px").get_to(uncertainty.deviation_px);
+}
+
+static void to_json(json& object, const NeutralPatch& neutral) {
+  object = {
+      {"patch", neutral.patch}, {"published", neutral.published}, {"measured", neutral.measured}};
+}
+static void from_json(const json& object, NeutralPatch& neutral) {
+  neutral.patch = io::whole<int>(object.at("patch"));
+  object.at("published").get_to(neutral.published);
+  object.at("measured").get_to(neutral.measured);
+}
 
 static void to_json(json& object, const GrayCodeView& view) {
   json quality = json::array();  // in hundredths
@@ -63,10 +87,16 @@ static void to_json(json& object, const GrayCodeView& view) {
 static void from_json(const json& object, GrayCodeView& view) {
   object.at("name").get_to(view.name);
   object.at("legible_share").get_to(view.legible_share);
-  object.at("points").get_to(view.points);
-  view.quality = Image<float>(object.at("width").get<int>(), object.at("height").get<int>(), 1);
+  view.points = io::whole<int>(object.at("points"));
+  const json& quality = object.at("quality");
+  const int width = io::whole<std::uint16_t>(object.at("width"));
+  const int height = io::whole<std::uint16_t>(object.at("height"));
+  if (std::cmp_not_equal(quality.size(), std::int64_t{width} * height)) {
+    throw json::other_error::create(501, "quality must have width times height values", &object);
+  }
+  view.quality = Image<float>(width, height, 1);
   for (std::size_t k = 0; k < view.quality.size(); ++k) {
-    view.quality.values()[k] = 0.01F * object.at("quality").at(k).get<float>();
+    view.quality.values()[k] = 0.01F * quality.at(k).get<float>();
   }
 }
 

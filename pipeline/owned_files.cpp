@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/atomic_file.h"
+#include "io/json_whole.h"
 #include "pipeline/records/fingerprint.h"
 
 namespace kappamu::pipeline {
@@ -81,7 +82,8 @@ json files_to_json(const std::vector<OwnedFile>& files) {
 std::vector<OwnedFile> files_from_json(const json& list) {
   std::vector<OwnedFile> files;
   for (const json& file : list) {
-    files.push_back({file.at("path").get<std::string>(), file.at("bytes").get<std::uintmax_t>(),
+    files.push_back({file.at("path").get<std::string>(),
+                     io::whole<std::uintmax_t>(file.at("bytes")),
                      file.at("hash").get<std::string>()});
     const std::string& path = files.back().path;
     if (!stays_inside(path)) {

@@ -6,6 +6,8 @@
 #include <type_traits>
 
 #include "core/error.h"
+#include "io/json_reason.h"
+#include "io/json_whole.h"
 
 namespace kappamu::pipeline {
 
@@ -46,7 +48,13 @@ struct Setter {
 
   template <class Value>
   void operator()(const Option& option, Value& value) const {
-    if (const auto found = json.find(option.name); found != json.end()) found->get_to(value);
+    const auto found = json.find(option.name);
+    if (found == json.end()) return;
+    if constexpr (std::is_integral_v<Value> && !std::is_same_v<Value, bool>) {
+      value = io::whole<Value>(*found);
+    } else {
+      found->get_to(value);
+    }
   }
   void operator()(const Option& option, std::optional<double>& value) const {
     const auto found = json.find(option.name);
@@ -112,7 +120,7 @@ void set_options(FitStageOptions& options, const std::string& json) {
     const Json parsed = Json::parse(json);
     describe(options, Setter{parsed});
   } catch (const Json::exception& error) {
-    throw InputError(error.what());
+    throw InputError(io::json_reason(error));
   }
 }
 

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/json_reason.h"
+#include "io/json_whole.h"
 #include "io/read_file.h"
 #include "io/volume/npy_volume.h"
 #include "pipeline/fit_files.h"
@@ -29,7 +30,7 @@ FinishedFit::FinishedFit(const fs::path& folder)
     const Json fit = Json::parse(io::read_text(file));
     input_ = fit.at("input").get<std::string>();
     options_ = fit.at("options").dump();
-    validation_ = fit.at("validation").at("patterns").get<std::vector<int>>();
+    validation_ = io::whole_numbers<int>(fit.at("validation").at("patterns"));
     for (const Json& c : fit.at("channels")) {
       const Json& start = c.at("homogeneous");
       channels_.push_back({c.at("name").get<std::string>(), start.at("kappa_mm").get<double>(),
@@ -72,7 +73,7 @@ void FinishedFit::require_continuable(const FitStageOptions& options,
   if (before.value("convention", "") != now.value("convention", "")) {
     refuse("its κ and μ hold under --convention " + before.value("convention", "") + " only");
   }
-  if (before.value("max_levels", 0) != now.value("max_levels", 0)) {
+  if (before.value("max_levels", Json()) != now.value("max_levels", Json())) {
     refuse("it goes on from the full grid, so that --levels cannot be changed");
   }
   for (const int m : validation) {

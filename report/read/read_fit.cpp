@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/json_reason.h"
+#include "io/json_whole.h"
 #include "io/read_file.h"
 #include "io/volume/npy_volume.h"
 #include "report/read/run_data.h"
@@ -72,7 +73,7 @@ FitData fit_from_json(const json& object) {
   }
   data.warnings = warnings_of(object);
   const json validation = object.value("validation", json::object());
-  data.validation = validation.value("patterns", std::vector<int>{});
+  data.validation = io::whole_numbers<int>(validation.value("patterns", json::array()));
   return data;
 }
 

@@ -69,7 +69,15 @@ TEST(FitOptionsRecord, DamageIsNamed) {
   FitStageOptions options;
   EXPECT_EQ(sentence_of([&] { set_options(options, R"({"loss": "quartic"})"); }),
             "loss is not one of gaussian, huber or student");
-  EXPECT_THROW(set_options(options, R"({"target_chi2": "one"})"), InputError);
+  EXPECT_EQ(sentence_of([&] { set_options(options, R"({"target_chi2": "one"})"); }),
+            "type must be number, but is string");
+  for (const char* steps : {"4294967297", "2e113", "1.5", "-3000000000"}) {
+    EXPECT_EQ(
+        sentence_of(
+            [&] { set_options(options, R"({"stage_steps": )" + std::string(steps) + "}"); }),
+        "type must be a whole number in range, but is " + nlohmann::json::parse(steps).dump());
+  }
+  EXPECT_EQ(options.fit.path.stage_steps, FitStageOptions().fit.path.stage_steps);
 }
 
 /// `kappamu fit --continue` restored no --uncertainty, no --model, and nothing that only programs
