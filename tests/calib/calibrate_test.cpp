@@ -9,11 +9,8 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numbers>
-#include <tuple>
 
 #include "calib/calibration_file.h"
 #include "calib/measure.h"
@@ -23,7 +20,6 @@
 #include "data_synthetic/simulate.h"
 #include "data_synthetic/truth.h"
 #include "io/image/image_file.h"
-#include "io/read_file.h"
 #include "tests/data_synthetic/tiny_options.h"
 #include "tests/own_folder.h"
 #include "tests/sentence.h"
@@ -324,29 +320,6 @@ TEST_F(SimulatedSession, SavedCalibrationComesBackTheSame) {
   ASSERT_TRUE(found.chart.has_value());
   EXPECT_EQ(found.chart->neutrals[2].measured, saved.chart->neutrals[2].measured);
   EXPECT_EQ(found.warnings, saved.warnings);
-}
-
-/// Numbers that no such field holds, each in a record that is otherwise good.
-TEST_F(SimulatedSession, DamagedNumbersOfTheRecordAreNamed) {
-  const std::filesystem::path folder = state_->folder / "damaged";
-  save_calibration(folder, state_->calibration);
-  const std::filesystem::path record = folder / "calibration.json";
-  const auto good = nlohmann::json::parse(io::read_text(record));
-  const nlohmann::json gray{{"name", "gray"}, {"legible_share", 1.0}, {"points", 1},
-                            {"width", 60000}, {"height", 60000},      {"quality", {50}}};
-  for (const auto& [field, value, expected] :
-       {std::tuple<const char*, nlohmann::json, const char*>{
-            "/camera/uncertainty/columns", 2e113, "whole number in range, but is 2e+113"},
-        {"/chart/neutrals/0/patch", 1LL << 40, "whole number in range, but is 1099511627776"},
-        {"/gray_code/planes", nlohmann::json::array({gray}),
-         "quality must have width times height values"}}) {
-    nlohmann::json damaged = good;
-    damaged[nlohmann::json::json_pointer(field)] = value;
-    std::ofstream(record) << damaged.dump();
-    const std::string sentence = sentence_of([&] { load_calibration(folder); });
-    EXPECT_THAT(sentence, HasSubstr("calibration.json: ")) << field;
-    EXPECT_THAT(sentence, HasSubstr(expected)) << field;
-  }
 }
 
 /// Expects one sentence that holds all `parts`.
