@@ -12,8 +12,9 @@ extern const KernelSource bandwidth_cl;
 double measured_copy_bandwidth(Context& context) {
   const DeviceInfo& info = context.info();
   const bool gpu = info.kind == Kind::gpu;
-  constexpr std::size_t step = 16 * sizeof(float);
-  const std::size_t wanted = std::size_t{256} << 20;
+  const std::size_t step = (gpu ? 4 : 16) * sizeof(float);
+  // Several times the last cache, and on a GPU long enough to hide what starting a kernel takes.
+  const std::size_t wanted = (gpu ? std::size_t{1024} : std::size_t{256}) << 20;
   const std::size_t bytes =
       std::min({wanted, info.max_allocation_bytes, info.global_memory_bytes / 8}) / step * step;
   const int count = static_cast<int>(bytes / step);

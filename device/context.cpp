@@ -231,7 +231,8 @@ void Context::unmap(const Buffer& buffer, void* memory) {
 
 void Context::zero(const Buffer& buffer, std::size_t bytes) {
   check(bytes <= buffer.bytes(), "zeroing past the end of a device buffer");
-  const cl_uchar zero = 0;
+  // Static, should a driver read it later than it may.
+  static const cl_uchar zero = 0;
   check_call(clEnqueueFillBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), &zero, 1,
                                  0, bytes, 0, nullptr, nullptr),
              "clEnqueueFillBuffer", impl_->info.name);

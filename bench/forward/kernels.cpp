@@ -23,7 +23,7 @@ struct Traffic {
   double coarse_vectors;  ///< on the cells of the next grid
   double coefficients;    ///< shared by the patterns
 };
-constexpr std::array<Traffic, 18> traffic{{
+constexpr std::array<Traffic, 20> traffic{{
     // Streams, on processors: r; r, z; z, p, r, d and p, r, d.
     {"stream_down", 0.5, 1.0, 8.0},
     {"stream_up", 1.0, 1.0, 8.0},
@@ -33,28 +33,34 @@ constexpr std::array<Traffic, 18> traffic{{
     {"reduced_residual", 3.0, 0.0, 4.0},
     {"residual_of_zero", 2.0, 0.0, 4.0},
     {"renormalise_red", 2.0, 0.0, 0.0},
-    // Kernel by kernel, on GPUs.
-    {"smooth_from_zero", 1.0, 0.0, 1.0},
-    {"smooth", 1.5, 0.0, 4.0},
-    {"residual_of_colour", 2.0, 0.0, 4.0},
-    {"relax", 2.0, 0.0, 4.0},
-    {"restrict_residual", 0.5, 1.0, 3.0},
-    {"prolong_add", 1.0, 1.0, 3.0},
-    {"dot_runs", 2.0, 0.0, 0.0},
-    {"update_direction", 3.0, 0.0, 0.0},
-    {"apply_dot", 2.0, 0.0, 4.0},
-    {"update_solution", 6.0, 0.0, 0.0},
-    {"residual_accurate", 4.0, 0.0, 4.0},
-    {"renormalise", 4.0, 0.0, 0.0},
+    // Kernel by kernel, on GPUs: vectors by colour, a stencil's eight numbers of one colour; of
+    // reds around black cells the smoother alone.
+    {"solve_black_first", 1.0, 0.0, 4.5},
+    {"residual_of_first", 1.5, 0.0, 4.0},
+    {"restrict_residual", 0.5, 1.0, 1.5},
+    {"correct_first", 1.0, 1.0, 5.5},
+    {"solve_black", 1.0, 0.0, 4.0},
+    {"relax_and_sum", 2.0, 0.0, 4.0},
+    {"next_direction", 1.5, 0.0, 0.0},
+    {"solve_black_of_direction", 1.5, 0.0, 4.0},
+    {"image_of_direction", 2.0, 0.0, 4.0},
+    {"update", 3.0, 0.0, 0.0},
+    // φ on red cells and d twice; red d and b, φ on all, black d; φ, d, b on red cells, r.
+    {"renormalise", 2.0, 0.0, 0.0},
+    {"solve_black_accurately", 2.5, 0.0, 4.0},
+    {"true_residual", 3.0, 0.0, 4.0},
+    {"squares", 1.0, 0.0, 0.0},
 }};
 
 /// Whether a launch works on the finest grid: its integers name that grid's extents, or its cells.
 bool on_finest(const device::LaunchTime& launch, const GridShape& shape) {
   const std::array<int, 3> extents{shape.nx, shape.ny, shape.nz};
   const auto& named = launch.integers;
-  const auto cells = static_cast<int>(shape.cells());
+  const auto cells = static_cast<int>(shape.cells()),
+             reds = static_cast<int>(forward::half_cells(shape));
   return std::search(named.begin(), named.end(), extents.begin(), extents.end()) != named.end() ||
-         std::find(named.begin(), named.end(), cells) != named.end();
+         std::find(named.begin(), named.end(), cells) != named.end() ||
+         std::find(named.begin(), named.end(), reds) != named.end();
 }
 
 }  // namespace

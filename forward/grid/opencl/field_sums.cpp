@@ -38,9 +38,10 @@ PairProducts FieldSums::pair_products(const OpenclField& lambda, const OpenclFie
   const GridShape& s = setup_.shape;
   const std::array<device::Buffer, 4> sums{zeros(), zeros(), zeros(), zeros()};
   for (std::size_t i = 0; i < lambda.blocks.size(); ++i) {
-    context_.launch(kernels_(lambda.blocks[i].lanes).surface(), "pair_products", {1, rows_of(s)},
-                    s.nx, s.ny, s.nz, lambda.blocks[i].values, phi.blocks[i].values, sums[0],
-                    sums[1], sums[2], sums[3]);
+    context_.launch(kernels_(lambda.blocks[i].lanes).surface(), "pair_products",
+                    kernels_(lambda.blocks[i].lanes).scalar_rows(s), s.nx, s.ny, s.nz,
+                    lambda.blocks[i].values, phi.blocks[i].values, sums[0], sums[1], sums[2],
+                    sums[3]);
   }
   return {read(sums[0]), read(sums[1]), read(sums[2]), read(sums[3])};
 }
@@ -55,8 +56,9 @@ std::vector<double> FieldSums::column_products(const OpenclField& lambda,
   const device::Buffer sum = zeros();
   for (const Block& block : lambda.blocks) {
     const Block light = block_like(context_, format_, block, samples, irradiance);
-    context_.launch(kernels_(block.lanes).surface(), "column_products", {1, rows_of(s)}, s.nx, s.ny,
-                    s.nz, a[0], a[1], a[2], block.values, light.values, sum);
+    context_.launch(kernels_(block.lanes).surface(), "column_products",
+                    kernels_(block.lanes).scalar_rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
+                    block.values, light.values, sum);
   }
   return read(sum);
 }
@@ -74,7 +76,7 @@ std::vector<double> FieldSums::weighted_sums(const OpenclField& phi,
     const device::Buffer sum = context_.allocate(sum_bytes);
     context_.launch(kernels.surface(), "weighted_rows", kernels.items(rows_of(s)), s.nx,
                     static_cast<int>(rows_of(s)), w, block.values, partial);
-    LaneSums sums(context_, format_, block.lanes);
+    LaneSums sums(context_, format_);
     sums.add_up(kernels, partial, rows_of(s), sum);
     const LaneScalars lanes = sums.read(kernels, sum);
     result.insert(result.end(), lanes.begin(), lanes.begin() + block.count);

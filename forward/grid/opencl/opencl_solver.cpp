@@ -111,8 +111,8 @@ class OpenclSolver final : public GridSolver {
     for (const Block& block : cast(b).blocks) {
       const LaneKernels& k = kernels_(block.lanes);
       const Block light = face_block(lit, block, power);
-      context_.launch(k.surface(), "deposit", k.items(rows_of(s)), s.nx, s.ny, s.nz, a[0], a[1],
-                      a[2], deposit_, light.values, block.values);
+      context_.launch(k.surface(), "deposit", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
+                      deposit_, light.values, block.values);
     }
   }
 
@@ -210,9 +210,9 @@ class OpenclSolver final : public GridSolver {
     with_reals(
         [&](auto h) {
           context_.launch(beam_program(context_, format_), "first_collisions",
-                          {1, static_cast<std::size_t>(f.nv)}, f.nu, f.nv, s.extent(axis), f.cell,
-                          f.cell_u, f.cell_v, inwards, h, hierarchy_->kappa(), hierarchy_->mu(),
-                          deposit_, remaining);
+                          {1, static_cast<std::size_t>(f.nv), 1, layout_ == Layout::gpu ? 32U : 1U},
+                          f.nu, f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
+                          hierarchy_->kappa(), hierarchy_->mu(), deposit_, remaining);
         },
         s.voxel_mm);
   }
@@ -320,8 +320,8 @@ void OpenclSolver::change_source(const EquationsChange& change, const BatchField
   for (std::size_t i = 0; i < in.blocks.size(); ++i) {
     const LaneKernels& k = kernels_(in.blocks[i].lanes);
     const Block light = face_block(lit, in.blocks[i], irradiance);
-    context_.launch(k.surface(), "change_source", k.items(rows_of(s)), s.nx, s.ny, s.nz, a[0], a[1],
-                    a[2], parts[0], parts[1], parts[2], parts[3], parts[4], light.values,
+    context_.launch(k.surface(), "change_source", k.rows(s), s.nx, s.ny, s.nz, a[0], a[1], a[2],
+                    parts[0], parts[1], parts[2], parts[3], parts[4], light.values,
                     in.blocks[i].values, out.blocks[i].values);
   }
 }

@@ -47,9 +47,10 @@ std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int 
   const std::size_t cells = setup.shape.cells();
   const auto width = static_cast<std::size_t>(lanes);
   // Scalars per cell: κ, μ and first collisions; three weights and the smoother, on processors of
-  // the finest level only; on every level three faces, sink and inverse, for sweeps stencils and
-  // weights besides. Vectors: r, d, z, p and one more; per coarse level two, or three kernel by
-  // kernel, but on processors those of level 1 and all right-hand sides are borrowed of the former.
+  // the finest level only; on every level three faces, sink, inverse, stencils and weights.
+  // Vectors: r, d, z, p and one more, kernel by kernel with room for black cells in all but r; per
+  // coarse level two, or two and a half kernel by kernel, but on processors those of level 1 and
+  // all right-hand sides are borrowed of the former.
   const bool sweeps = layout == Layout::cpu;
   const std::size_t reds = half_cells(setup.shape);
   std::size_t scalars = 3 * cells, vectors = 0, level_1 = 0, below = 0;
@@ -57,16 +58,16 @@ std::size_t solver_memory(const GridSetup& setup, int patterns, int fields, int 
   for (GridShape s = setup.shape;; s = largest_below(s), ++l) {
     for (int axis = 0; axis < 3; ++axis) scalars += face_count(s, axis);
     scalars += 2 * s.cells();
-    if (sweeps) scalars += (2 * stencil_reals + weight_reals) * half_cells(s);
+    scalars += (2 * stencil_reals + weight_reals) * half_cells(s);
     if (!sweeps || l == 0) scalars += 4 * s.cells();
-    if (!sweeps && l > 0) vectors += 3 * s.cells();
+    if (!sweeps && l > 0) vectors += 5 * half_cells(s);
     if (sweeps && (l == 2 || l == 3)) vectors += s.cells();
     if (l == 1) level_1 = s.cells();
     if (l > 1) below += s.cells();
     if (s.cells() == 1) break;
   }
-  vectors += sweeps ? 2 * reds + std::max(reds, level_1) + 2 * std::max({reds, level_1, below})
-                    : 5 * cells;
+  vectors +=
+      sweeps ? 2 * reds + std::max(reds, level_1) + 2 * std::max({reds, level_1, below}) : 9 * reds;
   const std::size_t batches =
       static_cast<std::size_t>(fields) * cells * lanes_in_blocks(patterns, lanes);
   const std::size_t reals = scalars + vectors * width + batches;

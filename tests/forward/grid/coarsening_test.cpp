@@ -41,7 +41,7 @@ TEST_P(GridCoarsening, AnEvenMediumIsHalvedAlongEveryAxis) {
   for (const GridShape& shape : {GridShape{24, 24, 24, 0.25}, GridShape{64, 40, 6, 0.25},
                                  GridShape{33, 1, 7, 0.1}, GridShape{40, 40, 2, 0.5}}) {
     const GridSetup setup{.shape = shape};
-    Hierarchy hierarchy(context(), format(), Layout::gpu, setup, 2.34);
+    Hierarchy hierarchy(context(), format(), Layout::cpu, setup, 2.34);
     hierarchy.set_medium(Values(shape.cells(), 0.3), Values(shape.cells(), 0.01));
     GridShape expected = shape;
     for (const Level& level : hierarchy.levels()) {

@@ -21,8 +21,8 @@ REAL to_node(REAL g, REAL loose, REAL loose_sibling) {
   return loose / ((loose + loose_sibling) * g);
 }
 
-// Interpolation weight (grid_transfer.cl) of a cell `here` away from its own node: its part of the
-// way to the other node, which lies `there` beyond face g.
+// Interpolation weight (grid_stencil_prelude.cl) of a cell `here` away from its own node: its part
+// of the way to the other node, which lies `there` beyond face g.
 REAL weight_of(REAL g, REAL here, REAL there) {
   return g > 0 ? here / (here + 1 / g + there) : (REAL)0;
 }

@@ -7,9 +7,9 @@
 
 namespace kappamu::forward {
 
-extern const device::KernelSource grid_assemble_cl, grid_beam_cl, grid_coarsen_cl, grid_operator_cl,
-    grid_reduced_cl, grid_stream_cycle_cl, grid_stream_step_cl, grid_surface_cl, grid_transfer_cl,
-    grid_vectors_cl;
+extern const device::KernelSource grid_assemble_cl, grid_beam_cl, grid_coarsen_cl,
+    grid_flat_cycle_cl, grid_flat_residual_cl, grid_flat_step_cl, grid_operator_cl, grid_reduced_cl,
+    grid_stream_cycle_cl, grid_stream_step_cl, grid_surface_cl, grid_vectors_cl;
 
 namespace {
 
@@ -44,57 +44,71 @@ Layout layout_of(const device::DeviceInfo& device) {
   return device.kind == device::Kind::gpu ? Layout::gpu : Layout::cpu;
 }
 
-namespace {
-/// Cells of a row one item walks; a CPU's item takes the whole row.
-int segment_of(Layout layout) {
-  return layout == Layout::gpu ? 16 : 0x40000000;
-}
-std::size_t segments(const GridShape& grid, Layout layout) {
-  return static_cast<std::size_t>((grid.nx - 1) / segment_of(layout) + 1);
-}
-}  // namespace
-
-std::size_t row_sums(const GridShape& grid, Layout layout) {
-  return grid.cells() / static_cast<std::size_t>(grid.nx) * segments(grid, layout);
-}
-
-int run_count(std::size_t cells, Layout layout) {
-  // Enough runs to keep every core or lane busy, few enough to sum quickly afterwards.
-  return static_cast<int>(std::min<std::size_t>(cells, layout == Layout::gpu ? 16384 : 256));
-}
-
 LaneKernels::LaneKernels(device::Context& context, const Format& format, Layout layout, int lanes)
     : lanes_(lanes), layout_(layout) {
   const bool gpu = layout == Layout::gpu;
   const int width = gpu ? std::min(lanes, 4) : lanes;
   groups_ = lanes / width;
   const std::string options = number_options(format) + " -DWIDTH=" + std::to_string(width) +
-                              " -DGROUPS=" + std::to_string(groups_) +
-                              " -DSEGMENT=" + std::to_string(segment_of(layout)) +
-                              " -DINTERLEAVED=" + (gpu ? "1" : "0");
+                              " -DGROUPS=" + std::to_string(groups_) + (gpu ? " -DSEGMENT=1" : "");
   operator_ = &context.program(grid_operator_cl, options);
   vectors_ = &context.program(grid_vectors_cl, options);
   surface_ = &context.program(grid_surface_cl, options);
-  if (gpu) {
-    transfer_ = &context.program(grid_transfer_cl, options);
-  } else {
-    reduced_ = &context.program(grid_reduced_cl, options);
-    stream_cycle_ = &context.program(grid_stream_cycle_cl, options);
-    stream_step_ = &context.program(grid_stream_step_cl, options);
-  }
+  cycle_ = &context.program(gpu ? grid_flat_cycle_cl : grid_stream_cycle_cl, options);
+  step_ = &context.program(gpu ? grid_flat_step_cl : grid_stream_step_cl, options);
+  residual_ = &context.program(gpu ? grid_flat_residual_cl : grid_reduced_cl, options);
 }
 
+namespace {
+std::size_t row_count(const GridShape& grid) {
+  return static_cast<std::size_t>(grid.ny) * static_cast<std::size_t>(grid.nz);
+}
+}  // namespace
+
 device::Range LaneKernels::rows(const GridShape& grid) const {
-  device::Range range =
-      items(static_cast<std::size_t>(grid.ny) * static_cast<std::size_t>(grid.nz));
-  range.global0 = static_cast<std::size_t>(groups_) * segments(grid, layout_);
-  return range;
+  const auto groups = static_cast<std::size_t>(groups_);
+  if (layout_ == Layout::cpu) return {groups, row_count(grid), 1, 1};
+  return {groups * static_cast<std::size_t>(grid.nx), row_count(grid), 64, 1};
+}
+
+device::Range LaneKernels::scalar_rows(const GridShape& grid) const {
+  if (layout_ == Layout::cpu) return {1, row_count(grid), 1, 1};
+  return {static_cast<std::size_t>(grid.nx), row_count(grid), 64, 1};
 }
 
 device::Range LaneKernels::items(std::size_t count) const {
   const auto groups = static_cast<std::size_t>(groups_);
   if (layout_ == Layout::cpu) return {groups, count, 1, 1};
   return {groups, count, groups, 64 / groups};
+}
+
+device::Range LaneKernels::flat(std::size_t count) const {
+  return {static_cast<std::size_t>(groups_) * count, 1, workgroup, 1};
+}
+
+namespace {
+std::size_t slots(int nx, int ny, int nz) {
+  const auto tiles = [](int n, int size) { return static_cast<std::size_t>((n - 1) / size + 1); };
+  return 64 * tiles(nx, 8) * tiles(ny, 4) * tiles(nz, 2);
+}
+}  // namespace
+
+device::Range LaneKernels::tiled(const GridShape& grid) const {
+  return flat(slots((grid.nx + 1) / 2, grid.ny, grid.nz));
+}
+
+device::Range LaneKernels::tiled_cells(const GridShape& grid) const {
+  return flat(slots(grid.nx, grid.ny, grid.nz));
+}
+
+device::Range LaneKernels::summed(const GridShape& grid) const {
+  device::Range range = tiled(grid);
+  range.global0 = std::min(range.global0, workgroup * most_partials);
+  return range;
+}
+
+std::size_t LaneKernels::partials(const GridShape& grid) const {
+  return (summed(grid).global0 - 1) / workgroup + 1;
 }
 
 }  // namespace kappamu::forward

@@ -24,11 +24,6 @@ Format format_of(const device::DeviceInfo& device, Precision precision);
 enum class Layout { cpu, gpu };
 Layout layout_of(const device::DeviceInfo& device);
 
-/// Rows of a grid times the segments they are cut into: how many sums its row kernels leave.
-std::size_t row_sums(const GridShape& grid, Layout layout);
-/// How many runs to cut `cells` into (grid_vectors.cl).
-int run_count(std::size_t cells, Layout layout);
-
 /// Conductances of a level, and the next coarser one's from them: no lanes.
 device::Program& assembly_program(device::Context& context, const Format& format);
 device::Program& coarsening_program(device::Context& context, const Format& format);
@@ -41,32 +36,35 @@ class LaneKernels {
   LaneKernels(device::Context& context, const Format& format, Layout layout, int lanes);
 
   int lanes() const { return lanes_; }
+  Layout layout() const { return layout_; }
   device::Program& level_operator() const { return *operator_; }
   device::Program& vectors() const { return *vectors_; }
   device::Program& surface() const { return *surface_; }
-  /// Layout::gpu only: transfer(); Layout::cpu only: the three others.
-  device::Program& transfer() const { return *transfer_; }
-  device::Program& reduced() const { return *reduced_; }
-  device::Program& stream_cycle() const { return *stream_cycle_; }
-  device::Program& stream_step() const { return *stream_step_; }
-  Layout layout() const { return layout_; }
+  /// Of this layout: grid_stream_*.cl and grid_reduced.cl, or grid_flat_*.cl.
+  device::Program& cycle() const { return *cycle_; }
+  device::Program& step() const { return *step_; }
+  device::Program& residual() const { return *residual_; }
 
-  /// Items for the rows of a grid (grid_operator.cl, grid_transfer.cl).
+  /// Items for the rows of a grid (FOR_ROW and FOR_SCALAR_ROW in grid_prelude.cl).
   device::Range rows(const GridShape& grid) const;
+  device::Range scalar_rows(const GridShape& grid) const;
   /// Items for `count` pieces of work per vector group.
   device::Range items(std::size_t count) const;
-  int runs(std::size_t cells) const { return run_count(cells, layout_); }
+  /// Layout::gpu: items for `count` pieces of work per vector group, neighbours beside each other.
+  device::Range flat(std::size_t count) const;
+  /// Items for one colour of a grid, or all of its cells, in tiles (grid_flat_prelude.cl); or
+  /// fewer, for a kernel that leaves `partials` sums, one per work-group.
+  device::Range tiled(const GridShape& grid) const;
+  device::Range tiled_cells(const GridShape& grid) const;
+  device::Range summed(const GridShape& grid) const;
+  std::size_t partials(const GridShape& grid) const;
+  static constexpr std::size_t workgroup = 256;       ///< WORKGROUP in grid_flat_prelude.cl
+  static constexpr std::size_t most_partials = 1024;  ///< fills the largest GPU
 
  private:
   int lanes_, groups_;
   Layout layout_;
-  device::Program* operator_;
-  device::Program* transfer_ = nullptr;
-  device::Program* vectors_;
-  device::Program* surface_;
-  device::Program* reduced_ = nullptr;
-  device::Program* stream_cycle_ = nullptr;
-  device::Program* stream_step_ = nullptr;
+  device::Program *operator_, *vectors_, *surface_, *cycle_, *step_, *residual_;
 };
 
 }  // namespace kappamu::forward

@@ -8,9 +8,24 @@
 #define GROUPS 1  // such vectors per cell: lanes = WIDTH * GROUPS
 #endif
 #ifndef SEGMENT
-#define SEGMENT 0x40000000  // cells of a row one item walks; shorter on GPUs, which want more items
+#define SEGMENT 0x40000000  // cells of a row one item walks: all, or on GPUs a single one
 #endif
 #define LANES (WIDTH * GROUPS)
+
+// The cells begin <= x < end of a row that belong to an item, and its vector of them: global id 0
+// is group + GROUPS segment, 1 is the row y + ny z (LaneKernels::rows).
+#define FOR_ROW                                               \
+  const int group = (int)get_global_id(0) % GROUPS;           \
+  const int begin = (int)get_global_id(0) / GROUPS * SEGMENT; \
+  const int row = (int)get_global_id(1);                      \
+  if (begin >= nx || row >= ny * nz) return;                  \
+  const int end = SEGMENT < nx - begin ? begin + SEGMENT : nx;
+// The same for all patterns together: global id 0 is the segment (LaneKernels::scalar_rows).
+#define FOR_SCALAR_ROW                               \
+  const int begin = (int)get_global_id(0) * SEGMENT; \
+  const int row = (int)get_global_id(1);             \
+  if (begin >= nx || row >= ny * nz) return;         \
+  const int end = SEGMENT < nx - begin ? begin + SEGMENT : nx;
 
 typedef LANES_OF(ACCU) accu_vec;
 #define to_vec(v) TO(REAL)(v)

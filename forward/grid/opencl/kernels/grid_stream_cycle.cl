@@ -1,7 +1,7 @@
 // The V-cycle's way down and way up on one level, each as one sweep (grid_stream_prelude.cl).
 //
-// Transfers are those of grid_transfer.cl, where they are explained. Coarsening is by 2 or 1 along
-// each axis: coarse cell X holds the cells x with x >> half_x = X, half_x = 1 or 0.
+// Transfers are those of grid_stencil_prelude.cl, where they are explained. Coarsening is by 2 or 1
+// along each axis: coarse cell X holds the cells x with x >> half_x = X, half_x = 1 or 0.
 
 #define COARSE_ARGUMENTS                                                                          \
   const int cx, const int cy, const int cz, const int half_x, const int half_y, const int half_z, \

@@ -21,16 +21,13 @@
 // the cache alternate cell by cell.
 //
 // Around its tile an item computes as many cells once more as the stages need (they are its
-// neighbours' too); it writes only its own. Sums are kept per plane y of a tile, so that they are the
-// same however the grid is cut along y, the one axis whose cuts follow the number of cores. So no
-// value depends on how items are scheduled, nor on how many cores there are.
+// neighbours' too); it writes only its own. Sums are kept per plane y of a tile, so that they are
+// the same however the grid is cut along y, the one axis whose cuts follow the number of cores. So
+// no value depends on how items are scheduled, nor on how many cores there are.
 //
 #if GROUPS != 1
 #error "streams hold all lanes of a cell in one vector"
 #endif
-
-// Helpers must be inlined: only then does the compiler use vectors of full width everywhere.
-#define INLINE inline __attribute__((always_inline))
 
 typedef struct {
   int x0, x1, y0, y1, z0, z1;
@@ -90,16 +87,6 @@ INLINE global ring_vec* half_row(Ring ring, int y, int z, int parity) {
   return ring_row(ring, y, z) + parity * (ring.row >> 1);
 }
 
-// What the sweeps need of a cell, in one place (pack_stencils in grid_assemble.cl): its faces'
-// conductances, what solves or relaxes it and its sink. Of a row, cells with even x come first.
-typedef struct {
-  REAL west, east, south, north, down, up, smoother, sink;
-} Stencil;
-// And the weights of interpolation, of red cells only.
-typedef struct {
-  REAL x, y, z;
-} Weights;
-
 // Rows of the ring around the cells (2 e + parity, y, z), each at [e]; of those beside them along x
 // the one to the west.
 typedef struct {
@@ -130,26 +117,11 @@ INLINE Rows rows_at(Ring ring, int y, int z, int parity) {
 // (A φ) in flux form; with black neighbours solved for, (S φ) at a red cell.
 #define IMAGE(g, v, e) (OUTFLOW(g, v, e) + (g).sink * (v).here[e])
 
-#define RED 0
-#define BLACK 1
-// x mod 2 of the cells of a colour in row (y, z).
-#define PARITY(colour, y, z) (((colour) ^ (y) ^ (z)) & 1)
-
-// Index of cell x of row (y, z), of the first red cell of a row among red ones, of the first cell
-// of one parity among stencils.
-#define CELL(x, y, z) (((size_t)(z)*ny + (y)) * nx + (x))
-#define HALF ((nx + 1) >> 1)
-#define RED_ROW(y, z) (((size_t)(z)*ny + (y)) * HALF)
-#define STENCIL_ROW(y, z, parity) ((((size_t)(z)*ny + (y)) * 2 + (parity)) * HALF)
-
 // Fetches, over all e, the stencils of a whole row (from STENCIL_ROW(y, z, 0) on) a line at a time:
 // two of floats fill one.
 #define PREFETCH_STENCILS(row, e)         \
   PREFETCH((row) + ((e)&1) * HALF + (e)); \
   if (sizeof(REAL) > 4) PREFETCH((row) + (~(e)&1) * HALF + (e))
-
-#define GRID_ARGUMENTS \
-  const int nx, const int ny, const int nz, global const Stencil *restrict stencils
 
 // The tile of this item: `tile_...` cells along each axis, in order x, y, z.
 #define TILE_ARGUMENTS const int tile_x, const int tile_y, const int tile_z

@@ -30,15 +30,13 @@ kernel void exitance(FACE_ARGUMENTS, const REAL scale, const REAL q, const REAL 
   out[k * GROUPS + group] = (scale * conductance) * (phi[i] - q * e) + apart * e;
 }
 
-// First collisions: b = deposit E(column), column = x a_x + y a_y + z a_z. One item per row.
+// First collisions: b = deposit E(column), column = x a_x + y a_y + z a_z.
 kernel void deposit(const int nx, const int ny, const int nz, const int a_x, const int a_y,
                     const int a_z, global const REAL* restrict fraction,
                     global const vec* restrict irradiance, global vec* restrict b) {
-  const int group = (int)get_global_id(0);
-  const int row = (int)get_global_id(1);
-  if (group >= GROUPS || row >= ny * nz) return;
+  FOR_ROW
   const int column = (row % ny) * a_y + (row / ny) * a_z;
-  for (int x = 0; x < nx; ++x) {
+  for (int x = begin; x < end; ++x) {
     const size_t i = (size_t)row * nx + x;
     b[i * GROUPS + group] = fraction[i] * irradiance[(column + x * a_x) * GROUPS + group];
   }
@@ -60,15 +58,14 @@ ACCU sum_lanes_across(global const REAL* a, global const REAL* b, size_t i, size
   return sum;
 }
 
-// PairProducts of one batch, added to what earlier batches left. One item per row.
+// PairProducts of one batch, added to what earlier batches left.
 kernel void pair_products(const int nx, const int ny, const int nz, global const REAL* restrict a,
                           global const REAL* restrict b, global ACCU* restrict cell,
                           global ACCU* restrict face_x, global ACCU* restrict face_y,
                           global ACCU* restrict face_z) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  FOR_SCALAR_ROW
   const int y = row % ny, z = row / ny;
-  for (int x = 0; x < nx; ++x) {
+  for (int x = begin; x < end; ++x) {
     const size_t i = (size_t)row * nx + x;
     cell[i] += sum_lanes(a, b, i);
     if (x + 1 < nx) face_x[i] += sum_lanes_across(a, b, i, i + 1);
@@ -81,10 +78,9 @@ kernel void pair_products(const int nx, const int ny, const int nz, global const
 kernel void column_products(const int nx, const int ny, const int nz, const int a_x, const int a_y,
                             const int a_z, global const REAL* restrict a,
                             global const REAL* restrict irradiance, global ACCU* restrict sum) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  FOR_SCALAR_ROW
   const int column = (row % ny) * a_y + (row / ny) * a_z;
-  for (int x = 0; x < nx; ++x) {
+  for (int x = begin; x < end; ++x) {
     const size_t i = (size_t)row * nx + x;
     ACCU total = 0;
     for (int m = 0; m < LANES; ++m) {
@@ -108,19 +104,17 @@ kernel void weighted_rows(const int nx, const int rows, global const REAL* restr
 }
 
 // b = δb − δA φ: `source` per irradiance of the column (arguments as in deposit()), the changes of
-// face conductances towards + and of the diagonal, all [z][y][x]. One item per row.
+// face conductances towards + and of the diagonal, all [z][y][x].
 kernel void change_source(const int nx, const int ny, const int nz, const int a_x, const int a_y,
                           const int a_z, global const REAL* restrict source,
                           global const REAL* restrict diagonal, global const REAL* restrict face_x,
                           global const REAL* restrict face_y, global const REAL* restrict face_z,
                           global const vec* restrict irradiance, global const vec* restrict phi,
                           global vec* restrict b) {
-  const int group = (int)get_global_id(0);
-  const int row = (int)get_global_id(1);
-  if (group >= GROUPS || row >= ny * nz) return;
+  FOR_ROW
   const int y = row % ny, z = row / ny, column = y * a_y + z * a_z;
   const size_t plane = (size_t)nx * ny;
-  for (int x = 0; x < nx; ++x) {
+  for (int x = begin; x < end; ++x) {
     const size_t i = (size_t)row * nx + x;
     const vec here = phi[i * GROUPS + group];
     vec sum = source[i] * irradiance[(column + x * a_x) * GROUPS + group] - diagonal[i] * here;

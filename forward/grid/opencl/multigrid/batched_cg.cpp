@@ -1,5 +1,6 @@
 #include "forward/grid/opencl/multigrid/batched_cg.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kappamu::forward {
@@ -18,9 +19,7 @@ BatchedCg::BatchedCg(device::Context& context, const Format& format, const Hiera
     : context_(context),
       hierarchy_(hierarchy),
       steps_(layout == Layout::gpu ? make_flat_steps(context, format, hierarchy, lanes)
-                                   : make_stream_steps(context, format, hierarchy, lanes)),
-      unused_sums_(context.allocate(row_sums(hierarchy.finest().shape, layout) *
-                                    static_cast<std::size_t>(lanes) * format.accu_bytes())) {}
+                                   : make_stream_steps(context, format, hierarchy, lanes)) {}
 
 BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buffer& b,
                                    const device::Buffer& x, InitialGuess guess,
@@ -48,7 +47,7 @@ BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buf
     ++result.iterations;
     if (worst <= options.tolerance || worst <= replacement_drop * at_replacement ||
         result.iterations == options.max_iterations) {
-      const double recursive = worst;
+      const std::vector<double> recursive = result.residual;
       worst = relative(steps_->true_residual(kernels, b, x).rr);
       if (worst <= options.tolerance) break;
       // The recursion believed in progress that did not happen.
@@ -56,8 +55,11 @@ BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buf
         result.stagnated = result.iterations < options.max_iterations;
         break;
       }
-      // Where directions no longer fit the residual: start again from the preconditioned one.
-      if (worst > 2.0 * recursive) steps_->restart();
+      // Where directions no longer fit a pattern's residual: start again from the preconditioned
+      // ones.
+      for (std::size_t m = 0; m < lanes; ++m) {
+        if (result.residual[m] > std::max(options.tolerance, 2.0 * recursive[m])) steps_->restart();
+      }
       at_replacement = worst;
     }
   }
@@ -68,8 +70,8 @@ void BatchedCg::apply(const LaneKernels& kernels, const device::Buffer& in,
                       const device::Buffer& out) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
-  context_.launch(kernels.level_operator(), "apply_dot", kernels.rows(s), s.nx, s.ny, s.nz,
-                  level.gx, level.gy, level.gz, level.sink, in, out, unused_sums_);
+  context_.launch(kernels.level_operator(), "apply", kernels.rows(s), s.nx, s.ny, s.nz, level.gx,
+                  level.gy, level.gz, level.sink, in, out);
 }
 
 }  // namespace kappamu::forward

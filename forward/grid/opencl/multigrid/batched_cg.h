@@ -41,7 +41,6 @@ class BatchedCg {
   device::Context& context_;
   const Hierarchy& hierarchy_;
   std::unique_ptr<CgSteps> steps_;
-  device::Buffer unused_sums_;  ///< of apply()
 };
 
 }  // namespace kappamu::forward

@@ -1,9 +1,8 @@
 // One step of preconditioned conjugate gradients on a batch, in two ways of using a device.
-// Flat steps go kernel by kernel over the whole grid (GPUs: very many items): unknowns are all
-// cells, the V-cycle smooths by red-black Gauss-Seidel. Stream steps take a few sweeps that keep
-// intermediate planes in the cache (CPUs): unknowns are red cells, black ones being eliminated, and
-// the V-cycle smooths by damped Jacobi on that reduced system (docs/engine.md). Both stop on the
-// same residual and agree to the tolerance; their numbers of iterations differ.
+// Flat steps go kernel by kernel over the whole grid (GPUs: very many items), stream steps take a
+// few sweeps that keep intermediate planes in the cache (CPUs). The algorithm is the same: unknowns
+// are red cells, black ones being eliminated, and the V-cycle smooths by damped Jacobi on that
+// reduced system (docs/engine.md).
 #pragma once
 
 #include <memory>
@@ -51,10 +50,10 @@ std::unique_ptr<CgSteps> make_flat_steps(device::Context& context, const Format&
 std::unique_ptr<CgSteps> make_stream_steps(device::Context& context, const Format& format,
                                            const Hierarchy& hierarchy, int lanes);
 
-/// Sums of kernels that leave one number per lane and row or run: fixed order, equal bits.
+/// Sums of kernels that leave one number per lane and row or work-group: fixed order, equal bits.
 class LaneSums {
  public:
-  LaneSums(device::Context& context, const Format& format, int lanes);
+  LaneSums(device::Context& context, const Format& format);
 
   /// Σ over `count` vectors of `partial`, on the device.
   void add_up(const LaneKernels& kernels, const device::Buffer& partial, std::size_t count,
@@ -65,7 +64,6 @@ class LaneSums {
  private:
   device::Context& context_;
   Format format_;
-  device::Buffer stripes_;
 };
 
 }  // namespace kappamu::forward

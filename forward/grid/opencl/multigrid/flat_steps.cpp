@@ -1,7 +1,5 @@
-#include <algorithm>
-
 #include "forward/grid/opencl/multigrid/cg_steps.h"
-#include "forward/grid/opencl/multigrid/multigrid.h"
+#include "forward/grid/opencl/multigrid/flat_cycle.h"
 
 namespace kappamu::forward {
 
@@ -9,92 +7,107 @@ namespace {
 
 class FlatSteps final : public CgSteps {
  public:
-  FlatSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy, int lanes)
-      : context_(context),
-        hierarchy_(hierarchy),
-        multigrid_(context, format, hierarchy, lanes),
-        sums_(context, format, lanes),
-        cells_(hierarchy.finest().shape.cells()),
-        real_bytes_(format.real_bytes()) {
-    const auto l = static_cast<std::size_t>(lanes);
-    for (device::Buffer* field : {&r_, &d_, &z_, &p_, &q_})
-      *field = context.allocate(cells_ * l * real_bytes_);
-    const std::size_t sums = std::max(row_sums(hierarchy.finest().shape, Layout::gpu),
-                                      static_cast<std::size_t>(run_count(cells_, Layout::gpu)));
-    for (device::Buffer* partial : {&partial_, &partial_bb_}) {
-      *partial = context.allocate(sums * l * format.accu_bytes());
-    }
-    for (device::Buffer* scalar : {&rz_[0], &rz_[1], &pq_, &rr_, &bb_}) {
-      *scalar = context.allocate(l * format.accu_bytes());
-    }
-  }
+  FlatSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy, int lanes);
 
-  void begin(InitialGuess /*guess*/) override { fresh_ = first_d_ = true; }
+  void begin(InitialGuess guess) override;
   Norms true_residual(const LaneKernels& kernels, const device::Buffer& b,
                       const device::Buffer& x) override;
   LaneScalars step(const LaneKernels& kernels) override;
   void restart() override { fresh_ = true; }
 
  private:
+  /// Launches a kernel that leaves partial sums, `sum` being their total.
+  template <class... T>
+  void launch_sum(const LaneKernels& kernels, device::Program& program, const char* kernel,
+                  const device::Buffer& sum, const T&... arguments) {
+    const GridShape& s = hierarchy_.finest().shape;
+    context_.launch(program, kernel, kernels.summed(s), s.nx, s.ny, s.nz, arguments..., partial_);
+    sums_.add_up(kernels, partial_, kernels.partials(s), sum);
+  }
+
   device::Context& context_;
   const Hierarchy& hierarchy_;
-  Multigrid multigrid_;
+  FlatCycle cycle_;
   LaneSums sums_;
-  std::size_t cells_;
-  std::size_t real_bytes_;
-  device::Buffer r_, d_, z_, p_, q_, partial_, partial_bb_;
-  device::Buffer rz_[2], pq_, rr_, bb_;
-  int now_ = 0;
+  std::size_t reds_;    ///< places of one colour
+  std::size_t vector_;  ///< [bytes]
+  /// By colour (grid_flat_prelude.cl), r of red cells only; the black places of z, p and S p are
+  /// scratch, those of the red cells of S p while z is found.
+  device::Buffer r_, d_, z_, p_, image_, partial_;
+  device::Buffer rz_[2], energy_, rr_, bb_;
+  LaneScalars norm_b_;
+  std::size_t now_ = 0;
   bool fresh_ = true;    ///< no direction yet
   bool first_d_ = true;  ///< d is zero, whatever its buffer holds
+  bool zero_ = false;    ///< φ + d is
 };
+
+FlatSteps::FlatSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
+                     int lanes)
+    : context_(context),
+      hierarchy_(hierarchy),
+      cycle_(context, format, hierarchy, lanes),
+      sums_(context, format),
+      reds_(half_cells(hierarchy.finest().shape)),
+      vector_(static_cast<std::size_t>(lanes) * format.real_bytes()) {
+  for (device::Buffer* field : {&d_, &z_, &p_, &image_}) {
+    *field = context.allocate(2 * reds_ * vector_);
+  }
+  // A right-hand side of the last level, which a single cell is, has black places too.
+  r_ = context.allocate((hierarchy.levels().size() > 1 ? reds_ : 2 * reds_) * vector_);
+  const std::size_t scalars = static_cast<std::size_t>(lanes) * format.accu_bytes();
+  partial_ = context.allocate(LaneKernels::most_partials * scalars);
+  for (device::Buffer* scalar : {&rz_[0], &rz_[1], &energy_, &rr_, &bb_}) {
+    *scalar = context.allocate(scalars);
+  }
+}
+
+void FlatSteps::begin(InitialGuess guess) {
+  fresh_ = first_d_ = true;
+  zero_ = guess == InitialGuess::zero;
+  norm_b_.clear();
+}
 
 CgSteps::Norms FlatSteps::true_residual(const LaneKernels& kernels, const device::Buffer& b,
                                         const device::Buffer& x) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
-  if (!first_d_) {
-    const int runs = kernels.runs(cells_);
-    context_.launch(kernels.vectors(), "renormalise", kernels.items(static_cast<std::size_t>(runs)),
-                    static_cast<int>(cells_), runs, x, d_);
+  const device::Range items = kernels.tiled(s);
+  if (norm_b_.empty()) {
+    launch_sum(kernels, kernels.residual(), "squares", bb_, b);
+    norm_b_ = sums_.read(kernels, bb_);
   }
-  context_.launch(kernels.level_operator(), "residual_accurate", kernels.rows(s), s.nx, s.ny, s.nz,
-                  level.gx, level.gy, level.gz, level.sink, int{!first_d_}, x, d_, b, r_, partial_,
-                  partial_bb_);
-  const std::size_t count = row_sums(s, kernels.layout());
-  sums_.add_up(kernels, partial_, count, rr_);
-  sums_.add_up(kernels, partial_bb_, count, bb_);
-  return {sums_.read(kernels, rr_), sums_.read(kernels, bb_)};
+  if (zero_) {
+    launch_sum(kernels, kernels.residual(), "residual_of_zero", rr_, level.stencils, level.smoother,
+               b, x, r_);
+    return {sums_.read(kernels, rr_), norm_b_};
+  }
+  if (!first_d_) {
+    context_.launch(kernels.residual(), "renormalise", items, s.nx, s.ny, s.nz, level.stencils, x,
+                    d_);
+  }
+  context_.launch(kernels.residual(), "solve_black_accurately", items, s.nx, s.ny, s.nz,
+                  level.stencils, int{!first_d_}, b, x, d_);
+  launch_sum(kernels, kernels.residual(), "true_residual", rr_, level.stencils, int{!first_d_}, b,
+             x, d_, r_);
+  return {sums_.read(kernels, rr_), norm_b_};
 }
 
 LaneScalars FlatSteps::step(const LaneKernels& kernels) {
-  const int cells = static_cast<int>(cells_);
-  const int runs = kernels.runs(cells_);
-  const device::Range run_items = kernels.items(static_cast<std::size_t>(runs));
-  const device::Buffer& rz = rz_[now_];
-  const device::Buffer& rz_before = rz_[1 - now_];
-  const std::size_t field = cells_ * static_cast<std::size_t>(kernels.lanes()) * real_bytes_;
-  if (first_d_) context_.zero(d_, field);
-  if (fresh_) {
-    context_.zero(p_, field);
-    context_.zero(rz_before, rz_before.bytes());
-  }
-
-  multigrid_.precondition(kernels, r_, z_, q_);
-  context_.launch(kernels.vectors(), "dot_runs", run_items, cells, runs, r_, z_, partial_);
-  sums_.add_up(kernels, partial_, static_cast<std::size_t>(runs), rz);
-  context_.launch(kernels.vectors(), "update_direction", run_items, cells, runs, rz, rz_before, z_,
-                  p_);
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
-  context_.launch(kernels.level_operator(), "apply_dot", kernels.rows(s), s.nx, s.ny, s.nz,
-                  level.gx, level.gy, level.gz, level.sink, p_, q_, partial_);
-  sums_.add_up(kernels, partial_, row_sums(s, kernels.layout()), pq_);
-  context_.launch(kernels.vectors(), "update_solution", run_items, cells, runs, rz, pq_, p_, q_, d_,
-                  r_, partial_);
-  sums_.add_up(kernels, partial_, static_cast<std::size_t>(runs), rr_);
+  const device::Buffer &rz = rz_[now_], &rz_before = rz_[1 - now_];
+  cycle_.precondition(kernels, r_, z_, image_, partial_);
+  sums_.add_up(kernels, partial_, kernels.partials(s), rz);
+  context_.launch(kernels.step(), "next_direction", kernels.flat(reds_), static_cast<int>(reds_),
+                  int{fresh_}, rz, rz_before, z_, p_);
+  context_.launch(kernels.step(), "solve_black_of_direction", kernels.tiled(s), s.nx, s.ny, s.nz,
+                  level.stencils, p_, image_);
+  launch_sum(kernels, kernels.step(), "image_of_direction", energy_, level.stencils, p_, image_);
+  launch_sum(kernels, kernels.step(), "update", rr_, int{first_d_}, rz, energy_, p_, image_, d_,
+             r_);
   now_ = 1 - now_;
-  fresh_ = first_d_ = false;
+  fresh_ = first_d_ = zero_ = false;
   return sums_.read(kernels, rr_);
 }
 

@@ -1,5 +1,7 @@
 #include "forward/grid/opencl/multigrid/grid_hierarchy.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 
@@ -13,11 +15,6 @@ namespace {
 constexpr double damping = 5.0 / 6.0;
 /// An axis is halved where its mean share of conductance is at least this part of the largest.
 constexpr double strong = 0.5;
-
-/// One item per row (y, z).
-device::Range row_items(const GridShape& s) {
-  return {1, rows_of(s)};
-}
 
 /// The array of faces across `axis`.
 GridShape with_faces(GridShape s, int axis) {
@@ -53,24 +50,44 @@ device::Buffer uploaded(device::Context& context, const Format& format,
   return buffer;
 }
 
+namespace {
+std::vector<double> downloaded(device::Context& context, const Format& format,
+                               const device::Buffer& buffer) {
+  std::vector<double> values(buffer.bytes() / format.real_bytes());
+  if (!format.single) {
+    context.read(buffer, values.data(), buffer.bytes());
+    return values;
+  }
+  std::vector<float> rounded(values.size());
+  context.read(buffer, rounded.data(), buffer.bytes());
+  std::copy(rounded.begin(), rounded.end(), values.begin());
+  return values;
+}
+}  // namespace
+
 std::size_t half_cells(const GridShape& shape) {
   const auto nx = static_cast<std::size_t>(shape.nx);
   return shape.cells() / nx * ((nx + 1) / 2);
 }
 
 Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layout,
-                     const GridSetup& setup, double robin_A)
+                     const GridSetup& setup, double robin_A, std::size_t cells_to_invert)
     : context_(context),
       format_(format),
       layout_(layout),
       setup_(setup),
       robin_A_(robin_A),
+      cells_to_invert_(cells_to_invert),
       program_(assembly_program(context, format)),
       coarsening_(coarsening_program(context, format)) {
   const std::size_t unit = format.real_bytes();
   kappa_ = context.allocate(setup.shape.cells() * unit);
   mu_ = context.allocate(setup.shape.cells() * unit);
   levels_.push_back(allocate_level(setup.shape));
+}
+
+device::Range Hierarchy::row_items(const GridShape& shape) const {
+  return {1, rows_of(shape), 1, layout_ == Layout::gpu ? 32U : 1U};
 }
 
 Level Hierarchy::allocate_level(const GridShape& shape) const {
@@ -92,10 +109,8 @@ Level Hierarchy::allocate_level(const GridShape& shape) const {
     if (shape.cells() > 1) fields.insert(fields.end(), {&level.wx, &level.wy, &level.wz});
   }
   for (device::Buffer* field : fields) *field = context_.allocate(shape.cells() * unit);
-  if (layout_ == Layout::cpu) {
-    level.stencils = context_.allocate(2 * half_cells(shape) * stencil_reals * unit);
-    level.weights = context_.allocate(half_cells(shape) * weight_reals * unit);
-  }
+  level.stencils = context_.allocate(2 * half_cells(shape) * stencil_reals * unit);
+  level.weights = context_.allocate(half_cells(shape) * weight_reals * unit);
   return level;
 }
 
@@ -162,7 +177,7 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
     const device::Buffer& loose = at.smoother;
     context_.launch(program_, "invert_diagonal", row_items(at.shape), at.shape.nx, at.shape.ny,
                     at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse, loose);
-    if (at.shape.cells() > 1) {
+    if (!is_last(l)) {
       const std::array<int, 3> before = at.halving;
       at.halving = strong_axes(at);
       changed = ensure_level(l + 1) || before != at.halving || changed;
@@ -172,10 +187,59 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
       levels_.resize(l + 1);
     }
     make_smoother(levels_[l]);
-    if (layout_ == Layout::cpu) pack_stencils(levels_[l]);
+    pack_stencils(levels_[l]);
   }
+  if (layout_ == Layout::gpu) invert_matrix(levels_.back());
   has_medium_ = true;
   return changed;
+}
+
+bool Hierarchy::is_last(std::size_t l) const {
+  const std::size_t cells = levels_[l].shape.cells();
+  return cells == 1 || (layout_ == Layout::gpu && l > 0 && cells <= cells_to_invert_);
+}
+
+void Hierarchy::invert_matrix(Level& level) const {
+  const GridShape& s = level.shape;
+  const auto place = [&](int x, int y, int z) {
+    const int colour = (x ^ y ^ z) & 1;
+    return ((colour * s.nz + z) * s.ny + y) * ((s.nx + 1) / 2) + x / 2;
+  };
+  const std::vector<double> gx = downloaded(context_, format_, level.gx),
+                            gy = downloaded(context_, format_, level.gy),
+                            gz = downloaded(context_, format_, level.gz),
+                            sink = downloaded(context_, format_, level.sink);
+  const auto places = static_cast<Eigen::Index>(2 * half_cells(s));
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(places, places);
+  const auto add_face = [&](double g, int here, bool inside, int there) {
+    matrix(here, here) += g;
+    if (inside) matrix(here, there) -= g;
+  };
+  for (int z = 0; z < s.nz; ++z) {
+    for (int y = 0; y < s.ny; ++y) {
+      for (int x = 0; x < s.nx; ++x) {
+        const int here = place(x, y, z);
+        const auto cell = s.index(x, y, z);
+        const auto face_x = cell + static_cast<std::size_t>(z * s.ny + y),
+                   face_y = cell + static_cast<std::size_t>(z * s.nx);
+        const auto nx = static_cast<std::size_t>(s.nx), plane = nx * static_cast<std::size_t>(s.ny);
+        matrix(here, here) += sink[cell];
+        add_face(gx[face_x], here, x > 0, place(x - 1, y, z));
+        add_face(gx[face_x + 1], here, x + 1 < s.nx, place(x + 1, y, z));
+        add_face(gy[face_y], here, y > 0, place(x, y - 1, z));
+        add_face(gy[face_y + nx], here, y + 1 < s.ny, place(x, y + 1, z));
+        add_face(gz[cell], here, z > 0, place(x, y, z - 1));
+        add_face(gz[cell + plane], here, z + 1 < s.nz, place(x, y, z + 1));
+      }
+    }
+  }
+  // Places of odd rows that no cell has.
+  const Eigen::VectorXd cells =
+      matrix.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 : 0.0; });
+  matrix.diagonal() += Eigen::VectorXd::Ones(places) - cells;
+  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd(cells.asDiagonal()));
+  level.solve =
+      uploaded(context_, format_, {inverse.data(), static_cast<std::size_t>(inverse.size())});
 }
 
 void Hierarchy::make_smoother(const Level& level) const {
@@ -193,12 +257,11 @@ void Hierarchy::make_smoother(const Level& level) const {
 
 void Hierarchy::pack_stencils(const Level& level) const {
   const GridShape& s = level.shape;
-  // A single cell has no weights.
-  const bool single = s.cells() == 1;
+  const bool last = level.shape.cells() == levels_.back().shape.cells();
   context_.launch(program_, "pack_stencils", row_items(s), s.nx, s.ny, s.nz, level.gx, level.gy,
-                  level.gz, level.sink, level.smoother, int{!single},
-                  single ? level.sink : level.wx, single ? level.sink : level.wy,
-                  single ? level.sink : level.wz, level.stencils, level.weights);
+                  level.gz, level.sink, level.smoother, int{!last}, last ? level.sink : level.wx,
+                  last ? level.sink : level.wy, last ? level.sink : level.wz, level.stencils,
+                  level.weights);
 }
 
 void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,

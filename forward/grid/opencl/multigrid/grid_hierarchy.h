@@ -1,9 +1,9 @@
 // The levels of the multigrid preconditioner: conductances from κ and μ, coarsened twofold level by
-// level down to a single cell, each time along the axes of strong coupling: those whose mean share
-// of a cell's conductance, (G₋ + G₊)/D, is at least half the largest. In an even medium these are
-// all; where layers conduct far better along themselves than across, they are merged along
-// themselves only, since no coarse value could stand for two of them. A coarse face conductance is
-// the energy PᵀAP gives a step across it, P being the interpolation
+// level down to a single cell, or on GPUs to a few, each time along the axes of strong coupling:
+// those whose mean share of a cell's conductance, (G₋ + G₊)/D, is at least half the largest. In an
+// even medium these are all; where layers conduct far better along themselves than across, they are
+// merged along themselves only, since no coarse value could stand for two of them. A coarse face
+// conductance is the energy PᵀAP gives a step across it, P being the interpolation
 // (grid_coarsen.cl), a coarse cell's node lying nearer to its better conducting child, so that
 // barriers and channels of κ survive coarsening; absorption adds up.
 #pragma once
@@ -26,15 +26,20 @@ struct Level {
   device::Buffer inverse;           ///< 1 / (Σ G + S) of each cell
   device::Buffer smoother;          ///< make_smoother in grid_assemble.cl
   device::Buffer wx, wy, wz;        ///< interpolation weights from the next level; none on the last
-  /// For sweeps (Layout::cpu), all that they read (pack_stencils in grid_assemble.cl). The level's
-  /// smoother and weights are then in there only: the four arrays above serve all levels in turn.
+  /// What the cycle reads of a cell, together (pack_stencils in grid_assemble.cl). With Layout::cpu
+  /// the level's smoother and weights are in there only: the four arrays above serve all levels.
   device::Buffer stencils, weights;
+  /// Of the last level with Layout::gpu: the inverse of its matrix (solve_last in
+  /// grid_flat_cycle.cl).
+  device::Buffer solve;
 };
 
 class Hierarchy {
  public:
+  /// With Layout::gpu, which starts a kernel in about the time of all the arithmetic of a small
+  /// level, the first one under the finest of at most `cells_to_invert` is the last.
   Hierarchy(device::Context& context, const Format& format, Layout layout, const GridSetup& setup,
-            double robin_A);
+            double robin_A, std::size_t cells_to_invert = 64);
 
   /// Returns whether the levels' shapes have changed: work space made for them is then void.
   bool set_medium(std::span<const double> kappa, std::span<const double> mu);
@@ -57,13 +62,18 @@ class Hierarchy {
                     const device::Buffer& sums) const;
   void make_smoother(const Level& level) const;
   void pack_stencils(const Level& level) const;
+  bool is_last(std::size_t l) const;
+  void invert_matrix(Level& level) const;
   Level allocate_level(const GridShape& shape) const;
+  /// One item per row (y, z).
+  device::Range row_items(const GridShape& shape) const;
 
   device::Context& context_;
   Format format_;
   Layout layout_;
   GridSetup setup_;
   double robin_A_;
+  std::size_t cells_to_invert_;
   device::Program& program_;
   device::Program& coarsening_;
   device::Buffer kappa_, mu_;

@@ -67,7 +67,7 @@ class StreamSteps final : public CgSteps {
 
 StreamSteps::StreamSteps(device::Context& context, const Format& format, const Hierarchy& hierarchy,
                          int lanes)
-    : context_(context), hierarchy_(hierarchy), sums_(context, format, lanes) {
+    : context_(context), hierarchy_(hierarchy), sums_(context, format) {
   const std::size_t vector = static_cast<std::size_t>(lanes) * format.real_bytes();
   const auto& levels = hierarchy.levels();
   const StreamMachine machine{static_cast<int>(std::max(1U, context.info().compute_units)),
@@ -127,21 +127,21 @@ void StreamSteps::cycle(const LaneKernels& kernels, std::size_t l, const device:
   const device::Buffer& coarse_rhs = l == 0 ? z : coarse_[l - 1].rhs[idle];
   const device::Buffer& coarse_solution = l == 0 ? p_[idle] : coarse_[l - 1].solution;
   const StreamTiles& down = plans_[l].down;
-  context_.launch(kernels.stream_cycle(), "stream_down", items(down), down.size[0], down.size[1],
+  context_.launch(kernels.cycle(), "stream_down", items(down), down.size[0], down.size[1],
                   down.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.stencils, c.nx, c.ny, c.nz,
                   at.halving[0], at.halving[1], at.halving[2], at.weights, r, coarse_rhs,
                   down.scratch_cells, scratch_);
   if (l + 2 < hierarchy_.levels().size()) {
     cycle(kernels, l + 1, coarse_rhs, coarse_solution);
   } else {
-    context_.launch(kernels.stream_cycle(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse_rhs,
+    context_.launch(kernels.cycle(), "solve_last", {1, 1, 1, 1}, below.inverse, coarse_rhs,
                     coarse_solution);
   }
   const StreamTiles& up = plans_[l].up;
-  context_.launch(kernels.stream_cycle(), "stream_up", items(up), up.size[0], up.size[1],
-                  up.size[2], int{l == 0}, s.nx, s.ny, s.nz, at.stencils, c.nx, c.ny, c.nz,
-                  at.halving[0], at.halving[1], at.halving[2], at.weights, r, coarse_solution, z,
-                  cycle_dots_, up.scratch_cells, scratch_);
+  context_.launch(kernels.cycle(), "stream_up", items(up), up.size[0], up.size[1], up.size[2],
+                  int{l == 0}, s.nx, s.ny, s.nz, at.stencils, c.nx, c.ny, c.nz, at.halving[0],
+                  at.halving[1], at.halving[2], at.weights, r, coarse_solution, z, cycle_dots_,
+                  up.scratch_cells, scratch_);
 }
 
 CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const device::Buffer& b,
@@ -151,15 +151,15 @@ CgSteps::Norms StreamSteps::true_residual(const LaneKernels& kernels, const devi
   const StreamTiles& tiles = zero_ ? step_tiles_ : residual_tiles_;
   const device::Buffer& sums = zero_ ? step_sums_ : residual_sums_;
   if (zero_) {
-    context_.launch(kernels.reduced(), "residual_of_zero", items(tiles), tiles.size[0],
+    context_.launch(kernels.residual(), "residual_of_zero", items(tiles), tiles.size[0],
                     tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, level.inverse,
                     b, x, r_, sums);
   } else {
     if (!first_d_) {
-      context_.launch(kernels.reduced(), "renormalise_red", kernels.rows(s), s.nx, s.ny, s.nz, x,
-                      d_);
+      context_.launch(kernels.residual(), "renormalise_red", kernels.items(rows_of(s)), s.nx, s.ny,
+                      s.nz, x, d_);
     }
-    context_.launch(kernels.reduced(), "reduced_residual", items(tiles), tiles.size[0],
+    context_.launch(kernels.residual(), "reduced_residual", items(tiles), tiles.size[0],
                     tiles.size[1], tiles.size[2], s.nx, s.ny, s.nz, level.stencils, int{!first_d_},
                     d_, b, x, x, r_, sums, tiles.scratch_cells, scratch_);
   }
@@ -182,15 +182,15 @@ LaneScalars StreamSteps::step(const LaneKernels& kernels) {
   const Level& level = hierarchy_.finest();
   const GridShape& s = level.shape;
   if (plans_.empty()) {
-    context_.launch(kernels.stream_cycle(), "cycle_of_one_cell", {1, 1, 1, 1}, level.stencils, r_,
-                    z_, cycle_dots_);
+    context_.launch(kernels.cycle(), "cycle_of_one_cell", {1, 1, 1, 1}, level.stencils, r_, z_,
+                    cycle_dots_);
   } else {
     cycle(kernels, 0, r_, z_);
   }
   const int up_sums = plans_.empty() ? 1 : plans_.front().up.sums;
-  context_.launch(kernels.stream_step(), "step_scalars", {1, 1, 1, 1}, up_sums, step_tiles_.sums,
+  context_.launch(kernels.step(), "step_scalars", {1, 1, 1, 1}, up_sums, step_tiles_.sums,
                   int{fresh_}, cycle_dots_, step_sums_, scalars_);
-  context_.launch(kernels.stream_step(), "stream_step", items(step_tiles_), step_tiles_.size[0],
+  context_.launch(kernels.step(), "stream_step", items(step_tiles_), step_tiles_.size[0],
                   step_tiles_.size[1], step_tiles_.size[2], int{fresh_}, int{first_d_}, s.nx, s.ny,
                   s.nz, level.stencils, scalars_, z_, p_[now_], p_[1 - now_], d_, r_, step_sums_,
                   step_tiles_.scratch_cells, scratch_);
