@@ -15,12 +15,12 @@ namespace {
 
 // Yaml is YamlWriter or YamlReader (opencv_yaml.h).
 
-/// An int, std::size_t or bool (0 or 1).
-template <class Yaml, class Number>
-void whole_number(Yaml& yaml, const std::string& key, Number& value) {
+/// An int, std::size_t or bool (0 or 1); from low to high, where they are given.
+template <class Yaml, class Number, class... Limits>
+void whole_number(Yaml& yaml, const std::string& key, Number& value, Limits... limits) {
   auto number = static_cast<double>(value);
   yaml.number(key, number);
-  value = static_cast<Number>(number);
+  value = yaml.template number_as<Number>(key, number, limits...);
 }
 
 template <class Yaml, int rows, int columns>
@@ -64,7 +64,7 @@ void item_table(Yaml& yaml, const std::string& key, int rows, std::vector<Item>&
   yaml.matrix(key, rows, static_cast<int>(sizeof...(members)), values);
   items.resize(static_cast<std::size_t>(rows));
   auto value = values.begin();
-  for (Item& item : items) ((item.*members = static_cast<Member>(*value++)), ...);
+  for (Item& item : items) ((item.*members = yaml.template number_as<Member>(key, *value++)), ...);
 }
 
 template <class Yaml>
@@ -141,7 +141,7 @@ template <class Yaml>
 void transfer(Yaml& yaml, capture::Radiometry& radiometry) {
   using capture::Noise;
   using Report = capture::ResponseReport;
-  whole_number(yaml, "bit_depth", radiometry.bit_depth);
+  whole_number(yaml, "bit_depth", radiometry.bit_depth, 1, 16);
   yaml.column("black_level", radiometry.black_level);
   const auto channels = static_cast<int>(radiometry.black_level.size());
   item_table(yaml, "noise", channels, radiometry.noise, &Noise::electrons_full_scale,
@@ -163,7 +163,10 @@ void transfer(Yaml& yaml, std::optional<ProjectorCurve>& measured, int channels)
   if (count <= 0) return;
   std::vector<double> values(curve.values.begin(), curve.values.end());
   yaml.column("projector_values", values);
-  curve.values.assign(values.begin(), values.end());
+  curve.values.clear();
+  for (const double value : values) {
+    curve.values.push_back(yaml.template number_as<int>("projector_values", value, 0, 255));
+  }
   table(yaml, "projector_light", channels, count, curve.light);
   measured = std::move(curve);
 }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <new>
 #include <opencv2/core.hpp>
 
@@ -127,6 +128,11 @@ void YamlReader::column(const std::string& key, std::vector<double>& values) con
   const cv::Mat m = matrix_of(*storage_, key, file_);
   if (m.cols != 1) throw bad(file_, "field " + key + " is not a column");
   values.assign(m.ptr<double>(), m.ptr<double>() + m.total());
+}
+
+void YamlReader::require_whole(const std::string& key, double value, double low, double end) const {
+  if (value >= low && value < end && value == std::floor(value)) return;
+  throw bad(file_, "field " + key + " holds " + shortest(value) + " for a whole number");
 }
 
 }  // namespace kappamu::calib

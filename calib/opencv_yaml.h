@@ -3,8 +3,10 @@
 #pragma once
 
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 namespace cv {
@@ -24,6 +26,12 @@ class YamlWriter {
     matrix(key, static_cast<int>(values.size()), 1, values);
   }
 
+  template <class Number>
+  Number number_as(const std::string& /*key*/, double value, Number /*low*/ = {},
+                   Number /*high*/ = {}) const {
+    return static_cast<Number>(value);
+  }
+
   const std::string& str() const { return text_; }
 
  private:
@@ -40,8 +48,20 @@ class YamlReader {
   void matrix(const std::string& key, int rows, int columns, std::vector<double>& values) const;
   /// A matrix of one column and any number of rows.
   void column(const std::string& key, std::vector<double>& values) const;
+  /// A number of the field as an int, std::size_t or bool (0 or 1) from low to high, or a double.
+  template <class Number>
+  Number number_as(const std::string& key, double value,
+                   Number low = std::numeric_limits<Number>::lowest(),
+                   Number high = std::numeric_limits<Number>::max()) const {
+    if constexpr (std::is_integral_v<Number>) {
+      require_whole(key, value, static_cast<double>(low), static_cast<double>(high) + 1.0);
+    }
+    return static_cast<Number>(value);
+  }
 
  private:
+  void require_whole(const std::string& key, double value, double low, double end) const;
+
   std::filesystem::path file_;
   std::shared_ptr<cv::FileStorage> storage_;
 };
