@@ -47,7 +47,8 @@ BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buf
     ++result.iterations;
     if (worst <= options.tolerance || worst <= replacement_drop * at_replacement ||
         result.iterations == options.max_iterations) {
-      const std::vector<double> recursive = result.residual;
+      const double recursive = worst;
+      const std::vector<double> each = result.residual;
       worst = relative(steps_->true_residual(kernels, b, x).rr);
       if (worst <= options.tolerance) break;
       // The recursion believed in progress that did not happen.
@@ -55,11 +56,13 @@ BatchedCg::Result BatchedCg::solve(const LaneKernels& kernels, const device::Buf
         result.stagnated = result.iterations < options.max_iterations;
         break;
       }
-      // Where directions no longer fit a pattern's residual: start again from the preconditioned
-      // ones.
+      // Where directions no longer fit the residual, or one pattern's by far, hidden under the
+      // worst of all: start again from the preconditioned one.
+      bool lost = worst > 2.0 * recursive;
       for (std::size_t m = 0; m < lanes; ++m) {
-        if (result.residual[m] > std::max(options.tolerance, 2.0 * recursive[m])) steps_->restart();
+        lost = lost || result.residual[m] > std::max(options.tolerance, 10.0 * each[m]);
       }
+      if (lost) steps_->restart();
       at_replacement = worst;
     }
   }
