@@ -76,13 +76,13 @@ FLAT void relax(GRID_ARGUMENTS, global const vec* restrict rhs, global vec* solu
 // The same, and partial sums of φ r'.
 FLAT void relax_and_sum(GRID_ARGUMENTS, global const vec* restrict rhs, global vec* solution,
                         global accu_vec* restrict partial) {
-  SUM(sum)
+  SUM(sum);
   FOR_PLACES {
     PLACE(RED)
     RELAX(here, right)
     sum += to_accu(here) * to_accu(right);
   }
-  LEAVE_SUM(sum, partial)
+  LEAVE_SUM(sum, partial);
 }
 
 #define TRANSFER_ARGUMENTS                                                            \

@@ -60,7 +60,7 @@ INLINE vec image(Stencil g, vec here, Neighbours at) {
 // (sum_partials in grid_vectors.cl), in an order that never changes.
 #define SUM(sum)                     \
   local accu_vec scratch[WORKGROUP]; \
-  accu_vec sum = (accu_vec)(0);
+  accu_vec sum = (accu_vec)(0)
 #define LEAVE_SUM(sum, partial)                                                  \
   {                                                                              \
     const int item = (int)get_local_id(0);                                       \

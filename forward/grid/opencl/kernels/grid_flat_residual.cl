@@ -43,54 +43,59 @@ FLAT void solve_black_accurately(GRID_ARGUMENTS, const int with_d, global const 
 // r = b − A (φ + d) on red cells, black ones being solved for; partial sums of r².
 FLAT void true_residual(GRID_ARGUMENTS, const int with_d, global const vec* restrict b,
                         global const vec* restrict phi, global const vec* restrict d,
-                        global vec* restrict r, global accu_vec* restrict partial){
-    SUM(sum) FOR_PLACES{PLACE(RED) global const vec* black = d + (size_t)places * GROUPS;
+                        global vec* restrict r, global accu_vec* restrict partial) {
+  SUM(sum);
+  FOR_PLACES {
+    PLACE(RED)
+    global const vec* black = d + (size_t)places * GROUPS;
 #define VALUE(place, cell) (to_accu(phi[CELL_AT(cell)]) + to_accu(black[AT(place)]))
-const AccurateNeighbours at = NEIGHBOURS_OR((accu_vec)(0), VALUE);
+    const AccurateNeighbours at = NEIGHBOURS_OR((accu_vec)(0), VALUE);
 #undef VALUE
-const Stencil g = STENCIL;
-accu_vec here = to_accu(phi[CELL_AT(cell)]);
-if (with_d) here += to_accu(d[AT(place)]);
-const accu_vec image = (ACCU)g.west * (here - at.west) + (ACCU)g.east * (here - at.east) +
-                       (ACCU)g.south * (here - at.south) + (ACCU)g.north * (here - at.north) +
-                       (ACCU)g.down * (here - at.down) + (ACCU)g.up * (here - at.up) +
-                       (ACCU)g.sink * here;
-const accu_vec residual = to_accu(b[CELL_AT(cell)]) - image;
-r[AT(place)] = to_vec(residual);
-sum += residual * residual;
-}
-LEAVE_SUM(sum, partial)
+    const Stencil g = STENCIL;
+    accu_vec here = to_accu(phi[CELL_AT(cell)]);
+    if (with_d) here += to_accu(d[AT(place)]);
+    const accu_vec image = (ACCU)g.west * (here - at.west) + (ACCU)g.east * (here - at.east) +
+                           (ACCU)g.south * (here - at.south) + (ACCU)g.north * (here - at.north) +
+                           (ACCU)g.down * (here - at.down) + (ACCU)g.up * (here - at.up) +
+                           (ACCU)g.sink * here;
+    const accu_vec residual = to_accu(b[CELL_AT(cell)]) - image;
+    r[AT(place)] = to_vec(residual);
+    sum += residual * residual;
+  }
+  LEAVE_SUM(sum, partial);
 }
 
 // The same where φ + d is zero: φ_b = b_b / D, r = b_r + Σ G b_b / D.
 FLAT void residual_of_zero(GRID_ARGUMENTS, global const REAL* restrict smoother,
                            global const vec* restrict b, global vec* restrict phi,
-                           global vec* restrict r, global accu_vec* restrict partial){
-    SUM(sum)
+                           global vec* restrict r, global accu_vec* restrict partial) {
+  SUM(sum);
 #define SOLVED(place, cell) (smoother[cell] * b[CELL_AT(cell)])
-        {FOR_PLACES{PLACE(BLACK) phi[CELL_AT(cell)] = SOLVED(place, cell);
-}
-}
-FOR_PLACES {
-  PLACE(RED)
-  const Neighbours at = NEIGHBOURS(SOLVED);
-  const accu_vec residual = to_accu(b[CELL_AT(cell)]) + to_accu(inflow(STENCIL, at));
-  r[AT(place)] = to_vec(residual);
-  sum += residual * residual;
-}
+  {
+    FOR_PLACES {
+      PLACE(BLACK) phi[CELL_AT(cell)] = SOLVED(place, cell);
+    }
+  }
+  FOR_PLACES {
+    PLACE(RED)
+    const Neighbours at = NEIGHBOURS(SOLVED);
+    const accu_vec residual = to_accu(b[CELL_AT(cell)]) + to_accu(inflow(STENCIL, at));
+    r[AT(place)] = to_vec(residual);
+    sum += residual * residual;
+  }
 #undef SOLVED
-LEAVE_SUM(sum, partial)
+  LEAVE_SUM(sum, partial);
 }
 
 // Partial sums of b² over all cells.
 FLAT void squares(const int nx, const int ny, const int nz, global const vec* restrict b,
                   global accu_vec* restrict partial) {
-  SUM(sum)
+  SUM(sum);
   const int group = (int)get_global_id(0) % GROUPS;
   for (int cell = (int)get_global_id(0) / GROUPS; cell < nx * ny * nz;
        cell += (int)get_global_size(0) / GROUPS) {
     const accu_vec value = to_accu(b[CELL_AT(cell)]);
     sum += value * value;
   }
-  LEAVE_SUM(sum, partial)
+  LEAVE_SUM(sum, partial);
 }

@@ -29,21 +29,24 @@ FLAT void solve_black_of_direction(GRID_ARGUMENTS, global vec* p, global vec* re
 
 // S p and partial sums of p·S p.
 FLAT void image_of_direction(GRID_ARGUMENTS, global const vec* restrict p, global vec* image_of_p,
-                             global accu_vec* restrict partial){
-    SUM(sum) FOR_PLACES{PLACE(RED)
+                             global accu_vec* restrict partial) {
+  SUM(sum);
+  FOR_PLACES {
+    PLACE(RED)
+
 #define BLACK_VALUE(place, cell) p[AT(places + place)]
-                            const Neighbours at = NEIGHBOURS(BLACK_VALUE);
+    const Neighbours at = NEIGHBOURS(BLACK_VALUE);
 #undef BLACK_VALUE
 #define LEFT_OVER(place, cell) image_of_p[AT(places + place)]
-const Neighbours left = NEIGHBOURS(LEFT_OVER);
+    const Neighbours left = NEIGHBOURS(LEFT_OVER);
 #undef LEFT_OVER
-const Stencil g = STENCIL;
-const vec here = p[AT(place)];
-const vec result = image(g, here, at) - inflow(g, left);
-image_of_p[AT(place)] = result;
-sum += to_accu(here) * to_accu(result);
-}
-LEAVE_SUM(sum, partial)
+    const Stencil g = STENCIL;
+    const vec here = p[AT(place)];
+    const vec result = image(g, here, at) - inflow(g, left);
+    image_of_p[AT(place)] = result;
+    sum += to_accu(here) * to_accu(result);
+  }
+  LEAVE_SUM(sum, partial);
 }
 
 // d += α p, r −= α S p with α = r·z / p·Sp; partial sums of r². With first_d d is taken for zero,
@@ -53,7 +56,7 @@ FLAT void update(const int nx, const int ny, const int nz, const int first_d,
                  global const vec* restrict p, global const vec* restrict image_of_p,
                  global vec* restrict d, global vec* restrict r,
                  global accu_vec* restrict partial) {
-  SUM(sum)
+  SUM(sum);
   FOR_PLACES {
     PLACE(RED)
     const vec alpha = to_vec(ratio(rz[group], energy[group]));
@@ -63,5 +66,5 @@ FLAT void update(const int nx, const int ny, const int nz, const int first_d,
     r[AT(place)] = residual;
     sum += to_accu(residual) * to_accu(residual);
   }
-  LEAVE_SUM(sum, partial)
+  LEAVE_SUM(sum, partial);
 }
