@@ -35,6 +35,7 @@ class Buffer {
  private:
   friend class Context;
   friend class Argument;
+  friend class BufferPool;
   std::shared_ptr<void> handle_;  ///< cl_mem
   std::size_t bytes_ = 0;
 };

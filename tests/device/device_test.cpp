@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "device/bandwidth.h"
+#include "device/buffer_pool.h"
 #include "device/context.h"
 #include "device/device_info.h"
 #include "device/self_test.h"
@@ -146,6 +147,26 @@ TEST_F(OnDevice, BuffersAliveAreCounted) {
 }
 
 /// Between a floppy and more than any memory of this decade; the buffers are given back.
+TEST_F(OnDevice, PooledMemoryIsLentAgainAndFreedWithItsPool) {
+  const std::size_t before = context_->allocated_bytes();
+  auto pool = std::make_unique<BufferPool>(*context_);
+  const float value = 3.0F;
+  {
+    const Buffer first = pool->take(sizeof value);
+    context_->write(first, &value, sizeof value);
+  }
+  EXPECT_EQ(context_->allocated_bytes(), before + sizeof value);
+  Buffer again = pool->take(sizeof value);
+  float found = 0.0F;
+  context_->read(again, &found, sizeof found);
+  EXPECT_EQ(found, value);
+  const Buffer other = pool->take(sizeof value);
+  EXPECT_EQ(context_->allocated_bytes(), before + 2 * sizeof value);
+  again = {};
+  pool.reset();
+  EXPECT_EQ(context_->allocated_bytes(), before + sizeof value) << "the one still lent";
+}
+
 TEST_F(OnDevice, CopyBandwidthIsPlausible) {
   const std::size_t before = context_->allocated_bytes();
   const double bandwidth = measured_copy_bandwidth(*context_);

@@ -11,12 +11,12 @@
 namespace kappamu::forward {
 
 FieldSums::FieldSums(device::Context& context, const Format& format, const GridSetup& setup,
-                     TrustedKernels& kernels)
-    : context_(context), format_(format), setup_(setup), kernels_(kernels) {}
+                     TrustedKernels& kernels, device::BufferPool& pool)
+    : context_(context), format_(format), setup_(setup), kernels_(kernels), pool_(pool) {}
 
 device::Buffer FieldSums::zeros() const {
   const std::size_t bytes = setup_.shape.cells() * format_.accu_bytes();
-  device::Buffer buffer = context_.allocate(bytes);
+  device::Buffer buffer = pool_.take(bytes);
   context_.zero(buffer, bytes);
   return buffer;
 }

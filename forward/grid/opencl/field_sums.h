@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "device/buffer_pool.h"
 #include "device/context.h"
 #include "forward/grid/opencl/opencl_field.h"
 #include "forward/grid/opencl/trusted_kernels.h"
@@ -14,7 +15,7 @@ namespace kappamu::forward {
 class FieldSums {
  public:
   FieldSums(device::Context& context, const Format& format, const GridSetup& setup,
-            TrustedKernels& kernels);
+            TrustedKernels& kernels, device::BufferPool& pool);
 
   PairProducts pair_products(const OpenclField& lambda, const OpenclField& phi) const;
   std::vector<double> column_products(const OpenclField& lambda,
@@ -29,6 +30,7 @@ class FieldSums {
   Format format_;
   GridSetup setup_;
   TrustedKernels& kernels_;
+  device::BufferPool& pool_;
 };
 
 }  // namespace kappamu::forward

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/processor_time.h"
+#include "device/buffer_pool.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/grid/opencl/face_index.h"
 #include "forward/grid/opencl/field_sums.h"
@@ -43,7 +44,8 @@ class OpenclSolver final : public GridSolver {
         layout_(options.layout.value_or(layout_of(context.info()))),
         format_(format_of(context.info(), options.precision)),
         kernels_(context, format_, layout_, options),
-        sums_(context, format_, setup, kernels_) {
+        pool_(context),
+        sums_(context, format_, setup, kernels_, pool_) {
     validate(setup_);
     constants_ = constants_of(setup_);
     most_lanes_ = std::min(lanes_that_fit(setup_, context_.info(), format_, layout_),
@@ -72,7 +74,7 @@ class OpenclSolver final : public GridSolver {
     field->total = patterns;
     field->blocks = cut_into_blocks(patterns, most_lanes_);
     for (Block& block : field->blocks) {
-      block.values = context_.allocate(field_bytes(block));
+      block.values = pool_.take(field_bytes(block));
       context_.zero(block.values, field_bytes(block));
     }
     field->zero = true;
@@ -204,14 +206,15 @@ class OpenclSolver final : public GridSolver {
     const FaceIndex f = face_index(s, lit);
     const int axis = axis_of(lit);
     const int inwards = (axis == 0 ? 1 : axis == 1 ? s.nx : s.nx * s.ny) * (is_plus(lit) ? -1 : 1);
-    const auto columns =
-        static_cast<std::size_t>((f.nu + 7) / 8 * 8) * static_cast<std::size_t>(f.nv);
-    const device::Buffer remaining = context_.allocate(columns * format_.accu_bytes());
+    const auto eights = static_cast<std::size_t>((f.nu + 7) / 8);
+    const auto rows = static_cast<std::size_t>(f.nv);
+    const device::Buffer remaining = context_.allocate(8 * eights * rows * format_.accu_bytes());
+    const device::Range items =
+        layout_ == Layout::gpu ? device::Range{eights, rows, 32, 1} : device::Range{1, rows, 1, 1};
     with_reals(
         [&](auto h) {
-          context_.launch(beam_program(context_, format_), "first_collisions",
-                          {1, static_cast<std::size_t>(f.nv), 1, layout_ == Layout::gpu ? 32U : 1U},
-                          f.nu, f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
+          context_.launch(beam_program(context_, format_, layout_), "first_collisions", items, f.nu,
+                          f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
                           hierarchy_->kappa(), hierarchy_->mu(), deposit_, remaining);
         },
         s.voxel_mm);
@@ -273,6 +276,7 @@ class OpenclSolver final : public GridSolver {
   device::Buffer deposit_;  ///< first-collision fraction of each voxel
   // Made on first use: which lanes are needed depends on the batches that come.
   mutable TrustedKernels kernels_;
+  mutable device::BufferPool pool_;
   FieldSums sums_;
   mutable std::optional<BatchedCg> cg_;
 };

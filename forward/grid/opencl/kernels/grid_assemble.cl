@@ -1,5 +1,6 @@
 // Conductances of the finest level from κ and μ, and what each level keeps beside its conductances.
-// All arrays are scalar, layouts as in grid_operator.cl.
+// All arrays are scalar, layouts as in grid_operator.cl. One item per row (y, z), or on GPUs per
+// cell of it.
 
 // Boundary faces: G_b = h² / (h/(2κ) + 2A); 0 on mirrors.
 REAL robin(REAL kappa, REAL h, REAL two_a, int open) {
@@ -9,20 +10,19 @@ REAL harmonic(REAL a, REAL b, REAL h) {
   return h * 2 * (a * b / (a + b));
 }
 
-// One item per row (y, z). open_x, open_y, open_z: whether the faces across that axis are open.
+// open_x, open_y, open_z: whether the faces across that axis are open.
 kernel void assemble(const int nx, const int ny, const int nz, const REAL h, const REAL two_a,
                      const int open_x, const int open_y, const int open_z,
                      global const REAL* restrict kappa, global const REAL* restrict mu,
                      global REAL* restrict gx, global REAL* restrict gy, global REAL* restrict gz,
                      global REAL* restrict sink) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  FOR_SCALAR_ROW
   const int y = row % ny, z = row / ny;
   const size_t first = (size_t)row * nx;
   const size_t plane = (size_t)nx * ny;
   global REAL* face_x = gx + (size_t)row * (nx + 1);
   global REAL* face_y = gy + ((size_t)z * (ny + 1) + y) * nx;
-  for (int x = 0; x < nx; ++x) {
+  FOR_CELLS(x, 0, nx) {
     const size_t i = first + x;
     const REAL k = kappa[i];
     sink[i] = mu[i] * h * h * h;
@@ -36,18 +36,17 @@ kernel void assemble(const int nx, const int ny, const int nz, const REAL h, con
 }
 
 // 1 / D, D = Σ G + S of each cell, and how loosely it holds the node of its coarse cell, D^(−5/8)
-// (to_node). One item per row.
+// (to_node).
 kernel void invert_diagonal(const int nx, const int ny, const int nz,
                             global const REAL* restrict gx, global const REAL* restrict gy,
                             global const REAL* restrict gz, global const REAL* restrict sink,
                             global REAL* restrict inverse, global REAL* restrict loose) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  FOR_SCALAR_ROW
   const int y = row % ny, z = row / ny;
   gx += (size_t)row * (nx + 1);
   gy += ((size_t)z * (ny + 1) + y) * nx;
   gz += (size_t)row * nx;
-  for (int x = 0; x < nx; ++x) {
+  FOR_CELLS(x, 0, nx) {
     const size_t i = (size_t)row * nx + x;
     const REAL d = gx[x] + gx[x + 1] + gy[x] + gy[x + nx] + gz[x] + gz[x + nx * ny] + sink[i];
     inverse[i] = 1 / d;
@@ -57,14 +56,13 @@ kernel void invert_diagonal(const int nx, const int ny, const int nz,
 }
 
 // Σ over the children: coarse S, and the faces across an axis that is not halved. n and c: extents
-// of the fine and the coarse array. One item per coarse row.
+// of the fine and the coarse array.
 kernel void sum_children(const int nx, const int ny, const int nz, const int cx, const int cy,
                          const int cz, const int half_x, const int half_y, const int half_z,
                          global const REAL* restrict fine, global REAL* restrict coarse) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= cy * cz) return;
+  FOR_ROW_OF(cx, cy * cz)
   const int cell_y = row % cy, cell_z = row / cy;
-  for (int cell_x = 0; cell_x < cx; ++cell_x) {
+  FOR_CELLS(cell_x, 0, cx) {
     REAL sum = 0;
     for (int z = cell_z << half_z; z < min((cell_z + 1) << half_z, nz); ++z) {
       for (int y = cell_y << half_y; y < min((cell_y + 1) << half_y, ny); ++y) {
@@ -77,59 +75,70 @@ kernel void sum_children(const int nx, const int ny, const int nz, const int cx,
   }
 }
 
-// Σ (G₋ + G₊) / D over the cells of a row, for each axis: where a cell's flux can go. One item per
-// row; shares [row][3].
-kernel void axis_shares(const int nx, const int ny, const int nz, global const REAL* restrict gx,
-                        global const REAL* restrict gy, global const REAL* restrict gz,
-                        global const REAL* restrict inverse, global ACCU* restrict shares) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= ny * nz) return;
+// Σ (G₋ + G₊) / D over the cells of a row, for each axis: where a cell's flux can go. ROW_ITEMS
+// items per row; shares [row][3].
+#define ROW_ITEMS (SEGMENT == 1 ? 32 : 1)
+kernel __attribute__((reqd_work_group_size(ROW_ITEMS, 1, 1))) void axis_shares(
+    const int nx, const int ny, const int nz, global const REAL* restrict gx,
+    global const REAL* restrict gy, global const REAL* restrict gz,
+    global const REAL* restrict inverse, global ACCU* restrict shares) {
+  const int row = (int)get_global_id(1), item = (int)get_local_id(0);
   const int y = row % ny, z = row / ny;
   gx += (size_t)row * (nx + 1);
   gy += ((size_t)z * (ny + 1) + y) * nx;
   gz += (size_t)row * nx;
   inverse += (size_t)row * nx;
   ACCU along_x = 0, along_y = 0, along_z = 0;
-  for (int x = 0; x < nx; ++x) {
+  for (int x = item; x < nx; x += ROW_ITEMS) {
     along_x += (gx[x] + gx[x + 1]) * inverse[x];
     along_y += (gy[x] + gy[x + nx]) * inverse[x];
     along_z += (gz[x] + gz[x + nx * ny]) * inverse[x];
   }
-  shares[3 * row] = along_x;
-  shares[3 * row + 1] = along_y;
-  shares[3 * row + 2] = along_z;
+  local ACCU sums[ROW_ITEMS][3];
+  sums[item][0] = along_x;
+  sums[item][1] = along_y;
+  sums[item][2] = along_z;
+  barrier(CLK_LOCAL_MEM_FENCE);
+  if (item > 0) return;
+  for (int axis = 0; axis < 3; ++axis) {
+    ACCU sum = sums[0][axis];
+    for (int other = 1; other < ROW_ITEMS; ++other) sum += sums[other][axis];
+    shares[3 * row + axis] = sum;
+  }
 }
 
-// sum[x] += g[x] others[x] / D[x] for x < n: what the bond g to a neighbour adds to the diagonal of
-// the reduced system, `others` being the neighbour's sink and its faces a to e but that one.
+// sum[x] += g[x] others[x] / D[x] for an item's cells from `first` on, before `last`: what the bond
+// g to a neighbour adds to the diagonal of the reduced system, D being the neighbour's and `others`
+// its sink and its faces a to e but that one.
 inline __attribute__((always_inline)) void add_bonds(
-    const int n, global REAL* restrict sum, global const REAL* restrict g,
-    global const REAL* restrict inverse, global const REAL* restrict sink,
-    global const REAL* restrict a, global const REAL* restrict b, global const REAL* restrict c,
-    global const REAL* restrict d, global const REAL* restrict e) {
-  for (int x = 0; x < n; ++x) {
+    const int begin, const int end, const int first, const int last, global REAL* restrict sum,
+    global const REAL* restrict g, global const REAL* restrict inverse,
+    global const REAL* restrict sink, global const REAL* restrict a, global const REAL* restrict b,
+    global const REAL* restrict c, global const REAL* restrict d, global const REAL* restrict e) {
+  FOR_CELLS(x, first, last) {
     const REAL others = sink[x] + a[x] + b[x] + c[x] + d[x] + e[x];
     sum[x] += g[x] * (others * inverse[x]);
   }
 }
 
-inline __attribute__((always_inline)) void add_faces(const int n, global REAL* restrict sum,
+inline __attribute__((always_inline)) void add_faces(const int begin, const int end,
+                                                     const int first, const int last,
+                                                     global REAL* restrict sum,
                                                      global const REAL* restrict g) {
-  for (int x = 0; x < n; ++x) sum[x] += g[x];
+  FOR_CELLS(x, first, last) sum[x] += g[x];
 }
 
 // What relaxes a level (grid_stream_prelude.cl): 1 / D on black cells, ω / S_ii on red ones, with
 // S_ii = S + Σ G (1 − G / D_neighbour) the diagonal of the reduced system. D_neighbour − G is
 // summed from the neighbour's other parts, since it may be far smaller than both. With ω = 5/6 the
 // sweep is Gauss-Seidel's in a uniform medium; below 1 the cycle is sure to be positive definite,
-// because the eigenvalues of S scaled by its diagonal lie in (0, 2]. One item per row, one face at
-// a time along the whole of it, so that no loop has a branch; black cells are computed in vain.
+// because the eigenvalues of S scaled by its diagonal lie in (0, 2]. One face at a time along the
+// whole row, so that no loop has a branch; black cells are computed in vain.
 kernel void make_smoother(const int nx, const int ny, const int nz, const REAL omega,
                           global const REAL* restrict gx, global const REAL* restrict gy,
                           global const REAL* restrict gz, global const REAL* restrict sink,
                           global const REAL* restrict inverse, global REAL* restrict smoother) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= ny * nz) return;
+  FOR_SCALAR_ROW
   const int y = row % ny, z = row / ny;
   // From a row to the next along y and z: cells, faces across x, y and z.
   const size_t plane = (size_t)nx * ny, plane_x = (size_t)(nx + 1) * ny,
@@ -140,37 +149,38 @@ kernel void make_smoother(const int nx, const int ny, const int nz, const REAL o
   sink += (size_t)row * nx;
   inverse += (size_t)row * nx;
   smoother += (size_t)row * nx;
-  for (int x = 0; x < nx; ++x) smoother[x] = sink[x];
-  smoother[0] += gx[0];
-  add_bonds(nx - 1, smoother + 1, gx + 1, inverse, sink, gx, gy, gy + nx, gz, gz + plane);
-  add_bonds(nx - 1, smoother, gx + 1, inverse + 1, sink + 1, gx + 2, gy + 1, gy + nx + 1, gz + 1,
-            gz + plane + 1);
-  smoother[nx - 1] += gx[nx];
+  FOR_CELLS(x, 0, nx) smoother[x] = sink[x];
+  add_faces(begin, end, 0, 1, smoother, gx);
+  add_bonds(begin, end, 1, nx, smoother, gx, inverse - 1, sink - 1, gx - 1, gy - 1, gy + nx - 1,
+            gz - 1, gz + plane - 1);
+  add_bonds(begin, end, 0, nx - 1, smoother, gx + 1, inverse + 1, sink + 1, gx + 2, gy + 1,
+            gy + nx + 1, gz + 1, gz + plane + 1);
+  add_faces(begin, end, nx - 1, nx, smoother, gx + 1);
   if (y > 0) {
-    add_bonds(nx, smoother, gy, inverse - nx, sink - nx, gx - (nx + 1), gx - nx, gy - nx, gz - nx,
-              gz + plane - nx);
+    add_bonds(begin, end, 0, nx, smoother, gy, inverse - nx, sink - nx, gx - (nx + 1), gx - nx,
+              gy - nx, gz - nx, gz + plane - nx);
   } else {
-    add_faces(nx, smoother, gy);
+    add_faces(begin, end, 0, nx, smoother, gy);
   }
   if (y + 1 < ny) {
-    add_bonds(nx, smoother, gy + nx, inverse + nx, sink + nx, gx + nx + 1, gx + nx + 2, gy + 2 * nx,
-              gz + nx, gz + plane + nx);
+    add_bonds(begin, end, 0, nx, smoother, gy + nx, inverse + nx, sink + nx, gx + nx + 1,
+              gx + nx + 2, gy + 2 * nx, gz + nx, gz + plane + nx);
   } else {
-    add_faces(nx, smoother, gy + nx);
+    add_faces(begin, end, 0, nx, smoother, gy + nx);
   }
   if (z > 0) {
-    add_bonds(nx, smoother, gz, inverse - plane, sink - plane, gx - plane_x, gx - plane_x + 1,
-              gy - plane_y, gy - plane_y + nx, gz - plane);
+    add_bonds(begin, end, 0, nx, smoother, gz, inverse - plane, sink - plane, gx - plane_x,
+              gx - plane_x + 1, gy - plane_y, gy - plane_y + nx, gz - plane);
   } else {
-    add_faces(nx, smoother, gz);
+    add_faces(begin, end, 0, nx, smoother, gz);
   }
   if (z + 1 < nz) {
-    add_bonds(nx, smoother, gz + plane, inverse + plane, sink + plane, gx + plane_x,
+    add_bonds(begin, end, 0, nx, smoother, gz + plane, inverse + plane, sink + plane, gx + plane_x,
               gx + plane_x + 1, gy + plane_y, gy + plane_y + nx, gz + 2 * plane);
   } else {
-    add_faces(nx, smoother, gz + plane);
+    add_faces(begin, end, 0, nx, smoother, gz + plane);
   }
-  for (int x = 0; x < nx; ++x) {
+  FOR_CELLS(x, 0, nx) {
     smoother[x] = (x + y + z) & 1 ? inverse[x] : omega / smoother[x];
   }
 }
@@ -184,16 +194,17 @@ kernel void pack_stencils(const int nx, const int ny, const int nz, global const
                           const int with_weights, global const REAL* restrict wx,
                           global const REAL* restrict wy, global const REAL* restrict wz,
                           global REAL* restrict stencils, global REAL* restrict weights) {
-  const int row = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || row >= ny * nz) return;
-  const int y = row % ny, z = row / ny, pairs = (nx + 1) >> 1;
+  const int pairs = (nx + 1) >> 1;
+  FOR_ROW_OF(pairs, ny * nz)
+  const int y = row % ny, z = row / ny;
   const size_t first = (size_t)row * nx, plane = (size_t)nx * ny;
   gx += (size_t)row * (nx + 1);
   gy += ((size_t)z * (ny + 1) + y) * nx;
   gz += first;
   for (int parity = 0; parity < 2; ++parity) {
-    global REAL* to = stencils + 8 * (((size_t)row * 2 + parity) * pairs);
-    for (int x = parity; x < nx; x += 2, to += 8) {
+    FOR_CELLS(pair, 0, (nx + 1 - parity) >> 1) {
+      const int x = 2 * pair + parity;
+      global REAL* to = stencils + 8 * (((size_t)row * 2 + parity) * pairs + pair);
       to[0] = gx[x];
       to[1] = gx[x + 1];
       to[2] = gy[x];
@@ -204,10 +215,12 @@ kernel void pack_stencils(const int nx, const int ny, const int nz, global const
       to[7] = sink[first + x];
     }
   }
-  weights += 3 * ((size_t)row * pairs);
-  for (int x = (y ^ z) & 1; with_weights && x < nx; x += 2, weights += 3) {
-    weights[0] = wx[first + x];
-    weights[1] = wy[first + x];
-    weights[2] = wz[first + x];
+  const int red = (y ^ z) & 1;
+  FOR_CELLS(pair, 0, with_weights ? (nx + 1 - red) >> 1 : 0) {
+    const size_t x = first + 2 * pair + red;
+    global REAL* to = weights + 3 * ((size_t)row * pairs + pair);
+    to[0] = wx[x];
+    to[1] = wy[x];
+    to[2] = wz[x];
   }
 }

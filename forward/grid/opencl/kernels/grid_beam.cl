@@ -25,19 +25,19 @@ void store_columns(const REAL8 columns, global REAL* values, const int stride, c
 }
 
 // A voxel at depth w below sample (u, v) of the face is first + u cell_u + v cell_v + w cell_w. One
-// item per row v of the face; `remaining` [v][u, nu rounded up to a multiple of 8] is scratch: what
-// has not collided yet.
+// item per row v of the face, or on GPUs per eight columns of it; `remaining` [v][u, nu rounded up
+// to a multiple of 8] is scratch: what has not collided yet.
 kernel void first_collisions(const int nu, const int nv, const int depth, const int first,
                              const int cell_u, const int cell_v, const int cell_w, const REAL h,
                              global const REAL* restrict kappa, global const REAL* restrict mu,
                              global REAL* restrict share, global ACCU* restrict remaining) {
-  const int v = (int)get_global_id(1);
-  if (get_global_id(0) > 0 || v >= nv) return;
   const int groups = (nu + 7) / 8;
+  FOR_ROW_OF(groups, nv)
+  const int v = row;
   remaining += (size_t)v * groups * 8;
-  for (int u = 0; u < 8 * groups; ++u) remaining[u] = 1;
+  for (int u = 8 * begin; u < 8 * end; ++u) remaining[u] = 1;
   for (int w = 0; w < depth; ++w) {
-    for (int group = 0; group < groups; ++group) {
+    for (int group = begin; group < end; ++group) {
       const int u = 8 * group, count = min(8, nu - u);
       const size_t i = (size_t)(first + u * cell_u + v * cell_v + w * cell_w);
       const ACCU8 k = 3 * load_columns(kappa + i, cell_u, count);

@@ -18,6 +18,10 @@ std::string number_options(const Format& format) {
          (format.accurate_sums ? " -DACCU=double" : " -DACCU=float");
 }
 
+std::string segment_option(Layout layout) {
+  return layout == Layout::gpu ? " -DSEGMENT=1" : "";
+}
+
 }  // namespace
 
 Format format_of(const device::DeviceInfo& device, Precision precision) {
@@ -28,16 +32,16 @@ Format format_of(const device::DeviceInfo& device, Precision precision) {
   return {precision == Precision::single_precision, device.fp64};
 }
 
-device::Program& assembly_program(device::Context& context, const Format& format) {
-  return context.program(grid_assemble_cl, number_options(format));
+device::Program& assembly_program(device::Context& context, const Format& format, Layout layout) {
+  return context.program(grid_assemble_cl, number_options(format) + segment_option(layout));
 }
 
-device::Program& coarsening_program(device::Context& context, const Format& format) {
-  return context.program(grid_coarsen_cl, number_options(format));
+device::Program& coarsening_program(device::Context& context, const Format& format, Layout layout) {
+  return context.program(grid_coarsen_cl, number_options(format) + segment_option(layout));
 }
 
-device::Program& beam_program(device::Context& context, const Format& format) {
-  return context.program(grid_beam_cl, number_options(format));
+device::Program& beam_program(device::Context& context, const Format& format, Layout layout) {
+  return context.program(grid_beam_cl, number_options(format) + segment_option(layout));
 }
 
 Layout layout_of(const device::DeviceInfo& device) {
@@ -50,7 +54,7 @@ LaneKernels::LaneKernels(device::Context& context, const Format& format, Layout 
   const int width = gpu ? std::min(lanes, 4) : lanes;
   groups_ = lanes / width;
   const std::string options = number_options(format) + " -DWIDTH=" + std::to_string(width) +
-                              " -DGROUPS=" + std::to_string(groups_) + (gpu ? " -DSEGMENT=1" : "");
+                              " -DGROUPS=" + std::to_string(groups_) + segment_option(layout);
   operator_ = &context.program(grid_operator_cl, options);
   vectors_ = &context.program(grid_vectors_cl, options);
   surface_ = &context.program(grid_surface_cl, options);

@@ -25,10 +25,10 @@ enum class Layout { cpu, gpu };
 Layout layout_of(const device::DeviceInfo& device);
 
 /// Conductances of a level, and the next coarser one's from them: no lanes.
-device::Program& assembly_program(device::Context& context, const Format& format);
-device::Program& coarsening_program(device::Context& context, const Format& format);
+device::Program& assembly_program(device::Context& context, const Format& format, Layout layout);
+device::Program& coarsening_program(device::Context& context, const Format& format, Layout layout);
 /// First collisions of a beam: no lanes.
-device::Program& beam_program(device::Context& context, const Format& format);
+device::Program& beam_program(device::Context& context, const Format& format, Layout layout);
 
 /// Everything that works on a batch of `lanes` patterns.
 class LaneKernels {

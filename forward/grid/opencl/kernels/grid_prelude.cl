@@ -20,12 +20,16 @@
   const int row = (int)get_global_id(1);                      \
   if (begin >= nx || row >= ny * nz) return;                  \
   const int end = SEGMENT < nx - begin ? begin + SEGMENT : nx;
-// The same for all patterns together: global id 0 is the segment (LaneKernels::scalar_rows).
-#define FOR_SCALAR_ROW                               \
+// The same for all patterns together: global id 0 is the segment (LaneKernels::scalar_rows). Of
+// rows of another length or number: those, and of the item's cells those from `first` on, before
+// `last`.
+#define FOR_SCALAR_ROW FOR_ROW_OF(nx, ny* nz)
+#define FOR_ROW_OF(cells, rows)                      \
   const int begin = (int)get_global_id(0) * SEGMENT; \
   const int row = (int)get_global_id(1);             \
-  if (begin >= nx || row >= ny * nz) return;         \
-  const int end = SEGMENT < nx - begin ? begin + SEGMENT : nx;
+  if (begin >= (cells) || row >= (rows)) return;     \
+  const int end = SEGMENT < (cells)-begin ? begin + SEGMENT : (cells);
+#define FOR_CELLS(x, first, last) for (int x = max(begin, first); x < min(end, last); ++x)
 
 typedef LANES_OF(ACCU) accu_vec;
 #define to_vec(v) TO(REAL)(v)

@@ -15,6 +15,8 @@ namespace {
 constexpr double damping = 5.0 / 6.0;
 /// An axis is halved where its mean share of conductance is at least this part of the largest.
 constexpr double strong = 0.5;
+/// Items of a row side by side with Layout::gpu; ROW_ITEMS in grid_assemble.cl.
+constexpr std::size_t row_workgroup = 32;
 
 /// The array of faces across `axis`.
 GridShape with_faces(GridShape s, int axis) {
@@ -78,8 +80,8 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layo
       setup_(setup),
       robin_A_(robin_A),
       cells_to_invert_(cells_to_invert),
-      program_(assembly_program(context, format)),
-      coarsening_(coarsening_program(context, format)) {
+      program_(assembly_program(context, format, layout)),
+      coarsening_(coarsening_program(context, format, layout)) {
   const std::size_t unit = format.real_bytes();
   kappa_ = context.allocate(setup.shape.cells() * unit);
   mu_ = context.allocate(setup.shape.cells() * unit);
@@ -87,7 +89,8 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layo
 }
 
 device::Range Hierarchy::row_items(const GridShape& shape) const {
-  return {1, rows_of(shape), 1, layout_ == Layout::gpu ? 32U : 1U};
+  if (layout_ == Layout::cpu) return {1, rows_of(shape), 1, 1};
+  return {static_cast<std::size_t>(shape.nx), rows_of(shape), row_workgroup, 1};
 }
 
 Level Hierarchy::allocate_level(const GridShape& shape) const {
@@ -129,7 +132,8 @@ std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
   const GridShape& s = level.shape;
   const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
   const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
-  context_.launch(program_, "axis_shares", row_items(s), s.nx, s.ny, s.nz, level.gx, level.gy,
+  const std::size_t items = layout_ == Layout::gpu ? row_workgroup : 1;
+  context_.launch(program_, "axis_shares", {items, rows, items, 1}, s.nx, s.ny, s.nz, level.gx, level.gy,
                   level.gz, level.inverse, shares);
   std::array<double, 3> sum{};
   const auto add_up = [&](auto zero) {
