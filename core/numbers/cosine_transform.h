@@ -1,6 +1,7 @@
-// The orthonormal DCT-II of the columns of a matrix, of any length: folded in halves as long as the
-// length is even (even frequencies see sums of mirrored values, odd ones differences), a dense
-// matrix for the rest: a third of the dense work for powers of two.
+// The orthonormal DCT-II of any length: C(k, i) = √(c_k/n) cos(π k (i + ½)/n), c_0 = 1, c_k = 2. An
+// even length is halved, by rotations alone, so that rounding does not grow (Plonka and Tasche,
+// "Fast and numerically stable algorithms for discrete cosine transforms", 2005, algorithms 3.1 and
+// 3.2); a short or odd one is a dense matrix.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,16 +13,23 @@ class CosineTransform {
  public:
   explicit CosineTransform(int n);
 
-  /// C(k, i) = √(c_k/n) cos(π k (i + ½)/n), c_0 = 1, c_k = 2: [frequency][column] of
-  /// [value][column].
+  /// Of the columns: [frequency][column] of [value][column]. The same bits on any machine.
   Eigen::MatrixXd forward(const Eigen::MatrixXd& values) const;
   Eigen::MatrixXd inverse(const Eigen::MatrixXd& frequencies) const;
+  /// Of the rows, faster: [row][frequency] of [row][value].
+  Eigen::MatrixXd forward_rows(const Eigen::MatrixXd& values) const;
+  Eigen::MatrixXd inverse_rows(const Eigen::MatrixXd& frequencies) const;
+
+  struct Length;  ///< what transforms of one length need
 
  private:
-  Eigen::Index n_;
-  std::shared_ptr<const CosineTransform> half_;  ///< of even frequencies; none: dense
-  Eigen::MatrixXd matrix_;  ///< of odd frequencies against differences, or the whole
-  Eigen::MatrixXd transposed_;
+  std::shared_ptr<const Length> length_;
 };
+
+/// Of an image [a][b], along both axes.
+Eigen::MatrixXd to_waves(const CosineTransform& a, const CosineTransform& b,
+                         const Eigen::MatrixXd& image);
+Eigen::MatrixXd from_waves(const CosineTransform& a, const CosineTransform& b,
+                           const Eigen::MatrixXd& frequencies);
 
 }  // namespace kappamu

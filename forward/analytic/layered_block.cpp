@@ -80,11 +80,11 @@ class LateralModes {
   std::array<std::vector<double>, 2> exitance(const double* irradiance) const {
     // Column-major: [u][v] of a map [v][u].
     const Eigen::Map<const Eigen::MatrixXd> map(irradiance, face_.nu, face_.nv);
-    const Eigen::MatrixXd waves = v_.forward(u_.forward(map).transpose()).transpose();
+    const Eigen::MatrixXd waves = to_waves(u_, v_, map);
     const auto back = [&](double Response::*share) {
       Eigen::MatrixXd answer = waves;
       for (std::size_t k = 0; k < response_.size(); ++k) answer.data()[k] *= response_[k].*share;
-      answer = v_.inverse(u_.inverse(answer).transpose()).transpose().eval();
+      answer = from_waves(u_, v_, answer);
       return std::vector<double>(answer.data(), answer.data() + answer.size());
     };
     return {back(&Response::near), back(&Response::far)};

@@ -72,9 +72,7 @@ Eigen::MatrixXd LateralModes::analyse(const CoefficientPair& fields) const {
     for (int p = 0; p < count; ++p) {
       const int row = first + p;
       const auto& field = row < depth_ ? fields.log_kappa : fields.log_mu;
-      const Eigen::MatrixXd image = plane(field, row % depth_);
-      const Eigen::MatrixXd along_a = cosines_a_.forward(image).transpose();
-      const Eigen::MatrixXd out = cosines_b_.forward(along_a).transpose();
+      const Eigen::MatrixXd out = to_waves(cosines_a_, cosines_b_, plane(field, row % depth_));
       planes.col(p) = Eigen::Map<const Eigen::VectorXd>(out.data(), waves);
     }
     coefficients.middleRows(first, count) = planes.transpose();
@@ -101,9 +99,8 @@ CoefficientPair LateralModes::fields_of(const Eigen::MatrixXd& coefficients,
 }
 
 CoefficientPair LateralModes::synthesise(const Eigen::MatrixXd& coefficients) const {
-  return fields_of(coefficients, [&](const Eigen::MatrixXd& image) -> Eigen::MatrixXd {
-    const Eigen::MatrixXd along_a = cosines_a_.inverse(image).transpose();
-    return cosines_b_.inverse(along_a).transpose();
+  return fields_of(coefficients, [&](const Eigen::MatrixXd& image) {
+    return from_waves(cosines_a_, cosines_b_, image);
   });
 }
 

@@ -37,9 +37,9 @@ namespace {
 using forward::GridSetup;
 using forward::SourceModel;
 
-void add_to(std::vector<double>& sum, const std::vector<double>& term) {
+void add_to(std::vector<double>& sum, std::vector<double>&& term) {
   if (sum.empty()) {
-    sum = term;
+    sum = std::move(term);
     return;
   }
   check(sum.size() == term.size(), "adjoint sums of different grids cannot be added");
@@ -186,13 +186,13 @@ void Assembly::add_first_collisions() {
 
 }  // namespace
 
-void AdjointSums::add(const AdjointSums& other) {
-  add_to(products.cell, other.products.cell);
-  add_to(products.face_x, other.products.face_x);
-  add_to(products.face_y, other.products.face_y);
-  add_to(products.face_z, other.products.face_z);
-  add_to(columns, other.columns);
-  add_to(observed, other.observed);
+void AdjointSums::add(AdjointSums&& other) {
+  add_to(products.cell, std::move(other.products.cell));
+  add_to(products.face_x, std::move(other.products.face_x));
+  add_to(products.face_y, std::move(other.products.face_y));
+  add_to(products.face_z, std::move(other.products.face_z));
+  add_to(columns, std::move(other.columns));
+  add_to(observed, std::move(other.observed));
 }
 
 CoefficientPair assemble_gradient(const GridSetup& setup, const BoundaryConstants& constants,

@@ -36,7 +36,7 @@ struct AdjointSums {
   /// lit face).
   std::vector<double> observed;
 
-  void add(const AdjointSums& other);
+  void add(AdjointSums&& other);
 };
 
 /// ∂J/∂log κ and ∂J/∂log μ, where the sums were taken at `kappa` [mm] and `mu` [1/mm].

@@ -250,7 +250,7 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
         term.observed[s] += by_exitance[i] * (exitance_[i] - entered);
       }
     }
-    sums.add(term);
+    sums.add(std::move(term));
   }
   CoefficientPair gradient = assemble_gradient(problem_.setup, solver_->constants(),
                                                problem_.seen_face, kappa_, mu_, sums);

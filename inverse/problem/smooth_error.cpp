@@ -41,10 +41,8 @@ SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, 
 
 Eigen::MatrixXd SmoothErrorPrecision::filtered(const Eigen::MatrixXd& image,
                                                const Eigen::MatrixXd& by) const {
-  const Eigen::MatrixXd half = cosines_u_.forward(image).transpose();
-  const Eigen::MatrixXd waves = cosines_v_.forward(half).transpose().cwiseProduct(by);
-  const Eigen::MatrixXd back = cosines_u_.inverse(waves).transpose();
-  return cosines_v_.inverse(back).transpose();
+  return from_waves(cosines_u_, cosines_v_,
+                    to_waves(cosines_u_, cosines_v_, image).cwiseProduct(by));
 }
 
 void SmoothErrorPrecision::filter(std::vector<double>& values, const Eigen::MatrixXd& common,
