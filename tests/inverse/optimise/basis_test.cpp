@@ -56,7 +56,7 @@ TEST_P(BasisLaws, InverseAndTranspose) {
 INSTANTIATE_TEST_SUITE_P(EveryDepthAxis, BasisLaws, ::testing::Values(0, 1, 2));
 
 TEST(CosineTransform, IsTheMatrixOfItsDefinitionAtAnyLength) {
-  for (const int n : {1, 2, 3, 7, 16, 20, 53, 64, 130}) {
+  for (const int n : {1, 2, 3, 6, 7, 16, 20, 53, 64, 130, 256}) {
     const CosineTransform transform(n);
     Eigen::MatrixXd expected(n, n);
     for (int k = 0; k < n; ++k) {

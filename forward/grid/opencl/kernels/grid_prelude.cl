@@ -35,8 +35,9 @@ typedef LANES_OF(ACCU) accu_vec;
 #define to_vec(v) TO(REAL)(v)
 #define to_accu(v) TO(ACCU)(v)
 
-// Loads ahead of time and stores past the cache, where the compiler knows how.
-#ifdef __has_builtin
+// Loads ahead of time and stores past the cache, where the compiler knows how. NVIDIA's knows the
+// names but not for global memory.
+#if defined(__has_builtin) && !defined(__NV_CL_C_VERSION) && !defined(__NVPTX__)
 #if __has_builtin(__builtin_prefetch)
 #define PREFETCH(address) __builtin_prefetch(address)
 #endif
