@@ -133,8 +133,8 @@ std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
   const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
   const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
   const std::size_t items = layout_ == Layout::gpu ? row_workgroup : 1;
-  context_.launch(program_, "axis_shares", {items, rows, items, 1}, s.nx, s.ny, s.nz, level.gx, level.gy,
-                  level.gz, level.inverse, shares);
+  context_.launch(program_, "axis_shares", {items, rows, items, 1}, s.nx, s.ny, s.nz, level.gx,
+                  level.gy, level.gz, level.inverse, shares);
   std::array<double, 3> sum{};
   const auto add_up = [&](auto zero) {
     std::vector<decltype(zero)> values(3 * rows);
