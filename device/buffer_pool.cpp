@@ -15,8 +15,8 @@ Buffer BufferPool::take(std::size_t bytes) {
   }
   Buffer lent;
   lent.bytes_ = bytes;
-  lent.handle_ = std::shared_ptr<void>(
-      own.handle_.get(), [own, keeper = std::weak_ptr<Spare>(spare_)](void*) {
+  lent.handle_ =
+      std::shared_ptr<void>(own.handle_.get(), [own, keeper = std::weak_ptr<Spare>(spare_)](void*) {
         if (const auto alive = keeper.lock()) (*alive)[own.bytes()].push_back(own);
       });
   return lent;
