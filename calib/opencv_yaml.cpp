@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fstream>
 #include <new>
 #include <opencv2/core.hpp>
 
@@ -53,6 +54,24 @@ cv::Mat matrix_of(const cv::FileStorage& storage, const std::string& key,
   return result;
 }
 
+/// Whether there is one document and its first field is not indented. Where it is and a later line
+/// is less so, OpenCV's parser (4.6) never ends.
+bool begins_at_the_margin(const std::filesystem::path& file) {
+  std::ifstream text(file, std::ios::binary);
+  int documents = 0;
+  bool within = false;
+  for (std::string line; std::getline(text, line);) {
+    const bool mark = line.starts_with("---") || line.starts_with("...");
+    if (line.starts_with("---") && ++documents > 1) return false;
+    const std::size_t first = line.find_first_not_of(" \t\r");
+    if (mark || line.starts_with('%')) within = false;
+    if (mark || first == std::string::npos || line[first] == '%' || line[first] == '#') continue;
+    if (!within && first > 0) return false;
+    within = true;
+  }
+  return true;
+}
+
 }  // namespace
 
 void YamlWriter::number(const std::string& key, double value) {
@@ -90,6 +109,7 @@ YamlReader::YamlReader(const std::filesystem::path& file)
   if (std::filesystem::file_size(file) > most_bytes) {
     throw bad(file, "the file has more than 100 MB, which is no calibration");
   }
+  if (!begins_at_the_margin(file)) throw bad(file, "the file is damaged or no OpenCV YAML");
   bool open = false;
   try {
     open = storage_->open(file.string(), cv::FileStorage::READ);

@@ -249,6 +249,10 @@ TEST_F(MeshFile, PlyElementsOfAKindComeOnce) {
       refusal("vertices.ply",
               ply.substr(0, vertex) + "element vertex 1\nproperty float x\n" + ply.substr(vertex)),
       HasSubstr("'vertex' twice"));
+  std::string long_list = ply;
+  long_list.replace(long_list.rfind("\n3 ") + 1, 1, "3000000000");
+  EXPECT_THAT(refusal("list.ply", long_list), HasSubstr("has 3000000000 values"));
+  EXPECT_THAT(refusal("cut.ply", ply.substr(0, ply.size() - 8)), HasSubstr("it ends before"));
   ply.replace(face, 12, "element tristrips");
   EXPECT_THAT(refusal("strips.ply", ply), HasSubstr("export it again with faces"));
 }
