@@ -61,13 +61,14 @@ bool begins_at_the_margin(const std::filesystem::path& file) {
   int documents = 0;
   bool within = false;
   for (std::string line; std::getline(text, line);) {
-    const bool mark = line.starts_with("---") || line.starts_with("...");
     if (line.starts_with("---") && ++documents > 1) return false;
     const std::size_t first = line.find_first_not_of(" \t\r");
-    if (mark || line.starts_with('%')) within = false;
-    if (mark || first == std::string::npos || line[first] == '%' || line[first] == '#') continue;
-    if (!within && first > 0) return false;
-    within = true;
+    if (line.starts_with("---") || line.starts_with("...") || line.starts_with('%')) {
+      within = false;
+    } else if (first != std::string::npos && line[first] != '#' && line[first] != '%') {
+      if (!within && first > 0) return false;
+      within = true;
+    }
   }
   return true;
 }

@@ -1,7 +1,7 @@
 // The orthonormal DCT-II of any length: C(k, i) = √(c_k/n) cos(π k (i + ½)/n), c_0 = 1, c_k = 2. An
 // even length is halved, by rotations alone, so that rounding does not grow (Plonka and Tasche,
-// "Fast and numerically stable algorithms for discrete cosine transforms", 2005, algorithms 3.1 and
-// 3.2); a short or odd one is a dense matrix.
+// "Fast and numerically stable algorithms for discrete cosine transforms", 2005); a short or odd
+// one is a dense matrix.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,11 +1,8 @@
 #include "io/mesh/ply_claims.h"
 
-#include <algorithm>
 #include <charconv>
-#include <cstdint>
 #include <map>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "core/error.h"

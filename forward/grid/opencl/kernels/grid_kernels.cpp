@@ -75,8 +75,8 @@ device::Range LaneKernels::rows(const GridShape& grid) const {
   return {groups * static_cast<std::size_t>(grid.nx), row_count(grid), 64, 1};
 }
 
-device::Range LaneKernels::scalar_rows(const GridShape& grid) const {
-  if (layout_ == Layout::cpu) return {1, row_count(grid), 1, 1};
+device::Range scalar_rows(Layout layout, const GridShape& grid) {
+  if (layout == Layout::cpu) return {1, row_count(grid), 1, 1};
   return {static_cast<std::size_t>(grid.nx), row_count(grid), 64, 1};
 }
 

@@ -24,6 +24,9 @@ Format format_of(const device::DeviceInfo& device, Precision precision);
 enum class Layout { cpu, gpu };
 Layout layout_of(const device::DeviceInfo& device);
 
+/// Items for the rows of a grid, for all patterns together (FOR_SCALAR_ROW in grid_prelude.cl).
+device::Range scalar_rows(Layout layout, const GridShape& grid);
+
 /// Conductances of a level, and the next coarser one's from them: no lanes.
 device::Program& assembly_program(device::Context& context, const Format& format, Layout layout);
 device::Program& coarsening_program(device::Context& context, const Format& format, Layout layout);
@@ -47,7 +50,9 @@ class LaneKernels {
 
   /// Items for the rows of a grid (FOR_ROW and FOR_SCALAR_ROW in grid_prelude.cl).
   device::Range rows(const GridShape& grid) const;
-  device::Range scalar_rows(const GridShape& grid) const;
+  device::Range scalar_rows(const GridShape& grid) const {
+    return forward::scalar_rows(layout_, grid);
+  }
   /// Items for `count` pieces of work per vector group.
   device::Range items(std::size_t count) const;
   /// Layout::gpu: items for `count` pieces of work per vector group, neighbours beside each other.

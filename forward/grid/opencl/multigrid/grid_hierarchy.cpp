@@ -15,8 +15,8 @@ namespace {
 constexpr double damping = 5.0 / 6.0;
 /// An axis is halved where its mean share of conductance is at least this part of the largest.
 constexpr double strong = 0.5;
-/// Items of a row side by side with Layout::gpu; ROW_ITEMS in grid_assemble.cl.
-constexpr std::size_t row_workgroup = 32;
+/// Items that add up a row with Layout::gpu; ROW_ITEMS in grid_assemble.cl.
+constexpr std::size_t row_items = 32;
 
 /// The array of faces across `axis`.
 GridShape with_faces(GridShape s, int axis) {
@@ -88,11 +88,6 @@ Hierarchy::Hierarchy(device::Context& context, const Format& format, Layout layo
   levels_.push_back(allocate_level(setup.shape));
 }
 
-device::Range Hierarchy::row_items(const GridShape& shape) const {
-  if (layout_ == Layout::cpu) return {1, rows_of(shape), 1, 1};
-  return {static_cast<std::size_t>(shape.nx), rows_of(shape), row_workgroup, 1};
-}
-
 Level Hierarchy::allocate_level(const GridShape& shape) const {
   const std::size_t unit = format_.real_bytes();
   Level level;
@@ -132,7 +127,7 @@ std::array<int, 3> Hierarchy::strong_axes(const Level& level) const {
   const GridShape& s = level.shape;
   const std::size_t rows = s.cells() / static_cast<std::size_t>(s.nx);
   const device::Buffer shares = context_.allocate(3 * rows * format_.accu_bytes());
-  const std::size_t items = layout_ == Layout::gpu ? row_workgroup : 1;
+  const std::size_t items = layout_ == Layout::gpu ? row_items : 1;
   context_.launch(program_, "axis_shares", {items, rows, items, 1}, s.nx, s.ny, s.nz, level.gx,
                   level.gy, level.gz, level.inverse, shares);
   std::array<double, 3> sum{};
@@ -164,7 +159,7 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
   const Level& level = levels_.front();
   const GridShape& s = level.shape;
   const auto assemble = [&](auto h, auto two_a) {
-    context_.launch(program_, "assemble", row_items(s), s.nx, s.ny, s.nz, h, two_a,
+    context_.launch(program_, "assemble", scalar_rows(layout_, s), s.nx, s.ny, s.nz, h, two_a,
                     int{is_open(setup_, Face::x_minus)}, int{is_open(setup_, Face::y_minus)},
                     int{is_open(setup_, Face::z_minus)}, kappa_, mu_, level.gx, level.gy, level.gz,
                     level.sink);
@@ -179,8 +174,8 @@ bool Hierarchy::set_medium(std::span<const double> kappa, std::span<const double
     Level& at = levels_[l];
     // Until the level is coarsened its smoother's place holds what places the nodes.
     const device::Buffer& loose = at.smoother;
-    context_.launch(program_, "invert_diagonal", row_items(at.shape), at.shape.nx, at.shape.ny,
-                    at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse, loose);
+    context_.launch(program_, "invert_diagonal", scalar_rows(layout_, at.shape), at.shape.nx,
+                    at.shape.ny, at.shape.nz, at.gx, at.gy, at.gz, at.sink, at.inverse, loose);
     if (!is_last(l)) {
       const std::array<int, 3> before = at.halving;
       at.halving = strong_axes(at);
@@ -249,8 +244,8 @@ void Hierarchy::invert_matrix(Level& level) const {
 void Hierarchy::make_smoother(const Level& level) const {
   const GridShape& s = level.shape;
   const auto launch = [&](auto omega) {
-    context_.launch(program_, "make_smoother", row_items(s), s.nx, s.ny, s.nz, omega, level.gx,
-                    level.gy, level.gz, level.sink, level.inverse, level.smoother);
+    context_.launch(program_, "make_smoother", scalar_rows(layout_, s), s.nx, s.ny, s.nz, omega,
+                    level.gx, level.gy, level.gz, level.sink, level.inverse, level.smoother);
   };
   if (format_.single) {
     launch(static_cast<float>(damping));
@@ -262,17 +257,18 @@ void Hierarchy::make_smoother(const Level& level) const {
 void Hierarchy::pack_stencils(const Level& level) const {
   const GridShape& s = level.shape;
   const bool last = level.shape.cells() == levels_.back().shape.cells();
-  context_.launch(program_, "pack_stencils", row_items(s), s.nx, s.ny, s.nz, level.gx, level.gy,
-                  level.gz, level.sink, level.smoother, int{!last}, last ? level.sink : level.wx,
-                  last ? level.sink : level.wy, last ? level.sink : level.wz, level.stencils,
-                  level.weights);
+  context_.launch(program_, "pack_stencils", scalar_rows(layout_, s), s.nx, s.ny, s.nz, level.gx,
+                  level.gy, level.gz, level.sink, level.smoother, int{!last},
+                  last ? level.sink : level.wx, last ? level.sink : level.wy,
+                  last ? level.sink : level.wz, level.stencils, level.weights);
 }
 
 void Hierarchy::sum_children(const GridShape& fine, const GridShape& coarse,
                              const std::array<int, 3>& halving, const device::Buffer& values,
                              const device::Buffer& sums) const {
-  context_.launch(program_, "sum_children", row_items(coarse), fine.nx, fine.ny, fine.nz, coarse.nx,
-                  coarse.ny, coarse.nz, halving[0], halving[1], halving[2], values, sums);
+  context_.launch(program_, "sum_children", scalar_rows(layout_, coarse), fine.nx, fine.ny, fine.nz,
+                  coarse.nx, coarse.ny, coarse.nz, halving[0], halving[1], halving[2], values,
+                  sums);
 }
 
 void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
@@ -288,21 +284,21 @@ void Hierarchy::coarsen(const Level& fine, const Level& coarse) {
       context_.zero(*weights[a], f.cells() * format_.real_bytes());
       sum_children(with_faces(f, axis), faces, half, *fine_faces[a], *coarse_faces[a]);
     } else if (axis == 0) {
-      context_.launch(coarsening_, "weights_in_rows", row_items(f), f.nx, f.ny, f.nz, fine.gx,
-                      fine.smoother, fine.wx);
-      context_.launch(coarsening_, "coarsen_faces_in_rows", row_items(faces), f.nx, f.ny, f.nz,
-                      half[1], half[2], fine.gx, fine.gy, fine.gz, fine.smoother, fine.wx,
+      context_.launch(coarsening_, "weights_in_rows", scalar_rows(layout_, f), f.nx, f.ny, f.nz,
+                      fine.gx, fine.smoother, fine.wx);
+      context_.launch(coarsening_, "coarsen_faces_in_rows", scalar_rows(layout_, faces), f.nx, f.ny,
+                      f.nz, half[1], half[2], fine.gx, fine.gy, fine.gz, fine.smoother, fine.wx,
                       coarse.gx);
     } else {
       const std::size_t other = 3 - a;
       std::array<int, 3> alone{};
       alone[a] = 1;
       const GridShape face_rows = with_faces(coarser_grid(f, alone), axis);
-      context_.launch(coarsening_, "weights_between_rows", row_items(face_rows), axis, f.nx, f.ny,
-                      f.nz, *fine_faces[a], fine.smoother, *weights[a]);
-      context_.launch(coarsening_, "coarsen_faces_between_rows", row_items(faces), axis, f.nx, f.ny,
-                      f.nz, half[0], half[other], fine.gx, *fine_faces[a], *fine_faces[other],
-                      fine.smoother, *weights[a], *coarse_faces[a]);
+      context_.launch(coarsening_, "weights_between_rows", scalar_rows(layout_, face_rows), axis,
+                      f.nx, f.ny, f.nz, *fine_faces[a], fine.smoother, *weights[a]);
+      context_.launch(coarsening_, "coarsen_faces_between_rows", scalar_rows(layout_, faces), axis,
+                      f.nx, f.ny, f.nz, half[0], half[other], fine.gx, *fine_faces[a],
+                      *fine_faces[other], fine.smoother, *weights[a], *coarse_faces[a]);
     }
   }
   sum_children(f, coarse.shape, half, fine.sink, coarse.sink);

@@ -65,8 +65,6 @@ class Hierarchy {
   bool is_last(std::size_t l) const;
   void invert_matrix(Level& level) const;
   Level allocate_level(const GridShape& shape) const;
-  /// One item per row (y, z), or with Layout::gpu per cell of it.
-  device::Range row_items(const GridShape& shape) const;
 
   device::Context& context_;
   Format format_;
