@@ -1,5 +1,6 @@
 #include "io/mesh/ply_claims.h"
 
+#include <algorithm>
 #include <charconv>
 #include <map>
 #include <optional>
@@ -43,9 +44,7 @@ class Ply {
     for (const Element& element : elements_) {
       if (element.name == "vertex") claims.vertices = element.count;
       if (element.name == "face") claims.triangles = element.count;
-      for (std::size_t i = 0; i < element.count; ++i) {
-        for (const Property& property : element.properties) walk(property);
-      }
+      for (std::size_t i = 0; i < element.count; ++i) walk(element);
     }
     return claims;
   }
@@ -76,6 +75,8 @@ class Ply {
         add_property(line);
       } else if (what == "format") {
         const std::string_view format = next_word(line);
+        if (!format_.empty()) fail("its header names two formats");
+        format_ = format;
         ascii_ = format == "ascii";
         big_ = format == "binary_big_endian";
         if (!ascii_ && !big_ && format != "binary_little_endian") {
@@ -130,6 +131,25 @@ class Ply {
     elements_.back().properties.push_back(property);
   }
 
+  void walk(const Element& element) {
+    if (ascii_) take_line();
+    for (const Property& property : element.properties) walk(property);
+    if (ascii_ && !next_word(line_).empty()) {
+      fail("a line holds more than its header declares of a " + quoted(element.name));
+    }
+  }
+
+  /// Assimp ends a line at these characters too, and passes over one that begins with `comment`.
+  void take_line() {
+    line_ = next_line(rest_);
+    if (line_.ends_with('\r')) line_.remove_suffix(1);
+    if (std::ranges::any_of(line_, [](char c) { return c == '\r' || c == '\f' || c == '\0'; })) {
+      fail("a line holds a control character");
+    }
+    std::string_view begin = line_;
+    if (next_word(begin).starts_with("comment")) fail("a comment stands among its values");
+  }
+
   void walk(const Property& property) {
     std::size_t values = 1;
     if (property.length_bytes > 0) {
@@ -163,8 +183,8 @@ class Ply {
   }
 
   std::string_view word() {
-    const std::string_view next = next_word(rest_);
-    if (next.empty()) fail("it ends before what its header declares");
+    const std::string_view next = next_word(line_);
+    if (next.empty()) fail("it ends, or a line does, before what its header declares");
     return next;
   }
   std::string_view bytes(std::size_t count) {
@@ -174,7 +194,7 @@ class Ply {
     return taken;
   }
 
-  std::string_view rest_;
+  std::string_view rest_, format_, line_;  ///< `line_`: of the body, what is left of it
   std::size_t size_;
   const std::string& name_;
   bool ascii_ = true, big_ = false;

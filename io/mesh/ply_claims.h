@@ -8,9 +8,10 @@
 
 namespace kappamu::io {
 
-/// Walks through the whole body, ASCII or binary, as the header says. Throws InputError, which
-/// `name` begins, where it says something unknown, a list is longer than a polygon may be, or the
-/// file ends early: assimp 5.2 makes room for any length that it reads, wherever it stands.
+/// Walks through the whole body, binary or ASCII, of which each line is one of an element, as the
+/// header says. Throws InputError, which `name` begins, where it says something unknown, a list is
+/// longer than a polygon may be, or the file or a line ends early or late: assimp 5.2 makes room
+/// for any length that it reads, wherever it stands.
 MeshClaims ply_claims(std::string_view text, const std::string& name);
 
 }  // namespace kappamu::io

@@ -249,12 +249,32 @@ TEST_F(MeshFile, PlyElementsOfAKindComeOnce) {
       refusal("vertices.ply",
               ply.substr(0, vertex) + "element vertex 1\nproperty float x\n" + ply.substr(vertex)),
       HasSubstr("'vertex' twice"));
+  ply.replace(face, 12, "element tristrips");
+  EXPECT_THAT(refusal("strips.ply", ply), HasSubstr("export it again with faces"));
+}
+
+TEST_F(MeshFile, PlyBodiesHoldWhatTheHeaderDeclares) {
+  const std::string ply = ply_text(box_mesh(Vector3d::Ones(), 1));
   std::string long_list = ply;
   long_list.replace(long_list.rfind("\n3 ") + 1, 1, "3000000000");
   EXPECT_THAT(refusal("list.ply", long_list), HasSubstr("has 3000000000 values"));
-  EXPECT_THAT(refusal("cut.ply", ply.substr(0, ply.size() - 8)), HasSubstr("it ends before"));
-  ply.replace(face, 12, "element tristrips");
-  EXPECT_THAT(refusal("strips.ply", ply), HasSubstr("export it again with faces"));
+  EXPECT_THAT(refusal("cut.ply", ply.substr(0, ply.size() - 8)),
+              HasSubstr("before what its header declares"));
+  std::string shifted = ply;
+  shifted.insert(shifted.find('\n', shifted.find("end_header") + 12), " 1");
+  EXPECT_THAT(refusal("late.ply", shifted), HasSubstr("a line holds more"));
+  std::string joined = ply;
+  joined[joined.rfind('\n', joined.size() - 2)] = ' ';
+  EXPECT_THAT(refusal("joined.ply", joined), HasSubstr("a line holds more"));
+  std::string commented = ply;
+  commented.insert(commented.find('\n', commented.find("end_header")) + 1, " comment 0 0\n");
+  EXPECT_THAT(refusal("comment.ply", commented), HasSubstr("a comment stands among"));
+  std::string old = ply;
+  old[old.rfind('\n', old.size() - 2)] = '\r';
+  EXPECT_THAT(refusal("return.ply", old), HasSubstr("control character"));
+  EXPECT_THAT(refusal("formats.ply",
+                      "ply\nformat binary_little_endian 1.0\n" + ply.substr(ply.find("format"))),
+              HasSubstr("names two formats"));
 }
 
 // Nothing but triangles reaches assimp, which writes out of bounds where the counts of the rest
