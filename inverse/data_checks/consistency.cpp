@@ -212,8 +212,8 @@ Consistency with_volume_shift(const FittedVolume& volume, Consistency homogeneou
   const GridShape& fine = volume.problem.setup.shape;
   const GridShape& shape = objective->problem().setup.shape;
   Prior prior = volume.prior;
-  if (!prior.diffusivity.log_kappa.empty() && !(shape == fine)) {
-    prior.diffusivity = restricted(prior.diffusivity, fine, shape);
+  if (!prior.diffusivity.empty() && !(shape == fine)) {
+    prior.diffusivity = restrict_voxels(prior.diffusivity, fine, shape);
   }
   const VolumeShift found = volume_shift(*objective, prior, volume_steps, seed);
   const double voxels = shape.voxel_mm / fine.voxel_mm;

@@ -105,7 +105,8 @@ void regulariser(Regulariser& options, Visitor& visit) {
   constexpr OptionGroup group = OptionGroup::regulariser;
   auto& [kind, edge_slope, anchor_length] = options;
   visit(Option{"regulariser", group, "--regulariser", "", bounds::any,
-               "h1: smooth kappa and mu; huber-tv: keeps edges; wang2008: the paper's, kappa alone "
+               "huber-tv: smooth kappa and mu that may have edges; h1: smooth alone; wang2008: the "
+               "paper's, kappa alone "
                "and data unweighted, with the weight 1e-5 where --lambda gives no other"},
         kind, regulariser_names);
   visit(Option{"edge_slope", group, "--edge-slope", "log units per thickness", bounds::positive,

@@ -25,8 +25,8 @@ struct DataOptions {
 
 /// What is preferred among volumes that explain the data (roughness.h).
 struct RegulariserOptions {
-  RegulariserKind kind = RegulariserKind::h1;
-  double edge_slope = 2.0;
+  RegulariserKind kind = RegulariserKind::huber_tv;
+  double edge_slope = 1.0;
   double anchor_length = 10.0;
 };
 

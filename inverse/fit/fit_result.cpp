@@ -162,13 +162,8 @@ ChannelFit ChannelRun::result() {
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
   if (has_prior) {
-    if (spread_over_edge(regulariser(), state_.path.weight, shape, grid_.thickness_mm()) > 1.0) {
-      warn(
-          "Standard deviations under huber-tv are too small here, by up to half: without edges "
-          "neighbouring voxels would differ by more than --edge-slope allows; fit with a larger "
-          "one or with h1 to know them.");
-    }
-    const Prior prior = this->prior();
+    Prior prior = this->prior();
+    prior.diffusivity = {};  // where edges are is what was found, not known beforehand
     const int axis = axis_of(grid_.problem().setup.lit_face);
     fit.blocks = prior_blocks(rows, shape, axis);
     fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor()), fit.blocks,

@@ -49,7 +49,7 @@ std::string in_words(const LayeredMedium& medium, const Eigen::MatrixXd& covaria
          " and scale, pose and eta are right.";
 }
 
-/// Nothing where the block has one grid only. Huber-TV's edges are no waves.
+/// Nothing where the block has one grid only.
 LongWaveErrors missed_long_waves(const ChannelFit& fit, const Prior& prior,
                                  const SurfaceMeasurements& fitted, int channel,
                                  FitOptions options) {
@@ -57,7 +57,7 @@ LongWaveErrors missed_long_waves(const ChannelFit& fit, const Prior& prior,
   GridPath grid = make_grid_path(fitted, channel, options);
   constexpr int coarse_enough = 2;
   const int level = std::min(grid.levels().coarsest(), coarse_enough);
-  if (level == 0 || options.regulariser.kind != RegulariserKind::h1) return {};
+  if (level == 0) return {};
   const GridShape& shape = fitted.grid;
   grid.open(level);
   const CoefficientPair fields = to_fields(fit.medium);

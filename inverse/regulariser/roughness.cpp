@@ -11,19 +11,17 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Calls pair(i, j) for every two voxels that share a face.
-template <class Pair>
-void for_each_face(const GridShape& shape, Pair pair) {
-  for (int z = 0; z < shape.nz; ++z) {
-    for (int y = 0; y < shape.ny; ++y) {
-      for (int x = 0; x < shape.nx; ++x) {
-        const std::size_t i = shape.index(x, y, z);
-        if (x + 1 < shape.nx) pair(i, shape.index(x + 1, y, z));
-        if (y + 1 < shape.ny) pair(i, shape.index(x, y + 1, z));
-        if (z + 1 < shape.nz) pair(i, shape.index(x, y, z + 1));
-      }
-    }
-  }
+/// Calls from(begin, end, neighbour) for the voxels [begin, end) of a row along x that have a
+/// neighbour so many voxels away, for each of the six.
+template <class From>
+void for_neighbours(const GridShape& shape, int row, const From& from) {
+  const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(shape.nx) * shape.ny;
+  from(1, shape.nx, -1);
+  from(0, shape.nx - 1, 1);
+  if (row % shape.ny > 0) from(0, shape.nx, -shape.nx);
+  if (row % shape.ny + 1 < shape.ny) from(0, shape.nx, shape.nx);
+  if (row / shape.ny > 0) from(0, shape.nx, -plane);
+  if (row / shape.ny + 1 < shape.nz) from(0, shape.nx, plane);
 }
 
 /// Σ_faces ½ d (u_i − u_j)², d the mean of both voxels' diffusivity (empty: 1); adds `scale` times
@@ -46,13 +44,7 @@ double differences(const GridShape& shape, double scale, const std::vector<doubl
         }
       }
     };
-    const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(shape.nx) * shape.ny;
-    from(1, shape.nx, -1);
-    from(0, shape.nx - 1, 1);
-    if (row % shape.ny > 0) from(0, shape.nx, -shape.nx);
-    if (row % shape.ny + 1 < shape.ny) from(0, shape.nx, shape.nx);
-    if (row / shape.ny > 0) from(0, shape.nx, -plane);
-    if (row / shape.ny + 1 < shape.nz) from(0, shape.nx, plane);
+    for_neighbours(shape, row, from);
     // A quadratic form is half its argument times its gradient; no constant changes it.
     double sum = 0.0;
     for (int x = 0; x < shape.nx; ++x) {
@@ -64,24 +56,37 @@ double differences(const GridShape& shape, double scale, const std::vector<doubl
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-/// Σ_voxels ψ(|∇u|) h² with |∇u| and `slope` = δ per voxel edge; sets each voxel's ψ'(s)/s.
-double huber_sum(const GridShape& shape, double slope, const std::vector<double>& u,
+/// Σ_voxels ψ(|∇v|) h², |∇v|² that of v = log κ and v = (log μ)/3 together and `slope` = δ per
+/// voxel edge; sets each voxel's ψ'(s)/s.
+double huber_sum(const GridShape& shape, double slope, const CoefficientPair& fields,
                  std::vector<double>& diffusivity) {
-  std::vector<double> square(u.size(), 0.0);  // |∇u|² h²
-  for_each_face(shape, [&](std::size_t i, std::size_t j) {
-    const double half = 0.5 * (u[i] - u[j]) * (u[i] - u[j]);
-    square[i] += half;
-    square[j] += half;
+  diffusivity.resize(shape.cells());
+  std::vector<double> sums(static_cast<std::size_t>(shape.ny) * shape.nz);
+  for_rows(shape.ny * shape.nz, [&](int row) {
+    const std::size_t first = static_cast<std::size_t>(row) * shape.nx;
+    std::vector<double> square(static_cast<std::size_t>(shape.nx), 0.0);  // |∇v|² h²
+    const auto add = [&](const std::vector<double>& u, double share) {
+      const double* const here = u.data() + first;
+      const auto from = [&](int begin, int end, std::ptrdiff_t neighbour) {
+        for (int x = begin; x < end; ++x) {
+          const double step = here[x] - here[x + neighbour];
+          square[x] += 0.5 * share * step * step;
+        }
+      };
+      for_neighbours(shape, row, from);
+    };
+    add(fields.log_kappa, 1.0);
+    add(fields.log_mu, 1.0 / (absorbers_vary * absorbers_vary));
+    double sum = 0.0;
+    for (int x = 0; x < shape.nx; ++x) {
+      const double steep = std::sqrt(square[x]);
+      const bool edge = steep > slope;
+      sum += edge ? slope * (steep - 0.5 * slope) : 0.5 * square[x];
+      diffusivity[first + x] = edge ? slope / steep : 1.0;
+    }
+    sums[row] = sum;
   });
-  double sum = 0.0;
-  diffusivity.resize(u.size());
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    const double steep = std::sqrt(square[i]);
-    const bool edge = steep > slope;
-    sum += edge ? slope * (steep - 0.5 * slope) : 0.5 * square[i];
-    diffusivity[i] = edge ? slope / steep : 1.0;
-  }
-  return sum;
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 CoefficientPair zeros(std::size_t cells) {
@@ -124,44 +129,38 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
     return wang2008_roughness(shape, fields, regulariser.scale);
   }
   Roughness result{0.0, zeros(shape.cells()), {}};
-  // Of v = u/vary: ψ of slope δ is that of slope δ vary of u, over vary².
-  const auto add = [&](const std::vector<double>& u, std::vector<double>& diffusivity,
-                       std::vector<double>& gradient, double to, double vary) {
-    const double scale = shape.voxel_mm / thickness_mm / (vary * vary);
-    const double slope = regulariser.edge_slope * shape.voxel_mm / thickness_mm * vary;
-    const bool huber = regulariser.kind == RegulariserKind::huber_tv;
-    const double steep = huber ? huber_sum(shape, slope, u, diffusivity) : 0.0;
+  const double scale = shape.voxel_mm / thickness_mm;
+  const bool huber = regulariser.kind == RegulariserKind::huber_tv;
+  if (huber) {
+    const double slope = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
+    result.value = scale * huber_sum(shape, slope, fields, result.diffusivity);
+  }
+  const auto add = [&](const std::vector<double>& u, std::vector<double>& gradient, double to,
+                       double vary) {
+    const double share = scale / (vary * vary);
     // The gradient of Huber-TV is that of the quadratic form which touches it here.
-    const double even = differences(shape, scale, u, diffusivity, gradient);
-    result.value += scale * (huber ? steep : even);
-    if (anchor) result.value += pull_to(to, anchor_scale(shape, scale, *anchor), u, gradient);
+    const double even = differences(shape, share, u, result.diffusivity, gradient);
+    if (!huber) result.value += share * even;
+    if (anchor) result.value += pull_to(to, anchor_scale(shape, share, *anchor), u, gradient);
   };
   const Anchor to = anchor.value_or(Anchor{});
-  add(fields.log_kappa, result.diffusivity.log_kappa, result.gradient.log_kappa, to.log_kappa, 1.0);
-  add(fields.log_mu, result.diffusivity.log_mu, result.gradient.log_mu, to.log_mu, absorbers_vary);
+  add(fields.log_kappa, result.gradient.log_kappa, to.log_kappa, 1.0);
+  add(fields.log_mu, result.gradient.log_mu, to.log_mu, absorbers_vary);
   return result;
 }
 
 CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
-                                  double anchor_length_mm, const CoefficientPair& diffusivity,
+                                  double anchor_length_mm, const std::vector<double>& diffusivity,
                                   const CoefficientPair& change) {
   CoefficientPair product = zeros(shape.cells());
-  const auto add = [&](const std::vector<double>& u, const std::vector<double>& weights,
-                       std::vector<double>& result, double vary) {
+  const auto add = [&](const std::vector<double>& u, std::vector<double>& result, double vary) {
     const double scale = shape.voxel_mm / thickness_mm / (vary * vary);
-    differences(shape, scale, u, weights, result);
+    differences(shape, scale, u, diffusivity, result);
     pull_to(0.0, anchor_scale(shape, scale, {0.0, 0.0, anchor_length_mm}), u, result);
   };
-  add(change.log_kappa, diffusivity.log_kappa, product.log_kappa, 1.0);
-  add(change.log_mu, diffusivity.log_mu, product.log_mu, absorbers_vary);
+  add(change.log_kappa, product.log_kappa, 1.0);
+  add(change.log_mu, product.log_mu, absorbers_vary);
   return product;
-}
-
-double spread_over_edge(const Regulariser& regulariser, double weight, const GridShape& shape,
-                        double thickness_mm) {
-  if (regulariser.kind != RegulariserKind::huber_tv) return 0.0;
-  const double edge = regulariser.edge_slope * shape.voxel_mm / thickness_mm;
-  return std::sqrt(thickness_mm / (weight * shape.voxel_mm)) / edge;
 }
 
 double metric_weight(const Regulariser& regulariser, double weight, const GridShape& shape,

@@ -2,13 +2,15 @@
 // of length; ℓ is the thickness of the block along the light. [W] smooths κ alone, on which μ runs
 // away.
 //
-//   H1        R = Σ_{κ,μ} (1/ℓ) ∫ ½ |∇v|² dV
-//   Huber-TV  R = Σ_{κ,μ} (1/ℓ) ∫ ψ(|∇v|) dV,  ψ(s) = ½ s² up to δ = t/ℓ, then δ s − ½ δ²
+//   H1        R = (1/ℓ) ∫ ½ |∇v|² dV
+//   Huber-TV  R = (1/ℓ) ∫ ψ(|∇v|) dV,  ψ(s) = ½ s² up to δ = t/ℓ, then δ s − ½ δ²
 //
-// v is log κ and (log μ)/3: `absorbers_vary` times as much as log κ may log μ vary for the same R.
+// v is the pair of log κ and (log μ)/3, |∇v|² the sum over both: `absorbers_vary` times as much as
+// log κ may log μ vary for the same R.
 //
 // Huber-TV smooths slopes below t per thickness as H1 does and charges steeper ones by their height
-// alone, so that edges may be sharp (total variation, rounded off); its Hessian is nowhere larger
+// alone, so that edges may be sharp (total variation, rounded off); one of both coefficients costs
+// less than two (vectorial total variation, Bresson & Chan 2008). Its Hessian is nowhere larger
 // than H1's, whose metric therefore serves both. |∇v|² of a voxel is the mean of its two faces'
 // squared differences along each axis, 0 beyond the block: for t → ∞ the sum is
 // ½ (h/ℓ) Σ_faces (v_i − v_j)².
@@ -46,7 +48,7 @@ inline constexpr double absorbers_vary = 3.0;
 
 struct Regulariser {
   RegulariserKind kind = RegulariserKind::h1;
-  double edge_slope = 2.0;  ///< t of Huber-TV [log units per thickness]
+  double edge_slope = 1.0;  ///< t of Huber-TV [log units per thickness]
   double scale = 1.0;       ///< multiplies [W]'s R
 };
 
@@ -62,7 +64,7 @@ struct Roughness {
   double value = 0.0;
   CoefficientPair gradient;
   /// ψ'(|∇v|)/|∇v| of every voxel, in (0, 1]; empty where it is 1 everywhere: H1.
-  CoefficientPair diffusivity;
+  std::vector<double> diffusivity;
 };
 Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
                     const std::optional<Anchor>& anchor = std::nullopt,
@@ -74,14 +76,8 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
 /// same gradient, and lies nowhere below it. An empty diffusivity is H1's own. `anchor_length_mm`
 /// is Anchor::length_mm.
 CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
-                                  double anchor_length_mm, const CoefficientPair& diffusivity,
+                                  double anchor_length_mm, const std::vector<double>& diffusivity,
                                   const CoefficientPair& change);
-
-/// How far neighbouring voxels differ under exp(−α R) without edges, √(ℓ/(α h)), over the step δ h
-/// that Huber-TV takes for an edge: above 1 the Gaussian at a volume is narrower than R, whose far
-/// slopes cost less than it thinks (docs/theory.md, section 5). 0 for other regularisers.
-double spread_over_edge(const Regulariser& regulariser, double weight, const GridShape& shape,
-                        double thickness_mm);
 
 /// The weight at which H1's Hessian bounds that of α R: what the fit's metric is made with
 /// (basis.h). For [W]'s R that is at `kappa` [mm] and for log κ.

@@ -139,22 +139,6 @@ CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
   return weighed(std::move(both), prior);
 }
 
-CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
-                               const UncertaintyOptions& options, std::uint64_t seed) {
-  if (prior.diffusivity.log_kappa.empty()) return prior_variance(shape, prior);
-  const Basis basis(
-      shape, {Coordinates::smooth, depth_axis, prior.thickness_mm, prior.anchor_length_mm, 1.0},
-      {});
-  const auto precision = [&](const CoefficientPair& v) {
-    return smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, prior.diffusivity,
-                             v);
-  };
-  InverseDiagonal diagonal(precision, shape, depth_axis, basis, options.steps);
-  std::mt19937_64 engine(seed);
-  for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  return weighed(diagonal.result(options.pooling).variance, prior);
-}
-
 CoefficientPair hessian_product(Objective& objective, const Prior& prior,
                                 const CoefficientPair& v) {
   std::vector<double> seen = objective.jacobian(v);
@@ -174,9 +158,8 @@ double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPa
                        const Anchor& anchor) {
   Vector& u = fields.log_kappa;
   for (double& value : u) value -= anchor.log_kappa;
-  const Vector product = smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm,
-                                           prior.diffusivity, fields)
-                             .log_kappa;
+  const Vector product =
+      smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {}, fields).log_kappa;
   return std::inner_product(u.begin(), u.end(), product.begin(), 0.0);
 }
 
@@ -202,7 +185,7 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   std::mt19937_64 engine(seed + 1);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
   FieldCovariance posterior = diagonal.result(options.pooling);
-  CoefficientPair beforehand = prior_variance(shape, axis, prior, options, seed + 2);
+  CoefficientPair beforehand = prior_variance(shape, prior);
   add_layers(posterior.variance.log_kappa, long_waves.error.log_kappa, shape, axis);
   add_layers(posterior.variance.log_mu, long_waves.error.log_mu, shape, axis);
   add_layers(posterior.between, long_waves.error.between, shape, axis);

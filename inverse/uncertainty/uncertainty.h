@@ -65,16 +65,11 @@ struct Uncertainty {
 /// out.
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
 
-/// With its diffusivity, by samples that need no solves (inverse_diagonal.h); that of H1 where
-/// there is none.
-CoefficientPair prior_variance(const GridShape& shape, int depth_axis, const Prior& prior,
-                               const UncertaintyOptions& options, std::uint64_t seed);
-
 /// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
 
-/// 2 R of the fitted log κ alone: of Huber-TV that of its Gaussian.
+/// 2 R of the fitted log κ alone, by H1.
 double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
                        const Anchor& anchor);
 

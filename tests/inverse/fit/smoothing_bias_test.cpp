@@ -42,8 +42,8 @@ Errors errors_of(bool inclusions, const RegulariserOptions& regulariser) {
 }
 
 TEST(SmoothingBias, IsMostOfTheErrorWhereInclusionsAreSharp) {
-  const RegulariserOptions h1;
-  const RegulariserOptions huber{RegulariserKind::huber_tv, 1.0};
+  const RegulariserOptions h1{RegulariserKind::h1};
+  const RegulariserOptions huber{RegulariserKind::huber_tv};
   const Errors smooth = errors_of(false, h1);
   const Errors boxes = errors_of(true, h1);
   const Errors edges = errors_of(true, huber);
