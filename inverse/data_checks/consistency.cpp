@@ -182,16 +182,13 @@ CoefficientPair restricted(const CoefficientPair& fields, const GridShape& fine,
           restrict_voxels(fields.log_mu, fine, coarse)};
 }
 
-/// The volume on a suitable grid, where r makes its prediction what the fit's was.
-std::unique_ptr<Objective> objective_at(const FittedVolume& volume, const ModelError& model_error,
-                                        const Backend& backend) {
-  Problem problem = suitable_problem(volume.problem, model_error);
+/// An objective whose r makes its prediction at `fields`, the volume on a suitable grid, what the
+/// fit's was.
+std::unique_ptr<Objective> objective_at(const FittedVolume& volume, Problem problem,
+                                        const CoefficientPair& fields, const Backend& backend) {
   const FaceShape seen = problem.seen_shape();
-  CoefficientPair fields = volume.fields;
   std::vector<double> prediction = volume.prediction;
-  const GridShape& fine = volume.problem.setup.shape;
-  if (!(problem.setup.shape == fine)) {
-    fields = restricted(fields, fine, problem.setup.shape);
+  if (!(problem.setup.shape == volume.problem.setup.shape)) {
     prediction = restrict_face(prediction, volume.problem.seen_shape(), seen, 2, problem.patterns);
   }
   auto objective = std::make_unique<Objective>(std::move(problem), backend, volume.data_term);
@@ -208,14 +205,13 @@ std::unique_ptr<Objective> objective_at(const FittedVolume& volume, const ModelE
 Consistency with_volume_shift(const FittedVolume& volume, Consistency homogeneous,
                               const ModelError& model_error, const Backend& backend,
                               std::uint64_t seed) {
-  const auto objective = objective_at(volume, model_error, backend);
+  Problem problem = suitable_problem(volume.problem, model_error);
   const GridShape& fine = volume.problem.setup.shape;
-  const GridShape& shape = objective->problem().setup.shape;
-  Prior prior = volume.prior;
-  if (!prior.diffusivity.empty() && !(shape == fine)) {
-    prior.diffusivity = restrict_voxels(prior.diffusivity, fine, shape);
-  }
-  const VolumeShift found = volume_shift(*objective, prior, volume_steps, seed);
+  const GridShape shape = problem.setup.shape;
+  const CoefficientPair fields =
+      shape == fine ? volume.fields : restricted(volume.fields, fine, shape);
+  const auto objective = objective_at(volume, std::move(problem), fields, backend);
+  const VolumeShift found = volume_shift(*objective, fields, volume.prior, volume_steps, seed);
   const double voxels = shape.voxel_mm / fine.voxel_mm;
   const Estimate u{voxels * found.u.value, voxels * found.u.error};
   const Estimate v{voxels * found.v.value, voxels * found.v.error};

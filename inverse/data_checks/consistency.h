@@ -48,7 +48,7 @@ struct FittedVolume {
   const Problem& problem;  ///< the finest grid's
   const CoefficientPair& fields;
   const std::vector<double>& prediction;  ///< [M][v][u], as `problem.data`
-  const Prior& prior;                     ///< the fit's α R
+  const Prior& prior;                     ///< of the fit's α
   const DataTermOptions& data_term;
 };
 

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "core/numbers/conjugate_gradients.h"
 #include "core/numbers/linear_algebra.h"
+#include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/posterior_hessian.h"
 
 namespace kappamu::inverse {
@@ -43,9 +45,21 @@ Eigen::MatrixX2d by_shift(const Problem& problem, const std::vector<double>& pre
   return columns;
 }
 
+/// α R′ of H1.
+CoefficientPair smoothing_gradient(CoefficientPair fields, const GridShape& shape,
+                                   const Prior& prior) {
+  for (Vector* values : {&fields.log_kappa, &fields.log_mu}) {
+    const double mean =
+        std::accumulate(values->begin(), values->end(), 0.0) / static_cast<double>(values->size());
+    for (double& v : *values) v = prior.weight * (v - mean);
+  }
+  return smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {}, fields);
+}
+
 }  // namespace
 
-VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, std::uint64_t seed) {
+VolumeShift volume_shift(Objective& objective, const CoefficientPair& fields, const Prior& prior,
+                         int steps, std::uint64_t seed) {
   const Problem& problem = objective.problem();
   const std::vector<double> prediction = objective.prediction();
   const std::vector<double> root_weight = objective.root_weight();
@@ -83,7 +97,13 @@ VolumeShift volume_shift(Objective& objective, const Prior& prior, int steps, st
     }
   }
   const Eigen::Matrix2d covariance = solve_symmetric(s, Eigen::Matrix2d::Identity());
-  const Eigen::Vector2d f = covariance * (weighed.transpose() * residual);
+  const Eigen::VectorXd rise =
+      hessian.gradient(objective.gradient()) +
+      hessian.gradient(smoothing_gradient(fields, problem.setup.shape, prior));
+  Eigen::Vector2d pull = weighed.transpose() * residual;
+  for (std::size_t k = 0; k < 2; ++k)
+    pull[static_cast<Eigen::Index>(k)] += solutions[k].x.dot(rise);
+  const Eigen::Vector2d f = covariance * pull;
   return {{f[0], std::sqrt(covariance(0, 0))}, {f[1], std::sqrt(covariance(1, 1))}};
 }
 

@@ -121,12 +121,9 @@ void ChannelRun::check_shift(const std::vector<double>& prediction) {
   grid_.objective().restore(grid_.objective().correction(), solves);
 }
 
-/// The fit's α R at its end.
+/// Of the fit's α at its end.
 Prior ChannelRun::prior() const {
-  const Anchor anchor = this->anchor();
-  return {state_.path.weight, grid_.thickness_mm(), anchor.length_mm,
-          roughness(grid_.shape(), grid_.thickness_mm(), state_.fields, anchor, regulariser())
-              .diffusivity};
+  return {state_.path.weight, grid_.thickness_mm(), anchor().length_mm};
 }
 
 ChannelFit ChannelRun::result() {
@@ -162,8 +159,7 @@ ChannelFit ChannelRun::result() {
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
   if (has_prior) {
-    Prior prior = this->prior();
-    prior.diffusivity = {};  // where edges are is what was found, not known beforehand
+    const Prior prior = this->prior();
     const int axis = axis_of(grid_.problem().setup.lit_face);
     fit.blocks = prior_blocks(rows, shape, axis);
     fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor()), fit.blocks,

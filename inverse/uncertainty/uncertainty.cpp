@@ -144,9 +144,8 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
   std::vector<double> seen = objective.jacobian(v);
   objective.weigh(seen);
   CoefficientPair product = objective.jacobian_transpose(seen);
-  const CoefficientPair smoothness =
-      smoothing_product(objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm,
-                        prior.diffusivity, v);
+  const CoefficientPair smoothness = smoothing_product(
+      objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm, {}, v);
   for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
     product.log_kappa[i] += prior.weight * smoothness.log_kappa[i];
     product.log_mu[i] += prior.weight * smoothness.log_mu[i];

@@ -61,8 +61,7 @@ struct Uncertainty {
   UncertaintyReport report;
 };
 
-/// Variances of (α R″)⁻¹ for H1, exact: R″ is diagonal in cosines. The prior's diffusivity is left
-/// out.
+/// Variances of (α R″)⁻¹, exact: R″ is diagonal in cosines.
 CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
 
 /// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint

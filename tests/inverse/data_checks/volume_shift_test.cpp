@@ -71,28 +71,23 @@ TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
     residual[i] = root * (problem.data[at_pixel] - prediction[at_pixel]);
   }
   h += j.transpose() * j;
-  // What a fit leaves of the residual: the fields have taken their part of it.
-  residual -=
-      j.leftCols(n) * h.topLeftCorner(n, n).llt().solve(j.leftCols(n).transpose() * residual);
-  for (Index i = 0; i < rows; ++i) {
-    const auto at_pixel = static_cast<std::size_t>(i);
-    if (problem.weight[at_pixel] <= 0.0) continue;
-    problem.data[at_pixel] =
-        prediction[at_pixel] + residual[i] / std::sqrt(problem.weight[at_pixel]);
-  }
-  // At the fit's minimum the fields' own gradient vanishes: factor and shift alone pull.
   VectorXd pull = j.transpose() * residual;
-  pull.head(n).setZero();
+  VectorXd from_mean = joined(at);
+  for (const Index first : {Index{0}, n / 2}) {
+    from_mean.segment(first, n / 2).array() -= from_mean.segment(first, n / 2).mean();
+  }
+  pull.head(n) -=
+      prior.weight * joined(smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {},
+                                              parted(from_mean)));
   const MatrixXd covariance = h.llt().solve(MatrixXd::Identity(n + 2, n + 2));
   const VectorXd expected = covariance * pull;
 
-  Objective minimum(problem, backend);
-  minimum.value(at);
-  const VolumeShift found = volume_shift(minimum, prior, 200, 1);
+  const VolumeShift found = volume_shift(objective, at, prior, 200, 1);
   const auto expect = [&](const Estimate& estimate, Index k) {
     const double deviation = std::sqrt(covariance(n + k, n + k));
     EXPECT_NEAR(estimate.error / deviation, 1.0, 0.1) << k;
-    EXPECT_NEAR((estimate.value - expected[n + k]) / deviation, 0.0, 0.1) << k;
+    // Conjugate gradients stop by what S still changes; the fields' gradient, large here, sees more.
+    EXPECT_NEAR((estimate.value - expected[n + k]) / deviation, 0.0, 0.4) << k;
   };
   expect(found.u, 0);
   expect(found.v, 1);

@@ -62,7 +62,7 @@ TEST(Metric, IsTheHessiansInverseForAllButFewDirections) {
   const double thickness = 5.0;
   const LateralBlocks blocks = estimate_lateral_blocks(objective, 2, 2, 1);
   const Basis basis(block.grid, {Coordinates::informed, 2, thickness, thickness, alpha}, blocks);
-  const Prior prior{alpha, thickness, 10.0 * thickness, {}};
+  const Prior prior{alpha, thickness, 10.0 * thickness};
   const Spectrum found = spectrum(
       [&](const Vector& z) {
         return basis.gradient(hessian_product(objective, prior, basis.to_fields(z)));
