@@ -86,7 +86,8 @@ TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
   const auto expect = [&](const Estimate& estimate, Index k) {
     const double deviation = std::sqrt(covariance(n + k, n + k));
     EXPECT_NEAR(estimate.error / deviation, 1.0, 0.1) << k;
-    // Conjugate gradients stop by what S still changes; the fields' gradient, large here, sees more.
+    // Conjugate gradients stop by what S still changes; the fields' gradient, large here, sees
+    // more.
     EXPECT_NEAR((estimate.value - expected[n + k]) / deviation, 0.0, 0.4) << k;
   };
   expect(found.u, 0);
