@@ -104,10 +104,12 @@ void ChannelRun::finish(double chi2) {
   save();
 }
 
-/// Whether the images are shifted, by the volume that was fitted. [W]'s regulariser says nothing of
-/// what volumes are likely.
+/// Whether the images are shifted, by the volume that was fitted: not by one that does not explain
+/// the data, whose edges stand for a shift. [W]'s regulariser says nothing of what volumes are
+/// likely.
 void ChannelRun::check_shift(const std::vector<double>& prediction) {
   if (context_.interim || state_.path.weight <= 0.0 ||
+      state_.report.chi2_per_value > suspicious_chi2 ||
       options_.regulariser.kind == RegulariserKind::wang2008) {
     return;
   }
