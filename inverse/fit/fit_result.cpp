@@ -104,22 +104,24 @@ void ChannelRun::finish(double chi2) {
   save();
 }
 
-/// Whether the images are shifted, by the volume that was fitted: not by one that does not explain
-/// the data, whose edges stand for a shift. [W]'s regulariser says nothing of what volumes are
-/// likely.
+/// Whether the images are shifted, by the volume that was fitted. One that does not explain the
+/// data may show a shift but clears them of none: its edges stand for it. [W]'s regulariser says
+/// nothing of what volumes are likely.
 void ChannelRun::check_shift(const std::vector<double>& prediction) {
   if (context_.interim || state_.path.weight <= 0.0 ||
-      state_.report.chi2_per_value > suspicious_chi2 ||
       options_.regulariser.kind == RegulariserKind::wang2008) {
     return;
   }
   progress_.update(stage_name_, 1.0, "asking the volume for a shift of the images");
   Consistency& consistency = state_.report.consistency;
-  consistency = check_volume(
+  const Consistency by_volume = check_volume(
       {grid_.problem(), state_.fields, prediction, prior(), options_.data.term}, consistency,
       options_.data.model_error, options_.solver.backend, options_.solver.seed);
+  if (state_.report.chi2_per_value <= suspicious_chi2 || by_volume.is_shifted()) {
+    consistency = by_volume;
+  }
   SolveCount solves = grid_.objective().solves();
-  solves.add(consistency.solves);
+  solves.add(by_volume.solves);
   grid_.objective().restore(grid_.objective().correction(), solves);
 }
 
