@@ -56,28 +56,21 @@ double differences(const GridShape& shape, double scale, const std::vector<doubl
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-/// ∇v·∇w h² of each voxel of a row, v = (log κ, (log μ)/3) of `a` and w that of `b`.
-std::vector<double> slope_products(const GridShape& shape, int row, const CoefficientPair& a,
-                                   const CoefficientPair& b) {
-  std::vector<double> product(static_cast<std::size_t>(shape.nx), 0.0);
-  const auto add = [&](const std::vector<double>& of_a, const std::vector<double>& of_b,
-                       double share) {
-    const double* const v = of_a.data() + static_cast<std::size_t>(row) * shape.nx;
-    const double* const w = of_b.data() + static_cast<std::size_t>(row) * shape.nx;
+/// |∇v|² h² of each voxel of a row, v = (log κ, (log μ)/3).
+std::vector<double> squared_slopes(const GridShape& shape, int row, const CoefficientPair& fields) {
+  std::vector<double> square(static_cast<std::size_t>(shape.nx), 0.0);
+  const auto add = [&](const std::vector<double>& u, double share) {
+    const double* const here = u.data() + static_cast<std::size_t>(row) * shape.nx;
     for_neighbours(shape, row, [&](int begin, int end, std::ptrdiff_t neighbour) {
       for (int x = begin; x < end; ++x) {
-        product[x] += 0.5 * share * (v[x] - v[x + neighbour]) * (w[x] - w[x + neighbour]);
+        const double step = here[x] - here[x + neighbour];
+        square[x] += 0.5 * share * step * step;
       }
     });
   };
-  add(a.log_kappa, b.log_kappa, 1.0);
-  add(a.log_mu, b.log_mu, 1.0 / (absorbers_vary * absorbers_vary));
-  return product;
-}
-
-/// δ per voxel edge.
-double edge_step(const Regulariser& regulariser, const GridShape& shape, double thickness_mm) {
-  return regulariser.edge_slope * shape.voxel_mm / thickness_mm;
+  add(fields.log_kappa, 1.0);
+  add(fields.log_mu, 1.0 / (absorbers_vary * absorbers_vary));
+  return square;
 }
 
 /// Σ_voxels ψ(|∇v|) h², `step` = δ per voxel edge; sets each voxel's ψ'(s)/s.
@@ -86,7 +79,7 @@ double huber_sum(const GridShape& shape, double step, const CoefficientPair& fie
   diffusivity.resize(shape.cells());
   std::vector<double> sums(static_cast<std::size_t>(shape.ny) * shape.nz);
   for_rows(shape.ny * shape.nz, [&](int row) {
-    const std::vector<double> square = slope_products(shape, row, fields, fields);
+    const std::vector<double> square = squared_slopes(shape, row, fields);
     double* const ratio = diffusivity.data() + static_cast<std::size_t>(row) * shape.nx;
     double sum = 0.0;
     for (int x = 0; x < shape.nx; ++x) {
@@ -143,8 +136,8 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
   const double scale = shape.voxel_mm / thickness_mm;
   const bool huber = regulariser.kind == RegulariserKind::huber_tv;
   if (huber) {
-    result.value = scale * huber_sum(shape, edge_step(regulariser, shape, thickness_mm), fields,
-                                     result.diffusivity);
+    result.value =
+        scale * huber_sum(shape, regulariser.edge_slope * scale, fields, result.diffusivity);
   }
   const auto add = [&](const std::vector<double>& u, std::vector<double>& gradient, double to,
                        double vary) {
