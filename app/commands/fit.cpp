@@ -191,7 +191,7 @@ smoothing's choice.)");
 per value above 1.5), or the verdict is red; the volumes are kept, with the verdict, in
 fit.json.
 Examples: kappamu fit demo/run -o demo/run/fit
-          kappamu fit --continue demo/run --regulariser huber-tv --lambda 30)");
+          kappamu fit --continue demo/run --regulariser h1 --lambda 30)");
   command->callback([command, options, &globals] { run_fit(*command, *options, globals); });
 }
 

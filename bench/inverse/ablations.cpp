@@ -119,7 +119,9 @@ void measure_validation(const Request& request, Progress& progress, const Save& 
 
 void measure_regularisers(const Request& request, Progress& progress, const Save& save) {
   std::vector<Ablation> ablations;
-  ablations.push_back({"h1", FitOptions{}, {}, {}});
+  FitOptions smooth;
+  smooth.regulariser.kind = inverse::RegulariserKind::h1;
+  ablations.push_back({"h1", smooth, {}, {}});
   for (const double slope : {8.0, 4.0, 2.0, 1.0}) {
     FitOptions options;
     options.regulariser.kind = inverse::RegulariserKind::huber_tv;

@@ -101,8 +101,7 @@ VolumeShift volume_shift(Objective& objective, const CoefficientPair& fields, co
       hessian.gradient(objective.gradient()) +
       hessian.gradient(smoothing_gradient(fields, problem.setup.shape, prior));
   Eigen::Vector2d pull = weighed.transpose() * residual;
-  for (std::size_t k = 0; k < 2; ++k)
-    pull[static_cast<Eigen::Index>(k)] += solutions[k].x.dot(rise);
+  pull += Eigen::Vector2d(solutions[0].x.dot(rise), solutions[1].x.dot(rise));
   const Eigen::Vector2d f = covariance * pull;
   return {{f[0], std::sqrt(covariance(0, 0))}, {f[1], std::sqrt(covariance(1, 1))}};
 }
