@@ -1,13 +1,13 @@
 #include "calib/opencv_yaml.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <new>
-#include <opencv2/core.hpp>
+#include <string_view>
 
 #include "core/error.h"
+#include "io/read_file.h"
 
 namespace kappamu::calib {
 namespace {
@@ -26,49 +26,86 @@ InputError bad(const std::filesystem::path& file, const std::string& reason) {
   return InputError(file.string() + ": " + reason + "; calibrate the session again");
 }
 
-cv::FileNode node_of(const cv::FileStorage& storage, const std::string& key,
-                     const std::filesystem::path& file) {
-  cv::FileNode node;
-  try {
-    node = storage[key];
-  } catch (const cv::Exception&) {  // a list, or nothing, where fields were expected
-    throw bad(file, "the file is damaged or no OpenCV YAML");
-  }
-  if (node.empty()) throw bad(file, "field " + key + " is missing");
-  return node;
-}
+/// Reads a text from front to back; each member says whether what it wants came next, and where it
+/// did not, stays.
+class Scanner {
+ public:
+  explicit Scanner(std::string_view text) : text_(text) {}
 
-cv::Mat matrix_of(const cv::FileStorage& storage, const std::string& key,
-                  const std::filesystem::path& file) {
-  const cv::FileNode node = node_of(storage, key, file);
-  cv::Mat result;
-  try {
-    // OpenCV makes room for what rows and cols say before it looks at the data.
-    const double numbers = node.isMap() ? node["rows"].real() * node["cols"].real() : -1.0;
-    if (numbers != static_cast<double>(node["data"].size())) throw cv::Exception();
-    node >> result;
-  } catch (const cv::Exception&) {
-    throw bad(file, "field " + key + " is not a matrix");
+  bool at_end() const { return at_ == text_.size(); }
+  std::size_t line() const {
+    return 1 + static_cast<std::size_t>(std::count(text_.begin(), text_.begin() + at_, '\n'));
   }
-  if (result.type() != CV_64F) throw bad(file, "field " + key + " is not a matrix of doubles");
-  return result;
-}
 
-/// Whether there is one document and its first field is not indented. Where it is and a later line
-/// is less so, OpenCV's parser (4.6) never ends.
-bool begins_at_the_margin(const std::filesystem::path& file) {
-  std::ifstream text(file, std::ios::binary);
-  int documents = 0;
-  bool within = false;
-  for (std::string line; std::getline(text, line);) {
-    if (line.starts_with("---") && ++documents > 1) return false;
-    const std::size_t first = line.find_first_not_of(" \t\r");
-    if (line.starts_with("---") || line.starts_with("...") || line.starts_with('%')) {
-      within = false;
-    } else if (first != std::string::npos && line[first] != '#' && line[first] != '%') {
-      if (!within && first > 0) return false;
-      within = true;
+  /// To the next line that is neither empty nor a comment.
+  void next_line() {
+    while (!at_end()) {
+      const std::string_view line = peek_line();
+      const std::size_t first = line.find_first_not_of(" \t\r");
+      if (first != std::string_view::npos && line[first] != '#') return;
+      skip_line();
     }
+  }
+  std::string_view peek_line() const { return text_.substr(at_, text_.find('\n', at_) - at_); }
+  void skip_line() { at_ = std::min(text_.size(), at_ + peek_line().size() + 1); }
+
+  bool word(std::string_view expected) {
+    const std::size_t begin = after_space();
+    if (!text_.substr(begin).starts_with(expected)) return false;
+    at_ = begin + expected.size();
+    return true;
+  }
+
+  template <class Number>
+  bool number(Number& value) {
+    const char* const begin = text_.data() + after_space();
+    const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
+    if (error != std::errc()) return false;
+    at_ = static_cast<std::size_t>(end - text_.data());
+    return true;
+  }
+
+ private:
+  std::size_t after_space() const {
+    return std::min(text_.size(), text_.find_first_not_of(" \t\r\n", at_));
+  }
+
+  std::string_view text_;
+  std::size_t at_ = 0;
+};
+
+/// "[ number, number ]" after "data:".
+bool scan_numbers(Scanner& scanner, std::vector<double>& values) {
+  if (!scanner.word("[")) return false;
+  if (scanner.word("]")) return true;
+  do {
+    if (!scanner.number(values.emplace_back()) || !std::isfinite(values.back())) return false;
+  } while (scanner.word(","));
+  return scanner.word("]");
+}
+
+/// What follows "!!opencv-matrix".
+bool scan_matrix(Scanner& scanner, int& rows, int& columns, std::vector<double>& values) {
+  return scanner.word("rows:") && scanner.number(rows) && scanner.word("cols:") &&
+         scanner.number(columns) && scanner.word("dt: d") && scanner.word("data:") &&
+         scan_numbers(scanner, values) && rows >= 0 && columns >= 0 &&
+         static_cast<double>(rows) * columns == static_cast<double>(values.size());
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// Within quotes a backslash stands before a quote or another.
+bool unquote(std::string_view quoted, std::string& text) {
+  if (quoted.size() < 2 || quoted.back() != '"') return false;
+  const std::string_view within = quoted.substr(1, quoted.size() - 2);
+  for (std::size_t k = 0; k < within.size(); ++k) {
+    if (within[k] == '"') return false;
+    if (within[k] == '\\' && ++k == within.size()) return false;
+    text += within[k];
   }
   return true;
 }
@@ -103,52 +140,77 @@ void YamlWriter::matrix(const std::string& key, int rows, int columns,
   text_ += " ]\n";
 }
 
-YamlReader::YamlReader(const std::filesystem::path& file)
-    : file_(file), storage_(std::make_shared<cv::FileStorage>()) {
-  if (!std::filesystem::exists(file)) throw bad(file, "the file is missing");
-  constexpr std::uintmax_t most_bytes = 100'000'000;
-  if (std::filesystem::file_size(file) > most_bytes) {
-    throw bad(file, "the file has more than 100 MB, which is no calibration");
+YamlReader::YamlReader(const std::filesystem::path& file) : file_(file) {
+  constexpr std::size_t most_bytes = 100'000'000;
+  const std::string text = io::read_text(file, most_bytes);
+  Scanner scanner(text);
+  const auto damaged = [&] {
+    return bad(file, "line " + std::to_string(scanner.line()) +
+                         " is damaged or not as OpenCV writes YAML");
+  };
+  for (scanner.next_line(); !scanner.at_end(); scanner.next_line()) {
+    const std::string_view line = scanner.peek_line();
+    if (fields_.empty() && (line.starts_with('%') || line.starts_with("---"))) {
+      scanner.skip_line();
+      continue;
+    }
+    if (trimmed(line) == "...") break;
+    const std::size_t colon = line.find(':');
+    if (colon == std::string_view::npos || colon == 0 || line.front() == ' ') throw damaged();
+    const auto [place, is_new] = fields_.try_emplace(std::string(line.substr(0, colon)));
+    if (!is_new) throw damaged();
+    Field& field = place->second;
+    const std::string_view value = trimmed(line.substr(colon + 1));
+    if (value == "!!opencv-matrix") {
+      scanner.skip_line();
+      field.is_matrix = true;
+      if (!scan_matrix(scanner, field.rows, field.columns, field.values)) throw damaged();
+      if (!trimmed(scanner.peek_line()).empty()) throw damaged();
+    } else if (value.starts_with('"')) {
+      field.quoted = true;
+      if (!unquote(value, field.text)) throw damaged();
+    } else {
+      field.text = value;
+    }
+    scanner.skip_line();
   }
-  if (!begins_at_the_margin(file)) throw bad(file, "the file is damaged or no OpenCV YAML");
-  bool open = false;
-  try {
-    open = storage_->open(file.string(), cv::FileStorage::READ);
-  } catch (const std::bad_alloc&) {
-    throw;
-  } catch (const std::exception&) {  // cv::Exception, and std::length_error of its parser
-    open = false;
-  }
-  if (!open) throw bad(file, "the file is damaged or no OpenCV YAML");
+}
+
+const YamlReader::Field& YamlReader::field(const std::string& key) const {
+  const auto found = fields_.find(key);
+  if (found == fields_.end()) throw bad(file_, "field " + key + " is missing");
+  return found->second;
 }
 
 void YamlReader::number(const std::string& key, double& value) const {
-  const cv::FileNode node = node_of(*storage_, key, file_);
-  if (!node.isReal() && !node.isInt()) throw bad(file_, "field " + key + " is not a number");
-  value = node.real();
+  const Field& scalar = field(key);
+  Scanner scanner(scalar.text);
+  if (scalar.is_matrix || scalar.quoted || !scanner.number(value) || !scanner.at_end() ||
+      !std::isfinite(value)) {
+    throw bad(file_, "field " + key + " is not a number");
+  }
 }
 
 void YamlReader::text(const std::string& key, std::string& value) const {
-  const cv::FileNode node = node_of(*storage_, key, file_);
-  if (!node.isString()) throw bad(file_, "field " + key + " is not a text");
-  value = node.string();
+  const Field& scalar = field(key);
+  if (scalar.is_matrix) throw bad(file_, "field " + key + " is not a text");
+  value = scalar.text;
 }
 
 void YamlReader::matrix(const std::string& key, int rows, int columns,
                         std::vector<double>& values) const {
-  const cv::Mat m = matrix_of(*storage_, key, file_);
-  if (m.rows != rows || m.cols != columns) {
+  const Field& m = field(key);
+  if (!m.is_matrix) throw bad(file_, "field " + key + " is not a matrix");
+  if (m.rows != rows || m.columns != columns) {
     throw bad(file_, "field " + key + " is " + std::to_string(m.rows) + " x " +
-                         std::to_string(m.cols) + " instead of " + std::to_string(rows) + " x " +
+                         std::to_string(m.columns) + " instead of " + std::to_string(rows) + " x " +
                          std::to_string(columns));
   }
-  values.assign(m.ptr<double>(), m.ptr<double>() + m.total());
+  values = m.values;
 }
 
 void YamlReader::column(const std::string& key, std::vector<double>& values) const {
-  const cv::Mat m = matrix_of(*storage_, key, file_);
-  if (m.cols != 1) throw bad(file_, "field " + key + " is not a column");
-  values.assign(m.ptr<double>(), m.ptr<double>() + m.total());
+  matrix(key, field(key).rows, 1, values);
 }
 
 void YamlReader::require_whole(const std::string& key, double value, double low, double end) const {

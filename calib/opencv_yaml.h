@@ -1,17 +1,14 @@
-// OpenCV's YAML. Writer and reader have the same members, so that one function describes what a
+// The part of OpenCV's YAML that calibrations need: numbers, texts and matrices of doubles, by key
+// at the margin. Writer and reader have the same members, so that one function describes what a
 // file holds for both: the writer leaves the values it is given as they are, the reader sets them.
 #pragma once
 
 #include <filesystem>
 #include <limits>
-#include <memory>
+#include <map>
 #include <string>
 #include <type_traits>
 #include <vector>
-
-namespace cv {
-class FileStorage;
-}
 
 namespace kappamu::calib {
 
@@ -38,7 +35,9 @@ class YamlWriter {
   std::string text_ = "%YAML:1.0\n---\n";
 };
 
-/// Each member throws InputError naming file and field where it is missing or misshapen.
+/// Reads what YamlWriter and OpenCV's own writer make of such values. (OpenCV's reader loops
+/// forever on some damaged files.) Each member throws InputError naming file and field where it is
+/// missing or misshapen; the constructor, file and line.
 class YamlReader {
  public:
   explicit YamlReader(const std::filesystem::path& file);
@@ -60,10 +59,20 @@ class YamlReader {
   }
 
  private:
+  struct Field {
+    std::string text;     ///< of a scalar, without quotes
+    bool quoted = false;  ///< and therefore no number
+    bool is_matrix = false;
+    int rows = 0;
+    int columns = 0;
+    std::vector<double> values;  ///< [row][column]
+  };
+
+  const Field& field(const std::string& key) const;
   void require_whole(const std::string& key, double value, double low, double end) const;
 
   std::filesystem::path file_;
-  std::shared_ptr<cv::FileStorage> storage_;
+  std::map<std::string, Field> fields_;
 };
 
 }  // namespace kappamu::calib

@@ -2,24 +2,31 @@
 // memory would make it. After SQLite's I/O and allocation error tests (sqlite.org/testing.html).
 //   KAPPAMU_FAULT=KIND:N      the N-th call (from 1) of KIND fails; KIND:N+ also every later one
 //   KAPPAMU_FAULT_COUNT=FILE  at the end the number of calls of each kind is written there
-// KIND: write, rename, sync, open, malloc, thread (malloc outside the main thread). Writes to
-// standard output and error are let through, as is everything before main(): what loads the program
+//   KAPPAMU_FAULT_SERVER=R:W  instead of one run, one for each line KIND:N that is read from file
+//                             descriptor R: a fork runs main() and its exit code is written to W, so
+//                             that loading, longer than many runs, is done once
+// KIND: write, rename, sync, open, malloc, thread (malloc outside the main thread), place (the main
+// thread's first malloc by each chain of callers). Writes to standard output and error are let through, as is everything before main(): what loads the program
 // is not the program's.
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <stdarg.h>
 #include <stdatomic.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
-enum Kind { WRITE, RENAME, SYNC, OPEN, MALLOC, THREAD, KINDS };
-static const char* const names[KINDS] = {"write", "rename", "sync", "open", "malloc", "thread"};
+enum Kind { WRITE, RENAME, SYNC, OPEN, MALLOC, THREAD, PLACE, KINDS };
+static const char* const names[KINDS] = {"write", "rename", "sync", "open",
+                                          "malloc", "thread", "place"};
 static atomic_ulong counts[KINDS];
 static int chosen = -1;  // kind that fails
 static unsigned long nth = 0;
@@ -32,14 +39,37 @@ static int fails(enum Kind kind) {
   return (int)kind == chosen && (n == nth || (onwards && n > nth));
 }
 
-/// THREAD: allocations of threads that main() started.
-static int allocation_fails(void) {
-  const int here = fails(MALLOC);
-  return (gettid() != getpid() && fails(THREAD)) || here;
+/// Whether nobody has allocated for the same chain of callers before.
+static int new_place(void) {
+  enum { ABOVE = 3, CALLERS = 4, PLACES = 1 << 16 };  // ABOVE: this, allocation_fails(), malloc()
+  static uint64_t seen[PLACES];
+  static int inside = 0;  // the first backtrace() allocates
+  if (!ready || inside) return 0;
+  inside = 1;
+  void* frames[ABOVE + CALLERS];
+  const int depth = backtrace(frames, ABOVE + CALLERS);
+  inside = 0;
+  uint64_t hash = 0;
+  for (int i = ABOVE; i < depth; ++i)
+    hash = (hash ^ (uintptr_t)frames[i]) * 0x9e3779b97f4a7c15u, hash ^= hash >> 32;
+  for (uint64_t i = 0; i < PLACES; ++i) {
+    uint64_t* const slot = &seen[(hash + i) % PLACES];
+    if (*slot == hash) return 0;
+    if (*slot == 0) {
+      *slot = hash;
+      return 1;
+    }
+  }
+  return 0;
 }
 
-static void begin(void) {
-  const char* fault = getenv("KAPPAMU_FAULT");
+static int allocation_fails(void) {
+  const int here = fails(MALLOC);
+  if (gettid() != getpid()) return fails(THREAD) || here;
+  return (new_place() && fails(PLACE)) || here;
+}
+
+static void choose(const char* fault) {
   for (int kind = 0; fault != NULL && kind < KINDS; ++kind) {
     const size_t length = strlen(names[kind]);
     if (strncmp(fault, names[kind], length) != 0 || fault[length] != ':') continue;
@@ -48,7 +78,30 @@ static void begin(void) {
     onwards = *end == '+';
     chosen = kind;
   }
-  ready = 1;
+}
+
+/// Returns in the forks alone.
+static void serve(int orders, int results) {
+  char line[64];
+  for (size_t length = 0; read(orders, line + length, 1) == 1;) {
+    if (line[length] != '\n') {
+      if (length + 1 < sizeof line) ++length;
+      continue;
+    }
+    line[length] = '\0';
+    length = 0;
+    const pid_t child = fork();
+    if (child == 0) {
+      close(orders);
+      close(results);
+      choose(line);
+      return;
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    dprintf(results, "%d\n", WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status));
+  }
+  _exit(0);
 }
 
 static void finish(void) {
@@ -160,10 +213,18 @@ typedef int (*Main)(int, char**, char**);
 static Main program;
 
 static int counted_main(int argc, char** argv, char** environment) {
-  begin();
+  int orders = 0, results = 0;
+  const char* server = getenv("KAPPAMU_FAULT_SERVER");
+  if (server != NULL && sscanf(server, "%d:%d", &orders, &results) == 2)
+    serve(orders, results);  // the loader's threads are not in the fork: it ends without them, below
+  else
+    choose(getenv("KAPPAMU_FAULT"));
+  ready = 1;
   const int result = program(argc, argv, environment);
   finish();
-  return result;
+  if (server == NULL) return result;
+  fflush(NULL);
+  _exit(result);
 }
 
 int __libc_start_main(Main main, int argc, char** argv, void (*start)(void), void (*end)(void),
