@@ -4,11 +4,11 @@
 #include <array>
 #include <map>
 #include <optional>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/read_file.h"
+#include "io/text_stream.h"
 
 namespace kappamu::app::script {
 
@@ -99,11 +99,11 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
 }  // namespace
 
 std::vector<Command> read(const std::filesystem::path& file) {
-  std::istringstream text(io::read_text(file));
+  std::istringstream text = io::text_reader(io::read_text(file));
   std::vector<Command> commands;
   std::string line, rest;
   for (int number = 1; std::getline(text, line); ++number) {
-    std::istringstream words(line.substr(0, line.find('#')));
+    std::istringstream words = io::text_reader(line.substr(0, line.find('#')));
     std::string name;
     if (!(words >> name)) continue;
     const std::optional<Command> command = command_of(name, words, file.parent_path());

@@ -4,13 +4,13 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <sstream>
 #include <string>
 
 #include "core/error.h"
 #include "core/shown_text.h"
 #include "io/npy.h"
 #include "io/read_file.h"
+#include "io/text_stream.h"
 
 namespace kappamu::calib {
 namespace {
@@ -22,7 +22,7 @@ bool inside(double place, int extent) {
 }
 
 void read_csv(const fs::path& file, const capture::Projector& projector, ProjectorMap& map) {
-  std::istringstream lines(io::read_text(file));
+  std::istringstream lines = io::text_reader(io::read_text(file));
   std::string line;
   std::getline(lines, line);
   line.erase(std::remove_if(line.begin(), line.end(), [](char c) { return c == ' ' || c == '\r'; }),

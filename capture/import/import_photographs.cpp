@@ -4,7 +4,6 @@
 #include <charconv>
 #include <regex>
 #include <set>
-#include <sstream>
 
 #include "capture/session/frames.h"
 #include "capture/session/session_files.h"
@@ -14,6 +13,7 @@
 #include "io/image/image_file.h"
 #include "io/image/raw_file.h"
 #include "io/read_file.h"
+#include "io/text_stream.h"
 
 namespace kappamu::capture {
 namespace {
@@ -74,7 +74,7 @@ std::vector<fs::path> photographs_below(const fs::path& folder, Progress& progre
 std::vector<std::string> split(const std::string& line) {
   std::vector<std::string> cells;
   std::string cell;
-  std::istringstream in(line);
+  std::istringstream in = io::text_reader(line);
   while (std::getline(in, cell, ',')) {
     const auto begin = cell.find_first_not_of(" \t\r\"");
     const auto end = cell.find_last_not_of(" \t\r\"");
@@ -101,7 +101,7 @@ double seconds_in(const std::string& text, const std::string& where) {
 
 std::vector<Photograph> from_table(const PhotographSource& source) {
   const fs::path& table = *source.table;
-  std::istringstream lines(io::read_text(table));
+  std::istringstream lines = io::text_reader(io::read_text(table));
   std::string line;
   std::getline(lines, line);
   const std::vector<std::string> header = split(line);

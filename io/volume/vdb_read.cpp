@@ -7,10 +7,10 @@
 #include <iterator>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "io/text_stream.h"
 #include "io/volume/vdb_content.h"
 #include "io/volume/volume_file.h"
 
@@ -86,7 +86,7 @@ class VdbReader {
     if (found.empty()) fail("has no float grid named kappa or kappa_<channel>");
     std::vector<std::string> order{"R", "G", "B"};
     if (auto text = metadata_->getMetadata<openvdb::StringMetadata>("channels")) {
-      std::istringstream words(text->value());
+      std::istringstream words = text_reader(text->value());
       order.assign(std::istream_iterator<std::string>(words), {});
     }
     for (const std::string& name : order) {

@@ -1,9 +1,8 @@
 #include "pipeline/stages/hdr_file.h"
 
-#include <sstream>
-
 #include "core/error.h"
 #include "io/image/exr.h"
+#include "io/text_stream.h"
 
 namespace kappamu::pipeline {
 
@@ -52,7 +51,7 @@ std::vector<std::string> read_hdr_notes(const std::filesystem::path& file) {
   const auto found = exr.attributes.find(notes_attribute);
   std::vector<std::string> notes;
   if (found == exr.attributes.end()) return notes;
-  std::istringstream lines(found->second);
+  std::istringstream lines = io::text_reader(found->second);
   for (std::string line; std::getline(lines, line);) notes.push_back(line);
   return notes;
 }

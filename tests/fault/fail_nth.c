@@ -209,22 +209,31 @@ int posix_memalign(void** result, size_t alignment, size_t size) {
   return *result == NULL ? ENOMEM : 0;
 }
 
+// The loader's threads are not in a fork, whose end must not wait for them.
+static int forked = 0;
+
+void exit(int code) {
+  if (!forked) REAL(exit)(code);
+  fflush(NULL);
+  _exit(code);
+}
+
 typedef int (*Main)(int, char**, char**);
 static Main program;
 
 static int counted_main(int argc, char** argv, char** environment) {
   int orders = 0, results = 0;
   const char* server = getenv("KAPPAMU_FAULT_SERVER");
-  if (server != NULL && sscanf(server, "%d:%d", &orders, &results) == 2)
-    serve(orders, results);  // the loader's threads are not in the fork: it ends without them, below
+  forked = server != NULL && sscanf(server, "%d:%d", &orders, &results) == 2;
+  if (forked)
+    serve(orders, results);
   else
     choose(getenv("KAPPAMU_FAULT"));
   ready = 1;
   const int result = program(argc, argv, environment);
   finish();
-  if (server == NULL) return result;
-  fflush(NULL);
-  _exit(result);
+  if (forked) exit(result);
+  return result;
 }
 
 int __libc_start_main(Main main, int argc, char** argv, void (*start)(void), void (*end)(void),

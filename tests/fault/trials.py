@@ -69,21 +69,23 @@ class Trials:
         with open(self.work / "stderr.txt", "a+", errors="replace") as said:
             process = subprocess.Popen([self.options.program, *arguments], env=environment, stdin=subprocess.DEVNULL,
                                        stdout=subprocess.DEVNULL, stderr=said, pass_fds=(orders[0], results[1]))
+            os.close(orders[0])
+            os.close(results[1])
 
             def run(fault):
                 said.truncate(0)
                 os.write(orders[1], f"{fault}\n".encode())
                 if not select.select([results[0]], [], [], 900)[0]:
-                    sys.exit(f"trials: {arguments[0]} {fault} does not end")
-                code = int(os.read(results[0], 64))
+                    sys.exit(f"trials: {arguments[0]} with {fault} does not end")
+                code = int(os.read(results[0], 64) or sys.exit(f"trials: {arguments[0]} does not serve"))
                 said.seek(0)
                 return subprocess.CompletedProcess(arguments, code, "", said.read())
 
             yield run
             process.kill()
             process.wait()
-        for end in (*orders, *results):
-            os.close(end)
+        os.close(orders[1])
+        os.close(results[0])
 
     def made(self, arguments):
         result = self.kappamu(arguments)
