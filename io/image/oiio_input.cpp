@@ -97,8 +97,10 @@ bool OiioInput::read(OIIO::TypeDesc format,
 
 std::vector<unsigned char> encode_image(const char* format, OIIO::ImageSpec spec,
                                         const void* pixels, const std::string& what) {
-  // A task of OpenEXR's own threads whose allocation fails leaves its lines out without a word.
+  // A task of OpenEXR's own threads whose allocation fails leaves its lines out without a word; the
+  // library's words on the way are for its authors.
   [[maybe_unused]] static const bool alone = OIIO::attribute("exr_threads", -1);
+  [[maybe_unused]] static const bool silent = OIIO::attribute("debug", 0);
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
   OIIO::Filesystem::IOProxy* proxy = &memory;

@@ -5,10 +5,12 @@
 #include <openvdb/io/DelayedLoadMetadata.h>
 #include <openvdb/io/GridDescriptor.h>
 #include <openvdb/io/io.h>
+#include <tbb/parallel_for.h>
 
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <new>
 #include <stdexcept>
 #include <streambuf>
 #include <utility>
@@ -154,6 +156,18 @@ class ContentReader : public openvdb::io::Archive {
 };
 
 }  // namespace
+
+// Two first steps of libraries that a lack of memory spoils for good: TBB, whose start fails, waits
+// forever when it is next used, as by a grid that ends; OpenVDB puts the names of its types
+// together by streams, which do not tell.
+void start_openvdb() {
+  tbb::parallel_for(0, 1, [](int) {});
+  openvdb::initialize();
+  if (openvdb::FloatGrid::gridType() != "Tree_float_5_4_3" ||
+      openvdb::Vec3SGrid::gridType() != "Tree_vec3s_5_4_3") {
+    throw std::bad_alloc();
+  }
+}
 
 VdbContent read_vdb_content(const fs::path& file) {
   return ContentReader(file).read();

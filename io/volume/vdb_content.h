@@ -11,6 +11,9 @@ namespace kappamu::io {
 inline constexpr const char* eta_name = "eta";
 inline constexpr const char* provenance_prefix = "provenance_";
 
+/// Before the first grid; throws std::bad_alloc where memory is short.
+void start_openvdb();
+
 struct VdbContent {
   openvdb::MetaMap::Ptr metadata;  ///< of the file
   openvdb::GridPtrVec grids;

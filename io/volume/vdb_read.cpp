@@ -188,7 +188,7 @@ class VdbReader {
 }  // namespace
 
 VolumeSet read_vdb(const fs::path& file, std::size_t most_voxels) {
-  openvdb::initialize();
+  start_openvdb();
   std::error_code error;
   if (!fs::is_regular_file(file, error)) {
     throw InputError("cannot read " + file.string() + ": there is no such file");

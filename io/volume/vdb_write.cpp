@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstdint>
-#include <new>
 
 #include "core/numbers/fnv.h"
 #include "core/shown_text.h"
@@ -63,18 +62,16 @@ openvdb::CoordBBox box_of(const GridShape& shape) {
   return {openvdb::Coord(0), openvdb::Coord(shape.nx - 1, shape.ny - 1, shape.nz - 1)};
 }
 
-/// Of zeros. The library makes it: Grid::create() would compile all of the tree anew. It puts its
-/// types' names together once, by streams that let a lack of memory pass.
+/// Of zeros. The library makes it: Grid::create() would compile all of the tree anew.
 template <class Grid>
-typename Grid::Ptr made(const char* type) {
-  if (Grid::gridType() != type) throw std::bad_alloc();
+typename Grid::Ptr made() {
   return openvdb::gridPtrCast<Grid>(openvdb::GridBase::createGrid(Grid::gridType()));
 }
 
 openvdb::FloatGrid::Ptr make_grid(const std::string& name, const std::string& unit,
                                   const Volume<double>& volume) {
   const GridShape& shape = volume.shape();
-  const auto grid = made<openvdb::FloatGrid>("Tree_float_5_4_3");
+  const auto grid = made<openvdb::FloatGrid>();
   grid->setName(name);
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   grid->setTransform(sample_from_index(shape.voxel_mm));
@@ -96,7 +93,7 @@ openvdb::FloatGrid::Ptr make_grid(const std::string& name, const std::string& un
 openvdb::Vec3SGrid::Ptr make_colour_grid(const std::string& name, const std::string& unit,
                                          const std::array<const Volume<double>*, 3>& channels) {
   const GridShape& shape = channels[0]->shape();
-  const auto grid = made<openvdb::Vec3SGrid>("Tree_vec3s_5_4_3");
+  const auto grid = made<openvdb::Vec3SGrid>();
   grid->setName(name);
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   grid->setTransform(sample_from_index(shape.voxel_mm));
@@ -166,7 +163,7 @@ openvdb::GridCPtrVec make_grids(const VolumeSet& set) {
 
 void write_vdb(const std::filesystem::path& file, const VolumeSet& set) {
   validate(set, file.string());
-  openvdb::initialize();
+  start_openvdb();
   const openvdb::GridCPtrVec grids = make_grids(set);
   const std::string identity = identity_of(set);
   write_stream_atomically(file, [&](std::ostream& out) {
