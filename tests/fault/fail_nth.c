@@ -40,8 +40,9 @@ static int fails(enum Kind kind) {
 }
 
 /// Whether nobody has allocated for the same chain of callers before.
-static int new_place(void) {
-  enum { ABOVE = 3, CALLERS = 4, PLACES = 1 << 16 };  // ABOVE: this, allocation_fails(), malloc()
+__attribute__((noinline)) static int new_place(void) {
+  // ABOVE: this, allocation_fails(), malloc() and its caller, mostly operator new.
+  enum { ABOVE = 4, CALLERS = 4, PLACES = 1 << 16 };
   static uint64_t seen[PLACES];
   static int inside = 0;  // the first backtrace() allocates
   if (!ready || inside) return 0;
@@ -50,8 +51,10 @@ static int new_place(void) {
   const int depth = backtrace(frames, ABOVE + CALLERS);
   inside = 0;
   uint64_t hash = 0;
-  for (int i = ABOVE; i < depth; ++i)
-    hash = (hash ^ (uintptr_t)frames[i]) * 0x9e3779b97f4a7c15u, hash ^= hash >> 32;
+  for (int i = ABOVE; i < depth; ++i) {
+    hash = (hash ^ (uintptr_t)frames[i]) * 0x9e3779b97f4a7c15u;
+    hash ^= hash >> 32;
+  }
   for (uint64_t i = 0; i < PLACES; ++i) {
     uint64_t* const slot = &seen[(hash + i) % PLACES];
     if (*slot == hash) return 0;
@@ -63,7 +66,7 @@ static int new_place(void) {
   return 0;
 }
 
-static int allocation_fails(void) {
+__attribute__((noinline)) static int allocation_fails(void) {
   const int here = fails(MALLOC);
   if (gettid() != getpid()) return fails(THREAD) || here;
   return (new_place() && fails(PLACE)) || here;
