@@ -12,6 +12,7 @@ import os
 import random
 import select
 import shutil
+import signal
 import struct
 import subprocess
 import sys
@@ -68,7 +69,8 @@ class Trials:
                            KAPPAMU_FAULT_SERVER=f"{orders[0]}:{results[1]}")
         with open(self.work / "stderr.txt", "a+", errors="replace") as said:
             process = subprocess.Popen([self.options.program, *arguments], env=environment, stdin=subprocess.DEVNULL,
-                                       stdout=subprocess.DEVNULL, stderr=said, pass_fds=(orders[0], results[1]))
+                                       stdout=subprocess.DEVNULL, stderr=said, pass_fds=(orders[0], results[1]),
+                                       start_new_session=True)
             os.close(orders[0])
             os.close(results[1])
 
@@ -81,11 +83,13 @@ class Trials:
                 said.seek(0)
                 return subprocess.CompletedProcess(arguments, code, "", said.read())
 
-            yield run
-            process.kill()
-            process.wait()
-        os.close(orders[1])
-        os.close(results[0])
+            try:
+                yield run
+            finally:
+                os.killpg(process.pid, signal.SIGKILL)  # with a fork that does not end
+                process.wait()
+                os.close(orders[1])
+                os.close(results[0])
 
     def made(self, arguments):
         result = self.kappamu(arguments)
