@@ -15,9 +15,10 @@ namespace {
 /// Longer even lengths are halved.
 constexpr int longest_dense = 4;
 /// Of the product with a dense matrix, held in registers.
-constexpr int tile_rows = 4;
-/// Rows side by side in vector registers.
-constexpr Eigen::Index lanes = 8;
+constexpr int tile_rows = 8;
+/// Rows side by side in a vector register. GCC moves wider vectors through the stack where the
+/// processor has none so wide.
+constexpr Eigen::Index lanes = 4;
 // NOLINTNEXTLINE: of doubles in any place, unlike a vector by itself
 typedef double Lanes __attribute__((vector_size(lanes * sizeof(double)), aligned(8), may_alias));
 
