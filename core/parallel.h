@@ -5,17 +5,17 @@
 #include <atomic>
 #include <cstddef>
 #include <exception>
+#include <functional>
 #include <mutex>
-#include <thread>
-#include <vector>
+
+#include "core/threads/helpers.h"
 
 namespace kappamu {
 
-/// Calls work(row) for every row in [0, rows), on `threads` threads (0: one per core). Rethrows the
-/// first exception.
+/// Calls work(row) for every row in [0, rows), on `threads` threads at most (0: one per core).
+/// Rethrows the first exception.
 template <class Work>
 void for_rows(int rows, const Work& work, unsigned threads = 0) {
-  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
   std::atomic<int> next{0};
   std::exception_ptr failure;
   std::mutex failure_lock;
@@ -28,10 +28,8 @@ void for_rows(int rows, const Work& work, unsigned threads = 0) {
       next = rows;
     }
   };
-  std::vector<std::jthread> helpers;
-  for (unsigned i = 1; i < threads && static_cast<int>(i) < rows; ++i) helpers.emplace_back(run);
-  run();
-  helpers.clear();
+  const int most = threads == 0 ? rows : std::min(rows, static_cast<int>(threads));
+  share(most - 1, std::ref(run));
   if (failure) std::rethrow_exception(failure);
 }
 
