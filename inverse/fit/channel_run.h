@@ -33,7 +33,7 @@ class ChannelRun {
 
  private:
   void open(int level);
-  Basis basis(double weight) const;
+  Basis basis(double weight, double uncoupled) const;
   void set_basis();
   Anchor anchor() const;
   void set_physics(Physics physics);

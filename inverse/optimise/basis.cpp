@@ -61,7 +61,11 @@ Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralB
     Eigen::MatrixXd metric = smooth * along_depth;
     metric.diagonal().array() += smooth * (eigenvalue + mass);
     metric.bottomRows(modes_->depth()) /= absorbers_vary * absorbers_vary;
-    if (informed) metric += blocks[static_cast<std::size_t>(bin)];
+    if (informed) {
+      const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
+      metric += (1.0 - options.uncoupled) * block;
+      metric.diagonal() += options.uncoupled * block.diagonal();
+    }
     const Eigen::LLT<Eigen::MatrixXd> factored(metric);
     check(factored.info() == Eigen::Success, "the metric of the fit is not positive definite");
     factors_.emplace_back(factored.matrixU());

@@ -45,6 +45,9 @@ struct BasisOptions {
   double thickness_mm = 1.0;  ///< ℓ
   double length_mm = 1.0;     ///< beyond which the metric no longer favours smoother fields
   double weight = 1.0;        ///< α that the metric is made for
+  /// Of the data's Hessian, the share that is taken for what each depth and coefficient has by
+  /// itself, without the rest's.
+  double uncoupled = 0.0;
 };
 
 class Basis {

@@ -16,6 +16,9 @@ namespace {
 
 /// Share of the promised decrease a step must keep (Armijo).
 constexpr double sufficient_decrease = 1e-4;
+/// Times s·y/y·y, the usual guess of H⁻¹ where no pair has been: the stiffest directions, which
+/// pairs soon know, prevail in y (docs/notes/fit-path.md).
+constexpr double softer = 2.0;
 
 /// Σ term(i) over [begin, end), in sums of their own for vector registers.
 template <class Term>
@@ -124,7 +127,7 @@ Vector lbfgs_direction(const OptimiserState& state) {
     alpha[k] = along / curvature(k);
     along = add_scaled_and_dot(d, -alpha[k], y(k), k > 0 ? s(k - 1) : y(0));
   }
-  const double scale = curvature(last) / state.products[usable[last]].change_square;
+  const double scale = softer * curvature(last) / state.products[usable[last]].change_square;
   d = scaled(std::move(d), scale);
   along *= scale;
   for (std::size_t k = 0; k <= last; ++k) {
