@@ -12,9 +12,6 @@ namespace {
 /// path are made for.
 constexpr double usual_homogeneous_chi2 = 100.0;
 constexpr double usual_structured_chi2 = 200.0;
-/// A weight on a coarser grid is worth having where χ², r renewed, reaches the noise level or falls
-/// to this share of what it was (docs/theory.md, section 4).
-constexpr double most_coarse_share = 0.5;
 /// Times χ² as it was minimised that r, renewed, may make of it below the noise level.
 constexpr double most_taken_back = 1.3;
 
@@ -79,23 +76,21 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
     at_.phase = FitPhase::last_weight_again;
     return {What::minimise};
   }
-  // Where r, renewed, takes back what a weight gained on a coarser grid, the volume answers the
-  // grid's own error: the one before is where the finer grid goes on, under a stronger weight.
-  const bool gained = renewed <= std::max(target, most_coarse_share * at_.begun_chi2);
   // Above the noise level a lower weight that cross-validation expects to predict other light worse
   // fits the model's own error: the weight before it ends the path.
   const double score = outlook ? cross_validation(renewed, outlook->free_share) : 0.0;
   const bool worse =
       !unsettled && at_.last_score > 0.0 && renewed > target && score > at_.last_score;
-  if (!fixed_by_user() && (level > 0 ? !gained : worse)) {
+  if (worse && !fixed_by_user()) {
     at_.weight /= options_.weight_factor;
-    if (level == 0) at_.end = PathEnd::model_error;
+    at_.end = PathEnd::model_error;
     return {end_grid(level), From::begun};
   }
   if (unsettled) {
     at_.phase = FitPhase::descending_again;
     return {What::minimise};
   }
+  if (level > 0) return {end_grid(level)};
   const PathEnd end = end_of(renewed, outlook);
   at_.last_chi2 = renewed;
   at_.last_score = score;
