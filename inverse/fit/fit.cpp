@@ -206,7 +206,6 @@ void ChannelRun::begin_weight() {
           [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
   state_.roughness = function_->last_roughness();
   state_.chi2 = grid_.objective().chi2_per_value();
-  state_.path.begun_chi2 = state_.chi2;
   if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
   }
@@ -244,13 +243,12 @@ void ChannelRun::follow_path() {
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double renewed = grid_.renew_correction(state_.fields);
   const NextStep next = path_.minimum(state_.chi2, renewed, outlook(renewed), grid_.level());
-  const bool refines = next.what == NextStep::What::finer_grid;
   if (next.from == NextStep::From::begun) {
     state_.fields = std::move(begun);
-    if (!refines) grid_.renew_correction(state_.fields);
+    grid_.renew_correction(state_.fields);
   }
   if (next.what == NextStep::What::conclude) return conclude();
-  if (refines) {
+  if (next.what == NextStep::What::finer_grid) {
     state_.fields = grid_.refine(state_.fields);
     state_.optimiser = OptimiserState{};
     path_.refine(grid_.renew_correction(state_.fields), grid_.level());

@@ -85,8 +85,8 @@ void ChannelRun::require_possible(const FitState& state) const {
   require(descends || state.level == 0);
   require(state.stage_steps >= 0 && state.stage_steps <= options_.path.stage_steps);
   require(state.small_decreases >= 0 && state.small_decreases <= 2);
-  for (const double x : {state.path.begun_chi2, state.path.last_chi2, state.path.weight,
-                         state.seconds, state.roughness, state.chi2}) {
+  for (const double x :
+       {state.path.last_chi2, state.path.weight, state.seconds, state.roughness, state.chi2}) {
     require(std::isfinite(x));
   }
   require(has(state.fields, shape.cells()));

