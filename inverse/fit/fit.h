@@ -1,9 +1,9 @@
 // Surface measurements of one channel in, volumes of κ and μ out.
 //
 // Minimises ½ Σ w (r M(κ, μ) − d)² + α R over (log κ, log μ): from the best homogeneous block,
-// coarse grid to fine, the weight α lowered from strong to the noise level and the minimum found at
-// each weight; r corrects for the grid's own error, and for diffusion's where transport is asked
-// for, and is refreshed at every weight (objective.h, basis.h, docs/theory.md).
+// coarse grid to fine, on the finest the weight α lowered from strong to the noise level, and the
+// minimum found at each weight; r corrects for the grid's own error, and for diffusion's where
+// transport is asked for, and is refreshed at every weight (objective.h, basis.h, docs/theory.md).
 #pragma once
 
 #include <cstddef>

@@ -66,7 +66,7 @@ SurfaceMeasurements reference_measurements() {
 }
 
 /// The table of docs/theory.md, section 4.
-TEST(TransportReference, InformedCoordinatesNeedTheFewestSolves) {
+TEST(TransportReference, InformedCoordinatesNeedTheFewestSolvesForTheirError) {
   if (!fs::exists(root / "measurements")) GTEST_SKIP() << root << " is not on this machine";
   const SurfaceMeasurements m = reference_measurements();
   struct Way {
