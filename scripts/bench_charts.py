@@ -19,7 +19,7 @@ import numpy
 from charts.common import flat
 from charts.diffusion import slabs, validity
 from charts.forward import headline, kernels, peers, scaling, time_error
-from charts.inverse import ablations, optimisers, patterns, samples, scores, uncertainty, voxels
+from charts.inverse import ablations, coverage, optimisers, patterns, samples, scores, uncertainty, voxels
 from charts.limits import LIMITS
 from charts.maps import map_pictures
 from charts.objects import automatic, estimates, invariances, object_costs, objects, pictures, refinement
@@ -33,6 +33,7 @@ SUBJECTS = {"forward-headline": headline, "forward-kernels": kernels, "forward-p
             "inverse-scores": scores, "inverse-embedded": scores, "inverse-patterns": patterns,
             "inverse-voxels": voxels, "inverse-samples": samples,
             "inverse-validation": ablations, "inverse-regularisers": ablations, "inverse-losses": ablations, "inverse-population": ablations,
+            "inverse-coverage": coverage,
             "uncertainty": uncertainty, "calibration": calibration, "rig": rig, "hdr": hdr,
             "polygrid-convergence": polygrid_convergence, "polygrid-frames": polygrid_frames,
             "polygrid-polygrid": polygrid_quality, "objects-refinement": refinement,

@@ -137,13 +137,17 @@ void measure_regularisers(const Request& request, Progress& progress, const Save
   measure_ablations(ablations, request, progress, save);
 }
 
-void measure_population(const Request& request, Progress& progress, const Save& save) {
-  const bool quick = request.size == Size::quick;
+Block population_block(Size size) {
   Block block;
-  block.grid = quick                         ? GridShape{8, 8, 4, 0.5}
-               : request.size == Size::small ? GridShape{16, 16, 8, 0.5}
-                                             : GridShape{32, 32, 10, 0.5};
+  block.grid = size == Size::quick   ? GridShape{8, 8, 4, 0.5}
+               : size == Size::small ? GridShape{16, 16, 8, 0.5}
+                                     : GridShape{32, 32, 10, 0.5};
   block.precision = forward::Precision::single_precision;
+  return block;
+}
+
+void measure_population(const Request& request, Progress& progress, const Save& save) {
+  const Block block = population_block(request.size);
   const std::pair<const char*, std::vector<double>> lights[] = {
       {"bars", bar_light(block.grid, block.lit, 8)},
       {"patches", patch_light(block.grid, block.lit, 16)}};
@@ -171,7 +175,7 @@ void measure_population(const Request& request, Progress& progress, const Save& 
         }
       }
       save({{"rows", rows}});
-      if (quick) return;
+      if (request.size == Size::quick) return;
     }
   }
 }

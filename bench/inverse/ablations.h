@@ -2,6 +2,7 @@
 // out, regularisers, losses where there are outliers. Sections of `kappamu bench inverse`.
 #pragma once
 
+#include "bench/cases/inverse_case.h"
 #include "bench/subject.h"
 
 namespace kappamu::bench {
@@ -10,6 +11,9 @@ namespace kappamu::bench {
 /// by every variant, always a volume: variant, truth, noise, seed and measure_fit()'s numbers.
 void measure_validation(const Request& request, Progress& progress, const Save& save);
 void measure_regularisers(const Request& request, Progress& progress, const Save& save);
+/// The block of population and coverage, back-lit.
+Block population_block(Size size);
+
 /// Truths of four families (bench/cases/population.h) under bars and patches at three noises, by
 /// the default options. Settings were chosen with --seed 1 and with 900 and above: report others.
 void measure_population(const Request& request, Progress& progress, const Save& save);

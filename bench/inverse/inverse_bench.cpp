@@ -6,6 +6,7 @@
 
 #include "bench/cases/media.h"
 #include "bench/inverse/ablations.h"
+#include "bench/inverse/coverage.h"
 #include "bench/inverse/inverse_fit.h"
 #include "bench/inverse/inverse_samples.h"
 #include "bench/subjects.h"
@@ -287,12 +288,13 @@ Do not trust seconds on a machine that does anything else.)",
         measure_regularisers},
        {"population", "four families of truths, bars and patches, 0.3, 1 and 3 % noise",
         measure_population},
+       {"coverage", "stated deviations against such truths, by layer", measure_coverage},
        {"losses", "gaussian, huber, student, with and without 1 % of outliers", measure_losses}},
       {{"sample", "Of section samples, these alone; the record keeps the others' rows",
         Setting::Kind::words, 0, 0, paper_samples()},
        {"seeds",
-        "Of validation, regularisers and losses: noises per truth; of population: truths of each "
-        "family (default 1)",
+        "Of validation, regularisers and losses: noises per truth; of population and coverage: "
+        "truths of each family (default 1)",
         Setting::Kind::number, 1, 100}},
       inverse_summary};
 }

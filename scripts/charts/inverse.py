@@ -140,6 +140,32 @@ def ablations(record):
     return {"": figure}, {"": text + table(["variant"] + [f"{100 * noise:g} %" for noise in noises], lines)}
 
 
+def coverage(record):
+    """Shares within two deviations, pooled over the truths of a family: of all voxels (at the seen face), and how far
+    the mean errors of whole layers are from what is stated."""
+    rows = record["rows"]
+    families = unique(rows, "family")
+
+    def cells(some, what):
+        layers = range(len(some[0][what]["within"]))
+        share = [statistics.mean(r[what]["within"][k] for r in some) for k in layers]
+        off = [math.sqrt(statistics.mean((r[what]["error"][k] / r[what]["stated"][k]) ** 2 for r in some)) for k in layers]
+        error = [statistics.mean(r[what]["error"][k] for r in some) for k in layers]
+        return [f"{percent(statistics.mean(share))} ({percent(share[-1])})", f"{off[0]:.1f}, {off[-1]:.1f}",
+                f"{100 * error[0]:+.0f}, {100 * error[-1]:+.0f} %"]
+
+    lines = []
+    for noise in unique(rows, "noise"):
+        for family in families + ["all"]:
+            some = [r for r in rows if r["noise"] == noise and family in (r["family"], "all")]
+            lines.append([percent(noise, 1), family, len(some), *cells(some, "kappa"), *cells(some, "mu")])
+    head = ["noise", "truths", "blocks"]
+    for name in ("κ", "μ"):
+        head += [f"{name} within two (seen face)", f"{name}: error of a layer's mean over stated, rms, lit and seen face",
+                 f"{name}: its mean, lit and seen face"]
+    return {}, {"": provenance(record) + "\n" + table(head, lines)}
+
+
 def uncertainty(record):
     figure, axes = panels(2, 2, 7, 6)
     for ax, chart in zip(axes, record["scatter"]):
