@@ -41,7 +41,7 @@ enum class PathEnd {
   unknown,      ///< it is not over
   asked,        ///< the user's weight, or another fit's
   noise,        ///< the data are explained to their noise
-  overstated,   ///< and further, where a lower weight promises more error under other light
+  validated,    ///< and a lower weight promises more error under other light
   model_error,  ///< above the noise a lower weight promises more error under other light
   no_gain,      ///< a lower weight did not lower χ²
   lowest        ///< PathOptions::last_weight

@@ -19,7 +19,7 @@ std::string clause(PathEnd end) {
   switch (end) {
     case PathEnd::noise:
       return ", the noise of the data";
-    case PathEnd::overstated:
+    case PathEnd::validated:
       return "; under less smoothing cross-validation expects no less error of other light";
     case PathEnd::model_error:
       return "; under less smoothing cross-validation expects more error of other light";

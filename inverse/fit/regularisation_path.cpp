@@ -104,14 +104,15 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   return {What::minimise};
 }
 
-/// Variances that are right leave χ² = 1 − γ/N per value at least. Where they may be overstated χ²
-/// = 1 is no mark to end at: what cross-validation expects of the next weight decides.
+/// Where χ² = 1 the noise may have been reached, by variances that may be overstated: whether the
+/// next weight would predict other light better is for cross-validation to say.
 PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>& outlook) const {
   const double target = options_.target_chi2;
   if (fixed_by_user()) return PathEnd::asked;
   if (renewed <= target) {
-    if (!outlook || renewed >= outlook->free_share * std::min(1.0, target)) return PathEnd::noise;
-    if (outlook->next_score > 1.0) return PathEnd::overstated;
+    const bool smoother_asked = target > 1.0;
+    if (!outlook || smoother_asked) return PathEnd::noise;
+    if (outlook->next_score > 1.0) return PathEnd::validated;
   }
   if (at_.last_chi2 > 0.0 && renewed > (1.0 - options_.stagnation) * at_.last_chi2) {
     return PathEnd::no_gain;

@@ -61,7 +61,7 @@ TEST_F(RegularisationPathTest, DescendsToTheNoiseThenMinimisesTheLastWeightOnceM
   EXPECT_EQ(at.last_chi2, 0.8);
 }
 
-TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOverstated) {
+TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneBelowTheNoise) {
   constexpr double left = 0.9;  // 1 − γ/N: what a right variance leaves of χ² per value
   path.start(50.0, finest);
   EXPECT_EQ(path.minimum(0.5, 0.5, Outlook{left, 0.8}, finest), minimise);
@@ -70,12 +70,15 @@ TEST_F(RegularisationPathTest, DescendsByCrossValidationAloneWhereTheNoiseIsOver
   EXPECT_EQ(at.end, PathEnd::unknown);
   EXPECT_EQ(path.minimum(0.4, 0.4, Outlook{left, 1.05}, finest), minimise);
   EXPECT_EQ(at.weight, 500.0) << "no weight is tried where other light would be worse";
-  EXPECT_EQ(at.end, PathEnd::overstated);
+  EXPECT_EQ(at.end, PathEnd::validated);
   EXPECT_EQ(at.phase, FitPhase::last_weight);
 
   path.start(50.0, finest);
-  path.minimum(0.92, 0.92, Outlook{left, 0.5}, finest);
-  EXPECT_EQ(at.end, PathEnd::noise) << "as right variances leave it";
+  path.minimum(0.92, 0.92, Outlook{left, 0.95}, finest);
+  EXPECT_EQ(at.weight, 500.0) << "χ² ≤ 1 is no end by itself";
+  EXPECT_EQ(at.phase, FitPhase::descending);
+  path.minimum(0.91, 0.91, Outlook{left, 1.05}, finest);
+  EXPECT_EQ(at.end, PathEnd::validated);
   options.target_chi2 = 4.0;
   path.start(50.0, finest);
   path.minimum(3.0, 3.0, Outlook{left, 0.5}, finest);
@@ -114,7 +117,7 @@ TEST_F(RegularisationPathTest, AMinimumThatTheRenewedCorrectionTakesFarIsNoneToE
   EXPECT_EQ(at.phase, FitPhase::descending_again);
   EXPECT_EQ(at.weight, 1000.0);
   EXPECT_EQ(path.minimum(0.5, 0.6, outlook, finest), minimise);
-  EXPECT_EQ(at.end, PathEnd::overstated);
+  EXPECT_EQ(at.end, PathEnd::validated);
 
   path.start(50.0, coarse);
   EXPECT_EQ(path.minimum(0.5, 0.95, unknown, coarse), finer_grid) << "the finer grid sees to it";
@@ -150,7 +153,9 @@ TEST_F(RegularisationPathTest, WhereAnotherFitGoesOnItConcludesWithTheVolumeBefo
 TEST_F(RegularisationPathTest, AtTheNoiseNoScoreTakesAWeightBack) {
   path.start(50.0, finest);
   path.minimum(1.2, 1.2, scored(1.2, 1.3), finest);
-  EXPECT_EQ(path.minimum(0.9, 0.9, scored(0.9, 1.4), finest), minimise);
+  Outlook worse_than_before = scored(0.9, 1.4);
+  worse_than_before.next_score = 1.1;
+  EXPECT_EQ(path.minimum(0.9, 0.9, worse_than_before, finest), minimise);
   EXPECT_EQ(at.weight, 500.0);
 }
 

@@ -55,8 +55,8 @@ TEST(ValidatedFit, TheScoreIsOfVolumesThatDidNotSeeTheValidationPattern) {
   EXPECT_EQ(fit.validated->mu.values(), other.validated->mu.values());
   EXPECT_NE(fit.fit.medium.mu.values(), other.fit.medium.mu.values());
   EXPECT_GT(other.score->error.E(), 2.0 * fit.score->error.E());
-  EXPECT_EQ(fit.fit.report.end, PathEnd::noise) << "of the path, not the weight handed on";
-  EXPECT_THAT(fit.fit.report.reason, testing::HasSubstr("the noise of the data"));
+  EXPECT_EQ(fit.fit.report.end, PathEnd::validated) << "of the path, not the weight handed on";
+  EXPECT_THAT(fit.fit.report.reason, testing::HasSubstr("cross-validation expects no less error"));
   EXPECT_EQ(fit.fit.prediction.size(), c.m.value.size());
   // What the second half costs is told with the first.
   const SolveCount& last = fit.fit.report.history.back().solves;
