@@ -146,7 +146,8 @@ void path(Path& options, Visitor& visit) {
   visit(Option{"weight_factor", group, "", "", bounds::below_one, "From one weight to the next"},
         weight_factor);
   visit(Option{"target_chi2", group, "--target-chi2", "", bounds::positive,
-               "The weight is lowered until chi2 per value is this; above 1 for a smoother volume"},
+               "The weight is lowered until chi2 per value is this, and on while cross-validation "
+               "expects a gain; above 1 for a smoother volume"},
         target_chi2);
   visit(Option{"stagnation", group, "", "", bounds::share,
                "A lower weight that lowers chi2 by less than this share ends the path"},
