@@ -1,7 +1,7 @@
 // The regularisation path of a fit: a strong weight α on coarse grids, from there down to the noise
-// level on the finest, and at its end the last weight once more with more patience. It decides from
-// χ² and, where the noise level is not reached, from generalised cross-validation; what is
-// minimised, and how, is ChannelRun's.
+// level on the finest and on while other light gains, and at its end the last weight once more with
+// more patience. It decides from χ² and from generalised cross-validation; what is minimised, and
+// how, is ChannelRun's.
 #pragma once
 
 #include <optional>
