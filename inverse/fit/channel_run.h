@@ -33,7 +33,8 @@ class ChannelRun {
 
  private:
   void open(int level);
-  Basis basis(double weight, double uncoupled) const;
+  AbsorptionScale scale() const;
+  Basis basis(double weight, const LateralBlocks& blocks, double slope, double uncoupled) const;
   void set_basis();
   Anchor anchor() const;
   void set_physics(Physics physics);

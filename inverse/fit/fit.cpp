@@ -21,6 +21,8 @@ namespace {
 
 /// In a row, too small to go on: a single short step is often followed by a long one.
 constexpr int few_decreases = 2;
+/// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ.
+constexpr double little_absorption = 0.2;
 /// A wave by itself leaves combinations of depths unseen that it moves together with other waves,
 /// where a block varies (docs/notes/fit-path.md).
 constexpr double uncoupled_share = 0.5;
@@ -79,7 +81,7 @@ void ChannelRun::record() {
                                    grid_.objective().solves(), state_.optimiser.value, state_.chi2,
                                    state_.roughness, seconds()});
   if (observer_) {
-    observer_(state_.report.history.back(), grid_.shape(), basis_->to_fields(state_.optimiser.z));
+    observer_(state_.report.history.back(), grid_.shape(), function_->fields(state_.optimiser.z));
   }
   // Each grid costs eight times the next coarser one: progress counts grids, then weights.
   const int levels = grid_.levels().count();
@@ -113,22 +115,32 @@ Regulariser ChannelRun::regulariser() const {
   return regulariser;
 }
 
-/// The metric of a weight; needs state_.blocks.
-Basis ChannelRun::basis(double weight, double uncoupled) const {
+/// The metric of a weight from the data's Hessian `blocks`, by log κ and a coordinate by which log
+/// μ has `slope`.
+Basis ChannelRun::basis(double weight, const LateralBlocks& blocks, double slope,
+                        double uncoupled) const {
   const double depth = grid_.thickness_mm();
   const double metric =
       metric_weight(regulariser(), weight, grid_.shape(), depth, state_.report.homogeneous_kappa);
   return {grid_.shape(),
           BasisOptions{options_.solver.coordinates, axis_of(grid_.problem().setup.lit_face), depth,
-                       options_.solver.smooth_length * depth, metric, uncoupled},
-          state_.blocks};
+                       options_.solver.smooth_length * depth, metric, uncoupled, slope},
+          blocks};
 }
 
+AbsorptionScale ChannelRun::scale() const {
+  if (options_.solver.coordinates != Coordinates::informed) return {};
+  return AbsorptionScale(little_absorption * state_.report.homogeneous_mu);
+}
+
+/// Needs state_.scaled_blocks and the fields that they were estimated at.
 void ChannelRun::set_basis() {
-  basis_ = std::make_unique<Basis>(basis(state_.path.weight, uncoupled_share));
+  const double slope = scale().mean_slope(state_.fields);
+  basis_ = std::make_unique<Basis>(
+      basis(state_.path.weight, state_.scaled_blocks, slope, uncoupled_share));
   function_ =
       std::make_unique<FitFunction>(grid_.objective(), *basis_, grid_.thickness_mm(), anchor(),
-                                    state_.path.weight, regulariser(), state_.fields);
+                                    state_.path.weight, regulariser(), state_.fields, scale());
 }
 
 /// On the finest grid, from another fit's volume, one step of the path above where it ended.
@@ -193,14 +205,17 @@ void ChannelRun::begin_weight() {
     // Anew for every weight: the Hessian at the homogeneous start is far from that of a structured
     // block, and a poor metric costs more steps than these solves.
     grid_.objective().value(state_.fields);
-    state_.blocks =
-        estimate_lateral_blocks(grid_.objective(), axis_of(grid_.problem().setup.lit_face),
-                                options_.solver.metric_probes, options_.solver.seed);
+    std::vector<CoefficientPair> rows =
+        random_rows(grid_.objective(), options_.solver.metric_probes, options_.solver.seed);
+    const int axis = axis_of(grid_.problem().setup.lit_face);
+    state_.blocks = lateral_blocks(rows, grid_.shape(), axis);
+    for (CoefficientPair& row : rows) row = scale().by_scaled(state_.fields, std::move(row));
+    state_.scaled_blocks = lateral_blocks(rows, grid_.shape(), axis);
   }
   const std::unique_ptr<Basis> basis_before = std::move(basis_);
   const std::unique_ptr<FitFunction> function_before = std::move(function_);
   set_basis();
-  state_.optimiser.z = basis_->from_fields(state_.fields);
+  state_.optimiser.z = function_->coordinates(state_.fields);
   // What the weight before learned of the Hessian holds here too (none on a new grid).
   restart(*function_, state_.optimiser,
           [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
@@ -239,7 +254,7 @@ bool ChannelRun::out_of_steps() const {
 
 void ChannelRun::follow_path() {
   CoefficientPair begun = std::move(state_.fields);
-  state_.fields = basis_->to_fields(state_.optimiser.z);
+  state_.fields = function_->fields(state_.optimiser.z);
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double renewed = grid_.renew_correction(state_.fields);
   const NextStep next = path_.minimum(state_.chi2, renewed, outlook(renewed), grid_.level());
@@ -266,9 +281,10 @@ std::optional<Outlook> ChannelRun::outlook(double chi2) const {
     const Basis::Determined determined = basis.determined(state_.blocks);
     return 1.0 - (determined.kappa + determined.mu) / values;
   };
-  Outlook outlook{free_share(basis(state_.path.weight, 0.0))};
+  const auto by_fields = [&](double weight) { return basis(weight, state_.blocks, 1.0, 0.0); };
+  Outlook outlook{free_share(by_fields(state_.path.weight))};
   const double next = path_.next_weight();
-  const Basis there = basis(next, 0.0);
+  const Basis there = by_fields(next);
   const double gain = function_->chi2_gain(state_.fields, there, next) / values;
   outlook.next_score =
       cross_validation(chi2 - gain, free_share(there)) / cross_validation(chi2, outlook.free_share);

@@ -26,17 +26,22 @@ void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term)
 
 FitFunction::FitFunction(Objective& objective, const Basis& basis, double thickness_mm,
                          const Anchor& anchor, double weight, const Regulariser& regulariser,
-                         CoefficientPair start)
+                         CoefficientPair start, const AbsorptionScale& scale)
     : objective_(objective),
       basis_(basis),
       thickness_mm_(thickness_mm),
       anchor_(anchor),
       weight_(weight),
       regulariser_(regulariser),
-      start_{basis.from_fields(start), std::move(start)} {}
+      scale_(scale),
+      start_{coordinates(start), std::move(start)} {}
 
-CoefficientPair FitFunction::fields_at(const Vector& z) const {
-  return z == start_.z ? start_.fields : basis_.to_fields(z);
+Vector FitFunction::coordinates(const CoefficientPair& fields) const {
+  return basis_.from_fields(scale_.from_fields(fields));
+}
+
+CoefficientPair FitFunction::fields(const Vector& z) const {
+  return z == start_.z ? start_.fields : scale_.to_fields(basis_.to_fields(z));
 }
 
 void FitFunction::go_to(const Vector& z) {
@@ -44,7 +49,7 @@ void FitFunction::go_to(const Vector& z) {
   if (z == ahead_.z) {
     std::swap(here_, ahead_);
   } else {
-    here_ = {z, fields_at(z)};
+    here_ = {z, fields(z)};
   }
 }
 
@@ -58,7 +63,7 @@ double FitFunction::value(const Vector& z) {
 Vector FitFunction::gradient() {
   CoefficientPair sum = objective_.gradient();
   add_scaled(sum, weight_, roughness_.gradient);
-  return basis_.gradient(sum);
+  return basis_.gradient(scale_.by_scaled(here_.fields, std::move(sum)));
 }
 
 void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change) const {
@@ -68,8 +73,8 @@ void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change)
   if (added != 0.0) {
     const CoefficientPair smoothing =
         smoothing_product(objective_.problem().setup.shape, thickness_mm_, anchor_.length_mm,
-                          roughness_.diffusivity, moved);
-    add_scaled(by_field, added, smoothing);
+                          roughness_.diffusivity, scale_.by_scaled(here_.fields, moved));
+    add_scaled(by_field, added, scale_.by_scaled(here_.fields, smoothing));
   }
   step = basis_.from_fields(moved);
   change = basis_.gradient(by_field);
@@ -97,7 +102,7 @@ double FitFunction::amplitude(const Vector& z, const Vector& direction) {
   for_pieces(z.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) ahead_.z[i] += direction[i];
   });
-  ahead_.fields = fields_at(ahead_.z);
+  ahead_.fields = fields(ahead_.z);
   double largest = 0.0;
   for (std::size_t i = 0; i < here_.fields.log_mu.size(); ++i) {
     largest = std::max({largest, std::abs(ahead_.fields.log_kappa[i] - here_.fields.log_kappa[i]),

@@ -2,6 +2,7 @@
 // optimiser moves in.
 #pragma once
 
+#include "inverse/optimise/absorption_scale.h"
 #include "inverse/optimise/basis.h"
 #include "inverse/optimise/optimiser.h"
 #include "inverse/problem/objective.h"
@@ -12,11 +13,15 @@ namespace kappamu::inverse {
 /// f(z) = ½ χ² + α R in the coordinates the optimiser moves in.
 class FitFunction final : public Function {
  public:
-  /// `start`: the fields the optimiser begins from, at z = basis.from_fields(start). There value()
-  /// takes these themselves, not what rounding makes of them on the way to z and back: what the
-  /// objective has just solved it need not solve again.
+  /// `basis` is one of (log κ, w), w as `scale` has it. `start`: the fields the optimiser begins
+  /// from, at z = coordinates(start). There value() takes these themselves, not what rounding makes
+  /// of them on the way to z and back: what the objective has just solved it need not solve again.
   FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
-              double weight, const Regulariser& regulariser, CoefficientPair start);
+              double weight, const Regulariser& regulariser, CoefficientPair start,
+              const AbsorptionScale& scale = {});
+
+  Vector coordinates(const CoefficientPair& fields) const;
+  CoefficientPair fields(const Vector& z) const;
 
   double value(const Vector& z) override;
   Vector gradient() override;
@@ -24,8 +29,8 @@ class FitFunction final : public Function {
   double last_roughness() const { return roughness_.value; }
   /// An L-BFGS pair of `before`, the same fields' function at another weight, in other coordinates
   /// or with another correction r, made one of this: the change of the gradient that the step would
-  /// have brought here. Exact but for r and, for Huber-TV, its slopes, which are those of the last
-  /// value().
+  /// have brought here. Exact but for r, for the scale's bend and, for Huber-TV, its slopes, which
+  /// are those of the last value().
   void adopt(const FitFunction& before, Vector& step, Vector& change) const;
   /// How far χ² falls from its minimum under this weight, `fields`, to that under `weight`, were
   /// the data's Hessian the metric's: `basis` is that weight's.
@@ -36,7 +41,6 @@ class FitFunction final : public Function {
     Vector z;
     CoefficientPair fields;
   };
-  CoefficientPair fields_at(const Vector& z) const;
   /// Sets here_ to z, whose fields are computed where they are not at hand.
   void go_to(const Vector& z);
 
@@ -46,6 +50,7 @@ class FitFunction final : public Function {
   Anchor anchor_;
   double weight_;
   Regulariser regulariser_;
+  AbsorptionScale scale_;
   Point start_;
   Point here_;   ///< of the last value()
   Point ahead_;  ///< z + direction of the last amplitude(): mostly the next to be asked for

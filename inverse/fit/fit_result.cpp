@@ -101,6 +101,7 @@ void ChannelRun::finish(double chi2) {
   state_.path.phase = FitPhase::finished;
   state_.optimiser = OptimiserState{};
   state_.blocks.clear();
+  state_.scaled_blocks.clear();
   save();
 }
 

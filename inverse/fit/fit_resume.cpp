@@ -122,16 +122,18 @@ void ChannelRun::require_possible(const FitState& state) const {
 
   require(state.path.weight >= 0.0);
   if (finished) {
-    require(state.optimiser.z.empty() && state.blocks.empty());
+    require(state.optimiser.z.empty() && state.blocks.empty() && state.scaled_blocks.empty());
     return;
   }
   require_possible(state.optimiser, 2 * shape.cells(), options_.solver.optimiser.memory);
   const bool informed = options_.solver.coordinates == Coordinates::informed;
   const LateralModes modes(shape, axis);
-  require(state.blocks.size() == (informed ? static_cast<std::size_t>(modes.bins()) : 0));
-  for (const Eigen::MatrixXd& block : state.blocks) {
-    require(block.rows() == modes.rows() && block.allFinite() &&
-            block.llt().info() == Eigen::Success);
+  for (const LateralBlocks* blocks : {&state.blocks, &state.scaled_blocks}) {
+    require(blocks->size() == (informed ? static_cast<std::size_t>(modes.bins()) : 0));
+    for (const Eigen::MatrixXd& block : *blocks) {
+      require(block.rows() == modes.rows() && block.allFinite() &&
+              block.llt().info() == Eigen::Success);
+    }
   }
 }
 

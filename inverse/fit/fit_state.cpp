@@ -91,7 +91,8 @@ void transfer(auto& bytes, Is<Correction> auto& r) {
 void transfer(auto& bytes, Is<FitState> auto& state) {
   bytes(state.level, state.path, state.stage_steps, state.small_decreases, state.seconds,
         state.roughness, state.chi2, state.fields.log_kappa, state.fields.log_mu, state.blocks,
-        state.optimiser, state.correction, state.solves, state.report, state.simpler);
+        state.scaled_blocks, state.optimiser, state.correction, state.solves, state.report,
+        state.simpler);
 }
 
 std::vector<std::byte> FitState::bytes() const {
@@ -114,7 +115,7 @@ std::size_t most_checkpoint_bytes(const SurfaceMeasurements& m, const FitOptions
   const double depth = m.grid.extent(axis_of(m.lit_face));
   const double bins = std::max({m.grid.nx, m.grid.ny, m.grid.nz}) * 2.0 + 1.0;
   const double doubles = 2.0 * cells * (1.0 + 4.0 + options.solver.optimiser.memory + 1.0) +
-                         bins * 4.0 * depth * depth +
+                         2.0 * bins * 4.0 * depth * depth +
                          5.0 * static_cast<double>(m.seen_shape().cells()) * m.patterns;
   constexpr double history_bytes = 64.0 * 1048576.0;  // of a million steps
   return static_cast<std::size_t>(8.0 * doubles + history_bytes);

@@ -60,7 +60,7 @@ Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralB
     }
     Eigen::MatrixXd metric = smooth * along_depth;
     metric.diagonal().array() += smooth * (eigenvalue + mass);
-    metric.bottomRows(modes_->depth()) /= absorbers_vary * absorbers_vary;
+    metric.bottomRows(modes_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
     if (informed) {
       const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];
       metric += (1.0 - options.uncoupled) * block;

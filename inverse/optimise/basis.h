@@ -48,6 +48,7 @@ struct BasisOptions {
   /// Of the data's Hessian, the share that is taken for what each depth and coefficient has by
   /// itself, without the rest's.
   double uncoupled = 0.0;
+  double slope = 1.0;  ///< of log μ by the coordinate that stands for it (absorption_scale.h)
 };
 
 class Basis {

@@ -89,10 +89,4 @@ LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const GridSh
   return blocks_of(sums, samples, modes.rows(), ridge);
 }
 
-LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
-                                      std::uint64_t seed, double ridge) {
-  return lateral_blocks(random_rows(objective, probes, seed), objective.problem().setup.shape,
-                        depth_axis, ridge);
-}
-
 }  // namespace kappamu::inverse

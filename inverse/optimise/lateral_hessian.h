@@ -19,10 +19,6 @@ std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::
 /// with fewer samples than rows borrow from their neighbours. `ridge` times a block's mean diagonal
 /// is added to it: few samples do not tell its smallest eigenvalues from zero.
 LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
-                             int depth_axis, double ridge);
-
-/// Of random_rows().
-LateralBlocks estimate_lateral_blocks(Objective& objective, int depth_axis, int probes,
-                                      std::uint64_t seed, double ridge = 1e-3);
+                             int depth_axis, double ridge = 1e-3);
 
 }  // namespace kappamu::inverse

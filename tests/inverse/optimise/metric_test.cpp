@@ -60,7 +60,7 @@ TEST(Metric, IsTheHessiansInverseForAllButFewDirections) {
   objective.refresh_correction(refine(objective.problem()), truth);
   constexpr double alpha = 270.0;  // where its fit ends
   const double thickness = 5.0;
-  const LateralBlocks blocks = estimate_lateral_blocks(objective, 2, 2, 1);
+  const LateralBlocks blocks = lateral_blocks(random_rows(objective, 2, 1), block.grid, 2);
   const Basis basis(block.grid, {Coordinates::informed, 2, thickness, thickness, alpha}, blocks);
   const Prior prior{alpha, thickness, 10.0 * thickness};
   const Spectrum found = spectrum(

@@ -55,7 +55,7 @@ class TinyPosterior : public ::testing::Test {
     basis_ = std::make_unique<Basis>(shape,
                                      BasisOptions{Coordinates::informed, axis, prior.thickness_mm,
                                                   prior.anchor_length_mm, prior.weight},
-                                     estimate_lateral_blocks(*objective_, axis, 4, 1));
+                                     lateral_blocks(random_rows(*objective_, 4, 1), shape, axis));
   }
 
   InverseDiagonal sampler(int steps) const {
