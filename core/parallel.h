@@ -56,4 +56,16 @@ void for_pieces(std::size_t size, const Work& work) {
   for_pieces(size, piece_length, work);
 }
 
+/// Whether test(i) holds for every element of a vector of `size`.
+template <class Test>
+bool for_all(std::size_t size, const Test& test) {
+  std::atomic<bool> all{true};
+  for_pieces(size, [&](std::size_t, std::size_t begin, std::size_t end) {
+    bool here = true;
+    for (std::size_t i = begin; i < end; ++i) here = here && test(i);
+    if (!here) all = false;
+  });
+  return all;
+}
+
 }  // namespace kappamu

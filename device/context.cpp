@@ -1,9 +1,11 @@
 #include "device/context.h"
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <mutex>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 #include "core/error.h"
@@ -76,36 +78,55 @@ void check_call(cl_int code, const char* call, const std::string& device) {
 
 class Program {
  public:
-  Program(cl_program program, std::string device) : program_(program), device_(std::move(device)) {}
-
-  cl_kernel kernel(const std::string& name) {
-    const auto found = kernels_.find(name);
-    if (found != kernels_.end()) return found->second;
-    cl_int code = CL_SUCCESS;
-    cl_kernel kernel = clCreateKernel(program_, name.c_str(), &code);
-    check_call(code, ("clCreateKernel(" + name + ")").c_str(), device_);
-    return kernels_.emplace(name, kernel).first->second;
-  }
+  explicit Program(cl_program program) : program_(program) {}
+  cl_program handle() const { return program_; }
 
  private:
   cl_program program_;  ///< lives as long as the process, like its context
-  std::string device_;
-  std::map<std::string, cl_kernel> kernels_;
 };
 
 struct Context::Impl {
-  DeviceInfo info;
-  cl_device_id device = nullptr;
-  cl_context context = nullptr;
-  cl_command_queue queue = nullptr;
-  std::map<std::pair<std::string, std::string>, Program> programs;  ///< by (text, options)
-  std::size_t allocated = 0;
-
   struct Timed {
     LaunchTime launch;
     cl_event event = nullptr;
   };
-  std::vector<Timed>* timed = nullptr;  ///< where launches are noted, while they are
+  /// What each thread has of its own: a kernel holds its arguments until it is launched.
+  struct ThreadsOwn {
+    cl_command_queue queue = nullptr;
+    std::map<std::pair<const Program*, std::string>, cl_kernel> kernels;
+    std::vector<Timed>* timed = nullptr;  ///< where launches are noted, while they are
+  };
+
+  DeviceInfo info;
+  cl_device_id device = nullptr;
+  cl_context context = nullptr;
+  std::atomic<std::size_t> allocated = 0;
+  std::mutex lock;                                                  ///< of both maps
+  std::map<std::pair<std::string, std::string>, Program> programs;  ///< by (text, options)
+  std::map<std::thread::id, ThreadsOwn> threads;
+
+  cl_command_queue make_queue(cl_command_queue_properties properties) const {
+    cl_int code = CL_SUCCESS;
+    cl_command_queue queue = clCreateCommandQueue(context, device, properties, &code);
+    check_call(code, "clCreateCommandQueue", info.name);
+    return queue;
+  }
+  ThreadsOwn& own() {
+    const std::scoped_lock guard(lock);
+    ThreadsOwn& found = threads[std::this_thread::get_id()];
+    if (found.queue == nullptr) found.queue = make_queue(0);
+    return found;
+  }
+  cl_command_queue queue() { return own().queue; }
+  static cl_kernel kernel(ThreadsOwn& own, const Program& program, const std::string& name,
+                          const std::string& device) {
+    cl_kernel& found = own.kernels[{&program, name}];
+    if (found != nullptr) return found;
+    cl_int code = CL_SUCCESS;
+    found = clCreateKernel(program.handle(), name.c_str(), &code);
+    check_call(code, ("clCreateKernel(" + name + ")").c_str(), device);
+    return found;
+  }
 };
 
 Context::Context(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -130,8 +151,6 @@ Context& Context::of(std::size_t index) {
   cl_int code = CL_SUCCESS;
   impl->context = clCreateContext(properties, 1, &impl->device, nullptr, nullptr, &code);
   check_call(code, "clCreateContext", name);
-  impl->queue = clCreateCommandQueue(impl->context, impl->device, 0, &code);
-  check_call(code, "clCreateCommandQueue", name);
   slot.reset(new Context(std::move(impl)));
   return *slot;
 }
@@ -141,6 +160,7 @@ const DeviceInfo& Context::info() const {
 }
 
 Program& Context::program(const KernelSource& source, const std::string& options) {
+  const std::scoped_lock guard(impl_->lock);
   const std::pair<std::string, std::string> key{source.text, options};
   const auto found = impl_->programs.find(key);
   if (found != impl_->programs.end()) return found->second;
@@ -160,7 +180,7 @@ Program& Context::program(const KernelSource& source, const std::string& options
                       source.path + " with '" + options + "' on device '" + impl_->info.name +
                       "': " + first_error(log));
   }
-  return impl_->programs.emplace(key, Program(program, impl_->info.name)).first->second;
+  return impl_->programs.emplace(key, Program(program)).first->second;
 }
 
 Buffer Context::allocate(std::size_t bytes) {
@@ -200,14 +220,14 @@ std::size_t Context::allocated_bytes() const {
 
 void Context::write(const Buffer& buffer, const void* data, std::size_t bytes) {
   check(bytes <= buffer.bytes(), "write past the end of a device buffer");
-  check_call(clEnqueueWriteBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
-                                  0, bytes, data, 0, nullptr, nullptr),
+  check_call(clEnqueueWriteBuffer(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()),
+                                  CL_TRUE, 0, bytes, data, 0, nullptr, nullptr),
              "clEnqueueWriteBuffer", impl_->info.name);
 }
 
 void Context::read(const Buffer& buffer, void* data, std::size_t bytes) {
   check(bytes <= buffer.bytes(), "read past the end of a device buffer");
-  check_call(clEnqueueReadBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
+  check_call(clEnqueueReadBuffer(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
                                  0, bytes, data, 0, nullptr, nullptr),
              "clEnqueueReadBuffer", impl_->info.name);
 }
@@ -216,7 +236,7 @@ void* Context::map(const Buffer& buffer, std::size_t bytes, bool to_write) {
   check(bytes <= buffer.bytes(), "map past the end of a device buffer");
   cl_int code = CL_SUCCESS;
   void* memory =
-      clEnqueueMapBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
+      clEnqueueMapBuffer(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()), CL_TRUE,
                          to_write ? CL_MAP_WRITE_INVALIDATE_REGION : CL_MAP_READ, 0, bytes, 0,
                          nullptr, nullptr, &code);
   check_call(code, "clEnqueueMapBuffer", impl_->info.name);
@@ -224,7 +244,7 @@ void* Context::map(const Buffer& buffer, std::size_t bytes, bool to_write) {
 }
 
 void Context::unmap(const Buffer& buffer, void* memory) {
-  check_call(clEnqueueUnmapMemObject(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()),
+  check_call(clEnqueueUnmapMemObject(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()),
                                      memory, 0, nullptr, nullptr),
              "clEnqueueUnmapMemObject", impl_->info.name);
 }
@@ -233,15 +253,15 @@ void Context::zero(const Buffer& buffer, std::size_t bytes) {
   check(bytes <= buffer.bytes(), "zeroing past the end of a device buffer");
   // Static, should a driver read it later than it may.
   static const cl_uchar zero = 0;
-  check_call(clEnqueueFillBuffer(impl_->queue, static_cast<cl_mem>(buffer.handle_.get()), &zero, 1,
-                                 0, bytes, 0, nullptr, nullptr),
+  check_call(clEnqueueFillBuffer(impl_->queue(), static_cast<cl_mem>(buffer.handle_.get()), &zero,
+                                 1, 0, bytes, 0, nullptr, nullptr),
              "clEnqueueFillBuffer", impl_->info.name);
 }
 
 void Context::copy(const Buffer& from, const Buffer& to, std::size_t bytes) {
   check(bytes <= from.bytes() && bytes <= to.bytes(), "copy past the end of a device buffer");
   check_call(
-      clEnqueueCopyBuffer(impl_->queue, static_cast<cl_mem>(from.handle_.get()),
+      clEnqueueCopyBuffer(impl_->queue(), static_cast<cl_mem>(from.handle_.get()),
                           static_cast<cl_mem>(to.handle_.get()), 0, 0, bytes, 0, nullptr, nullptr),
       "clEnqueueCopyBuffer", impl_->info.name);
 }
@@ -249,7 +269,8 @@ void Context::copy(const Buffer& from, const Buffer& to, std::size_t bytes) {
 void Context::launch_list(Program& program, const char* name, const Range& range,
                           std::span<const Argument> arguments) {
   const std::string& device = impl_->info.name;
-  cl_kernel kernel = program.kernel(name);
+  Impl::ThreadsOwn& own = impl_->own();
+  cl_kernel kernel = Impl::kernel(own, program, name, device);
   cl_uint position = 0;
   for (const Argument& argument : arguments) {
     cl_mem memory = static_cast<cl_mem>(argument.handle_);
@@ -271,40 +292,38 @@ void Context::launch_list(Program& program, const char* name, const Range& range
   const std::size_t global[] = {round_up(range.global0, range.local0),
                                 round_up(range.global1, range.local1)};
   cl_event event = nullptr;
-  const cl_int code = clEnqueueNDRangeKernel(impl_->queue, kernel, 2, nullptr, global, local, 0,
-                                             nullptr, impl_->timed != nullptr ? &event : nullptr);
+  const cl_int code = clEnqueueNDRangeKernel(own.queue, kernel, 2, nullptr, global, local, 0,
+                                             nullptr, own.timed != nullptr ? &event : nullptr);
   if (code != CL_SUCCESS) {
     check_call(code, ("clEnqueueNDRangeKernel(" + std::string(name) + ")").c_str(), device);
   }
-  if (impl_->timed != nullptr) {
+  if (own.timed != nullptr) {
     Impl::Timed timed{{name, {}, 0.0}, event};
     for (const Argument& argument : arguments) {
       if (!argument.is_int_) continue;
       std::memcpy(&timed.launch.integers.emplace_back(), argument.bytes_, sizeof(int));
     }
-    impl_->timed->push_back(std::move(timed));
+    own.timed->push_back(std::move(timed));
   }
 }
 
 void Context::finish() {
-  check_call(clFinish(impl_->queue), "clFinish", impl_->info.name);
+  check_call(clFinish(impl_->queue()), "clFinish", impl_->info.name);
 }
 
 std::vector<LaunchTime> Context::launches_of(const std::function<void()>& work) {
-  check(impl_->timed == nullptr, "launches_of: one at a time");
+  Impl::ThreadsOwn& own = impl_->own();
+  check(own.timed == nullptr, "launches_of: one at a time");
   finish();
-  cl_int code = CL_SUCCESS;
-  cl_command_queue profiling =
-      clCreateCommandQueue(impl_->context, impl_->device, CL_QUEUE_PROFILING_ENABLE, &code);
-  check_call(code, "clCreateCommandQueue", impl_->info.name);
+  cl_command_queue profiling = impl_->make_queue(CL_QUEUE_PROFILING_ENABLE);
   std::vector<Impl::Timed> timed;
-  std::swap(impl_->queue, profiling);
-  impl_->timed = &timed;
+  std::swap(own.queue, profiling);
+  own.timed = &timed;
   // Whatever comes, the plain queue is put back and the events are freed.
   const auto restore = [&](void*) {
-    clFinish(impl_->queue);
-    impl_->timed = nullptr;
-    std::swap(impl_->queue, profiling);
+    clFinish(own.queue);
+    own.timed = nullptr;
+    std::swap(own.queue, profiling);
     for (const Impl::Timed& one : timed) clReleaseEvent(one.event);
     clReleaseCommandQueue(profiling);
   };

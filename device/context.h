@@ -1,5 +1,5 @@
-// One OpenCL device at work: buffers, programs, launches, on one in-order queue. The only place
-// that calls OpenCL. Not safe for use from several threads at once.
+// One OpenCL device at work: buffers, programs, launches. The only place that calls OpenCL. Threads
+// may use it side by side: each has an in-order queue of its own, and buffers of its own too.
 #pragma once
 
 #include <cstddef>
@@ -124,10 +124,10 @@ class Context {
     launch_list(program, kernel, range, list);
   }
 
-  /// Waits until all queued work is done.
+  /// Waits until all work that this thread queued is done.
   void finish();
 
-  /// Runs `work` and returns what it launched here, in order; to be called from outside of `work`.
+  /// Runs `work` and returns what it launched here in this thread, in order; to be called from outside of `work`.
   std::vector<LaunchTime> launches_of(const std::function<void()>& work);
 
  private:

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward {
 
@@ -31,16 +32,14 @@ void validate_medium(const GridShape& shape, std::span<const double> kappa,
                      std::to_string(mu.size()) + " where the grid has " +
                      std::to_string(shape.cells()) + " voxels");
   }
-  const auto valid = [](double k, double m) {
-    return std::isfinite(k) && k > 0.0 && std::isfinite(m) && m >= 0.0;
+  const auto valid = [&](std::size_t i) {
+    return std::isfinite(kappa[i]) && kappa[i] > 0.0 && std::isfinite(mu[i]) && mu[i] >= 0.0;
   };
-  for (std::size_t i = 0; i < kappa.size(); ++i) {
-    if (valid(kappa[i], mu[i])) continue;
-    // Rare: hand the volumes to the one function that words the sentence.
-    kappamu::validate(Medium{Volume<double>(shape, std::vector<double>(kappa.begin(), kappa.end())),
-                             Volume<double>(shape, std::vector<double>(mu.begin(), mu.end()))},
-                      "medium");
-  }
+  if (for_all(kappa.size(), valid)) return;
+  // Rare: hand the volumes to the one function that words the sentence.
+  kappamu::validate(Medium{Volume<double>(shape, std::vector<double>(kappa.begin(), kappa.end())),
+                           Volume<double>(shape, std::vector<double>(mu.begin(), mu.end()))},
+                    "medium");
 }
 
 BoundaryConstants constants_of(const GridSetup& setup) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <exception>
 #include <map>
+#include <mutex>
 #include <tuple>
 #include <vector>
 
@@ -88,7 +89,9 @@ Verdict compare(device::Context& context, Precision precision, int lanes) {
 }  // namespace
 
 const Verdict& solver_verdict(device::Context& context, Precision precision, int lanes) {
+  static std::mutex mutex;
   static std::map<std::tuple<device::Context*, Precision, int>, Verdict> verdicts;
+  const std::scoped_lock lock(mutex);
   const std::tuple key{&context, precision, lanes};
   const auto found = verdicts.find(key);
   if (found != verdicts.end()) return found->second;
@@ -96,11 +99,14 @@ const Verdict& solver_verdict(device::Context& context, Precision precision, int
 }
 
 Verdict device_verdict(device::Context& context, Precision precision) {
+  static std::mutex mutex;
   static std::map<device::Context*, device::SelfTest> basics;
+  std::unique_lock lock(mutex);
   auto found = basics.find(&context);
   if (found == basics.end()) {
     found = basics.emplace(&context, device::self_test(context)).first;
   }
+  lock.unlock();
   if (!found->second.passed) return {false, found->second.message};
   const Verdict& solver = solver_verdict(context, precision, full_lanes);
   return {solver.trusted,

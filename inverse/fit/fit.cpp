@@ -129,7 +129,8 @@ Basis ChannelRun::basis(double weight, const LateralBlocks& blocks, double slope
 }
 
 AbsorptionScale ChannelRun::scale() const {
-  if (options_.solver.coordinates != Coordinates::informed) return {};
+  const bool of_paper = options_.regulariser.kind == RegulariserKind::wang2008;
+  if (of_paper || options_.solver.coordinates != Coordinates::informed) return {};
   return AbsorptionScale(little_absorption * state_.report.homogeneous_mu);
 }
 

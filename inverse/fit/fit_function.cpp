@@ -103,12 +103,18 @@ double FitFunction::amplitude(const Vector& z, const Vector& direction) {
     for (std::size_t i = begin; i < end; ++i) ahead_.z[i] += direction[i];
   });
   ahead_.fields = fields(ahead_.z);
-  double largest = 0.0;
-  for (std::size_t i = 0; i < here_.fields.log_mu.size(); ++i) {
-    largest = std::max({largest, std::abs(ahead_.fields.log_kappa[i] - here_.fields.log_kappa[i]),
+  std::vector<double> largest(pieces(here_.fields.log_mu.size()), 0.0);
+  for_pieces(
+      here_.fields.log_mu.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
+        double of_piece = 0.0;
+        for (std::size_t i = begin; i < end; ++i) {
+          of_piece =
+              std::max({of_piece, std::abs(ahead_.fields.log_kappa[i] - here_.fields.log_kappa[i]),
                         std::abs(ahead_.fields.log_mu[i] - here_.fields.log_mu[i])});
-  }
-  return largest;
+        }
+        largest[piece] = of_piece;
+      });
+  return *std::max_element(largest.begin(), largest.end());
 }
 
 }  // namespace kappamu::inverse

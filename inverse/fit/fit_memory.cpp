@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/process_memory.h"
+#include "device/device_info.h"
 #include "forward/grid/opencl/solver_memory.h"
 
 namespace kappamu::inverse {
@@ -45,6 +46,17 @@ FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOption
   const double pairs = 2.0 * 2.0 * options.solver.optimiser.memory;
   return {fluence + std::max(adjoint, refined),
           8.0 * cells * (working_doubles + pairs) + refined_host};
+}
+
+int fits_at_once(const FitMemory& of_one, const Backend& backend, int channels) {
+  constexpr double share = 0.5;
+  double most = share * main_memory() / of_one.total();
+  const auto devices = device::list_devices();
+  if (backend.device != "reference" && !devices.empty()) {
+    const device::DeviceInfo& d = devices[device::choose(devices, backend.device).index];
+    most = std::min(most, share * static_cast<double>(d.global_memory_bytes) / of_one.device);
+  }
+  return std::clamp(static_cast<int>(std::min(most, 64.0)), 1, channels);
 }
 
 std::string in_words(const FitMemory& memory) {

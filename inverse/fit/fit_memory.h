@@ -9,8 +9,7 @@
 
 namespace kappamu::inverse {
 
-/// Of a volume on `measurements.grid`, channels being fitted one after another [bytes]; simpler
-/// models take less.
+/// Of one channel's volume on `measurements.grid` [bytes]; simpler models take less.
 struct FitMemory {
   double device = 0.0;  ///< main memory too where the device is a processor
   double host = 0.0;
@@ -19,6 +18,10 @@ struct FitMemory {
 
 /// Held to the measured peak by a test.
 FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOptions& options);
+
+/// How many of `channels` may be fitted side by side: as many as half the machine's memory holds,
+/// and half the device's.
+int fits_at_once(const FitMemory& of_one, const Backend& backend, int channels);
 
 /// "about 5.4 GB of memory at the peak".
 std::string in_words(const FitMemory& memory);

@@ -22,10 +22,6 @@ CoefficientPair parted(const Vector& z) {
   return {Vector(z.begin(), z.begin() + half), Vector(z.begin() + half, z.end())};
 }
 
-Vector flat(const Eigen::MatrixXd& m) {
-  return {m.data(), m.data() + m.size()};
-}
-
 /// The 3-point Neumann Laplacian along the depth, for κ and for μ.
 Eigen::MatrixXd depth_laplacian(Eigen::Index depth) {
   Eigen::MatrixXd laplacian = Eigen::MatrixXd::Zero(2 * depth, 2 * depth);
@@ -72,11 +68,12 @@ Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralB
   }
 }
 
-void Basis::apply(Factor factor, Eigen::MatrixXd& coefficients) const {
+void Basis::apply(Factor factor, const Waves& from, double* to) const {
+  Eigen::Map<Eigen::MatrixXd> result(to, from.rows(), from.cols());
   for_rows(modes_->bins(), [&](int bin) {
     const std::vector<int>& members = modes_->members(bin);
     const auto upper = factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>();
-    Eigen::MatrixXd part = coefficients(Eigen::all, members);
+    Eigen::MatrixXd part = from(Eigen::all, members);
     switch (factor) {
       case Factor::solve:
         upper.solveInPlace(part);
@@ -91,16 +88,16 @@ void Basis::apply(Factor factor, Eigen::MatrixXd& coefficients) const {
         part = (upper.transpose() * part).eval();
         break;
     }
-    coefficients(Eigen::all, members) = part;
+    result(Eigen::all, members) = part;
   });
 }
 
 CoefficientPair Basis::fields_of(const Vector& z, Factor factor) const {
   check(z.size() == 2 * shape_.cells(), "coordinates do not fit the basis");
   if (!modes_) return parted(z);
-  Eigen::MatrixXd coefficients = Eigen::Map<const Eigen::MatrixXd>(
-      z.data(), modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
-  apply(factor, coefficients);
+  const auto waves = static_cast<Eigen::Index>(modes_->laplacian().size());
+  Eigen::MatrixXd coefficients(modes_->rows(), waves);
+  apply(factor, Waves(z.data(), modes_->rows(), waves), coefficients.data());
   return modes_->synthesise(coefficients);
 }
 
@@ -114,9 +111,10 @@ CoefficientPair Basis::gradient_by_field(const Vector& by_z) const {
 
 Vector Basis::coordinates_of(const CoefficientPair& fields, Factor factor) const {
   if (!modes_) return joined(fields);
-  Eigen::MatrixXd coefficients = modes_->analyse(fields);
-  apply(factor, coefficients);
-  return flat(coefficients);
+  const Eigen::MatrixXd coefficients = modes_->analyse(fields);
+  Vector z(2 * shape_.cells());
+  apply(factor, Waves(coefficients.data(), coefficients.rows(), coefficients.cols()), z.data());
+  return z;
 }
 
 Vector Basis::from_fields(const CoefficientPair& fields) const {

@@ -74,8 +74,9 @@ class Basis {
 
  private:
   enum class Factor { solve, solve_transposed, multiply, multiply_transposed };
-  /// U⁻¹, U⁻ᵀ, U or Uᵀ of every wave's bin, in place.
-  void apply(Factor factor, Eigen::MatrixXd& coefficients) const;
+  using Waves = Eigen::Map<const Eigen::MatrixXd>;
+  /// `to` = U⁻¹, U⁻ᵀ, U or Uᵀ of every wave's bin times `from`.
+  void apply(Factor factor, const Waves& from, double* to) const;
   CoefficientPair fields_of(const Vector& z, Factor factor) const;
   Vector coordinates_of(const CoefficientPair& fields, Factor factor) const;
 

@@ -5,6 +5,8 @@
 #include <random>
 #include <vector>
 
+#include "core/parallel.h"
+
 namespace kappamu::inverse {
 
 namespace {
@@ -80,11 +82,11 @@ LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const GridSh
   std::vector<int> samples(sums.size(), 0);
   for (const CoefficientPair& row : rows) {
     const Eigen::MatrixXd waves = modes.analyse(row);
-    for (int bin = 0; bin < modes.bins(); ++bin) {
+    for_rows(modes.bins(), [&](int bin) {
       const Eigen::MatrixXd part = waves(Eigen::all, modes.members(bin));
       sums[static_cast<std::size_t>(bin)] += part * part.transpose();
       samples[static_cast<std::size_t>(bin)] += static_cast<int>(part.cols());
-    }
+    });
   }
   return blocks_of(sums, samples, modes.rows(), ridge);
 }

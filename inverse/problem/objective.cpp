@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
 #include "inverse/problem/linearised.h"
 
@@ -14,13 +15,16 @@ namespace kappamu::inverse {
 
 namespace {
 
+/// Pixels of the seen face that a thread sums over the patterns at once.
+constexpr std::size_t seen_at_once = 4096;
+
 using forward::SolveReport;
 using forward::Termination;
 
 bool within_range(const CoefficientPair& fields) {
   const auto ok = [](double x) { return std::abs(x) <= max_log_coefficient; };  // false for NaN
-  return std::all_of(fields.log_kappa.begin(), fields.log_kappa.end(), ok) &&
-         std::all_of(fields.log_mu.begin(), fields.log_mu.end(), ok);
+  return for_all(fields.log_mu.size(),
+                 [&](std::size_t i) { return ok(fields.log_kappa[i]) && ok(fields.log_mu[i]); });
 }
 
 /// Voxels times iterations of a batch of `part` out of `patterns`.
@@ -243,13 +247,15 @@ CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
     term.columns =
         solver_->column_products(*lambda, patterns_of(problem_.irradiance, begin, end, lit));
     term.observed.assign(seen, 0.0);
-    for (int m = begin; m < end; ++m) {
-      for (std::size_t s = 0; s < seen; ++s) {
-        const std::size_t i = static_cast<std::size_t>(m) * seen + s;
-        const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
-        term.observed[s] += by_exitance[i] * (exitance_[i] - entered);
+    for_pieces(seen, seen_at_once, [&](std::size_t, std::size_t first, std::size_t last) {
+      for (int m = begin; m < end; ++m) {
+        for (std::size_t s = first; s < last; ++s) {
+          const std::size_t i = static_cast<std::size_t>(m) * seen + s;
+          const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
+          term.observed[s] += by_exitance[i] * (exitance_[i] - entered);
+        }
       }
-    }
+    });
     sums.add(std::move(term));
   }
   CoefficientPair gradient = assemble_gradient(problem_.setup, solver_->constants(),

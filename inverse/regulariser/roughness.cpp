@@ -105,12 +105,16 @@ double anchor_scale(const GridShape& shape, double scale, const Anchor& anchor) 
 /// Σ_voxels ½ pull (u − to)²; adds its gradient.
 double pull_to(double to, double pull, const std::vector<double>& u,
                std::vector<double>& gradient) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < u.size(); ++i) {
-    sum += 0.5 * pull * (u[i] - to) * (u[i] - to);
-    gradient[i] += pull * (u[i] - to);
-  }
-  return sum;
+  std::vector<double> sums(pieces(u.size()));
+  for_pieces(u.size(), [&](std::size_t piece, std::size_t begin, std::size_t end) {
+    double sum = 0.0;
+    for (std::size_t i = begin; i < end; ++i) {
+      sum += 0.5 * pull * (u[i] - to) * (u[i] - to);
+      gradient[i] += pull * (u[i] - to);
+    }
+    sums[piece] = sum;
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
 /// ½ scale Σ_voxels |∇κ|² as a function of log κ.

@@ -26,23 +26,23 @@ void smooth(std::vector<double>& values, const GridShape& shape, int axis,
                            : axis == 1 ? static_cast<std::size_t>(shape.nx)
                                        : static_cast<std::size_t>(shape.nx) * shape.ny;
   const std::vector<double> before = values;
-  for (int z = 0; z < shape.nz; ++z) {
-    for (int y = 0; y < shape.ny; ++y) {
-      for (int x = 0; x < shape.nx; ++x) {
-        const std::size_t i = shape.index(x, y, z);
-        const int at = axis == 0 ? x : axis == 1 ? y : z;
-        double sum = 0.0;
-        double norm = 0.0;
-        for (int k = std::max(-reach, -at); k <= std::min(reach, n - 1 - at); ++k) {
-          const double weight = kernel[static_cast<std::size_t>(std::abs(k))];
-          const auto offset = static_cast<std::ptrdiff_t>(k) * static_cast<std::ptrdiff_t>(step);
-          sum += weight * before[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + offset)];
-          norm += weight;
-        }
-        values[i] = sum / norm;
+  for_rows(shape.ny * shape.nz, [&](int row) {
+    const int y = row % shape.ny;
+    const int z = row / shape.ny;
+    for (int x = 0; x < shape.nx; ++x) {
+      const std::size_t i = shape.index(x, y, z);
+      const int at = axis == 0 ? x : axis == 1 ? y : z;
+      double sum = 0.0;
+      double norm = 0.0;
+      for (int k = std::max(-reach, -at); k <= std::min(reach, n - 1 - at); ++k) {
+        const double weight = kernel[static_cast<std::size_t>(std::abs(k))];
+        const auto offset = static_cast<std::ptrdiff_t>(k) * static_cast<std::ptrdiff_t>(step);
+        sum += weight * before[static_cast<std::size_t>(static_cast<std::ptrdiff_t>(i) + offset)];
+        norm += weight;
       }
+      values[i] = sum / norm;
     }
-  }
+  });
 }
 
 std::vector<double> gaussian(double deviation) {
@@ -134,9 +134,16 @@ CoefficientPair InverseDiagonal::sample(const Vector& u) {
       eigen.vectors * eigen.values.cwiseSqrt().cwiseInverse().cwiseProduct(
                           eigen.vectors.row(0).transpose() * start.norm());
   unfinished_ = std::max(unfinished_, std::abs(coefficients[size - 1]) / coefficients.norm());
-  Eigen::VectorXd root = Eigen::VectorXd::Zero(n);
-  for (Eigen::Index k = 0; k < size; ++k) root += coefficients[k] * space.col(k).cast<double>();
-  return basis_.to_fields({root.data(), root.data() + n});
+  Vector root(u.size(), 0.0);
+  for_pieces(root.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (Eigen::Index k = 0; k < size; ++k) {
+      const float* const column = space.col(k).data();
+      for (std::size_t i = begin; i < end; ++i) {
+        root[i] += coefficients[k] * static_cast<double>(column[i]);
+      }
+    }
+  });
+  return basis_.to_fields(root);
 }
 
 void InverseDiagonal::add(const Vector& u) {

@@ -25,6 +25,7 @@
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_evidence.h"
 #include "pipeline/stages/fit_output.h"
+#include "pipeline/stages/side_by_side.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/validation_choice.h"
 
@@ -36,8 +37,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 using inverse::ChannelFit;
 
-/// Every channel's fit, then every channel's deviations: the whole of run_fit_stage but finding the
-/// folders.
+/// Every channel's fit, side by side where memory allows, then every channel's deviations: the
+/// whole of run_fit_stage but finding the folders.
 class FitStage {
  public:
   /// `validation`: measurements of their own that validate the fit.
@@ -78,9 +79,11 @@ class FitStage {
   const SurfaceMeasurements& seen_by(std::size_t c) const {
     return rejoined_[c] ? measurements_ : split_.fitted;
   }
-  ChannelFit fit(int channel);
+  inverse::ValidatedFit fit(int channel, Progress& progress) const;
+  ChannelFit keep(int channel, inverse::ValidatedFit fitted);
   void warn(ChannelFit& fit, const std::string& channel, const std::string& sentence);
-  void state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels);
+  void state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels,
+                        int at_once);
   void keep_prediction(const ChannelFit& fit, bool of_all);
   void write_json() const;
 
@@ -109,13 +112,18 @@ inverse::Checkpoint FitStage::checkpoint(CheckpointFiles files) const {
   return checkpoint;
 }
 
-ChannelFit FitStage::fit(int channel) {
+inverse::ValidatedFit FitStage::fit(int channel, Progress& progress) const {
   const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
   const auto [first, second] = checkpoint_files(name);
   std::optional<inverse::Continuation> start;
   if (continued_) start = continued_->channel(name, measurements_);
-  inverse::ValidatedFit fitted = inverse::fit_validated(
-      split_, channel, options_.fit, checkpoint(first), checkpoint(second), progress_, {}, start);
+  return inverse::fit_validated(split_, channel, options_.fit, checkpoint(first),
+                                checkpoint(second), progress, {}, start);
+}
+
+/// Its volumes, its words and its row of the summary.
+ChannelFit FitStage::keep(int channel, inverse::ValidatedFit fitted) {
+  const std::string& name = measurements_.channels[static_cast<std::size_t>(channel)];
   ChannelFit& result = fitted.fit;
   if (fitted.validated) {
     fs::create_directories(output_ / validated_folder);
@@ -151,21 +159,26 @@ void FitStage::warn(ChannelFit& fit, const std::string& channel, const std::stri
 
 /// Of every channel fitted: volumes share a prior, so that no channel's can be known before the
 /// last fit has ended.
-void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels) {
+void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels,
+                                int at_once) {
   const std::optional<inverse::Prior> prior = inverse::shared_prior(fits);
+  std::vector<std::optional<inverse::Uncertainty>> found(fits.size());
+  side_by_side("fit", summary_.channels, at_once, progress_,
+               [&](std::size_t c, Progress& progress) {
+                 const ChannelFit& fit = fits[c];
+                 const bool of_volume = fit.report.model.model == inverse::Model::volume;
+                 if (options_.fit.uncertainty.samples == 0 || (of_volume && !fit.prior)) return;
+                 progress.update("fit " + summary_.channels[c], 1.0, "standard deviations");
+                 found[c] = of_volume ? inverse::estimate_volume_uncertainty(
+                                            fit, *prior, seen_by(c), channels[c], options_.fit)
+                                      : inverse::estimate_model_uncertainty(
+                                            fit, seen_by(c), channels[c], options_.fit);
+               });
   for (std::size_t c = 0; c < fits.size(); ++c) {
-    const ChannelFit& fit = fits[c];
-    const std::string& name = summary_.channels[c];
     summary_.uncertainty.emplace_back();
-    const bool of_volume = fit.report.model.model == inverse::Model::volume;
-    if (options_.fit.uncertainty.samples == 0 || (of_volume && !fit.prior)) continue;
-    progress_.update("fit " + name, 1.0, "standard deviations");
-    inverse::Uncertainty found =
-        of_volume ? inverse::estimate_volume_uncertainty(fit, *prior, seen_by(c), channels[c],
-                                                         options_.fit)
-                  : inverse::estimate_model_uncertainty(fit, seen_by(c), channels[c], options_.fit);
-    write_uncertainty(output_, name, found, fit.medium, volumes_);
-    summary_.uncertainty.back() = std::move(found.report);
+    if (!found[c]) continue;
+    write_uncertainty(output_, summary_.channels[c], *found[c], fits[c].medium, volumes_);
+    summary_.uncertainty.back() = std::move(found[c]->report);
   }
 }
 
@@ -233,13 +246,23 @@ void FitStage::write_json() const {
 FitSummary FitStage::run() {
   const Stopwatch watch;
   fs::remove_all(output_ / validated_folder);
-  const inverse::FitMemory memory = inverse::memory_needed(split_.fitted, options_.fit);
+  const std::vector<int> channels = channels_of(measurements_, options_.channels);
+  const inverse::FitMemory of_one = inverse::memory_needed(split_.fitted, options_.fit);
+  const int at_once =
+      inverse::fits_at_once(of_one, options_.fit.solver.backend, static_cast<int>(channels.size()));
+  const inverse::FitMemory memory{at_once * of_one.device, at_once * of_one.host};
   summary_.memory_needed = memory.total();
   progress_.update("fit", 0.0, inverse::in_words(memory));
   if (const auto warning = inverse::warning_of(memory, main_memory())) progress_.warn(*warning);
-  const std::vector<int> channels = channels_of(measurements_, options_.channels);
+  std::vector<std::string> names;
+  for (const int c : channels) names.push_back(measurements_.channels[static_cast<std::size_t>(c)]);
+  std::vector<inverse::ValidatedFit> fitted(channels.size());
+  side_by_side("fit", names, at_once, progress_,
+               [&](std::size_t c, Progress& progress) { fitted[c] = fit(channels[c], progress); });
   std::vector<ChannelFit> fits;
-  for (const int channel : channels) fits.push_back(fit(channel));
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    fits.push_back(keep(channels[c], std::move(fitted[c])));
+  }
   std::vector<inverse::Consistency> consistency;
   for (const ChannelFit& fit : fits) consistency.push_back(fit.report.consistency);
   const std::vector<ShiftFindings> shifts = check_shift(consistency, calibration_, measurements_);
@@ -247,7 +270,7 @@ FitSummary FitStage::run() {
     for (const std::string& w : shifts[c].warnings) warn(fits[c], summary_.channels[c], w);
     for (const std::string& note : shifts[c].notes) summary_.notes[c].push_back(note);
   }
-  state_deviations(fits, channels);
+  state_deviations(fits, channels, at_once);
   for (ChannelFit& fit : fits) {
     volumes_.media.push_back(std::move(fit.medium));
     summary_.reports.push_back(std::move(fit.report));

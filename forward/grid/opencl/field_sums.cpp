@@ -1,9 +1,9 @@
 #include "forward/grid/opencl/field_sums.h"
 
-#include <algorithm>
 #include <array>
 
 #include "core/error.h"
+#include "core/parallel.h"
 #include "forward/grid/opencl/face_index.h"
 #include "forward/grid/opencl/multigrid/cg_steps.h"
 #include "forward/grid/opencl/multigrid/grid_hierarchy.h"
@@ -29,7 +29,9 @@ std::vector<double> FieldSums::read(const device::Buffer& sums) const {
   }
   std::vector<float> rounded(values.size());
   context_.read(sums, rounded.data(), rounded.size() * sizeof(float));
-  std::copy(rounded.begin(), rounded.end(), values.begin());
+  for_pieces(values.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) values[i] = rounded[i];
+  });
   return values;
 }
 

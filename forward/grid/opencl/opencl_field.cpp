@@ -2,20 +2,27 @@
 
 #include <algorithm>
 
+#include "core/parallel.h"
+
 namespace kappamu::forward {
 
 namespace {
+
+/// Samples a thread packs at once: what it then holds of all lanes stays in its cache.
+constexpr std::size_t samples_at_once = 1024;
 
 template <class Real>
 void write_as(device::Context& context, const Block& block, std::size_t samples,
               std::span<const double> values) {
   const auto lanes = static_cast<std::size_t>(block.lanes);
   std::vector<Real> packed(samples * lanes, Real{0});
-  for (int m = 0; m < block.count; ++m) {
-    const double* from = values.data() + static_cast<std::size_t>(block.first + m) * samples;
-    Real* to = packed.data() + m;
-    for (std::size_t i = 0; i < samples; ++i) to[i * lanes] = static_cast<Real>(from[i]);
-  }
+  for_pieces(samples, samples_at_once, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (int m = 0; m < block.count; ++m) {
+      const double* from = values.data() + static_cast<std::size_t>(block.first + m) * samples;
+      Real* to = packed.data() + m;
+      for (std::size_t i = begin; i < end; ++i) to[i * lanes] = static_cast<Real>(from[i]);
+    }
+  });
   context.write(block.values, packed.data(), packed.size() * sizeof(Real));
 }
 
@@ -25,11 +32,13 @@ void read_as(device::Context& context, const Block& block, std::size_t samples,
   const auto lanes = static_cast<std::size_t>(block.lanes);
   std::vector<Real> packed(samples * lanes);
   context.read(block.values, packed.data(), packed.size() * sizeof(Real));
-  for (int m = 0; m < block.count; ++m) {
-    double* to = values.data() + static_cast<std::size_t>(block.first + m) * samples;
-    const Real* from = packed.data() + m;
-    for (std::size_t i = 0; i < samples; ++i) to[i] = static_cast<double>(from[i * lanes]);
-  }
+  for_pieces(samples, samples_at_once, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (int m = 0; m < block.count; ++m) {
+      double* to = values.data() + static_cast<std::size_t>(block.first + m) * samples;
+      const Real* from = packed.data() + m;
+      for (std::size_t i = begin; i < end; ++i) to[i] = static_cast<double>(from[i * lanes]);
+    }
+  });
 }
 
 }  // namespace

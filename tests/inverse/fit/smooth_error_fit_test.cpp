@@ -62,14 +62,14 @@ struct RigCase {
   SurfaceMeasurements measured;
 };
 
-TEST(SmoothErrorFit, ErrorsThatPixelsShareCostHalfTheStepsAndNoneOfTheVolumeWhereTheyAreStated) {
+TEST(SmoothErrorFit, ErrorsThatPixelsShareCostFewerStepsAndNoneOfTheVolumeWhereTheyAreStated) {
   const RigCase c;
   const RigCase::Found white = c.fit({});
   const RigCase::Found stated = c.fit({1e-4, 1e-4});
   std::printf("white, stated: %d, %d steps; kappa off by %.1f, %.1f %%; E %.2g, %.2g\n",
               white.steps, stated.steps, 100.0 * white.kappa_error, 100.0 * stated.kappa_error,
               white.validation_error, stated.validation_error);
-  EXPECT_LT(stated.steps, 0.75 * white.steps);
+  EXPECT_LT(stated.steps, 0.9 * white.steps);
   // Equal within what processors differ by: 17.5 and 16.8 %, 1.56e-4 and 1.59e-4 on one.
   EXPECT_LT(stated.kappa_error, 1.03 * white.kappa_error);
   EXPECT_LT(stated.validation_error, 1.05 * white.validation_error);

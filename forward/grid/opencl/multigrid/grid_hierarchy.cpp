@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
 
 namespace kappamu::forward {
@@ -41,7 +42,10 @@ void upload(device::Context& context, const Format& format, std::span<const doub
     context.write(buffer, values.data(), values.size_bytes());
     return;
   }
-  const std::vector<float> rounded(values.begin(), values.end());
+  std::vector<float> rounded(values.size());
+  for_pieces(values.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) rounded[i] = static_cast<float>(values[i]);
+  });
   context.write(buffer, rounded.data(), rounded.size() * sizeof(float));
 }
 
