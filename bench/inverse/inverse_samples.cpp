@@ -11,9 +11,11 @@
 #include "bench/inverse/inverse_fit.h"
 #include "capture/rig/shoot.h"
 #include "core/processor_time.h"
+#include "core/threads/side_by_side.h"
 #include "data_synthetic/scene/materials.h"
 #include "data_synthetic/score.h"
 #include "inverse/fit/fit.h"
+#include "inverse/fit/fit_memory.h"
 #include "inverse/fit/fit_uncertainty.h"
 
 namespace kappamu::bench {
@@ -85,7 +87,6 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   inverse::FitOptions fit_options;
   fit_options.solver.backend.device = request.device;
   fit_options.uncertainty.samples = 2;  // the default of `kappamu fit`
-  double seconds = 0.0;
   int solves = 0;
   Json errors = Json::array();
   Json misfits = Json::array();
@@ -95,14 +96,24 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   const std::vector<double> single = single_voxel_light(face_shape(block.grid, block.lit), 16, 11);
   double deviation_work = 0.0;
   std::vector<SurfaceMeasurements> measured;
-  std::vector<inverse::ChannelFit> fits;
+  std::vector<std::string> names;
+  for (std::size_t channel = 0; channel < truth.size(); ++channel) {
+    measured.push_back(expose(block, inverse::to_fields(truth[channel]), light));
+    add_noise(measured.back(), sample_noise, request.seed + channel);
+    names.push_back(std::to_string(channel));
+  }
+  const int at_once =
+      inverse::fits_at_once(inverse::memory_needed(measured.front(), fit_options),
+                            fit_options.solver.backend, static_cast<int>(truth.size()));
+  std::vector<inverse::ChannelFit> fits(truth.size());
+  const Stopwatch fitting;
+  side_by_side("fit", names, at_once, progress, [&](std::size_t channel, Progress& of_channel) {
+    fits[channel] = inverse::fit_channel(measured[channel], 0, fit_options, {}, of_channel, {}, {});
+  });
+  const double seconds = fitting.seconds();
   for (std::size_t channel = 0; channel < truth.size(); ++channel) {
     const inverse::CoefficientPair fields = inverse::to_fields(truth[channel]);
-    measured.push_back(expose(block, fields, light));
-    add_noise(measured.back(), sample_noise, request.seed + channel);
-    fits.push_back(inverse::fit_channel(measured.back(), 0, fit_options, {}, progress, {}, {}));
-    const inverse::ChannelFit& fit = fits.back();
-    seconds += fit.report.seconds;
+    const inverse::ChannelFit& fit = fits[channel];
     solves += fit.report.solves.total();
     work.push_back(fit.report.solves.voxel_iterations / cells);
     channel_solves.push_back(fit.report.solves.total());
@@ -126,19 +137,23 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   const std::optional<inverse::Prior> prior = inverse::shared_prior(fits);
   Json kappa_coverage = Json::array();
   Json mu_coverage = Json::array();
-  for (std::size_t channel = 0; channel < fits.size() && prior; ++channel) {
-    const inverse::ChannelFit& fit = fits[channel];
-    if (!fit.prior) continue;
-    const inverse::Uncertainty found =
-        inverse::estimate_volume_uncertainty(fit, *prior, measured[channel], 0, fit_options);
-    solves += found.report.solves;
-    deviation_work += found.report.voxel_iterations / cells;
-    kappa_coverage.push_back(
-        share_within(fit.medium.kappa, truth[channel].kappa, found.log_kappa_std, block.lit));
-    mu_coverage.push_back(
-        share_within(fit.medium.mu, truth[channel].mu, found.log_mu_std, block.lit));
-  }
+  std::vector<std::optional<inverse::Uncertainty>> found(fits.size());
+  side_by_side("fit", names, at_once, progress, [&](std::size_t channel, Progress&) {
+    if (!prior || !fits[channel].prior) return;
+    found[channel] = inverse::estimate_volume_uncertainty(fits[channel], *prior, measured[channel],
+                                                          0, fit_options);
+  });
   record["deviation_seconds"] = watch.seconds();
+  for (std::size_t channel = 0; channel < fits.size(); ++channel) {
+    if (!found[channel]) continue;
+    const Medium& medium = fits[channel].medium;
+    solves += found[channel]->report.solves;
+    deviation_work += found[channel]->report.voxel_iterations / cells;
+    kappa_coverage.push_back(
+        share_within(medium.kappa, truth[channel].kappa, found[channel]->log_kappa_std, block.lit));
+    mu_coverage.push_back(
+        share_within(medium.mu, truth[channel].mu, found[channel]->log_mu_std, block.lit));
+  }
   record["deviation_work"] = deviation_work;
   record["batched_solves"] = solves;
   record["validation_E"] = errors;

@@ -9,6 +9,7 @@
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "core/surface_measurements.h"
+#include "core/threads/side_by_side.h"
 #include "inverse/fit/fit_memory.h"
 #include "inverse/fit/fit_state.h"
 #include "inverse/fit/fit_uncertainty.h"
@@ -25,7 +26,6 @@
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_evidence.h"
 #include "pipeline/stages/fit_output.h"
-#include "pipeline/stages/side_by_side.h"
 #include "pipeline/stages/square_check.h"
 #include "pipeline/stages/validation_choice.h"
 

@@ -1,4 +1,4 @@
-// Channels worked on side by side: what one does on a single core the others fill with theirs.
+// Works side by side: while one runs on a single core, others fill the rest.
 #pragma once
 
 #include <cstddef>
@@ -8,7 +8,7 @@
 
 #include "core/progress.h"
 
-namespace kappamu::pipeline {
+namespace kappamu {
 
 /// Calls work(index, progress) for every name, at most `at_once` at a time, each in a thread of its
 /// own; with one at a time in this one, in order. `progress` passes on to the listener, several
@@ -18,4 +18,4 @@ void side_by_side(const std::string& stage, const std::vector<std::string>& name
                   Progress& listener,
                   const std::function<void(std::size_t index, Progress& progress)>& work);
 
-}  // namespace kappamu::pipeline
+}  // namespace kappamu

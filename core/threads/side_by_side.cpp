@@ -1,4 +1,4 @@
-#include "pipeline/stages/side_by_side.h"
+#include "core/threads/side_by_side.h"
 
 #include <algorithm>
 #include <atomic>
@@ -9,7 +9,7 @@
 
 #include "core/error.h"
 
-namespace kappamu::pipeline {
+namespace kappamu {
 
 namespace {
 
@@ -92,4 +92,4 @@ void side_by_side(const std::string& stage, const std::vector<std::string>& name
   all.rethrow();
 }
 
-}  // namespace kappamu::pipeline
+}  // namespace kappamu
