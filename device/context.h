@@ -127,7 +127,8 @@ class Context {
   /// Waits until all work that this thread queued is done.
   void finish();
 
-  /// Runs `work` and returns what it launched here in this thread, in order; to be called from outside of `work`.
+  /// Runs `work` and returns what it launched here in this thread, in order; to be called from
+  /// outside of `work`.
   std::vector<LaunchTime> launches_of(const std::function<void()>& work);
 
  private:
