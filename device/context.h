@@ -1,5 +1,6 @@
 // One OpenCL device at work: buffers, programs, launches. The only place that calls OpenCL. Threads
-// may use it side by side: each has an in-order queue of its own, and buffers of its own too.
+// may use it side by side: each has an in-order queue of its own, kept for the next thread of its
+// id, and buffers of its own too.
 #pragma once
 
 #include <cstddef>
