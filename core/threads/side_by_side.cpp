@@ -16,7 +16,12 @@ namespace {
 class Together {
  public:
   Together(std::string stage, const std::vector<std::string>& names, Progress& listener)
-      : stage_(std::move(stage)), names_(names), done_(names.size(), 0.0), listener_(listener) {
+      : stage_(std::move(stage)),
+        names_(names),
+        done_(names.size(), 0.0),
+        kept_(names.size()),
+        ended_(names.size(), false),
+        listener_(listener) {
     for (std::size_t i = 0; i < names.size(); ++i) stage_ += (i == 0 ? " " : ", ") + names[i];
   }
 
@@ -28,9 +33,20 @@ class Together {
     listener_.update(stage_, sum / static_cast<double>(done_.size()),
                      names_[index] + ": " + detail);
   }
-  void warn(const std::string& sentence) {
+  void warn(std::size_t index, const std::string& sentence) {
     const std::scoped_lock lock(lock_);
-    listener_.warn(sentence);
+    if (index == first_open_) {
+      listener_.warn(sentence);
+    } else {
+      kept_[index].push_back(sentence);
+    }
+  }
+  void end(std::size_t index) {
+    const std::scoped_lock lock(lock_);
+    ended_[index] = true;
+    while (ended_[first_open_] && ++first_open_ < names_.size()) {
+      for (const std::string& sentence : kept_[first_open_]) listener_.warn(sentence);
+    }
   }
   void fail(std::exception_ptr failure) {
     const std::scoped_lock lock(lock_);
@@ -45,6 +61,9 @@ class Together {
   std::string stage_;
   const std::vector<std::string>& names_;
   std::vector<double> done_;
+  std::vector<std::vector<std::string>> kept_;  ///< warnings of works behind the first open one
+  std::vector<bool> ended_;
+  std::size_t first_open_ = 0;
   Progress& listener_;
   std::exception_ptr failure_;
 };
@@ -55,7 +74,7 @@ class OfOne : public Progress {
   void update(const std::string& /*stage*/, double fraction, const std::string& detail) override {
     all_.update(index_, fraction, detail);
   }
-  void warn(const std::string& sentence) override { all_.warn(sentence); }
+  void warn(const std::string& sentence) override { all_.warn(index_, sentence); }
 
  private:
   Together& all_;
@@ -85,6 +104,7 @@ void side_by_side(const std::string& stage, const std::vector<std::string>& name
             all.fail(std::current_exception());
             next = names.size();
           }
+          all.end(i);
         }
       });
     }

@@ -53,6 +53,22 @@ TEST(SideBySide, WorksRunTogetherAndAreShownAsOne) {
   EXPECT_THAT(heard.warnings, ElementsAre("green"));
 }
 
+TEST(SideBySide, WarningsComeInTheOrderOfNames) {
+  Heard heard;
+  std::barrier all_here(3);
+  side_by_side("fit", {"R", "G", "B"}, 3, heard, [&](std::size_t i, Progress& progress) {
+    const auto warn_in_turn = [&](std::size_t who, const std::string& sentence) {
+      if (i == who) progress.warn(sentence);
+      all_here.arrive_and_wait();
+    };
+    warn_in_turn(2, "third");
+    warn_in_turn(0, "first");
+    warn_in_turn(1, "second");
+    warn_in_turn(0, "first again");
+  });
+  EXPECT_THAT(heard.warnings, ElementsAre("first", "first again", "second", "third"));
+}
+
 TEST(SideBySide, TheFirstFailureEndsTheOthersAndIsRethrown) {
   Progress silent;
   std::barrier both_here(2);
