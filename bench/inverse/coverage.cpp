@@ -9,7 +9,6 @@
 #include "bench/cases/media.h"
 #include "bench/cases/population.h"
 #include "bench/inverse/ablations.h"
-#include "core/error.h"
 #include "data_synthetic/score.h"
 #include "inverse/fit/fit.h"
 #include "inverse/fit/fit_uncertainty.h"
@@ -47,9 +46,9 @@ Json fit_row(const SurfaceMeasurements& data, const Medium& fine_truth,
              const inverse::FitOptions& options) {
   Progress silent;
   const inverse::ChannelFit fit = inverse::fit_channel(data, 0, options, {}, silent, {}, {});
-  check(fit.prior.has_value(), "a volume's fit has a prior");
+  const double valley = inverse::shared_valley({&fit, 1}, axis_of(data.lit_face));
   const inverse::Uncertainty found =
-      inverse::estimate_volume_uncertainty(fit, *fit.prior, data, 0, options);
+      inverse::estimate_volume_uncertainty(fit, valley, data, 0, options);
   const auto layers = [&](const Volume<double>& values, const Volume<double>& fine,
                           const Volume<float>& deviation) {
     return layers_of(values, synthetic::average_volume(fine, data.grid), deviation, data.lit_face);

@@ -134,13 +134,13 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   record["kappa_error"] = kappa_errors;
   record["mu_error"] = mu_errors;
   const Stopwatch watch;
-  const std::optional<inverse::Prior> prior = inverse::shared_prior(fits);
+  const double valley = inverse::shared_valley(fits, axis_of(block.lit));
   Json kappa_coverage = Json::array();
   Json mu_coverage = Json::array();
   std::vector<std::optional<inverse::Uncertainty>> found(fits.size());
   side_by_side("fit", names, at_once, progress, [&](std::size_t channel, Progress&) {
-    if (!prior || !fits[channel].prior) return;
-    found[channel] = inverse::estimate_volume_uncertainty(fits[channel], *prior, measured[channel],
+    if (!fits[channel].prior) return;
+    found[channel] = inverse::estimate_volume_uncertainty(fits[channel], valley, measured[channel],
                                                           0, fit_options);
   });
   record["deviation_seconds"] = watch.seconds();

@@ -164,14 +164,8 @@ ChannelFit ChannelRun::result() {
         Volume<float>(shape, std::vector<float>(root.log_mu.begin(), root.log_mu.end()));
   }
   if (has_prior) {
-    const Prior prior = this->prior();
-    const int axis = axis_of(grid_.problem().setup.lit_face);
-    fit.blocks = prior_blocks(rows, shape, axis);
-    fit.prior = empirical_prior(prior, kappa_roughness(shape, prior, fields, anchor()), fit.blocks,
-                                shape, axis);
-    Vector log_kappa = fields.log_kappa;
-    for (double& value : log_kappa) value -= anchor().log_kappa;
-    fit.prior->wave_weights = wave_weights(prior, log_kappa, fit.blocks, shape, axis);
+    fit.prior = prior();
+    fit.blocks = prior_blocks(rows, shape, axis_of(grid_.problem().setup.lit_face));
   }
   fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;

@@ -10,6 +10,7 @@
 #include "inverse/block_model/model_layers.h"
 #include "inverse/fit/channel_run.h"
 #include "inverse/problem/problem.h"
+#include "inverse/uncertainty/valley.h"
 
 namespace kappamu::inverse {
 
@@ -47,26 +48,6 @@ std::string in_words(const LayeredMedium& medium, const Eigen::MatrixXd& covaria
          (layers > 1 ? " One standard deviation, if the block is of these layers"
                      : " One standard deviation, if the block is homogeneous") +
          " and scale, pose and eta are right.";
-}
-
-/// Nothing where the block has one grid only.
-LongWaveErrors missed_long_waves(const ChannelFit& fit, const Prior& prior,
-                                 const SurfaceMeasurements& fitted, int channel,
-                                 FitOptions options) {
-  options.data.coarse_model_error = options.data.model_error;  // as exact as the fine grid's data
-  GridPath grid = make_grid_path(fitted, channel, options);
-  constexpr int coarse_enough = 2;
-  const int level = std::min(grid.levels().coarsest(), coarse_enough);
-  if (level == 0) return {};
-  const GridShape& shape = fitted.grid;
-  grid.open(level);
-  const CoefficientPair fields = to_fields(fit.medium);
-  grid.renew_correction({restrict_voxels(fields.log_kappa, shape, grid.shape()),
-                         restrict_voxels(fields.log_mu, shape, grid.shape())});
-  LongWaveOptions long_waves;
-  if (level < coarse_enough) long_waves = {2, 100, 32};  // a solve costs eight times as much
-  return long_wave_errors(grid.objective(), prior, shape, axis_of(grid.problem().setup.lit_face),
-                          long_waves, options.solver.seed);
 }
 
 }  // namespace
@@ -149,24 +130,15 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   return found;
 }
 
-std::optional<Prior> shared_prior(std::span<const ChannelFit> fits) {
-  std::optional<Prior> lowest;
+double shared_valley(std::span<const ChannelFit> fits, int depth_axis) {
+  double widest = 0.0;
   for (const ChannelFit& fit : fits) {
-    if (!fit.prior) continue;
-    if (!lowest) {
-      lowest = *fit.prior;
-      continue;
-    }
-    lowest->weight = std::min(lowest->weight, fit.prior->weight);
-    for (std::size_t band = 0; band < lowest->wave_weights.size(); ++band) {
-      double& weight = lowest->wave_weights[band];
-      weight = std::min(weight, fit.prior->wave_weights[band]);
-    }
+    if (fit.prior) widest = std::max(widest, valley_deviation(fit.medium.kappa, depth_axis));
   }
-  return lowest;
+  return widest;
 }
 
-Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shared,
+Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
                                         const SurfaceMeasurements& fitted, int channel,
                                         const FitOptions& options) {
   check(fit.prior.has_value(), "uncertainty: the fit has no prior");
@@ -176,14 +148,10 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shar
   objective.set_correction(fit.correction);
   objective.value(to_fields(fit.medium));
   objective.count_pixel_noise();
-  Prior prior = *fit.prior;
-  prior.weight = fit.report.weight;
-  prior.wave_weights = shared.wave_weights;
-  const LongWaveErrors missed = missed_long_waves(fit, prior, fitted, channel, options);
-  // The fit's own weight alone would be too sure of what it smooths.
-  if (missed.error.log_kappa.empty()) prior.weight = shared.weight;
-  return estimate_uncertainty(objective, prior, options.uncertainty, options.solver.seed,
-                              fit.blocks, missed);
+  Uncertainty found = estimate_uncertainty(objective, *fit.prior, options.uncertainty,
+                                           options.solver.seed, fit.blocks);
+  widen(found, valley, grid.problem().seen_face);
+  return found;
 }
 
 }  // namespace kappamu::inverse

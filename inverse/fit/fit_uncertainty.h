@@ -1,6 +1,6 @@
 // How far fitted coefficients can be trusted, once the fits of all channels have ended: volumes of
-// one material share one prior (inverse/uncertainty); homogeneous and layered blocks have few
-// unknowns, so that C = (JᵀWJ + P)⁻¹ is exact, P being the weak prior of model_layers.h.
+// one material share one contrast (inverse/uncertainty/valley.h); homogeneous and layered blocks
+// have few unknowns, so that C = (JᵀWJ + P)⁻¹ is exact, P being the weak prior of model_layers.h.
 #pragma once
 
 #include <optional>
@@ -11,14 +11,13 @@
 
 namespace kappamu::inverse {
 
-/// The lowest of the fits' prior weights and wave weights, those of the channel whose light reaches
-/// most of the structure (docs/theory.md, 5). Empty where no fit has a prior.
-std::optional<Prior> shared_prior(std::span<const ChannelFit> fits);
+/// The widest of the volumes' valley_deviation(): channels are of one material, and light that is
+/// absorbed early finds too little of its contrast (docs/theory.md, 5).
+double shared_valley(std::span<const ChannelFit> fits, int depth_axis);
 
-/// Of `fit`, a volume with a prior, to `fitted`: the fit's r and weight, and what it misses of
-/// waves of the weights of `shared`, on a coarser grid; where that cannot be had, the weight of
-/// `shared`.
-Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const Prior& shared,
+/// Of `fit`, a volume with a prior, to `fitted`: C with the fit's r and weight, and `valley` beside
+/// it.
+Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
                                         const SurfaceMeasurements& fitted, int channel,
                                         const FitOptions& options);
 

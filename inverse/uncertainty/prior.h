@@ -2,17 +2,12 @@
 // what is found.
 #pragma once
 
-#include <vector>
-
 namespace kappamu::inverse {
 
 struct Prior {
   double weight = 1.0;            ///< α
   double thickness_mm = 1.0;      ///< ℓ (roughness.h)
   double anchor_length_mm = 1.0;  ///< L
-  /// α of each band of waves where log κ varies more than `weight` expects (long_waves.h); empty:
-  /// nowhere.
-  std::vector<double> wave_weights{};
 };
 
 }  // namespace kappamu::inverse

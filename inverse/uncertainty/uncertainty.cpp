@@ -11,8 +11,10 @@
 #include "core/error.h"
 #include "core/numbers/median.h"
 #include "core/processor_time.h"
+#include "core/shown_text.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/valley.h"
 
 namespace kappamu::inverse {
 
@@ -43,20 +45,6 @@ CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
   return variance;
 }
 
-/// Adds to each voxel what its layer along `axis` has.
-void add_layers(Vector& values, const Vector& by_layer, const GridShape& shape, int axis) {
-  if (by_layer.empty()) return;
-  for (int z = 0; z < shape.nz; ++z) {
-    for (int y = 0; y < shape.ny; ++y) {
-      for (int x = 0; x < shape.nx; ++x) {
-        values[shape.index(x, y, z)] += by_layer[static_cast<std::size_t>(axis == 0   ? x
-                                                                          : axis == 1 ? y
-                                                                                      : z)];
-      }
-    }
-  }
-}
-
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
 
@@ -73,19 +61,6 @@ Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axi
       shape,
       {Coordinates::informed, depth_axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
       blocks};
-}
-
-/// Gaussian fields that the data determine in γ directions have 2 α R = γ in expectation at the
-/// minimum (MacKay 1992). The fit's α is the largest that the noise allows: where the data made
-/// log κ rougher than it expects, the α that expects it takes its place. Never a larger one, and at
-/// least one direction is determined: fewer say nothing of roughness. Of log μ the data often
-/// determine a handful, all of them smooth, which says as little.
-Prior empirical_prior(Prior regulariser, double roughness, const LateralBlocks& blocks,
-                      const GridShape& shape, int depth_axis) {
-  const Basis basis = posterior_metric(regulariser, shape, depth_axis, blocks);
-  const double directions = std::max(1.0, basis.determined(blocks).kappa);
-  regulariser.weight = std::min(regulariser.weight, directions / roughness);
-  return regulariser;
 }
 
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face) {
@@ -153,18 +128,9 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
   return product;
 }
 
-double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
-                       const Anchor& anchor) {
-  Vector& u = fields.log_kappa;
-  for (double& value : u) value -= anchor.log_kappa;
-  const Vector product =
-      smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {}, fields).log_kappa;
-  return std::inner_product(u.begin(), u.end(), product.begin(), 0.0);
-}
-
 Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
                                  const UncertaintyOptions& options, std::uint64_t seed,
-                                 LateralBlocks blocks, const LongWaveErrors& long_waves) {
+                                 LateralBlocks blocks) {
   check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
         "uncertainty: options are out of bounds");
   const Problem& problem = objective.problem();
@@ -183,13 +149,8 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
       basis, options.steps);
   std::mt19937_64 engine(seed + 1);
   for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  FieldCovariance posterior = diagonal.result(options.pooling);
-  CoefficientPair beforehand = prior_variance(shape, prior);
-  add_layers(posterior.variance.log_kappa, long_waves.error.log_kappa, shape, axis);
-  add_layers(posterior.variance.log_mu, long_waves.error.log_mu, shape, axis);
-  add_layers(posterior.between, long_waves.error.between, shape, axis);
-  add_layers(beforehand.log_kappa, long_waves.beforehand.log_kappa, shape, axis);
-  add_layers(beforehand.log_mu, long_waves.beforehand.log_mu, shape, axis);
+  const FieldCovariance posterior = diagonal.result(options.pooling);
+  const CoefficientPair beforehand = prior_variance(shape, prior);
 
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
@@ -210,12 +171,29 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
   UncertaintyReport& report = found.report;
   report.layers = layers_below(found, problem.seen_face);
   report.sentence = in_words(report.layers);
-  report.solves = solves() - before + long_waves.solves;
+  report.solves = solves() - before;
   report.voxel_iterations = objective.solves().voxel_iterations - iterations_before;
   report.seconds = watch.seconds();
   report.unfinished = diagonal.unfinished();
-  report.prior = prior;
   return found;
+}
+
+void widen(Uncertainty& found, double valley, Face seen_face) {
+  for (std::size_t i = 0; i < found.log_kappa_std.size(); ++i) {
+    const auto widened = [](float deviation, double by) {
+      return static_cast<float>(std::hypot(deviation, by));
+    };
+    found.log_kappa_std[i] = widened(found.log_kappa_std[i], valley);
+    found.log_mu_std[i] = widened(found.log_mu_std[i], mu_along_valley * valley);
+  }
+  found.report.valley = valley;
+  found.report.layers = layers_below(found, seen_face);
+  found.report.sentence =
+      in_words(found.report.layers) +
+      formatted(
+          " Deviations include %.2g %% of κ and %.2g %% of μ, by which fits of such contrast miss "
+          "known truths whatever the noise: steady light hardly tells one from the other.",
+          100.0 * valley, 100.0 * mu_along_valley * valley);
 }
 
 }  // namespace kappamu::inverse

@@ -15,7 +15,6 @@
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/inverse_diagonal.h"
-#include "inverse/uncertainty/long_waves.h"
 #include "inverse/uncertainty/prior.h"
 
 namespace kappamu::inverse {
@@ -43,7 +42,7 @@ struct LayerUncertainty {
 struct UncertaintyReport {
   std::vector<LayerUncertainty> layers;  ///< from the seen face down
   std::string sentence;                  ///< the layers in words: where the data say what
-  std::optional<Prior> prior;            ///< taken for granted; of a volume alone
+  std::optional<double> valley;          ///< valley_deviation() within; of a volume alone
   int solves = 0;                        ///< batched ones that this cost
   double voxel_iterations = 0.0;         ///< SolveCount's, of these
   double seconds = 0.0;
@@ -68,10 +67,6 @@ CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
 
-/// 2 R of the fitted log κ alone, by H1.
-double kappa_roughness(const GridShape& shape, const Prior& prior, CoefficientPair fields,
-                       const Anchor& anchor);
-
 /// JᵀWJ in blocks for what follows, of `rows` by random_rows() (lateral_hessian.h).
 LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
                            int depth_axis);
@@ -80,17 +75,14 @@ LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShap
 Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
                        const LateralBlocks& blocks);
 
-/// The fit's regulariser with its weight lowered to the one that expects the `roughness` found of
-/// log κ (docs/theory.md, 5); `blocks` by prior_blocks().
-Prior empirical_prior(Prior regulariser, double roughness, const LateralBlocks& blocks,
-                      const GridShape& shape, int depth_axis);
-
-/// At the fields of the objective's last value(), `long_waves` beside C; equal seeds give equal
-/// bits on one device. `blocks` of prior_blocks() there spare the `probes` adjoint solves that make
-/// them.
+/// C at the fields of the objective's last value(); equal seeds give equal bits on one device.
+/// `blocks` of prior_blocks() there spare the `probes` adjoint solves that make them.
 Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
                                  const UncertaintyOptions& options, std::uint64_t seed,
-                                 LateralBlocks blocks = {}, const LongWaveErrors& long_waves = {});
+                                 LateralBlocks blocks = {});
+
+/// Adds what C cannot know to both deviations, `valley` of log κ (valley.h), and says it all anew.
+void widen(Uncertainty& found, double valley, Face seen_face);
 
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);

@@ -85,7 +85,7 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
                               {"seconds", report.seconds},
                               {"unfinished", report.unfinished},
                               {"layers", layers}};
-  if (report.prior) json["prior_weight"] = report.prior->weight;
+  if (report.valley) json["valley_log_kappa_std"] = *report.valley;
   return json;
 }
 

@@ -157,11 +157,11 @@ void FitStage::warn(ChannelFit& fit, const std::string& channel, const std::stri
   progress_.warn("fit " + channel + ": " + sentence);
 }
 
-/// Of every channel fitted: volumes share a prior, so that no channel's can be known before the
+/// Of every channel fitted: volumes share a contrast, so that no channel's can be known before the
 /// last fit has ended.
 void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels,
                                 int at_once) {
-  const std::optional<inverse::Prior> prior = inverse::shared_prior(fits);
+  const double valley = inverse::shared_valley(fits, axis_of(measurements_.lit_face));
   std::vector<std::optional<inverse::Uncertainty>> found(fits.size());
   side_by_side("fit", summary_.channels, at_once, progress_,
                [&](std::size_t c, Progress& progress) {
@@ -170,7 +170,7 @@ void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<cons
                  if (options_.fit.uncertainty.samples == 0 || (of_volume && !fit.prior)) return;
                  progress.update("fit " + summary_.channels[c], 1.0, "standard deviations");
                  found[c] = of_volume ? inverse::estimate_volume_uncertainty(
-                                            fit, *prior, seen_by(c), channels[c], options_.fit)
+                                            fit, valley, seen_by(c), channels[c], options_.fit)
                                       : inverse::estimate_model_uncertainty(
                                             fit, seen_by(c), channels[c], options_.fit);
                });

@@ -46,8 +46,9 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
   const SurfaceMeasurements measured = bench::measure(block, logs, setup.patches, seed);
   const inverse::ChannelFit fit =
       inverse::fit_channel(measured, 0, options, inverse::Checkpoint{}, silent);
+  const double valley = inverse::shared_valley({&fit, 1}, axis_of(measured.lit_face));
   const inverse::Uncertainty stated =
-      inverse::estimate_volume_uncertainty(fit, *fit.prior, measured, 0, options);
+      inverse::estimate_volume_uncertainty(fit, valley, measured, 0, options);
   const inverse::UncertaintyReport& report = stated.report;
   Found found;
   found.solves_beyond_samples =
@@ -75,9 +76,9 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
     }
   }
   std::printf(
-      "seed %d: weight %.3g, as a prior %.3g; within two deviations %.0f %% of kappa (%.0f %% at "
+      "seed %d: weight %.3g, valley %.2g; within two deviations %.0f %% of kappa (%.0f %% at "
       "the seen face), %.0f %% of mu\n",
-      static_cast<int>(seed), fit.report.weight, report.prior->weight, 100.0 * found.kappa_within,
+      static_cast<int>(seed), fit.report.weight, valley, 100.0 * found.kappa_within,
       100.0 * found.kappa_within_at_seen_face, 100.0 * found.mu_within);
   return found;
 }
@@ -86,13 +87,13 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
 TEST(Coverage, TheTruthOfABlockThatHardlyAbsorbsIsWithinWhatIsStated) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Found found = coverage_of({"tiny", 3, "reference"}, seed);
-    EXPECT_EQ(found.solves_beyond_samples, 0) << "one grid, and the fit hands its probes over";
-    EXPECT_GT(found.kappa_within, 0.8) << "seed " << seed;
-    EXPECT_GT(found.mu_within, 0.65) << "seed " << seed;
+    EXPECT_EQ(found.solves_beyond_samples, 0) << "the fit hands its probes over";
+    EXPECT_GT(found.kappa_within, 0.9) << "seed " << seed;
+    EXPECT_GT(found.mu_within, 0.9) << "seed " << seed;
   }
 }
 
-// The fit's own weight and what it misses of long waves, found on a coarser grid.
+// By C alone 58, 36 and 49 % of κ at the seen face were within two deviations.
 TEST(Coverage, TheTruthsOfBlocksOfSeveralGridsAreWithinWhatIsStated) {
   constexpr std::array seeds{21, 22, 23, 24};
   Found mean;
@@ -102,9 +103,9 @@ TEST(Coverage, TheTruthsOfBlocksOfSeveralGridsAreWithinWhatIsStated) {
     mean.mu_within += found.mu_within / seeds.size();
     mean.kappa_within_at_seen_face += found.kappa_within_at_seen_face / seeds.size();
   }
-  EXPECT_NEAR(mean.kappa_within, 0.94, 0.05);
+  EXPECT_GT(mean.kappa_within, 0.9);
   EXPECT_NEAR(mean.mu_within, 0.94, 0.05);
-  EXPECT_GT(mean.kappa_within_at_seen_face, 0.6);
+  EXPECT_GT(mean.kappa_within_at_seen_face, 0.9);
 }
 
 }  // namespace

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/valley.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
 #include "tests/sentence.h"
@@ -208,104 +209,42 @@ TEST_F(TinyPosterior, SamplesGiveTheDenseDeviationsUnderALoosePrior) {
   }
 }
 
-TEST_F(TinyPosterior, RoughFieldsLowerTheWeightAndSmoothOnesLeaveIt) {
-  const LateralBlocks blocks = prior_blocks(random_rows(*objective_, 8, 5), shape, axis);
-  const auto weight = [&](double roughness) {
-    return empirical_prior(prior, roughness, blocks, shape, axis).weight;
-  };
-  EXPECT_EQ(weight(0.0), prior.weight);
-  EXPECT_LT(weight(100.0), prior.weight);
-  EXPECT_NEAR(weight(100.0), 2.0 * weight(200.0), 1e-9);
-}
-
-TEST_F(TinyPosterior, StrongWavesLowerTheWeightOfTheirBandAlone) {
-  const LateralBlocks blocks = prior_blocks(random_rows(*objective_, 8, 5), shape, axis);
-  const auto weights = [&](double amplitude) {
-    Vector wave(shape.cells());  // half a period along x: its eigenvalue is 0.59
-    for (std::size_t i = 0; i < wave.size(); ++i) {
-      wave[i] = amplitude * std::cos(std::numbers::pi * (static_cast<double>(i % 4) + 0.5) / 4.0);
-    }
-    return wave_weights(prior, wave, blocks, shape, axis);
-  };
-  constexpr std::size_t band = 3;
-  const std::vector<double> strong = weights(8.0);
-  for (std::size_t b = 0; b < strong.size(); ++b) {
-    if (b == band) continue;
-    EXPECT_EQ(strong[b], prior.weight) << b;
+TEST_F(TinyPosterior, TheValleyWidensDeviationsAndWhatIsSaidOfThem) {
+  const Uncertainty plain = estimate_uncertainty(*objective_, prior, {.samples = 1}, 5);
+  Uncertainty wide = plain;
+  widen(wide, 0.5, Face::z_plus);
+  for (std::size_t i = 0; i < shape.cells(); ++i) {
+    EXPECT_NEAR(wide.log_kappa_std[i], std::hypot(plain.log_kappa_std[i], 0.5), 1e-6);
+    EXPECT_NEAR(wide.log_mu_std[i], std::hypot(plain.log_mu_std[i], 0.5 * mu_along_valley), 1e-6);
+    EXPECT_EQ(wide.kappa_resolution[i], plain.kappa_resolution[i]);
   }
-  EXPECT_LT(strong[band], prior.weight);
-  EXPECT_NEAR(strong[band], 4.0 * weights(16.0)[band], 1e-9);
-  EXPECT_EQ(weights(0.0)[band], prior.weight);
+  EXPECT_GT(wide.report.layers.front().log_kappa_std, 0.5);
+  EXPECT_NE(wide.report.sentence, plain.report.sentence);
+  EXPECT_EQ(wide.report.solves, plain.report.solves);
 }
 
-TEST_F(TinyPosterior, WhatAFitMissesOfWavesIsThatOfDenseMatrices) {
-  Prior stated = prior;
-  stated.wave_weights = {1.0, 1.0, 1.0, 1.0, prior.weight, prior.weight};  // eigenvalues below 1
-  LongWaveOptions options;
-  options.draws = 128;
-  options.steps = 48;
-  const LongWaveErrors found = long_wave_errors(*objective_, stated, shape, axis, options, 5);
-
-  // The excess of one band over the prior, wave by wave.
-  const Index n = hessian_.rows();
-  const Index cells = n / 2;
-  const auto cosine = [](int k, int at, int count) {
-    return std::sqrt((k == 0 ? 1.0 : 2.0) / count) *
-           std::cos(std::numbers::pi * k * (at + 0.5) / count);
-  };
-  const auto eigenvalue = [](int k, int count) {
-    return 2.0 - 2.0 * std::cos(std::numbers::pi * k / count);
-  };
-  MatrixXd excess = MatrixXd::Zero(n, n);
-  const double scale = shape.voxel_mm / prior.thickness_mm;
-  for (int c = 0; c < shape.nz; ++c) {
-    for (int b = 0; b < shape.ny; ++b) {
-      for (int a = 0; a < shape.nx; ++a) {
-        const double sum =
-            eigenvalue(a, shape.nx) + eigenvalue(b, shape.ny) + eigenvalue(c, shape.nz);
-        if (sum == 0.0 || sum >= 1.0) continue;
-        VectorXd wave(cells);
-        for (int z = 0; z < shape.nz; ++z) {
-          for (int y = 0; y < shape.ny; ++y) {
-            for (int x = 0; x < shape.nx; ++x) {
-              wave[static_cast<Index>(shape.index(x, y, z))] =
-                  cosine(a, x, shape.nx) * cosine(b, y, shape.ny) * cosine(c, z, shape.nz);
-            }
-          }
+TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
+  const GridShape shape{6, 5, 4, 0.5};
+  const auto deviation = [&](double within, double between, int axis) {
+    Volume<double> kappa(shape);
+    for (int z = 0; z < shape.nz; ++z) {
+      for (int y = 0; y < shape.ny; ++y) {
+        for (int x = 0; x < shape.nx; ++x) {
+          kappa[shape.index(x, y, z)] =
+              0.3 * std::exp((x % 2 == 0 ? within : -within) + (z < 2 ? between : -between));
         }
-        const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
-        const MatrixXd outer =
-            (1.0 - 1.0 / prior.weight) / (scale * (sum + pull)) * wave * wave.transpose();
-        excess.topLeftCorner(cells, cells) += outer;
-        excess.bottomRightCorner(cells, cells) += absorbers_vary * absorbers_vary * outer;
       }
     }
-  }
-  MatrixXd smoothing(n, n);
-  for (Index k = 0; k < n; ++k) {
-    smoothing.col(k) =
-        prior.weight * joined(smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm,
-                                                {}, parted(VectorXd::Unit(n, k))));
-  }
-  const MatrixXd missed = covariance_ * smoothing * excess * smoothing * covariance_;
-  constexpr double chance = 0.25;  // of 128 draws, means of 16 voxels
-  const Index layer = cells / shape.nz;
-  for (int z = 0; z < shape.nz; ++z) {
-    const auto at = static_cast<std::size_t>(z);
-    const double kappa = missed.diagonal().segment(z * layer, layer).mean();
-    const double mu = missed.diagonal().segment(cells + z * layer, layer).mean();
-    const double before = excess.diagonal().segment(z * layer, layer).mean();
-    EXPECT_NEAR(found.error.log_kappa[at] / kappa, 1.0, chance) << z;
-    EXPECT_NEAR(found.error.log_mu[at] / mu, 1.0, chance) << z;
-    EXPECT_NEAR(found.beforehand.log_kappa[at] / before, 1.0, 1e-9) << z;
-  }
-  const Uncertainty without = estimate_uncertainty(*objective_, prior, {.samples = 1}, 5);
-  const Uncertainty with = estimate_uncertainty(*objective_, prior, {.samples = 1}, 5, {}, found);
-  EXPECT_EQ(with.report.solves, without.report.solves + found.solves);
-  for (std::size_t i = 0; i < shape.cells(); ++i) {
-    EXPECT_NEAR(std::pow(with.log_kappa_std[i], 2),
-                std::pow(without.log_kappa_std[i], 2) + found.error.log_kappa[i / 16], 1e-6);
-  }
+    return valley_deviation(kappa, axis);
+  };
+  EXPECT_NEAR(deviation(0.0, 0.0, 2), 0.0, 1e-7) << "an even block has none";
+  const double within = deviation(0.1, 0.0, 2);
+  const double between = deviation(0.0, 0.1, 2);
+  EXPECT_GT(within, 0.0);
+  EXPECT_GT(between, within) << "profiles are the least determined";
+  EXPECT_NEAR(deviation(0.2, 0.0, 2), 2.0 * within, 1e-9);
+  EXPECT_NEAR(deviation(0.1, 0.1, 2), std::hypot(within, between), 1e-9);
+  EXPECT_NEAR(deviation(0.1, 0.0, 0), between, 1e-9) << "layers lie across the depth";
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
