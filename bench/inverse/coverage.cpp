@@ -47,8 +47,7 @@ Json fit_row(const SurfaceMeasurements& data, const Medium& fine_truth,
   Progress silent;
   const inverse::ChannelFit fit = inverse::fit_channel(data, 0, options, {}, silent, {}, {});
   const double valley = inverse::shared_valley({&fit, 1}, axis_of(data.lit_face));
-  const inverse::Uncertainty found =
-      inverse::estimate_volume_uncertainty(fit, valley, data, 0, options);
+  const inverse::Uncertainty found = inverse::estimate_volume_uncertainty(fit, valley, data);
   const auto layers = [&](const Volume<double>& values, const Volume<double>& fine,
                           const Volume<float>& deviation) {
     return layers_of(values, synthetic::average_volume(fine, data.grid), deviation, data.lit_face);
@@ -64,7 +63,7 @@ void measure_coverage(const Request& request, Progress& progress, const Save& sa
   const GridShape fine = block.grid.refined(2);
   inverse::FitOptions options;
   options.path.model = inverse::Model::volume;
-  options.uncertainty.samples = 2;  // the default of `kappamu fit`
+  options.uncertainty.probes = 8;  // the default of `kappamu fit`
   options.solver.backend.device = request.device;
   Json rows = Json::array();
   for (int s = 0; s < request.count("seeds", 1); ++s) {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"
 
 namespace kappamu::bench {
@@ -95,10 +96,14 @@ Variances Proof::sampled_posterior(int count) {
   return squares / count;
 }
 
-Variances Proof::estimated_posterior(const inverse::UncertaintyOptions& options, int& solves) {
-  const inverse::Uncertainty found =
-      inverse::estimate_uncertainty(fit_.objective(), fit_.prior(), options, options_.seed);
-  solves = found.report.solves;
+Variances Proof::estimated_posterior(int probes) {
+  const inverse::Problem& problem = fit_.objective().problem();
+  const GridShape& shape = problem.setup.shape;
+  const Face lit = problem.setup.lit_face;
+  const inverse::Uncertainty found = inverse::estimate_uncertainty(
+      fit_.prior(), shape, lit, problem.seen_face,
+      inverse::prior_blocks(inverse::random_rows(fit_.objective(), probes, options_.seed), shape,
+                            axis_of(lit)));
   const Index cells = unknowns() / 2;
   Variances variances(unknowns());
   for (Index i = 0; i < cells; ++i) {

@@ -46,8 +46,8 @@ class Proof {
   /// data of the linearised problem.
   Variances sampled_posterior(int count);
 
-  /// That of inverse::estimate_uncertainty, and the batched solves it took.
-  Variances estimated_posterior(const inverse::UncertaintyOptions& options, int& solves);
+  /// That of inverse::estimate_uncertainty, of as many adjoint solves.
+  Variances estimated_posterior(int probes);
 
  private:
   ProofOptions options_;

@@ -231,22 +231,10 @@ void solver(Solver& options, Visitor& visit) {
 template <class Uncertainty, class Visitor>
 void uncertainty(Uncertainty& options, Visitor& visit) {
   constexpr OptionGroup group = OptionGroup::uncertainty;
-  auto& [samples, steps, probes, pooling, sensitivity_probes] = options;
-  visit(
-      Option{"uncertainty_samples", group, "--uncertainty", "", bounds::not_negative,
-             "Samples for the standard deviations of the volumes: S of them cost 24 S + 8 batched "
-             "solves; 0 gives none",
-             false},
-      samples);
-  visit(Option{"uncertainty_steps", group, "", "", bounds::at_least_one,
-               "Products with the Hessian per sample", false},
-        steps);
-  visit(Option{"uncertainty_probes", group, "", "", bounds::at_least_one,
-               "Adjoint solves for the metric that the samples start from", false},
+  auto& [probes, sensitivity_probes] = options;
+  visit(Option{"uncertainty_probes", group, "--uncertainty", "", bounds::not_negative,
+               "Adjoint solves for the standard deviations of the volumes; 0 gives none", false},
         probes);
-  visit(Option{"uncertainty_pooling", group, "", "voxels", bounds::not_negative,
-               "Deviation of the Gaussian mean of the estimates across the light", false},
-        pooling);
   visit(Option{"sensitivity_probes", group, "", "", bounds::not_negative,
                "Adjoint solves for where the data constrain the volume", false},
         sensitivity_probes);

@@ -150,7 +150,7 @@ ChannelFit ChannelRun::result() {
   const UncertaintyOptions& uncertainty = options_.uncertainty;
   // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). [W]'s
   // regulariser leaves μ without a prior.
-  const bool has_prior = uncertainty.samples > 0 && state_.path.weight > 0.0 &&
+  const bool has_prior = uncertainty.probes > 0 && state_.path.weight > 0.0 &&
                          options_.regulariser.kind != RegulariserKind::wang2008;
   const std::vector<CoefficientPair> rows =
       random_rows(grid_.objective(),

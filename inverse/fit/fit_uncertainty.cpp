@@ -139,18 +139,11 @@ double shared_valley(std::span<const ChannelFit> fits, int depth_axis) {
 }
 
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
-                                        const SurfaceMeasurements& fitted, int channel,
-                                        const FitOptions& options) {
+                                        const SurfaceMeasurements& fitted) {
   check(fit.prior.has_value(), "uncertainty: the fit has no prior");
-  GridPath grid = make_grid_path(fitted, channel, options);
-  grid.open(0, Derivatives::products);
-  Objective& objective = grid.objective();
-  objective.set_correction(fit.correction);
-  objective.value(to_fields(fit.medium));
-  objective.count_pixel_noise();
-  Uncertainty found = estimate_uncertainty(objective, *fit.prior, options.uncertainty,
-                                           options.solver.seed, fit.blocks);
-  widen(found, valley, grid.problem().seen_face);
+  Uncertainty found =
+      estimate_uncertainty(*fit.prior, fitted.grid, fitted.lit_face, fitted.seen_face, fit.blocks);
+  widen(found, valley, fitted.seen_face);
   return found;
 }
 

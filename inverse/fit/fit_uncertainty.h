@@ -15,11 +15,10 @@ namespace kappamu::inverse {
 /// absorbed early finds too little of its contrast (docs/theory.md, 5).
 double shared_valley(std::span<const ChannelFit> fits, int depth_axis);
 
-/// Of `fit`, a volume with a prior, to `fitted`: C with the fit's r and weight, and `valley` beside
-/// it.
+/// Of `fit`, a volume with a prior, to `fitted`: C with the fit's weight, and `valley` beside it.
+/// No solve: the fit has made them.
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
-                                        const SurfaceMeasurements& fitted, int channel,
-                                        const FitOptions& options);
+                                        const SurfaceMeasurements& fitted);
 
 /// Of `fit`, whose model is homogeneous or layered, to `fitted`: one tangent solve per unknown and
 /// the correction anew. Every voxel has its layer's deviations; resolution is 1, since no smoothing

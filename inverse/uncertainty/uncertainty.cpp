@@ -5,12 +5,8 @@
 #include <cstddef>
 #include <numbers>
 #include <numeric>
-#include <random>
-#include <utility>
 
-#include "core/error.h"
 #include "core/numbers/median.h"
-#include "core/processor_time.h"
 #include "core/shown_text.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
@@ -30,12 +26,6 @@ Eigen::MatrixXd squared_cosines(int n) {
     }
   }
   return squares;
-}
-
-Vector signs(std::mt19937_64& engine, std::size_t count) {
-  Vector values(count);
-  for (double& s : values) s = (engine() >> 63) != 0 ? 1.0 : -1.0;
-  return values;
 }
 
 /// Variances at weight one, at the prior's own.
@@ -128,39 +118,18 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
   return product;
 }
 
-Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
-                                 const UncertaintyOptions& options, std::uint64_t seed,
-                                 LateralBlocks blocks) {
-  check(options.samples >= 1 && options.steps >= 1 && options.probes >= 1 && options.pooling >= 0.0,
-        "uncertainty: options are out of bounds");
-  const Problem& problem = objective.problem();
-  const GridShape& shape = problem.setup.shape;
-  const int axis = axis_of(problem.setup.lit_face);
-  const auto solves = [&] { return objective.solves().adjoint + objective.solves().tangent; };
-  const int before = solves();
-  const double iterations_before = objective.solves().voxel_iterations;
-  const Stopwatch watch;
-  if (blocks.empty()) {
-    blocks = prior_blocks(random_rows(objective, options.probes, seed), shape, axis);
-  }
-  const Basis basis = posterior_metric(prior, shape, axis, blocks);
-  InverseDiagonal diagonal(
-      [&](const CoefficientPair& v) { return hessian_product(objective, prior, v); }, shape, axis,
-      basis, options.steps);
-  std::mt19937_64 engine(seed + 1);
-  for (int k = 0; k < options.samples; ++k) diagonal.add(signs(engine, 2 * shape.cells()));
-  const FieldCovariance posterior = diagonal.result(options.pooling);
+Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
+                                 Face seen_face, const LateralBlocks& blocks) {
+  const FieldCovariance posterior =
+      posterior_metric(prior, shape, axis_of(lit_face), blocks).covariance();
   const CoefficientPair beforehand = prior_variance(shape, prior);
-
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
   for (std::size_t i = 0; i < shape.cells(); ++i) {
-    // Data only ever add to what is known: an estimate above the prior is the estimate's error.
     const auto add = [&](double variance, double prior_value, Volume<float>& deviation,
                          Volume<float>& resolution) {
-      const double share = std::clamp(1.0 - variance / prior_value, 0.0, 1.0);
-      deviation[i] = static_cast<float>(std::sqrt(std::min(variance, prior_value)));
-      resolution[i] = static_cast<float>(share);
+      deviation[i] = static_cast<float>(std::sqrt(variance));
+      resolution[i] = static_cast<float>(std::clamp(1.0 - variance / prior_value, 0.0, 1.0));
     };
     const double kappa = posterior.variance.log_kappa[i];
     const double mu = posterior.variance.log_mu[i];
@@ -168,13 +137,8 @@ Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
     add(mu, beforehand.log_mu[i], found.log_mu_std, found.mu_resolution);
     found.correlation[i] = static_cast<float>(posterior.between[i] / std::sqrt(kappa * mu));
   }
-  UncertaintyReport& report = found.report;
-  report.layers = layers_below(found, problem.seen_face);
-  report.sentence = in_words(report.layers);
-  report.solves = solves() - before;
-  report.voxel_iterations = objective.solves().voxel_iterations - iterations_before;
-  report.seconds = watch.seconds();
-  report.unfinished = diagonal.unfinished();
+  found.report.layers = layers_below(found, seen_face);
+  found.report.sentence = in_words(found.report.layers);
   return found;
 }
 

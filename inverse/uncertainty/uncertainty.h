@@ -5,25 +5,21 @@
 // and what the data do not say, is in docs/theory.md, section 5.
 #pragma once
 
-#include <cstdint>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "core/grid.h"
+#include "inverse/optimise/basis.h"
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
-#include "inverse/uncertainty/inverse_diagonal.h"
 #include "inverse/uncertainty/prior.h"
 
 namespace kappamu::inverse {
 
 struct UncertaintyOptions {
-  int samples = 0;       ///< 0 = no uncertainty; each costs 2 `steps` batched solves
-  int steps = 12;        ///< products with the Hessian per sample
-  int probes = 8;        ///< adjoint solves for the metric the samples start from
-  double pooling = 1.5;  ///< Gaussian mean of the estimates across the light, deviation [voxels]
+  int probes = 0;  ///< adjoint solves at the fit's end for its deviations; 0 = none
   /// Adjoint solves for where the data constrain the volume (sensitivity.h); no part of the
   /// deviations.
   int sensitivity_probes = 0;
@@ -44,9 +40,7 @@ struct UncertaintyReport {
   std::string sentence;                  ///< the layers in words: where the data say what
   std::optional<double> valley;          ///< valley_deviation() within; of a volume alone
   int solves = 0;                        ///< batched ones that this cost
-  double voxel_iterations = 0.0;         ///< SolveCount's, of these
   double seconds = 0.0;
-  double unfinished = 0.0;  ///< InverseDiagonal::unfinished
 };
 
 struct Uncertainty {
@@ -75,11 +69,9 @@ LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShap
 Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
                        const LateralBlocks& blocks);
 
-/// C at the fields of the objective's last value(); equal seeds give equal bits on one device.
-/// `blocks` of prior_blocks() there spare the `probes` adjoint solves that make them.
-Uncertainty estimate_uncertainty(Objective& objective, const Prior& prior,
-                                 const UncertaintyOptions& options, std::uint64_t seed,
-                                 LateralBlocks blocks = {});
+/// C by that guess, of `blocks` by prior_blocks() at the minimum.
+Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
+                                 Face seen_face, const LateralBlocks& blocks);
 
 /// Adds what C cannot know to both deviations, `valley` of log κ (valley.h), and says it all anew.
 void widen(Uncertainty& found, double valley, Face seen_face);

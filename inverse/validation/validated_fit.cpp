@@ -58,7 +58,7 @@ ValidatedFit fit_validated(const ValidationSplit& input, int channel, const FitO
   context.continued = continued;
   context.interim = input.rejoin;
   FitOptions first_options = options;
-  if (input.rejoin) first_options.uncertainty.samples = 0;
+  if (input.rejoin) first_options.uncertainty.probes = 0;
   ValidatedFit result;
   result.fit =
       fit_channel(input.fitted, channel, first_options, first, progress, observer, context);

@@ -97,7 +97,7 @@ struct Row {
 
 FitStageOptions usual_options() {
   FitStageOptions options;
-  options.fit.uncertainty.samples = 2;
+  options.fit.uncertainty.probes = 8;
   options.fit.uncertainty.sensitivity_probes = 8;
   return options;
 }

@@ -83,7 +83,6 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
   nlohmann::ordered_json json{{"sentence", report.sentence},
                               {"batched_solves", report.solves},
                               {"seconds", report.seconds},
-                              {"unfinished", report.unfinished},
                               {"layers", layers}};
   if (report.valley) json["valley_log_kappa_std"] = *report.valley;
   return json;

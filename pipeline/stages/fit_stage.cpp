@@ -82,8 +82,7 @@ class FitStage {
   inverse::ValidatedFit fit(int channel, Progress& progress) const;
   ChannelFit keep(int channel, inverse::ValidatedFit fitted);
   void warn(ChannelFit& fit, const std::string& channel, const std::string& sentence);
-  void state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels,
-                        int at_once);
+  void state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels);
   void keep_prediction(const ChannelFit& fit, bool of_all);
   void write_json() const;
 
@@ -159,26 +158,19 @@ void FitStage::warn(ChannelFit& fit, const std::string& channel, const std::stri
 
 /// Of every channel fitted: volumes share a contrast, so that no channel's can be known before the
 /// last fit has ended.
-void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels,
-                                int at_once) {
+void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels) {
   const double valley = inverse::shared_valley(fits, axis_of(measurements_.lit_face));
-  std::vector<std::optional<inverse::Uncertainty>> found(fits.size());
-  side_by_side("fit", summary_.channels, at_once, progress_,
-               [&](std::size_t c, Progress& progress) {
-                 const ChannelFit& fit = fits[c];
-                 const bool of_volume = fit.report.model.model == inverse::Model::volume;
-                 if (options_.fit.uncertainty.samples == 0 || (of_volume && !fit.prior)) return;
-                 progress.update("fit " + summary_.channels[c], 1.0, "standard deviations");
-                 found[c] = of_volume ? inverse::estimate_volume_uncertainty(
-                                            fit, valley, seen_by(c), channels[c], options_.fit)
-                                      : inverse::estimate_model_uncertainty(
-                                            fit, seen_by(c), channels[c], options_.fit);
-               });
   for (std::size_t c = 0; c < fits.size(); ++c) {
+    const ChannelFit& fit = fits[c];
     summary_.uncertainty.emplace_back();
-    if (!found[c]) continue;
-    write_uncertainty(output_, summary_.channels[c], *found[c], fits[c].medium, volumes_);
-    summary_.uncertainty.back() = std::move(found[c]->report);
+    const bool of_volume = fit.report.model.model == inverse::Model::volume;
+    if (options_.fit.uncertainty.probes == 0 || (of_volume && !fit.prior)) continue;
+    progress_.update("fit " + summary_.channels[c], 1.0, "standard deviations");
+    inverse::Uncertainty found =
+        of_volume ? inverse::estimate_volume_uncertainty(fit, valley, seen_by(c))
+                  : inverse::estimate_model_uncertainty(fit, seen_by(c), channels[c], options_.fit);
+    write_uncertainty(output_, summary_.channels[c], found, fit.medium, volumes_);
+    summary_.uncertainty.back() = std::move(found.report);
   }
 }
 
@@ -270,7 +262,7 @@ FitSummary FitStage::run() {
     for (const std::string& w : shifts[c].warnings) warn(fits[c], summary_.channels[c], w);
     for (const std::string& note : shifts[c].notes) summary_.notes[c].push_back(note);
   }
-  state_deviations(fits, channels, at_once);
+  state_deviations(fits, channels);
   for (ChannelFit& fit : fits) {
     volumes_.media.push_back(std::move(fit.medium));
     summary_.reports.push_back(std::move(fit.report));

@@ -101,7 +101,7 @@ TEST(FitOptionsPage, IsWhatTheProgramMakes) {
   EXPECT_EQ(io::read_text(fs::path(KAPPAMU_SOURCE_DIR) / "docs/reference/fit-options.md"),
             options_page())
       << "renew it: kappamu fit --options-table > docs/reference/fit-options.md";
-  EXPECT_THAT(options_page(), HasSubstr("| uncertainty_samples | `--uncertainty` | 2 |"));
+  EXPECT_THAT(options_page(), HasSubstr("| uncertainty_probes | `--uncertainty` | 8 |"));
 }
 
 TEST(FitOptionsPaper, ImpliesItsCoordinatesAndItsLambda) {

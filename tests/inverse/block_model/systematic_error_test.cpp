@@ -110,7 +110,7 @@ FitReport choose(const bench::Figure3& figure, double size, std::uint64_t seed,
   FitOptions options;
   options.path.stage_steps = 1;
   options.path.max_levels = 2;
-  options.uncertainty.samples = 0;
+  options.uncertainty.probes = 0;
   return cases::fit(m, options).report;
 }
 

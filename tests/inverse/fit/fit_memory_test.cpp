@@ -52,10 +52,10 @@ TEST(FitMemory, ThePredictionHoldsThePeak) {
   // Few weights, far from one another: what one learned the next takes over.
   options.path.first_weight = options.path.last_weight = 1.0;
   options.path.weight_factor = 0.01;
-  options.uncertainty.samples = 1;
+  options.uncertainty.probes = 8;
   const double needed = memory_needed(measurements, options).total();
   const ChannelFit fit = cases::fit(measurements, options);
-  estimate_volume_uncertainty(fit, 0.0, measurements, 0, options);
+  estimate_volume_uncertainty(fit, 0.0, measurements);
   const double used = peak_memory() - before;
   RecordProperty("predicted_over_used", std::to_string(needed / used));
   EXPECT_GT(needed, 0.9 * used);

@@ -1,5 +1,5 @@
-// The posterior's variances against dense matrices: exact where every direction is sampled, better
-// with every step and every sample, never above the prior.
+// The posterior's variances against dense matrices, never above the prior, and the valley beside
+// them.
 #include "inverse/uncertainty/uncertainty.h"
 
 #include <gmock/gmock.h>
@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "core/error.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/valley.h"
@@ -53,34 +52,16 @@ class TinyPosterior : public ::testing::Test {
       hessian_.col(k) = joined(hessian_product(*objective_, prior, parted(VectorXd::Unit(n, k))));
     }
     covariance_ = hessian_.llt().solve(MatrixXd::Identity(n, n));
-    basis_ = std::make_unique<Basis>(shape,
-                                     BasisOptions{Coordinates::informed, axis, prior.thickness_mm,
-                                                  prior.anchor_length_mm, prior.weight},
-                                     lateral_blocks(random_rows(*objective_, 4, 1), shape, axis));
+    blocks_ = prior_blocks(random_rows(*objective_, 8, 1), shape, axis);
+    basis_ = std::make_unique<Basis>(posterior_metric(prior, shape, axis, blocks_));
   }
 
-  InverseDiagonal sampler(int steps) const {
-    return {[this](const CoefficientPair& v) { return parted(hessian_ * joined(v)); }, shape, axis,
-            *basis_, steps};
-  }
-  /// One sample along every coordinate: all directions, none by chance.
-  FieldCovariance complete(int steps) const {
-    InverseDiagonal diagonal = sampler(steps);
-    const auto n = static_cast<std::size_t>(hessian_.rows());
-    for (std::size_t k = 0; k < n; ++k) {
-      Vector u(n, 0.0);
-      u[k] = std::sqrt(static_cast<double>(n));
-      diagonal.add(u);
-    }
-    return diagonal.result(0.0);
-  }
-  /// Root mean square of the error of log standard deviations.
-  double error(const FieldCovariance& found) const {
-    const VectorXd ratio = joined(found.variance).cwiseQuotient(covariance_.diagonal());
-    return 0.5 * std::sqrt(ratio.array().log().square().mean());
+  Uncertainty estimated() const {
+    return estimate_uncertainty(prior, shape, Face::z_minus, Face::z_plus, blocks_);
   }
 
   std::unique_ptr<Objective> objective_;
+  LateralBlocks blocks_;
   std::unique_ptr<Basis> basis_;
   MatrixXd hessian_;
   MatrixXd covariance_;
@@ -125,92 +106,30 @@ TEST_F(TinyPosterior, MetricKnowsItsOwnCovariance) {
   }
 }
 
-TEST_F(TinyPosterior, AllDirectionsGiveTheDenseInverse) {
-  const FieldCovariance found = complete(static_cast<int>(hessian_.rows()));
-  constexpr double float_vectors = 1e-4;  // Lanczos' vectors are kept in single precision
-  EXPECT_LT(error(found), float_vectors);
-  const Index cells = hessian_.rows() / 2;
-  for (Index i = 0; i < cells; ++i) {
-    const double scale = std::sqrt(covariance_(i, i) * covariance_(cells + i, cells + i));
-    EXPECT_NEAR(found.between[static_cast<std::size_t>(i)], covariance_(i, cells + i),
-                float_vectors * scale);
-  }
-}
-
-TEST_F(TinyPosterior, EveryStepBringsItCloser) {
-  double before = error(basis_->covariance());
-  for (const int steps : {2, 4, 8, 16}) {
-    const double now = error(complete(steps));
-    EXPECT_LT(now, before) << steps << " steps";
-    before = now;
-  }
-  EXPECT_LT(before, 0.1);  // 16 of 96 dimensions, from the metric of 4 probes
-}
-
-TEST_F(TinyPosterior, ErrorFallsWithTheRootOfTheSamples) {
-  InverseDiagonal diagonal = sampler(static_cast<int>(hessian_.rows()));
-  cases::Noise noise(3);
-  std::vector<double> errors;
-  for (int k = 1; k <= 1024; ++k) {
-    Vector u(static_cast<std::size_t>(hessian_.rows()));
-    for (double& x : u) x = noise.normal();
-    diagonal.add(u);
-    if (k == 16 || k == 1024) errors.push_back(error(diagonal.result(0.0)));
-  }
-  const double order = std::log(errors[0] / errors[1]) / std::log(64.0);
-  EXPECT_NEAR(order, 0.5, 0.15);
-}
-
-TEST_F(TinyPosterior, IsRepeatableBoundedByThePriorAndCostsWhatItSays) {
-  UncertaintyOptions options;
-  options.samples = 2;
-  options.steps = 3;
-  options.probes = 2;
-  const Uncertainty first = estimate_uncertainty(*objective_, prior, options, 5);
-  const Uncertainty again = estimate_uncertainty(*objective_, prior, options, 5);
-  EXPECT_EQ(first.log_kappa_std.values(), again.log_kappa_std.values());
-  EXPECT_EQ(first.log_mu_std.values(), again.log_mu_std.values());
-  EXPECT_EQ(first.correlation.values(), again.correlation.values());
-  EXPECT_EQ(first.report.solves, 2 + 2 * 3 * 2) << "probes + 2 · steps · samples";
-  const Uncertainty handed =
-      estimate_uncertainty(*objective_, prior, options, 5,
-                           prior_blocks(random_rows(*objective_, options.probes, 5), shape, axis));
-  EXPECT_EQ(handed.log_kappa_std.values(), first.log_kappa_std.values());
-  EXPECT_EQ(handed.report.solves, 2 * 3 * 2) << "without the probes";
-  ASSERT_EQ(first.report.layers.size(), 3U);
-  EXPECT_DOUBLE_EQ(first.report.layers[0].depth_mm, 0.25);
+TEST_F(TinyPosterior, StatesTheDenseDeviationsWithinAFactorOfTwoAndNoneAboveThePrior) {
+  const Uncertainty found = estimated();
   const CoefficientPair beforehand = prior_variance(shape, prior);
-  for (std::size_t i = 0; i < shape.cells(); ++i) {
-    EXPECT_LE(first.log_mu_std[i], std::sqrt(beforehand.log_mu[i]) * (1.0 + 1e-6));
-    EXPECT_GE(first.mu_resolution[i], 0.0F);
-    EXPECT_LE(first.mu_resolution[i], 1.0F);
-    EXPECT_LE(std::abs(first.correlation[i]), 1.0F + 1e-6F);
-  }
-}
-
-TEST_F(TinyPosterior, SamplesGiveTheDenseDeviationsUnderALoosePrior) {
-  const Prior looser{0.5, 1.5, 15.0};
-  const Index n = hessian_.rows();
-  MatrixXd hessian(n, n);
-  for (Index k = 0; k < n; ++k) {
-    hessian.col(k) = joined(hessian_product(*objective_, looser, parted(VectorXd::Unit(n, k))));
-  }
-  const VectorXd exact = hessian.llt().solve(MatrixXd::Identity(n, n)).diagonal();
-  UncertaintyOptions options;
-  options.samples = 192;
-  options.steps = static_cast<int>(n);
-  options.pooling = 0.0;
-  const Uncertainty found = estimate_uncertainty(*objective_, looser, options, 5);
-  constexpr double chance = 0.3;  // of 192 samples in the worst voxel
+  const Index cells = hessian_.rows() / 2;
+  double squares = 0.0;
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     const auto at = static_cast<Index>(i);
-    EXPECT_NEAR(found.log_kappa_std[i] / std::sqrt(exact[at]), 1.0, chance);
-    EXPECT_NEAR(found.log_mu_std[i] / std::sqrt(exact[n / 2 + at]), 1.0, chance);
+    const double kappa = found.log_kappa_std[i] / std::sqrt(covariance_(at, at));
+    const double mu = found.log_mu_std[i] / std::sqrt(covariance_(cells + at, cells + at));
+    squares += std::pow(std::log(kappa), 2) + std::pow(std::log(mu), 2);
+    EXPECT_LE(found.log_mu_std[i], std::sqrt(beforehand.log_mu[i]) * (1.0 + 1e-6));
+    EXPECT_GE(found.mu_resolution[i], 0.0F);
+    EXPECT_LE(found.mu_resolution[i], 1.0F);
+    EXPECT_LE(std::abs(found.correlation[i]), 1.0F + 1e-6F);
   }
+  // Three random patterns are far from what blocks take light for, the same across the block; on
+  // blocks under usual light 4 to 43 % are missing (tests/bench/inverse).
+  EXPECT_LT(std::sqrt(squares / static_cast<double>(2 * shape.cells())), 0.65);
+  ASSERT_EQ(found.report.layers.size(), 3U);
+  EXPECT_DOUBLE_EQ(found.report.layers[0].depth_mm, 0.25);
 }
 
 TEST_F(TinyPosterior, TheValleyWidensDeviationsAndWhatIsSaidOfThem) {
-  const Uncertainty plain = estimate_uncertainty(*objective_, prior, {.samples = 1}, 5);
+  const Uncertainty plain = estimated();
   Uncertainty wide = plain;
   widen(wide, 0.5, Face::z_plus);
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -220,7 +139,6 @@ TEST_F(TinyPosterior, TheValleyWidensDeviationsAndWhatIsSaidOfThem) {
   }
   EXPECT_GT(wide.report.layers.front().log_kappa_std, 0.5);
   EXPECT_NE(wide.report.sentence, plain.report.sentence);
-  EXPECT_EQ(wide.report.solves, plain.report.solves);
 }
 
 TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
