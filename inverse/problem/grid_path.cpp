@@ -11,18 +11,12 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// Solves leave a residual of `share` of a datum's usual deviation, but of no more than `loosest`.
-struct Looseness {
-  double share;
-  double loosest;
-};
-/// Fits end at the same E as with exact ones (docs/theory.md, section 4).
-constexpr Looseness of_light{0.3, 3e-3};
+/// Solves leave a residual of this share of a datum's usual deviation, but of no more than
+/// `loosest`: fits end at the same E as with exact ones (docs/theory.md, section 4).
+constexpr double of_deviation = 0.3;
+constexpr double loosest = 3e-3;
 /// An error of a gradient by so small a share changes nothing of where they end.
 constexpr double of_gradients = 2e-2;
-/// With errors of 2e-2 products lose the Hessian's definiteness, whose largest eigenvalues are
-/// hundreds of times its smallest.
-constexpr Looseness of_products{0.1, 1e-3};
 
 /// The data's usual relative deviation; 0 where there are none.
 double usual_deviation(const Problem& problem) {
@@ -44,16 +38,14 @@ GridPath::GridPath(GridLevels levels, const Backend& backend, const DataTermOpti
       correction_(correction) {}
 
 /// Refined solves, few, stay exact: r corrects all the data.
-void GridPath::open(int level, Derivatives derivatives) {
+void GridPath::open(int level) {
   level_ = level;
   const Problem& problem = levels_[level];
-  const bool gradients = derivatives == Derivatives::gradients;
-  const Looseness& of = gradients ? of_light : of_products;
   Backend backend = backend_;
   double& tolerance = backend.solve.tolerance;
-  tolerance = std::max(tolerance, std::min(of.loosest, of.share * usual_deviation(problem)));
+  tolerance = std::max(tolerance, std::min(loosest, of_deviation * usual_deviation(problem)));
   objective_ = std::make_unique<Objective>(problem, backend, data_term_);
-  if (gradients) objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
+  objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
 }
 
 double GridPath::thickness_mm() const {

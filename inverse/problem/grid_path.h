@@ -15,12 +15,6 @@ enum class GridCorrection {
   next_finer  ///< r by the next finer grid, of the finest by its own with every voxel split
 };
 
-/// What derivatives are for, which is how exact they must be.
-enum class Derivatives {
-  gradients,  ///< of a descent, and rows of the Jacobian for its metric
-  products    ///< with the Hessian, which must stay definite
-};
-
 class GridPath {
  public:
   /// Nothing is open before open().
@@ -30,9 +24,9 @@ class GridPath {
   const GridLevels& levels() const { return levels_; }
   void set_photons(const std::optional<PhotonOptions>& photons) { levels_.set_photons(photons); }
 
-  /// An objective of the grid `level`, whose solves are as loose as its data and `derivatives`
-  /// allow; no solve is counted yet and r is 1.
-  void open(int level, Derivatives derivatives = Derivatives::gradients);
+  /// An objective of the grid `level`, whose solves are as loose as its data allow; no solve is
+  /// counted yet and r is 1.
+  void open(int level);
 
   int level() const { return level_; }  ///< of levels(), 0 = finest
   Objective& objective() { return *objective_; }
