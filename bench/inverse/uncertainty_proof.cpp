@@ -7,6 +7,7 @@
 
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/problem/problem.h"
+#include "inverse/uncertainty/sensitivity.h"
 
 namespace kappamu::bench {
 
@@ -100,10 +101,11 @@ Variances Proof::estimated_posterior(int probes) {
   const inverse::Problem& problem = fit_.objective().problem();
   const GridShape& shape = problem.setup.shape;
   const Face lit = problem.setup.lit_face;
+  const std::vector<inverse::CoefficientPair> rows =
+      inverse::random_rows(fit_.objective(), probes, options_.seed);
   const inverse::Uncertainty found = inverse::estimate_uncertainty(
-      fit_.prior(), shape, lit, problem.seen_face,
-      inverse::prior_blocks(inverse::random_rows(fit_.objective(), probes, options_.seed), shape,
-                            axis_of(lit)));
+      fit_.prior(), shape, lit, problem.seen_face, inverse::prior_blocks(rows, shape, axis_of(lit)),
+      inverse::estimate_sensitivity(rows));
   const Index cells = unknowns() / 2;
   Variances variances(unknowns());
   for (Index i = 0; i < cells; ++i) {

@@ -86,7 +86,8 @@ struct ChannelFit {
   /// [M][v][u], unit of SurfaceMeasurements::value, r included.
   std::vector<float> prediction;
   /// Root of the diagonal of JᵀWJ, J = ∂M/∂log κ or log μ of one voxel: what the data say about the
-  /// voxel alone, in standard deviations per unit of log. Empty unless asked for.
+  /// voxel alone, in standard deviations per unit of log. Empty unless they or deviations are
+  /// asked for.
   Volume<float> sensitivity_kappa;
   Volume<float> sensitivity_mu;
   Correction correction;  ///< r at the end

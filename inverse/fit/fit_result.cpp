@@ -156,7 +156,7 @@ ChannelFit ChannelRun::result() {
       random_rows(grid_.objective(),
                   std::max(uncertainty.sensitivity_probes, has_prior ? uncertainty.probes : 0),
                   options_.solver.seed);
-  if (uncertainty.sensitivity_probes > 0) {
+  if (!rows.empty()) {
     CoefficientPair root = estimate_sensitivity(rows);
     fit.sensitivity_kappa =
         Volume<float>(shape, std::vector<float>(root.log_kappa.begin(), root.log_kappa.end()));

@@ -141,8 +141,12 @@ double shared_valley(std::span<const ChannelFit> fits, int depth_axis) {
 Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
                                         const SurfaceMeasurements& fitted) {
   check(fit.prior.has_value(), "uncertainty: the fit has no prior");
+  const auto as_vector = [](const Volume<float>& volume) {
+    return Vector(volume.values().begin(), volume.values().end());
+  };
   Uncertainty found =
-      estimate_uncertainty(*fit.prior, fitted.grid, fitted.lit_face, fitted.seen_face, fit.blocks);
+      estimate_uncertainty(*fit.prior, fitted.grid, fitted.lit_face, fitted.seen_face, fit.blocks,
+                           {as_vector(fit.sensitivity_kappa), as_vector(fit.sensitivity_mu)});
   widen(found, valley, fitted.seen_face);
   return found;
 }

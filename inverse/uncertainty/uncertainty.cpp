@@ -10,6 +10,7 @@
 #include "core/shown_text.h"
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/local_information.h"
 #include "inverse/uncertainty/valley.h"
 
 namespace kappamu::inverse {
@@ -119,10 +120,12 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
 }
 
 Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
-                                 Face seen_face, const LateralBlocks& blocks) {
-  const FieldCovariance posterior =
-      posterior_metric(prior, shape, axis_of(lit_face), blocks).covariance();
+                                 Face seen_face, const LateralBlocks& blocks,
+                                 const CoefficientPair& sensitivity) {
+  const int axis = axis_of(lit_face);
+  const FieldCovariance even = posterior_metric(prior, shape, axis, blocks).covariance();
   const CoefficientPair beforehand = prior_variance(shape, prior);
+  const CoefficientPair posterior = shared_out(even.variance, beforehand, sensitivity, shape, axis);
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -131,11 +134,11 @@ Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Fac
       deviation[i] = static_cast<float>(std::sqrt(variance));
       resolution[i] = static_cast<float>(std::clamp(1.0 - variance / prior_value, 0.0, 1.0));
     };
-    const double kappa = posterior.variance.log_kappa[i];
-    const double mu = posterior.variance.log_mu[i];
-    add(kappa, beforehand.log_kappa[i], found.log_kappa_std, found.kappa_resolution);
-    add(mu, beforehand.log_mu[i], found.log_mu_std, found.mu_resolution);
-    found.correlation[i] = static_cast<float>(posterior.between[i] / std::sqrt(kappa * mu));
+    add(posterior.log_kappa[i], beforehand.log_kappa[i], found.log_kappa_std,
+        found.kappa_resolution);
+    add(posterior.log_mu[i], beforehand.log_mu[i], found.log_mu_std, found.mu_resolution);
+    found.correlation[i] = static_cast<float>(
+        even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));
   }
   found.report.layers = layers_below(found, seen_face);
   found.report.sentence = in_words(found.report.layers);

@@ -69,9 +69,11 @@ LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShap
 Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
                        const LateralBlocks& blocks);
 
-/// C by that guess, of `blocks` by prior_blocks() at the minimum.
+/// C by that guess, of `blocks` by prior_blocks() at the minimum, shared out across the light by
+/// the `sensitivity` there (local_information.h).
 Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
-                                 Face seen_face, const LateralBlocks& blocks);
+                                 Face seen_face, const LateralBlocks& blocks,
+                                 const CoefficientPair& sensitivity);
 
 /// Adds what C cannot know to both deviations, `valley` of log κ (valley.h), and says it all anew.
 void widen(Uncertainty& found, double valley, Face seen_face);

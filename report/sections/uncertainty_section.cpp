@@ -42,9 +42,8 @@ Html uncertainty_section(const RunData& run) {
       "σ of log κ = 0.1 says that κ is known to about 10 %, 0.7 within a factor of 2. It includes "
       "what fits of such contrast miss of known truths; scale, pose and voxels that are too wide "
       "are not in it. Resolution is the share of a voxel's variance that the data removed from "
-      "what "
-      "the smoothing alone allows: near 1 the data decide the value, near 0 the smoothing does, "
-      "whatever the picture above shows.");
+      "what the smoothing alone allows: near 1 the data decide the value, near 0 the smoothing "
+      "does, whatever the picture above shows.");
   return section("Uncertainty", content);
 }
 

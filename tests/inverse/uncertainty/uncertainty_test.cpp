@@ -14,6 +14,8 @@
 
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/local_information.h"
+#include "inverse/uncertainty/sensitivity.h"
 #include "inverse/uncertainty/valley.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
@@ -52,16 +54,19 @@ class TinyPosterior : public ::testing::Test {
       hessian_.col(k) = joined(hessian_product(*objective_, prior, parted(VectorXd::Unit(n, k))));
     }
     covariance_ = hessian_.llt().solve(MatrixXd::Identity(n, n));
-    blocks_ = prior_blocks(random_rows(*objective_, 8, 1), shape, axis);
+    const std::vector<CoefficientPair> rows = random_rows(*objective_, 8, 1);
+    blocks_ = prior_blocks(rows, shape, axis);
+    sensitivity_ = estimate_sensitivity(rows);
     basis_ = std::make_unique<Basis>(posterior_metric(prior, shape, axis, blocks_));
   }
 
   Uncertainty estimated() const {
-    return estimate_uncertainty(prior, shape, Face::z_minus, Face::z_plus, blocks_);
+    return estimate_uncertainty(prior, shape, Face::z_minus, Face::z_plus, blocks_, sensitivity_);
   }
 
   std::unique_ptr<Objective> objective_;
   LateralBlocks blocks_;
+  CoefficientPair sensitivity_;
   std::unique_ptr<Basis> basis_;
   MatrixXd hessian_;
   MatrixXd covariance_;
@@ -139,6 +144,25 @@ TEST_F(TinyPosterior, TheValleyWidensDeviationsAndWhatIsSaidOfThem) {
   }
   EXPECT_GT(wide.report.layers.front().log_kappa_std, 0.5);
   EXPECT_NE(wide.report.sentence, plain.report.sentence);
+}
+
+TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing) {
+  const GridShape shape{24, 8, 3, 0.5};
+  const Vector even(shape.cells(), 1.0);
+  const CoefficientPair beforehand{Vector(shape.cells(), 0.04), Vector(shape.cells(), 0.36)};
+  const CoefficientPair stated{Vector(shape.cells(), 0.01), Vector(shape.cells(), 0.09)};
+  const CoefficientPair same = shared_out(stated, beforehand, {even, even}, shape, 2);
+  CoefficientPair half{even, even};
+  for (std::size_t i = 0; i < even.size(); ++i) {
+    EXPECT_NEAR(same.log_kappa[i], stated.log_kappa[i], 1e-12);
+    if (i % 24 >= 12) half.log_kappa[i] = half.log_mu[i] = 0.0;
+  }
+  const CoefficientPair found = shared_out(stated, beforehand, half, shape, 2);
+  const std::size_t seen = shape.index(2, 4, 1);
+  const std::size_t unseen = shape.index(21, 4, 1);
+  EXPECT_NEAR(found.log_kappa[unseen], 0.04, 1e-9);
+  EXPECT_NEAR(found.log_mu[unseen], 0.36, 1e-9);
+  EXPECT_LT(found.log_kappa[seen], 0.01) << "the layer's say is all there";
 }
 
 TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
