@@ -46,7 +46,7 @@ Json fit_row(const SurfaceMeasurements& data, const Medium& fine_truth,
              const inverse::FitOptions& options) {
   Progress silent;
   const inverse::ChannelFit fit = inverse::fit_channel(data, 0, options, {}, silent, {}, {});
-  const double valley = inverse::shared_valley({&fit, 1}, axis_of(data.lit_face));
+  const double valley = inverse::shared_valley({&fit, 1}, data.lit_face);
   const inverse::Uncertainty found = inverse::estimate_volume_uncertainty(fit, valley, data);
   const auto layers = [&](const Volume<double>& values, const Volume<double>& fine,
                           const Volume<float>& deviation) {

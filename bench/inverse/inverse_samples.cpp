@@ -133,7 +133,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   record["kappa_error"] = kappa_errors;
   record["mu_error"] = mu_errors;
   const Stopwatch watch;
-  const double valley = inverse::shared_valley(fits, axis_of(block.lit));
+  const double valley = inverse::shared_valley(fits, block.lit);
   Json kappa_coverage = Json::array();
   Json mu_coverage = Json::array();
   for (std::size_t channel = 0; channel < fits.size(); ++channel) {

@@ -130,10 +130,10 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   return found;
 }
 
-double shared_valley(std::span<const ChannelFit> fits, int depth_axis) {
+double shared_valley(std::span<const ChannelFit> fits, Face lit) {
   double widest = 0.0;
   for (const ChannelFit& fit : fits) {
-    if (fit.prior) widest = std::max(widest, valley_deviation(fit.medium.kappa, depth_axis));
+    if (fit.prior) widest = std::max(widest, valley_deviation(fit.medium.kappa, lit));
   }
   return widest;
 }
@@ -144,11 +144,9 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
   const auto as_vector = [](const Volume<float>& volume) {
     return Vector(volume.values().begin(), volume.values().end());
   };
-  Uncertainty found =
-      estimate_uncertainty(*fit.prior, fitted.grid, fitted.lit_face, fitted.seen_face, fit.blocks,
-                           {as_vector(fit.sensitivity_kappa), as_vector(fit.sensitivity_mu)});
-  widen(found, valley, fitted.seen_face);
-  return found;
+  return estimate_uncertainty(
+      *fit.prior, fitted.grid, fitted.lit_face, fitted.seen_face, fit.blocks,
+      {as_vector(fit.sensitivity_kappa), as_vector(fit.sensitivity_mu)}, valley);
 }
 
 }  // namespace kappamu::inverse

@@ -13,7 +13,7 @@ namespace kappamu::inverse {
 
 /// The widest of the volumes' valley_deviation(): channels are of one material, and light that is
 /// absorbed early finds too little of its contrast (docs/theory.md, 5).
-double shared_valley(std::span<const ChannelFit> fits, int depth_axis);
+double shared_valley(std::span<const ChannelFit> fits, Face lit);
 
 /// Of `fit`, a volume with a prior, to `fitted`: C with the fit's weight, and `valley` beside it.
 /// No solve: the fit has made them.

@@ -1,10 +1,10 @@
 #include "inverse/uncertainty/local_information.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
-#include <utility>
+#include <numeric>
+
+#include "core/numbers/gaussian_sum.h"
 
 namespace kappamu::inverse {
 
@@ -12,67 +12,40 @@ namespace {
 
 constexpr double pooling = 1.5;  ///< deviation of the Gaussian mean [voxels]
 
-/// Gaussian mean along one axis, normalised to what lies inside the block.
-void smooth(Vector& values, const GridShape& shape, int axis) {
-  constexpr int reach = 4;
-  std::array<double, reach + 1> kernel{};
-  for (int k = 0; k <= reach; ++k)
-    kernel[static_cast<std::size_t>(k)] = std::exp(-0.5 * std::pow(k / pooling, 2));
-  const Vector before = values;
-  for (int z = 0; z < shape.nz; ++z) {
-    for (int y = 0; y < shape.ny; ++y) {
-      for (int x = 0; x < shape.nx; ++x) {
-        std::array at{x, y, z};
-        const int middle = at[static_cast<std::size_t>(axis)];
-        double sum = 0.0;
-        double norm = 0.0;
-        for (int k = std::max(-reach, -middle);
-             k <= std::min(reach, shape.extent(axis) - 1 - middle); ++k) {
-          at[static_cast<std::size_t>(axis)] = middle + k;
-          sum += kernel[static_cast<std::size_t>(std::abs(k))] *
-                 before[shape.index(at[0], at[1], at[2])];
-          norm += kernel[static_cast<std::size_t>(std::abs(k))];
-        }
-        values[shape.index(x, y, z)] = sum / norm;
+void share_out(Vector& variance, const Vector& beforehand, const Vector& sensitivity,
+               const GridShape& shape, Face lit) {
+  const FaceShape face = face_shape(shape, lit);
+  const Vector inside = gaussian_sum(Vector(face.cells(), 1.0), face, pooling, 1);
+  std::vector<std::size_t> layer(face.cells());  // its voxels
+  Vector information(face.cells());
+  for (int depth = 0; depth < shape.extent(axis_of(lit)); ++depth) {
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u) {
+        layer[static_cast<std::size_t>(v * face.nu + u)] = face_cell(shape, lit, u, v, depth);
       }
     }
-  }
-}
-
-void share_out(Vector& variance, const Vector& beforehand, Vector information,
-               const GridShape& shape, int depth_axis) {
-  for (double& value : information) value *= value;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (axis != depth_axis) smooth(information, shape, axis);
-  }
-  const auto depth = static_cast<std::size_t>(shape.extent(depth_axis));
-  Vector mean(depth, 0.0);
-  const auto each = [&](const auto& visit) {
-    for (int z = 0; z < shape.nz; ++z) {
-      for (int y = 0; y < shape.ny; ++y) {
-        for (int x = 0; x < shape.nx; ++x) {
-          visit(shape.index(x, y, z), static_cast<std::size_t>(std::array{
-                                          x, y, z}[static_cast<std::size_t>(depth_axis)]));
-        }
-      }
+    for (std::size_t k = 0; k < layer.size(); ++k) {
+      information[k] = sensitivity[layer[k]] * sensitivity[layer[k]];
     }
-  };
-  const double share = static_cast<double>(depth) / static_cast<double>(shape.cells());
-  each([&](std::size_t i, std::size_t layer) { mean[layer] += share * information[i]; });
-  each([&](std::size_t i, std::size_t layer) {
-    if (mean[layer] <= 0.0) return;
-    const double gained = std::max(0.0, 1.0 / variance[i] - 1.0 / beforehand[i]);
-    variance[i] = 1.0 / (1.0 / beforehand[i] + gained * information[i] / mean[layer]);
-  });
+    information = gaussian_sum(information, face, pooling, 1);
+    for (std::size_t k = 0; k < layer.size(); ++k) information[k] /= inside[k];
+    const double mean = std::accumulate(information.begin(), information.end(), 0.0) /
+                        static_cast<double>(layer.size());
+    if (mean <= 0.0) continue;
+    for (std::size_t k = 0; k < layer.size(); ++k) {
+      double& here = variance[layer[k]];
+      const double before = 1.0 / beforehand[layer[k]];
+      here = 1.0 / (before + std::max(0.0, 1.0 / here - before) * information[k] / mean);
+    }
+  }
 }
 
 }  // namespace
 
 CoefficientPair shared_out(CoefficientPair variance, const CoefficientPair& beforehand,
-                           CoefficientPair sensitivity, const GridShape& shape, int depth_axis) {
-  share_out(variance.log_kappa, beforehand.log_kappa, std::move(sensitivity.log_kappa), shape,
-            depth_axis);
-  share_out(variance.log_mu, beforehand.log_mu, std::move(sensitivity.log_mu), shape, depth_axis);
+                           const CoefficientPair& sensitivity, const GridShape& shape, Face lit) {
+  share_out(variance.log_kappa, beforehand.log_kappa, sensitivity.log_kappa, shape, lit);
+  share_out(variance.log_mu, beforehand.log_mu, sensitivity.log_mu, shape, lit);
   return variance;
 }
 

@@ -12,6 +12,6 @@ namespace kappamu::inverse {
 /// its root (sensitivity.h); it is averaged over some voxels across the light, since few probes
 /// make it.
 CoefficientPair shared_out(CoefficientPair variance, const CoefficientPair& beforehand,
-                           CoefficientPair sensitivity, const GridShape& shape, int depth_axis);
+                           const CoefficientPair& sensitivity, const GridShape& shape, Face lit);
 
 }  // namespace kappamu::inverse

@@ -121,39 +121,27 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
 
 Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
                                  Face seen_face, const LateralBlocks& blocks,
-                                 const CoefficientPair& sensitivity) {
-  const int axis = axis_of(lit_face);
-  const FieldCovariance even = posterior_metric(prior, shape, axis, blocks).covariance();
+                                 const CoefficientPair& sensitivity, double valley) {
+  const FieldCovariance even =
+      posterior_metric(prior, shape, axis_of(lit_face), blocks).covariance();
   const CoefficientPair beforehand = prior_variance(shape, prior);
-  const CoefficientPair posterior = shared_out(even.variance, beforehand, sensitivity, shape, axis);
+  const CoefficientPair posterior =
+      shared_out(even.variance, beforehand, sensitivity, shape, lit_face);
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
   for (std::size_t i = 0; i < shape.cells(); ++i) {
-    const auto add = [&](double variance, double prior_value, Volume<float>& deviation,
-                         Volume<float>& resolution) {
-      deviation[i] = static_cast<float>(std::sqrt(variance));
+    const auto add = [&](double variance, double prior_value, double beside,
+                         Volume<float>& deviation, Volume<float>& resolution) {
+      deviation[i] = static_cast<float>(std::hypot(std::sqrt(variance), beside));
       resolution[i] = static_cast<float>(std::clamp(1.0 - variance / prior_value, 0.0, 1.0));
     };
-    add(posterior.log_kappa[i], beforehand.log_kappa[i], found.log_kappa_std,
+    add(posterior.log_kappa[i], beforehand.log_kappa[i], valley, found.log_kappa_std,
         found.kappa_resolution);
-    add(posterior.log_mu[i], beforehand.log_mu[i], found.log_mu_std, found.mu_resolution);
+    add(posterior.log_mu[i], beforehand.log_mu[i], mu_along_valley * valley, found.log_mu_std,
+        found.mu_resolution);
     found.correlation[i] = static_cast<float>(
         even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));
   }
-  found.report.layers = layers_below(found, seen_face);
-  found.report.sentence = in_words(found.report.layers);
-  return found;
-}
-
-void widen(Uncertainty& found, double valley, Face seen_face) {
-  for (std::size_t i = 0; i < found.log_kappa_std.size(); ++i) {
-    const auto widened = [](float deviation, double by) {
-      return static_cast<float>(std::hypot(deviation, by));
-    };
-    found.log_kappa_std[i] = widened(found.log_kappa_std[i], valley);
-    found.log_mu_std[i] = widened(found.log_mu_std[i], mu_along_valley * valley);
-  }
-  found.report.valley = valley;
   found.report.layers = layers_below(found, seen_face);
   found.report.sentence =
       in_words(found.report.layers) +
@@ -161,6 +149,8 @@ void widen(Uncertainty& found, double valley, Face seen_face) {
           " Deviations include %.2g %% of κ and %.2g %% of μ, by which fits of such contrast miss "
           "known truths whatever the noise: steady light hardly tells one from the other.",
           100.0 * valley, 100.0 * mu_along_valley * valley);
+  found.report.valley = valley;
+  return found;
 }
 
 }  // namespace kappamu::inverse

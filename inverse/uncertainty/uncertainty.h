@@ -20,8 +20,7 @@ namespace kappamu::inverse {
 
 struct UncertaintyOptions {
   int probes = 0;  ///< adjoint solves at the fit's end for its deviations; 0 = none
-  /// Adjoint solves for where the data constrain the volume (sensitivity.h); no part of the
-  /// deviations.
+  /// Adjoint solves for where the data constrain the volume (sensitivity.h), deviations or not.
   int sensitivity_probes = 0;
 };
 
@@ -70,13 +69,11 @@ Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axi
                        const LateralBlocks& blocks);
 
 /// C by that guess, of `blocks` by prior_blocks() at the minimum, shared out across the light by
-/// the `sensitivity` there (local_information.h).
+/// the `sensitivity` there (local_information.h); beside it in both deviations what C cannot know,
+/// `valley` of log κ (valley.h).
 Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
                                  Face seen_face, const LateralBlocks& blocks,
-                                 const CoefficientPair& sensitivity);
-
-/// Adds what C cannot know to both deviations, `valley` of log κ (valley.h), and says it all anew.
-void widen(Uncertainty& found, double valley, Face seen_face);
+                                 const CoefficientPair& sensitivity, double valley);
 
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstddef>
-#include <vector>
 
 namespace kappamu::inverse {
 
@@ -31,20 +29,18 @@ struct Spread {
 
 }  // namespace
 
-double valley_deviation(const Volume<double>& kappa, int depth_axis) {
+double valley_deviation(const Volume<double>& kappa, Face lit) {
   const GridShape& shape = kappa.shape();
-  std::vector<Spread> layers(static_cast<std::size_t>(shape.extent(depth_axis)));
-  for (int z = 0; z < shape.nz; ++z) {
-    for (int y = 0; y < shape.ny; ++y) {
-      for (int x = 0; x < shape.nx; ++x) {
-        const int depth = depth_axis == 0 ? x : depth_axis == 1 ? y : z;
-        layers[static_cast<std::size_t>(depth)].add(std::log(kappa[shape.index(x, y, z)]));
-      }
-    }
-  }
+  const FaceShape face = face_shape(shape, lit);
   Spread means;
   double within = 0.0;
-  for (const Spread& layer : layers) {
+  for (int depth = 0; depth < shape.extent(axis_of(lit)); ++depth) {
+    Spread layer;
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u) {
+        layer.add(std::log(kappa[face_cell(shape, lit, u, v, depth)]));
+      }
+    }
     means.add(layer.mean());
     within = std::max(within, layer.variance());
   }

@@ -10,7 +10,7 @@
 namespace kappamu::inverse {
 
 /// Standard deviation of log κ along the valley [dimensionless], of the κ of a fitted volume.
-double valley_deviation(const Volume<double>& kappa, int depth_axis);
+double valley_deviation(const Volume<double>& kappa, Face lit);
 
 /// That of log μ over that of log κ.
 inline constexpr double mu_along_valley = 4.0;

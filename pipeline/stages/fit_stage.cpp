@@ -159,7 +159,7 @@ void FitStage::warn(ChannelFit& fit, const std::string& channel, const std::stri
 /// Of every channel fitted: volumes share a contrast, so that no channel's can be known before the
 /// last fit has ended.
 void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels) {
-  const double valley = inverse::shared_valley(fits, axis_of(measurements_.lit_face));
+  const double valley = inverse::shared_valley(fits, measurements_.lit_face);
   for (std::size_t c = 0; c < fits.size(); ++c) {
     const ChannelFit& fit = fits[c];
     summary_.uncertainty.emplace_back();

@@ -45,7 +45,7 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
   const SurfaceMeasurements measured = bench::measure(block, logs, setup.patches, seed);
   const inverse::ChannelFit fit =
       inverse::fit_channel(measured, 0, options, inverse::Checkpoint{}, silent);
-  const double valley = inverse::shared_valley({&fit, 1}, axis_of(measured.lit_face));
+  const double valley = inverse::shared_valley({&fit, 1}, measured.lit_face);
   const inverse::Uncertainty stated = inverse::estimate_volume_uncertainty(fit, valley, measured);
   Found found;
   const auto share = 1.0 / static_cast<double>(sample.grid.cells());

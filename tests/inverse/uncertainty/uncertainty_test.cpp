@@ -60,8 +60,9 @@ class TinyPosterior : public ::testing::Test {
     basis_ = std::make_unique<Basis>(posterior_metric(prior, shape, axis, blocks_));
   }
 
-  Uncertainty estimated() const {
-    return estimate_uncertainty(prior, shape, Face::z_minus, Face::z_plus, blocks_, sensitivity_);
+  Uncertainty estimated(double valley = 0.0) const {
+    return estimate_uncertainty(prior, shape, Face::z_minus, Face::z_plus, blocks_, sensitivity_,
+                                valley);
   }
 
   std::unique_ptr<Objective> objective_;
@@ -135,8 +136,7 @@ TEST_F(TinyPosterior, StatesTheDenseDeviationsWithinAFactorOfTwoAndNoneAboveTheP
 
 TEST_F(TinyPosterior, TheValleyWidensDeviationsAndWhatIsSaidOfThem) {
   const Uncertainty plain = estimated();
-  Uncertainty wide = plain;
-  widen(wide, 0.5, Face::z_plus);
+  const Uncertainty wide = estimated(0.5);
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     EXPECT_NEAR(wide.log_kappa_std[i], std::hypot(plain.log_kappa_std[i], 0.5), 1e-6);
     EXPECT_NEAR(wide.log_mu_std[i], std::hypot(plain.log_mu_std[i], 0.5 * mu_along_valley), 1e-6);
@@ -151,13 +151,13 @@ TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing)
   const Vector even(shape.cells(), 1.0);
   const CoefficientPair beforehand{Vector(shape.cells(), 0.04), Vector(shape.cells(), 0.36)};
   const CoefficientPair stated{Vector(shape.cells(), 0.01), Vector(shape.cells(), 0.09)};
-  const CoefficientPair same = shared_out(stated, beforehand, {even, even}, shape, 2);
+  const CoefficientPair same = shared_out(stated, beforehand, {even, even}, shape, Face::z_minus);
   CoefficientPair half{even, even};
   for (std::size_t i = 0; i < even.size(); ++i) {
     EXPECT_NEAR(same.log_kappa[i], stated.log_kappa[i], 1e-12);
     if (i % 24 >= 12) half.log_kappa[i] = half.log_mu[i] = 0.0;
   }
-  const CoefficientPair found = shared_out(stated, beforehand, half, shape, 2);
+  const CoefficientPair found = shared_out(stated, beforehand, half, shape, Face::z_minus);
   const std::size_t seen = shape.index(2, 4, 1);
   const std::size_t unseen = shape.index(21, 4, 1);
   EXPECT_NEAR(found.log_kappa[unseen], 0.04, 1e-9);
@@ -167,7 +167,7 @@ TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing)
 
 TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
   const GridShape shape{6, 5, 4, 0.5};
-  const auto deviation = [&](double within, double between, int axis) {
+  const auto deviation = [&](double within, double between, Face lit) {
     Volume<double> kappa(shape);
     for (int z = 0; z < shape.nz; ++z) {
       for (int y = 0; y < shape.ny; ++y) {
@@ -177,16 +177,16 @@ TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
         }
       }
     }
-    return valley_deviation(kappa, axis);
+    return valley_deviation(kappa, lit);
   };
-  EXPECT_NEAR(deviation(0.0, 0.0, 2), 0.0, 1e-7) << "an even block has none";
-  const double within = deviation(0.1, 0.0, 2);
-  const double between = deviation(0.0, 0.1, 2);
+  EXPECT_NEAR(deviation(0.0, 0.0, Face::z_minus), 0.0, 1e-7) << "an even block has none";
+  const double within = deviation(0.1, 0.0, Face::z_minus);
+  const double between = deviation(0.0, 0.1, Face::z_minus);
   EXPECT_GT(within, 0.0);
   EXPECT_GT(between, within) << "profiles are the least determined";
-  EXPECT_NEAR(deviation(0.2, 0.0, 2), 2.0 * within, 1e-9);
-  EXPECT_NEAR(deviation(0.1, 0.1, 2), std::hypot(within, between), 1e-9);
-  EXPECT_NEAR(deviation(0.1, 0.0, 0), between, 1e-9) << "layers lie across the depth";
+  EXPECT_NEAR(deviation(0.2, 0.0, Face::z_minus), 2.0 * within, 1e-9);
+  EXPECT_NEAR(deviation(0.1, 0.1, Face::z_minus), std::hypot(within, between), 1e-9);
+  EXPECT_NEAR(deviation(0.1, 0.0, Face::x_minus), between, 1e-9) << "layers lie across the depth";
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
