@@ -48,6 +48,7 @@ class ChannelRun {
   void begin_continued(const Continuation& continued);
   void begin_weight();
   void minimise();
+  double shared_error() const;
   bool out_of_steps() const;
   void follow_path();
   std::optional<Outlook> outlook(double chi2) const;

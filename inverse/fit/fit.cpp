@@ -21,6 +21,9 @@ namespace {
 
 /// In a row, too small to go on: a single short step is often followed by a long one.
 constexpr int few_decreases = 2;
+/// Of Σ w d²: what a step must explain of data whose pixels share errors, which are 1e-4 of the
+/// light where they are least (docs/notes/fit-path.md, "Steps that photographs cannot tell").
+constexpr double least_of_light = 1e-8;
 /// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ.
 constexpr double little_absorption = 0.2;
 /// A wave by itself leaves combinations of depths unseen that it moves together with other waves,
@@ -240,13 +243,25 @@ void ChannelRun::minimise() {
     state_.roughness = function_->last_roughness();
     state_.chi2 = grid_.objective().chi2_per_value();
     const double after = state_.optimiser.value;
-    const bool small = before - after < path_.tolerance() * after;
+    const bool small = before - after < std::max(path_.tolerance() * after, shared_error());
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
     if (since_save_.seconds() >= checkpoint_.interval_seconds) {
       save();
     }
   }
+}
+
+/// A step that lowers the objective by less explains what pixels may have wrong in common as well
+/// as it does the volume.
+double ChannelRun::shared_error() const {
+  const Problem& problem = grid_.problem();
+  if (problem.smooth_error.none()) return 0.0;
+  double light = 0.0;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    light += problem.weight[i] * problem.data[i] * problem.data[i];
+  }
+  return 0.5 * least_of_light * light;
 }
 
 bool ChannelRun::out_of_steps() const {
@@ -284,6 +299,7 @@ std::optional<Outlook> ChannelRun::outlook(double chi2) const {
   };
   const auto by_fields = [&](double weight) { return basis(weight, state_.blocks, 1.0, 0.0); };
   Outlook outlook{free_share(by_fields(state_.path.weight))};
+  outlook.patience_gains = shared_error() < options_.path.stage_tolerance * state_.optimiser.value;
   const double next = path_.next_weight();
   const Basis there = by_fields(next);
   const double gain = function_->chi2_gain(state_.fields, there, next) / values;

@@ -91,6 +91,11 @@ void ChannelRun::conclude() {
                                      : "Neither lower weights nor a new correction helped further",
                               chi2, clause(state_.path.end).c_str());
   }
+  if (report.status != FitStatus::ran_out &&
+      shared_error() > path_.tolerance() * state_.optimiser.value) {
+    report.reason +=
+        " What further steps would explain is less than the errors that neighbouring pixels share.";
+  }
   finish(chi2);
 }
 

@@ -84,7 +84,7 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   if (worse && !fixed_by_user()) {
     at_.weight /= options_.weight_factor;
     at_.end = PathEnd::model_error;
-    return {end_grid(), From::begun};
+    return {end_grid(outlook), From::begun};
   }
   if (unsettled) {
     at_.phase = FitPhase::descending_again;
@@ -97,7 +97,7 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   at_.last_score = score;
   if (end != PathEnd::unknown) {
     at_.end = end;
-    return {end_grid()};
+    return {end_grid(outlook)};
   }
   at_.phase = FitPhase::descending;
   at_.weight = next_weight();
@@ -122,8 +122,10 @@ PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>&
 
 /// On the finest grid the last weight once more, with metric and correction renewed and more
 /// patience: those before it only lead there.
-NextStep::What RegularisationPath::end_grid() {
-  if (context_.interim || options_.final_tolerance >= options_.stage_tolerance) {
+NextStep::What RegularisationPath::end_grid(const std::optional<Outlook>& outlook) {
+  const bool patient =
+      options_.final_tolerance < options_.stage_tolerance && (!outlook || outlook->patience_gains);
+  if (context_.interim || !patient) {
     return NextStep::What::conclude;
   }
   at_.phase = FitPhase::last_weight;

@@ -31,11 +31,13 @@ struct PathPosition {
 /// is 1 − γ/N: N data, of which γ determine the volume.
 double cross_validation(double chi2, double free_share);
 
-/// At the minimum at one weight: 1 − γ/N, and cross-validation's score to be expected at the next
-/// weight over that at this one.
+/// At the minimum at one weight: 1 − γ/N; cross-validation's score to be expected at the next
+/// weight over that at this one; whether steps below stage_tolerance would explain more than the
+/// errors that pixels share.
 struct Outlook {
   double free_share = 1.0;
   double next_score = 0.0;
+  bool patience_gains = true;
 };
 
 /// What follows the minimum at one weight.
@@ -79,7 +81,7 @@ class RegularisationPath {
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
   PathEnd end_of(double renewed, const std::optional<Outlook>& outlook) const;
-  NextStep::What end_grid();
+  NextStep::What end_grid(const std::optional<Outlook>& outlook);
 
   const PathOptions& options_;
   const FitContext& context_;

@@ -90,6 +90,9 @@ TEST_F(RegularisationPathTest, EndsWithTheDescentWhereNoMorePatienceIsAskedForOr
   path.start(50.0, finest);
   EXPECT_EQ(path.minimum(0.9, 0.9, unknown, finest), conclude);
   options.final_tolerance = 0.0;
+  path.start(50.0, finest);
+  EXPECT_EQ(path.minimum(0.9, 0.9, Outlook{0.9, 1.1, false}, finest), conclude)
+      << "what it would explain may be errors that pixels share";
   context.interim = true;
   path.start(50.0, finest);
   EXPECT_EQ(path.minimum(0.9, 0.9, unknown, finest), conclude);
