@@ -4,8 +4,10 @@
 #include <atomic>
 #include <map>
 #include <mutex>
+#include <shared_mutex>
 #include <sstream>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "core/error.h"
@@ -104,6 +106,12 @@ struct Context::Impl {
   std::mutex lock;                                                  ///< of both maps
   std::map<std::pair<std::string, std::string>, Program> programs;  ///< by (text, options)
   std::map<std::thread::id, ThreadsOwn> threads;
+  /// Held alone by a launch wider than any of its kernel and local size before, shared by others:
+  /// PoCL before 7 makes a version of a kernel for every such width, counts the uses of a version
+  /// down at the newest one, whichever it lent, and ends the process where that has none left.
+  std::shared_mutex widening;
+  using Shape = std::tuple<const Program*, std::string, std::size_t, std::size_t>;
+  std::map<Shape, std::size_t> widest;  ///< by kernel and local size
 
   cl_command_queue make_queue(cl_command_queue_properties properties) const {
     cl_int code = CL_SUCCESS;
@@ -118,6 +126,11 @@ struct Context::Impl {
     return found;
   }
   cl_command_queue queue() { return own().queue; }
+  void finish_all() {
+    const std::scoped_lock guard(lock);
+    for (const auto& [id, thread] : threads)
+      check_call(clFinish(thread.queue), "clFinish", info.name);
+  }
   static cl_kernel kernel(ThreadsOwn& own, const Program& program, const std::string& name,
                           const std::string& device) {
     cl_kernel& found = own.kernels[{&program, name}];
@@ -292,10 +305,26 @@ void Context::launch_list(Program& program, const char* name, const Range& range
   const std::size_t global[] = {round_up(range.global0, range.local0),
                                 round_up(range.global1, range.local1)};
   cl_event event = nullptr;
-  const cl_int code = clEnqueueNDRangeKernel(own.queue, kernel, 2, nullptr, global, local, 0,
-                                             nullptr, own.timed != nullptr ? &event : nullptr);
-  if (code != CL_SUCCESS) {
-    check_call(code, ("clEnqueueNDRangeKernel(" + std::string(name) + ")").c_str(), device);
+  const auto enqueue = [&] {
+    const cl_int code = clEnqueueNDRangeKernel(own.queue, kernel, 2, nullptr, global, local, 0,
+                                               nullptr, own.timed != nullptr ? &event : nullptr);
+    if (code != CL_SUCCESS) {
+      check_call(code, ("clEnqueueNDRangeKernel(" + std::string(name) + ")").c_str(), device);
+    }
+  };
+  const std::size_t width = std::max(global[0], global[1]);
+  const Impl::Shape shape{&program, name, local[0], local[1]};
+  std::shared_lock shared(impl_->widening);
+  const auto found = impl_->widest.find(shape);
+  if (found != impl_->widest.end() && width <= found->second) {
+    enqueue();
+  } else {
+    shared.unlock();
+    const std::unique_lock alone(impl_->widening);
+    impl_->finish_all();
+    enqueue();
+    check_call(clFinish(own.queue), "clFinish", device);
+    impl_->widest[shape] = std::max(width, impl_->widest[shape]);
   }
   if (own.timed != nullptr) {
     Impl::Timed timed{{name, {}, 0.0}, event};

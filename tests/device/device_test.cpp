@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
+#include <thread>
 
 #include "core/error.h"
 #include "device/bandwidth.h"
@@ -206,6 +208,37 @@ kernel void fill(const int count, const int value, const float ignored, global i
   std::vector<int> values(count);
   context_->read(a, values.data(), a.bytes());
   EXPECT_EQ(values, std::vector<int>(count, 4));
+}
+
+// PoCL before 7 ends the process otherwise: context.cpp, "widening".
+TEST_F(OnDevice, OneThreadMayWidenAKernelThatAnotherRuns) {
+  const KernelSource source{"k.cl", R"(
+kernel void count(const int rounds, global int* a) {
+  int sum = 0;
+  for (int i = 0; i < rounds; ++i) sum = sum * 1664525 + i + (int)get_global_id(0);
+  if (sum == -1) a[0] = sum;
+})"};
+  Program& program = context_->program(source, "");
+  const auto launch = [&](std::size_t groups, const Buffer& a) {
+    context_->launch(program, "count", {64 * groups, 1, 64, 1}, 20000, a);
+  };
+  std::atomic<bool> done = false;
+  std::vector<std::jthread> others(3);
+  for (std::jthread& other : others) {
+    other = std::jthread([&] {
+      const Buffer a = context_->allocate(sizeof(int));
+      while (!done) {
+        launch(1, a);
+        context_->finish();
+      }
+    });
+  }
+  const Buffer a = context_->allocate(sizeof(int));
+  for (std::size_t groups = 2; groups < 100; ++groups) {
+    launch(groups, a);
+    context_->finish();
+  }
+  done = true;
 }
 
 TEST_F(OnDevice, AccessPastABufferIsRefused) {

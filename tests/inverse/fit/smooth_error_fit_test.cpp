@@ -1,10 +1,12 @@
 // Photographs whose errors neighbouring pixels share, as every calibration leaves them: fitted as
 // white noise, and as what they are.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstdio>
 #include <numbers>
+#include <string>
 
 #include "tests/inverse/fit/fit_cases.h"
 
@@ -13,6 +15,8 @@ namespace {
 
 using cases::Block;
 using cases::Noise;
+using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// 24 × 24 × 8 voxels under 4 × 4 patches, 0.1 % noise; a falling-off of the light and a scale that
 /// differ from the calibrated ones by some 0.1 %, none of them a wave of smooth_error.h.
@@ -40,6 +44,7 @@ struct RigCase {
     int steps;
     double kappa_error;  ///< root mean square of log κ
     double validation_error;
+    std::string reason;
   };
   Found fit(const SmoothError& stated) const {
     SurfaceMeasurements m = measured;
@@ -55,7 +60,7 @@ struct RigCase {
     int steps = 0;
     for (const auto& record : fit.report.history) steps += record.level == 0 && record.step > 0;
     return {steps, std::sqrt(squares / static_cast<double>(mean.size())),
-            cases::validation_error(block, truth, fit.medium)};
+            cases::validation_error(block, truth, fit.medium), fit.report.reason};
   }
   Block block;
   CoefficientPair truth;
@@ -73,6 +78,9 @@ TEST(SmoothErrorFit, ErrorsThatPixelsShareCostFewerStepsAndNoneOfTheVolumeWhereT
   // Equal within what processors differ by: 17.5 and 16.8 %, 1.56e-4 and 1.59e-4 on one.
   EXPECT_LT(stated.kappa_error, 1.03 * white.kappa_error);
   EXPECT_LT(stated.validation_error, 1.05 * white.validation_error);
+  const auto by_shared_errors = HasSubstr("errors that neighbouring pixels share");
+  EXPECT_THAT(stated.reason, by_shared_errors);
+  EXPECT_THAT(white.reason, Not(by_shared_errors));
 }
 
 }  // namespace
