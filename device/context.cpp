@@ -131,6 +131,20 @@ struct Context::Impl {
     for (const auto& [id, thread] : threads)
       check_call(clFinish(thread.queue), "clFinish", info.name);
   }
+  /// Calls `enqueue`, which launches a kernel of `shape` over `width`, by itself if it must be.
+  void in_turn(const Shape& shape, std::size_t width, cl_command_queue queue,
+               const std::function<void()>& enqueue) {
+    {
+      const std::shared_lock beside_others(widening);
+      const auto found = widest.find(shape);
+      if (found != widest.end() && width <= found->second) return enqueue();
+    }
+    const std::unique_lock alone(widening);
+    finish_all();
+    enqueue();
+    check_call(clFinish(queue), "clFinish", info.name);
+    widest[shape] = std::max(width, widest[shape]);
+  }
   static cl_kernel kernel(ThreadsOwn& own, const Program& program, const std::string& name,
                           const std::string& device) {
     cl_kernel& found = own.kernels[{&program, name}];
@@ -312,20 +326,8 @@ void Context::launch_list(Program& program, const char* name, const Range& range
       check_call(code, ("clEnqueueNDRangeKernel(" + std::string(name) + ")").c_str(), device);
     }
   };
-  const std::size_t width = std::max(global[0], global[1]);
-  const Impl::Shape shape{&program, name, local[0], local[1]};
-  std::shared_lock shared(impl_->widening);
-  const auto found = impl_->widest.find(shape);
-  if (found != impl_->widest.end() && width <= found->second) {
-    enqueue();
-  } else {
-    shared.unlock();
-    const std::unique_lock alone(impl_->widening);
-    impl_->finish_all();
-    enqueue();
-    check_call(clFinish(own.queue), "clFinish", device);
-    impl_->widest[shape] = std::max(width, impl_->widest[shape]);
-  }
+  impl_->in_turn({&program, name, local[0], local[1]}, std::max(global[0], global[1]), own.queue,
+                 enqueue);
   if (own.timed != nullptr) {
     Impl::Timed timed{{name, {}, 0.0}, event};
     for (const Argument& argument : arguments) {

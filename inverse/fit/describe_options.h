@@ -155,9 +155,11 @@ void path(Path& options, Visitor& visit) {
   visit(Option{"stage_tolerance", group, "--stage-tolerance", "", bounds::below_one,
                "Relative decrease of the objective per step below which a weight is done"},
         stage_tolerance);
-  visit(Option{"final_tolerance", group, "--final-tolerance", "", bounds::positive,
-               "Relative decrease per step below which the last weight, and the fit, is done"},
-        final_tolerance);
+  visit(
+      Option{"final_tolerance", group, "--final-tolerance", "", bounds::positive,
+             "Relative decrease per step below which the last weight, and the fit, is done; at the "
+             "latest where steps explain less than errors that pixels share"},
+      final_tolerance);
   visit(Option{"stage_steps", group, "--stage-steps", "", bounds::at_least_one,
                "Most steps at one weight"},
         stage_steps);
