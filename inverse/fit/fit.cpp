@@ -21,9 +21,10 @@ namespace {
 
 /// In a row, too small to go on: a single short step is often followed by a long one.
 constexpr int few_decreases = 2;
-/// Of Σ w d²: what a step must explain of data whose pixels share errors, which are 1e-4 of the
-/// light where they are least (docs/notes/fit-path.md, "Steps that photographs cannot tell").
-constexpr double least_of_light = 1e-8;
+/// Of Σ w d²: what a step must explain of data whose pixels share errors, half a square of the 1e-4
+/// that these are of the light where they are least (docs/notes/fit-path.md, "Steps that
+/// photographs cannot tell").
+constexpr double least_of_light = 5e-9;
 /// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ.
 constexpr double little_absorption = 0.2;
 /// A wave by itself leaves combinations of depths unseen that it moves together with other waves,
