@@ -21,7 +21,7 @@ struct Block {
 struct OpenclField final : BatchField {
   int patterns() const override { return total; }
   int total = 0;
-  bool zero = false;  ///< known to be, without a look at the blocks
+  bool zero = false;  ///< known to be, whatever the blocks hold
   std::vector<Block> blocks;
 };
 

@@ -22,7 +22,7 @@ namespace kappamu::forward {
 
 namespace {
 
-/// For writing.
+/// To be written on every cell.
 OpenclField& cast(BatchField& field) {
   auto* own = dynamic_cast<OpenclField*>(&field);
   check(own != nullptr, "a field of another backend was given to the OpenCL solver");
@@ -75,7 +75,6 @@ class OpenclSolver final : public GridSolver {
     field->blocks = cut_into_blocks(patterns, most_lanes_);
     for (Block& block : field->blocks) {
       block.values = pool_.take(field_bytes(block));
-      context_.zero(block.values, field_bytes(block));
     }
     field->zero = true;
     return field;
@@ -94,7 +93,7 @@ class OpenclSolver final : public GridSolver {
   void read(const BatchField& field, std::span<double> values) const override {
     check(values.size() == cells() * static_cast<std::size_t>(field.patterns()),
           "read: wrong number of values");
-    for (const Block& block : cast(field).blocks) {
+    for (const Block& block : to_read(field).blocks) {
       read_block(context_, format_, block, cells(), values);
     }
   }
@@ -124,7 +123,7 @@ class OpenclSolver final : public GridSolver {
 
   void apply(const BatchField& phi, BatchField& y) const override {
     need_medium();
-    const OpenclField& in = cast(phi);
+    const OpenclField& in = to_read(phi);
     const OpenclField& out = cast(y);
     check(in.total == out.total, "apply: fields of different batches");
     for (std::size_t i = 0; i < in.blocks.size(); ++i) {
@@ -138,7 +137,7 @@ class OpenclSolver final : public GridSolver {
   void exitance(const BatchField& phi, Face face, std::span<const double> irradiance,
                 std::span<double> out) const override {
     need_medium();
-    const OpenclField& field = cast(phi);
+    const OpenclField& field = to_read(phi);
     const std::size_t samples = face_shape(setup_.shape, face).cells();
     check(out.size() == samples * static_cast<std::size_t>(field.total),
           "exitance: wrong number of outputs");
@@ -166,15 +165,15 @@ class OpenclSolver final : public GridSolver {
   }
 
   PairProducts pair_products(const BatchField& lambda, const BatchField& phi) const override {
-    return sums_.pair_products(cast(lambda), cast(phi));
+    return sums_.pair_products(to_read(lambda), to_read(phi));
   }
   std::vector<double> column_products(const BatchField& lambda,
                                       std::span<const double> irradiance) const override {
-    return sums_.column_products(cast(lambda), irradiance);
+    return sums_.column_products(to_read(lambda), irradiance);
   }
   std::vector<double> weighted_sums(const BatchField& phi,
                                     std::span<const double> weight) const override {
-    return sums_.weighted_sums(cast(phi), weight);
+    return sums_.weighted_sums(to_read(phi), weight);
   }
   void change_source(const EquationsChange& change, const BatchField& phi,
                      std::span<const double> irradiance, BatchField& b) const override;
@@ -184,6 +183,14 @@ class OpenclSolver final : public GridSolver {
   double voxel_area() const { return setup_.shape.voxel_mm * setup_.shape.voxel_mm; }
   std::size_t field_bytes(const Block& block) const {
     return cells() * static_cast<std::size_t>(block.lanes) * format_.real_bytes();
+  }
+  /// Its blocks hold what it is.
+  const OpenclField& to_read(const BatchField& field) const {
+    const OpenclField& own = cast(field);
+    for (const Block& block : own.blocks) {
+      if (own.zero) context_.zero(block.values, field_bytes(block));
+    }
+    return own;
   }
   void need_medium() const {
     check(hierarchy_->has_medium(), "set_medium must come before the first use of the solver");
@@ -285,7 +292,7 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
                                 const SolveOptions& options) const {
   need_medium();
   const Stopwatch watch;
-  const OpenclField& rhs = cast(b);
+  const OpenclField& rhs = to_read(b);
   const InitialGuess guess =
       cast(std::as_const(phi)).zero ? InitialGuess::zero : InitialGuess::given;
   const OpenclField& x = cast(phi);
@@ -309,7 +316,7 @@ SolveReport OpenclSolver::solve(const BatchField& b, BatchField& phi,
 
 void OpenclSolver::change_source(const EquationsChange& change, const BatchField& phi,
                                  std::span<const double> irradiance, BatchField& b) const {
-  const OpenclField& in = cast(phi);
+  const OpenclField& in = to_read(phi);
   const OpenclField& out = cast(b);
   check(in.total == out.total, "change_source: fields of different batches");
   const Face lit = setup_.lit_face;

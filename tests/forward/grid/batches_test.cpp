@@ -90,6 +90,27 @@ TEST_P(GridStarts, AFieldStartsFromWhatItWasFilledWith) {
   EXPECT_EQ(testing::read(*s, *phi), fresh);
 }
 
+/// Memory is used again.
+TEST_P(GridStarts, ANewFieldIsZeroWhateverItsMemoryHeld) {
+  const auto s = solver({.shape = block});
+  const Coefficients medium = testing::random_medium(block, 10, 40);
+  s->set_medium(medium.kappa, medium.mu);
+  const Values light = light_of(2, 41), ones(2 * block.cells(), 1.0);
+  const Values fresh = testing::read(*s, *testing::solve_light(*s, light, 2, {1e-7, 100}).phi);
+  const auto used = [&] {
+    s->fill(*s->make_field(2), ones);
+    return s->make_field(2);
+  };
+  EXPECT_EQ(testing::norm(testing::read(*s, *used())), 0.0);
+  const auto b = used(), phi = used();
+  s->apply(*phi, *b);
+  EXPECT_EQ(testing::norm(testing::read(*s, *b)), 0.0);
+  EXPECT_EQ(testing::norm(s->weighted_sums(*used(), Values(block.cells(), 1.0))), 0.0);
+  s->light_source(light, *b);
+  s->solve(*b, *phi, {1e-7, 100});
+  EXPECT_EQ(testing::read(*s, *phi), fresh);
+}
+
 TEST_P(GridStarts, DarknessNeedsNoIterations) {
   const auto s = solver({.shape = block});
   const Coefficients medium = testing::random_medium(block, 100, 37);

@@ -65,7 +65,7 @@ FLAT void true_residual(GRID_ARGUMENTS, const int with_d, global const vec* rest
   LEAVE_SUM(sum, partial);
 }
 
-// The same where φ + d is zero: φ_b = b_b / D, r = b_r + Σ G b_b / D.
+// The same where φ + d is zero, whatever φ holds: φ_b = b_b / D, r = b_r + Σ G b_b / D.
 FLAT void residual_of_zero(GRID_ARGUMENTS, global const REAL* restrict smoother,
                            global const vec* restrict b, global vec* restrict phi,
                            global vec* restrict r, global accu_vec* restrict partial) {
@@ -78,6 +78,7 @@ FLAT void residual_of_zero(GRID_ARGUMENTS, global const REAL* restrict smoother,
   }
   FOR_PLACES {
     PLACE(RED)
+    phi[CELL_AT(cell)] = (vec)(0);
     const Neighbours at = NEIGHBOURS(SOLVED);
     const accu_vec residual = to_accu(b[CELL_AT(cell)]) + to_accu(inflow(STENCIL, at));
     r[AT(place)] = to_vec(residual);

@@ -78,9 +78,10 @@ kernel void reduced_residual(TILE_ARGUMENTS, GRID_ARGUMENTS, const int with_d,
   }
 }
 
-// The same where x + d is zero, to REAL's rounding: r = b_r + Σ G b_b / D. Tiles without a rim.
+// The same where x + d is zero, whatever x holds, to REAL's rounding: r = b_r + Σ G b_b / D. Tiles
+// without a rim.
 kernel void residual_of_zero(TILE_ARGUMENTS, GRID_ARGUMENTS, global const REAL* restrict inverse,
-                             global const vec* restrict rhs, global vec* restrict black,
+                             global const vec* restrict rhs, global vec* restrict x_out,
                              global vec* restrict r, global accu_vec* restrict sums) {
   const int tile = (int)get_global_id(1);
   const Box own = tile_box(tile, tile_x, tile_y, tile_z, nx, ny, nz);
@@ -98,9 +99,10 @@ kernel void residual_of_zero(TILE_ARGUMENTS, GRID_ARGUMENTS, global const REAL* 
         const accu_vec right = to_accu(rhs[i]);
         bb += right * right;
         if ((x ^ red) & 1) {
-          STREAM_OUT(BLACK_AT(i), black + i);
+          STREAM_OUT(BLACK_AT(i), x_out + i);
           continue;
         }
+        STREAM_OUT((vec)(0), x_out + i);
         const Stencil s = g[x >> 1];
         vec inflow = (vec)(0);
         if (x > 0) inflow += s.west * BLACK_AT(i - 1);
