@@ -32,7 +32,7 @@ class ChannelRun {
   ChannelFit run();
 
  private:
-  void open(int level);
+  void open(int level, bool closer = false);
   AbsorptionScale scale() const;
   Basis basis(double weight, const LateralBlocks& blocks, double slope, double uncoupled) const;
   void set_basis();
@@ -48,6 +48,8 @@ class ChannelRun {
   void begin_continued(const Continuation& continued);
   void begin_weight();
   void minimise();
+  bool correction_is_outdated() const;
+  void renew_correction();
   double shared_error() const;
   bool out_of_steps() const;
   void follow_path();

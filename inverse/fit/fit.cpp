@@ -25,6 +25,9 @@ constexpr int few_decreases = 2;
 /// that these are of the light where they are least (docs/notes/fit-path.md, "Steps that
 /// photographs cannot tell").
 constexpr double least_of_light = 5e-9;
+/// Times target_chi2: r of a volume that was further from its data is not that of one which
+/// explains them (docs/notes/fit-path.md, "Closer before the finest grid, and r on the way").
+constexpr double far_from_noise = 6.0;
 /// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ.
 constexpr double little_absorption = 0.2;
 /// A wave by itself leaves combinations of depths unseen that it moves together with other waves,
@@ -75,6 +78,7 @@ void ChannelRun::save() {
   FitState saved = state_;
   saved.seconds = seconds();
   saved.level = grid_.level();
+  saved.closer = grid_.closer();
   saved.correction = grid_.objective().correction();
   saved.solves = grid_.objective().solves();
   checkpoint_.save(seal(saved.bytes(), origin_));
@@ -97,8 +101,8 @@ void ChannelRun::record() {
   progress_.update(stage_name_, std::min(1.0, (done + reach) / levels), detail);
 }
 
-void ChannelRun::open(int level) {
-  grid_.open(level);
+void ChannelRun::open(int level, bool closer) {
+  grid_.open(level, closer);
   if (!grid_.objective().warning().empty()) warn(grid_.objective().warning());
 }
 
@@ -225,7 +229,7 @@ void ChannelRun::begin_weight() {
   restart(*function_, state_.optimiser,
           [&](Vector& step, Vector& change) { function_->adopt(*function_before, step, change); });
   state_.roughness = function_->last_roughness();
-  state_.chi2 = grid_.objective().chi2_per_value();
+  state_.corrected_chi2 = state_.chi2 = grid_.objective().chi2_per_value();
   if (!std::isfinite(state_.optimiser.value)) {
     throw InputError(stage_name_ + ": the diffusion solver fails at the starting volume");
   }
@@ -247,10 +251,27 @@ void ChannelRun::minimise() {
     const bool small = before - after < std::max(path_.tolerance() * after, shared_error());
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
+    if (correction_is_outdated()) renew_correction();
     if (since_save_.seconds() >= checkpoint_.interval_seconds) {
       save();
     }
   }
+}
+
+/// Asked of data whose pixels share errors; where noise is white the rounds of a weight find out.
+bool ChannelRun::correction_is_outdated() const {
+  const double target = options_.path.target_chi2;
+  return options_.path.correct_grid && grid_.level() == 0 && state_.chi2 <= target &&
+         state_.corrected_chi2 > far_from_noise * target && !grid_.problem().smooth_error.none();
+}
+
+/// In the middle of a minimisation, which goes on with what it has learned of the Hessian.
+void ChannelRun::renew_correction() {
+  grid_.renew_correction(function_->fields(state_.optimiser.z));
+  state_.optimiser.value = function_->value(state_.optimiser.z);
+  state_.optimiser.gradient = function_->gradient();
+  state_.corrected_chi2 = state_.chi2 = grid_.objective().chi2_per_value();
+  state_.small_decreases = 0;
 }
 
 /// A step that lowers the objective by less explains what pixels may have wrong in common as well
@@ -281,9 +302,14 @@ void ChannelRun::follow_path() {
   }
   if (next.what == NextStep::What::conclude) return conclude();
   if (next.what == NextStep::What::finer_grid) {
-    state_.fields = grid_.refine(state_.fields);
     state_.optimiser = OptimiserState{};
-    path_.refine(grid_.renew_correction(state_.fields), grid_.level());
+    if (grid_.go_closer()) {
+      grid_.objective().value(state_.fields);
+    } else {
+      state_.fields = grid_.refine(state_.fields);
+      grid_.renew_correction(state_.fields);
+    }
+    path_.refine(grid_.objective().chi2_per_value(), grid_.level());
   }
   begin_weight();
 }

@@ -74,6 +74,7 @@ void ChannelRun::require_possible(const FitState& state) const {
   using inverse::require_possible;
   const int levels = grid_.levels().count();
   require(state.level >= 0 && state.level < levels);
+  require(!state.closer || (state.level == 1 && grid_.levels().closer()));
   const Problem& problem = grid_.levels()[state.level];
   const GridShape& shape = problem.setup.shape;
   const int axis = axis_of(problem.setup.lit_face);
@@ -85,8 +86,8 @@ void ChannelRun::require_possible(const FitState& state) const {
   require(descends || state.level == 0);
   require(state.stage_steps >= 0 && state.stage_steps <= options_.path.stage_steps);
   require(state.small_decreases >= 0 && state.small_decreases <= 2);
-  for (const double x :
-       {state.path.last_chi2, state.path.weight, state.seconds, state.roughness, state.chi2}) {
+  for (const double x : {state.path.last_chi2, state.path.weight, state.seconds, state.roughness,
+                         state.chi2, state.corrected_chi2}) {
     require(std::isfinite(x));
   }
   require(has(state.fields, shape.cells()));
@@ -143,7 +144,7 @@ void ChannelRun::become(FitState state) {
   require_possible(state);
   state_ = std::move(state);
   set_physics(state_.report.physics);
-  open(state_.level);
+  open(state_.level, state_.closer);
   grid_.objective().restore(state_.correction, state_.solves);
   // What was solved last is solved anew and not counted: what comes next finds it at hand.
   if (state_.path.phase != FitPhase::finished) {

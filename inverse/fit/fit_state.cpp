@@ -89,10 +89,10 @@ void transfer(auto& bytes, Is<Correction> auto& r) {
 }
 
 void transfer(auto& bytes, Is<FitState> auto& state) {
-  bytes(state.level, state.path, state.stage_steps, state.small_decreases, state.seconds,
-        state.roughness, state.chi2, state.fields.log_kappa, state.fields.log_mu, state.blocks,
-        state.scaled_blocks, state.optimiser, state.correction, state.solves, state.report,
-        state.simpler);
+  bytes(state.level, state.closer, state.path, state.stage_steps, state.small_decreases,
+        state.seconds, state.roughness, state.chi2, state.corrected_chi2, state.fields.log_kappa,
+        state.fields.log_mu, state.blocks, state.scaled_blocks, state.optimiser, state.correction,
+        state.solves, state.report, state.simpler);
 }
 
 std::vector<std::byte> FitState::bytes() const {

@@ -14,13 +14,15 @@
 namespace kappamu::inverse {
 
 struct FitState {
-  int level = 0;  ///< of GridLevels, 0 = finest; GridPath's, as correction and solves are
+  int level = 0;        ///< of GridLevels, 0 = finest; GridPath's, as correction and solves are
+  bool closer = false;  ///< GridPath's too
   PathPosition path;
   int stage_steps = 0;          ///< taken at this weight
   int small_decreases = 0;      ///< in a row
   double seconds = 0.0;         ///< spent by earlier runs
   double roughness = 0.0;       ///< R now
   double chi2 = 0.0;            ///< per value now
+  double corrected_chi2 = 0.0;  ///< per value at this weight where r was made
   CoefficientPair fields;       ///< where the weight was begun
   LateralBlocks blocks;         ///< the data's Hessian there, by the fields
   LateralBlocks scaled_blocks;  ///< as the optimiser's coordinates have it (absorption_scale.h)

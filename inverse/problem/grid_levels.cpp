@@ -11,22 +11,30 @@ namespace {
 constexpr int fewest_voxels = 4;
 /// Masks leave a coarser grid fewer whole data than the fine one has.
 constexpr std::size_t fewest_data = 16;
+/// Of the coarse grids' model error (docs/notes/fit-path.md, "Closer before the finest grid, and r
+/// on the way").
+constexpr double closer_share = 1.0 / 3.0;
 
 }  // namespace
 
 GridLevels::GridLevels(Problem finest, const ModelError& coarse_model_error, DataWeights weights,
                        int most) {
-  const auto add = [&](Problem problem) {
+  const auto weighed = [&](Problem problem) {
     if (weights == DataWeights::equal) equalise_weights(problem);
-    problems_.push_back(std::move(problem));
+    return problem;
   };
-  add(std::move(finest));
+  problems_.push_back(weighed(std::move(finest)));
   while (count() < most) {
     const GridShape& s = problems_.back().setup.shape;
     if (std::min({s.nx, s.ny, s.nz}) < 2 * fewest_voxels) break;
     Problem coarser = coarsen(problems_.back(), coarse_model_error);
     if (coarser.used() < fewest_data) break;
-    add(std::move(coarser));
+    problems_.push_back(weighed(std::move(coarser)));
+  }
+  const auto& [relative, of_maximum] = coarse_model_error;
+  const Problem& fine = problems_.front();
+  if (count() > 2 && !fine.smooth_error.none() && relative + of_maximum > 0.0) {
+    closer_ = coarsen(fine, {closer_share * relative, closer_share * of_maximum});
   }
 }
 

@@ -24,6 +24,10 @@ class GridLevels {
   int count() const { return static_cast<int>(problems_.size()); }
   int coarsest() const { return count() - 1; }
   const Problem& operator[](int level) const { return problems_[static_cast<std::size_t>(level)]; }
+  /// Level 1 with a third of its model error, on which data whose pixels share errors are fitted
+  /// once more before the finest grid; null where there are other data, fewer than three grids or
+  /// no such error.
+  const Problem* closer() const { return closer_ ? &*closer_ : nullptr; }
 
   /// r of every level by photons too, or not.
   void set_photons(const std::optional<PhotonOptions>& photons) { photons_ = photons; }
@@ -36,6 +40,7 @@ class GridLevels {
 
  private:
   std::vector<Problem> problems_;
+  std::optional<Problem> closer_;
   std::optional<PhotonOptions> photons_;
 };
 

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/error.h"
 #include "core/numbers/median.h"
 
 namespace kappamu::inverse {
@@ -38,9 +39,12 @@ GridPath::GridPath(GridLevels levels, const Backend& backend, const DataTermOpti
       correction_(correction) {}
 
 /// Refined solves, few, stay exact: r corrects all the data.
-void GridPath::open(int level) {
+void GridPath::open(int level, bool closer) {
+  check(!closer || (level == 1 && levels_.closer()),
+        "a grid that is not there to be fitted closer");
   level_ = level;
-  const Problem& problem = levels_[level];
+  closer_ = closer;
+  const Problem& problem = closer ? *levels_.closer() : levels_[level];
   Backend backend = backend_;
   double& tolerance = backend.solve.tolerance;
   tolerance = std::max(tolerance, std::min(loosest, of_deviation * usual_deviation(problem)));
@@ -59,6 +63,15 @@ double GridPath::renew_correction(const CoefficientPair& fields) {
     objective_->refresh_correction(refinement(), fields);
   }
   return objective_->chi2_per_value();
+}
+
+bool GridPath::go_closer() {
+  if (level_ != 1 || closer_ || !levels_.closer()) return false;
+  const Correction correction = objective_->correction();
+  const SolveCount solves = objective_->solves();
+  open(1, true);
+  objective_->restore(correction, solves);
+  return true;
 }
 
 CoefficientPair GridPath::refine(const CoefficientPair& fields) {

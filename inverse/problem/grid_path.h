@@ -24,11 +24,12 @@ class GridPath {
   const GridLevels& levels() const { return levels_; }
   void set_photons(const std::optional<PhotonOptions>& photons) { levels_.set_photons(photons); }
 
-  /// An objective of the grid `level`, whose solves are as loose as its data allow; no solve is
-  /// counted yet and r is 1.
-  void open(int level);
+  /// An objective of the grid `level`, or of GridLevels::closer(), whose solves are as loose as its
+  /// data allow; no solve is counted yet and r is 1.
+  void open(int level, bool closer = false);
 
   int level() const { return level_; }  ///< of levels(), 0 = finest
+  bool closer() const { return closer_; }
   Objective& objective() { return *objective_; }
   const Objective& objective() const { return *objective_; }
   const Problem& problem() const { return objective_->problem(); }
@@ -40,6 +41,10 @@ class GridPath {
   /// r anew at `fields`; χ² per value with it.
   double renew_correction(const CoefficientPair& fields);
 
+  /// From level 1 to GridLevels::closer() there: r and the count of solves stay. False where that
+  /// is not next.
+  bool go_closer();
+
   /// Opens the next finer grid, where the count of solves goes on; `fields` there.
   CoefficientPair refine(const CoefficientPair& fields);
 
@@ -49,6 +54,7 @@ class GridPath {
   DataTermOptions data_term_;
   GridCorrection correction_;
   int level_ = 0;
+  bool closer_ = false;
   std::unique_ptr<Objective> objective_;
 };
 

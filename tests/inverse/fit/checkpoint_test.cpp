@@ -37,9 +37,10 @@ struct Case {
 };
 
 /// A structured block whose data are brighter than their light explains, which a fit warns of.
-Case bright_block(const GridShape& grid) {
+Case bright_block(const GridShape& grid, double noise = 0.01) {
   bench::Block block;
   block.grid = grid;
+  block.noise = noise;
   Case c{cases::measure(block, cases::smooth_medium(grid.refined(2)), 2), {}};
   for (float& value : c.m.value) value *= 1.3F;
   c.options.path.model = Model::volume;
@@ -74,13 +75,10 @@ Checkpoint from(const Bytes& bytes) {
   return checkpoint;
 }
 
-TEST(Checkpoint, KilledAnywhereTheFitEndsInTheSameBitsCountsAndWarnings) {
-  Case c = bright_block({10, 8, 8, 0.5});
-  c.options.path.stage_steps = 5;
-  Progress silent;
+/// Killed after every fifth save and started again until it ends.
+void expect_kills_change_nothing(const Case& c) {
   Listener uninterrupted;
   const ChannelFit whole = fit_channel(c.m, 0, c.options, {}, uninterrupted);
-  ASSERT_FALSE(uninterrupted.told.empty());
   Bytes saved;
   int kills = 0;
   Listener last;
@@ -117,6 +115,45 @@ TEST(Checkpoint, KilledAnywhereTheFitEndsInTheSameBitsCountsAndWarnings) {
     EXPECT_EQ(a.voxel_iterations, b.voxel_iterations) << "record " << i;
   }
   EXPECT_EQ(whole.report.solves.total(), resumed.report.solves.total());
+}
+
+TEST(Checkpoint, KilledAnywhereTheFitEndsInTheSameBitsCountsAndWarnings) {
+  Case c = bright_block({10, 8, 8, 0.5});
+  c.options.path.stage_steps = 5;
+  Listener listener;
+  fit_channel(c.m, 0, c.options, {}, listener);
+  ASSERT_FALSE(listener.told.empty());
+  expect_kills_change_nothing(c);
+}
+
+Case photographs(const GridShape& grid) {
+  Case c = bright_block(grid, 0.001);
+  for (float& value : c.m.value) value /= 1.3F;
+  c.m.smooth_error = {1e-4, 1e-4};
+  return c;
+}
+
+TEST(Checkpoint, KilledOnAGridFittedCloserTheFitEndsInTheSameBits) {
+  const Case c = photographs({16, 16, 16, 0.5});
+  const std::vector<StepRecord> history = fit(c).report.history;
+  int begun = 0;
+  for (const StepRecord& r : history) begun += r.level == 1 && r.step == 0;
+  EXPECT_GT(begun, 1);
+  expect_kills_change_nothing(c);
+}
+
+TEST(Checkpoint, KilledWhereACorrectionIsRenewedTheFitEndsInTheSameBits) {
+  Case c = photographs({10, 8, 8, 0.5});
+  c.options.path.stage_steps = 80;
+  c.options.path.weight = 1000.0;
+  const std::vector<StepRecord> history = fit(c).report.history;
+  bool renewed = false;
+  for (std::size_t i = 1; i < history.size(); ++i) {
+    const StepRecord &r = history[i], &before = history[i - 1];
+    renewed = renewed || (r.level == 0 && r.step > 0 && r.solves.refined > before.solves.refined);
+  }
+  EXPECT_TRUE(renewed);
+  expect_kills_change_nothing(c);
 }
 
 TEST(Checkpoint, OfOtherDataOrProgramIsPassedOverAloud) {
@@ -200,6 +237,8 @@ TEST(Checkpoint, ForgedStatesAreRefusedByWhatTheyHold) {
   const double nan = std::nan("");
   refused(within, "level", [](FitState& s) { s.level = 1000000; });
   refused(within, "negative level", [](FitState& s) { s.level = -1; });
+  refused(within, "closer where there is none", [](FitState& s) { s.closer = true; });
+  refused(within, "correction's misfit", [&](FitState& s) { s.corrected_chi2 = nan; });
   refused(within, "no phase", [](FitState& s) { s.path.phase = static_cast<FitPhase>(5); });
   refused(within, "finished too early", [](FitState& s) { s.path.phase = FitPhase::finished; });
   refused(within, "steps", [](FitState& s) { s.stage_steps = -5; });

@@ -50,6 +50,27 @@ TEST(GridLevels, EqualWeightsHoldOnEveryGrid) {
   }
 }
 
+TEST(GridLevels, TheLastCoarseGridIsThereOnceMoreWithAThirdOfItsModelError) {
+  Problem problem = lit_block({16, 16, 16, 0.5});
+  problem.data.assign(problem.data.size(), 2.0);
+  problem.smooth_error = {1e-4, 1e-4};
+  const GridLevels exact = levels_of(problem);
+  const GridLevels levels(problem, {0.03, 0.0}, DataWeights::by_variance, 4);
+  ASSERT_NE(levels.closer(), nullptr);
+  EXPECT_EQ(levels.closer()->setup.shape, levels[1].setup.shape);
+  EXPECT_EQ(levels.closer()->data, levels[1].data);
+  for (std::size_t i = 0; i < levels[1].weight.size(); ++i) {
+    const double stated = 1.0 / exact[1].weight[i];
+    EXPECT_NEAR(1.0 / levels[1].weight[i] - stated,
+                9.0 * (1.0 / levels.closer()->weight[i] - stated), 1e-12);
+  }
+  EXPECT_EQ(exact.closer(), nullptr) << "no model error";
+  const ModelError error{0.03, 0.0};
+  EXPECT_EQ(GridLevels(problem, error, DataWeights::by_variance, 2).closer(), nullptr);
+  problem.smooth_error = {};
+  EXPECT_EQ(GridLevels(problem, error, DataWeights::by_variance, 4).closer(), nullptr);
+}
+
 TEST(GridLevels, RefineToTheNextFinerGridAndTheFinestToItsOwnHalf) {
   const GridLevels levels = levels_of(lit_block({16, 12, 8, 0.5}));
   ASSERT_EQ(levels.count(), 2);

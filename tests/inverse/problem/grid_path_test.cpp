@@ -18,12 +18,16 @@ class GridPathTest : public testing::Test {
     backend.device = "reference";
   }
 
-  GridPath path(GridCorrection correction, float noise = 1.0F) const {
+  GridPath path(GridCorrection correction, float noise = 1.0F,
+                const ModelError& coarse_error = {}) const {
     SurfaceMeasurements m = cases::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
     for (float& variance : m.variance) variance *= noise * noise;
+    if (coarse_error.relative > 0.0) m.smooth_error = {1e-4, 1e-4};
     Problem problem = make_problem(m, 0, forward::Convention::physical, {});
-    return {
-        GridLevels(std::move(problem), {}, DataWeights::by_variance, 4), backend, {}, correction};
+    return {GridLevels(std::move(problem), coarse_error, DataWeights::by_variance, 4),
+            backend,
+            {},
+            correction};
   }
   static CoefficientPair even(const GridShape& shape) {
     return {std::vector<double>(shape.cells(), -1.5), std::vector<double>(shape.cells(), -4.0)};
@@ -82,6 +86,30 @@ TEST_F(GridPathTest, TheCorrectionMakesACoarseGridPredictAsTheNextFinerOne) {
   constexpr double of_solves = 1e-6;  // to a residual of 1e-9
   EXPECT_LT(largest_error(), of_solves);
   EXPECT_GT(uncorrected, 1e-2);
+}
+
+TEST_F(GridPathTest, FitsTheLastCoarseGridCloserOnceWithTheSameCorrection) {
+  block.grid = {17, 16, 16, 0.5};
+  GridPath grid = path(GridCorrection::next_finer, 1.0F, {0.03, 3e-3});
+  grid.open(1);
+  const CoefficientPair fields = even(grid.shape());
+  const double chi2 = grid.renew_correction(fields);
+  const Correction correction = grid.objective().correction();
+  const SolveCount solves = grid.objective().solves();
+
+  ASSERT_TRUE(grid.go_closer());
+  EXPECT_TRUE(grid.closer());
+  EXPECT_EQ(grid.level(), 1);
+  EXPECT_EQ(grid.objective().correction().ratio, correction.ratio);
+  EXPECT_EQ(grid.objective().solves().total(), solves.total());
+  grid.objective().value(fields);
+  EXPECT_GT(grid.objective().chi2_per_value(), 2.0 * chi2);
+  EXPECT_FALSE(grid.go_closer()) << "once is enough";
+
+  EXPECT_EQ(grid.refine(fields), even(block.grid));
+  EXPECT_EQ(grid.level(), 0);
+  EXPECT_FALSE(grid.closer());
+  EXPECT_FALSE(grid.go_closer()) << "the finest grid has no other";
 }
 
 TEST_F(GridPathTest, WithoutACorrectionNothingIsSolvedOnAFinerGrid) {
