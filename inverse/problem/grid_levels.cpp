@@ -34,7 +34,7 @@ GridLevels::GridLevels(Problem finest, const ModelError& coarse_model_error, Dat
   const auto& [relative, of_maximum] = coarse_model_error;
   const Problem& fine = problems_.front();
   if (count() > 2 && !fine.smooth_error.none() && relative + of_maximum > 0.0) {
-    closer_ = coarsen(fine, {closer_share * relative, closer_share * of_maximum});
+    closer_ = weighed(coarsen(fine, {closer_share * relative, closer_share * of_maximum}));
   }
 }
 

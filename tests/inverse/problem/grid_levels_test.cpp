@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace kappamu::inverse {
 namespace {
 
@@ -43,11 +45,15 @@ TEST(GridLevels, EqualWeightsHoldOnEveryGrid) {
   for (std::size_t i = 0; i < problem.weight.size(); ++i) {
     problem.weight[i] = 1.0 + static_cast<double>(i % 5);
   }
-  const GridLevels levels = levels_of(problem, DataWeights::equal);
-  for (int level = 0; level < levels.count(); ++level) {
-    const std::vector<double>& weight = levels[level].weight;
-    for (const double w : weight) EXPECT_EQ(w, weight.front()) << level;
-  }
+  problem.smooth_error = {1e-4, 1e-4};
+  const GridLevels levels(problem, {0.03, 3e-3}, DataWeights::equal, 4);
+  const auto equal = [](const Problem& grid) {
+    const std::vector<double>& weight = grid.weight;
+    return std::equal(weight.begin() + 1, weight.end(), weight.begin());
+  };
+  for (int level = 0; level < levels.count(); ++level) EXPECT_TRUE(equal(levels[level])) << level;
+  ASSERT_NE(levels.closer(), nullptr);
+  EXPECT_TRUE(equal(*levels.closer()));
 }
 
 TEST(GridLevels, TheLastCoarseGridIsThereOnceMoreWithAThirdOfItsModelError) {
