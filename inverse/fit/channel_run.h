@@ -1,6 +1,6 @@
-// The fit of one channel as it runs: what fit.cpp (its steps), fit_model.cpp (models of few
-// unknowns), fit_physics.cpp, fit_resume.cpp (from a checkpoint) and fit_result.cpp (what comes of
-// it) share. Where it stands is PathPosition::phase.
+// The fit of one channel as it runs: what fit.cpp (the order of its steps), fit_weight.cpp (one
+// weight), fit_model.cpp (models of few unknowns), fit_physics.cpp, fit_resume.cpp (from a
+// checkpoint) and fit_result.cpp (what comes of it) share. Where it stands is PathPosition::phase.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 #include "core/processor_time.h"
 #include "core/progress.h"
-#include "inverse/fit/checkpoint.h"
+#include "inverse/checkpoint/checkpoint.h"
 #include "inverse/fit/fit.h"
 #include "inverse/fit/fit_function.h"
 #include "inverse/fit/fit_state.h"

@@ -4,8 +4,8 @@
 #include <span>
 
 #include "forward/grid/grid_solver.h"
+#include "inverse/checkpoint/state_bytes.h"
 #include "inverse/fit/describe_options.h"
-#include "inverse/fit/state_bytes.h"
 
 namespace kappamu::inverse {
 

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "core/error.h"
+#include "inverse/checkpoint/checkpoint.h"
 #include "inverse/fit/channel_run.h"
-#include "inverse/fit/checkpoint.h"
 #include "inverse/optimise/lateral_modes.h"
 
 namespace kappamu::inverse {

@@ -4,7 +4,7 @@
 #include <concepts>
 
 #include "core/error.h"
-#include "inverse/fit/state_bytes.h"
+#include "inverse/checkpoint/state_bytes.h"
 
 namespace kappamu::inverse {
 

@@ -1,4 +1,4 @@
-// Everything a fit is between two steps: what a checkpoint (checkpoint.h) holds.
+// Everything a fit is between two steps: what a checkpoint (inverse/checkpoint/checkpoint.h) holds.
 #pragma once
 
 #include <cstddef>

@@ -4,7 +4,7 @@
 
 #include "calib/calibration_file.h"
 #include "core/error.h"
-#include "inverse/fit/checkpoint.h"
+#include "inverse/checkpoint/checkpoint.h"
 #include "inverse/fit/fit_state.h"
 #include "io/read_file.h"
 #include "pipeline/output_folder.h"

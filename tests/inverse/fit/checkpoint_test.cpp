@@ -1,6 +1,6 @@
 // What a killed fit goes on from: to the same bits and the same account of itself; and from nothing
 // that is damaged, of another fit or made up.
-#include "inverse/fit/checkpoint.h"
+#include "inverse/checkpoint/checkpoint.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

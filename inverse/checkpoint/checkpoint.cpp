@@ -1,10 +1,10 @@
-#include "inverse/fit/checkpoint.h"
+#include "inverse/checkpoint/checkpoint.h"
 
 #include <algorithm>
 #include <array>
 
 #include "core/error.h"
-#include "inverse/fit/state_bytes.h"
+#include "inverse/checkpoint/state_bytes.h"
 
 namespace kappamu::inverse {
 
