@@ -63,7 +63,7 @@ void measure_coverage(const Request& request, Progress& progress, const Save& sa
   const GridShape fine = block.grid.refined(2);
   inverse::FitOptions options;
   options.path.model = inverse::Model::volume;
-  options.uncertainty.probes = 8;  // the default of `kappamu fit`
+  options.uncertainty.probes = inverse::usual_probes;
   options.solver.backend.device = request.device;
   Json rows = Json::array();
   for (int s = 0; s < request.count("seeds", 1); ++s) {

@@ -86,7 +86,7 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
               {"noise", sample_noise}};
   inverse::FitOptions fit_options;
   fit_options.solver.backend.device = request.device;
-  fit_options.uncertainty.probes = 8;  // the default of `kappamu fit`
+  fit_options.uncertainty.probes = inverse::usual_probes;
   int solves = 0;
   Json errors = Json::array();
   Json misfits = Json::array();

@@ -41,9 +41,9 @@ void estimate_all(Proof& proof, Progress& progress, Json& rows) {
   const std::vector<bool> all(static_cast<std::size_t>(proof.unknowns()), true);
   for (const int probes : {2, 4, 8, 16, 32}) {
     progress.update("uncertainty", 0.6 + 0.01 * probes, "probes");
-    rows.push_back(
-        row_of("estimated over exact", "probes, " + std::to_string(probes), probes,
-               deviation_ratio(proof.estimated_posterior(probes), proof.posterior(), all)));
+    rows.push_back(row_of(
+        "estimated over exact", "probes, " + std::to_string(probes), probes,
+        deviation_ratio(proof.estimated_posterior(inverse::usual_probes), proof.posterior(), all)));
   }
 }
 
@@ -76,10 +76,9 @@ void measure(const Request& request, Progress& progress, const Save& save) {
   const Variances errors = proof.sampled_posterior(truths);
   rows.push_back(
       row_of(sampled, "truths from the prior", 0, deviation_ratio(errors, proof.posterior(), all)));
-  constexpr int probes = 8;  // the default of `kappamu fit`
-  const Variances stated = proof.estimated_posterior(probes);
+  const Variances stated = proof.estimated_posterior(inverse::usual_probes);
   rows.push_back(row_of(sampled, "truths from the prior, against `kappamu fit`'s own figure",
-                        probes, deviation_ratio(errors, stated, all)));
+                        inverse::usual_probes, deviation_ratio(errors, stated, all)));
   estimate_all(proof, progress, rows);
   const GridShape& s = options.grid;
   save({{"device", proof.objective().backend_name()},

@@ -18,6 +18,9 @@
 
 namespace kappamu::inverse {
 
+/// Of either kind below, as `kappamu fit` and `kappamu run` take.
+inline constexpr int usual_probes = 8;
+
 struct UncertaintyOptions {
   int probes = 0;  ///< adjoint solves at the fit's end for its deviations; 0 = none
   /// Adjoint solves for where the data constrain the volume (sensitivity.h), deviations or not.

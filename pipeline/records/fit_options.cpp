@@ -97,8 +97,8 @@ struct Row {
 
 FitStageOptions usual_options() {
   FitStageOptions options;
-  options.fit.uncertainty.probes = 8;
-  options.fit.uncertainty.sensitivity_probes = 8;
+  options.fit.uncertainty.probes = inverse::usual_probes;
+  options.fit.uncertainty.sensitivity_probes = inverse::usual_probes;
   return options;
 }
 

@@ -39,7 +39,7 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
   const inverse::CoefficientPair logs = inverse::to_fields(truth);
   inverse::FitOptions options;
   options.path.model = inverse::Model::volume;
-  options.uncertainty.probes = 8;
+  options.uncertainty.probes = inverse::usual_probes;
   options.solver.backend.device = setup.device;
   Progress silent;
   const SurfaceMeasurements measured = bench::measure(block, logs, setup.patches, seed);

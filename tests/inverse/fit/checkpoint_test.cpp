@@ -75,10 +75,16 @@ Checkpoint from(const Bytes& bytes) {
   return checkpoint;
 }
 
+/// A fit that nothing interrupts, and what it tells on the way.
+struct Uninterrupted {
+  explicit Uninterrupted(const Case& c) : fit(fit_channel(c.m, 0, c.options, {}, listener)) {}
+  Listener listener;
+  ChannelFit fit;
+};
+
 /// Killed after every fifth save and started again until it ends.
-void expect_kills_change_nothing(const Case& c) {
-  Listener uninterrupted;
-  const ChannelFit whole = fit_channel(c.m, 0, c.options, {}, uninterrupted);
+void expect_kills_change_nothing(const Case& c, const Uninterrupted& undisturbed) {
+  const ChannelFit& whole = undisturbed.fit;
   Bytes saved;
   int kills = 0;
   Listener last;
@@ -104,7 +110,8 @@ void expect_kills_change_nothing(const Case& c) {
   EXPECT_EQ(whole.medium.mu.values(), resumed.medium.mu.values());
   EXPECT_EQ(whole.prediction, resumed.prediction);
   EXPECT_EQ(whole.report.warnings, resumed.report.warnings);
-  EXPECT_EQ(uninterrupted.told, last.told) << "whoever listens hears what he would have heard";
+  EXPECT_EQ(undisturbed.listener.told, last.told)
+      << "whoever listens hears what he would have heard";
   ASSERT_EQ(whole.report.history.size(), resumed.report.history.size());
   for (std::size_t i = 0; i < whole.report.history.size(); ++i) {
     const SolveCount& a = whole.report.history[i].solves;
@@ -120,10 +127,9 @@ void expect_kills_change_nothing(const Case& c) {
 TEST(Checkpoint, KilledAnywhereTheFitEndsInTheSameBitsCountsAndWarnings) {
   Case c = bright_block({10, 8, 8, 0.5});
   c.options.path.stage_steps = 5;
-  Listener listener;
-  fit_channel(c.m, 0, c.options, {}, listener);
-  ASSERT_FALSE(listener.told.empty());
-  expect_kills_change_nothing(c);
+  const Uninterrupted whole(c);
+  ASSERT_FALSE(whole.listener.told.empty());
+  expect_kills_change_nothing(c, whole);
 }
 
 Case photographs(const GridShape& grid) {
@@ -135,25 +141,26 @@ Case photographs(const GridShape& grid) {
 
 TEST(Checkpoint, KilledOnAGridFittedCloserTheFitEndsInTheSameBits) {
   const Case c = photographs({16, 16, 16, 0.5});
-  const std::vector<StepRecord> history = fit(c).report.history;
+  const Uninterrupted whole(c);
   int begun = 0;
-  for (const StepRecord& r : history) begun += r.level == 1 && r.step == 0;
+  for (const StepRecord& r : whole.fit.report.history) begun += r.level == 1 && r.step == 0;
   EXPECT_GT(begun, 1);
-  expect_kills_change_nothing(c);
+  expect_kills_change_nothing(c, whole);
 }
 
 TEST(Checkpoint, KilledWhereACorrectionIsRenewedTheFitEndsInTheSameBits) {
   Case c = photographs({10, 8, 8, 0.5});
   c.options.path.stage_steps = 80;
   c.options.path.weight = 1000.0;
-  const std::vector<StepRecord> history = fit(c).report.history;
+  const Uninterrupted whole(c);
+  const std::vector<StepRecord>& history = whole.fit.report.history;
   bool renewed = false;
   for (std::size_t i = 1; i < history.size(); ++i) {
     const StepRecord &r = history[i], &before = history[i - 1];
     renewed = renewed || (r.level == 0 && r.step > 0 && r.solves.refined > before.solves.refined);
   }
   EXPECT_TRUE(renewed);
-  expect_kills_change_nothing(c);
+  expect_kills_change_nothing(c, whole);
 }
 
 TEST(Checkpoint, OfOtherDataOrProgramIsPassedOverAloud) {

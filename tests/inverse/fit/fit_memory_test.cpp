@@ -52,7 +52,7 @@ TEST(FitMemory, ThePredictionHoldsThePeak) {
   // Few weights, far from one another: what one learned the next takes over.
   options.path.first_weight = options.path.last_weight = 1.0;
   options.path.weight_factor = 0.01;
-  options.uncertainty.probes = 8;
+  options.uncertainty.probes = usual_probes;
   const double needed = memory_needed(measurements, options).total();
   const ChannelFit fit = cases::fit(measurements, options);
   estimate_volume_uncertainty(fit, 0.0, measurements);
