@@ -41,9 +41,9 @@ void estimate_all(Proof& proof, Progress& progress, Json& rows) {
   const std::vector<bool> all(static_cast<std::size_t>(proof.unknowns()), true);
   for (const int probes : {2, 4, 8, 16, 32}) {
     progress.update("uncertainty", 0.6 + 0.01 * probes, "probes");
-    rows.push_back(row_of(
-        "estimated over exact", "probes, " + std::to_string(probes), probes,
-        deviation_ratio(proof.estimated_posterior(inverse::usual_probes), proof.posterior(), all)));
+    rows.push_back(
+        row_of("estimated over exact", "probes, " + std::to_string(probes), probes,
+               deviation_ratio(proof.estimated_posterior(probes), proof.posterior(), all)));
   }
 }
 
