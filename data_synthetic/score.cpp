@@ -6,11 +6,13 @@
 #include "calib/calibration_file.h"
 #include "core/appearance_error.h"
 #include "core/error.h"
+#include "core/numbers/gaussian_sum.h"
 #include "core/numbers/median.h"
 #include "core/processor_time.h"
 #include "data_synthetic/transport.h"
 #include "io/image/exr.h"
 #include "io/image/image_file.h"
+#include "io/json_node.h"
 #include "io/npy.h"
 #include "io/volume/npy_volume.h"
 
@@ -41,11 +43,39 @@ std::vector<double> errors_by_depth(const Volume<double>& found, const Volume<do
   return layers;
 }
 
-/// `deviation`: stated of `found` itself.
-Coverage coverage_of(const Volume<double>& found, const Volume<double>& truth,
-                     Volume<double> deviation, Face lit_face) {
+/// What the run states of one channel.
+struct Stated {
+  Volume<double> std_kappa, std_mu;               ///< of the values
+  std::vector<double> kappa_fwhm_mm, mu_fwhm_mm;  ///< from the seen face on
+};
+
+/// Empty where the run was fitted without deviations.
+std::optional<Stated> read_stated(const std::filesystem::path& fit, const std::string& channel,
+                                  const GridShape& grid) {
+  const auto file = [&](const char* of) { return fit / (of + channel + ".npy"); };
+  if (!std::filesystem::exists(file("std_kappa_"))) return std::nullopt;
+  Stated stated{io::read_npy_volume(file("std_kappa_"), grid),
+                io::read_npy_volume(file("std_mu_"), grid),
+                {},
+                {}};
+  const io::JsonDocument report(fit / "fit.json", "fit again");
+  for (const io::JsonNode& of : report.root()["channels"].items(1)) {
+    if (of["name"].text() != channel) continue;
+    for (const io::JsonNode& layer : of["uncertainty"]["layers"].items(1)) {
+      stated.kappa_fwhm_mm.push_back(layer["kappa_fwhm_mm"].number());
+      stated.mu_fwhm_mm.push_back(layer["mu_fwhm_mm"].number());
+    }
+  }
+  return stated;
+}
+
+/// `deviation`: stated of `found` itself, as a mean over `fwhm_mm`.
+Coverage coverage_of(const Volume<double>& found, const Volume<double>& true_values,
+                     Volume<double> deviation, const std::vector<double>& fwhm_mm,
+                     const Truth& truth) {
   for (std::size_t i = 0; i < found.size(); ++i) deviation[i] /= found[i];
-  return coverage(found, truth, deviation, lit_face);
+  return coverage(found, resolved(true_values, truth.seen_face, fwhm_mm), deviation,
+                  truth.lit_face);
 }
 
 void score_hdr(const std::filesystem::path& run, const Truth& truth,
@@ -105,14 +135,12 @@ void score_coefficients(const std::vector<Medium>& media, const Truth& truth,
         errors_by_depth(media[c].kappa, kappa, truth.lit_face, kappa_errors);
     score.mu_relative_error_by_depth[name] =
         errors_by_depth(media[c].mu, mu, truth.lit_face, mu_errors);
-    const auto deviation = [&](const std::string& what) {
-      return run / "fit" / ("std_" + what + "_" + name + ".npy");
-    };
-    if (!std::filesystem::exists(deviation("kappa"))) continue;  // fitted with --uncertainty 0
-    score.kappa_coverage[name] = coverage_of(
-        media[c].kappa, kappa, io::read_npy_volume(deviation("kappa"), truth.grid), truth.lit_face);
-    score.mu_coverage[name] = coverage_of(
-        media[c].mu, mu, io::read_npy_volume(deviation("mu"), truth.grid), truth.lit_face);
+    const std::optional<Stated> stated = read_stated(run / "fit", name, truth.grid);
+    if (!stated) continue;
+    score.kappa_coverage[name] =
+        coverage_of(media[c].kappa, kappa, stated->std_kappa, stated->kappa_fwhm_mm, truth);
+    score.mu_coverage[name] =
+        coverage_of(media[c].mu, mu, stated->std_mu, stated->mu_fwhm_mm, truth);
   }
   score.kappa_relative_error = upper_median(std::move(kappa_errors));
   score.mu_relative_error = upper_median(std::move(mu_errors));
@@ -132,6 +160,14 @@ Volume<double> average_volume(const Volume<double>& fine, const GridShape& coars
     }
   }
   return out;
+}
+
+Volume<double> resolved(Volume<double> truth, Face seen, const std::vector<double>& fwhm_mm) {
+  if (fwhm_mm.empty()) return truth;
+  for (double& value : truth.values()) value = std::log(value);
+  truth = gaussian_means(truth, seen, fwhm_mm);
+  for (double& value : truth.values()) value = std::exp(value);
+  return truth;
 }
 
 Coverage coverage(const Volume<double>& found, const Volume<double>& truth,

@@ -30,7 +30,8 @@ struct CalibrationErrors {
   double projector_black_relative = 0.0;  ///< the projector's black level, |found/true − 1|
 };
 
-/// Whether stated standard deviations hold: z = (log found − log truth)/deviation of the logarithm.
+/// Whether stated standard deviations hold: z = (log found − log truth)/deviation of the logarithm,
+/// the truth as resolved() by the fit.
 struct Coverage {
   double within_two = 0.0;  ///< share of voxels with |z| ≤ 2; 0.954 if errors are as stated
   double median = 0.0;      ///< of |z|; 0.674 if they are
@@ -65,7 +66,11 @@ struct Score {
 Score score_run(const std::filesystem::path& run, const std::filesystem::path& truth_folder,
                 const std::string& device, Progress& progress);
 
-/// `log_deviation`: stated for the logarithm of `found`.
+/// What a fit can find of a `truth`: exp of the means of its logarithm over `fwhm_mm`, stated by
+/// layer from the face that the camera sees on; empty: the truth itself.
+Volume<double> resolved(Volume<double> truth, Face seen, const std::vector<double>& fwhm_mm);
+
+/// `log_deviation`: stated for the logarithm of `found`; `truth` as resolved.
 Coverage coverage(const Volume<double>& found, const Volume<double>& truth,
                   const Volume<double>& log_deviation, Face lit_face);
 

@@ -155,8 +155,9 @@ stated noise; well above 1, variances, calibration or the diffusion model do not
 counts is E = Σ(L' − L)²/ΣL² of validation patterns, the error under light the fit never
 saw, beside the part of it that those patterns' own noise makes. Light at steady state does
 not determine deep voxels: the standard deviations std_kappa and std_mu, and the sentence that
-goes with them, say how far κ and μ can be trusted; where resolution is near 0 they are the
-smoothing's choice.)");
+goes with them, say how far κ and μ can be trusted, and over what width, since a voxel's
+value is that of its surroundings; where resolution is near 0 they are the smoothing's
+choice.)");
   auto options = std::make_shared<FitCommand>();
   // First of all: options given beside it are set after it and so prevail.
   command

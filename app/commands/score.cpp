@@ -122,8 +122,9 @@ of |found/true − 1| over unflagged pixels on the sample. Calibration is compar
 sample's faces, in pixels, and by its scale of radiance. κ and μ are compared voxel by
 voxel, by layer below the lit face: continuous light leaves deep μ undetermined, so large
 errors there do not spoil E. Whether the fit says so is the share of voxels whose log κ
-and log μ lie within two stated standard deviations of the truth (95 % if errors are
-Gaussian and stated rightly) and the median error in standard deviations (then 0.67).
+and log μ lie within two stated standard deviations of the truth's mean over what the fit
+resolves there (95 % if errors are Gaussian and stated rightly) and the median error in
+standard deviations (then 0.67).
 Parts a run does not have are left out.)");
   auto run = std::make_shared<std::string>();
   auto truth = std::make_shared<std::string>();

@@ -17,7 +17,6 @@ namespace kappamu::bench {
 
 namespace {
 
-/// `truth` on the grid of `found`.
 Json layers_of(const Volume<double>& found, const Volume<double>& truth,
                const Volume<float>& log_deviation, Face lit) {
   const GridShape& grid = found.shape();
@@ -42,21 +41,31 @@ Json layers_of(const Volume<double>& found, const Volume<double>& truth,
   return {{"within", share.within_two_by_depth}, {"error", error}, {"stated", stated}};
 }
 
-Json fit_row(const SurfaceMeasurements& data, const Medium& fine_truth,
+Json fit_row(const SurfaceMeasurements& data, const Medium& fine_truth, const Block& block,
              const inverse::FitOptions& options) {
   Progress silent;
   const inverse::ChannelFit fit = inverse::fit_channel(data, 0, options, {}, silent, {}, {});
   const double valley = inverse::shared_valley({&fit, 1}, data.lit_face);
   const inverse::Uncertainty found = inverse::estimate_volume_uncertainty(fit, valley, data);
-  const auto layers = [&](const Volume<double>& values, const Volume<double>& fine,
-                          const Volume<float>& deviation) {
-    return layers_of(values, synthetic::average_volume(fine, data.grid), deviation, data.lit_face);
-  };
-  return {{"kappa", layers(fit.medium.kappa, fine_truth.kappa, found.log_kappa_std)},
-          {"mu", layers(fit.medium.mu, fine_truth.mu, found.log_mu_std)}};
+  const Medium truth = resolved_truth(fine_truth, block, found.report.layers);
+  return {{"kappa", layers_of(fit.medium.kappa, truth.kappa, found.log_kappa_std, block.lit)},
+          {"mu", layers_of(fit.medium.mu, truth.mu, found.log_mu_std, block.lit)}};
 }
 
 }  // namespace
+
+Medium resolved_truth(const Medium& fine, const Block& block,
+                      const std::vector<inverse::LayerUncertainty>& layers) {
+  std::vector<double> of_kappa, of_mu;
+  for (const inverse::LayerUncertainty& layer : layers) {
+    of_kappa.push_back(layer.kappa_fwhm_mm);
+    of_mu.push_back(layer.mu_fwhm_mm);
+  }
+  const auto on_grid = [&](const Volume<double>& volume, const std::vector<double>& fwhm_mm) {
+    return synthetic::resolved(synthetic::average_volume(volume, block.grid), block.seen, fwhm_mm);
+  };
+  return {on_grid(fine.kappa, of_kappa), on_grid(fine.mu, of_mu)};
+}
 
 void measure_coverage(const Request& request, Progress& progress, const Save& save) {
   const Block block = population_block(request.size);
@@ -76,7 +85,7 @@ void measure_coverage(const Request& request, Progress& progress, const Save& sa
         SurfaceMeasurements data = clean;
         add_noise(data, noise, 1000 + seed);
         Json row{{"family", name}, {"seed", seed}, {"noise", noise}};
-        row.update(fit_row(data, inverse::to_medium(truth, fine), options));
+        row.update(fit_row(data, inverse::to_medium(truth, fine), block, options));
         rows.push_back(row);
       }
       save({{"rows", rows}});

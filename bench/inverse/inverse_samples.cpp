@@ -8,6 +8,7 @@
 
 #include "bench/cases/inverse_case.h"
 #include "bench/cases/media.h"
+#include "bench/inverse/coverage.h"
 #include "bench/inverse/inverse_fit.h"
 #include "capture/rig/shoot.h"
 #include "core/processor_time.h"
@@ -47,12 +48,11 @@ std::vector<double> validation_light(const Block& block) {
 }
 
 /// Of all voxels and of the worst layer.
-Json share_within(const Volume<double>& found, const Volume<double>& fine_truth,
+Json share_within(const Volume<double>& found, const Volume<double>& truth,
                   const Volume<float>& log_deviation, Face lit) {
-  const GridShape& grid = found.shape();
   const synthetic::Coverage share = synthetic::coverage(
-      found, synthetic::average_volume(fine_truth, grid),
-      {grid, {log_deviation.values().begin(), log_deviation.values().end()}}, lit);
+      found, truth, {truth.shape(), {log_deviation.values().begin(), log_deviation.values().end()}},
+      lit);
   return {{"all", share.within_two},
           {"worst_layer",
            *std::min_element(share.within_two_by_depth.begin(), share.within_two_by_depth.end())}};
@@ -141,9 +141,10 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
     const inverse::Uncertainty found =
         inverse::estimate_volume_uncertainty(fits[channel], valley, measured[channel]);
     const Medium& medium = fits[channel].medium;
+    const Medium resolved = resolved_truth(truth[channel], block, found.report.layers);
     kappa_coverage.push_back(
-        share_within(medium.kappa, truth[channel].kappa, found.log_kappa_std, block.lit));
-    mu_coverage.push_back(share_within(medium.mu, truth[channel].mu, found.log_mu_std, block.lit));
+        share_within(medium.kappa, resolved.kappa, found.log_kappa_std, block.lit));
+    mu_coverage.push_back(share_within(medium.mu, resolved.mu, found.log_mu_std, block.lit));
   }
   record["deviation_seconds"] = watch.seconds();
   record["batched_solves"] = solves;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdlib>
+#include <numbers>
 
 namespace kappamu {
 
@@ -29,6 +30,41 @@ std::vector<double> gaussian_sum(const std::vector<double>& map, FaceShape face,
     return to;
   };
   return along(along(map, face.nu, 1, face.nv, face.nu), face.nv, face.nu, face.nu, 1);
+}
+
+Volume<double> gaussian_means(const Volume<double>& field, Face from,
+                              const std::vector<double>& fwhm_mm) {
+  const GridShape& shape = field.shape();
+  const FaceShape face = face_shape(shape, from);
+  Volume<double> means(shape);
+  const int depth = shape.extent(axis_of(from));
+  for (int k = 0; k < depth; ++k) {
+    const double width =
+        fwhm_mm[static_cast<std::size_t>(k)] / std::sqrt(8.0 * std::numbers::ln2) / shape.voxel_mm;
+    std::vector<double> layer(face.cells(), 0.0);
+    double weights = 0.0;
+    for (int j = 0; j < depth; ++j) {
+      const double weight = j == k ? 1.0 : std::exp(-0.5 * std::pow((j - k) / width, 2));
+      weights += weight;
+      if (weight == 0.0) continue;
+      for (int v = 0; v < face.nv; ++v) {
+        for (int u = 0; u < face.nu; ++u) {
+          layer[static_cast<std::size_t>(v * face.nu + u)] +=
+              weight * field[face_cell(shape, from, u, v, j)];
+        }
+      }
+    }
+    layer = gaussian_sum(layer, face, width, 1);
+    const std::vector<double> inside =
+        gaussian_sum(std::vector<double>(face.cells(), weights), face, width, 1);
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u) {
+        const auto i = static_cast<std::size_t>(v * face.nu + u);
+        means[face_cell(shape, from, u, v, k)] = layer[i] / inside[i];
+      }
+    }
+  }
+  return means;
 }
 
 }  // namespace kappamu

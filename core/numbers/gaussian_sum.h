@@ -1,4 +1,4 @@
-// Gaussian means over a face.
+// Gaussian means over a face and over a block.
 #pragma once
 
 #include <vector>
@@ -11,5 +11,10 @@ namespace kappamu {
 /// mean is this over that of ones, or over any other map's.
 std::vector<double> gaussian_sum(const std::vector<double>& map, FaceShape face, double width,
                                  int power);
+
+/// Means of `field` over Gaussians of what lies in the block; `fwhm_mm` is their full width at half
+/// maximum in each layer from the face `from` on, 0 = the voxel alone.
+Volume<double> gaussian_means(const Volume<double>& field, Face from,
+                              const std::vector<double>& fwhm_mm);
 
 }  // namespace kappamu

@@ -125,6 +125,20 @@ Vector Basis::gradient(const CoefficientPair& by_field) const {
   return coordinates_of(by_field, Factor::solve_transposed);
 }
 
+Eigen::MatrixXd Basis::inverse_of(int bin) const {
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(modes_->rows(), modes_->rows());
+  factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>().solveInPlace(inverse);
+  inverse *= inverse.transpose().eval();
+  return inverse;
+}
+
+Eigen::MatrixXd Basis::wave_variances() const {
+  check(modes_.has_value(), "voxels have no waves");
+  Eigen::MatrixXd variances(modes_->rows(), modes_->bins());
+  for (int bin = 0; bin < modes_->bins(); ++bin) variances.col(bin) = inverse_of(bin).diagonal();
+  return variances;
+}
+
 FieldCovariance Basis::covariance() const {
   const std::size_t cells = shape_.cells();
   if (!modes_) return {{Vector(cells, 1.0), Vector(cells, 1.0)}, Vector(cells, 0.0)};
@@ -132,9 +146,7 @@ FieldCovariance Basis::covariance() const {
   Eigen::MatrixXd diagonal(modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
   Eigen::MatrixXd between = Eigen::MatrixXd::Zero(diagonal.rows(), diagonal.cols());
   for (int bin = 0; bin < modes_->bins(); ++bin) {
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(modes_->rows(), modes_->rows());
-    factors_[static_cast<std::size_t>(bin)].triangularView<Eigen::Upper>().solveInPlace(inverse);
-    inverse *= inverse.transpose().eval();
+    const Eigen::MatrixXd inverse = inverse_of(bin);
     for (const int wave : modes_->members(bin)) {
       diagonal.col(wave) = inverse.diagonal();
       between.col(wave).head(depth) = inverse.topRightCorner(depth, depth).diagonal();

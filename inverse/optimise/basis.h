@@ -64,6 +64,8 @@ class Basis {
   CoefficientPair gradient_by_field(const Vector& by_z) const;
   /// Of B Bᵀ, the guess of the Hessian's inverse.
   FieldCovariance covariance() const;
+  /// Its diagonal among the waves of each bin, [rows][bins]. Not of `voxels`.
+  Eigen::MatrixXd wave_variances() const;
   /// tr(B Bᵀ JᵀWJ) over each coefficient's own unknowns, JᵀWJ as in `blocks`: how many of them the
   /// data determine against the regulariser. Not of `voxels`.
   struct Determined {
@@ -73,6 +75,8 @@ class Basis {
   Determined determined(const LateralBlocks& blocks) const;
 
  private:
+  /// B Bᵀ of one bin's waves.
+  Eigen::MatrixXd inverse_of(int bin) const;
   enum class Factor { solve, solve_transposed, multiply, multiply_transposed };
   using Waves = Eigen::Map<const Eigen::MatrixXd>;
   /// `to` = U⁻¹, U⁻ᵀ, U or Uᵀ of every wave's bin times `from`.

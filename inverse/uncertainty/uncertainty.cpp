@@ -11,7 +11,7 @@
 #include "inverse/optimise/lateral_hessian.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/local_information.h"
-#include "inverse/uncertainty/valley.h"
+#include "inverse/uncertainty/point_spread.h"
 
 namespace kappamu::inverse {
 
@@ -68,9 +68,12 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
       }
       return upper_median(std::move(layer));
     };
-    layers.push_back({(k + 0.5) * shape.voxel_mm, middle(found.log_kappa_std),
-                      middle(found.log_mu_std), middle(found.kappa_resolution),
-                      middle(found.mu_resolution), middle(found.correlation)});
+    layers.push_back({.depth_mm = (k + 0.5) * shape.voxel_mm,
+                      .log_kappa_std = middle(found.log_kappa_std),
+                      .log_mu_std = middle(found.log_mu_std),
+                      .kappa_resolution = middle(found.kappa_resolution),
+                      .mu_resolution = middle(found.mu_resolution),
+                      .correlation = middle(found.correlation)});
   }
   return layers;
 }
@@ -137,18 +140,25 @@ Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Fac
     };
     add(posterior.log_kappa[i], beforehand.log_kappa[i], valley, found.log_kappa_std,
         found.kappa_resolution);
-    add(posterior.log_mu[i], beforehand.log_mu[i], mu_along_valley * valley, found.log_mu_std,
+    add(posterior.log_mu[i], beforehand.log_mu[i], absorbers_vary * valley, found.log_mu_std,
         found.mu_resolution);
     found.correlation[i] = static_cast<float>(
         even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));
   }
   found.report.layers = layers_below(found, seen_face);
+  const PointSpread spread = point_spread(prior, shape, axis_of(lit_face), blocks);
+  const std::size_t depth = found.report.layers.size();
+  for (std::size_t k = 0; k < depth; ++k) {
+    const std::size_t slice = is_plus(seen_face) ? depth - 1 - k : k;
+    found.report.layers[k].kappa_fwhm_mm = spread.kappa_mm[slice];
+    found.report.layers[k].mu_fwhm_mm = spread.mu_mm[slice];
+  }
   found.report.sentence =
       in_words(found.report.layers) +
       formatted(
           " Deviations include %.2g %% of κ and %.2g %% of μ, by which fits of such contrast miss "
           "known truths whatever the noise: steady light hardly tells one from the other.",
-          100.0 * valley, 100.0 * mu_along_valley * valley);
+          100.0 * valley, 100.0 * absorbers_vary * valley);
   found.report.valley = valley;
   return found;
 }

@@ -32,6 +32,9 @@ struct LayerUncertainty {
   double depth_mm = 0.0;       ///< of the layer's middle below the seen face
   double log_kappa_std = 0.0;  ///< [dimensionless]
   double log_mu_std = 0.0;     ///< [dimensionless]
+  /// Of the means that these are deviations of (point_spread.h); 0: of the values themselves.
+  double kappa_fwhm_mm = 0.0;
+  double mu_fwhm_mm = 0.0;
   double kappa_resolution = 0.0;
   double mu_resolution = 0.0;
   double correlation = 0.0;
@@ -46,8 +49,9 @@ struct UncertaintyReport {
 };
 
 struct Uncertainty {
-  Volume<float> log_kappa_std;  ///< standard deviation of log κ [dimensionless]
-  Volume<float> log_mu_std;     ///< of log μ
+  /// Standard deviation of log κ [dimensionless], as a mean over what the fit resolves there.
+  Volume<float> log_kappa_std;
+  Volume<float> log_mu_std;  ///< of log μ
   /// Share of the prior's variance that the data removed, 1 − C_ii/((α R″)⁻¹)_ii: 1 = the data
   /// decide, 0 = the smoothing does.
   Volume<float> kappa_resolution;

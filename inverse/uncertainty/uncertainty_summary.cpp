@@ -76,6 +76,18 @@ std::string coefficient_in_words(const std::vector<LayerUncertainty>& layers,
   return text;
 }
 
+/// "1 to 3.3 mm", "up to 3.3 mm" where some of it is a voxel's.
+std::string widths_in_words(const std::vector<LayerUncertainty>& layers,
+                            double LayerUncertainty::*width) {
+  const auto narrower = [&](const LayerUncertainty& a, const LayerUncertainty& b) {
+    return a.*width < b.*width;
+  };
+  const auto [least, most] = std::minmax_element(layers.begin(), layers.end(), narrower);
+  const std::string to = number((*most).*width) + " mm";
+  if ((*least).*width == 0.0) return "up to " + to;
+  return (*least).*width == (*most).*width ? to : number((*least).*width) + " to " + to;
+}
+
 }  // namespace
 
 std::string in_words(const std::vector<LayerUncertainty>& layers) {
@@ -94,6 +106,14 @@ std::string in_words(const std::vector<LayerUncertainty>& layers) {
         });
     text += " κ and μ trade against each other " + where(layers, *traded) + " (correlation up to " +
             number(strongest->correlation) + "): their combination is better known than either.";
+  }
+  if (std::any_of(layers.begin(), layers.end(), [](const LayerUncertainty& layer) {
+        return layer.kappa_fwhm_mm > 0.0 || layer.mu_fwhm_mm > 0.0;
+      })) {
+    text += " These are deviations of what the light resolves, means over " +
+            widths_in_words(layers, &LayerUncertainty::kappa_fwhm_mm) + " of κ and " +
+            widths_in_words(layers, &LayerUncertainty::mu_fwhm_mm) +
+            " of μ; finer structure does not show.";
   }
   return text;
 }

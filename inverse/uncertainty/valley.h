@@ -9,10 +9,8 @@
 
 namespace kappamu::inverse {
 
-/// Standard deviation of log κ along the valley [dimensionless], of the κ of a fitted volume.
+/// Standard deviation of log κ along the valley [dimensionless], of the κ of a fitted volume; that
+/// of log μ is `absorbers_vary` (roughness.h) times as large.
 double valley_deviation(const Volume<double>& kappa, Face lit);
-
-/// That of log μ over that of log κ.
-inline constexpr double mu_along_valley = 4.0;
 
 }  // namespace kappamu::inverse

@@ -76,6 +76,8 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
     layers.push_back({{"depth_mm", layer.depth_mm},
                       {"log_kappa_std", layer.log_kappa_std},
                       {"log_mu_std", layer.log_mu_std},
+                      {"kappa_fwhm_mm", layer.kappa_fwhm_mm},
+                      {"mu_fwhm_mm", layer.mu_fwhm_mm},
                       {"kappa_resolution", layer.kappa_resolution},
                       {"mu_resolution", layer.mu_resolution},
                       {"correlation", layer.correlation}});

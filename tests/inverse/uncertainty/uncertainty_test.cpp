@@ -139,7 +139,7 @@ TEST_F(TinyPosterior, TheValleyWidensDeviationsAndWhatIsSaidOfThem) {
   const Uncertainty wide = estimated(0.5);
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     EXPECT_NEAR(wide.log_kappa_std[i], std::hypot(plain.log_kappa_std[i], 0.5), 1e-6);
-    EXPECT_NEAR(wide.log_mu_std[i], std::hypot(plain.log_mu_std[i], 0.5 * mu_along_valley), 1e-6);
+    EXPECT_NEAR(wide.log_mu_std[i], std::hypot(plain.log_mu_std[i], 0.5 * absorbers_vary), 1e-6);
     EXPECT_EQ(wide.kappa_resolution[i], plain.kappa_resolution[i]);
   }
   EXPECT_GT(wide.report.layers.front().log_kappa_std, 0.5);
@@ -190,10 +190,10 @@ TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
-  const std::vector<LayerUncertainty> layers{{0.5, 0.02, 0.1, 0.99, 0.95, 0.1},
-                                             {1.5, 0.1, 0.5, 0.9, 0.6, -0.2},
-                                             {2.5, 0.2, 0.75, 0.8, 0.2, -0.8},
-                                             {3.5, 0.3, 0.9, 0.7, 0.05, -0.6}};
+  const std::vector<LayerUncertainty> layers{{0.5, 0.02, 0.1, 0.0, 2.0, 0.99, 0.95, 0.1},
+                                             {1.5, 0.1, 0.5, 1.2, 3.1, 0.9, 0.6, -0.2},
+                                             {2.5, 0.2, 0.75, 3.3, 8.0, 0.8, 0.2, -0.8},
+                                             {3.5, 0.3, 0.9, 2.5, 8.0, 0.7, 0.05, -0.6}};
   const std::string text = in_words(layers);
   EXPECT_THAT(text, HasSubstr("κ is determined within a factor of 1.02 at best (0.5 mm below the "
                               "seen face) and 1.35 at worst (3.5 mm)."));
@@ -203,6 +203,7 @@ TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
   EXPECT_THAT(text, Not(HasSubstr("decides most of κ")));
   EXPECT_THAT(text, HasSubstr("κ and μ trade against each other beyond 2 mm below the seen face "
                               "(correlation up to -0.8)"));
+  EXPECT_THAT(text, HasSubstr("means over up to 3.3 mm of κ and 2 to 8 mm of μ"));
 }
 
 }  // namespace

@@ -1,0 +1,60 @@
+#include "inverse/uncertainty/point_spread.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "inverse/uncertainty/uncertainty.h"
+
+namespace kappamu::inverse {
+
+namespace {
+
+constexpr double half_found = 0.5;
+
+/// Mean eigenvalue of the lateral Laplacian of each bin's waves [dimensionless].
+Eigen::VectorXd eigenvalues(const LateralModes& modes) {
+  Eigen::VectorXd means = Eigen::VectorXd::Zero(modes.bins());
+  for (int bin = 0; bin < modes.bins(); ++bin) {
+    for (const int wave : modes.members(bin)) {
+      means(bin) += modes.laplacian()[static_cast<std::size_t>(wave)];
+    }
+    means(bin) /= static_cast<double>(modes.members(bin).size());
+  }
+  return means;
+}
+
+/// exp(−λ w²/2) = ½ at the eigenvalue λ, between two bins, where `found` first falls below ½, and
+/// √(8 ln 2) w, both in voxels.
+double full_width(const Eigen::VectorXd& found, const Eigen::VectorXd& eigenvalue, double longest) {
+  const auto below =
+      std::find_if(found.begin(), found.end(), [](double f) { return f < half_found; });
+  if (below == found.end()) return 0.0;
+  const Eigen::Index bin = below - found.begin();
+  if (bin == 0) return longest;
+  const double part = (found(bin - 1) - half_found) / (found(bin - 1) - found(bin));
+  const double at = std::lerp(eigenvalue(bin - 1), eigenvalue(bin), part);
+  return std::min(longest, 4.0 * std::numbers::ln2 / std::sqrt(at));
+}
+
+}  // namespace
+
+PointSpread point_spread(const Prior& prior, const GridShape& shape, int depth_axis,
+                         const LateralBlocks& blocks) {
+  const LateralModes modes(shape, depth_axis);
+  const LateralBlocks no_data(blocks.size(), Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
+  const Eigen::MatrixXd after = posterior_metric(prior, shape, depth_axis, blocks).wave_variances();
+  const Eigen::MatrixXd before =
+      posterior_metric(prior, shape, depth_axis, no_data).wave_variances();
+  const Eigen::MatrixXd found = 1.0 - (after.array() / before.array());
+  const Eigen::VectorXd eigenvalue = eigenvalues(modes);
+  const double longest = std::max({shape.nx, shape.ny, shape.nz});
+  PointSpread spread;
+  for (int row = 0; row < modes.rows(); ++row) {
+    Vector& widths = row < modes.depth() ? spread.kappa_mm : spread.mu_mm;
+    widths.push_back(shape.voxel_mm * full_width(found.row(row), eigenvalue, longest));
+  }
+  return spread;
+}
+
+}  // namespace kappamu::inverse

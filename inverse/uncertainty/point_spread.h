@@ -1,0 +1,24 @@
+// How fine a fitted volume is. Of a wave across the light the fit finds the share 1 − C/(α R″)⁻¹ of
+// its variances after and before the data (docs/theory.md, 5): that of long waves nearly whole, of
+// short ones nothing. What it finds of a point is a blot; its width says what the volume's values
+// and their deviations are of.
+#pragma once
+
+#include "core/grid.h"
+#include "inverse/optimise/basis.h"
+#include "inverse/uncertainty/prior.h"
+
+namespace kappamu::inverse {
+
+/// Full widths at half maximum [mm], by slice along the depth, of the Gaussians that pass half of
+/// the wave of which the fit finds half; 0 where it finds half of every wave, the block's longest
+/// edge where of none.
+struct PointSpread {
+  Vector kappa_mm, mu_mm;
+};
+
+/// `blocks` as posterior_metric() takes them.
+PointSpread point_spread(const Prior& prior, const GridShape& shape, int depth_axis,
+                         const LateralBlocks& blocks);
+
+}  // namespace kappamu::inverse
