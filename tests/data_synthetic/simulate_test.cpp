@@ -151,6 +151,18 @@ TEST_F(Simulated, PatternsLightTheSeenFaceMeasurably) {
   EXPECT_EQ(measurable, on_sample);
 }
 
+/// Of a fit that resolves every voxel.
+void write_report(const fs::path& file, int layers) {
+  nlohmann::json report;
+  for (const char* channel : {"R", "G", "B"}) {
+    nlohmann::json stated = nlohmann::json::array();
+    for (int l = 0; l < layers; ++l)
+      stated.push_back({{"kappa_fwhm_mm", 0.0}, {"mu_fwhm_mm", 0.0}});
+    report["channels"].push_back({{"name", channel}, {"uncertainty", {{"layers", stated}}}});
+  }
+  std::ofstream(file) << report;
+}
+
 /// A run folder that holds the truth itself, averaged to the fitted grid, with known flaws.
 fs::path perfect_run(const fs::path& folder, const SimulationReport& report, double mu_factor,
                      double radiance_factor) {
@@ -177,6 +189,7 @@ fs::path perfect_run(const fs::path& folder, const SimulationReport& report, dou
       io::write_npy(folder / "fit" / ("std_" + name + "_" + channel + ".npy"), shape, mean);
     }
   }
+  write_report(folder / "fit" / "fit.json", grid.nz);
   for (const auto& entry : fs::directory_iterator(report.truth / "radiance")) {
     io::ExrImage image = io::read_exr(entry.path());
     for (const char* channel : {"R", "G", "B"}) {
