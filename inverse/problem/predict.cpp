@@ -12,13 +12,14 @@ namespace kappamu::inverse {
 namespace {
 
 /// Photons' noise of a prediction by transport: half of this share of each value and of this share
-/// of the pattern's largest, and so at most what usual data have.
+/// of the pattern's largest, and so at most what usual data have; or half of its datum's.
 constexpr double photon_noise = 0.005;
 constexpr double photon_noise_floor = 5e-5;
 
-/// `diffusion` [M][v][u], on pixels of factor² of the walk's, becomes transport's.
+/// `diffusion` [M][v][u], on pixels of factor² of the walk's, becomes transport's; `variance` of
+/// the data beside it [M][v][u] or empty.
 void by_transport(PhotonProblem walk, const PhotonOptions& options,
-                  std::vector<double>& diffusion) {
+                  const std::vector<double>& variance, std::vector<double>& diffusion) {
   const std::size_t cells = walk.seen_shape.cells();
   for (std::size_t first = 0; first < diffusion.size(); first += cells) {
     const auto begin = diffusion.begin() + static_cast<std::ptrdiff_t>(first);
@@ -26,6 +27,9 @@ void by_transport(PhotonProblem walk, const PhotonOptions& options,
     const double floor = photon_noise_floor * *std::max_element(begin, end);
     std::transform(begin, end, std::back_inserter(walk.variance),
                    [&](double m) { return std::pow(photon_noise * m, 2) + floor * floor; });
+  }
+  for (std::size_t i = 0; i < variance.size(); ++i) {
+    walk.variance[i] = std::max(walk.variance[i], variance[i]);
   }
   walk.diffusion = diffusion;
   const PhotonRatio transport = photon_ratio(walk, options);
@@ -58,7 +62,16 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
       solve_exitance(*solver, light.seen_face, incident, light.patterns, batch,
                      options.backend.solve),
       face_shape(setup.shape, light.seen_face), light.seen_shape(), options.refine, light.patterns);
+  const double per_value = exitance_per_value(light, setup);
   if (options.photons) {
+    std::vector<double> variance;  // of exitance
+    if (!light.variance.empty()) {
+      const auto first = static_cast<std::ptrdiff_t>(exitance.size()) * options.channel;
+      std::transform(light.variance.begin() + first,
+                     light.variance.begin() + first + static_cast<std::ptrdiff_t>(exitance.size()),
+                     std::back_inserter(variance),
+                     [&](float v) { return per_value * per_value * v; });
+    }
     by_transport({setup,
                   kappa,
                   mu,
@@ -69,9 +82,8 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
                   light.patterns,
                   {},
                   {}},
-                 *options.photons, exitance);
+                 *options.photons, variance, exitance);
   }
-  const double per_value = exitance_per_value(light, setup);
   std::vector<float> values;
   values.reserve(exitance.size());
   for (const double m : exitance) values.push_back(static_cast<float>(m / per_value));

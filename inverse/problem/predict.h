@@ -15,6 +15,7 @@ struct PredictOptions {
   Backend backend;
   forward::Convention convention = forward::Convention::physical;
   std::optional<PhotonOptions> photons{};  ///< by transport
+  int channel = 0;  ///< of the light, to whose variances, if it has any, photons are as exact
   int refine = 2;  ///< every voxel is split into refine³ before solving; results are means over
                    ///< the surface voxels of `medium`
 };

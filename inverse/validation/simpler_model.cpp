@@ -80,7 +80,8 @@ void take(FitReport& report, const LayeredMedium& layers, const Difference& diff
 void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
                     const SurfaceMeasurements& validation, int channel, const FitOptions& options) {
   if (fit.simpler.empty() || options.path.model != Model::automatic) return;
-  const PredictOptions predicting = predict_options(options, fit.report.physics);
+  PredictOptions predicting = predict_options(options, fit.report.physics);
+  predicting.channel = channel;
   const Problem problem =
       make_problem(validation, channel, options.data.convention, options.data.model_error);
   if (problem.used() == 0) return;

@@ -147,7 +147,9 @@ ValidationScore validation_score(const Medium& medium, const SurfaceMeasurements
   const Problem problem = make_problem(validation, channel, options.convention, model_error);
   const double per_value = exitance_per_value(validation, problem.setup);
   ValidationScore score;
-  score.prediction = predict(medium, validation, options);
+  PredictOptions of_channel = options;
+  of_channel.channel = channel;
+  score.prediction = predict(medium, validation, of_channel);
   std::vector<double> exitance;
   for (const float value : score.prediction) exitance.push_back(per_value * value);
   const DataTerm term = evaluate(problem, exitance, data_term);
