@@ -89,6 +89,11 @@ std::vector<InverseLimit> inverse_limits() {
   Block front = block;
   front.seen = Face::z_minus;
   const InverseLimit absorbing{"3κμ = 0.3", block, even_block(0.3, 0.33)};
+  const InverseLimit structured = by_transport(
+      {"structure, 2.7 mean free paths thick", block, structured_block(0.4, 0.05, 1.0, 1)});
+  InverseLimit structured_transport = structured;
+  structured_transport.name += ", --physics transport";
+  structured_transport.options.data.physics = inverse::Physics::transport;
   const InverseLimit thin{
       "2 mean free paths thick", {.grid = {12, 12, 4, 0.3}}, even_block(0.2, mu)};
   return {
@@ -112,6 +117,8 @@ std::vector<InverseLimit> inverse_limits() {
       fitted_by_transport(thin),
       fitted_by_transport(thin, 0.8),
       fitted_by_transport({"1 mean free path thick", {.grid = {12, 12, 4, 0.15}}, thin.figure}),
+      structured,
+      structured_transport,
       {.name = "front-lit, half the face masked",
        .block = front,
        .figure = usual(),

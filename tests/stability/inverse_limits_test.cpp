@@ -95,6 +95,17 @@ TEST_F(TransportLimits, AnAbsorbingBlockEndsNearTheTruth) {
   EXPECT_LT(outcome.mu_error, 0.15);
 }
 
+TEST_F(TransportLimits, AVolumeEndsNearerToTheTruthThanByDiffusion) {
+  const std::string name = "structure, 2.7 mean free paths thick, data by Monte Carlo";
+  const InverseLimitOutcome diffusion = run_inverse_limit(inverse_limit(name), "auto");
+  const InverseLimitOutcome transport =
+      run_inverse_limit(inverse_limit(name + ", --physics transport"), "auto");
+  ASSERT_TRUE(diffusion.fit && transport.fit);
+  EXPECT_LT(transport.kappa_error, 0.5 * diffusion.kappa_error);
+  EXPECT_LT(transport.mu_error, 0.7 * diffusion.mu_error);
+  EXPECT_THAT(transport.warnings, IsEmpty());
+}
+
 class AnyStart : public testing::OnDevice {};
 
 // The start decides nothing: off by 100 times either way the same volume comes out.
