@@ -91,7 +91,9 @@ std::optional<std::string> validity_warning(const GridSetup& setup, const Medium
         formatted(", as measured at albedo %.2g and %.2g mean free paths",
                   std::max(albedo, table_albedo.front()), std::max(paths, table_thickness.front()));
   }
-  return text + "; kappamu forward --method montecarlo shows the truth";
+  return text +
+         "; kappamu forward --method montecarlo shows the truth, kappamu fit --physics transport "
+         "fits to it";
 }
 
 }  // namespace kappamu::forward
