@@ -16,8 +16,8 @@ struct PredictOptions {
   forward::Convention convention = forward::Convention::physical;
   std::optional<PhotonOptions> photons{};  ///< by transport
   int channel = 0;  ///< of the light, to whose variances, if it has any, photons are as exact
-  int refine = 2;  ///< every voxel is split into refine³ before solving; results are means over
-                   ///< the surface voxels of `medium`
+  int refine = 2;   ///< every voxel is split into refine³ before solving; results are means over
+                    ///< the surface voxels of `medium`
 };
 
 /// [M][v][u] on the seen face, in the quantity of `light`, whose irradiance, faces, sides and eta
