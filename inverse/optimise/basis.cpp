@@ -49,13 +49,8 @@ Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralB
   const double mass = std::pow(shape.voxel_mm / options.length_mm, 2);
   const double smooth = options.weight * shape.voxel_mm / options.thickness_mm;
   for (int bin = 0; bin < modes_->bins(); ++bin) {
-    double eigenvalue = 0.0;
-    for (const int wave : modes_->members(bin)) {
-      eigenvalue += modes_->laplacian()[static_cast<std::size_t>(wave)] /
-                    static_cast<double>(modes_->members(bin).size());
-    }
     Eigen::MatrixXd metric = smooth * along_depth;
-    metric.diagonal().array() += smooth * (eigenvalue + mass);
+    metric.diagonal().array() += smooth * (modes_->mean_laplacian(bin) + mass);
     metric.bottomRows(modes_->depth()) *= std::pow(options.slope / absorbers_vary, 2);
     if (informed) {
       const Eigen::MatrixXd& block = blocks[static_cast<std::size_t>(bin)];

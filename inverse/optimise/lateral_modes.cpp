@@ -64,6 +64,14 @@ void LateralModes::for_planes(const Work& work) const {
   });
 }
 
+double LateralModes::mean_laplacian(int bin) const {
+  double mean = 0.0;
+  for (const int wave : members(bin)) {
+    mean += laplacian_[static_cast<std::size_t>(wave)] / static_cast<double>(members(bin).size());
+  }
+  return mean;
+}
+
 Eigen::MatrixXd LateralModes::analyse(const CoefficientPair& fields) const {
   const Eigen::Index waves = static_cast<Eigen::Index>(na_) * nb_;
   Eigen::MatrixXd coefficients(rows(), waves);

@@ -29,6 +29,8 @@ class LateralModes {
   /// Sum of the eigenvalues of the two lateral 3-point Neumann Laplacians, per wave
   /// [dimensionless].
   const std::vector<double>& laplacian() const { return laplacian_; }
+  /// Its mean over the waves of the bin.
+  double mean_laplacian(int bin) const;
 
   /// Orthonormal: coefficients [rows][waves].
   Eigen::MatrixXd analyse(const CoefficientPair& fields) const;

@@ -4,25 +4,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "inverse/uncertainty/uncertainty.h"
-
 namespace kappamu::inverse {
 
 namespace {
 
 constexpr double half_found = 0.5;
-
-/// Mean eigenvalue of the lateral Laplacian of each bin's waves [dimensionless].
-Eigen::VectorXd eigenvalues(const LateralModes& modes) {
-  Eigen::VectorXd means = Eigen::VectorXd::Zero(modes.bins());
-  for (int bin = 0; bin < modes.bins(); ++bin) {
-    for (const int wave : modes.members(bin)) {
-      means(bin) += modes.laplacian()[static_cast<std::size_t>(wave)];
-    }
-    means(bin) /= static_cast<double>(modes.members(bin).size());
-  }
-  return means;
-}
 
 /// exp(−λ w²/2) = ½ at the eigenvalue λ, between two bins, where `found` first falls below ½, and
 /// √(8 ln 2) w, both in voxels.
@@ -39,15 +25,13 @@ double full_width(const Eigen::VectorXd& found, const Eigen::VectorXd& eigenvalu
 
 }  // namespace
 
-PointSpread point_spread(const Prior& prior, const GridShape& shape, int depth_axis,
-                         const LateralBlocks& blocks) {
+PointSpread point_spread(const Basis& prior, const Basis& posterior, const GridShape& shape,
+                         int depth_axis) {
   const LateralModes modes(shape, depth_axis);
-  const LateralBlocks no_data(blocks.size(), Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
-  const Eigen::MatrixXd after = posterior_metric(prior, shape, depth_axis, blocks).wave_variances();
-  const Eigen::MatrixXd before =
-      posterior_metric(prior, shape, depth_axis, no_data).wave_variances();
-  const Eigen::MatrixXd found = 1.0 - (after.array() / before.array());
-  const Eigen::VectorXd eigenvalue = eigenvalues(modes);
+  const Eigen::MatrixXd found =
+      1.0 - posterior.wave_variances().array() / prior.wave_variances().array();
+  Eigen::VectorXd eigenvalue(modes.bins());
+  for (int bin = 0; bin < modes.bins(); ++bin) eigenvalue(bin) = modes.mean_laplacian(bin);
   const double longest = std::max({shape.nx, shape.ny, shape.nz});
   PointSpread spread;
   for (int row = 0; row < modes.rows(); ++row) {

@@ -6,7 +6,6 @@
 
 #include "core/grid.h"
 #include "inverse/optimise/basis.h"
-#include "inverse/uncertainty/prior.h"
 
 namespace kappamu::inverse {
 
@@ -17,8 +16,8 @@ struct PointSpread {
   Vector kappa_mm, mu_mm;
 };
 
-/// `blocks` as posterior_metric() takes them.
-PointSpread point_spread(const Prior& prior, const GridShape& shape, int depth_axis,
-                         const LateralBlocks& blocks);
+/// By the metrics before and after the data.
+PointSpread point_spread(const Basis& prior, const Basis& posterior, const GridShape& shape,
+                         int depth_axis);
 
 }  // namespace kappamu::inverse

@@ -36,6 +36,13 @@ CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
   return variance;
 }
 
+Basis metric(Coordinates coordinates, const Prior& prior, const GridShape& shape, int depth_axis,
+             const LateralBlocks& blocks) {
+  return {shape,
+          {coordinates, depth_axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
+          blocks};
+}
+
 /// The prior keeps the metric definite.
 constexpr double no_ridge = 0.0;
 
@@ -48,10 +55,11 @@ LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShap
 
 Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
                        const LateralBlocks& blocks) {
-  return {
-      shape,
-      {Coordinates::informed, depth_axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
-      blocks};
+  return metric(Coordinates::informed, prior, shape, depth_axis, blocks);
+}
+
+Basis prior_metric(const Prior& prior, const GridShape& shape, int depth_axis) {
+  return metric(Coordinates::smooth, prior, shape, depth_axis, {});
 }
 
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face) {
@@ -125,8 +133,8 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
 Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
                                  Face seen_face, const LateralBlocks& blocks,
                                  const CoefficientPair& sensitivity, double valley) {
-  const FieldCovariance even =
-      posterior_metric(prior, shape, axis_of(lit_face), blocks).covariance();
+  const Basis metric = posterior_metric(prior, shape, axis_of(lit_face), blocks);
+  const FieldCovariance even = metric.covariance();
   const CoefficientPair beforehand = prior_variance(shape, prior);
   const CoefficientPair posterior =
       shared_out(even.variance, beforehand, sensitivity, shape, lit_face);
@@ -146,7 +154,8 @@ Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Fac
         even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));
   }
   found.report.layers = layers_below(found, seen_face);
-  const PointSpread spread = point_spread(prior, shape, axis_of(lit_face), blocks);
+  const PointSpread spread =
+      point_spread(prior_metric(prior, shape, axis_of(lit_face)), metric, shape, axis_of(lit_face));
   const std::size_t depth = found.report.layers.size();
   for (std::size_t k = 0; k < depth; ++k) {
     const std::size_t slice = is_plus(seen_face) ? depth - 1 - k : k;

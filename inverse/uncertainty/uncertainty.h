@@ -75,6 +75,9 @@ LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShap
 Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
                        const LateralBlocks& blocks);
 
+/// The same before the data, (α R″)⁻¹.
+Basis prior_metric(const Prior& prior, const GridShape& shape, int depth_axis);
+
 /// C by that guess, of `blocks` by prior_blocks() at the minimum, shared out across the light by
 /// the `sensitivity` there (local_information.h); beside it in both deviations what C cannot know,
 /// `valley` of log κ (valley.h).

@@ -156,8 +156,9 @@ void write_report(const fs::path& file, int layers) {
   nlohmann::json report;
   for (const char* channel : {"R", "G", "B"}) {
     nlohmann::json stated = nlohmann::json::array();
-    for (int l = 0; l < layers; ++l)
+    for (int l = 0; l < layers; ++l) {
       stated.push_back({{"kappa_fwhm_mm", 0.0}, {"mu_fwhm_mm", 0.0}});
+    }
     report["channels"].push_back({{"name", channel}, {"uncertainty", {{"layers", stated}}}});
   }
   std::ofstream(file) << report;

@@ -16,12 +16,13 @@ constexpr GridShape shape{64, 64, 1, 0.5};  // a layer: nothing couples depths
 constexpr int axis = 2;
 const Prior prior{300.0, 4.0, 40.0};
 
-/// Data that tell each wave of either coefficient with the same weight.
-PointSpread told_with(double weight) {
+/// Of data that determine each wave of either coefficient with the same weight.
+PointSpread spread_at(double weight) {
   const LateralModes modes(shape, axis);
   const Eigen::MatrixXd block = weight * Eigen::MatrixXd::Identity(modes.rows(), modes.rows());
-  return point_spread(prior, shape, axis,
-                      LateralBlocks(static_cast<std::size_t>(modes.bins()), block));
+  const LateralBlocks blocks(static_cast<std::size_t>(modes.bins()), block);
+  return point_spread(prior_metric(prior, shape, axis),
+                      posterior_metric(prior, shape, axis, blocks), shape, axis);
 }
 
 /// Of a coefficient that is charged `charge` times: d = α h/ℓ (λ + (h/L)²) there.
@@ -35,18 +36,18 @@ TEST(PointSpread, IsThatOfTheWaveWhichTheFitFindsHalfOf) {
   constexpr double between_bins = 0.1;
   const double charge = std::pow(absorbers_vary, -2);
   for (const double weight : {0.3, 1.0, 3.0}) {
-    const PointSpread found = told_with(weight);
+    const PointSpread found = spread_at(weight);
     ASSERT_EQ(found.kappa_mm.size(), 1U);
     EXPECT_NEAR(found.kappa_mm[0] / expected_mm(weight, 1.0), 1.0, between_bins) << weight;
     EXPECT_NEAR(found.mu_mm[0] / expected_mm(weight, charge), 1.0, between_bins) << weight;
   }
 }
 
-TEST(PointSpread, IsTheBlockWhereDataTellNothingAndAVoxelWhereTheyTellAll) {
-  EXPECT_EQ(told_with(0.0).kappa_mm[0], 32.0);
-  EXPECT_EQ(told_with(0.0).mu_mm[0], 32.0);
-  EXPECT_EQ(told_with(1e6).kappa_mm[0], 0.0);
-  EXPECT_EQ(told_with(1e6).mu_mm[0], 0.0);
+TEST(PointSpread, IsTheBlockWhereDataSayNothingAndAVoxelWhereTheySayAll) {
+  EXPECT_EQ(spread_at(0.0).kappa_mm[0], 32.0);
+  EXPECT_EQ(spread_at(0.0).mu_mm[0], 32.0);
+  EXPECT_EQ(spread_at(1e6).kappa_mm[0], 0.0);
+  EXPECT_EQ(spread_at(1e6).mu_mm[0], 0.0);
 }
 
 }  // namespace
