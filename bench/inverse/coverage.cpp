@@ -45,8 +45,8 @@ Json fit_row(const SurfaceMeasurements& data, const Medium& fine_truth, const Bl
              const inverse::FitOptions& options) {
   Progress silent;
   const inverse::ChannelFit fit = inverse::fit_channel(data, 0, options, {}, silent, {}, {});
-  const double valley = inverse::shared_valley({&fit, 1}, data.lit_face);
-  const inverse::Uncertainty found = inverse::estimate_volume_uncertainty(fit, valley, data);
+  const inverse::Uncertainty found = inverse::estimate_volume_uncertainty(
+      fit, inverse::shared_deviation({&fit, 1}, data.lit_face), data);
   const Medium truth = resolved_truth(fine_truth, block, found.report.layers);
   return {{"kappa", layers_of(fit.medium.kappa, truth.kappa, found.log_kappa_std, block.lit)},
           {"mu", layers_of(fit.medium.mu, truth.mu, found.log_mu_std, block.lit)}};

@@ -133,14 +133,14 @@ Json measure_sample(const std::string& name, const Request& request, Progress& p
   record["kappa_error"] = kappa_errors;
   record["mu_error"] = mu_errors;
   double deviation_seconds = 0.0;
-  const double valley = inverse::shared_valley(fits, block.lit);
+  const inverse::SharedDeviation shared = inverse::shared_deviation(fits, block.lit);
   Json kappa_coverage = Json::array();
   Json mu_coverage = Json::array();
   for (std::size_t channel = 0; channel < fits.size(); ++channel) {
     if (!fits[channel].prior) continue;
     const Stopwatch watch;
     const inverse::Uncertainty found =
-        inverse::estimate_volume_uncertainty(fits[channel], valley, measured[channel]);
+        inverse::estimate_volume_uncertainty(fits[channel], shared, measured[channel]);
     deviation_seconds += watch.seconds();
     const Medium& medium = fits[channel].medium;
     const Medium resolved = resolved_truth(truth[channel], block, found.report.layers);

@@ -105,7 +105,7 @@ Variances Proof::estimated_posterior(int probes) {
       inverse::random_rows(fit_.objective(), probes, options_.seed);
   const inverse::Uncertainty found = inverse::estimate_uncertainty(
       fit_.prior(), shape, lit, problem.seen_face, inverse::prior_blocks(rows, shape, axis_of(lit)),
-      inverse::estimate_sensitivity(rows), 0.0);
+      inverse::estimate_sensitivity(rows), {});
   const Index cells = unknowns() / 2;
   Variances variances(unknowns());
   for (Index i = 0; i < cells; ++i) {

@@ -155,6 +155,11 @@ HomogeneousFit settle(LogResidual& residual, LeastSquaresState at) {
   fit.kappa = std::exp(at.p[0]);
   fit.mu = std::exp(at.p[1]);
   fit.log_residual = residual.root_mean_square(square(at));
+  if (at.jacobian.rows() > 0) {
+    const Eigen::Matrix2d precision =
+        at.jacobian.transpose() * at.jacobian + prior.rows.transpose() * prior.rows;
+    fit.deviation = (residual.per_pattern(square(at)) * precision.inverse()).diagonal().cwiseSqrt();
+  }
   fit.jacobian = std::move(at.jacobian);
   return fit;
 }

@@ -18,6 +18,9 @@ struct HomogeneousFit {
   double kappa = 0.0;         ///< [mm]
   double mu = 0.0;            ///< [1/mm]
   double log_residual = 0.0;  ///< root mean square of log M − log d over the data used
+  /// Standard deviations of log κ and log μ, what structure leaves of a pattern's residuals taken
+  /// as common to its pixels.
+  Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
   bool converged = false;
   /// Of the residuals by log κ and log μ, near the end: a correction of the grid does not change
   /// it.

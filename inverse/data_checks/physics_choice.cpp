@@ -1,51 +1,77 @@
 #include "inverse/data_checks/physics_choice.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <cstddef>
 #include <vector>
 
-#include "core/numbers/median.h"
 #include "core/shown_text.h"
-#include "forward/analytic/validity.h"
 
 namespace kappamu::inverse {
 
 namespace {
 
-/// Median relative deviation of the data.
-double data_error(const Problem& problem) {
-  std::vector<double> deviations;
-  for (std::size_t i = 0; i < problem.data.size(); ++i) {
-    if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
-    deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
-  }
-  return deviations.empty() ? 1.0 : upper_median(std::move(deviations));
+constexpr int pilot_patterns = 4;
+/// Of a pixel: log (r M) is then 1 % too low on average.
+constexpr double pilot_noise = 0.15;
+/// What volumes by transport are themselves right to (docs/limits.md).
+constexpr double tolerated_kappa = 0.05;
+constexpr double tolerated_mu = 0.15;
+/// An error of so much of a deviation hardly adds to it.
+constexpr double hardly = 0.5;
+
+/// Patterns from all over the sequence.
+Problem some_patterns(const Problem& problem) {
+  Problem some = problem;
+  some.patterns = std::min(problem.patterns, pilot_patterns);
+  some.precision.reset();  // of all patterns
+  const auto take = [&](const std::vector<double>& from, std::size_t cells) {
+    std::vector<double> taken;
+    for (int k = 0; k < some.patterns; ++k) {
+      const auto m = static_cast<std::ptrdiff_t>(
+          static_cast<std::size_t>((2 * k + 1) * problem.patterns / (2 * some.patterns)) * cells);
+      taken.insert(taken.end(), from.begin() + m,
+                   from.begin() + m + static_cast<std::ptrdiff_t>(cells));
+    }
+    return taken;
+  };
+  some.irradiance = take(problem.irradiance, problem.lit_shape().cells());
+  some.data = take(problem.data, problem.seen_shape().cells());
+  some.weight = take(problem.weight, problem.seen_shape().cells());
+  return some;
 }
 
-/// Of what the seen face shows; where too little light arrives there to know it, of the light
-/// reflected.
-double diffusion_error(const Problem& problem, const forward::ValidityEstimate& estimate) {
-  const double reflected = std::abs(estimate.reflected.value_or(0.0));
-  if (problem.seen_face == problem.setup.lit_face || !estimate.transmitted) return reflected;
-  return std::max(std::abs(*estimate.transmitted), estimate.far_map.value_or(0.0));
+Eigen::Array2d logs(const HomogeneousFit& fit) {
+  return {std::log(fit.kappa), std::log(fit.mu)};
 }
 
 }  // namespace
 
-PhysicsChoice choose_physics(const Problem& problem, double kappa, double mu) {
-  const GridShape& shape = problem.setup.shape;
-  const double extinction = 1.0 / (3.0 * kappa);
-  const double paths = extinction * shape.extent(axis_of(problem.setup.lit_face)) * shape.voxel_mm;
-  const double albedo = std::max(0.0, 1.0 - mu / extinction);
-  const double model = diffusion_error(problem, forward::diffusion_validity(albedo, paths));
-  const double data = data_error(problem);
-  const bool transport = model > data;
-  std::string reason = formatted(
-      "Diffusion errs by about %.2g %% in a slab like this block (albedo %.3g, %.2g "
-      "transport mean free paths thick), the data by %.2g %%: the fit is by %s.",
-      100.0 * model, albedo, paths, 100.0 * data, transport ? "transport" : "diffusion");
-  return {transport ? Physics::transport : Physics::diffusion, std::move(reason)};
+PhysicsChoice choose_physics(const Problem& problem, const HomogeneousFit& start,
+                             const Backend& backend, PhotonOptions photons) {
+  Objective objective(some_patterns(problem), backend);
+  Refinement refinement = refine(objective.problem());
+  const std::size_t cells = problem.setup.shape.cells();
+  const auto refitted = [&](HomogeneousFit at) {
+    objective.refresh_correction(refinement, {std::vector<double>(cells, std::log(at.kappa)),
+                                              std::vector<double>(cells, std::log(at.mu))});
+    at.jacobian.resize(0, 0);  // of another grid
+    return refit_homogeneous(objective, at);
+  };
+  const HomogeneousFit diffusion = refitted(start);
+  photons.pilot_noise = pilot_noise;
+  refinement.photons = photons;
+  const HomogeneousFit transport = refitted(diffusion);
+  const Eigen::Array2d tolerated =
+      (hardly * start.deviation.array()).max(Eigen::Array2d(tolerated_kappa, tolerated_mu));
+  const bool same = ((logs(transport) - logs(diffusion)).abs() < tolerated).all();
+  return {same ? Physics::diffusion : Physics::transport,
+          formatted("The homogeneous block that suits some patterns best has κ %.3g mm and μ "
+                    "%.3g/mm by diffusion, %.3g and %.3g by transport: the fit is by %s.",
+                    diffusion.kappa, diffusion.mu, transport.kappa, transport.mu,
+                    same ? "diffusion" : "transport"),
+          objective.solves()};
 }
 
 }  // namespace kappamu::inverse

@@ -1,22 +1,26 @@
-// Whether diffusion is good enough for data of this precision: its error in a slab like the block
-// (forward/analytic/validity.h, docs/validity.md) against the data's own.
+// Whether diffusion is good enough for a block: it is where transport finds much the same
+// homogeneous one in the data. How far off diffusion's light is tells less: of structured blocks
+// 3.5 mean free paths thick it is by 1 %, and κ by 40 % (docs/notes/fit-choices.md).
 #pragma once
 
 #include <string>
 
-#include "inverse/problem/photon_ratio.h"
-#include "inverse/problem/problem.h"
+#include "inverse/block_model/homogeneous.h"
+#include "inverse/problem/objective.h"
 
 namespace kappamu::inverse {
 
 struct PhysicsChoice {
   Physics physics = Physics::diffusion;
   std::string reason;  ///< one sentence
+  SolveCount solves;
 };
 
-/// Of `problem`, on the finest grid, for a block of `kappa` [mm] and `mu` [1/mm]: transport where
-/// the larger of diffusion's errors on the seen face (its total; on the far face the map under a
-/// patch too) exceeds the median relative deviation of the data, model error included.
-PhysicsChoice choose_physics(const Problem& problem, double kappa, double mu);
+/// By four patterns of `problem`, on the finest grid, from the homogeneous `start` by diffusion:
+/// its best block by either, transport's by one r of as many photons as leave 15 % of noise in a
+/// pixel. Transport where they differ by more than 5 % of κ or 15 % of μ, and by more than half of
+/// what the start's structure leaves uncertain.
+PhysicsChoice choose_physics(const Problem& problem, const HomogeneousFit& start,
+                             const Backend& backend, PhotonOptions photons);
 
 }  // namespace kappamu::inverse

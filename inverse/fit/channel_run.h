@@ -38,7 +38,7 @@ class ChannelRun {
   void set_basis();
   Anchor anchor() const;
   void set_physics(Physics physics);
-  void choose_physics(double kappa, double mu);
+  void choose_physics(const HomogeneousFit& start);
   bool resume();
   void require_possible(const FitState& state) const;
   void become(FitState state);

@@ -82,7 +82,7 @@ void data(Data& options, Visitor& visit) {
   visit(
       Option{"physics", group, "--physics", "", bounds::any,
              "diffusion; transport: predictions end at those of Monte Carlo, by a ratio renewed at "
-             "every weight; or auto: transport where diffusion's error exceeds the data's"},
+             "every weight; or auto: transport where it finds another homogeneous block"},
       physics, physics_names);
   auto& [relative, of_maximum] = model_error;
   visit(Option{"model_error_relative", group, "--model-error", "", bounds::not_negative,

@@ -90,7 +90,9 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   state_.report.homogeneous_mu = continued.homogeneous_mu;
   state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
   state_.fields = to_fields(continued.medium);
-  choose_physics(continued.homogeneous_kappa, continued.homogeneous_mu);
+  const Physics asked = options_.data.physics;
+  set_physics(asked == Physics::automatic ? continued.physics : asked);
+  state_.report.physics_reason = continued.physics_reason;
   grid_.renew_correction(state_.fields);
   path_.start_from(continued.weight);
   if (options_.path.weight) state_.path.end = continued.end;
@@ -117,7 +119,7 @@ void ChannelRun::begin() {
     objective.refresh_correction(grid_.refinement(), fields());
     start = refit_homogeneous(objective, start);
   }
-  choose_physics(start.kappa, start.mu);
+  choose_physics(start);
   if (state_.report.physics == Physics::transport) start = refit_by_transport(start);
   if (options_.path.correct_grid) objective.refresh_correction(grid_.refinement(), fields());
   state_.report.homogeneous_kappa = start.kappa;

@@ -25,6 +25,7 @@
 #include "inverse/problem/objective.h"
 #include "inverse/problem/predict.h"
 #include "inverse/regulariser/roughness.h"
+#include "inverse/uncertainty/missed_structure.h"
 #include "inverse/uncertainty/uncertainty.h"
 
 namespace kappamu::inverse {
@@ -94,6 +95,7 @@ struct ChannelFit {
   /// Of a volume whose deviations are asked for (fit_uncertainty.h).
   std::optional<Prior> prior;
   LateralBlocks blocks;  ///< prior_blocks() at the end; empty where there is no prior
+  EvenChange missed;     ///< missed_structure() at the end
   /// Models of few unknowns that the fitted data rejected on the finest grid: prefer_simpler()
   /// (simpler_model.h) asks the validation patterns.
   std::vector<LayeredMedium> simpler;
@@ -123,8 +125,10 @@ struct Continuation {
   double homogeneous_kappa = 0.0;  ///< [mm]; what the fields are drawn to
   double homogeneous_mu = 0.0;     ///< [1/mm]
   double homogeneous_log_residual = 0.0;
-  double weight = 0.0;           ///< α it ended with
-  PathEnd end = PathEnd::asked;  ///< why there, where this fit keeps that weight
+  double weight = 0.0;                   ///< α it ended with
+  PathEnd end = PathEnd::asked;          ///< why there, where this fit keeps that weight
+  Physics physics = Physics::diffusion;  ///< taken, and its reason: what `auto` goes on with
+  std::string physics_reason{};
 };
 
 /// What a fit may be given beside measurements and options.

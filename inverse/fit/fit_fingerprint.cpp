@@ -54,6 +54,7 @@ std::uint64_t fingerprint(const SurfaceMeasurements& m, int channel, const FitOp
     print.add(std::span<const double>(c.medium.kappa.values()));
     print.add(std::span<const double>(c.medium.mu.values()));
     for (const double x : {c.homogeneous_kappa, c.homogeneous_mu, c.weight}) print.add(x);
+    print.add(c.physics == Physics::transport);
   }
 
   describe(o, [&print](const Option& option, const auto& value, const auto&...) {

@@ -1,6 +1,5 @@
 // Which equation a fit obeys, and the homogeneous start by transport.
 #include <cmath>
-#include <utility>
 
 #include "core/shown_text.h"
 #include "inverse/data_checks/physics_choice.h"
@@ -11,10 +10,15 @@ namespace kappamu::inverse {
 
 namespace {
 
-/// A start that r, renewed, moves by less [log units] is transport's: the search for a model goes
-/// on from there.
+/// A start that r, renewed, moves by less [log units], or by less than a quarter of what structure
+/// leaves uncertain, is transport's: the search for a model goes on from there.
 constexpr double start_tolerance = 0.02;
+constexpr double certain = 0.25;
 constexpr int most_starts = 8;
+
+Eigen::Vector2d logs(const HomogeneousFit& fit) {
+  return {std::log(fit.kappa), std::log(fit.mu)};
+}
 
 }  // namespace
 
@@ -32,29 +36,39 @@ void ChannelRun::set_physics(Physics physics) {
 }
 
 /// From the best homogeneous block by diffusion.
-void ChannelRun::choose_physics(double kappa, double mu) {
+void ChannelRun::choose_physics(const HomogeneousFit& start) {
   if (options_.data.physics != Physics::automatic) return set_physics(options_.data.physics);
-  PhysicsChoice choice = inverse::choose_physics(grid_.levels()[0], kappa, mu);
-  if (choice.physics == Physics::transport &&
-      grid_.objective().backend_name().starts_with("reference")) {
-    warn(choice.reason + " Yet photons need an OpenCL device, and there is none: by diffusion.");
-    choice = {};
+  Objective& objective = grid_.objective();
+  if (objective.backend_name().starts_with("reference")) {
+    warn(
+        "Photons need an OpenCL device, and there is none: the fit is by diffusion, and how far "
+        "that is off is not known.");
+    return set_physics(Physics::diffusion);
   }
+  progress_.update(stage_name_, 0.0, "asking photons whether diffusion holds");
+  PhysicsChoice choice =
+      inverse::choose_physics(grid_.levels()[0], start, options_.solver.backend,
+                              *predict_options(options_, Physics::transport).photons);
   set_physics(choice.physics);
   state_.report.physics_reason = std::move(choice.reason);
+  SolveCount solves = objective.solves();
+  solves.add(choice.solves);
+  objective.restore(objective.correction(), solves);
 }
 
 HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
+  const Eigen::Array2d unit = (certain / start_tolerance * start.deviation.array()).max(1.0);
   const auto cells = grid_.shape().cells();
   const double move =
-      settle_correction(Eigen::Vector2d(std::log(start.kappa), std::log(start.mu)), start_tolerance,
-                        most_starts, [&](const Eigen::VectorXd& at) {
+      settle_correction((logs(start).array() / unit).matrix(), start_tolerance, most_starts,
+                        [&](const Eigen::VectorXd& at) {
+                          const Eigen::Array2d p = at.array() * unit;
                           grid_.objective().refresh_correction(
-                              grid_.refinement(), {Vector(cells, at[0]), Vector(cells, at[1])},
+                              grid_.refinement(), {Vector(cells, p[0]), Vector(cells, p[1])},
                               Objective::PhotonSlope::renewed);
                           start.jacobian.resize(0, 0);  // without this slope
                           start = refit_homogeneous(grid_.objective(), start);
-                          return Eigen::Vector2d(std::log(start.kappa), std::log(start.mu));
+                          return Eigen::VectorXd(logs(start).array() / unit);
                         });
   if (move < start_tolerance) return start;
   warn(

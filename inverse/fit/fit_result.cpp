@@ -170,7 +170,12 @@ ChannelFit ChannelRun::result() {
   }
   if (has_prior) {
     fit.prior = prior();
-    fit.blocks = prior_blocks(rows, shape, axis_of(grid_.problem().setup.lit_face));
+    const int axis = axis_of(grid_.problem().setup.lit_face);
+    fit.blocks = prior_blocks(rows, shape, axis);
+    fit.missed = missed_structure(
+        grid_.objective(), fields,
+        point_spread(prior_metric(*fit.prior, shape, axis),
+                     posterior_metric(*fit.prior, shape, axis, fit.blocks), shape, axis));
   }
   fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;

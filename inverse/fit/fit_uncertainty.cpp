@@ -10,7 +10,6 @@
 #include "inverse/block_model/model_layers.h"
 #include "inverse/fit/channel_run.h"
 #include "inverse/problem/problem.h"
-#include "inverse/uncertainty/valley.h"
 
 namespace kappamu::inverse {
 
@@ -130,15 +129,19 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   return found;
 }
 
-double shared_valley(std::span<const ChannelFit> fits, Face lit) {
-  double widest = 0.0;
+SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit) {
+  double valley = 0.0;
+  EvenChange missed;
   for (const ChannelFit& fit : fits) {
-    if (fit.prior) widest = std::max(widest, valley_deviation(fit.medium.kappa, lit));
+    if (!fit.prior) continue;
+    valley = std::max(valley, valley_deviation(fit.medium.kappa, lit));
+    missed.log_kappa = std::max(missed.log_kappa, std::abs(fit.missed.log_kappa));
+    missed.log_mu = std::max(missed.log_mu, std::abs(fit.missed.log_mu));
   }
-  return widest;
+  return shared_deviation(valley, missed);
 }
 
-Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
+Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const SharedDeviation& shared,
                                         const SurfaceMeasurements& fitted) {
   check(fit.prior.has_value(), "uncertainty: the fit has no prior");
   const auto as_vector = [](const Volume<float>& volume) {
@@ -146,7 +149,7 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
   };
   return estimate_uncertainty(
       *fit.prior, fitted.grid, fitted.lit_face, fitted.seen_face, fit.blocks,
-      {as_vector(fit.sensitivity_kappa), as_vector(fit.sensitivity_mu)}, valley);
+      {as_vector(fit.sensitivity_kappa), as_vector(fit.sensitivity_mu)}, shared);
 }
 
 }  // namespace kappamu::inverse

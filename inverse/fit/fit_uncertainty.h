@@ -11,13 +11,14 @@
 
 namespace kappamu::inverse {
 
-/// The widest of the volumes' valley_deviation(): channels are of one material, and light that is
-/// absorbed early finds too little of its contrast (docs/theory.md, 5).
-double shared_valley(std::span<const ChannelFit> fits, Face lit);
+/// By the widest of the volumes' valley_deviation() and the most that one misses: channels are of
+/// one material, and light that is absorbed early finds too little of its contrast (docs/theory.md,
+/// 5).
+SharedDeviation shared_deviation(std::span<const ChannelFit> fits, Face lit);
 
-/// Of `fit`, a volume with a prior, to `fitted`: C with the fit's weight, and `valley` beside it.
+/// Of `fit`, a volume with a prior, to `fitted`: C with the fit's weight, and `shared` beside it.
 /// No solve: the fit has made them.
-Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, double valley,
+Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const SharedDeviation& shared,
                                         const SurfaceMeasurements& fitted);
 
 /// Of `fit`, whose model is homogeneous or layered, to `fitted`: one tangent solve per unknown and

@@ -63,13 +63,15 @@ std::vector<double> whole_light(const PhotonProblem& problem) {
   return light;
 }
 
-std::uint64_t enough_photons(const PhotonProblem& problem) {
+std::uint64_t enough_photons(const PhotonProblem& problem, double pilot_noise) {
   const std::vector<double> light = whole_light(problem);
   const std::size_t cells = problem.seen_shape.cells();
   std::vector<double> needed;  // a pixel's variance is at most light × exitance over photons
   for (std::size_t i = 0; i < problem.diffusion.size(); ++i) {
     if (!std::isfinite(problem.variance[i]) || light[i / cells] == 0.0) continue;
-    needed.push_back(light[i / cells] * problem.diffusion[i] / problem.variance[i]);
+    const double tolerated =
+        std::max(problem.variance[i], std::pow(pilot_noise * problem.diffusion[i], 2));
+    needed.push_back(light[i / cells] * problem.diffusion[i] / tolerated);
   }
   if (needed.empty()) return fewest_photons;
   const double wanted =
@@ -175,7 +177,7 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
   forward::ForwardOptions how;
   how.device = options.device;
   how.seed = options.seed ^ own_key;
-  how.photons = enough_photons(problem);
+  how.photons = enough_photons(problem, options.pilot_noise);
   const auto at = static_cast<std::size_t>(
       std::find(all_faces.begin(), all_faces.end(), problem.seen_face) - all_faces.begin());
   const std::size_t count = problem.diffusion.size();
@@ -215,7 +217,7 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
       return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(face.cells()));
     };
     Pattern pattern{map(traced.exitance), map(problem.diffusion), map(problem.variance), 0.0,
-                    !slope};
+                    !slope && options.pilot_noise == 0.0};
     for (double& m_diffusion : pattern.diffusion) m_diffusion = std::max(m_diffusion, 0.0);
     const double whole = sum(pattern.diffusion);
     if (whole == 0.0) continue;

@@ -17,7 +17,7 @@ namespace kappamu::inverse {
 enum class Physics {
   diffusion,
   transport,  ///< radiative transfer, g = 0, through r
-  automatic   ///< transport where diffusion's measured error exceeds the data's (physics_choice.h)
+  automatic   ///< transport where its homogeneous block is another than diffusion's
 };
 
 /// Photons wherever a fit needs transport's answer.
@@ -27,6 +27,9 @@ struct PhotonOptions {
   /// simulate` or `forward` draw from): r then moves with the volume, not with chance, and its
   /// iteration ends.
   std::uint64_t seed = 1;
+  /// Relative noise of a pixel that suffices, however exact its datum, with nothing smoothed; 0:
+  /// none does.
+  double pilot_noise = 0.0;
 };
 
 /// Difference of log κ, and of log μ, that the slope of the ratio is taken over: downwards, where

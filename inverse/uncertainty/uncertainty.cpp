@@ -132,7 +132,8 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
 
 Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
                                  Face seen_face, const LateralBlocks& blocks,
-                                 const CoefficientPair& sensitivity, double valley) {
+                                 const CoefficientPair& sensitivity,
+                                 const SharedDeviation& shared) {
   const Basis metric = posterior_metric(prior, shape, axis_of(lit_face), blocks);
   const FieldCovariance even = metric.covariance();
   const CoefficientPair beforehand = prior_variance(shape, prior);
@@ -146,9 +147,9 @@ Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Fac
       deviation[i] = static_cast<float>(std::hypot(std::sqrt(variance), beside));
       resolution[i] = static_cast<float>(std::clamp(1.0 - variance / prior_value, 0.0, 1.0));
     };
-    add(posterior.log_kappa[i], beforehand.log_kappa[i], valley, found.log_kappa_std,
+    add(posterior.log_kappa[i], beforehand.log_kappa[i], shared.log_kappa, found.log_kappa_std,
         found.kappa_resolution);
-    add(posterior.log_mu[i], beforehand.log_mu[i], absorbers_vary * valley, found.log_mu_std,
+    add(posterior.log_mu[i], beforehand.log_mu[i], shared.log_mu, found.log_mu_std,
         found.mu_resolution);
     found.correlation[i] = static_cast<float>(
         even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));
@@ -165,10 +166,11 @@ Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Fac
   found.report.sentence =
       in_words(found.report.layers) +
       formatted(
-          " Deviations include %.2g %% of κ and %.2g %% of μ, by which fits of such contrast miss "
-          "known truths whatever the noise: steady light hardly tells one from the other.",
-          100.0 * valley, 100.0 * absorbers_vary * valley);
-  found.report.valley = valley;
+          " Deviations include %.2g %% of κ and %.2g %% of μ, by which fits of such structure miss "
+          "known truths whatever the noise: steady light hardly tells one from the other, and less "
+          "than what is resolved changes it too.",
+          100.0 * shared.log_kappa, 100.0 * shared.log_mu);
+  found.report.shared = shared;
   return found;
 }
 

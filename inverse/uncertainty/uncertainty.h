@@ -15,6 +15,7 @@
 #include "inverse/problem/objective.h"
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/prior.h"
+#include "inverse/uncertainty/valley.h"
 
 namespace kappamu::inverse {
 
@@ -41,10 +42,10 @@ struct LayerUncertainty {
 };
 
 struct UncertaintyReport {
-  std::vector<LayerUncertainty> layers;  ///< from the seen face down
-  std::string sentence;                  ///< the layers in words: where the data say what
-  std::optional<double> valley;          ///< valley_deviation() within; of a volume alone
-  int solves = 0;                        ///< batched ones that this cost
+  std::vector<LayerUncertainty> layers;   ///< from the seen face down
+  std::string sentence;                   ///< the layers in words: where the data say what
+  std::optional<SharedDeviation> shared;  ///< within (valley.h); of a volume alone
+  int solves = 0;                         ///< batched ones that this cost
   double seconds = 0.0;
 };
 
@@ -80,10 +81,10 @@ Basis prior_metric(const Prior& prior, const GridShape& shape, int depth_axis);
 
 /// C by that guess, of `blocks` by prior_blocks() at the minimum, shared out across the light by
 /// the `sensitivity` there (local_information.h); beside it in both deviations what C cannot know,
-/// `valley` of log κ (valley.h).
+/// `shared` (valley.h).
 Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
                                  Face seen_face, const LateralBlocks& blocks,
-                                 const CoefficientPair& sensitivity, double valley);
+                                 const CoefficientPair& sensitivity, const SharedDeviation& shared);
 
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/file_name.h"
+#include "inverse/fit/describe_options.h"
 #include "io/json_reason.h"
 #include "io/json_whole.h"
 #include "io/read_file.h"
@@ -33,10 +34,13 @@ FinishedFit::FinishedFit(const fs::path& folder)
     validation_ = io::whole_numbers<int>(fit.at("validation").at("patterns"));
     for (const Json& c : fit.at("channels")) {
       const Json& start = c.at("homogeneous");
+      const Json& physics = c.at("physics");
       channels_.push_back({c.at("name").get<std::string>(), start.at("kappa_mm").get<double>(),
                            start.at("mu_per_mm").get<double>(),
-                           start.at("log_residual_rms").get<double>(),
-                           c.at("weight").get<double>()});
+                           start.at("log_residual_rms").get<double>(), c.at("weight").get<double>(),
+                           value_of(inverse::physics_names, physics.at("name").get<std::string>())
+                               .value_or(inverse::Physics::diffusion),
+                           physics.at("reason").get<std::string>()});
       require_plain_name(channels_.back().name, file.string() + ": a channel's name");
     }
   } catch (const Json::exception& error) {
@@ -97,7 +101,10 @@ inverse::Continuation FinishedFit::channel(const std::string& channel,
             c.homogeneous_kappa,
             c.homogeneous_mu,
             c.homogeneous_log_residual,
-            c.weight};
+            c.weight,
+            inverse::PathEnd::asked,
+            c.physics,
+            c.physics_reason};
   }
   throw InputError("--continue " + folder_.string() + ": has no channel '" + channel +
                    "'; choose among its own with --channel, or fit anew without --continue");

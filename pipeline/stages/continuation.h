@@ -40,6 +40,8 @@ class FinishedFit {
     double homogeneous_mu = 0.0;     ///< [1/mm]
     double homogeneous_log_residual = 0.0;
     double weight = 0.0;
+    inverse::Physics physics = inverse::Physics::diffusion;
+    std::string physics_reason;
   };
   std::filesystem::path folder_;
   std::filesystem::path input_;

@@ -86,7 +86,10 @@ nlohmann::ordered_json uncertainty_json(const inverse::UncertaintyReport& report
                               {"batched_solves", report.solves},
                               {"seconds", report.seconds},
                               {"layers", layers}};
-  if (report.valley) json["valley_log_kappa_std"] = *report.valley;
+  if (report.shared) {
+    json["shared_log_kappa_std"] = report.shared->log_kappa;
+    json["shared_log_mu_std"] = report.shared->log_mu;
+  }
   return json;
 }
 

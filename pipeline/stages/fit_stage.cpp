@@ -159,7 +159,7 @@ void FitStage::warn(ChannelFit& fit, const std::string& channel, const std::stri
 /// Of every channel fitted: volumes share a contrast, so that no channel's can be known before the
 /// last fit has ended.
 void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<const int> channels) {
-  const double valley = inverse::shared_valley(fits, measurements_.lit_face);
+  const inverse::SharedDeviation shared = inverse::shared_deviation(fits, measurements_.lit_face);
   for (std::size_t c = 0; c < fits.size(); ++c) {
     const ChannelFit& fit = fits[c];
     summary_.uncertainty.emplace_back();
@@ -167,7 +167,7 @@ void FitStage::state_deviations(std::span<const ChannelFit> fits, std::span<cons
     if (options_.fit.uncertainty.probes == 0 || (of_volume && !fit.prior)) continue;
     progress_.update("fit " + summary_.channels[c], 1.0, "standard deviations");
     inverse::Uncertainty found =
-        of_volume ? inverse::estimate_volume_uncertainty(fit, valley, seen_by(c))
+        of_volume ? inverse::estimate_volume_uncertainty(fit, shared, seen_by(c))
                   : inverse::estimate_model_uncertainty(fit, seen_by(c), channels[c], options_.fit);
     write_uncertainty(output_, summary_.channels[c], found, fit.medium, volumes_);
     summary_.uncertainty.back() = std::move(found.report);

@@ -55,8 +55,8 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
   const SurfaceMeasurements measured = bench::measure(block, logs, setup.patches, seed);
   const inverse::ChannelFit fit =
       inverse::fit_channel(measured, 0, options, inverse::Checkpoint{}, silent);
-  const double valley = inverse::shared_valley({&fit, 1}, measured.lit_face);
-  const inverse::Uncertainty stated = inverse::estimate_volume_uncertainty(fit, valley, measured);
+  const inverse::SharedDeviation shared = inverse::shared_deviation({&fit, 1}, measured.lit_face);
+  const inverse::Uncertainty stated = inverse::estimate_volume_uncertainty(fit, shared, measured);
   std::vector<double> of_kappa, of_mu;
   for (const inverse::LayerUncertainty& layer : stated.report.layers) {
     of_kappa.push_back(layer.kappa_fwhm_mm);
@@ -76,9 +76,9 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
                     covered(fit.medium.mu, mu, stated.log_mu_std),
                     log_error(fit.medium.mu, mu) / log_error(fit.medium.mu, mu_itself)};
   std::printf(
-      "seed %d: weight %.3g, valley %.2g; within two deviations %.0f %% of kappa (%.0f %% at "
+      "seed %d: weight %.3g, shared %.2g; within two deviations %.0f %% of kappa (%.0f %% at "
       "the seen face), %.0f %% of mu; error of mu %.2f of that against the truth itself\n",
-      static_cast<int>(seed), fit.report.weight, valley, 100.0 * found.kappa.within_two,
+      static_cast<int>(seed), fit.report.weight, shared.log_kappa, 100.0 * found.kappa.within_two,
       100.0 * found.kappa.within_two_by_depth.back(), 100.0 * found.mu.within_two, found.mu_nearer);
   return found;
 }

@@ -55,7 +55,7 @@ TEST(FitMemory, ThePredictionHoldsThePeak) {
   options.uncertainty.probes = usual_probes;
   const double needed = memory_needed(measurements, options).total();
   const ChannelFit fit = cases::fit(measurements, options);
-  estimate_volume_uncertainty(fit, 0.0, measurements);
+  estimate_volume_uncertainty(fit, {}, measurements);
   const double used = peak_memory() - before;
   RecordProperty("predicted_over_used", std::to_string(needed / used));
   EXPECT_GT(needed, 0.9 * used);

@@ -164,6 +164,18 @@ TEST_F(TransportFit, EndsNearTheTruthOrSaysThatItHasNotSettled) {
   }
 }
 
+// Two mean free paths thick, where single pixels' noise would hide what diffusion is off by.
+TEST_F(TransportFit, AutoTakesTransportWhereItFindsAnotherBlock) {
+  const SurfaceMeasurements m = photons_of(small_block(4, 0.1), bench::even_block(0.2, 0.1), 25);
+  const FitReport chosen = cases::fit(m, by(Physics::automatic)).report;
+  const FitReport transport = cases::fit(m, by(Physics::transport)).report;
+  EXPECT_EQ(chosen.physics, Physics::transport);
+  EXPECT_EQ(chosen.homogeneous_kappa, transport.homogeneous_kappa);
+  EXPECT_EQ(chosen.homogeneous_mu, transport.homogeneous_mu);
+  EXPECT_THAT(chosen.physics_reason, ::testing::EndsWith("the fit is by transport."));
+  EXPECT_TRUE(transport.physics_reason.empty()) << "nothing was to decide";
+}
+
 TEST_F(TransportFit, KilledAnywhereItEndsInTheSameBits) {
   const bench::Block block = small_block(8, 0.05);
   const SurfaceMeasurements m = photons_of(block, bench::structured_block(0.2, 0.05, 1.0, 1), 24);

@@ -16,7 +16,6 @@
 #include "inverse/regulariser/roughness.h"
 #include "inverse/uncertainty/local_information.h"
 #include "inverse/uncertainty/sensitivity.h"
-#include "inverse/uncertainty/valley.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
 #include "tests/sentence.h"
@@ -60,9 +59,9 @@ class TinyPosterior : public ::testing::Test {
     basis_ = std::make_unique<Basis>(posterior_metric(prior, shape, axis, blocks_));
   }
 
-  Uncertainty estimated(double valley = 0.0) const {
+  Uncertainty estimated(const SharedDeviation& shared = {}) const {
     return estimate_uncertainty(prior, shape, Face::z_minus, Face::z_plus, blocks_, sensitivity_,
-                                valley);
+                                shared);
   }
 
   std::unique_ptr<Objective> objective_;
@@ -134,12 +133,12 @@ TEST_F(TinyPosterior, StatesTheDenseDeviationsWithinAFactorOfTwoAndNoneAboveTheP
   EXPECT_DOUBLE_EQ(found.report.layers[0].depth_mm, 0.25);
 }
 
-TEST_F(TinyPosterior, TheValleyWidensDeviationsAndWhatIsSaidOfThem) {
+TEST_F(TinyPosterior, WhatIsSharedWidensDeviationsAndWhatIsSaidOfThem) {
   const Uncertainty plain = estimated();
-  const Uncertainty wide = estimated(0.5);
+  const Uncertainty wide = estimated({0.5, 1.5});
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     EXPECT_NEAR(wide.log_kappa_std[i], std::hypot(plain.log_kappa_std[i], 0.5), 1e-6);
-    EXPECT_NEAR(wide.log_mu_std[i], std::hypot(plain.log_mu_std[i], 0.5 * absorbers_vary), 1e-6);
+    EXPECT_NEAR(wide.log_mu_std[i], std::hypot(plain.log_mu_std[i], 1.5), 1e-6);
     EXPECT_EQ(wide.kappa_resolution[i], plain.kappa_resolution[i]);
   }
   EXPECT_GT(wide.report.layers.front().log_kappa_std, 0.5);
@@ -187,6 +186,15 @@ TEST(Valley, IsAShareOfTheContrastWithinAndBetweenLayers) {
   EXPECT_NEAR(deviation(0.2, 0.0, Face::z_minus), 2.0 * within, 1e-9);
   EXPECT_NEAR(deviation(0.1, 0.1, Face::z_minus), std::hypot(within, between), 1e-9);
   EXPECT_NEAR(deviation(0.1, 0.0, Face::x_minus), between, 1e-9) << "layers lie across the depth";
+}
+
+TEST(SharedDeviation, IsTheValleyAndWhatIsMissed) {
+  const SharedDeviation valley = shared_deviation(0.1, {});
+  EXPECT_DOUBLE_EQ(valley.log_kappa, 0.1);
+  EXPECT_GT(valley.log_mu, valley.log_kappa);
+  const SharedDeviation missed = shared_deviation(0.1, {0.05, -0.2});
+  EXPECT_GT(missed.log_kappa, std::hypot(valley.log_kappa, 0.05)) << "more is missed of the truth";
+  EXPECT_GT(missed.log_mu, std::hypot(valley.log_mu, 0.2));
 }
 
 TEST(UncertaintyInWords, SaysWhereTheDataSayNothing) {
