@@ -175,7 +175,8 @@ ChannelFit ChannelRun::result() {
     fit.missed = missed_structure(
         grid_.objective(), fields,
         point_spread(prior_metric(*fit.prior, shape, axis),
-                     posterior_metric(*fit.prior, shape, axis, fit.blocks), shape, axis));
+                     posterior_metric(*fit.prior, shape, axis, fit.blocks), shape, axis),
+        *fit.prior);
   }
   fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;

@@ -5,11 +5,12 @@
 #include <cmath>
 
 #include "core/numbers/gaussian_sum.h"
+#include "inverse/regulariser/roughness.h"
 
 namespace kappamu::inverse {
 
 EvenChange missed_structure(Objective& objective, const CoefficientPair& fields,
-                            const PointSpread& spread) {
+                            const PointSpread& spread, const Prior& prior) {
   const GridShape& shape = objective.problem().setup.shape;
   const Face seen = objective.problem().seen_face;
   const Face first = is_plus(seen) ? opposite(seen) : seen;
@@ -28,20 +29,27 @@ EvenChange missed_structure(Objective& objective, const CoefficientPair& fields,
     change[i] = objective.root_weight()[i] * (whole[i] - smoothed[i]);
   }
   const std::size_t cells = shape.cells();
-  const std::array<std::vector<double>, 2> by{
-      objective.jacobian({Vector(cells, 1.0), Vector(cells, 0.0)}),
-      objective.jacobian({Vector(cells, 0.0), Vector(cells, 1.0)})};
+  const std::array<CoefficientPair, 2> even{
+      CoefficientPair{Vector(cells, 1.0), Vector(cells, 0.0)},
+      CoefficientPair{Vector(cells, 0.0), Vector(cells, 1.0)}};
+  const std::array<std::vector<double>, 2> by{objective.jacobian(even[0]),
+                                              objective.jacobian(even[1])};
   const auto dot = [](const std::vector<double>& a, const std::vector<double>& b) {
     return Eigen::Map<const Eigen::VectorXd>(a.data(), static_cast<Eigen::Index>(a.size()))
         .dot(Eigen::Map<const Eigen::VectorXd>(b.data(), static_cast<Eigen::Index>(b.size())));
   };
   Eigen::Matrix2d normal;
   Eigen::Vector2d right;
-  for (Eigen::Index k = 0; k < 2; ++k) {
-    std::vector<double> weighed = by[static_cast<std::size_t>(k)];
+  for (const Eigen::Index k : {0, 1}) {
+    const auto at = static_cast<std::size_t>(k);
+    std::vector<double> weighed = by[at];
     objective.weigh(weighed);
     normal.col(k) << dot(by[0], weighed), dot(by[1], weighed);
     right(k) = dot(change, weighed);
+    const CoefficientPair anchored =
+        smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {}, even[at]);
+    normal(k, k) += prior.weight * (dot(even[at].log_kappa, anchored.log_kappa) +
+                                    dot(even[at].log_mu, anchored.log_mu));
   }
   const Eigen::Vector2d found = normal.ldlt().solve(right);
   return {found(0), found(1)};

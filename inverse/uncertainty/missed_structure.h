@@ -7,6 +7,7 @@
 
 #include "inverse/problem/objective.h"
 #include "inverse/uncertainty/point_spread.h"
+#include "inverse/uncertainty/prior.h"
 
 namespace kappamu::inverse {
 
@@ -16,10 +17,10 @@ struct EvenChange {
   double log_mu = 0.0;
 };
 
-/// The change that brings the light of `fields`, smoothed over `spread` (from the face `seen`
-/// backwards as point_spread() has it, by slices), back to that of `fields`: two values, two
-/// tangent solves. Leaves the objective at `fields`. None where the smooth volume has no light.
+/// The change that brings the light of `fields`, smoothed over `spread`, back to that of `fields`,
+/// as far as `prior` lets the fit change evenly: two values, two tangent solves. Leaves the
+/// objective at `fields`. None where the smooth volume has no light.
 EvenChange missed_structure(Objective& objective, const CoefficientPair& fields,
-                            const PointSpread& spread);
+                            const PointSpread& spread, const Prior& prior);
 
 }  // namespace kappamu::inverse

@@ -49,7 +49,7 @@ const std::vector<Bound> bounds{
     {"2 mean free paths thick", 1e-6, "albedo 0.99, 2 transport mean free paths thick"},
     {"2 mean free paths thick, data by Monte Carlo of g = 0.8, --physics auto",
      {},
-     "Do not trust this fit"},
+     "variances, calibration or the diffusion model do not hold"},
     {"front-lit, half the face masked", 2e-3, "50 % of the seen face is measured under no pattern"},
     {"1 % of outliers", {}, "fit with --loss student, which is robust to outliers"},
     {"1 % of outliers, --loss student", 8e-4},

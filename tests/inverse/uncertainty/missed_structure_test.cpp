@@ -17,6 +17,7 @@ namespace {
 class MissedStructure : public ::testing::Test {
  protected:
   static constexpr GridShape shape{8, 8, 4, 0.5};
+  const Prior prior{1.0, 2.0, 20.0};
 
   void SetUp() override {
     cases::Noise noise(5);
@@ -48,19 +49,19 @@ class MissedStructure : public ::testing::Test {
 };
 
 TEST_F(MissedStructure, NothingSmoothedNothingMissed) {
-  const EvenChange none = missed_structure(*objective_, rough_, wide(0.0));
+  const EvenChange none = missed_structure(*objective_, rough_, wide(0.0), prior);
   EXPECT_NEAR(none.log_kappa, 0.0, 1e-9);
   EXPECT_NEAR(none.log_mu, 0.0, 1e-9);
   const CoefficientPair even{Vector(shape.cells(), std::log(0.3)),
                              Vector(shape.cells(), std::log(0.02))};
-  const EvenChange of_even = missed_structure(*objective_, even, wide(3.0));
+  const EvenChange of_even = missed_structure(*objective_, even, wide(3.0), prior);
   EXPECT_NEAR(of_even.log_kappa, 0.0, 1e-6);
   EXPECT_NEAR(of_even.log_mu, 0.0, 1e-6);
 }
 
 TEST_F(MissedStructure, IsTheEvenChangeThatBringsBackTheLight) {
   for (const double mm : {1.0, 4.0}) {
-    const EvenChange found = missed_structure(*objective_, rough_, wide(mm));
+    const EvenChange found = missed_structure(*objective_, rough_, wide(mm), prior);
     const double at = misfit(mm, found);
     EXPECT_LT(at, misfit(mm, {})) << mm;
     constexpr double aside = 0.5;  // of the change, whose second order is nothing beside that
@@ -71,9 +72,16 @@ TEST_F(MissedStructure, IsTheEvenChangeThatBringsBackTheLight) {
   }
 }
 
+TEST_F(MissedStructure, WhatDataDoNotSayIsNotMissed) {
+  const Prior stiff{1e18, 2.0, 20.0};
+  const EvenChange none = missed_structure(*objective_, rough_, wide(4.0), stiff);
+  EXPECT_LT(std::abs(none.log_kappa), 1e-6);
+  EXPECT_LT(std::abs(none.log_mu), 1e-6);
+}
+
 TEST_F(MissedStructure, LeavesTheObjectiveAtTheFit) {
   const double before = objective_->value(rough_);
-  missed_structure(*objective_, rough_, wide(2.0));
+  missed_structure(*objective_, rough_, wide(2.0), prior);
   Vector zero(objective_->prediction().size(), 0.0);
   EXPECT_NEAR(before, 0.0, 1e-9) << "its own data";
   for (std::size_t i = 0; i < zero.size(); ++i) {
