@@ -51,6 +51,7 @@ const fs::path& small_run() {
     for (json& channel : fit["channels"]) {
       channel["weight"] = 1.0;
       channel["homogeneous"] = {{"kappa_mm", 0.3}, {"mu_per_mm", 0.01}, {"log_residual_rms", 0.1}};
+      channel["physics"] = {{"name", "diffusion"}, {"reason", ""}};
     }
     write(made / "fit" / "fit.json", bytes_of(fit.dump(1)));
     return made;
