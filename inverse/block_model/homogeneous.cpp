@@ -181,7 +181,7 @@ HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<Homogen
 
 HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from) {
   LogResidual residual(objective);
-  const Eigen::Vector2d p(std::log(from.kappa), std::log(from.mu));
+  const Eigen::Vector2d p = from.logs();
   return settle(residual, {p, residual.residual(p), from.jacobian});
 }
 

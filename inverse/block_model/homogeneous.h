@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <optional>
 
 #include "inverse/problem/objective.h"
@@ -25,6 +26,9 @@ struct HomogeneousFit {
   /// Of the residuals by log κ and log μ, near the end: a correction of the grid does not change
   /// it.
   Eigen::MatrixXd jacobian;
+
+  /// log κ and log μ.
+  Eigen::Vector2d logs() const { return {std::log(kappa), std::log(mu)}; }
 };
 
 /// Levenberg-Marquardt on log M − log d over the data above three standard deviations, from the

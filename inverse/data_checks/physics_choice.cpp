@@ -42,10 +42,6 @@ Problem some_patterns(const Problem& problem) {
   return some;
 }
 
-Eigen::Array2d logs(const HomogeneousFit& fit) {
-  return {std::log(fit.kappa), std::log(fit.mu)};
-}
-
 }  // namespace
 
 PhysicsChoice choose_physics(const Problem& problem, const HomogeneousFit& start,
@@ -65,7 +61,7 @@ PhysicsChoice choose_physics(const Problem& problem, const HomogeneousFit& start
   const HomogeneousFit transport = refitted(diffusion);
   const Eigen::Array2d tolerated =
       (hardly * start.deviation.array()).max(Eigen::Array2d(tolerated_kappa, tolerated_mu));
-  const bool same = ((logs(transport) - logs(diffusion)).abs() < tolerated).all();
+  const bool same = ((transport.logs() - diffusion.logs()).array().abs() < tolerated).all();
   return {same ? Physics::diffusion : Physics::transport,
           formatted("The homogeneous block that suits some patterns best has κ %.3g mm and μ "
                     "%.3g/mm by diffusion, %.3g and %.3g by transport: the fit is by %s.",

@@ -90,9 +90,12 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   state_.report.homogeneous_mu = continued.homogeneous_mu;
   state_.report.homogeneous_log_residual = continued.homogeneous_log_residual;
   state_.fields = to_fields(continued.medium);
-  const Physics asked = options_.data.physics;
-  set_physics(asked == Physics::automatic ? continued.physics : asked);
-  state_.report.physics_reason = continued.physics_reason;
+  if (options_.data.physics == Physics::automatic) {
+    set_physics(continued.physics);
+    state_.report.physics_reason = continued.physics_reason;
+  } else {
+    set_physics(options_.data.physics);
+  }
   grid_.renew_correction(state_.fields);
   path_.start_from(continued.weight);
   if (options_.path.weight) state_.path.end = continued.end;

@@ -16,10 +16,6 @@ constexpr double start_tolerance = 0.02;
 constexpr double certain = 0.25;
 constexpr int most_starts = 8;
 
-Eigen::Vector2d logs(const HomogeneousFit& fit) {
-  return {std::log(fit.kappa), std::log(fit.mu)};
-}
-
 }  // namespace
 
 PredictOptions predict_options(const FitOptions& options, Physics physics) {
@@ -60,7 +56,7 @@ HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
   const Eigen::Array2d unit = (certain / start_tolerance * start.deviation.array()).max(1.0);
   const auto cells = grid_.shape().cells();
   const double move =
-      settle_correction((logs(start).array() / unit).matrix(), start_tolerance, most_starts,
+      settle_correction((start.logs().array() / unit).matrix(), start_tolerance, most_starts,
                         [&](const Eigen::VectorXd& at) {
                           const Eigen::Array2d p = at.array() * unit;
                           grid_.objective().refresh_correction(
@@ -68,7 +64,7 @@ HomogeneousFit ChannelRun::refit_by_transport(HomogeneousFit start) {
                               Objective::PhotonSlope::renewed);
                           start.jacobian.resize(0, 0);  // without this slope
                           start = refit_homogeneous(grid_.objective(), start);
-                          return Eigen::VectorXd(logs(start).array() / unit);
+                          return Eigen::VectorXd(start.logs().array() / unit);
                         });
   if (move < start_tolerance) return start;
   warn(

@@ -84,8 +84,7 @@ ValidatedFit fit_validated(const ValidationSplit& input, int channel, const FitO
   FitContext all_context;
   all_context.continued = Continuation{result.fit.medium,     report.homogeneous_kappa,
                                        report.homogeneous_mu, report.homogeneous_log_residual,
-                                       report.weight,         report.end,
-                                       report.physics,        report.physics_reason};
+                                       report.weight,         report.end};
   Observer all_observer;
   if (observer) {
     all_observer = [&](const StepRecord& record, const GridShape& shape,
