@@ -83,7 +83,7 @@ Json limit_consistency(const Request& request, Progress& progress) {
         const inverse::ChannelFit fit =
             inverse::fit_channel(m, 0, options, inverse::Checkpoint{}, silent);
         const inverse::Consistency& c = fit.report.consistency;
-        volumes += c.volume_shift ? 1 : 0;
+        volumes += c.by_volume ? 1 : 0;
         eta += c.other_eta ? 1 : 0;
         scale += c.scale_is_wrong() && !c.other_eta ? 1 : 0;
         shift += c.is_shifted() ? 1 : 0;

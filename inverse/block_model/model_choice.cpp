@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "core/error.h"
@@ -22,6 +23,10 @@ constexpr int most_corrections = 4;
 /// The same by photons: none of the unknowns [log units] moved by more.
 constexpr double settled_move = 0.01;
 constexpr int most_by_transport = 15;
+/// χ² per value over what is not rejected, and over the lowest so far: renewals of r that leave it
+/// above both lead nowhere.
+constexpr double far_off = 2.0;
+constexpr double no_gain = 0.9;
 /// Errors of the data make a homogeneous block look layered once in a thousand.
 constexpr double chance_deviations = 3.0;
 
@@ -62,10 +67,18 @@ class Level {
     LayeredFit found;
     found.medium = start;
     if (refinement_.photons) {
+      const double far = options_.asked == Model::automatic
+                             ? far_off * chi2_limit(used(), options_.tolerated)
+                             : std::numeric_limits<double>::infinity();
+      double lowest = std::numeric_limits<double>::infinity();
       settle_correction(unknowns(start), settled_move, most_by_transport,
                         [&](const Eigen::VectorXd& p) {
-                          // Where no solver follows, the last fit stands, and is rejected.
+                          // Where no solver follows, or a model is hopeless, the last fit stands,
+                          // and is rejected.
                           if (!try_to_refresh(with_unknowns(start, p))) return p;
+                          const double chi2 = objective_.chi2_per_value();
+                          if (chi2 > std::max(far, no_gain * lowest)) return p;
+                          lowest = std::min(lowest, chi2);
                           fitter.forget_derivatives();
                           found = fitter.descend(useful());
                           return unknowns(found.medium);

@@ -9,7 +9,6 @@
 #include "core/error.h"
 #include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
-#include "inverse/data_checks/volume_shift.h"
 
 namespace kappamu::inverse {
 
@@ -26,8 +25,11 @@ constexpr double calibration_spread = 0.01;
 constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
 /// The same of what volumes find: what grid, prior and calibration leave.
 constexpr double volume_shift_spread = 0.04;
+/// VolumeErrors::paid_for_scale beyond which values are too high. Of right data 0.14 at most but in
+/// one layered block, of a factor of 1.2 more in most.
+constexpr double most_paid = 0.15;
 /// Of conjugate gradients for a volume.
-constexpr int volume_steps = 24;
+constexpr int volume_steps = 48;
 /// Coarser voxels tell the same for an eighth of the solves, if there are enough.
 constexpr int enough_voxels = 8;
 /// Below, the block is even enough across the light to ask for its refractive index.
@@ -94,20 +96,40 @@ std::string scale_sentence(const Consistency& c) {
 
 }  // namespace
 
-void Consistency::set_volume_shift(const Estimate& u, const Estimate& v, double limit) {
-  if (is_shifted() && std::hypot(u.value, v.value) > limit) return;
-  volume_shift = true;
-  shift_u = u;
-  shift_v = v;
-  shift_limit = limit;
+void Consistency::set_by_volume(const VolumeErrors& found) {
+  by_volume = found;
+  const double by_shift =
+      most_deviations * std::hypot(found.shift_u.error, found.shift_v.error, volume_shift_spread);
+  if (is_shifted() && std::hypot(found.shift_u.value, found.shift_v.value) > by_shift) return;
+  shift_u = found.shift_u;
+  shift_v = found.shift_v;
+  shift_limit = by_shift;
+}
+
+bool Consistency::block_scale_is_wrong() const {
+  return checked && std::abs(log_scale.value) > log_scale_limit;
+}
+
+bool Consistency::is_too_bright() const {
+  return by_volume && !is_shifted() && by_volume->paid_for_scale > most_paid;
 }
 
 bool Consistency::scale_is_wrong() const {
-  return checked && std::abs(log_scale.value) > log_scale_limit;
+  return block_scale_is_wrong() || is_too_bright();
 }
 
 bool Consistency::is_shifted() const {
   return checked && std::hypot(shift_u.value, shift_v.value) > shift_limit;
+}
+
+std::string brightness_sentence(const Consistency& c) {
+  const VolumeErrors& found = *c.by_volume;
+  return formatted(
+      "All values seem too high, by more than the factor of %.2f that the volume shows: %.0f %% of "
+      "its roughness is for them, and kappa and mu that take them up are wrong. Check the white "
+      "reference, the exposure times and eta, and whether diffusion holds in so thick or thin a "
+      "block.",
+      std::exp(found.log_scale.value), 100.0 * found.paid_for_scale);
 }
 
 std::optional<std::size_t> shifted_channel(std::span<const Consistency> channels) {
@@ -202,21 +224,23 @@ std::unique_ptr<Objective> objective_at(const FittedVolume& volume, Problem prob
   return objective;
 }
 
-Consistency with_volume_shift(const FittedVolume& volume, Consistency homogeneous,
-                              const ModelError& model_error, const Backend& backend,
-                              std::uint64_t seed) {
+Consistency with_volume(const FittedVolume& volume, Consistency homogeneous,
+                        const ModelError& model_error, const Backend& backend, std::uint64_t seed) {
   Problem problem = suitable_problem(volume.problem, model_error);
   const GridShape& fine = volume.problem.setup.shape;
   const GridShape shape = problem.setup.shape;
   const CoefficientPair fields =
       shape == fine ? volume.fields : restricted(volume.fields, fine, shape);
   const auto objective = objective_at(volume, std::move(problem), fields, backend);
-  const VolumeShift found = volume_shift(*objective, fields, volume.prior, volume_steps, seed);
+  VolumeErrors found = volume_errors(*objective, fields, volume.prior, volume_steps, seed);
   const double voxels = shape.voxel_mm / fine.voxel_mm;
-  const Estimate u{voxels * found.u.value, voxels * found.u.error};
-  const Estimate v{voxels * found.v.value, voxels * found.v.error};
-  homogeneous.set_volume_shift(u, v,
-                               most_deviations * std::hypot(u.error, v.error, volume_shift_spread));
+  for (Estimate* shift : {&found.shift_u, &found.shift_v}) {
+    shift->value *= voxels;
+    shift->error *= voxels;
+  }
+  // Of a block lit and seen on one face, deep layers that hardly show take up any scale.
+  if (volume.problem.setup.lit_face == volume.problem.seen_face) found.paid_for_scale = 0.0;
+  homogeneous.set_by_volume(found);
   homogeneous.solves = objective->solves();
   return homogeneous;
 }
@@ -229,9 +253,9 @@ Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
   homogeneous.solves = {};
   if (volume.problem.patterns < fewest_patterns) return homogeneous;
   try {
-    return with_volume_shift(volume, homogeneous, model_error, backend, seed);
+    return with_volume(volume, homogeneous, model_error, backend, seed);
   } catch (const InputError&) {
-    return homogeneous;  // a volume gone astray, which no solver follows, shows no shift
+    return homogeneous;  // a volume gone astray, which no solver follows, shows nothing
   }
 }
 
@@ -262,7 +286,7 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
         formatted("A homogeneous block explains the data to their noise with eta %.2f, not with "
                   "the stated %.2f: check eta of the sample.",
                   *consistency.other_eta, problem.setup.eta));
-  } else if (consistency.scale_is_wrong()) {
+  } else if (consistency.block_scale_is_wrong()) {
     warnings.push_back(scale_sentence(consistency));
   }
   return warnings;
@@ -276,7 +300,7 @@ std::string in_words(const Consistency& consistency, double eta) {
       "error is reported beyond a factor of %.2f. The %s makes them %.2f voxels off; a shift is "
       "reported beyond %.2f voxels.",
       std::exp(consistency.log_scale.value), std::exp(consistency.log_scale_limit),
-      consistency.volume_shift ? "fitted volume" : "same block",
+      consistency.by_volume ? "fitted volume" : "same block",
       std::hypot(consistency.shift_u.value, consistency.shift_v.value), consistency.shift_limit);
   if (!consistency.explained && !consistency.other_eta) {
     words += formatted(

@@ -2,7 +2,7 @@
 // refractive index and much of a shift between light and images into κ and μ, and its residuals
 // never tell. A homogeneous block cannot: what scale and shift suit it best, and how far patterns
 // agree on them, is asked of every fit (scale_and_shift.h). Where a volume was fitted, the
-// roughness that it paid for a shift reveals more (volume_shift.h).
+// roughness that it paid for a shift or for values too high reveals more (volume_errors.h).
 #pragma once
 
 #include <cstddef>
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "inverse/data_checks/scale_and_shift.h"
+#include "inverse/data_checks/volume_errors.h"
 #include "inverse/problem/problem.h"
 #include "inverse/uncertainty/uncertainty.h"
 
@@ -21,7 +22,6 @@ namespace kappamu::inverse {
 struct Consistency {
   bool checked = false;          ///< false: too few patterns
   bool explained = false;        ///< a homogeneous block with scale and shift explains the data
-  bool volume_shift = false;     ///< the shift is what the fitted volume shows
   Estimate log_scale;            ///< natural logarithm of the data over what they should be
   double log_scale_limit = 0.0;  ///< beyond which it is reported
   Estimate shift_u, shift_v;     ///< of the images, along the seen face's axes [voxels]
@@ -29,11 +29,19 @@ struct Consistency {
   /// Refractive index with which a homogeneous block explains the data, where it does not with the
   /// one stated.
   std::optional<double> other_eta;
+  /// What the fitted volume shows, where one was asked [the problem's voxels].
+  std::optional<VolumeErrors> by_volume;
   SolveCount solves;
 
-  /// In place of the block's, which stays where both report one: it is no matter of derivatives.
-  void set_volume_shift(const Estimate& u, const Estimate& v, double limit);
+  /// Its shift goes in place of the block's, which stays where both report one: it is no matter of
+  /// derivatives.
+  void set_by_volume(const VolumeErrors& found);
+  /// By the block, or values too high by the volume.
   bool scale_is_wrong() const;
+  bool block_scale_is_wrong() const;
+  /// By the volume, where no shift makes it look so. Of values too low there is no such sign:
+  /// absorption and layers take up all of them.
+  bool is_too_bright() const;
   bool is_shifted() const;
 };
 
@@ -52,7 +60,7 @@ struct FittedVolume {
   const DataTermOptions& data_term;
 };
 
-/// `homogeneous` with the shift by the volume that was fitted.
+/// `homogeneous` with what the volume shows.
 Consistency check_volume(const FittedVolume& volume, Consistency homogeneous,
                          const ModelError& model_error, const Backend& backend, std::uint64_t seed);
 
@@ -62,6 +70,9 @@ std::vector<std::string> warnings_of(const Consistency& consistency, const Probl
 /// The least shifted of the channels checked, where every one is shifted: images and light lie
 /// apart alike in all of them, while what the block's structure adds grows with absorption.
 std::optional<std::size_t> shifted_channel(std::span<const Consistency> channels);
+
+/// Of values too high (is_too_bright()): by how much, and what to check.
+std::string brightness_sentence(const Consistency& consistency);
 
 /// A shift by how much, and what to check.
 std::string shift_sentence(const Consistency& consistency, const GridShape& grid, Face seen_face);

@@ -49,7 +49,8 @@ class ChannelRun {
   void begin_weight();
   void minimise();
   bool correction_is_outdated() const;
-  void renew_correction();
+  double renew_correction(const CoefficientPair& fields);
+  void renew_correction_midway();
   double shared_error() const;
   bool out_of_steps() const;
   void follow_path();
@@ -57,7 +58,7 @@ class ChannelRun {
   void conclude();
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);
-  void check_shift(const std::vector<double>& prediction);
+  void check_data(const std::vector<double>& prediction);
   Prior prior() const;
   ChannelFit result();
 

@@ -96,8 +96,8 @@ void ChannelRun::begin_continued(const Continuation& continued) {
   } else {
     set_physics(options_.data.physics);
   }
-  grid_.renew_correction(state_.fields);
   path_.start_from(continued.weight);
+  renew_correction(state_.fields);
   if (options_.path.weight) state_.path.end = continued.end;
 }
 
@@ -145,27 +145,36 @@ void ChannelRun::begin() {
   path_.start(objective.chi2_per_value(), grid_.level());
 }
 
+/// r anew; χ² per value with it. On the way to the last weight, where r and the volume still move
+/// more, by a quarter of the photons.
+double ChannelRun::renew_correction(const CoefficientPair& fields) {
+  constexpr double noise_midway = 2.0;
+  return grid_.renew_correction(fields, path_.at_last_weight() ? 1.0 : noise_midway);
+}
+
 void ChannelRun::follow_path() {
   CoefficientPair begun = std::move(state_.fields);
   state_.fields = function_->fields(state_.optimiser.z);
   // What counts is the χ² of a model corrected here, not where this weight was begun.
-  const double renewed = grid_.renew_correction(state_.fields);
+  const double renewed = renew_correction(state_.fields);
+  const bool was_last = path_.at_last_weight();
   const NextStep next = path_.minimum(state_.chi2, renewed, outlook(renewed), grid_.level());
-  if (next.from == NextStep::From::begun) {
-    state_.fields = std::move(begun);
-    grid_.renew_correction(state_.fields);
-  }
-  if (next.what == NextStep::What::conclude) return conclude();
+  bool outdated = next.from == NextStep::From::begun;
+  if (outdated) state_.fields = std::move(begun);
   if (next.what == NextStep::What::finer_grid) {
     state_.optimiser = OptimiserState{};
+    outdated = false;
     if (grid_.go_closer()) {
       grid_.objective().value(state_.fields);
     } else {
       state_.fields = grid_.refine(state_.fields);
-      grid_.renew_correction(state_.fields);
+      renew_correction(state_.fields);
     }
     path_.refine(grid_.objective().chi2_per_value(), grid_.level());
   }
+  const bool by_few_photons = grid_.levels().photons() && !was_last && path_.at_last_weight();
+  if (outdated || by_few_photons) renew_correction(state_.fields);
+  if (next.what == NextStep::What::conclude) return conclude();
   begin_weight();
 }
 

@@ -110,21 +110,24 @@ void ChannelRun::finish(double chi2) {
   save();
 }
 
-/// Whether the images are shifted, by the volume that was fitted. One that does not explain the
-/// data may show a shift but clears them of none: its edges stand for it. [W]'s regulariser says
-/// nothing of what volumes are likely.
-void ChannelRun::check_shift(const std::vector<double>& prediction) {
+/// Whether the images are shifted or too bright, by the volume that was fitted. One that does not
+/// explain the data may show a shift but clears them of none: its edges stand for it. [W]'s
+/// regulariser says nothing of what volumes are likely.
+void ChannelRun::check_data(const std::vector<double>& prediction) {
   if (context_.interim || state_.path.weight <= 0.0 ||
       options_.regulariser.kind == RegulariserKind::wang2008) {
     return;
   }
-  progress_.update(stage_name_, 1.0, "asking the volume for a shift of the images");
+  progress_.update(stage_name_, 1.0, "asking the volume for a shift and the scale of the images");
   Consistency& consistency = state_.report.consistency;
   const Consistency by_volume = check_volume(
       {grid_.problem(), state_.fields, prediction, prior(), options_.data.term}, consistency,
       options_.data.model_error, options_.solver.backend, options_.solver.seed);
   if (state_.report.chi2_per_value <= suspicious_chi2 || by_volume.is_shifted()) {
     consistency = by_volume;
+    if (!consistency.block_scale_is_wrong() && consistency.is_too_bright()) {
+      warn(brightness_sentence(consistency));
+    }
   }
   SolveCount solves = grid_.objective().solves();
   solves.add(by_volume.solves);
@@ -149,7 +152,7 @@ ChannelFit ChannelRun::result() {
     }
   }
   const std::vector<double> prediction = grid_.objective().prediction();
-  check_shift(prediction);
+  check_data(prediction);
   for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
   grid_.objective().count_pixel_noise();
   const UncertaintyOptions& uncertainty = options_.uncertainty;

@@ -119,7 +119,7 @@ void ChannelRun::minimise() {
     const bool small = before - after < std::max(path_.tolerance() * after, shared_error());
     state_.small_decreases = small ? state_.small_decreases + 1 : 0;
     record();
-    if (correction_is_outdated()) renew_correction();
+    if (correction_is_outdated()) renew_correction_midway();
     if (since_save_.seconds() >= checkpoint_.interval_seconds) {
       save();
     }
@@ -134,8 +134,8 @@ bool ChannelRun::correction_is_outdated() const {
 }
 
 /// In the middle of a minimisation, which goes on with what it has learned of the Hessian.
-void ChannelRun::renew_correction() {
-  grid_.renew_correction(function_->fields(state_.optimiser.z));
+void ChannelRun::renew_correction_midway() {
+  renew_correction(function_->fields(state_.optimiser.z));
   state_.optimiser.value = function_->value(state_.optimiser.z);
   state_.optimiser.gradient = function_->gradient();
   state_.corrected_chi2 = state_.chi2 = grid_.objective().chi2_per_value();
@@ -170,7 +170,9 @@ std::optional<Outlook> ChannelRun::outlook(double chi2) const {
   };
   const auto by_fields = [&](double weight) { return basis(weight, state_.blocks, 1.0, 0.0); };
   Outlook outlook{free_share(by_fields(state_.path.weight))};
-  outlook.patience_gains = shared_error() < options_.path.stage_tolerance * state_.optimiser.value;
+  // By few photons so far, the last weight is needed.
+  outlook.patience_gains = grid_.levels().photons() ||
+                           shared_error() < options_.path.stage_tolerance * state_.optimiser.value;
   const double next = path_.next_weight();
   const Basis there = by_fields(next);
   const double gain = function_->chi2_gain(state_.fields, there, next) / values;

@@ -56,11 +56,13 @@ double GridPath::thickness_mm() const {
   return shape().extent(axis_of(problem().setup.lit_face)) * shape().voxel_mm;
 }
 
-double GridPath::renew_correction(const CoefficientPair& fields) {
+double GridPath::renew_correction(const CoefficientPair& fields, double photon_noise) {
   if (correction_ == GridCorrection::none) {
     objective_->value(fields);
   } else {
-    objective_->refresh_correction(refinement(), fields);
+    Refinement finer = refinement();
+    if (finer.photons) finer.photons->noise = photon_noise;
+    objective_->refresh_correction(finer, fields);
   }
   return objective_->chi2_per_value();
 }

@@ -38,8 +38,9 @@ class GridPath {
 
   /// What r is made by on this grid.
   Refinement refinement() const { return levels_.refinement(level_); }
-  /// r anew at `fields`; χ² per value with it.
-  double renew_correction(const CoefficientPair& fields);
+  /// r anew at `fields`, by photons as scarce as PhotonOptions::noise makes them; χ² per value with
+  /// it.
+  double renew_correction(const CoefficientPair& fields, double photon_noise = 1.0);
 
   /// From level 1 to GridLevels::closer() there: r and the count of solves stay. False where that
   /// is not next.

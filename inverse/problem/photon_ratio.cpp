@@ -2,7 +2,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <utility>
 
 #include "core/numbers/gaussian_sum.h"
@@ -63,20 +66,20 @@ std::vector<double> whole_light(const PhotonProblem& problem) {
   return light;
 }
 
-std::uint64_t enough_photons(const PhotonProblem& problem, double pilot_noise) {
+std::uint64_t enough_photons(const PhotonProblem& problem, const PhotonOptions& options) {
   const std::vector<double> light = whole_light(problem);
   const std::size_t cells = problem.seen_shape.cells();
   std::vector<double> needed;  // a pixel's variance is at most light × exitance over photons
   for (std::size_t i = 0; i < problem.diffusion.size(); ++i) {
     if (!std::isfinite(problem.variance[i]) || light[i / cells] == 0.0) continue;
-    const double tolerated =
-        std::max(problem.variance[i], std::pow(pilot_noise * problem.diffusion[i], 2));
+    const double tolerated = std::max(std::pow(options.noise, 2) * problem.variance[i],
+                                      std::pow(options.pilot_noise * problem.diffusion[i], 2));
     needed.push_back(light[i / cells] * problem.diffusion[i] / tolerated);
   }
   if (needed.empty()) return fewest_photons;
   const double wanted =
       std::clamp(upper_median(std::move(needed)), static_cast<double>(fewest_photons),
-                 static_cast<double>(most_photons));
+                 static_cast<double>(most_photons) / std::pow(options.noise, 2));
   // Steps of two: chance must not change with every small change of χ².
   return static_cast<std::uint64_t>(std::exp2(std::ceil(std::log2(wanted))));
 }
@@ -86,6 +89,7 @@ struct Pattern {
   std::vector<double> transport, diffusion;  ///< M [v][u]
   std::vector<double> datum;                 ///< variance tolerated
   double noise = 0.0;                        ///< variance of transport over exitance
+  double tolerated = 1.0;                    ///< variance as smoothed, over the datum's
   bool smooth = true;
 };
 
@@ -105,7 +109,7 @@ void smooth(const Pattern& pattern, FaceShape face, std::size_t first, PhotonRat
       const double per_sum = diffusion[k] > 0.0 ? here / diffusion[k] : 0.0;
       const double variance = pattern.noise * squares[k] * per_sum * per_sum;
       const double tolerated = std::isfinite(pattern.datum[k])
-                                   ? tolerated_noise * pattern.datum[k]
+                                   ? pattern.tolerated * pattern.datum[k]
                                    : unseen_noise * unseen_noise * here * here;
       if (pattern.smooth && variance > tolerated && width < widest) continue;
       done[k] = true;
@@ -177,7 +181,7 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
   forward::ForwardOptions how;
   how.device = options.device;
   how.seed = options.seed ^ own_key;
-  how.photons = enough_photons(problem, options.pilot_noise);
+  how.photons = enough_photons(problem, options);
   const auto at = static_cast<std::size_t>(
       std::find(all_faces.begin(), all_faces.end(), problem.seen_face) - all_faces.begin());
   const std::size_t count = problem.diffusion.size();
@@ -199,6 +203,7 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
     };
     return Walk{to_pixels(traced.exitance[at]), to_pixels(variance)};
   };
+  const auto t0 = std::chrono::steady_clock::now();
   const Walk traced = trace(0.0, 0.0);
   std::vector<Walk> walks;  // for slopes: their noise must be none that the misfit, too, contains
   if (slope) {
@@ -207,6 +212,14 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
     walks = {trace(0.0, 0.0), trace(slope_step, 0.0), trace(0.0, slope_step)};
   }
 
+  if (std::getenv("KM_PH")) {
+    static const auto start = t0;
+    const auto now = std::chrono::steady_clock::now();
+    const auto sec = [](auto d) { return std::chrono::duration<double>(d).count(); };
+    std::fprintf(stderr, "PH at %.1f took %.1f grid %d photons %.3g slope %d pilot %g noise %g\n",
+                 sec(t0 - start), sec(now - t0), problem.setup.shape.nx, (double)found.photons,
+                 (int)slope, options.pilot_noise, options.noise);
+  }
   Slopes slopes;
   const std::vector<double> light = whole_light(problem);
   for (std::size_t m = 0; m < light.size(); ++m) {
@@ -216,7 +229,11 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
       const auto begin = maps.begin() + static_cast<std::ptrdiff_t>(first);
       return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(face.cells()));
     };
-    Pattern pattern{map(traced.exitance), map(problem.diffusion), map(problem.variance), 0.0,
+    Pattern pattern{map(traced.exitance),
+                    map(problem.diffusion),
+                    map(problem.variance),
+                    0.0,
+                    tolerated_noise * std::pow(options.noise, 2),
                     !slope && options.pilot_noise == 0.0};
     for (double& m_diffusion : pattern.diffusion) m_diffusion = std::max(m_diffusion, 0.0);
     const double whole = sum(pattern.diffusion);

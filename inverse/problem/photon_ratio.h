@@ -30,7 +30,14 @@ struct PhotonOptions {
   /// Relative noise of a pixel that suffices, however exact its datum, with nothing smoothed; 0:
   /// none does.
   double pilot_noise = 0.0;
+  /// Deviation of the photons' noise, as smoothed, over what the end of a fit asks for: 2 makes do
+  /// with a quarter of the photons.
+  double noise = 1.0;
 };
+
+/// PhotonOptions::pilot_noise that suffices for a homogeneous block: log (r M) is then 1 % too low
+/// on average.
+inline constexpr double homogeneous_noise = 0.15;
 
 /// Difference of log κ, and of log μ, that the slope of the ratio is taken over: downwards, where
 /// no voxel comes to scatter nothing.

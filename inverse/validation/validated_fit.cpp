@@ -30,9 +30,7 @@ FitReport joined(FitReport first, FitReport second) {
     first.reason = std::move(second.reason);
   }
   for (std::string& sentence : second.warnings) first.warnings.push_back(std::move(sentence));
-  if (const Consistency& by_volume = second.consistency; by_volume.volume_shift) {
-    first.consistency.set_volume_shift(by_volume.shift_u, by_volume.shift_v, by_volume.shift_limit);
-  }
+  if (second.consistency.by_volume) first.consistency.set_by_volume(*second.consistency.by_volume);
   first.chi2_per_value = second.chi2_per_value;
   first.data = second.data;
   first.solves.add(second.solves);

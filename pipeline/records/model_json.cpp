@@ -30,10 +30,12 @@ nlohmann::ordered_json consistency_json(const inverse::Consistency& c) {
   if (!c.checked) return {{"checked", false}};
   return {{"checked", true},
           {"homogeneous_explains", c.explained},
-          {"shift_by_volume", c.volume_shift},
+          {"shift_by_volume", c.by_volume.has_value()},
           {"scale", std::exp(c.log_scale.value)},
           {"log_scale", {{"value", c.log_scale.value}, {"std", c.log_scale.error}}},
           {"log_scale_limit", c.log_scale_limit},
+          {"volume_log_scale", c.by_volume ? Json(c.by_volume->log_scale.value) : Json(nullptr)},
+          {"paid_for_scale", c.by_volume ? Json(c.by_volume->paid_for_scale) : Json(nullptr)},
           {"scale_is_wrong", c.scale_is_wrong()},
           {"shift_voxels",
            {{"u", c.shift_u.value},

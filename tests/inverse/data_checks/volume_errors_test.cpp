@@ -1,6 +1,6 @@
-// The shift of the images that a volume shows, against dense matrices and of structured blocks. How
-// often a shift is reported, over many blocks: `kappamu bench limits --section consistency`.
-#include "inverse/data_checks/volume_shift.h"
+// The shift and scale that a volume shows, against dense matrices and of structured blocks. How
+// often they are reported, over many blocks: `kappamu bench limits --section consistency`.
+#include "inverse/data_checks/volume_errors.h"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
+TEST(VolumeErrors, IsTheJointMinimumToFirstOrder) {
   constexpr GridShape shape{5, 4, 3, 0.5};
   constexpr int patterns = 4;
   const Prior prior{20.0, 1.5, 15.0};
@@ -40,11 +40,12 @@ TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
   Objective objective(problem, backend);
   objective.value(at);
 
-  // The residual's derivatives by the 120 unknowns and, by differences, by the shifts.
+  // The residual's derivatives by the 120 unknowns and, by differences, by shifts, and by the
+  // scale.
   const auto n = static_cast<Index>(2 * shape.cells());
   const auto rows = static_cast<Index>(prediction.size());
-  MatrixXd j(rows, n + 2);
-  MatrixXd h = MatrixXd::Zero(n + 2, n + 2);
+  MatrixXd j(rows, n + 3);
+  MatrixXd h = MatrixXd::Zero(n + 3, n + 3);
   for (Index k = 0; k < n; ++k) {
     const CoefficientPair unit = parted(VectorXd::Unit(n, k));
     const std::vector<double> column = objective.jacobian(unit);
@@ -68,6 +69,7 @@ TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
     const double high = v > 0 && v + 1 < face.nv ? 2.0 : 1.0;
     j(i, n) = root * (map(u - 1, v) - map(u + 1, v)) / wide;
     j(i, n + 1) = root * (map(u, v - 1) - map(u, v + 1)) / high;
+    j(i, n + 2) = root * map(u, v);
     residual[i] = root * (problem.data[at_pixel] - prediction[at_pixel]);
   }
   h += j.transpose() * j;
@@ -79,10 +81,10 @@ TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
   pull.head(n) -=
       prior.weight * joined(smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {},
                                               parted(from_mean)));
-  const MatrixXd covariance = h.llt().solve(MatrixXd::Identity(n + 2, n + 2));
+  const MatrixXd covariance = h.llt().solve(MatrixXd::Identity(n + 3, n + 3));
   const VectorXd expected = covariance * pull;
 
-  const VolumeShift found = volume_shift(objective, at, prior, 200, 1);
+  const VolumeErrors found = volume_errors(objective, at, prior, 200, 1);
   const auto expect = [&](const Estimate& estimate, Index k) {
     const double deviation = std::sqrt(covariance(n + k, n + k));
     EXPECT_NEAR(estimate.error / deviation, 1.0, 0.1) << k;
@@ -90,8 +92,9 @@ TEST(VolumeShift, IsTheJointMinimumToFirstOrder) {
     // more.
     EXPECT_NEAR((estimate.value - expected[n + k]) / deviation, 0.0, 0.4) << k;
   };
-  expect(found.u, 0);
-  expect(found.v, 1);
+  expect(found.shift_u, 0);
+  expect(found.shift_v, 1);
+  expect(found.log_scale, 2);
 }
 
 Consistency fitted(std::uint64_t seed, double shift) {
@@ -103,10 +106,10 @@ Consistency fitted(std::uint64_t seed, double shift) {
   return fit_channel(m, 0, {}, {}, silent).report.consistency;
 }
 
-TEST(VolumeShift, AThirdOfAVoxelIsReportedOfStructuredBlocks) {
+TEST(VolumeErrors, AThirdOfAVoxelIsReportedOfStructuredBlocks) {
   for (const std::uint64_t seed : {11, 12}) {
     const Consistency right = fitted(seed, 0.0);
-    EXPECT_TRUE(right.volume_shift);
+    EXPECT_TRUE(right.by_volume.has_value());
     EXPECT_FALSE(right.is_shifted()) << right.shift_u.value << " " << right.shift_v.value;
     const Consistency shifted = fitted(seed, 0.33);
     EXPECT_TRUE(shifted.is_shifted());
