@@ -101,6 +101,7 @@ void Consistency::set_by_volume(const VolumeErrors& found) {
   const double by_shift =
       most_deviations * std::hypot(found.shift_u.error, found.shift_v.error, volume_shift_spread);
   if (is_shifted() && std::hypot(found.shift_u.value, found.shift_v.value) > by_shift) return;
+  volume_shift = true;
   shift_u = found.shift_u;
   shift_v = found.shift_v;
   shift_limit = by_shift;
@@ -300,7 +301,7 @@ std::string in_words(const Consistency& consistency, double eta) {
       "error is reported beyond a factor of %.2f. The %s makes them %.2f voxels off; a shift is "
       "reported beyond %.2f voxels.",
       std::exp(consistency.log_scale.value), std::exp(consistency.log_scale_limit),
-      consistency.by_volume ? "fitted volume" : "same block",
+      consistency.volume_shift ? "fitted volume" : "same block",
       std::hypot(consistency.shift_u.value, consistency.shift_v.value), consistency.shift_limit);
   if (!consistency.explained && !consistency.other_eta) {
     words += formatted(

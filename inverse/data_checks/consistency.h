@@ -22,6 +22,7 @@ namespace kappamu::inverse {
 struct Consistency {
   bool checked = false;          ///< false: too few patterns
   bool explained = false;        ///< a homogeneous block with scale and shift explains the data
+  bool volume_shift = false;     ///< the shift is what the fitted volume shows
   Estimate log_scale;            ///< natural logarithm of the data over what they should be
   double log_scale_limit = 0.0;  ///< beyond which it is reported
   Estimate shift_u, shift_v;     ///< of the images, along the seen face's axes [voxels]

@@ -19,18 +19,34 @@ constexpr double tolerated_mu = 0.15;
 /// An error of so much of a deviation hardly adds to it.
 constexpr double hardly = 0.5;
 
-/// Patterns from all over the sequence.
+/// What was seen of a pattern, in all.
+double brightness(const Problem& problem, int pattern) {
+  const std::size_t cells = problem.seen_shape().cells();
+  double sum = 0.0;
+  for (std::size_t i = static_cast<std::size_t>(pattern) * cells, end = i + cells; i < end; ++i) {
+    if (problem.weight[i] > 0.0) sum += problem.data[i];
+  }
+  return sum;
+}
+
+/// The brightest of each quarter of the sequence.
 Problem some_patterns(const Problem& problem) {
   Problem some = problem;
   some.patterns = std::min(problem.patterns, pilot_patterns);
   some.precision.reset();  // of all patterns
+  std::vector<int> chosen;
+  for (int k = 0; k < some.patterns; ++k) {
+    int best = k * problem.patterns / some.patterns;
+    for (int m = best; m < (k + 1) * problem.patterns / some.patterns; ++m) {
+      if (brightness(problem, m) > brightness(problem, best)) best = m;
+    }
+    chosen.push_back(best);
+  }
   const auto take = [&](const std::vector<double>& from, std::size_t cells) {
     std::vector<double> taken;
-    for (int k = 0; k < some.patterns; ++k) {
-      const auto m = static_cast<std::ptrdiff_t>(
-          static_cast<std::size_t>((2 * k + 1) * problem.patterns / (2 * some.patterns)) * cells);
-      taken.insert(taken.end(), from.begin() + m,
-                   from.begin() + m + static_cast<std::ptrdiff_t>(cells));
+    for (const int m : chosen) {
+      const auto begin = from.begin() + static_cast<std::ptrdiff_t>(cells) * m;
+      taken.insert(taken.end(), begin, begin + static_cast<std::ptrdiff_t>(cells));
     }
     return taken;
   };

@@ -125,9 +125,11 @@ void ChannelRun::check_data(const std::vector<double>& prediction) {
       options_.data.model_error, options_.solver.backend, options_.solver.seed);
   if (state_.report.chi2_per_value <= suspicious_chi2 || by_volume.is_shifted()) {
     consistency = by_volume;
-    if (!consistency.block_scale_is_wrong() && consistency.is_too_bright()) {
-      warn(brightness_sentence(consistency));
-    }
+  } else {
+    consistency.by_volume = by_volume.by_volume;
+  }
+  if (!consistency.block_scale_is_wrong() && consistency.is_too_bright()) {
+    warn(brightness_sentence(consistency));
   }
   SolveCount solves = grid_.objective().solves();
   solves.add(by_volume.solves);

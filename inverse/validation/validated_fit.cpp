@@ -30,7 +30,12 @@ FitReport joined(FitReport first, FitReport second) {
     first.reason = std::move(second.reason);
   }
   for (std::string& sentence : second.warnings) first.warnings.push_back(std::move(sentence));
-  if (second.consistency.by_volume) first.consistency.set_by_volume(*second.consistency.by_volume);
+  const std::optional<VolumeErrors>& by_volume = second.consistency.by_volume;
+  if (second.consistency.volume_shift) {
+    first.consistency.set_by_volume(*by_volume);
+  } else {
+    first.consistency.by_volume = by_volume;
+  }
   first.chi2_per_value = second.chi2_per_value;
   first.data = second.data;
   first.solves.add(second.solves);

@@ -30,7 +30,7 @@ nlohmann::ordered_json consistency_json(const inverse::Consistency& c) {
   if (!c.checked) return {{"checked", false}};
   return {{"checked", true},
           {"homogeneous_explains", c.explained},
-          {"shift_by_volume", c.by_volume.has_value()},
+          {"shift_by_volume", c.volume_shift},
           {"scale", std::exp(c.log_scale.value)},
           {"log_scale", {{"value", c.log_scale.value}, {"std", c.log_scale.error}}},
           {"log_scale_limit", c.log_scale_limit},

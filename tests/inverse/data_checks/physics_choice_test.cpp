@@ -26,8 +26,20 @@ class PhysicsChoiceTest : public ::testing::Test {
 
   /// Of a block lit all over, of voxels of 0.4 mm, 10 of them deep, by diffusion.
   static PhysicsChoice chosen(int across, Sides sides, double uncertain) {
+    return choose_physics(lit(across, sides, 2), start(uncertain), Backend{}, PhotonOptions{});
+  }
+
+  static HomogeneousFit start(double uncertain) {
+    HomogeneousFit start;
+    start.kappa = kappa;
+    start.mu = mu;
+    start.deviation.setConstant(uncertain);
+    return start;
+  }
+
+  static Problem lit(int across, Sides sides, int patterns) {
     cases::Noise noise(3);
-    Problem problem = cases::randomly_lit({across, across, 10, 0.4}, 2, noise);
+    Problem problem = cases::randomly_lit({across, across, 10, 0.4}, patterns, noise);
     problem.setup.sides = sides;
     problem.irradiance.assign(problem.irradiance.size(), 1.0);
     const GridShape& shape = problem.setup.shape;
@@ -36,11 +48,7 @@ class PhysicsChoiceTest : public ::testing::Test {
     problem.data = cases::simulate(problem.setup, truth, problem.seen_face, problem.irradiance,
                                    problem.patterns, "reference");
     for (const double d : problem.data) problem.weight.push_back(std::pow(0.02 * d, -2));
-    HomogeneousFit start;
-    start.kappa = kappa;
-    start.mu = mu;
-    start.deviation.setConstant(uncertain);
-    return choose_physics(problem, start, Backend{}, PhotonOptions{});
+    return problem;
   }
 };
 
@@ -50,6 +58,20 @@ TEST_F(PhysicsChoiceTest, StaysWithDiffusionWhereTransportFindsTheSameBlock) {
   EXPECT_EQ(choice.physics, Physics::diffusion) << choice.reason;
   EXPECT_THAT(choice.reason, EndsWith("the fit is by diffusion."));
   EXPECT_GT(choice.solves.photons, 0.0);
+}
+
+// Every other pattern is dark, those among them that lie evenly in the sequence.
+TEST_F(PhysicsChoiceTest, AsksBrightPatterns) {
+  Problem problem = lit(6, Sides::mirror, 8);
+  const auto darken = [](std::vector<double>& values, std::size_t cells) {
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (i / cells % 2 == 1) values[i] = 0.0;
+    }
+  };
+  darken(problem.irradiance, problem.lit_shape().cells());
+  darken(problem.data, problem.seen_shape().cells());
+  darken(problem.weight, problem.seen_shape().cells());
+  EXPECT_NO_THROW(choose_physics(problem, start(0.0), Backend{}, PhotonOptions{}));
 }
 
 // A rod 2.7 mean free paths across: light leaves by its sides.

@@ -2,6 +2,7 @@
 // often they are reported, over many blocks: `kappamu bench limits --section consistency`.
 #include "inverse/data_checks/volume_errors.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -97,24 +98,35 @@ TEST(VolumeErrors, IsTheJointMinimumToFirstOrder) {
   expect(found.log_scale, 2);
 }
 
-Consistency fitted(std::uint64_t seed, double shift) {
+Consistency fitted(std::uint64_t seed, const bench::Mistake& mistake) {
   const bench::Block block{.grid = {12, 12, 6, 0.5}};
   SurfaceMeasurements m = bench::expose_figure(block, bench::structured_block(0.2, 0.02, 1.0, seed),
                                                bench::bar_light(block.grid, block.lit, 8), 2, 1.3);
-  bench::spoil(m, block.noise, {.shift = shift}, seed);
+  bench::spoil(m, block.noise, mistake, seed);
   Progress silent;
   return fit_channel(m, 0, {}, {}, silent).report.consistency;
 }
 
 TEST(VolumeErrors, AThirdOfAVoxelIsReportedOfStructuredBlocks) {
   for (const std::uint64_t seed : {11, 12}) {
-    const Consistency right = fitted(seed, 0.0);
-    EXPECT_TRUE(right.by_volume.has_value());
+    const Consistency right = fitted(seed, {});
+    EXPECT_TRUE(right.volume_shift);
     EXPECT_FALSE(right.is_shifted()) << right.shift_u.value << " " << right.shift_v.value;
-    const Consistency shifted = fitted(seed, 0.33);
+    const Consistency shifted = fitted(seed, {.shift = 0.33});
     EXPECT_TRUE(shifted.is_shifted());
     EXPECT_NEAR(shifted.shift_u.value, 0.33, 0.15);
     EXPECT_NEAR(shifted.shift_v.value, 0.0, 0.1);
+  }
+}
+
+TEST(VolumeErrors, AFifthTooMuchLightIsReportedOfStructuredBlocks) {
+  for (const std::uint64_t seed : {13, 14}) {
+    const Consistency right = fitted(seed, {});
+    EXPECT_FALSE(right.scale_is_wrong()) << right.by_volume->paid_for_scale;
+    const Consistency bright = fitted(seed, {.scale = 1.2});
+    EXPECT_FALSE(bright.block_scale_is_wrong());
+    EXPECT_TRUE(bright.is_too_bright()) << bright.by_volume->paid_for_scale;
+    EXPECT_THAT(brightness_sentence(bright), ::testing::HasSubstr("All values seem too high"));
   }
 }
 
