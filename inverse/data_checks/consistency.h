@@ -19,6 +19,9 @@
 
 namespace kappamu::inverse {
 
+/// Errors between patterns need some.
+inline constexpr int fewest_patterns = 4;
+
 struct Consistency {
   bool checked = false;          ///< false: too few patterns
   bool explained = false;        ///< a homogeneous block with scale and shift explains the data
