@@ -15,9 +15,10 @@ namespace {
 
 constexpr double most_deviations = 3.0;
 /// What depth and structure common to all patterns do to the scale of the best homogeneous block
-/// [log], one standard deviation over layered and inhomogeneous blocks; and what calibration leaves
-/// where such a block explains everything.
+/// [log], one standard deviation over layered and inhomogeneous blocks; what layers too weak to be
+/// told from a factor do, where such a block explains everything; and what calibration leaves.
 constexpr double structure_spread = 0.15;
+constexpr double weak_layers_spread = 0.025;
 constexpr double calibration_spread = 0.01;
 constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
 /// The same of what volumes find: what grid, prior and calibration leave.
@@ -139,7 +140,7 @@ Consistency fit_and_compare(const Problem& problem, double kappa, double mu,
   result.shift_u = {voxels * fit.shift_u.value, voxels * fit.shift_u.error};
   result.shift_v = {voxels * fit.shift_v.value, voxels * fit.shift_v.error};
   result.log_scale_limit = limit(fit.log_scale.error, problem.patterns,
-                                 fit.explains ? calibration_spread : structure_spread);
+                                 fit.explains ? weak_layers_spread : structure_spread);
   result.shift_limit =
       limit(std::hypot(result.shift_u.error, result.shift_v.error), problem.patterns, shift_spread);
   if (fit.explains || fit.heterogeneity > nearly_even) return result;
