@@ -47,6 +47,25 @@ std::optional<std::string> no_scattering(const Medium& medium) {
          "them for almost pure absorbers.";
 }
 
+/// Of a block thinner than this [transport mean free paths] what passes has hardly scattered.
+constexpr double thinnest = 1.5;
+
+std::optional<std::string> hardly_scatters(const Medium& medium, const forward::GridSetup& setup) {
+  const double thickness = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
+  double mean = 0.0;
+  for (const double kappa : medium.kappa.values()) {
+    mean += kappa / static_cast<double>(medium.kappa.size());
+  }
+  const double paths = thickness / (3.0 * mean);
+  if (paths >= thinnest) return std::nullopt;
+  return formatted(
+      "The block is %.2g transport mean free paths thick: what passes has hardly scattered, so "
+      "that "
+      "mu is weakly determined, and both coefficients hold for isotropic scattering alone. Measure "
+      "a thicker block.",
+      paths);
+}
+
 }  // namespace
 
 std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& report,
@@ -57,8 +76,10 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
   std::vector<std::string> warnings;
   if (report.physics == Physics::diffusion) {
     warnings = forward::diffusion_warnings(setup, medium, options.solver.backend.precision);
-  } else if (const auto sentence = no_scattering(medium)) {
-    warnings.push_back(*sentence);
+  } else {
+    for (const auto& sentence : {no_scattering(medium), hardly_scatters(medium, setup)}) {
+      if (sentence) warnings.push_back(*sentence);
+    }
   }
   if (chi2_per_value > suspicious_chi2) {
     const std::string sentence = formatted(

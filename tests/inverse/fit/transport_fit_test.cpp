@@ -164,6 +164,28 @@ TEST_F(TransportFit, EndsNearTheTruthOrSaysThatItHasNotSettled) {
   }
 }
 
+// What passes a mean free path tells of g as much as of μ.
+TEST(TransportWarnings, ABlockThatHardlyScattersIsNamed) {
+  constexpr double kappa = 0.2;
+  for (const bool thin : {true, false}) {
+    bench::Block block = small_block(4, 0.02);
+    block.grid.voxel_mm = (thin ? 3.0 : 6.0) * kappa / block.grid.nz;
+    SurfaceMeasurements m;
+    m.grid = block.grid;
+    m.lit_face = block.lit;
+    m.seen_face = block.seen;
+    const Medium medium{Volume<double>(m.grid, kappa), Volume<double>(m.grid, 0.1)};
+    FitReport report;
+    report.physics = Physics::transport;
+    const std::vector<std::string> warnings = volume_warnings(medium, report, m, {});
+    if (thin) {
+      EXPECT_THAT(warnings, ::testing::ElementsAre(::testing::HasSubstr("hardly scattered")));
+    } else {
+      EXPECT_THAT(warnings, ::testing::IsEmpty());
+    }
+  }
+}
+
 // Two mean free paths thick, where single pixels' noise would hide what diffusion is off by.
 TEST_F(TransportFit, AutoTakesTransportWhereItFindsAnotherBlock) {
   const SurfaceMeasurements m = photons_of(small_block(4, 0.1), bench::even_block(0.2, 0.1), 25);
