@@ -59,7 +59,7 @@ std::optional<std::string> hardly_scatters(const Medium& medium, const forward::
   const double paths = thickness / (3.0 * mean);
   if (paths >= thinnest) return std::nullopt;
   return formatted(
-      "The block is %.2g transport mean free paths thick: what passes has hardly scattered, so "
+      "The block is %.1f transport mean free paths thick: what passes has hardly scattered, so "
       "that "
       "mu is weakly determined, and both coefficients hold for isotropic scattering alone. Measure "
       "a thicker block.",
