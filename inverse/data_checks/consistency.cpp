@@ -15,8 +15,8 @@ namespace {
 
 constexpr double most_deviations = 3.0;
 /// What depth and structure common to all patterns do to the scale of the best homogeneous block
-/// [log], one standard deviation over layered and inhomogeneous blocks; what layers too weak to be
-/// told from a factor do, where such a block explains everything; and what calibration leaves.
+/// [log], one standard deviation over layered and inhomogeneous blocks; what weak layers that
+/// look like a factor do, where such a block explains everything; and what calibration leaves.
 constexpr double structure_spread = 0.15;
 constexpr double weak_layers_spread = 0.025;
 constexpr double calibration_spread = 0.01;

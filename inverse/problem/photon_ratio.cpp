@@ -2,10 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <utility>
 
 #include "core/numbers/gaussian_sum.h"
@@ -203,7 +200,6 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
     };
     return Walk{to_pixels(traced.exitance[at]), to_pixels(variance)};
   };
-  const auto t0 = std::chrono::steady_clock::now();
   const Walk traced = trace(0.0, 0.0);
   std::vector<Walk> walks;  // for slopes: their noise must be none that the misfit, too, contains
   if (slope) {
@@ -212,14 +208,6 @@ PhotonRatio photon_ratio(const PhotonProblem& problem, const PhotonOptions& opti
     walks = {trace(0.0, 0.0), trace(slope_step, 0.0), trace(0.0, slope_step)};
   }
 
-  if (std::getenv("KM_PH")) {
-    static const auto start = t0;
-    const auto now = std::chrono::steady_clock::now();
-    const auto sec = [](auto d) { return std::chrono::duration<double>(d).count(); };
-    std::fprintf(stderr, "PH at %.1f took %.1f grid %d photons %.3g slope %d pilot %g noise %g\n",
-                 sec(t0 - start), sec(now - t0), problem.setup.shape.nx, (double)found.photons,
-                 (int)slope, options.pilot_noise, options.noise);
-  }
   Slopes slopes;
   const std::vector<double> light = whole_light(problem);
   for (std::size_t m = 0; m < light.size(); ++m) {

@@ -35,10 +35,6 @@ struct PhotonOptions {
   double noise = 1.0;
 };
 
-/// PhotonOptions::pilot_noise that suffices for a homogeneous block: log (r M) is then 1 % too low
-/// on average.
-inline constexpr double homogeneous_noise = 0.15;
-
 /// Difference of log κ, and of log μ, that the slope of the ratio is taken over: downwards, where
 /// no voxel comes to scatter nothing.
 inline constexpr double slope_step = 0.2;
