@@ -51,6 +51,8 @@ class ChannelRun {
   bool correction_is_outdated() const;
   double renew_correction(const CoefficientPair& fields);
   void renew_correction_midway();
+  void meet_correction();
+  void go_on_with_weight();
   double shared_error() const;
   bool out_of_steps() const;
   void follow_path();

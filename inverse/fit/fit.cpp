@@ -155,6 +155,7 @@ double ChannelRun::renew_correction(const CoefficientPair& fields) {
 void ChannelRun::follow_path() {
   CoefficientPair begun = std::move(state_.fields);
   state_.fields = function_->fields(state_.optimiser.z);
+  const double weight = state_.path.weight;
   // What counts is the χ² of a model corrected here, not where this weight was begun.
   const double renewed = renew_correction(state_.fields);
   const bool was_last = path_.at_last_weight();
@@ -175,7 +176,14 @@ void ChannelRun::follow_path() {
   const bool by_few_photons = grid_.levels().photons() && !was_last && path_.at_last_weight();
   if (outdated || by_few_photons) renew_correction(state_.fields);
   if (next.what == NextStep::What::conclude) return conclude();
-  begin_weight();
+  const bool same = next.what == NextStep::What::minimise && next.from == NextStep::From::found &&
+                    state_.path.weight == weight;
+  if (same) {
+    state_.fields = std::move(begun);
+    go_on_with_weight();
+  } else {
+    begin_weight();
+  }
 }
 
 ChannelFit ChannelRun::run() {

@@ -133,13 +133,27 @@ bool ChannelRun::correction_is_outdated() const {
          state_.corrected_chi2 > far_from_noise * target && !grid_.problem().smooth_error.none();
 }
 
-/// In the middle of a minimisation, which goes on with what it has learned of the Hessian.
+/// In the middle of a minimisation.
 void ChannelRun::renew_correction_midway() {
   renew_correction(function_->fields(state_.optimiser.z));
+  meet_correction();
+}
+
+/// With r renewed, but with the metric and what was learned of the Hessian.
+void ChannelRun::meet_correction() {
   state_.optimiser.value = function_->value(state_.optimiser.z);
   state_.optimiser.gradient = function_->gradient();
+  state_.roughness = function_->last_roughness();
   state_.corrected_chi2 = state_.chi2 = grid_.objective().chi2_per_value();
   state_.small_decreases = 0;
+}
+
+/// The same weight, from where it has come to, with r renewed.
+void ChannelRun::go_on_with_weight() {
+  meet_correction();
+  state_.stage_steps = 0;
+  record();
+  save();
 }
 
 /// A step that lowers the objective by less explains what pixels may have wrong in common as well

@@ -120,8 +120,8 @@ PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>&
   return at_lowest_weight() ? PathEnd::lowest : PathEnd::unknown;
 }
 
-/// On the finest grid the last weight once more, with metric and correction renewed and more
-/// patience: those before it only lead there.
+/// On the finest grid the last weight once more, with the correction renewed and more patience:
+/// those before it only lead there.
 NextStep::What RegularisationPath::end_grid(const std::optional<Outlook>& outlook) {
   const bool patient =
       options_.final_tolerance < options_.stage_tolerance && (!outlook || outlook->patience_gains);

@@ -18,6 +18,8 @@ constexpr double of_deviation = 0.3;
 constexpr double loosest = 3e-3;
 /// An error of a gradient by so small a share changes nothing of where they end.
 constexpr double of_gradients = 2e-2;
+/// So many times more exact is r than the light: it corrects all the data.
+constexpr double of_correction = 3.0;
 
 /// The data's usual relative deviation; 0 where there are none.
 double usual_deviation(const Problem& problem) {
@@ -38,7 +40,6 @@ GridPath::GridPath(GridLevels levels, const Backend& backend, const DataTermOpti
       data_term_(data_term),
       correction_(correction) {}
 
-/// Refined solves, few, stay exact: r corrects all the data.
 void GridPath::open(int level, bool closer) {
   check(!closer || (level == 1 && levels_.closer()),
         "a grid that is not there to be fitted closer");
@@ -48,6 +49,7 @@ void GridPath::open(int level, bool closer) {
   Backend backend = backend_;
   double& tolerance = backend.solve.tolerance;
   tolerance = std::max(tolerance, std::min(loosest, of_deviation * usual_deviation(problem)));
+  backend.refined_tolerance = std::max(backend.refined_tolerance, tolerance / of_correction);
   objective_ = std::make_unique<Objective>(problem, backend, data_term_);
   objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
 }
