@@ -20,7 +20,7 @@ GradientSolution conjugate_gradients(
     const double gain = length * square;
     energy += gain;
     const double before = std::exchange(square, at.rest.squaredNorm());
-    if (enough({energy, gain, std::sqrt(square)})) break;
+    if (enough({at.x, energy, gain, std::sqrt(square)})) break;
     direction = at.rest + (square / before) * direction;
   }
   return at;

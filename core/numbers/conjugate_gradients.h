@@ -6,8 +6,9 @@
 
 namespace kappamu {
 
-/// After a step: bᵀx, which grows to bᵀA⁻¹b, what the step added to it, and ‖b − A x‖.
+/// After a step: x, bᵀx, which grows to bᵀA⁻¹b, what the step added to it, and ‖b − A x‖.
 struct GradientStep {
+  const Eigen::VectorXd& x;
   double energy = 0.0;
   double gain = 0.0;
   double rest = 0.0;

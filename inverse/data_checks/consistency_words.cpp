@@ -31,7 +31,7 @@ std::string brightness_sentence(const Consistency& c) {
       "its roughness is for them, and kappa and mu that take them up are wrong. Check the white "
       "reference, the exposure times and eta, and whether diffusion holds in so thick or thin a "
       "block.",
-      std::exp(found.log_scale.value), 100.0 * found.paid_for_scale);
+      std::exp(found.log_scale->value), 100.0 * found.paid_for_scale);
 }
 
 std::string shift_sentence(const Consistency& c, const GridShape& grid, Face seen_face) {

@@ -17,19 +17,19 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr int probes = 4;
-constexpr Eigen::Index errors = 3;  ///< shifts along u and v, logarithm of the scale
-using Columns = Eigen::Matrix<double, Eigen::Dynamic, errors>;
-using Square = Eigen::Matrix<double, errors, errors>;
+/// Columns: shifts along u and v, and the logarithm of the scale where it can be known.
+constexpr Eigen::Index shifts = 2, scale = 2;
 /// Share of S that the last step of conjugate gradients may still have taken away: of a scale's S,
 /// of which the volume absorbs all but thousandths, each step takes little.
-constexpr std::array<double, errors> small_change{0.01, 0.01, 0.001};
+constexpr std::array<double, shifts + 1> small_change{0.01, 0.01, 0.001};
 
 /// Derivatives of `root_weight` times the prediction by shifts along u and v [voxels] and by the
 /// logarithm of its scale.
-Columns by_error(const Problem& problem, const std::vector<double>& prediction,
-                 const std::vector<double>& root_weight) {
+Eigen::MatrixXd by_error(const Problem& problem, const std::vector<double>& prediction,
+                         const std::vector<double>& root_weight) {
   const FaceShape face = problem.seen_shape();
-  Columns columns(static_cast<Eigen::Index>(prediction.size()), errors);
+  const bool scaled = problem.setup.lit_face != problem.seen_face;
+  Eigen::MatrixXd columns(static_cast<Eigen::Index>(prediction.size()), shifts + (scaled ? 1 : 0));
   std::size_t i = 0;
   for (int m = 0; m < problem.patterns; ++m) {
     const double* map = prediction.data() + static_cast<std::size_t>(m) * face.cells();
@@ -40,11 +40,11 @@ Columns by_error(const Problem& problem, const std::vector<double>& prediction,
       for (int u = 0; u < face.nu; ++u, ++i) {
         const int left = std::max(u - 1, 0), right = std::min(u + 1, face.nu - 1);
         const int below = std::max(v - 1, 0), above = std::min(v + 1, face.nv - 1);
-        columns.row(static_cast<Eigen::Index>(i)) =
-            root_weight[i] *
-            Eigen::RowVector3d(-slope(v * face.nu + left, v * face.nu + right, right - left),
-                               -slope(below * face.nu + u, above * face.nu + u, above - below),
-                               prediction[i]);
+        const auto row = static_cast<Eigen::Index>(i);
+        columns(row, 0) = -slope(v * face.nu + left, v * face.nu + right, right - left);
+        columns(row, 1) = -slope(below * face.nu + u, above * face.nu + u, above - below);
+        if (scaled) columns(row, scale) = prediction[i];
+        columns.row(row) *= root_weight[i];
       }
     }
   }
@@ -65,59 +65,75 @@ Roughness smoothing(const CoefficientPair& fields, const GridShape& shape, const
   return r;
 }
 
+/// ½ f²/σ² of an estimate's value and variance, or of pull S f and S; less than 0 where f is.
+double fall(double value, double variance) {
+  return 0.5 * value * std::abs(value) / variance;
+}
+
 }  // namespace
 
 VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, const Prior& prior,
-                           int steps, std::uint64_t seed) {
+                           const ErrorSteps& steps, std::uint64_t seed) {
   const Problem& problem = objective.problem();
   const std::vector<double> prediction = objective.prediction();
   const std::vector<double> root_weight = objective.root_weight();
-  const Columns columns = by_error(problem, prediction, root_weight);
+  const Eigen::MatrixXd columns = by_error(problem, prediction, root_weight);
+  const Eigen::Index errors = columns.cols();
   Eigen::VectorXd residual(columns.rows());
   for (std::size_t i = 0; i < prediction.size(); ++i) {
     residual[static_cast<Eigen::Index>(i)] = root_weight[i] * (problem.data[i] - prediction[i]);
   }
   const PosteriorHessian hessian(objective, prior, probes, seed);
-  Columns weighed(columns.rows(), errors);
+  Eigen::MatrixXd weighed(columns.rows(), errors);
   for (Eigen::Index k = 0; k < errors; ++k) {
     std::vector<double> column(columns.col(k).begin(), columns.col(k).end());
     objective.weigh(column);
     weighed.col(k) = Eigen::Map<const Eigen::VectorXd>(column.data(), weighed.rows());
   }
-  Square s = columns.transpose() * weighed;
-  std::array<Eigen::VectorXd, errors> pulls;
-  std::array<GradientSolution, errors> solutions;
-  for (std::size_t k = 0; k < errors; ++k) {
-    const auto column = static_cast<Eigen::Index>(k);
-    const Eigen::VectorXd data = weighed.col(column);
-    pulls[k] = hessian.gradient(objective.jacobian_transpose({data.begin(), data.end()}));
-    // Until bᵀ H⁻¹ b grows by less than a share of what FᵀF is above it.
-    solutions[k] = conjugate_gradients([&](const Eigen::VectorXd& z) { return hessian.product(z); },
-                                       pulls[k], steps,
-                                       [&, most = s(column, column)](const GradientStep& step) {
-                                         return step.gain < small_change[k] * (most - step.energy);
-                                       });
-  }
+  Eigen::MatrixXd s = columns.transpose() * weighed;
+  Eigen::VectorXd pull = weighed.transpose() * residual;
   const Roughness rough = smoothing(fields, problem.setup.shape, prior);
   const Eigen::VectorXd rise =
       hessian.gradient(objective.gradient()) + hessian.gradient(rough.gradient);
-  Eigen::Vector<double, errors> pull = weighed.transpose() * residual;
-  // Corrected by the residuals, what is left of the errors of S is of second order.
-  for (std::size_t k = 0; k < errors; ++k) {
-    const auto row = static_cast<Eigen::Index>(k);
-    for (std::size_t l = 0; l < errors; ++l) {
-      s(row, static_cast<Eigen::Index>(l)) -=
-          pulls[k].dot(solutions[l].x) + solutions[k].x.dot(solutions[l].rest);
-    }
-    pull[row] += solutions[k].x.dot(rise);
+  std::vector<Eigen::VectorXd> pulls;
+  std::vector<GradientSolution> solutions;
+  for (Eigen::Index k = 0; k < errors; ++k) {
+    const Eigen::VectorXd data = weighed.col(k);
+    pulls.push_back(hessian.gradient(objective.jacobian_transpose({data.begin(), data.end()})));
+    int taken = 0;
+    const auto enough = [&](const GradientStep& step) {
+      const double left = s(k, k) - step.energy;
+      // Until bᵀ H⁻¹ b grows by less than a share of what FᵀF is above it.
+      return step.gain < small_change[static_cast<std::size_t>(k)] * left ||
+             (++taken == steps.telling && k == scale &&
+              fall(pull[k] + step.x.dot(rise), left) < steps.hardly_paid * rough.value);
+    };
+    solutions.push_back(conjugate_gradients(
+        [&](const Eigen::VectorXd& z) { return hessian.product(z); }, pulls.back(), steps.most, enough));
   }
-  const Eigen::MatrixXd covariance = solve_symmetric(s, Square::Identity());
+  // Corrected by the residuals, what is left of the errors of S is of second order.
+  for (Eigen::Index k = 0; k < errors; ++k) {
+    const auto row = static_cast<std::size_t>(k);
+    for (Eigen::Index l = 0; l < errors; ++l) {
+      const GradientSolution& other = solutions[static_cast<std::size_t>(l)];
+      s(k, l) -= pulls[row].dot(other.x) + solutions[row].x.dot(other.rest);
+    }
+    pull[k] += solutions[row].x.dot(rise);
+  }
+  const Eigen::MatrixXd covariance =
+      solve_symmetric(s, Eigen::MatrixXd::Identity(errors, errors));
   const auto estimate = [&, f = Eigen::VectorXd(covariance * pull)](Eigen::Index k) {
     return Estimate{f[k], std::sqrt(covariance(k, k))};
   };
-  const Estimate scale = estimate(2);
-  const double fall = 0.5 * scale.value * std::abs(scale.value) / (scale.error * scale.error);
-  return {estimate(0), estimate(1), scale, rough.value > 0.0 ? fall / rough.value : 0.0};
+  VolumeErrors found{.shift_u = estimate(0), .shift_v = estimate(1), .log_scale = {}};
+  if (errors > scale) {
+    found.log_scale = estimate(scale);
+    const Estimate& f = *found.log_scale;
+    if (rough.value > 0.0) {
+      found.paid_for_scale = fall(f.value, f.error * f.error) / rough.value;
+    }
+  }
+  return found;
 }
 
 }  // namespace kappamu::inverse

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "inverse/data_checks/scale_and_shift.h"
 #include "inverse/problem/objective.h"
@@ -18,17 +19,23 @@ namespace kappamu::inverse {
 /// Of the images against the light, along the axes of the seen face [voxels], and of all values:
 /// the natural logarithm of the data over what they should be. The volume and its prior hide most
 /// of the latter, but pay for it: `paid_for_scale` is by how much the objective would fall if
-/// values were changed by log_scale, over α R, negative where they would be raised.
+/// values were changed by log_scale, over α R, negative where they would be raised. Of a block lit
+/// and seen on one face, whose deep layers hardly show and take up any scale, neither is known.
 struct VolumeErrors {
   Estimate shift_u, shift_v;
-  Estimate log_scale;
+  std::optional<Estimate> log_scale;
   double paid_for_scale = 0.0;
 };
 
-/// At `fields`, those of the objective's last value(), which `prior` draws to their mean. H⁻¹ by at
-/// most `steps` steps of conjugate gradients for each error, two solves each; fewer than it takes
-/// leave it too small.
+/// Of conjugate gradients for H⁻¹, two solves each: fewer than it takes leave it too small.
+struct ErrorSteps {
+  int most = 0;            ///< for each error
+  int telling = 0;         ///< after which a scale is left
+  double hardly_paid = 0;  ///< if less than so much is paid for it
+};
+
+/// At `fields`, those of the objective's last value(), which `prior` draws to their mean.
 VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, const Prior& prior,
-                           int steps, std::uint64_t seed);
+                           const ErrorSteps& steps, std::uint64_t seed);
 
 }  // namespace kappamu::inverse

@@ -28,14 +28,16 @@ nlohmann::ordered_json model_json(const inverse::ModelChoice& choice) {
 nlohmann::ordered_json consistency_json(const inverse::Consistency& c) {
   using Json = nlohmann::ordered_json;
   if (!c.checked) return {{"checked", false}};
+  const inverse::VolumeErrors* scale =
+      c.by_volume && c.by_volume->log_scale ? &*c.by_volume : nullptr;
   return {{"checked", true},
           {"homogeneous_explains", c.explained},
           {"shift_by_volume", c.volume_shift},
           {"scale", std::exp(c.log_scale.value)},
           {"log_scale", {{"value", c.log_scale.value}, {"std", c.log_scale.error}}},
           {"log_scale_limit", c.log_scale_limit},
-          {"volume_log_scale", c.by_volume ? Json(c.by_volume->log_scale.value) : Json(nullptr)},
-          {"paid_for_scale", c.by_volume ? Json(c.by_volume->paid_for_scale) : Json(nullptr)},
+          {"volume_log_scale", scale ? Json(scale->log_scale->value) : Json(nullptr)},
+          {"paid_for_scale", scale ? Json(scale->paid_for_scale) : Json(nullptr)},
           {"scale_is_wrong", c.scale_is_wrong()},
           {"shift_voxels",
            {{"u", c.shift_u.value},
