@@ -71,7 +71,7 @@ std::optional<std::string> dark_far_side(const GridSetup& setup, const Medium& m
   for (std::size_t i = 0; i < medium.kappa.size(); ++i) {
     decay += std::sqrt(medium.mu[i] / medium.kappa[i]);
   }
-  const double depth = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
+  const double depth = setup.thickness_mm();
   const double decades =
       decay / static_cast<double>(medium.kappa.size()) * depth / std::numbers::ln10;
   if (decades <= most_decades) return std::nullopt;

@@ -81,7 +81,7 @@ ObjectFeatures features_of(const GridSetup& setup, const Medium& medium) {
   features.diffuse = setup.source == SourceModel::first_collision ? 0.0 : 1.0;
   for (const Face face : all_faces) features.triangles += face_shape(setup.shape, face).cells();
   if (setup.sides == Sides::mirror) {
-    features.thickness = setup.shape.extent(axis_of(setup.lit_face)) * h / mean_free_path;
+    features.thickness = setup.thickness_mm() / mean_free_path;
   } else {
     features.thickness = 2.0 * x * y * z / surface / mean_free_path;
     features.edges = std::min(4.0 * (x + y + z) * mean_free_path / surface, 3.0 / features.size);

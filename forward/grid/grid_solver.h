@@ -44,6 +44,9 @@ struct GridSetup {
       Sides::open;  ///< mirror: no flux through the four faces beside lit_face and its opposite
   SourceModel source = SourceModel::first_collision;
   Convention convention = Convention::physical;
+
+  /// From the lit face to its opposite.
+  double thickness_mm() const { return shape.extent(axis_of(lit_face)) * shape.voxel_mm; }
 };
 
 struct SolveOptions {

@@ -169,7 +169,7 @@ HomogeneousFit settle(LogResidual& residual, LeastSquaresState at) {
 HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<HomogeneousGuess>& guess) {
   LogResidual residual(objective);
   const forward::GridSetup& setup = objective.problem().setup;
-  const double thickness = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
+  const double thickness = setup.thickness_mm();
   std::vector<LeastSquaresState> guesses = best_guesses(residual, thickness, guess);
   const LinearPrior prior = absorption_prior(residual.per_pattern(square(guesses.front())));
   for (LeastSquaresState& found : guesses) descend(residual, prior, found, interim_tolerance);

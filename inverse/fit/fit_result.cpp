@@ -51,12 +51,11 @@ std::optional<std::string> no_scattering(const Medium& medium) {
 constexpr double thinnest = 1.5;
 
 std::optional<std::string> hardly_scatters(const Medium& medium, const forward::GridSetup& setup) {
-  const double thickness = setup.shape.extent(axis_of(setup.lit_face)) * setup.shape.voxel_mm;
   double mean = 0.0;
   for (const double kappa : medium.kappa.values()) {
     mean += kappa / static_cast<double>(medium.kappa.size());
   }
-  const double paths = thickness / (3.0 * mean);
+  const double paths = setup.thickness_mm() / (3.0 * mean);
   if (paths >= thinnest) return std::nullopt;
   return formatted(
       "The block is %.1f transport mean free paths thick: what passes has hardly scattered, so "

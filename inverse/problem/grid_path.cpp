@@ -55,7 +55,7 @@ void GridPath::open(int level, bool closer) {
 }
 
 double GridPath::thickness_mm() const {
-  return shape().extent(axis_of(problem().setup.lit_face)) * shape().voxel_mm;
+  return problem().setup.thickness_mm();
 }
 
 double GridPath::renew_correction(const CoefficientPair& fields, double photon_noise) {
