@@ -64,8 +64,7 @@ std::optional<std::string> validity_warning(const GridSetup& setup, const Medium
     absorption += medium.mu[i];
   }
   const double albedo = std::max(0.0, 1.0 - absorption / extinction);
-  const double paths = extinction / static_cast<double>(medium.kappa.size()) *
-                       setup.thickness_mm();
+  const double paths = extinction / static_cast<double>(medium.kappa.size()) * setup.thickness_mm();
   const ValidityEstimate estimate = diffusion_validity(albedo, paths);
   const auto much = [&](const std::optional<double>& error) {
     return error && std::abs(*error) > tolerable;

@@ -108,8 +108,9 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
              (++taken == steps.telling && k == scale &&
               fall(pull[k] + step.x.dot(rise), left) < steps.hardly_paid * rough.value);
     };
-    solutions.push_back(conjugate_gradients(
-        [&](const Eigen::VectorXd& z) { return hessian.product(z); }, pulls.back(), steps.most, enough));
+    solutions.push_back(
+        conjugate_gradients([&](const Eigen::VectorXd& z) { return hessian.product(z); },
+                            pulls.back(), steps.most, enough));
   }
   // Corrected by the residuals, what is left of the errors of S is of second order.
   for (Eigen::Index k = 0; k < errors; ++k) {
@@ -120,8 +121,7 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
     }
     pull[k] += solutions[row].x.dot(rise);
   }
-  const Eigen::MatrixXd covariance =
-      solve_symmetric(s, Eigen::MatrixXd::Identity(errors, errors));
+  const Eigen::MatrixXd covariance = solve_symmetric(s, Eigen::MatrixXd::Identity(errors, errors));
   const auto estimate = [&, f = Eigen::VectorXd(covariance * pull)](Eigen::Index k) {
     return Estimate{f[k], std::sqrt(covariance(k, k))};
   };

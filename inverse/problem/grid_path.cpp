@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "core/error.h"
-#include "core/numbers/median.h"
 
 namespace kappamu::inverse {
 
@@ -18,17 +17,23 @@ constexpr double of_deviation = 0.3;
 constexpr double loosest = 3e-3;
 /// An error of a gradient by so small a share changes nothing of where they end.
 constexpr double of_gradients = 2e-2;
-/// So many times more exact is r than the light: it corrects all the data.
-constexpr double of_correction = 3.0;
+/// Nothing cancels an error of r: it is kept far below the deviation that one datum in twenty has
+/// at most.
+constexpr double of_least_deviation = 0.05;
+constexpr double loosest_correction = 1e-3;
 
-/// The data's usual relative deviation; 0 where there are none.
-double usual_deviation(const Problem& problem) {
+/// The relative deviation that so large a `share` of the data have at most; 0 without data.
+double relative_deviation(const Problem& problem, double share) {
   std::vector<double> deviations;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
     if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
     deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
   }
-  return deviations.empty() ? 0.0 : upper_median(std::move(deviations));
+  if (deviations.empty()) return 0.0;
+  const auto at = deviations.begin() +
+                  static_cast<std::ptrdiff_t>(share * static_cast<double>(deviations.size()));
+  std::nth_element(deviations.begin(), at, deviations.end());
+  return *at;
 }
 
 }  // namespace
@@ -48,8 +53,11 @@ void GridPath::open(int level, bool closer) {
   const Problem& problem = closer ? *levels_.closer() : levels_[level];
   Backend backend = backend_;
   double& tolerance = backend.solve.tolerance;
-  tolerance = std::max(tolerance, std::min(loosest, of_deviation * usual_deviation(problem)));
-  backend.refined_tolerance = std::max(backend.refined_tolerance, tolerance / of_correction);
+  tolerance =
+      std::max(tolerance, std::min(loosest, of_deviation * relative_deviation(problem, 0.5)));
+  backend.refined_tolerance = std::max(
+      backend.refined_tolerance,
+      std::min(loosest_correction, of_least_deviation * relative_deviation(problem, 0.05)));
   objective_ = std::make_unique<Objective>(problem, backend, data_term_);
   objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
 }
