@@ -17,15 +17,15 @@ constexpr double most_deviations = 3.0;
 /// What depth and structure common to all patterns do to the scale of the best homogeneous block
 /// [log], one standard deviation over layered and inhomogeneous blocks; what weak layers that
 /// look like a factor do, where such a block explains everything; and what calibration leaves.
-constexpr double structure_spread = 0.18;
+constexpr double structure_spread = 0.16;
 constexpr double weak_layers_spread = 0.025;
 constexpr double calibration_spread = 0.01;
 constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
 /// The same of what volumes find: what grid, prior and calibration leave.
 constexpr double volume_shift_spread = 0.04;
 /// VolumeErrors::paid_for_scale beyond which values are too high. Right data pay as much in one of
-/// 200 blocks, those of a factor of 1.2 in most (docs/limits.md).
-constexpr double most_paid = 0.2;
+/// 200 blocks, those of a factor of 1.2 in most (docs/notes/fit-choices.md).
+constexpr double most_paid = 0.15;
 /// Of 92 blocks that were to pay more than 0.15 all but one had paid more than 0.05 after 16 steps
 /// (docs/notes/fit-choices.md).
 constexpr ErrorSteps volume_steps{48, 16, 0.03};
