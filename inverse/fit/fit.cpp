@@ -176,9 +176,7 @@ void ChannelRun::follow_path() {
   const bool by_few_photons = grid_.levels().photons() && !was_last && path_.at_last_weight();
   if (outdated || by_few_photons) renew_correction(state_.fields);
   if (next.what == NextStep::What::conclude) return conclude();
-  const bool same = next.what == NextStep::What::minimise && next.from == NextStep::From::found &&
-                    state_.path.weight == weight;
-  if (same) {
+  if (next.what == NextStep::What::minimise && state_.path.weight == weight) {
     state_.fields = std::move(begun);
     go_on_with_weight();
   } else {

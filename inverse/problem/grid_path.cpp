@@ -22,13 +22,18 @@ constexpr double of_gradients = 2e-2;
 constexpr double of_least_deviation = 0.05;
 constexpr double loosest_correction = 1e-3;
 
-/// The relative deviation that so large a `share` of the data have at most; 0 without data.
-double relative_deviation(const Problem& problem, double share) {
+/// The relative deviations of the data.
+std::vector<double> relative_deviations(const Problem& problem) {
   std::vector<double> deviations;
   for (std::size_t i = 0; i < problem.data.size(); ++i) {
     if (problem.weight[i] == 0.0 || problem.data[i] == 0.0) continue;
     deviations.push_back(1.0 / (std::sqrt(problem.weight[i]) * std::abs(problem.data[i])));
   }
+  return deviations;
+}
+
+/// What so large a `share` of them have at most; 0 where there are none.
+double at_most(std::vector<double>& deviations, double share) {
   if (deviations.empty()) return 0.0;
   const auto at = deviations.begin() +
                   static_cast<std::ptrdiff_t>(share * static_cast<double>(deviations.size()));
@@ -53,11 +58,11 @@ void GridPath::open(int level, bool closer) {
   const Problem& problem = closer ? *levels_.closer() : levels_[level];
   Backend backend = backend_;
   double& tolerance = backend.solve.tolerance;
-  tolerance =
-      std::max(tolerance, std::min(loosest, of_deviation * relative_deviation(problem, 0.5)));
-  backend.refined_tolerance = std::max(
-      backend.refined_tolerance,
-      std::min(loosest_correction, of_least_deviation * relative_deviation(problem, 0.05)));
+  std::vector<double> deviations = relative_deviations(problem);
+  tolerance = std::max(tolerance, std::min(loosest, of_deviation * at_most(deviations, 0.5)));
+  backend.refined_tolerance =
+      std::max(backend.refined_tolerance,
+               std::min(loosest_correction, of_least_deviation * at_most(deviations, 0.05)));
   objective_ = std::make_unique<Objective>(problem, backend, data_term_);
   objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
 }

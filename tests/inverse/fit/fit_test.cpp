@@ -149,12 +149,11 @@ TEST(Fit, ExplainsTheDataOnTheFinerGridNotByAnOldCorrection) {
   const SurfaceMeasurements m = cases::measure(block, truth);
   const ChannelFit fit = cases::fit(m, {});
   const std::vector<float> finer = predict(fit.medium, m, PredictOptions{});
-  double square = 0.0;
+  // The solver's tolerance; a correction from where the last weight began is off by 1e-3 and more.
+  constexpr double solver = 1e-4;
   for (std::size_t i = 0; i < finer.size(); ++i) {
-    square += std::pow(fit.prediction[i] - finer[i], 2) / m.variance[i];
+    ASSERT_NEAR(fit.prediction[i] / finer[i], 1.0, solver) << i;
   }
-  // Of the data's deviation; by a correction from where the last weight began it is 0.12.
-  EXPECT_LT(std::sqrt(square / static_cast<double>(finer.size())), 0.02);
 }
 
 /// Sharp data whose χ² the last correction, made when all seemed done, takes back above 1.
