@@ -60,9 +60,8 @@ class ForwardModel {
 
 struct MethodName {
   std::string name;
-  std::string description;                             ///< one line, for --help and error messages
-  int max_iterations = SolveOptions{}.max_iterations;  ///< measured default of --max-iterations
-  bool transport = false;                              ///< needs no diffusion to hold
+  std::string description;  ///< one line, for --help and error messages
+  bool transport = false;   ///< needs no diffusion to hold
 };
 
 /// The names `make_forward_model` knows, cheapest to explain first.

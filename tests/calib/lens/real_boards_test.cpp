@@ -123,7 +123,7 @@ void report(const char* name, const CameraCalibration& c) {
   }
 }
 
-/// All corners, x then y, view by view: what scripts/references/mrcal_boards.py reads.
+/// All corners, x then y, view by view: what studies/references/mrcal_boards.py reads.
 std::string in_text(const std::vector<BoardView>& views) {
   std::string text;
   for (const BoardView& view : views) {
@@ -215,9 +215,9 @@ TEST_F(RealBoards, NewViewsArePredictedBetterThanByOpenCv) {
   EXPECT_LT(ours_px, their_radial_px);
 }
 
-// mrcal 2.2 on the same corners with the same model (scripts/references/mrcal_boards.py prints
+// mrcal 2.2 on the same corners with the same model (studies/references/mrcal_boards.py prints
 // these) takes corners as independent. Disjoint halves of these views differ by two to four times
-// what that states (scripts/calibration_splits.py; docs/calibration.md).
+// what that states (studies/calibration_splits.py; docs/calibration.md).
 TEST_F(RealBoards, ProjectionIsLessCertainThanIndependentCornersWouldMakeIt) {
   constexpr double near_mm = 400.0;
   constexpr double far_mm = 1e9;  // as good as infinity

@@ -160,10 +160,10 @@ TEST(Fit, ExplainsTheDataOnTheFinerGridNotByAnOldCorrection) {
 TEST(Fit, ALastCorrectionIsFittedToo) {
   Block block;
   block.noise = 0.005;
-  bench::TruthSpec boxes;
+  test_cases::TruthSpec boxes;
   boxes.seed = 5;
-  const CoefficientPair truth = bench::make_truth(block.grid.refined(2), boxes);
-  const ChannelFit fit = cases::fit(bench::measure(block, truth, 4, 104), {});
+  const CoefficientPair truth = test_cases::make_truth(block.grid.refined(2), boxes);
+  const ChannelFit fit = cases::fit(test_cases::measure(block, truth, 4, 104), {});
   EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.reason;
   EXPECT_LE(fit.report.chi2_per_value, 1.0);
 }

@@ -24,10 +24,10 @@ struct RigCase {
   RigCase() {
     block.grid = {24, 24, 8, 0.5};
     block.noise = 0.001;
-    bench::TruthSpec spec;
+    test_cases::TruthSpec spec;
     spec.seed = 20261126;
-    truth = bench::make_truth(block.grid.refined(2), spec);
-    measured = bench::measure(block, truth, 4);
+    truth = test_cases::make_truth(block.grid.refined(2), spec);
+    measured = test_cases::measure(block, truth, 4);
     Noise noise(11);
     const FaceShape face = measured.seen_shape();
     for (int m = 0; m < measured.patterns; ++m) {

@@ -102,7 +102,8 @@ struct ObjectiveCase {
   explicit ObjectiveCase(const SmoothError& shared) {
     Block block;
     block.grid = {8, 6, 4, 0.5};
-    SurfaceMeasurements m = bench::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
+    SurfaceMeasurements m =
+        test_cases::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
     m.smooth_error = shared;
     backend.device = "reference";
     backend.precision = forward::Precision::double_precision;
