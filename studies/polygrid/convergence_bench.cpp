@@ -4,9 +4,9 @@
 #include "core/processor_time.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/linear_solver.h"
-#include "forward/polygrid/reference/relaxation.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "studies/polygrid/polygrid_bench.h"
+#include "studies/polygrid/relaxation.h"
 
 namespace kappamu::studies {
 

@@ -7,11 +7,11 @@
 #include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "forward/polygrid/cell_geometry.h"
-#include "forward/polygrid/reference/laplacian_weights.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "io/mesh_file.h"
 #include "io/npy.h"
 #include "io/polycube_file.h"
+#include "studies/polygrid/laplacian_weights.h"
 #include "studies/subjects.h"
 
 namespace kappamu::studies {
@@ -43,8 +43,8 @@ std::vector<Object> objects_of(const Request& request) {
 
 /// What studies/polygrid_picture.py draws: corners of the boundary nodes' faces, each cell's scaled
 /// Jacobian there, and what became of its six weights (WeightKind).
-void write_surface(const forward::Polygrid& grid,
-                   const forward::polygrid::LaplacianWeights& weights, const std::string& stem) {
+void write_surface(const forward::Polygrid& grid, const LaplacianWeights& weights,
+                   const std::string& stem) {
   std::vector<float> faces, jacobians;
   std::vector<std::uint8_t> kinds;
   for (std::size_t k = 0; k < grid.boundary_cell.size(); ++k) {
@@ -68,8 +68,7 @@ Json measured(const Object& object, int cells, const Request& request, Progress&
     const forward::MadePolygrid made = forward::make_polygrid(
         object.mesh, {cells, forward::PolygridOptions{}.first_layer}, progress);
     const forward::PolygridQuality& q = made.quality;
-    const forward::polygrid::LaplacianWeights weights =
-        forward::polygrid::laplacian_weights(forward::polygrid::node_grid(made.grid));
+    const LaplacianWeights weights = laplacian_weights(node_grid(made.grid));
     row.update({{"cells", q.cells},
                 {"boundary", q.boundary_nodes},
                 {"refinement", q.refinement},

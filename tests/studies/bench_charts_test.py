@@ -14,7 +14,7 @@ except ImportError:
     sys.exit(77)
 
 ROOT = pathlib.Path(sys.argv.pop())
-sys.path.insert(0, str(ROOT / "scripts"))
+sys.path.insert(0, str(ROOT / "studies"))
 import bench_charts  # noqa: E402
 from charts import common, forward, inverse, limits  # noqa: E402
 

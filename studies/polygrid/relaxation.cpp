@@ -1,8 +1,8 @@
-#include "forward/polygrid/reference/relaxation.h"
+#include "studies/polygrid/relaxation.h"
 
 #include <deque>
 
-namespace kappamu::forward::polygrid {
+namespace kappamu::studies {
 
 namespace {
 
@@ -118,4 +118,4 @@ NodeFluence from_coarser(const RelaxationLevel& fine, const NodeFluence& coarse)
   return result;
 }
 
-}  // namespace kappamu::forward::polygrid
+}  // namespace kappamu::studies

@@ -1,4 +1,4 @@
-#include "forward/polygrid/reference/laplacian_weights.h"
+#include "studies/polygrid/laplacian_weights.h"
 
 #include <Eigen/LU>
 #include <Eigen/SVD>
@@ -6,7 +6,7 @@
 #include <map>
 #include <tuple>
 
-namespace kappamu::forward::polygrid {
+namespace kappamu::studies {
 
 namespace {
 
@@ -164,4 +164,4 @@ LaplacianWeights laplacian_weights(const NodeGrid& grid, NegativeWeights negativ
   return result;
 }
 
-}  // namespace kappamu::forward::polygrid
+}  // namespace kappamu::studies

@@ -8,10 +8,10 @@
 #include "core/optics.h"
 #include "device/device_info.h"
 #include "forward/polygrid/opencl/opencl_solver.h"
-#include "forward/polygrid/reference/relaxation.h"
-#include "made_polygrid.h"
+#include "studies/polygrid/relaxation.h"
+#include "tests/forward/polygrid/made_polygrid.h"
 
-namespace kappamu::forward::polygrid {
+namespace kappamu::studies {
 namespace {
 
 using Eigen::Vector3d;
@@ -186,4 +186,4 @@ TEST(PolygridRelaxation, CoarseLevelsSaveNodesAndOursMore) {
 }
 
 }  // namespace
-}  // namespace kappamu::forward::polygrid
+}  // namespace kappamu::studies

@@ -7,7 +7,10 @@
 
 #include "forward/polygrid/polygrid.h"
 
-namespace kappamu::forward::polygrid {
+namespace kappamu::studies {
+
+using namespace forward;
+using namespace forward::polygrid;
 
 /// Nodes and links of a polygrid or of a coarser level of one ([W] 5.3), without the cells' shapes.
 struct NodeGrid {
@@ -46,4 +49,4 @@ enum class NegativeWeights { kept, replaced };
 LaplacianWeights laplacian_weights(const NodeGrid& grid,
                                    NegativeWeights negative = NegativeWeights::replaced);
 
-}  // namespace kappamu::forward::polygrid
+}  // namespace kappamu::studies

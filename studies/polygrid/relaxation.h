@@ -8,9 +8,12 @@
 #include <vector>
 
 #include "core/object_medium.h"
-#include "forward/polygrid/reference/laplacian_weights.h"
+#include "studies/polygrid/laplacian_weights.h"
 
-namespace kappamu::forward::polygrid {
+namespace kappamu::studies {
+
+using namespace forward;
+using namespace forward::polygrid;
 
 /// A level with its material and light; κ and μ of interior nodes, q of boundary nodes.
 struct RelaxationLevel {
@@ -40,4 +43,4 @@ void relax(const RelaxationLevel& level, double A, int steps, int depth, NodeFlu
 /// The coarser level's values at the finer level's nodes.
 NodeFluence from_coarser(const RelaxationLevel& fine, const NodeFluence& coarse);
 
-}  // namespace kappamu::forward::polygrid
+}  // namespace kappamu::studies
