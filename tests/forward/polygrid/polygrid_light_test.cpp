@@ -10,7 +10,7 @@
 #include "forward/polygrid/beams.h"
 #include "forward/polygrid/cell_walk.h"
 #include "forward/polygrid/polygrid_diffusion.h"
-#include "made_polygrid.h"
+#include "tests/cases/made_polygrid.h"
 #include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::polygrid {

@@ -9,7 +9,7 @@
 #include "device/device_info.h"
 #include "forward/polygrid/opencl/opencl_solver.h"
 #include "studies/polygrid/relaxation.h"
-#include "tests/forward/polygrid/made_polygrid.h"
+#include "tests/cases/made_polygrid.h"
 
 namespace kappamu::studies {
 namespace {

@@ -1,4 +1,4 @@
-#include "made_polygrid.h"
+#include "tests/cases/made_polygrid.h"
 
 #include <cmath>
 
