@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
-#include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/shape/make_polygrid.h"
@@ -36,7 +35,7 @@ std::vector<Object> objects_of(const Request& request) {
   }
   for (const std::string& file : files) {
     objects.push_back({std::filesystem::path(file).stem().string(),
-                       check_mesh(fitted(io::read_mesh(file), size_mm), file).mesh});
+                       fitted(io::read_body(file).mesh, size_mm)});
   }
   return objects;
 }

@@ -34,7 +34,7 @@ MOST_FILES = 25  # of its own in one folder; beyond, rooms by subject
 TOP = {"app", "tests"}
 # Libraries that must stay behind .cpp files: only a header that none but .cpp files of its own folder
 # include may name them. A header of forward declarations costs its readers nothing.
-HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenImageIO|libraw|embree3|assimp)")
+HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenImageIO|libraw|embree3)")
 FORWARD_DECLARATIONS = {"nlohmann/json_fwd.hpp"}
 # The folders that build with -DKAPPAMU_PIPELINE=OFF may use nothing but these: Eigen, OpenCL, the
 # standard library and the system's C headers. Not even forward declarations of another library.
