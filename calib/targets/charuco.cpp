@@ -105,12 +105,12 @@ std::size_t fitting(const Markers& markers, const Board& charuco) {
   }
   if (!other.empty()) {
     throw InputError(name + ": no marker of " + board.dictionary + " but " + std::to_string(most) +
-                     " of " + other + ": correct calibration.board.dictionary in session.json");
+                     " of " + other + ": correct the board's dictionary");
   }
   throw InputError(name +
                    ": no ArUco marker found; take the picture again with most of the ChArUco "
                    "board in view, sharp, evenly lit and not mirrored, or correct "
-                   "calibration.board in session.json");
+                   "what is stated of the board");
 }
 
 /// The layout that puts the markers right. Throws where none does, and says which number of columns
@@ -140,13 +140,13 @@ Layout layout_of(const Markers& markers, const capture::Board& board, const std:
                        (columns == board.columns
                             ? " and more than " + std::to_string(board.rows) + " rows"
                             : ", not " + std::to_string(board.columns)) +
-                       ": correct calibration.board in session.json");
+                       ": correct what is stated of the board");
     }
   }
   throw InputError(name + ": its " + std::to_string(markers.ids.size()) +
                    " markers do not lie as on a ChArUco board of " + std::to_string(board.columns) +
                    " x " + std::to_string(board.rows) +
-                   " inner corners; correct calibration.board in session.json");
+                   " inner corners; correct what is stated of the board");
 }
 
 }  // namespace

@@ -154,11 +154,11 @@ TEST(FindBoard, CharucoBoardOfAnotherMakeIsNamed) {
   told.dictionary = "DICT_6X6_250";
   const std::string dictionary = says(told);
   EXPECT_THAT(dictionary, HasSubstr("calibration/board_03.png: no marker of DICT_6X6_250 but 35 of "
-                                    "DICT_4X4_50: correct calibration.board.dictionary"));
+                                    "DICT_4X4_50: correct the board's dictionary"));
   told = board;
   told.columns = 8;
   EXPECT_THAT(says(told), HasSubstr("its markers lie as on a board of 9 inner corners per row, not "
-                                    "8: correct calibration.board in session.json"));
+                                    "8: correct what is stated of the board"));
   told = board;
   told.rows = 3;
   EXPECT_THAT(says(told), HasSubstr("9 inner corners per row and more than 3 rows"));
