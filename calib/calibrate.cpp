@@ -226,7 +226,8 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
   return result;
 }
 
-CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress) {
+CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress,
+                                         const std::optional<KnownLens>& known) {
   CalibrationResult result;
   Stages stages(result, progress);
   const capture::Camera& camera = session.camera;
@@ -237,7 +238,7 @@ CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progre
     for (double& v : linear) v = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
   }
   result.radiometry.response.linear.assign(session.channels.size(), linear);
-  calibrate_lenses(session, stages, result);
+  calibrate_lenses(session, stages, result, known);
   const std::vector<Rigid>& boards = result.camera.camera_from_board;
   double distance = 0.0;
   for (const Rigid& board : boards) distance += board.translation.z();

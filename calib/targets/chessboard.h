@@ -1,6 +1,8 @@
 // Inner corners of a chessboard in a photograph, in one order whatever way the detector saw it.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 
 #include "calib/targets/board_corners.h"
@@ -16,6 +18,11 @@ Image<float> to_grey(const Image<float>& image);
 /// light. `name` is the file, for messages. Throws InputError if the board is not wholly visible.
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name);
+
+/// Inner corners of the board that a picture without the stated one shows: one more or fewer each
+/// way, or what OpenCV's sector-based detector makes of it. Takes about ten times as long as a
+/// search.
+std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int columns, int rows);
 
 /// The chessboard thrown on a plane beside a printed one, `printed` from the plane's own picture.
 /// Room light shows the printed board here too: where the detector takes it for the projected one,

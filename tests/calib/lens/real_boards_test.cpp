@@ -199,6 +199,20 @@ TEST_F(RealBoards, AreExplainedAsWellAsByOpenCv) {
   EXPECT_NEAR(full.lens.fy, 532.946, 0.67);
 }
 
+// Whoever published the photographs calibrated with one focal length: 0.39 px over all corners.
+TEST_F(RealBoards, LensPublishedWithThemIsHeld) {
+  const KnownLens known = read_known_lens(
+      reference_data("chessboard-opencv-left") / "published_left_intrinsics.yml", LensUse::held);
+  require_size(known, width, height);
+  const CameraCalibration held =
+      calibrate_camera(ours_, square_mm, width, height, std::nullopt, known);
+  const CameraCalibration own = calibrate_camera(ours_, square_mm, width, height);
+  report("published, held", held);
+  EXPECT_EQ(held.lens.fx, 535.91573396163199);
+  EXPECT_LT(held.rms_px, 0.39);
+  EXPECT_GT(held.rms_px, own.rms_px);
+}
+
 TEST_F(RealBoards, NewViewsArePredictedBetterThanByOpenCv) {
   const auto full = [](const std::vector<BoardView>& v) { return by_opencv(v, 0); };
   const auto radial = [](const std::vector<BoardView>& v) {
