@@ -88,7 +88,8 @@ HomogeneousBlock::HomogeneousBlock(const GridSetup& setup, Face seen,
   q_ = boundary_q_per_irradiance(setup, constants);
   scale_ = exitance_per_flux(setup);
   if (setup.source == SourceModel::first_collision) beam_ = constants.normal_transmittance;
-  // What q sends back unchanged does not spread: it is counted pixel by pixel, apart from the modes.
+  // What q sends back unchanged does not spread: it is counted pixel by pixel, apart from the
+  // modes.
   apart_ = exitance_per_irradiance(setup, constants) - scale_ * q_ / (2.0 * robin_A_);
 }
 
@@ -118,9 +119,16 @@ std::vector<double> HomogeneousBlock::depths() const {
   return result;
 }
 
-/// Exitance of a wave that the modes carry, per irradiance.
+/// Exitance of a wave that the modes carry, per irradiance; of a slice of a side by Simpson's rule.
 double HomogeneousBlock::response(const LayeredMode& mode, double depth) const {
-  return scale_ * mode.fluence(depth) / (2.0 * robin_A_);
+  const double half = 0.5 * setup_.shape.voxel_mm;
+  const bool side = axis_of(seen_) != axis_of(setup_.lit_face);
+  const double end = std::min(depth + half, setup_.thickness_mm());
+  const double fluence = side ? (mode.fluence(std::max(0.0, depth - half)) +
+                                 4.0 * mode.fluence(depth) + mode.fluence(end)) /
+                                    6.0
+                              : mode.fluence(depth);
+  return scale_ * fluence / (2.0 * robin_A_);
 }
 
 /// [u][v] of the pixels of a side face.
@@ -135,8 +143,8 @@ Eigen::MatrixXd HomogeneousBlock::through_side(const std::vector<Eigen::MatrixXd
   Eigen::MatrixXd result(along.rows(), static_cast<Eigen::Index>(filters.size()));
   for (std::size_t d = 0; d < filters.size(); ++d) {
     const Eigen::MatrixXd field = waves.cwiseProduct(filters[d]);
-    const Eigen::VectorXd left = across_first ? Eigen::VectorXd(field.transpose() * end)
-                                              : Eigen::VectorXd(field * end);
+    const Eigen::VectorXd left =
+        across_first ? Eigen::VectorXd(field.transpose() * end) : Eigen::VectorXd(field * end);
     result.col(static_cast<Eigen::Index>(d)) = along * left;
   }
   if (depth_first) result.transposeInPlace();

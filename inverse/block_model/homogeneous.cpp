@@ -228,24 +228,25 @@ HomogeneousFit find_homogeneous(const Problem& problem,
     for (const std::size_t at : some.at) prediction.push_back(all[at]);
     return prediction;
   });
-  std::vector<LeastSquaresState> places =
-      lowest_places(residual, problem.setup.thickness_mm());
+  std::vector<LeastSquaresState> places = lowest_places(residual, problem.setup.thickness_mm());
   if (guess) {
     const Eigen::Vector2d p(std::log(guess->kappa), std::log(guess->mu));
     if (Eigen::VectorXd r = residual.residual(p); r.size() > 0) places.push_back({p, r, {}});
   }
   const auto least = [&](const auto& cost) {
-    return *std::min_element(places.begin(), places.end(), [&](const auto& a, const auto& b) {
-      return cost(a) < cost(b);
-    });
+    return *std::min_element(places.begin(), places.end(),
+                             [&](const auto& a, const auto& b) { return cost(a) < cost(b); });
   };
   const auto prior = [&] { return absorption_prior(residual.per_pattern(square(least(square)))); };
-  const LinearPrior before = prior();
-  for (LeastSquaresState& place : places) descend(residual, before, place, interim_tolerance);
-  const LinearPrior after = prior();
-  return settle(residual, least([&](const LeastSquaresState& at) {
-                  return square(at) + after.square(at.p);
-                }));
+  // The prior weighs what the best place leaves, which descents lower.
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    const LinearPrior now = prior();
+    for (LeastSquaresState& place : places) descend(residual, now, place, interim_tolerance);
+  }
+  const LinearPrior last = prior();
+  return settle(residual,
+                least([&](const LeastSquaresState& at) { return square(at) + last.square(at.p); }));
 }
 
 HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from) {

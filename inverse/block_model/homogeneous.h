@@ -38,8 +38,8 @@ struct HomogeneousFit {
 /// places, however far off, slope towards a solution. Predictions are those of the block's lateral
 /// modes (forward/analytic/homogeneous_block.h) at some thousand pixels: no grid is solved on, and
 /// none blurs the light. A thin block that hardly absorbs does not tell μ, and one with structure
-/// may seem to absorb nothing: a weak prior on the absorbed share of collisions, 3κμ, decides there.
-/// Throws InputError when no datum stands above its noise.
+/// may seem to absorb nothing: a weak prior on the absorbed share of collisions, 3κμ, decides
+/// there. Throws InputError when no datum stands above its noise.
 HomogeneousFit find_homogeneous(const Problem& problem,
                                 const std::optional<HomogeneousGuess>& guess = std::nullopt);
 

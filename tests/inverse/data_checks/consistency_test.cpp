@@ -39,8 +39,7 @@ Checked check(const bench::Figure3& truth, const bench::Mistake& mistake, double
   SurfaceMeasurements m = bench::expose_figure(block(), truth, side, 2, eta);
   bench::spoil(m, block().noise, mistake);
   const Problem problem = make_problem(m, 0, forward::Convention::physical, model_error);
-  Objective objective(problem, {});
-  const HomogeneousFit start = fit_homogeneous(objective);
+  const HomogeneousFit start = find_homogeneous(problem);
   Checked checked;
   checked.consistency = check_consistency(problem, start.kappa, start.mu, model_error, {});
   checked.warnings = warnings_of(checked.consistency, problem);
