@@ -125,7 +125,7 @@ struct SomeData {
   std::vector<std::size_t> at;    ///< of the pixels' predictions
 };
 SomeData some_data(const Problem& problem) {
-  constexpr double enough = 20000.0;  // of all patterns
+  constexpr double enough = 8000.0;  // of all patterns
   constexpr int least = 6;
   constexpr std::size_t least_used = 200;
   const FaceShape face = problem.seen_shape();

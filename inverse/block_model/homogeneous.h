@@ -36,7 +36,7 @@ struct HomogeneousFit {
 /// block, then Levenberg-Marquardt from the table's lowest points and from `guess`. Light on the
 /// seen face leaves several valleys, which a table of few places confuses. The logarithm makes all
 /// places, however far off, slope towards a solution. Predictions are those of the block's lateral
-/// modes (forward/analytic/homogeneous_block.h) at some thousand pixels: no grid is solved on, and
+/// modes (forward/analytic/homogeneous_block.h) at some 8000 data: no grid is solved on, and
 /// none blurs the light. A thin block that hardly absorbs does not tell μ, and one with structure
 /// may seem to absorb nothing: a weak prior on the absorbed share of collisions, 3κμ, decides
 /// there. Throws InputError when no datum stands above its noise.
