@@ -39,8 +39,7 @@ Checked check(const test_cases::Figure3& truth, const test_cases::Mistake& mista
   SurfaceMeasurements m = test_cases::expose_figure(block(), truth, side, 2, eta);
   test_cases::spoil(m, block().noise, mistake);
   const Problem problem = make_problem(m, 0, forward::Convention::physical, model_error);
-  Objective objective(problem, {});
-  const HomogeneousFit start = fit_homogeneous(objective);
+  const HomogeneousFit start = find_homogeneous(problem);
   Checked checked;
   checked.consistency = check_consistency(problem, start.kappa, start.mu, model_error, {});
   checked.warnings = warnings_of(checked.consistency, problem);

@@ -72,7 +72,7 @@ Spread spread_of_fits(const LayeredMedium& truth, int count) {
     if (k == 0) {
       spread.predicted = LayerFitter(objective, truth).covariance().diagonal().cwiseSqrt();
     }
-    const HomogeneousFit start = fit_homogeneous(objective);
+    const HomogeneousFit start = find_homogeneous(problem);
     const LayeredMedium begin{{0}, {std::log(start.kappa)}, {std::log(start.mu)}};
     LayerFitter fitter(objective, with_layers(begin, truth.layers(), block.grid.nz));
     found.push_back(joined(fitter.descend().medium));
