@@ -20,6 +20,7 @@ class GridModel final : public ForwardModel {
     const std::string device = reference_ ? "reference" : options.device;
     const SolverChoice choice = make_grid_solver(problem.setup, device, options.precision);
     GridSolver& solver = *choice.solver;
+    validate(problem.setup, problem.light, problem.patterns);
     ForwardResult result;
     result.backend = solver.backend();
     if (!choice.warning.empty()) result.warnings.push_back(choice.warning);
@@ -31,7 +32,6 @@ class GridModel final : public ForwardModel {
 
     const auto b = solver.make_field(problem.patterns);
     const auto phi = solver.make_field(problem.patterns);
-    validate(problem.setup, problem.light, problem.patterns);
     const std::vector<double> at_normal = problem.light.direction
                                               ? std::vector<double>(problem.irradiance.size(), 0.0)
                                               : problem.irradiance;
