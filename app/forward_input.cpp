@@ -70,6 +70,7 @@ Medium read_medium(const ForwardFiles& files) {
 }
 
 Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Face lit_face) {
+  if (files.irradiance.empty()) return {};
   const FaceShape face = face_shape(grid, lit_face);
   const std::vector<std::size_t> wanted{static_cast<std::size_t>(face.nv),
                                         static_cast<std::size_t>(face.nu)};

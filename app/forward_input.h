@@ -12,11 +12,11 @@
 namespace kappamu::app {
 
 struct ForwardFiles {
-  std::string kappa;                                  ///< .npy [z][y][x], or .vdb
-  std::string mu;                                     ///< the same
-  std::string irradiance;                             ///< .npy [M][v][u], or [v][u] for one pattern
-  std::optional<double> voxel;                        ///< [mm]; a .vdb brings its own
-  std::optional<std::string> channel;                 ///< which of a .vdb's
+  std::string kappa;                   ///< .npy [z][y][x], or .vdb
+  std::string mu;                      ///< the same
+  std::string irradiance;              ///< .npy [M][v][u], or [v][u] for one pattern; empty: none
+  std::optional<double> voxel;         ///< [mm]; a .vdb brings its own
+  std::optional<std::string> channel;  ///< which of a .vdb's
   std::size_t most_voxels = io::default_most_voxels;  ///< of one file's volumes together
 };
 
@@ -29,7 +29,7 @@ struct Irradiance {
   std::vector<double> values;  ///< [M][v][u]
 };
 /// Throws InputError naming the file unless its shape is that of the lit face and every irradiance
-/// finite and not negative.
+/// finite and not negative. No patterns where there is no file.
 Irradiance read_irradiance(const ForwardFiles& files, const GridShape& grid, Face lit_face);
 
 }  // namespace kappamu::app

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <utility>
 
 #include "forward/grid/grid_physics.h"
 #include "io/npy.h"
+#include "io/volume/volume_export.h"
 
 namespace kappamu::app {
 
@@ -49,8 +51,41 @@ void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
   }
 }
 
+void write_fluence(const std::filesystem::path& folder, FluenceFormat format, const ForwardRun& run,
+                   const forward::ForwardResult& result) {
+  const GridShape& shape = run.setup.shape;
+  const std::pair<const char*, const std::vector<double>*> kinds[] = {
+      {"", &result.fluence}, {"standard_error_", &result.fluence_error}};
+  if (format == FluenceFormat::npy) {
+    for (const auto& [prefix, values] : kinds) {
+      if (values->empty()) continue;
+      const std::vector<float> stored(values->begin(), values->end());
+      io::write_npy(folder / (std::string(prefix) + "fluence.npy"),
+                    {static_cast<std::size_t>(run.patterns), static_cast<std::size_t>(shape.nz),
+                     static_cast<std::size_t>(shape.ny), static_cast<std::size_t>(shape.nx)},
+                    std::span<const float>(stored));
+    }
+    return;
+  }
+  std::vector<Volume<double>> volumes;
+  std::vector<std::string> names;
+  for (const auto& [prefix, values] : kinds) {
+    for (auto at = values->begin(); at != values->end();) {
+      const auto end = at + static_cast<std::ptrdiff_t>(shape.cells());
+      names.push_back(prefix + ("phi_" + std::to_string((end - values->begin()) / (end - at) - 1)));
+      volumes.emplace_back(shape, std::vector<double>(at, end));
+      at = end;
+    }
+  }
+  std::vector<io::NamedVolume> named;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    named.push_back({names[i], "unit of the irradiance", &volumes[i]});
+  io::export_vti(folder / "fluence.vti", named);
+}
+
 std::vector<std::string> forward_outputs() {
-  std::vector<std::string> names{"summary.json"};
+  std::vector<std::string> names{"summary.json", "fluence.npy", "standard_error_fluence.npy",
+                                 "fluence.vti"};
   for (const Face face : all_faces) {
     names.push_back("exitance_" + to_string(face) + ".npy");
     names.push_back("standard_error_" + to_string(face) + ".npy");
@@ -81,6 +116,11 @@ Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result
     summary["anisotropy"] = run.options.anisotropy;
     summary["seed"] = run.options.seed;
   }
+  Json points = Json::array();
+  for (const forward::PointSource& point : run.light.points) {
+    const Eigen::Vector3d& at = point.position_mm;
+    points.push_back({{"position_mm", {at.x(), at.y(), at.z()}}, {"power", point.power}});
+  }
   summary.update({{"seconds", result.seconds},
                   {"setup_seconds", result.setup_seconds},
                   {"backend", result.backend},
@@ -93,8 +133,14 @@ Json forward_summary(const ForwardRun& run, const forward::ForwardResult& result
                   {"sides", to_string(setup.sides)},
                   {"source", first_collision ? "first-collision" : "boundary"},
                   {"convention", physical ? "physical" : "wang2008"},
+                  {"direction", nullptr},
+                  {"points", points},
                   {"units", {{"power", "mm^2 times the unit of irradiance"}, {"length", "mm"}}},
                   {"patterns", patterns}});
+  if (run.light.direction) {
+    const Eigen::Vector3d d = run.light.direction->normalized();
+    summary["direction"] = {d.x(), d.y(), d.z()};
+  }
   return summary;
 }
 

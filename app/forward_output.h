@@ -15,7 +15,15 @@ struct ForwardRun {
   forward::GridSetup setup;
   forward::ForwardOptions options;
   int patterns = 1;
+  forward::LightGeometry light{};
 };
+
+enum class FluenceFormat { npy, vti };
+
+/// fluence.npy [M][z][y][x], or fluence.vti with a volume phi_<m> for each pattern; beside them,
+/// where the model has it, standard_error_fluence.npy or standard_error_phi_<m>.
+void write_fluence(const std::filesystem::path& folder, FluenceFormat format, const ForwardRun& run,
+                   const forward::ForwardResult& result);
 
 /// exitance_<face>.npy and, where the model has them, standard_error_<face>.npy.
 void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
@@ -24,7 +32,7 @@ void write_maps(const std::filesystem::path& folder, const ForwardRun& run,
 /// The content of summary.json.
 nlohmann::ordered_json forward_summary(const ForwardRun& run, const forward::ForwardResult& result);
 
-/// Names of all files that write_maps() and the command may write.
+/// Names of all files that write_maps(), write_fluence() and the command may write.
 std::vector<std::string> forward_outputs();
 
 }  // namespace kappamu::app

@@ -11,6 +11,7 @@
 
 #include "core/grid.h"
 #include "core/progress.h"
+#include "forward/grid/block_light.h"
 #include "forward/grid/grid_solver.h"
 #include "forward/grid/power_balance.h"
 
@@ -21,6 +22,7 @@ struct ForwardProblem {
   Medium medium;
   int patterns = 1;
   std::vector<double> irradiance;  ///< [pattern][v][u] on the lit face, before Fresnel
+  LightGeometry light{};           ///< where `any_light` of the method says so
 };
 
 /// What a caller may ask of a model; each model reads what concerns it.
@@ -32,6 +34,7 @@ struct ForwardOptions {
   std::uint64_t photons = 1'000'000;  ///< per pattern, Monte Carlo
   double anisotropy = 0.0;            ///< g of Monte Carlo's phase function; σs = σs'/(1−g)
   double model_tolerance = 0.05;      ///< of `auto`: relative error against transport, 2-norm
+  bool fluence = false;               ///< also ForwardResult::fluence, of models with `any_light`
 };
 
 struct ForwardResult {
@@ -45,6 +48,10 @@ struct ForwardResult {
   std::array<std::vector<double>, 6> exitance;  ///< [pattern][v][u], in order of all_faces
   std::array<std::vector<double>, 6>
       standard_error;  ///< of `exitance`, same shapes; empty: the model draws no random numbers
+  /// Fluence rate φ of scattered light, and of all light of a point, [pattern][z][y][x], means
+  /// over the voxels, in the unit of the irradiance; empty unless asked for.
+  std::vector<double> fluence;
+  std::vector<double> fluence_error;  ///< standard error of `fluence`; empty as standard_error is
   std::uint64_t photons = 0;          ///< walked per pattern
   std::vector<PowerBalance> balance;  ///< one per pattern
   std::vector<std::string> warnings;  ///< sentences the caller must show
@@ -62,12 +69,14 @@ struct MethodName {
   std::string name;
   std::string description;  ///< one line, for --help and error messages
   bool transport = false;   ///< needs no diffusion to hold
+  bool any_light = false;   ///< takes directions and points, has fluence
 };
 
 /// The names `make_forward_model` knows, cheapest to explain first.
 const std::vector<MethodName>& forward_methods();
 
-/// Throws InputError listing the names when there is no such method.
+/// Its solve() throws InputError where problem or options ask for what `any_light` denies. Throws
+/// InputError listing the names when there is no such method.
 std::unique_ptr<ForwardModel> make_forward_model(const std::string& method);
 
 }  // namespace kappamu::forward

@@ -12,6 +12,8 @@
 #include "app/command.h"
 #include "app/forward_input.h"
 #include "app/forward_output.h"
+#include "core/error.h"
+#include "core/file_name.h"
 #include "forward/diffusion_warnings.h"
 #include "forward/forward_model.h"
 #include "io/atomic_file.h"
@@ -34,6 +36,9 @@ struct ForwardArguments {
   std::optional<std::string> source;
   std::string convention = "physical";
   std::string precision = "single";
+  std::vector<double> direction;    ///< x, y, z or empty
+  std::vector<std::string> points;  ///< "x,y,z" or "x,y,z,power" each
+  std::optional<std::string> fluence;
   forward::ForwardOptions model;
 };
 
@@ -57,6 +62,37 @@ const forward::MethodName& method_named(const std::string& name) {
                        [&](const auto& method) { return method.name == name; });
 }
 
+forward::PointSource point_from(const std::string& text) {
+  forward::PointSource point;
+  int used = 0;
+  const int read =
+      std::sscanf(text.c_str(), "%lf,%lf,%lf%n,%lf%n", &point.position_mm.x(),
+                  &point.position_mm.y(), &point.position_mm.z(), &used, &point.power, &used);
+  if (read < 3 || static_cast<std::size_t>(used) != text.size()) {
+    throw InputError("--point '" + shown_name(text) +
+                     "' is not x,y,z in mm, or x,y,z,power; write for example --point 5,5,2.5");
+  }
+  return point;
+}
+
+/// Irradiance first, then each point as a pattern of its own.
+void read_light(const ForwardArguments& arguments, forward::ForwardProblem& problem) {
+  const GridShape& shape = problem.setup.shape;
+  const Face lit_face = problem.setup.lit_face;
+  Irradiance light = read_irradiance(arguments.files, shape, lit_face);
+  problem.irradiance = std::move(light.values);
+  for (const std::string& text : arguments.points) problem.light.points.push_back(point_from(text));
+  problem.patterns = light.patterns + static_cast<int>(problem.light.points.size());
+  if (problem.patterns == 0)
+    throw InputError("there is no light; give --irradiance, --point or both");
+  problem.irradiance.resize(static_cast<std::size_t>(problem.patterns) *
+                            face_shape(shape, lit_face).cells());
+  if (arguments.direction.empty()) return;
+  if (light.patterns == 0)
+    throw InputError("--direction is that of --irradiance, which is missing");
+  problem.light.direction = Eigen::Vector3d(arguments.direction.data());
+}
+
 void run_forward(const ForwardArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
   const forward::MethodName& method = method_named(arguments.method);
@@ -64,22 +100,27 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
   problem.medium = read_medium(arguments.files);
   problem.setup = setup_of(arguments, problem.medium.kappa.shape());
   const GridShape& shape = problem.setup.shape;
-  Irradiance light = read_irradiance(arguments.files, shape, problem.setup.lit_face);
-  problem.patterns = light.patterns;
-  problem.irradiance = std::move(light.values);
+  read_light(arguments, problem);
 
-  ForwardRun run{method.name, problem.setup, arguments.model, problem.patterns};
+  ForwardRun run{method.name, problem.setup, arguments.model, problem.patterns, problem.light};
+  run.options.fluence = arguments.fluence.has_value();
   run.options.device = globals.device;
   run.options.seed = globals.seed;
   run.options.precision = arguments.precision == "double" ? forward::Precision::double_precision
                                                           : forward::Precision::single_precision;
   const ForwardFiles& files = arguments.files;
-  pipeline::OutputFolder out(arguments.out, "forward", {files.kappa, files.mu, files.irradiance},
-                             forward_outputs());
+  std::vector<std::filesystem::path> inputs{files.kappa, files.mu};
+  if (!files.irradiance.empty()) inputs.emplace_back(files.irradiance);
+  pipeline::OutputFolder out(arguments.out, "forward", inputs, forward_outputs());
   const forward::ForwardResult result =
       forward::make_forward_model(method.name)->solve(problem, run.options, *progress);
 
   write_maps(out.partial(), run, result);
+  if (arguments.fluence) {
+    write_fluence(out.partial(),
+                  *arguments.fluence == "vti" ? FluenceFormat::vti : FluenceFormat::npy, run,
+                  result);
+  }
   const nlohmann::ordered_json summary = forward_summary(run, result);
   io::write_text_atomically(out.partial() / "summary.json", summary.dump(2) + "\n");
   out.commit();
@@ -131,12 +172,19 @@ OUTPUT in the folder of -o:
               unit of the irradiance; mean over each surface voxel; unscattered light and
               the specular reflection are not in it
   standard_error_<face>.npy  of the exitance, the same shapes (montecarlo only)
+  fluence.npy [M][z][y][x], or fluence.vti (volumes phi_0, phi_1, ...), with --fluence: the
+              fluence rate phi of scattered light, and of all light of a point, mean over each
+              voxel, in the unit of the irradiance; of montecarlo with standard_error_fluence.npy
   summary.json  per pattern: power entering (after Fresnel), exiting by face, unscattered,
               absorbed [mm^2 times the unit of irradiance], residual; iterations, seconds
 
 SOURCES. first-collision (default): a collimated beam at normal incidence deposits its first
 collisions along the columns below the lit face, which suits projectors. boundary: light
 enters diffusely at the face, which suits diffuse illumination.
+With --direction the beam falls in obliquely: it is refracted at the face, deposits its first
+collisions along its way, and is reflected and refracted at every face that it meets. Each
+--point is one more pattern, after those of the irradiance: a source inside the block that
+radiates evenly in all directions, of power 1 or as given [mm^2 times the unit of irradiance].
 
 CONVENTIONS. physical (default): coefficients comparable with published ones. wang2008: the
 equations of Wang et al. 2008 as printed (C = 2.1489, q = E_t, source boundary); the maps
@@ -180,8 +228,22 @@ void add_forward(CLI::App& app, Globals& globals) {
       ->required()
       ->type_name("FILE");
   command->add_option("--irradiance", files.irradiance, "Light on the lit face, .npy")
-      ->required()
       ->type_name("FILE");
+  command
+      ->add_option("--direction", options->direction,
+                   "Direction in air in which the light of --irradiance travels (default: normal "
+                   "to the lit face); irradiance is per area of the face")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z");
+  command
+      ->add_option("--point", options->points,
+                   "Isotropic source inside the block [mm]; may be given several times")
+      ->type_name("X,Y,Z[,POWER]");
+  command
+      ->add_option("--fluence", options->fluence,
+                   "Also write the fluence rate in the block, as npy or vti (ParaView)")
+      ->check(CLI::IsMember({"npy", "vti"}));
   add_out(*command, options->out, "Folder for the maps; made if missing");
   command->add_option("--voxel", files.voxel, "Voxel edge [mm]; needed with .npy volumes")
       ->check(CLI::PositiveNumber);

@@ -72,7 +72,11 @@ void run_plan(PlanArguments arguments, const Globals& globals) {
   std::printf("grid          %d x %d x %d voxels of %g mm\n", sample.grid[0], sample.grid[1],
               sample.grid[2], sample.voxel_mm);
   std::printf("exposures    ");
-  for (const double seconds : plan.capture.exposures_s) std::printf(" %.4g s", seconds);
+  for (std::size_t i = 0; i < plan.capture.exposures_s.size();
+       i += static_cast<std::size_t>(request.repeats)) {
+    std::printf(" %.4g s", plan.capture.exposures_s[i]);
+  }
+  if (request.repeats > 1) std::printf(", %d times each", request.repeats);
   std::printf("\nphotographs   %zu of %zu patterns, %d boards, %d planes and targets\n",
               plan.shots.size(), plan.session.patterns.size(), request.boards, request.planes);
   std::printf("disk          %.2g GB at most\n", plan.disk_bytes / 1e9);
@@ -137,6 +141,9 @@ per new arrangement besides the exposures. Disk: 16-bit RGB uncompressed.)");
   option("--exposures", request.exposures,
          "Per pattern; 3 leave kappa uncertain by 0.9 %, 5 by 0.5 % (docs/hdr.md)")
       ->check(CLI::Range(1, 20));
+  option("--repeats", request.repeats,
+         "Photographs of each exposure, which are averaged: N leave 1/N of the noise's variance")
+      ->check(CLI::Range(1, 100));
   add_fit_light(*command, request.light);
   option("--validate-patches", request.validate_patches,
          "Patterns kept out of the fit: n x n patches of the lit face")

@@ -27,6 +27,7 @@ class PixelMerger {
  public:
   PixelMerger(Reader reader, const NoiseModel& noise, const std::vector<float>& exposures)
       : reader_(std::move(reader)), noise_(noise), exposures_(exposures) {
+    while (repeats_ < exposures_.size() && exposures_[repeats_] == exposures_.front()) ++repeats_;
     limit_ = reader_.saturation() -
              saturation_margin_sigmas * std::sqrt(noise_.variance(reader_.saturation()));
     dark_deviation_ = std::sqrt(noise_.variance(0.0F));
@@ -42,12 +43,12 @@ class PixelMerger {
     for (; usable < exposures_.size() && !reader_.saturated(value(usable)); ++usable) {
       signal += reader_.linear(value(usable));
       time += exposures_[usable];
-    }  // longer ones than the first saturated are saturated too, or moved
-    if (usable == 0) {
+    }                         // longer ones than the first saturated are saturated too, or moved
+    if (usable < repeats_) {  // of those that noise happens to keep below, the mean would be biased
       const float bound = reader_.saturation() / exposures_.front();
       return {bound, bound * bound, pixel_saturated};
     }
-    while (usable > 1 && signal / time * exposures_[usable - 1] > limit_) --usable;
+    while (usable > repeats_ && signal / time * exposures_[usable - 1] > limit_) --usable;
     // Then by time squared, best under read noise, where the weights need a good estimate most.
     float moment = 0.0F;
     float squares = 0.0F;
@@ -80,6 +81,7 @@ class PixelMerger {
   Reader reader_;
   const NoiseModel& noise_;
   const std::vector<float>& exposures_;
+  std::size_t repeats_ = 0;  // of the shortest exposure
   float limit_ = 0.0F;
   float dark_deviation_ = 0.0F;
 };

@@ -1,5 +1,6 @@
 // One stack of a session: load, look for frames that do not fit, merge. Declared in merge.h.
 #include <algorithm>
+#include <functional>
 #include <set>
 
 #include "capture/radiance/demosaic.h"
@@ -46,6 +47,21 @@ class StackMerger {
       state->shift_sigma_px *= pitch;
     }
     return find_faults(steadiness_, exposures(), files_, tolerance_for(radiometry));
+  }
+
+  // A copy of a photograph is no second measurement, and would halve the variance all the same.
+  void refuse_copies() const {
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      const auto& values = frames_[i].pixels.values();
+      const bool blank =
+          std::adjacent_find(values.begin(), values.end(), std::not_equal_to<>()) == values.end();
+      for (std::size_t j = 0; j < i && !blank; ++j) {
+        if (frames_[i].exposure_s != frames_[j].exposure_s) continue;
+        if (values != frames_[j].pixels.values()) continue;
+        throw InputError(path(i) + ": is a copy of " + files_[j] + " in every pixel (" + label_ +
+                         "); a copy adds no measurement: leave one of the two out.");
+      }
+    }
   }
 
   void settle_faults(const Radiometry& radiometry, const MergeOptions& options, double pitch,
@@ -159,6 +175,7 @@ HdrImage merge_stack(const Session& session, const Stack& stack, const std::stri
       session, stack, radiometry,
       [&](auto frames, const Radiometry& of_frames, double pitch, const auto& picture) {
         StackMerger merger(session, stack, label, std::move(frames));
+        merger.refuse_copies();
         merger.settle_faults(of_frames, options, pitch, notes);
         return picture(merge_frames(merger.frames(), of_frames, merger.name(), options));
       });

@@ -141,7 +141,10 @@ Plan make_plan(const PlanRequest& request, const std::filesystem::path& folder) 
   capture.setup = request.setup;
   capture.sample = request.sample;
   capture.pattern_station = request.setup == Setup::back_lit ? "back" : "front";
-  capture.exposures_s = exposure_times(request.period_s, request.longest_s, request.exposures);
+  for (const double time : exposure_times(request.period_s, request.longest_s, request.exposures)) {
+    capture.exposures_s.insert(capture.exposures_s.end(), static_cast<std::size_t>(request.repeats),
+                               time);
+  }
   const ProjectorQuad quad = centred_quad(request);
   capture.patterns = make_fit_patterns(request.projector, quad, request.light, patch_overhang);
   if (request.validate_patches > 0) {

@@ -19,6 +19,7 @@ struct PlanRequest {
   double period_s = 1.0 / 60.0;      ///< of the projector's refresh or colour wheel
   double longest_s = 4.0;            ///< longest exposure
   int exposures = 5;                 ///< per pattern
+  int repeats = 1;                   ///< photographs of each exposure, which are averaged
   FitLight light;                    ///< patterns for the fit
   int validate_patches = 2;          ///< n × n patches kept out of the fit; 0 = none
   Board board{9, 6, 4.0};

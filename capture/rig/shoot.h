@@ -47,7 +47,7 @@ struct CapturePlan {
   std::string calibration_station = "front";
   std::string pattern_station = "back";  ///< the same as calibration_station when front-lit
   std::vector<PlannedPattern> patterns;
-  std::vector<double> exposures_s;         ///< of each pattern's stack [s]; distinct
+  std::vector<double> exposures_s;         ///< of each pattern's stack [s]; may repeat
   std::vector<double> target_exposures_s;  ///< of white target and chart [s]; empty = exposures_s
   Board board;
   int camera_board_views = 15;

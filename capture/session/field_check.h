@@ -54,17 +54,11 @@ class FieldCheck {
     require(!list.empty(), field, "has no frames; list at least one");
     for (std::size_t i = 0; i < list.size(); ++i) frame(list[i], indexed(field, i));
   }
-  // Frames of one unchanging scene: times must differ, files too.
+  // Frames of one unchanging scene. Those of one exposure time are averaged: each has its own file.
   void stack(const Stack& list, const std::string& field) const {
     frames(list, field);
     for (std::size_t i = 0; i < list.size(); ++i) {
       for (std::size_t j = 0; j < i; ++j) {
-        const double a = list[i].exposure_s;
-        const double b = list[j].exposure_s;
-        require(std::abs(a - b) > equal_exposure_tolerance * std::max(a, b),
-                indexed(field, i) + ".exposure_s",
-                "equals that of " + indexed(field, j) + " (" + shown(a) +
-                    " s); the exposure times of a stack must differ");
         require(list[i].file != list[j].file, indexed(field, i) + ".file",
                 "is the same file as " + indexed(field, j) + " ('" + list[i].file +
                     "'); each exposure has its own file");
@@ -87,8 +81,6 @@ class FieldCheck {
   const Session& session_;
 
  private:
-  // Times closer than this carry no information about the response and are a typing mistake.
-  static constexpr double equal_exposure_tolerance = 1e-6;
   std::string file_;
 };
 

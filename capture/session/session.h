@@ -23,7 +23,7 @@ struct Frame {
   double exposure_s = 0.0;  ///< exposure time [s], > 0
 };
 
-/// Photographs of one unchanging scene at several exposure times.
+/// Photographs of one unchanging scene at several exposure times; those of one time are averaged.
 using Stack = std::vector<Frame>;
 
 enum class Setup {
@@ -241,8 +241,8 @@ struct Session {
 };
 
 /// Reads and checks folder/session.json. Throws InputError with one sentence naming file, field and
-/// fix for an unreadable file, a missing or unknown field, a wrong unit, equal or non-positive
-/// exposure times, a pattern without frames. Does not open the images.
+/// fix for an unreadable file, a missing or unknown field, a wrong unit, non-positive
+/// exposure times, one file twice in a stack, a pattern without frames. Does not open the images.
 Session read_session(const std::filesystem::path& folder);
 
 /// The checks of read_session on a session made otherwise.

@@ -35,6 +35,8 @@ class MonteCarloModel final : public ForwardModel {
     trace.photons = options.photons;
     trace.seed = options.seed;
     trace.anisotropy = options.anisotropy;
+    trace.light = problem.light;
+    trace.fluence = options.fluence;
     const Stopwatch watch;
     const PhotonTally tally = trace_photons(context, problem.setup, problem.medium,
                                             problem.irradiance, problem.patterns, trace, progress);
@@ -46,9 +48,17 @@ class MonteCarloModel final : public ForwardModel {
     result.photons = options.photons;
     result.seconds = spent;
     result.balance.resize(static_cast<std::size_t>(problem.patterns));
+    const std::vector<double> entering =
+        entering_power(problem.setup, problem.light, problem.irradiance, problem.patterns);
     double worst = 0.0;
     for (std::size_t m = 0; m < result.balance.size(); ++m) {
+      result.balance[m].entering = entering[m];
       worst = std::max(worst, add_pattern(problem, tally, m, result));
+    }
+    const std::size_t cells = problem.setup.shape.cells();
+    for (std::size_t i = 0; i < tally.fluence.size(); ++i) {
+      result.fluence.push_back(entering[i / cells] * tally.fluence[i]);
+      result.fluence_error.push_back(entering[i / cells] * tally.fluence_error[i]);
     }
     result.message =
         std::to_string(options.photons) +
@@ -70,12 +80,7 @@ class MonteCarloModel final : public ForwardModel {
                             ForwardResult& result) {
     const GridShape& shape = problem.setup.shape;
     const double area = shape.voxel_mm * shape.voxel_mm;
-    const std::size_t lit_pixels = face_shape(shape, problem.setup.lit_face).cells();
     PowerBalance& balance = result.balance[m];
-    const double transmittance = boundary_constants(problem.setup.eta).normal_transmittance;
-    for (std::size_t k = 0; k < lit_pixels; ++k) {
-      balance.entering += transmittance * problem.irradiance[m * lit_pixels + k] * area;
-    }
     const auto photons = static_cast<double>(tally.photons);
     const auto power = [&](std::uint64_t weight) {
       return balance.entering * static_cast<double>(weight) / Score::full_weight / photons;

@@ -114,6 +114,10 @@ int surface_pixel(int axis, int plus, int3 extent, float3 point) {
 //   voxels       per voxel: (chance that a tentative collision is real, chance that a real one
 //                absorbs), each in units of 2^-32
 //   entry        per pattern and lit pixel: Walker's alias table (chance to stay, other pixel)
+//   beam         of collimated entry, inside the block
+//   points       x, y, z of each isotropic source; the patterns from `first_point` on
+//   tally_fluence  nonzero: scattered light adds its weight to `fluence`, per pattern and voxel, at
+//                every tentative collision
 //   exits        per pattern and surface pixel: Σ weight, Σ weight²
 //   totals       per pattern: absorbed, unscattered, then per face Σ weight, Σ weight² in the cone
 kernel void trace(const int nx, const int ny, const int nz, const float mean_step, const float g,
@@ -121,6 +125,9 @@ kernel void trace(const int nx, const int ny, const int nz, const float mean_ste
                   const uint seed_low, const uint seed_high, const ulong first, const ulong last,
                   const int pattern_count, global const int* restrict patterns,
                   global const uint2* restrict voxels, global const uint2* restrict entry,
+                  const float beam_x, const float beam_y, const float beam_z,
+                  const int first_point, global const float4* restrict points,
+                  const int tally_fluence, volatile global uint* restrict fluence,
                   volatile global uint* restrict exits, volatile global uint* restrict totals) {
   if (get_global_id(1) >= (size_t)pattern_count) return;
   const int pattern = patterns[get_global_id(1)];
@@ -135,6 +142,8 @@ kernel void trace(const int nx, const int ny, const int nz, const float mean_ste
   entry += (size_t)pattern * lit_pixels;
   exits += (size_t)pattern * surface_pixels * 4;
   totals += (size_t)pattern * 28;
+  if (tally_fluence) fluence += (size_t)pattern * nx * ny * nz * 2;
+  const bool from_point = pattern >= first_point;
 
   ulong absorbed = 0, unscattered = 0;
   ulong next = first + get_global_id(0);
@@ -148,22 +157,27 @@ kernel void trace(const int nx, const int ny, const int nz, const float mean_ste
       next += get_global_size(0);
       event = 0;
       weight = full_weight;
-      scattered = diffuse != 0;
+      scattered = diffuse != 0 || from_point;
       const uint4 r = philox((uint4)(photon, event++, (uint)pattern, 0), key);
+      if (from_point) {
+        position = points[pattern - first_point].xyz;
+        direction = scatter((float3)(0, 0, 1), 0, uniform_of(r.x), uniform_of(r.y));
+        continue;
+      }
       uint pixel = product_high(r.x, (uint)lit_pixels);
       const uint2 choice = entry[pixel];
       if (r.y >= choice.x) pixel = choice.y;
       position = oriented(lit_axis, (lit_face & 1) ? along(top, lit_axis) : 0.0f,
                           (float)(pixel % lit_nu) + uniform_of(r.z),
                           (float)(pixel / lit_nu) + uniform_of(r.w));
-      float cosine = 1, sine = 0, across_cosine = 1, across_sine = 0;
+      direction = (float3)(beam_x, beam_y, beam_z);
       if (diffuse) {
         const uint4 s = philox((uint4)(photon, event++, (uint)pattern, 0), key);
-        cosine = sqrt(uniform_of(s.x));
-        sine = sqrt(1 - cosine * cosine);
-        across_sine = sincos(two_pi * uniform_of(s.y), &across_cosine);
+        const float cosine = sqrt(uniform_of(s.x)), sine = sqrt(1 - cosine * cosine);
+        float across_cosine;
+        const float across_sine = sincos(two_pi * uniform_of(s.y), &across_cosine);
+        direction = oriented(lit_axis, inward * cosine, sine * across_cosine, sine * across_sine);
       }
-      direction = oriented(lit_axis, inward * cosine, sine * across_cosine, sine * across_sine);
     }
 
     const uint4 r = philox((uint4)(photon, event++, (uint)pattern, 0), key);
@@ -220,7 +234,9 @@ kernel void trace(const int nx, const int ny, const int nz, const float mean_ste
     if (weight == 0) continue;
 
     const int3 cell = min(convert_int3_rtz(position), extent - 1);
-    const uint2 voxel = voxels[((size_t)cell.z * ny + cell.y) * nx + cell.x];
+    const size_t index = ((size_t)cell.z * ny + cell.y) * nx + cell.x;
+    if (tally_fluence && scattered) add_to(fluence + 2 * index, weight);
+    const uint2 voxel = voxels[index];
     if (r.y > voxel.x) continue;  // not a real collision
     if (weight >= light_weight) {
       const uint loss = (uint)(((ulong)weight * voxel.y + 0x80000000u) >> 32);

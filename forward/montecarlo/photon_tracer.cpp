@@ -1,6 +1,7 @@
 #include "forward/montecarlo/photon_tracer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -78,6 +79,104 @@ device::Range range_of(const device::DeviceInfo& device, std::size_t patterns,
   return {(items + local - 1) / local * local, patterns, local, 1};
 }
 
+/// Where photons enter each pattern's pixels, and the patterns that have light.
+struct Entries {
+  std::vector<AliasEntry> pixels;
+  std::vector<std::int32_t> lit_patterns;
+};
+
+/// The last `points` patterns are points.
+Entries entries_of(std::span<const double> irradiance, std::size_t lit_pixels, std::size_t patterns,
+                   std::size_t points) {
+  Entries entries{std::vector<AliasEntry>(patterns * lit_pixels), {}};
+  for (std::size_t m = 0; m < patterns; ++m) {
+    const bool point = m >= patterns - points;
+    const std::span<const double> light = irradiance.subspan(m * lit_pixels, lit_pixels);
+    const bool dark = std::all_of(light.begin(), light.end(), [](double e) { return e == 0.0; });
+    if (dark && !point) continue;
+    entries.lit_patterns.push_back(static_cast<std::int32_t>(m));
+    if (point) continue;
+    const std::vector<AliasEntry> aliases = alias_table(light);
+    std::copy(aliases.begin(), aliases.end(),
+              entries.pixels.begin() + static_cast<std::ptrdiff_t>(m * lit_pixels));
+  }
+  return entries;
+}
+
+/// x, y, z [voxel edges] and nothing.
+std::vector<std::array<float, 4>> points_of(const GridShape& shape, const LightGeometry& light) {
+  std::vector<std::array<float, 4>> points;
+  for (const PointSource& point : light.points) {
+    const Eigen::Vector3f at = (point.position_mm / shape.voxel_mm).cast<float>();
+    points.push_back({at.x(), at.y(), at.z(), 0.0F});
+  }
+  if (points.empty()) points.push_back({});  // a device has no empty buffers
+  return points;
+}
+
+/// The device's fluence tallies, emptied after every batch of photons.
+class FluenceBatches {
+ public:
+  FluenceBatches(device::Context& context, std::uint64_t photons, std::size_t values)
+      : context_(context),
+        buffer_(zeros<std::uint64_t>(context, std::max<std::size_t>(1, values))),
+        photons_(photons),
+        batches_(std::max(std::min(least_batches, photons),
+                          (photons + most_in_a_batch - 1) / most_in_a_batch)),
+        sum_(values, 0.0),
+        squares_(values, 0.0) {}
+
+  const device::Buffer& buffer() const { return buffer_; }
+  bool wanted() const { return !sum_.empty(); }
+
+  /// The end of the batch that photon `first` belongs to; all of them where nothing is tallied.
+  std::uint64_t end_of_batch(std::uint64_t first) const {
+    if (!wanted()) return photons_;
+    std::uint64_t batch = first * batches_ / photons_;
+    while (start(batch + 1) <= first) ++batch;
+    return start(batch + 1);
+  }
+
+  void finish_batch(std::uint64_t last) {
+    if (!wanted()) return;
+    std::vector<std::uint64_t> weights(sum_.size());
+    context_.read(buffer_, weights.data(), weights.size() * sizeof(std::uint64_t));
+    context_.zero(buffer_, weights.size() * sizeof(std::uint64_t));
+    const auto photons = static_cast<double>(last - finished_);
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      const double weight = static_cast<double>(weights[i]) / Score::full_weight;
+      sum_[i] += weight;
+      squares_[i] += weight * weight / photons;
+    }
+    finished_ = last;
+    ++count_;
+  }
+
+  /// Means per photon times `unit`, and their standard errors from the scatter of the batches.
+  void write(double unit, PhotonTally& tally) const {
+    const auto n = static_cast<double>(photons_);
+    for (std::size_t i = 0; i < sum_.size(); ++i) {
+      const double mean = sum_[i] / n;
+      const double scatter = std::max(0.0, squares_[i] / n - mean * mean);
+      tally.fluence.push_back(unit * mean);
+      tally.fluence_error.push_back(unit * std::sqrt(scatter / std::max(1.0, count_ - 1.0)));
+    }
+  }
+
+ private:
+  static constexpr std::uint64_t least_batches = 10;
+  /// So many full weights may visit one voxel 8192 times each before 64 bits overflow.
+  static constexpr std::uint64_t most_in_a_batch = 1 << 20;
+
+  std::uint64_t start(std::uint64_t batch) const { return batch * photons_ / batches_; }
+
+  device::Context& context_;
+  device::Buffer buffer_;
+  std::uint64_t photons_, batches_, finished_ = 0;
+  double count_ = 0.0;
+  std::vector<double> sum_, squares_;
+};
+
 }  // namespace
 
 double Score::mean(std::uint64_t photons) const {
@@ -121,6 +220,7 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
                           std::span<const double> irradiance, int patterns,
                           const TraceOptions& options, Progress& progress) {
   validate(setup, options);
+  validate(setup, options.light, patterns);
   const GridShape& shape = setup.shape;
   validate_medium(shape, medium.kappa.values(), medium.mu.values());
   const auto count = static_cast<std::size_t>(patterns);
@@ -129,16 +229,8 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
   check_generator(context);
 
   const CollisionTable table = collision_table(medium, options.anisotropy);
-  std::vector<AliasEntry> entry(count * lit_pixels);
-  std::vector<std::int32_t> lit_patterns;
-  for (std::size_t m = 0; m < count; ++m) {
-    const std::span<const double> light = irradiance.subspan(m * lit_pixels, lit_pixels);
-    if (std::all_of(light.begin(), light.end(), [](double e) { return e == 0.0; })) continue;
-    lit_patterns.push_back(static_cast<std::int32_t>(m));
-    const std::vector<AliasEntry> aliases = alias_table(light);
-    std::copy(aliases.begin(), aliases.end(),
-              entry.begin() + static_cast<std::ptrdiff_t>(m * lit_pixels));
-  }
+  const auto [entry, lit_patterns] =
+      entries_of(irradiance, lit_pixels, count, options.light.points.size());
 
   PhotonTally tally;
   tally.photons = options.photons;
@@ -146,7 +238,13 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
   tally.mean_extinction = table.mean;
   tally.exits.resize(count * surface_pixels(shape));
   tally.totals.resize(count);
-  if (lit_patterns.empty()) return tally;
+  FluenceBatches fluence(context, options.photons, options.fluence ? count * shape.cells() : 0);
+  const double fluence_unit = 1.0 / (table.majorant * std::pow(shape.voxel_mm, 3));
+  if (lit_patterns.empty()) {
+    fluence.finish_batch(options.photons);
+    fluence.write(0.0, tally);
+    return tally;
+  }
 
   device::Program& program = context.program(photon_tracer_cl, "");
   const device::Buffer voxels = upload(context, table.voxels);
@@ -154,22 +252,28 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
   const device::Buffer lit = upload(context, lit_patterns);
   const device::Buffer exits = zeros<Score>(context, tally.exits.size());
   const device::Buffer totals = zeros<PatternTotals>(context, count);
+  const device::Buffer points = upload(context, points_of(shape, options.light));
+  const Eigen::Vector3f beam = enter_beam(setup, options.light).direction.cast<float>();
   const device::Range range = range_of(context.info(), lit_patterns.size(), options.items);
   const auto step = static_cast<float>(1.0 / (table.majorant * shape.voxel_mm));
   std::uint64_t chunk = std::max<std::uint64_t>(1, first_launch_photons / lit_patterns.size());
   for (std::uint64_t first = 0; first < options.photons;) {
-    const std::uint64_t last = std::min(options.photons, first + chunk);
+    const std::uint64_t batch_end = fluence.end_of_batch(first);
+    const std::uint64_t last = std::min(batch_end, first + chunk);
     const Stopwatch watch;
-    context.launch(
-        program, "trace", range, shape.nx, shape.ny, shape.nz, step,
-        static_cast<float>(options.anisotropy), static_cast<float>(setup.eta),
-        static_cast<int>(setup.lit_face), mirrored_axes(setup),
-        setup.source == SourceModel::boundary ? 1 : 0, static_cast<std::uint32_t>(options.seed),
-        static_cast<std::uint32_t>(options.seed >> 32), first, last,
-        static_cast<std::int32_t>(lit_patterns.size()), lit, voxels, entries, exits, totals);
+    context.launch(program, "trace", range, shape.nx, shape.ny, shape.nz, step,
+                   static_cast<float>(options.anisotropy), static_cast<float>(setup.eta),
+                   static_cast<int>(setup.lit_face), mirrored_axes(setup),
+                   setup.source == SourceModel::boundary ? 1 : 0,
+                   static_cast<std::uint32_t>(options.seed),
+                   static_cast<std::uint32_t>(options.seed >> 32), first, last,
+                   static_cast<std::int32_t>(lit_patterns.size()), lit, voxels, entries, beam.x(),
+                   beam.y(), beam.z(), static_cast<int>(count - options.light.points.size()),
+                   points, fluence.wanted() ? 1 : 0, fluence.buffer(), exits, totals);
     context.finish();
+    if (last == batch_end) fluence.finish_batch(last);
     const double wanted =
-        static_cast<double>(chunk) * seconds_per_launch / std::max(watch.seconds(), 1e-6);
+        static_cast<double>(last - first) * seconds_per_launch / std::max(watch.seconds(), 1e-6);
     chunk = std::clamp(static_cast<std::uint64_t>(wanted), std::max<std::uint64_t>(1, chunk / 4),
                        4 * chunk);
     first = last;
@@ -177,6 +281,7 @@ PhotonTally trace_photons(device::Context& context, const GridSetup& setup, cons
         "photons", static_cast<double>(last) / static_cast<double>(options.photons),
         std::to_string(last) + " of " + std::to_string(options.photons) + " per pattern");
   }
+  fluence.write(fluence_unit, tally);
   context.read(exits, tally.exits.data(), tally.exits.size() * sizeof(Score));
   context.read(totals, tally.totals.data(), tally.totals.size() * sizeof(PatternTotals));
   return tally;

@@ -11,6 +11,7 @@
 #include "core/grid.h"
 #include "core/progress.h"
 #include "device/context.h"
+#include "forward/grid/block_light.h"
 #include "forward/grid/grid_solver.h"
 #include "forward/montecarlo/philox.h"
 
@@ -19,8 +20,10 @@ namespace kappamu::forward {
 struct TraceOptions {
   std::uint64_t photons = 1'000'000;  ///< per pattern, 2 to 2^32 − 1
   std::uint64_t seed = 1;
-  double anisotropy = 0.0;           ///< Henyey-Greenstein g
-  std::optional<std::size_t> items;  ///< work-items per pattern; changes nothing in the tallies
+  double anisotropy = 0.0;             ///< Henyey-Greenstein g
+  std::optional<std::size_t> items{};  ///< work-items per pattern; changes nothing in the tallies
+  LightGeometry light{};
+  bool fluence = false;  ///< tally PhotonTally::fluence
 };
 
 /// Weights of photons and their squares, as integers; sums are exact and independent of order. A
@@ -53,8 +56,11 @@ struct PhotonTally {
   std::uint64_t photons = 0;          ///< per pattern; patterns without light have none
   std::vector<Score> exits;           ///< [pattern][surface pixel], scattered light
   std::vector<PatternTotals> totals;  ///< one per pattern
-  double majorant = 0.0;              ///< [1/mm]
-  double mean_extinction = 0.0;       ///< [1/mm]
+  /// [pattern][z][y][x] scattered light's fluence rate per power that enters, and its standard
+  /// error from ten or more batches of photons [1/mm²]; empty unless asked for.
+  std::vector<double> fluence, fluence_error;
+  double majorant = 0.0;         ///< [1/mm]
+  double mean_extinction = 0.0;  ///< [1/mm]
 };
 
 /// Surface pixels of the six faces lie one face after the other, in order of all_faces, [v][u].
@@ -63,7 +69,8 @@ std::size_t surface_pixels(const GridShape& shape);
 
 /// Follows `options.photons` photons per pattern from the lit face, where each enters a pixel with
 /// the chance its irradiance deserves, transmitted light only: the weight of a pattern's photons
-/// together is T Σ E h². `irradiance` is [pattern][v][u]. Equal options give equal bits on one
+/// together is T Σ E h². `irradiance` is [pattern][v][u]. A point's photons start there, as
+/// scattered ones. Equal options give equal bits on one
 /// device. Throws InputError for an unphysical medium, options out of range or the wang2008
 /// convention, DeviceError when the device fails or draws wrong random numbers.
 PhotonTally trace_photons(device::Context& context, const GridSetup& setup, const Medium& medium,

@@ -25,6 +25,8 @@ struct ExportResult {
 /// sigma_t_R [1/mm], albedo_R; float32, raw appended, 64-bit sizes; units, eta and provenance as
 /// FieldData.
 ExportResult export_vti(const std::filesystem::path& file, const VolumeSet& set);
+/// Any volumes of one grid, one or more, without validation.
+void export_vti(const std::filesystem::path& file, const std::vector<NamedVolume>& volumes);
 
 /// Mitsuba 3: grid volumes sigma_t.vol and albedo.vol (format version 3; one channel, or R, G, B in
 /// one file), for several channels also sigma_t_<channel>.vol and albedo_<channel>.vol, and

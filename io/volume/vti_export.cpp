@@ -20,8 +20,8 @@ std::string field_text(const std::string& name, const std::string& text) {
   return result + "0</DataArray>\n";
 }
 
-std::string header_text(const VolumeSet& set, const std::vector<NamedVolume>& volumes) {
-  const GridShape& s = set.shape();
+std::string header_text(const GridShape& s, const std::vector<NamedVolume>& volumes,
+                        const std::string& fields) {
   const std::string h = number_text(s.voxel_mm);
   // Values belong to cells: points lie on voxel corners, so nothing is shifted by half a voxel.
   const std::string extent =
@@ -37,10 +37,8 @@ std::string header_text(const VolumeSet& set, const std::vector<NamedVolume>& vo
     units.append(volume.name).append(" [").append(volume.unit).append("] ");
   }
   text += field_text("units", units + "lengths [mm]");
-  if (set.eta) text += field_text("eta", number_text(*set.eta));
-  for (const auto& [name, value] : set.metadata) text += field_text("provenance_" + name, value);
-  text += "    </FieldData>\n    <Piece Extent=\"" + extent + "\">\n      <CellData Scalars=\"" +
-          volumes.front().name + "\">\n";
+  text += fields + "    </FieldData>\n    <Piece Extent=\"" + extent +
+          "\">\n      <CellData Scalars=\"" + volumes.front().name + "\">\n";
   const std::uint64_t block = sizeof(std::uint64_t) + s.cells() * sizeof(float);
   for (std::size_t i = 0; i < volumes.size(); ++i) {
     text += "        <DataArray type=\"Float32\" Name=\"" + volumes[i].name +
@@ -50,7 +48,27 @@ std::string header_text(const VolumeSet& set, const std::vector<NamedVolume>& vo
          "      </CellData>\n    </Piece>\n  </ImageData>\n  <AppendedData encoding=\"raw\">\n   _";
 }
 
+void write_vti(const std::filesystem::path& file, const std::vector<NamedVolume>& volumes,
+               const std::string& fields) {
+  const GridShape& shape = volumes.front().volume->shape();
+  write_stream_atomically(file, [&](std::ostream& out) {
+    out << header_text(shape, volumes, fields);
+    const std::uint64_t size = shape.cells() * sizeof(float);
+    for (const NamedVolume& named : volumes) {
+      const auto& values = named.volume->values();
+      const std::vector<float> floats(values.begin(), values.end());
+      out.write(reinterpret_cast<const char*>(&size), sizeof size);
+      out.write(reinterpret_cast<const char*>(floats.data()), static_cast<std::streamsize>(size));
+    }
+    out << "\n  </AppendedData>\n</VTKFile>\n";
+  });
+}
+
 }  // namespace
+
+void export_vti(const std::filesystem::path& file, const std::vector<NamedVolume>& volumes) {
+  write_vti(file, volumes, "");
+}
 
 ExportResult export_vti(const std::filesystem::path& file, const VolumeSet& set) {
   validate(set, file.string());
@@ -61,17 +79,10 @@ ExportResult export_vti(const std::filesystem::path& file, const VolumeSet& set)
     volumes.push_back({"sigma_t_" + set.channels[c], "1/mm", &scattering[c].sigma_t});
     volumes.push_back({"albedo_" + set.channels[c], "1", &scattering[c].albedo});
   }
-  write_stream_atomically(file, [&](std::ostream& out) {
-    out << header_text(set, volumes);
-    const std::uint64_t size = set.shape().cells() * sizeof(float);
-    for (const NamedVolume& named : volumes) {
-      const auto& values = named.volume->values();
-      const std::vector<float> floats(values.begin(), values.end());
-      out.write(reinterpret_cast<const char*>(&size), sizeof size);
-      out.write(reinterpret_cast<const char*>(floats.data()), static_cast<std::streamsize>(size));
-    }
-    out << "\n  </AppendedData>\n</VTKFile>\n";
-  });
+  std::string fields;
+  if (set.eta) fields += field_text("eta", number_text(*set.eta));
+  for (const auto& [name, value] : set.metadata) fields += field_text("provenance_" + name, value);
+  write_vti(file, volumes, fields);
   result.files.push_back(file);
   return result;
 }

@@ -136,5 +136,47 @@ TEST_F(ForwardCommand, IterationsThatRunOutAreMarked) {
   EXPECT_EQ(summary()["converged"], false);
 }
 
+TEST_F(ForwardCommand, TakesObliqueLightAndPointsAndWritesTheFluence) {
+  const std::string more = "--device reference --tolerance 1e-10 ";
+  ASSERT_EQ(kappamu(block("z-", more + "--direction -0.4,0.3,1 --point 1.5,1.2,0.9 "
+                                       "--point 1,1,1,4 --fluence npy"))
+                .exit_code,
+            0);
+  const nlohmann::json found = summary();
+  EXPECT_EQ(found["patterns"].size(), 3U);
+  EXPECT_EQ(found["points"][1]["power"], 4.0);
+  EXPECT_LT(found["direction"][0], 0.0);
+  for (const auto& pattern : found["patterns"]) {
+    double out = pattern["unscattered"].get<double>() + pattern["absorbed"].get<double>();
+    for (const auto& [face, power] : pattern["exiting"].items()) out += power.get<double>();
+    EXPECT_NEAR(out / pattern["entering"].get<double>(), 1.0, 1e-8);
+  }
+  const io::NpyArray fluence = io::read_npy(folder() / "out" / "fluence.npy");
+  EXPECT_EQ(fluence.shape, (std::vector<std::size_t>{3, 4, 5, 6}));
+  // Points alone, for ParaView.
+  std::string alone = block("z-", more + "--point 1.5,1.2,0.9 --fluence vti");
+  const std::string light = " --irradiance " + at("light.npy");
+  alone.erase(alone.find(light), light.size());
+  ASSERT_EQ(kappamu(alone).exit_code, 0);
+  std::ifstream vti(folder() / "out" / "fluence.vti");
+  const std::string text{std::istreambuf_iterator<char>(vti), {}};
+  EXPECT_THAT(text, HasSubstr("Name=\"phi_0\""));
+  EXPECT_EQ(summary()["patterns"].size(), 1U);
+}
+
+TEST_F(ForwardCommand, LightThatIsNoneIsRefused) {
+  const auto refused = [&](const std::string& more) {
+    const ProcessResult result = kappamu(block("z-", "--device reference " + more));
+    EXPECT_EQ(result.exit_code, 1) << more;
+    return result.standard_error;
+  };
+  EXPECT_THAT(refused("--point 1,2"), HasSubstr("is not x,y,z in mm"));
+  EXPECT_THAT(refused("--point 1,2,1,3,4"), HasSubstr("is not x,y,z in mm"));
+  EXPECT_THAT(refused("--point 9,1,1"), HasSubstr("does not lie inside the block"));
+  EXPECT_THAT(refused("--direction 0,0,-1"), HasSubstr("does not lead into the lit face"));
+  EXPECT_THAT(refused("--direction 0,1,1 --method analytic --sides mirror"),
+              HasSubstr("takes neither oblique light nor points"));
+}
+
 }  // namespace
 }  // namespace kappamu::app

@@ -223,6 +223,21 @@ TEST_F(Import, TakesExposuresSizeAndShotsFromThePhotographs) {
 }
 
 // The numbers in the names, not their order as text, are the order of the code.
+TEST_F(Import, SeveralPhotographsOfOneExposureAreAllTaken) {
+  const Image<float> light = smooth_scene(width, height, 3, 0.05, 2.0);
+  take("fit_00_3.png", light, {"1/5"});
+  take("fit_00_4.png", light, {"1/5"});
+  take("white_3.png", light, {"1/2"});
+  take("dark_1.png", Image<float>(width, height, 3, 0.0F), {"1/30"});
+  const Session made = import();
+  std::vector<double> times;
+  for (const Frame& frame : made.patterns[0].frames) times.push_back(frame.exposure_s);
+  EXPECT_THAT(times, testing::ElementsAre(1.0 / 30.0, 0.2, 0.2, 0.2, 0.5));
+  EXPECT_EQ(made.calibration.white_target->frames.size(), 4U);
+  EXPECT_EQ(made.calibration.dark.size(), 2U);
+  EXPECT_EQ(read_session(out).patterns[0].frames.size(), 5U);
+}
+
 TEST_F(Import, GrayCodesAreSortedByTheirNumbers) {
   const Image<float> light = smooth_scene(width, height, 3, 0.05, 2.0);
   const int frames = gray_code_frames(session.projector);

@@ -108,6 +108,41 @@ TEST(MergeFrames, OrderOfFramesDoesNotMatter) {
   EXPECT_EQ(once.variance.values(), again.variance.values());
 }
 
+// N frames of each exposure: the mean stays, the variance is an N-th, as predicted.
+TEST(MergeFrames, RepeatsLowerTheVarianceAsTheySay) {
+  const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, straight_curve};
+  const Radiometry radiometry = true_radiometry(camera, 1);
+  constexpr int edge = 128, repeats = 5;
+  for (const double radiance : {0.001, 0.3, 7.0, 29.0}) {
+    const Image<float> scene(edge, edge, 1, static_cast<float>(radiance));
+    std::vector<double> times;
+    for (const double time : {1.0 / 30.0, 0.5})
+      times.insert(times.end(), static_cast<std::size_t>(repeats), time);
+    const MergeOptions dark{.require_light = false};
+    const HdrImage many =
+        merge_frames(shoot_stack(camera, scene, times, 31), radiometry, "many", dark);
+    const HdrImage once =
+        merge_frames(shoot_stack(camera, scene, {1.0 / 30.0, 0.5}, 32), radiometry, "once", dark);
+    double mean = 0.0, square = 0.0, predicted = 0.0, of_one = 0.0;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < scene.size(); ++i) {
+      if ((many.flags.values()[i] & pixel_saturated) != 0) continue;
+      const double off = many.radiance.values()[i] - radiance;
+      mean += off;
+      square += off * off;
+      predicted += many.variance.values()[i];
+      of_one += once.variance.values()[i];
+      ++count;
+    }
+    ASSERT_GT(count, scene.size() / 2) << radiance;
+    const auto n = static_cast<double>(count);
+    const double variance = square / n - mean / n * mean / n;
+    EXPECT_NEAR(mean / n, 0.0, 4.0 * std::sqrt(variance / n)) << radiance;
+    EXPECT_NEAR(variance / (predicted / n), 1.0, 0.1) << radiance;
+    if (radiance < 20.0) EXPECT_NEAR(of_one / predicted, repeats, 0.1 * repeats) << radiance;
+  }
+}
+
 TEST(MergeFrames, FlagsWhatIsSaturatedOrDark) {
   const SimulatedCamera camera{12, 40.0, 20000.0, 5.0, straight_curve};
   Image<float> scene(3, 1, 1);

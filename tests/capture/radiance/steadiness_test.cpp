@@ -343,5 +343,32 @@ TEST_F(UnsteadySession, TooManyMovedFramesAreRefusedEvenWhenAskedToCorrect) {
               HasSubstr("too many to leave out; photograph the stack again"));
 }
 
+TEST_F(UnsteadySession, AmongEqualExposuresFlickerMotionAndCopiesAreTold) {
+  const auto shot = [&](double gain, double shift, unsigned seed) {
+    Image<float> radiance = scene(shift);
+    for (float& value : radiance.values()) value *= static_cast<float>(gain);
+    return shoot_stack(default_camera, radiance, {0.3}, seed)[0];
+  };
+  const auto merged = [&](const std::vector<ExposedFrame>& frames) {
+    stack.clear();
+    write(frames);
+    for (Frame& frame : stack) frame.exposure_s = 0.3;
+    return merge(OnFault::refuse, OnFault::refuse);
+  };
+  EXPECT_NEAR(error_of(merged({shot(1, 0, 1), shot(1, 0, 2), shot(1, 0, 3)})), 0.0, 0.002);
+  EXPECT_THAT(sentence_of([&] {
+                merged({shot(1, 0, 1), shot(1.04, 0, 2), shot(1, 0, 3)});
+              }),
+              AllOf(HasSubstr("f1.png"), HasSubstr("brighter")));
+  EXPECT_THAT(sentence_of([&] {
+                merged({shot(1, 0, 1), shot(1, 0, 2), shot(1, 2, 3)});
+              }),
+              AllOf(HasSubstr("f2.png"), HasSubstr("shifted by")));
+  EXPECT_THAT(sentence_of([&] {
+                merged({shot(1, 0, 1), shot(1, 0, 2), shot(1, 0, 1)});
+              }),
+              AllOf(HasSubstr("f2.png: is a copy of f0.png"), HasSubstr("pattern fit_00")));
+}
+
 }  // namespace
 }  // namespace kappamu::capture

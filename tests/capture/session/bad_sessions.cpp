@@ -290,13 +290,6 @@ std::vector<BadSession> bad_sessions() {
              });
   add_across("white level behind a curve", "camera.white_level", "although encoding is 'response'",
              [](json& s) { s["camera"]["white_level"] = 3900; });
-  add_across("equal exposures", "patterns[0].frames[1].exposure_s",
-             "equals that of patterns[0].frames[0]",
-             [](json& s) { s["patterns"][0]["frames"][1]["exposure_s"] = 0.0333333; });
-  add_across("equal exposures of the chart", "calibration.colour_chart.frames[1].exposure_s",
-             "must differ", [](json& s) {
-               s["calibration"]["colour_chart"]["frames"].push_back(frame("c.png", 0.0333333));
-             });
   add_across("one file twice", "patterns[0].frames[1].file", "is the same file", [](json& s) {
     s["patterns"][0]["frames"][1]["file"] = s["patterns"][0]["frames"][0]["file"];
   });
