@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "bench/objects/object_case.h"
-#include "forward/choice/patches.h"
+#include "forward/patches.h"
 
 namespace kappamu::bench {
 
