@@ -1,6 +1,9 @@
 #include "forward/choice/auto_model.h"
 
+#include <algorithm>
+
 #include "core/error.h"
+#include "core/shown_text.h"
 #include "forward/choice/pilot.h"
 #include "forward/object_models.h"
 
@@ -29,7 +32,7 @@ class AutoModel final : public ChannelsModel {
       try {
         progress.update("choice of a model", 1.0, first.model + ": " + first.reason);
         std::vector<ObjectResult> results =
-            make_object_model(first.model, DiffusionWarning::left_out)
+            make_object_model(first.model, ModelError::stated)
                 ->solve_channels(problems, options_for(first.model, features, asked), progress);
         for (ObjectResult& result : results) finish(asked, choice, result);
         return results;
@@ -45,10 +48,16 @@ class AutoModel final : public ChannelsModel {
   static void finish(const ObjectOptions& asked, const Choice& choice, ObjectResult& result) {
     result.candidates = choice.candidates;
     const ModelCandidate& taken = choice.candidates.front();
-    if (!(taken.error.value() <= asked.tolerance)) {
-      result.warnings.push_back("no model is expected to answer within the tolerance; " +
-                                taken.model + " comes nearest: " + taken.reason);
+    double error = taken.error.value();
+    for (std::size_t l = 0; l < result.error_estimate.size(); ++l) {
+      error = std::max(error, result.error(l));
     }
+    if (error <= asked.tolerance) return;
+    result.converged = false;
+    result.message = formatted("the answer errs by up to %.2g %%, beyond the tolerance of %.2g %%",
+                               100.0 * error, 100.0 * asked.tolerance);
+    result.warnings.push_back("no model is known to answer within the tolerance; " + taken.model +
+                              " comes nearest: " + taken.reason + "; " + result.message);
   }
 
   MachineCosts costs_;

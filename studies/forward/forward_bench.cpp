@@ -126,7 +126,7 @@ std::vector<Sample> Bench::others(const Problem& problem, double seconds, double
   std::vector<Sample> samples = measure_grid_solver(
       problem, "reference", Precision::double_precision, 1, {1e-2, 1e-4, 1e-6, 1e-8, 1e-10}, 1);
   if (!on_opencl()) return samples;
-  for (const auto& [method, description, transport] : baseline::methods()) {
+  for (const forward::MethodName& named : baseline::methods()) {
     update(problem.spec().name + ": " + method);
     const bool smoother = method == "relaxation" || method == "gauss-seidel";
     add(samples, measure_model(problem, method, device, {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6},

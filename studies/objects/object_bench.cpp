@@ -77,7 +77,9 @@ error: relative 2-norm over the surface of the difference from Monte Carlo in pa
 mean_difference: mean of |difference| over the mean exitance, noise included, which alone
 would make it mean_difference_of_noise. validity_error: largest error of diffusion that
 docs/validity.md has for a slab of this albedo and of thickness 2V/S; outside: share of the
-surface where the difference exceeds it by more than three standard errors. exact_error:
+surface where the difference exceeds it by more than three standard errors. stated: the error
+that the model states against transport; covered: share of the surface where its map of errors
+and two standard errors hold the difference. exact_error:
 against the closed form of diffusion. balance: power out over power in, less 1. A model that
 refuses a scene has its sentence in the row instead.
 

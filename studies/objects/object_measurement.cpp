@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "forward/analytic/validity.h"
+#include "forward/model_error.h"
 #include "forward/object_models.h"
 #include "io/npy.h"
 #include "studies/objects/object_bench.h"
@@ -136,7 +137,6 @@ void ObjectMeasurement::add(const forward::ObjectResult& result,
   row["thickness_over_mean_free_path"] = bench_.thickness;
   row["albedo"] = bench_.albedo;
   row["edges"] = features_.edges;
-  row["surface"] = features_.surface;
   row["contrast"] = features_.contrast;
   row["diffuse"] = features_.diffuse;
   row["slant"] = features_.slant;
@@ -147,6 +147,8 @@ void ObjectMeasurement::add(const forward::ObjectResult& result,
   row["validity_error"] = allowed;
   row["outside"] = error.outside;
   row["error_estimate"] = result.error_estimate.front();
+  row["stated"] = result.error(0);
+  row["covered"] = covered(result);
   row["elements"] = result.elements;
   row["tolerance"] = options.tolerance;
   row["photons"] = options.photons;
@@ -159,6 +161,23 @@ void ObjectMeasurement::add(const forward::ObjectResult& result,
     row["exact_error"] = exact_error(result);
   row["converged"] = result.converged;
   row["warnings"] = result.warnings;
+}
+
+/// Share of the surface where the reference is within the map of errors, and two of its own.
+double ObjectMeasurement::covered(const forward::ObjectResult& result) const {
+  const Surface& surface = bench_.object().surface;
+  std::vector<double> stated = forward::error_map(bench_.problem(), result, 0);
+  for (std::size_t i = 0; i < stated.size(); ++i) stated[i] *= result.exitance[i];
+  const std::vector<double> means = patches_.mean(result.exitance, surface);
+  const std::vector<double> allowed = patches_.mean(stated, surface);
+  double within = 0.0, area = 0.0;
+  for (std::size_t p = 0; p < patches_.size(); ++p) {
+    const double difference = std::abs(means[p] - reference_.exitance[p]);
+    const double most = std::hypot(allowed[p], 2.0 * reference_.standard_error[p]);
+    if (difference <= most) within += patches_.area[p];
+    area += patches_.area[p];
+  }
+  return within / area;
 }
 
 double ObjectMeasurement::exact_error(const forward::ObjectResult& result) const {

@@ -3,7 +3,7 @@
 
 #include "core/processor_time.h"
 #include "forward/choice/object_features.h"
-#include "forward/choice/patches.h"
+#include "forward/patches.h"
 #include "studies/objects/object_case.h"
 #include "studies/objects/object_reference.h"
 #include "studies/subject.h"
@@ -58,6 +58,7 @@ class ObjectMeasurement {
   ObjectReference reference() const;
   void add(const forward::ObjectResult& result, const forward::ObjectOptions& options,
            Json& row) const;
+  double covered(const forward::ObjectResult& result) const;
   double exact_error(const forward::ObjectResult& result) const;
   void write_map(const std::string& model, const forward::ObjectResult& result) const;
 

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "forward/choice/patches.h"
+#include "forward/patches.h"
 #include "studies/objects/object_case.h"
 
 namespace kappamu::studies {

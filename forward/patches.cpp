@@ -1,4 +1,4 @@
-#include "forward/choice/patches.h"
+#include "forward/patches.h"
 
 #include <array>
 #include <cmath>
