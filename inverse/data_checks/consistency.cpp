@@ -189,6 +189,7 @@ std::unique_ptr<Objective> objective_at(const FittedVolume& volume, Problem prob
 Consistency with_volume(const FittedVolume& volume, Consistency homogeneous,
                         const ModelError& model_error, const Backend& backend, std::uint64_t seed) {
   Problem problem = suitable_problem(volume.problem, model_error);
+  if (problem.precision) problem.precision->hold_mean(false);
   const GridShape& fine = volume.problem.setup.shape;
   const GridShape shape = problem.setup.shape;
   const CoefficientPair fields =

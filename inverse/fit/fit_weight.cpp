@@ -187,6 +187,7 @@ std::optional<Outlook> ChannelRun::outlook(double chi2) const {
   // By few photons so far, the last weight is needed.
   outlook.patience_gains = grid_.levels().photons() ||
                            shared_error() < options_.path.stage_tolerance * state_.optimiser.value;
+  outlook.excess = shared_errors_now().excess;
   const double next = path_.next_weight();
   const Basis there = by_fields(next);
   const double gain = function_->chi2_gain(state_.fields, there, next) / values;

@@ -127,6 +127,7 @@ std::vector<Sample> Bench::others(const Problem& problem, double seconds, double
       problem, "reference", Precision::double_precision, 1, {1e-2, 1e-4, 1e-6, 1e-8, 1e-10}, 1);
   if (!on_opencl()) return samples;
   for (const forward::MethodName& named : baseline::methods()) {
+    const std::string& method = named.name;
     update(problem.spec().name + ": " + method);
     const bool smoother = method == "relaxation" || method == "gauss-seidel";
     add(samples, measure_model(problem, method, device, {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6},

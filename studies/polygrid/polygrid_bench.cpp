@@ -34,8 +34,8 @@ std::vector<Object> objects_of(const Request& request) {
     }
   }
   for (const std::string& file : files) {
-    objects.push_back({std::filesystem::path(file).stem().string(),
-                       fitted(io::read_body(file).mesh, size_mm)});
+    objects.push_back(
+        {std::filesystem::path(file).stem().string(), fitted(io::read_body(file).mesh, size_mm)});
   }
   return objects;
 }

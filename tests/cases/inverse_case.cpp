@@ -7,6 +7,7 @@
 
 #include "core/appearance_error.h"
 #include "core/error.h"
+#include "core/numbers/cosine_transform.h"
 #include "inverse/problem/objective.h"
 #include "inverse/problem/predict.h"
 #include "inverse/problem/problem.h"
@@ -212,6 +213,32 @@ void add_noise(SurfaceMeasurements& m, double relative, std::uint64_t seed) {
       const double sigma = relative * (m.value[i] + relative * largest);
       m.value[i] += static_cast<float>(sigma * noise.normal());
       m.variance[i] = static_cast<float>(sigma * sigma);
+    }
+  }
+}
+
+void add_smooth_error(SurfaceMeasurements& measurements, const SmoothError& error, Noise& noise) {
+  const FaceShape face = measurements.seen_shape();
+  const CosineTransform cosines_u(face.nu), cosines_v(face.nv);
+  const double lowest = 0.25 / static_cast<double>(face.cells());
+  const auto draw = [&](double size) {
+    Eigen::MatrixXd waves(face.nu, face.nv);
+    for (int v = 0; v < face.nv; ++v) {
+      for (int u = 0; u < face.nu; ++u) {
+        const double f2 =
+            std::max(lowest, std::pow(0.5 * u / face.nu, 2) + std::pow(0.5 * v / face.nv, 2));
+        waves(u, v) =
+            size * noise.normal() / std::sqrt(2.0 * std::numbers::pi * std::numbers::ln2 * f2);
+      }
+    }
+    return from_waves(cosines_u, cosines_v, waves);
+  };
+  const Eigen::MatrixXd common = draw(error.common);
+  for (int m = 0; m < measurements.patterns; ++m) {
+    const Eigen::MatrixXd gain = common + draw(error.own);
+    for (std::size_t i = 0; i < face.cells(); ++i) {
+      measurements.value[static_cast<std::size_t>(m) * face.cells() + i] *=
+          static_cast<float>(1.0 + gain.data()[i]);
     }
   }
 }

@@ -68,6 +68,10 @@ SurfaceMeasurements expose_patches(const Block& block, const inverse::Coefficien
 /// masked.
 void add_noise(SurfaceMeasurements& measurements, double noise, std::uint64_t seed);
 
+/// Multiplies the values by 1 plus errors that neighbouring pixels share, drawn by the law that
+/// states them (inverse/problem/smooth_error.h).
+void add_smooth_error(SurfaceMeasurements& measurements, const SmoothError& error, Noise& noise);
+
 /// expose_patches() with noise.
 SurfaceMeasurements measure(const Block& block, const inverse::CoefficientPair& fine_fields,
                             int side = 4, std::uint64_t seed = 7);

@@ -27,7 +27,7 @@ CoefficientPair homogeneous(const GridShape& shape, double kappa, double mu) {
 
 /// `relative` noise of every value; lit pixels stay in.
 void add_noise(SurfaceMeasurements& m, double relative, std::uint64_t seed) {
-  bench::Noise noise(seed);
+  test_cases::Noise noise(seed);
   for (std::size_t i = 0; i < m.value.size(); ++i) {
     const auto sigma = static_cast<float>(relative * m.value[i]);
     m.value[i] += sigma * static_cast<float>(noise.normal());
@@ -64,7 +64,7 @@ TEST(HomogeneousStart, OfALitFaceUnderASinusoidIsNotThatOfACoarseGrid) {
   std::vector<double> light = light_of(Light::sinusoid, face, period_mm / block.grid.voxel_mm);
   light.resize(2 * face.cells());
   SurfaceMeasurements m =
-      bench::expose(block, homogeneous(block.grid.refined(2), kappa, mu), light);
+      test_cases::expose(block, homogeneous(block.grid.refined(2), kappa, mu), light);
   add_noise(m, 0.01, 7);
   FitOptions options;
   options.path.model = Model::homogeneous;
@@ -131,7 +131,7 @@ class Population {
     const std::vector<double> light =
         light_of(kind, face_shape(block.grid, block.lit), 4.0 + 8.0 * chance_.uniform());
     SurfaceMeasurements m =
-        bench::expose(block, homogeneous(block.grid.refined(2), kappa, mu), light);
+        test_cases::expose(block, homogeneous(block.grid.refined(2), kappa, mu), light);
     add_noise(m, 0.01, 1);
     const Problem problem = make_problem(m, 0, forward::Convention::physical, {});
     const HomogeneousFit found = find_homogeneous(problem);
@@ -155,7 +155,7 @@ class Population {
   static bool sensible(const GridShape& shape, double kappa, double mu) {
     return 3.0 * kappa * mu < 0.5 && std::sqrt(mu / kappa) * shape.nz * shape.voxel_mm < 8.0;
   }
-  bench::Noise chance_;
+  test_cases::Noise chance_;
 };
 
 TEST(HomogeneousStart, IsTheLowestOfAllValleys) {
