@@ -83,6 +83,7 @@ class SessionCheck : FieldCheck {
           camera.encoding == Encoding::linear, "camera.white_level",
           "is stated although encoding is 'response'; it belongs to linear frames: leave it out");
     }
+    if (camera.orientation) whole(*camera.orientation, 1, 8, "camera.orientation");
     if (camera.raw_layout) raw_layout(camera, *camera.raw_layout);
     if (camera.electrons_full_scale) {
       positive(*camera.electrons_full_scale, "camera.electrons_full_scale", " of electrons");

@@ -60,6 +60,7 @@ void describe(Fields& fields, Camera& camera) {
   fields.named("encoding", camera.encoding, encoding_names);
   fields("white_level", camera.white_level);
   fields("raw_layout", camera.raw_layout);
+  fields("orientation", camera.orientation);
   fields("electrons_full_scale", camera.electrons_full_scale);
   fields("read_noise_electrons", camera.read_noise_electrons);
 }

@@ -1,6 +1,7 @@
 // Light on objects against closed forms and quadrature. What models do with it is tested with them.
 #include "render/light/incident_light.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "io/image/image_file.h"
 #include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
+#include "tests/sentence.h"
 
 namespace kappamu::render {
 namespace {
@@ -157,6 +159,13 @@ class SkyImage : public testing::Test {
   const std::filesystem::path file_ = folder_ / "sky.exr";
   EnvironmentLight light_;
 };
+
+// Cube maps and light probes have other shapes; read as latitude and longitude they light wrongly.
+TEST_F(SkyImage, OtherShapesAreRefused) {
+  io::write_float_image(file_, Image<float>(32, 32, 3, 1.0F));
+  EXPECT_THAT(sentence_of([&] { Environment{light_}; }),
+              testing::HasSubstr("sky.exr: is 32 x 32 pixels; a latitude-longitude environment"));
+}
 
 TEST_F(SkyImage, SamplesHaveTheDensityTheyState) {
   const Environment sky(light_);
