@@ -309,7 +309,7 @@ class MeshCheck {
         " each other, the first being " + where + "; less than " + percent(most_hidden_surface) +
         " of the surface is wrong by it");
   }
-  static std::string percent(double share) { return shown_number(100.0 * share, "%.2g %%"); }
+  static std::string percent(double share) { return shown_number(100.0 * share, "%.3g %%"); }
 
   /// `welded`: vertices that have become others.
   void drop_unused_vertices(std::size_t welded) {

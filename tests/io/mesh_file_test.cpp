@@ -71,6 +71,7 @@ TEST_F(MeshFile, DeclaredSizesAreCheckedFirst) {
                       "element face 1\nend_header\n1\n"),
               HasSubstr("declares '4000000000'"));
   const TriangleMesh mesh = box_mesh(Vector3d::Ones(), 1);
+  write("a.bin", gltf_buffer(mesh));
   std::string gltf = gltf_text(mesh, "a.bin");
   gltf.replace(gltf.find("\"count\":36"), 10, "\"count\":360000000");
   EXPECT_THAT(refusal("a.gltf", gltf), HasSubstr("has 360000000 indices"));
@@ -140,7 +141,7 @@ TEST_F(MeshFile, PlyBodiesHoldWhatTheHeaderDeclares) {
   long_list.replace(long_list.rfind("\n3 ") + 1, 1, "3000000000");
   EXPECT_THAT(refusal("list.ply", long_list), HasSubstr("has 3000000000 values"));
   EXPECT_THAT(refusal("cut.ply", ply.substr(0, ply.size() - 8)),
-              HasSubstr("less than its header declares"));
+              HasSubstr("before what its header declares"));
   std::string shifted = ply;
   shifted.insert(shifted.find('\n', shifted.find("end_header") + 12), " 1");
   EXPECT_THAT(refusal("late.ply", shifted), HasSubstr("holds more than its header"));

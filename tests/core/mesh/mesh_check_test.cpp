@@ -226,17 +226,6 @@ TEST(MeshCheck, BodiesThatTouchByTheirFacesAreRefused) {
   EXPECT_THAT(refusal(joined(one, moved(one, {1.0, 0.25, 0.25}))), HasSubstr("intersects itself"));
 }
 
-// A corner cut from the box and put back: its triangles share two vertices with the box's.
-TEST(MeshCheck, BodiesThatShareVerticesAndFacesAreRefused) {
-  const TriangleMesh box = box_mesh({2.0, 2.0, 2.0}, 1);
-  TriangleMesh corner;
-  const Vector3d at(-1.0, -1.0, -1.0);
-  corner.vertices = {at, at + Vector3d(2.0, 0.0, 0.0), at + Vector3d(0.0, 2.0, 0.0),
-                     at + Vector3d(0.0, 0.0, 2.0)};
-  corner.triangles = {{0, 2, 1}, {0, 3, 2}, {1, 3, 0}, {1, 2, 3}};
-  EXPECT_THAT(refusal(joined(box, corner)), HasSubstr("intersects itself"));
-}
-
 TEST(MeshCheck, LimitsAreStated) {
   TriangleMesh many = ball();
   many.triangles.resize(most_triangles + 1, many.triangles.front());
