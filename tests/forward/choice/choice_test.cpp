@@ -33,7 +33,7 @@ TEST(ObjectFeatures, AreWhatGeometrySays) {
   EXPECT_NEAR(cube.thickness, 2.0 * 10.0 / 6.0, 1e-9);
   EXPECT_NEAR(cube.albedo, 1.0 - 0.02 * 0.3, 1e-12);
   EXPECT_NEAR(cube.edges, 12.0 * 3.0 * 0.3 / (6.0 * 9.0), 1e-9);
-  EXPECT_NEAR(cube.surface, 6.0, 1e-9);
+  EXPECT_EQ(cube.patches, 6U * 64U);
   EXPECT_EQ(cube.contrast, 1.0);
   EXPECT_TRUE(cube.block);
   EXPECT_EQ(cube.diffuse, 0.0);
