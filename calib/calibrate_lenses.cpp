@@ -37,26 +37,30 @@ struct SeenBoards {
   }
 };
 
-/// Whether photographs show a chessboard of another size than the stated one: told from the first
-/// few without it, while none has shown it.
+/// Whether photographs show a chessboard of another size than the stated one, told from the first
+/// few. The detector takes parts of a board for boards, so that a larger one counts even where the
+/// stated one was found.
 class OtherSize {
  public:
   explicit OtherSize(const capture::Board& stated) : stated_(stated) {}
 
   /// Throws InputError where a second photograph shows the same other board.
-  void look(const Image<float>& grey, const std::string& file) {
+  void look(const Image<float>& grey, const std::string& file, bool found) {
     constexpr int most_looks = 3;
-    if (stated_.kind != capture::BoardKind::chessboard || looks_++ == most_looks) return;
-    const auto size = other_chessboard(grey, stated_.columns, stated_.rows);
+    found_ = found_ || found;
+    if (stated_.kind != capture::BoardKind::chessboard || ++(found ? with_ : without_) > most_looks)
+      return;
+    const auto size =
+        other_chessboard(grey, stated_.columns, stated_.rows, found ? Sizes::larger : Sizes::all);
     if (!size) return;
-    const auto [first, is_new] = first_with_.try_emplace(*size, file);
-    if (is_new) return;
-    const auto extent = [](int columns, int rows) {
-      return std::to_string(columns) + " x " + std::to_string(rows);
-    };
     const auto [columns, rows] = *size;
+    const auto [first, is_new] = first_with_.try_emplace(*size, file);
+    if (is_new || (found_ && !contains(*size, {stated_.columns, stated_.rows}))) return;
+    const auto extent = [](int wide, int high) {
+      return std::to_string(wide) + " x " + std::to_string(high);
+    };
     const bool squares =
-        std::minmax(columns + 1, rows + 1) == std::minmax(stated_.columns, stated_.rows);
+        std::minmax({columns + 1, rows + 1}) == std::minmax({stated_.columns, stated_.rows});
     throw InputError(first->second + ", " + file + ": no chessboard of " +
                      extent(stated_.columns, stated_.rows) + " inner corners, but one of " +
                      extent(columns, rows) + (squares ? ", which has so many squares" : "") +
@@ -67,7 +71,9 @@ class OtherSize {
  private:
   const capture::Board& stated_;
   std::map<std::array<int, 2>, std::string> first_with_;
-  int looks_ = 0;
+  bool found_ = false;
+  int with_ = 0;
+  int without_ = 0;
 };
 
 SeenBoards find_boards(const capture::Session& session, const capture::Radiometry& radiometry,
@@ -78,7 +84,7 @@ SeenBoards find_boards(const capture::Session& session, const capture::Radiometr
   const auto printed = [&](const capture::Frame& frame) {
     const Image<float> grey = load_linear(session, frame, radiometry);
     auto corners = seen.found([&] { return find_board(grey, shots.board, frame.file); });
-    if (!corners && seen.views.empty()) other.look(grey, frame.file);
+    other.look(grey, frame.file, corners.has_value());
     return corners;
   };
   for (const capture::Frame& frame : shots.camera_boards) {

@@ -14,12 +14,13 @@ namespace kappamu::calib {
 /// Eight bits between the darkest and brightest per mille, which is what the detectors want.
 cv::Mat stretch_to_bytes(const Image<float>& grey);
 
-/// The same picture larger or smaller, for detectors; pixel centres are at integers in both.
+/// The same picture (of bytes or floats) larger or smaller; pixel centres are at integers in both.
 struct ScaledPicture {
   ScaledPicture(const cv::Mat& original, double factor);
   Eigen::Vector2d in_original(const cv::Point2f& point) const;
+  Eigen::Vector2d in_scaled(const Eigen::Vector2d& pixel) const;
 
-  cv::Mat bytes;
+  cv::Mat pixels;
   double factor;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "calib/targets/board_picture.h"
 #include "calib/targets/corner_fit.h"
@@ -97,21 +98,36 @@ std::vector<Eigen::Vector2d> detect(const cv::Mat& bytes, const cv::Size& size) 
   const double factor = reduction(bytes, searched_px);
   Corners points;
   const ScaledPicture picture(bytes, factor);
-  if (cv::findChessboardCorners(picture.bytes, size, points, adaptive) ||
-      cv::findChessboardCornersSB(picture.bytes, size, points)) {
+  if (cv::findChessboardCorners(picture.pixels, size, points, adaptive) ||
+      cv::findChessboardCornersSB(picture.pixels, size, points)) {
     return in_original(picture, points);
   }
   const ScaledPicture large(bytes, 2.0 * factor);
-  if (cv::findChessboardCorners(large.bytes, size, points, adaptive)) {
+  if (cv::findChessboardCorners(large.pixels, size, points, adaptive)) {
     return in_original(large, points);
   }
   cv::Mat smooth;
-  cv::GaussianBlur(picture.bytes, smooth, cv::Size(), 1.0);
+  cv::GaussianBlur(picture.pixels, smooth, cv::Size(), 1.0);
   if (cv::findChessboardCorners(smooth, size, points, adaptive | cv::CALIB_CB_NORMALIZE_IMAGE)) {
     return in_original(picture, points);
   }
   if (factor == 1.0 || !cv::findChessboardCornersSB(bytes, size, points)) return {};
   return in_original(ScaledPicture(bytes, 1.0), points);
+}
+
+/// Of corners found on a reduced picture: by the same picture, whose pixels they are a few of the
+/// whole one's off.
+void refine_reduced(const Image<float>& grey, BoardCorners& corners) {
+  const double factor = reduction(view_of(grey), searched_px);
+  if (factor == 1.0) return;
+  const ScaledPicture picture(view_of(grey), factor);
+  Image<float> reduced(picture.pixels.cols, picture.pixels.rows, 1);
+  picture.pixels.copyTo(view_of(reduced));
+  for (Eigen::Vector2d& pixel : corners.pixels) pixel = picture.in_scaled(pixel);
+  refine_corners(reduced, corners);
+  for (const cv::Point2f& point : image_points(std::exchange(corners.pixels, {}))) {
+    corners.pixels.push_back(picture.in_original(point));
+  }
 }
 
 }  // namespace
@@ -155,6 +171,7 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                      " inner corners found; take the picture again with the whole board in view, "
                      "sharp and evenly lit, or correct the board's columns and rows");
   }
+  refine_reduced(grey, corners);
   refine_corners(grey, corners);
   make_upright(corners);
   corners.blur_px = median_blur(grey, corners);
@@ -162,13 +179,13 @@ BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
   return corners;
 }
 
-std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int columns,
-                                                   int rows) {
+std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int columns, int rows,
+                                                   Sizes which) {
   const cv::Mat bytes = stretch_to_bytes(grey);
   const ScaledPicture picture(bytes, reduction(bytes, searched_px));
   constexpr int fewest = 3;
   std::vector<cv::Size> sizes;
-  for (int i = -1; i <= 1; ++i) {
+  for (int i = -1; i <= 1 && which == Sizes::all; ++i) {
     for (int j = -1; j <= 1; ++j) {
       if (columns + i >= fewest && rows + j >= fewest && (i != 0 || j != 0)) {
         sizes.emplace_back(columns + i, rows + j);
@@ -177,18 +194,25 @@ std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int
   }
   Corners points;
   cv::Mat seen;
-  if (cv::findChessboardCornersSB(picture.bytes, cv::Size(fewest, fewest), points,
-                                  cv::CALIB_CB_LARGER, seen)) {
+  if (cv::findChessboardCornersSB(picture.pixels, cv::Size(fewest, fewest), points,
+                                  cv::CALIB_CB_LARGER, seen) &&
+      (which == Sizes::all || contains({seen.cols, seen.rows}, {columns, rows}))) {
     sizes.push_back(seen.size());
   }
   // The detector takes parts of a board for boards: the largest is the whole one.
   std::sort(sizes.begin(), sizes.end(), [](auto& a, auto& b) { return a.area() > b.area(); });
   for (const cv::Size& size : sizes) {
-    if (cv::findChessboardCorners(picture.bytes, size, points, adaptive)) {
+    if (cv::findChessboardCorners(picture.pixels, size, points, adaptive)) {
       return std::array<int, 2>{size.width, size.height};
     }
   }
   return std::nullopt;
+}
+
+bool contains(std::array<int, 2> board, std::array<int, 2> part) {
+  std::sort(board.begin(), board.end());
+  std::sort(part.begin(), part.end());
+  return board[0] >= part[0] && board[1] >= part[1] && board != part;
 }
 
 BoardCorners find_projected_chessboard(const Image<float>& grey, int columns, int rows,

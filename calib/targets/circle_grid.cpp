@@ -82,7 +82,7 @@ Image<float> negative(const Image<float>& grey) {
 std::vector<Vector2d> dark_dots(const cv::Mat& bytes, const capture::Board& board, double factor) {
   const ScaledPicture picture(bytes, factor);
   std::vector<cv::KeyPoint> seen;
-  dot_detector(picture.bytes, board)->detect(picture.bytes, seen);
+  dot_detector(picture.pixels, board)->detect(picture.pixels, seen);
   std::vector<Vector2d> dots;
   for (const cv::KeyPoint& dot : seen) dots.push_back(picture.in_original(dot.pt));
   return dots;
