@@ -167,7 +167,6 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
   }
 
   const bool front_lit = sample.lit_face == sample.seen_face;
-  result.smooth_error = front_lit ? options.front_lit_smooth_error : options.smooth_error;
   const LightTable light = light_table(calibration.projector_curve);
   ValueCheck values;
   for (std::size_t m = 0; m < count; ++m) {

@@ -241,6 +241,8 @@ struct Session {
   std::string pattern_station = "front";
   std::vector<Pattern> patterns;
   Calibration calibration;
+  /// What the instrument's errors are known to be; absent: measured from the session.
+  std::optional<SmoothError> smooth_error{};
 };
 
 /// Reads and checks folder/session.json. Throws InputError with one sentence naming file, field and

@@ -23,6 +23,16 @@ void describe(Fields& fields, RawLayout& layout) {
 
 }  // namespace kappamu::io
 
+namespace kappamu {
+
+template <class Fields>
+void describe(Fields& fields, SmoothError& error) {
+  fields("common", error.common);
+  fields("own", error.own);
+}
+
+}  // namespace kappamu
+
 namespace kappamu::capture {
 namespace {
 
@@ -176,6 +186,7 @@ void describe(Fields& fields, Session& session) {
   fields("patterns", session.patterns);
   fields("calibration", session.calibration);
   fields.optional("description", session.description);
+  fields("smooth_error", session.smooth_error);
 }
 
 Session read_session(const std::filesystem::path& folder) {

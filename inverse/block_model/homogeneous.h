@@ -34,7 +34,7 @@ struct HomogeneousFit {
 /// The block whose log M comes closest to log d over the data above three standard deviations, in
 /// the least of all valleys: a table of (κ, μ) that spans marble to milk to wax at any size of
 /// block, then Levenberg-Marquardt from the table's lowest points and from `guess`. Light on the
-/// seen face leaves several valleys, which a table of few places confuses. The logarithm makes all
+/// seen face may leave several valleys. The logarithm makes all
 /// places, however far off, slope towards a solution. Predictions are those of the block's lateral
 /// modes (forward/analytic/homogeneous_block.h) at some 8000 data: no grid is solved on, and
 /// none blurs the light. A thin block that hardly absorbs does not tell μ, and one with structure

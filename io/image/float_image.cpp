@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-[[noreturn]] void fail(const fs::path& file, const std::string& why) {
+[[noreturn]] void refuse(const fs::path& file, const std::string& why) {
   throw InputError(file.string() + ": " + why);
 }
 
@@ -105,10 +105,10 @@ Light light_of(OiioInput& input, const fs::path& file) {
   }
   std::vector<Light> lights = contents.colours.empty() ? contents.greys : contents.colours;
   if (lights.empty() && contents.chroma) {
-    fail(file, "luminance/chroma EXR (Y, RY, BY); convert it to channels R, G, B");
+    refuse(file, "luminance/chroma EXR (Y, RY, BY); convert it to channels R, G, B");
   }
   if (lights.empty()) {
-    fail(file, "no part or layer holds R, G, B, or grey as Y; the channels are " +
+    refuse(file, "no part or layer holds R, G, B, or grey as Y; the channels are " +
                    listed(contents.channels));
   }
   if (lights.size() > 1) {
@@ -116,11 +116,11 @@ Light light_of(OiioInput& input, const fs::path& file) {
     for (const Light& light : lights) names.push_back("'" + light.name + "'");
     std::erase_if(lights, [](const Light& light) { return !is_main(light.name); });
     if (lights.size() != 1) {
-      fail(file, "several parts or layers hold light (" + listed(names) +
+      refuse(file, "several parts or layers hold light (" + listed(names) +
                      "); save the one that is meant as a file of its own");
     }
   }
-  if (lights.front().deep) fail(file, "deep EXR, several samples a pixel; flatten it");
+  if (lights.front().deep) refuse(file, "deep EXR, several samples a pixel; flatten it");
   return lights.front();
 }
 
@@ -137,12 +137,12 @@ std::string refusal(const OiioInput& input) {
 Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
                             const SizeCheck& expected) {
   OiioInput input(file, bytes);
-  if (!input.opened()) fail(file, refusal(input));
+  if (!input.opened()) refuse(file, refusal(input));
   const Light light = light_of(input, file);
   input.select(light.part);
   const OIIO::ImageSpec& spec = input.spec();
   if (spec.get_string_attribute("textureformat") == "CubeFace Environment") {
-    fail(file, "a cube map; convert it to a latitude-longitude picture");
+    refuse(file, "a cube map; convert it to a latitude-longitude picture");
   }
   const auto channels = static_cast<int>(light.channels.size());
   // The display window may be large and hold little.
@@ -156,7 +156,7 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
   Image<float> image(spec.full_width, spec.full_height, channels);
   const int begin = std::max(left, 0), end = std::min(left + spec.width, image.width());
   if (begin >= end || top >= image.height() || top + spec.height <= 0) {
-    fail(file, "its data window lies outside its display window; write it again");
+    refuse(file, "its data window lies outside its display window; write it again");
   }
   const auto pitch = static_cast<std::size_t>(spec.nchannels);
   const bool whole = input.read(OIIO::TypeFloat, [&](int first, int rows, const std::byte* pixels) {
@@ -171,7 +171,7 @@ Image<float> read_exr_light(const fs::path& file, std::vector<std::byte>& bytes,
       row += static_cast<std::size_t>(spec.width) * pitch;
     }
   });
-  if (!whole) fail(file, "truncated or damaged EXR file; write or copy it again");
+  if (!whole) refuse(file, "truncated or damaged EXR file; write or copy it again");
   return image;
 }
 
@@ -183,7 +183,7 @@ std::array<double, 3> radiance_factors(const fs::path& file, std::string_view he
   for (std::string line; std::getline(lines, line);) {
     const std::string_view text = line;
     if (text.starts_with("FORMAT=") && text.find("32-bit_rle_rgbe") == std::string_view::npos) {
-      fail(file, "a Radiance picture of other than 32-bit_rle_rgbe; convert it to R, G, B");
+      refuse(file, "a Radiance picture of other than 32-bit_rle_rgbe; convert it to R, G, B");
     }
     const bool exposure = text.starts_with("EXPOSURE=");
     if (!exposure && !text.starts_with("COLORCORR=")) continue;
@@ -192,7 +192,7 @@ std::array<double, 3> radiance_factors(const fs::path& file, std::string_view he
     for (std::size_t c = 0; c < 3; ++c) {
       if (c == 0 || !exposure) numbers >> factor;
       if (numbers.fail() || !(factor > 0.0) || !std::isfinite(factor)) {
-        fail(file, "the header's line '" + shown_text(line, 80) + "' holds no positive number");
+        refuse(file, "the header's line '" + shown_text(line, 80) + "' holds no positive number");
       }
       factors[c] *= factor;
     }
@@ -206,7 +206,7 @@ Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& b
   const std::array<double, 3> factors =
       radiance_factors(file, text.substr(0, std::min(text.find("\n\n"), text.size())));
   OiioInput input(file, bytes);
-  if (!input.opened()) fail(file, "truncated or damaged Radiance picture; write or copy it again");
+  if (!input.opened()) refuse(file, "truncated or damaged Radiance picture; write or copy it again");
   const OIIO::ImageSpec& spec = input.spec();
   check(spec.nchannels == 3, "OpenImageIO gives a Radiance picture three channels");
   check_size(file, {spec.width, spec.height, 3}, bytes.size(), expected);
@@ -219,10 +219,10 @@ Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& b
       to[i] = static_cast<float>(from[i] / factors[i % 3]);
     }
   });
-  if (!whole) fail(file, "truncated or damaged Radiance picture; write or copy it again");
+  if (!whole) refuse(file, "truncated or damaged Radiance picture; write or copy it again");
   const int orientation = spec.get_int_attribute("Orientation", 1);
   if (swaps_sides(orientation)) {
-    fail(file, "a Radiance picture stored column by column; write it row by row (-Y, +X)");
+    refuse(file, "a Radiance picture stored column by column; write it row by row (-Y, +X)");
   }
   return turned(image, orientation);
 }
@@ -242,7 +242,7 @@ Image<float> read_float_image(const fs::path& file, const SizeCheck& expected) {
     case ImageKind::radiance:
       return read_radiance_light(file, bytes, expected);
     default:
-      fail(file, "not an EXR file nor a Radiance picture");
+      refuse(file, "not an EXR file nor a Radiance picture");
   }
 }
 
