@@ -109,7 +109,7 @@ Light light_of(OiioInput& input, const fs::path& file) {
   }
   if (lights.empty()) {
     refuse(file, "no part or layer holds R, G, B, or grey as Y; the channels are " +
-                   listed(contents.channels));
+                     listed(contents.channels));
   }
   if (lights.size() > 1) {
     std::vector<std::string> names;
@@ -117,7 +117,7 @@ Light light_of(OiioInput& input, const fs::path& file) {
     std::erase_if(lights, [](const Light& light) { return !is_main(light.name); });
     if (lights.size() != 1) {
       refuse(file, "several parts or layers hold light (" + listed(names) +
-                     "); save the one that is meant as a file of its own");
+                       "); save the one that is meant as a file of its own");
     }
   }
   if (lights.front().deep) refuse(file, "deep EXR, several samples a pixel; flatten it");
@@ -206,7 +206,8 @@ Image<float> read_radiance_light(const fs::path& file, std::vector<std::byte>& b
   const std::array<double, 3> factors =
       radiance_factors(file, text.substr(0, std::min(text.find("\n\n"), text.size())));
   OiioInput input(file, bytes);
-  if (!input.opened()) refuse(file, "truncated or damaged Radiance picture; write or copy it again");
+  if (!input.opened())
+    refuse(file, "truncated or damaged Radiance picture; write or copy it again");
   const OIIO::ImageSpec& spec = input.spec();
   check(spec.nchannels == 3, "OpenImageIO gives a Radiance picture three channels");
   check_size(file, {spec.width, spec.height, 3}, bytes.size(), expected);
