@@ -8,8 +8,8 @@
 #include <numbers>
 #include <string>
 
-#include "bench/cases/media.h"
-#include "bench/cases/population.h"
+#include "tests/cases/media.h"
+#include "tests/cases/population.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -90,13 +90,13 @@ TEST(SmoothErrorFit, NoSmoothingIsPaidForByTheMeanOfTheLight) {
   Block block;
   block.grid = {24, 24, 8, 0.5};
   const GridShape fine = block.grid.refined(2);
-  SurfaceMeasurements data =
-      bench::expose(block, bench::make_family(fine, bench::Family::boxes, block.grid.voxel_mm, 5),
-                    bench::bar_light(block.grid, block.lit, 4));
+  SurfaceMeasurements data = test_cases::expose(
+      block, test_cases::make_family(fine, test_cases::Family::boxes, block.grid.voxel_mm, 5),
+      test_cases::bar_light(block.grid, block.lit, 4));
   Noise noise(5);
   const SmoothError stated{0.01, 0.01};
-  bench::add_smooth_error(data, stated, noise);
-  bench::add_noise(data, 0.005, 6);
+  test_cases::add_smooth_error(data, stated, noise);
+  test_cases::add_noise(data, 0.005, 6);
   data.smooth_error = stated;
   FitOptions options;
   options.path.model = Model::volume;
