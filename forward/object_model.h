@@ -89,7 +89,10 @@ struct ObjectResult {
   /// (forward/model_error.h); empty: nothing.
   std::vector<double> model_error;
   std::vector<ObjectBalance> balance;  ///< one per light
-  std::size_t elements = 0;            ///< cells, triangles or photons
+  /// [light]: unscattered, by the triangle that it leaves by and as it goes on outside. Models give
+  /// it to one another, an answer has it no more.
+  std::vector<std::vector<Beam>> leaving;
+  std::size_t elements = 0;  ///< cells, triangles or photons
   int iterations = 0;
   double setup_seconds = 0.0, seconds = 0.0;
   bool converged = false;  ///< the tolerance is met by the model's own estimate

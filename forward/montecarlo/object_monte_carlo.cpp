@@ -59,7 +59,7 @@ class Entry {
     if (chosen < light_.beams.size()) {
       const Beam& beam = light_.beams[chosen];
       start.triangle = beam.triangle;
-      start.position = scene_.nudged(beam.position, beam.triangle);  // it may lie on an edge
+      start.position = scene_.walls.nudged(beam.position, beam.triangle);  // it may lie on an edge
       start.direction = refracted(beam.direction,
                                   problem_.surface.normal[static_cast<std::size_t>(beam.triangle)],
                                   1.0 / problem_.eta);
