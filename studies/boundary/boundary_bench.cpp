@@ -6,6 +6,7 @@
 #include "core/mesh/shapes.h"
 #include "core/processor_time.h"
 #include "forward/boundary_integral/boundary_solve.h"
+#include "forward/light_entry.h"
 #include "io/npy.h"
 #include "studies/subjects.h"
 
