@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 
 #include "core/numbers/cosine_transform.h"
@@ -82,18 +83,17 @@ double octave_error(const FaceMap& map) {
   const Eigen::MatrixXd waves = to_waves(CosineTransform(face.nu), CosineTransform(face.nv), image);
   // Shorter waves belong to the noise from voxel to voxel that the variances state.
   constexpr double shortest = 0.25;  // [1/voxel]
-  double power = 0.0, lowest = shortest;
+  double power = 0.0, of_one = 0.0;  // of_one: what an error of 1 in each octave has
   for (int v = 0; v < face.nv; ++v) {
     for (int u = 0; u < face.nu; ++u) {
       const double f = std::hypot(0.5 * u / face.nu, 0.5 * v / face.nv);
       if (f == 0.0 || f >= shortest) continue;
-      lowest = std::min(lowest, f);
+      of_one += 1.0 / (2.0 * std::numbers::pi * std::numbers::ln2 * f * f);
       power += waves(u, v) * waves(u, v) - noise * static_cast<double>(used) / face.cells();
     }
   }
-  const double octaves = std::log2(shortest / lowest);
-  return octaves > 0.0 ? std::sqrt(std::max(0.0, power / static_cast<double>(used) / octaves))
-                       : 0.0;
+  const double share_used = static_cast<double>(used) / static_cast<double>(face.cells());
+  return of_one > 0.0 ? std::sqrt(std::max(0.0, power) / share_used / of_one) : 0.0;
 }
 
 SharedError shared_error(const capture::Session& session, const WhiteReference& white,

@@ -50,12 +50,13 @@ struct Contents {
   bool chroma = false;                ///< beside luminance
 };
 
-/// 0, 1, 2 for R, G, B; 3 for grey; 4 for a chroma; -1 for what is no light.
+/// 0, 1, 2 for R, G, B; 3 for grey; 4 for a chroma; 5 for the X of a vector, whose Y is no grey; -1
+/// for what is no light.
 int meaning_of(const std::string& name) {
   static const std::map<std::string, int> meanings{
-      {"r", 0},    {"red", 0}, {"g", 1},  {"green", 1},     {"b", 2},
-      {"blue", 2}, {"y", 3},   {"l", 3},  {"luminance", 3}, {"grey", 3},
-      {"gray", 3}, {"ry", 4},  {"by", 4}, {"intensity", 3}, {"radiance", 3}};
+      {"r", 0},  {"red", 0},       {"g", 1},         {"green", 1}, {"b", 2},    {"blue", 2},
+      {"y", 3},  {"l", 3},         {"luminance", 3}, {"grey", 3},  {"gray", 3}, {"ry", 4},
+      {"by", 4}, {"intensity", 3}, {"radiance", 3},  {"x", 5}};
   const auto found = meanings.find(lower(name));
   return found == meanings.end() ? -1 : found->second;
 }
@@ -78,7 +79,7 @@ void add_part(const OIIO::ImageSpec& spec, int part, const std::string& part_nam
       contents.chroma = true;
     } else if (found.count(0) > 0 && found.count(1) > 0 && found.count(2) > 0) {
       contents.colours.push_back({part, name, {found.at(0), found.at(1), found.at(2)}, spec.deep});
-    } else if (found.count(3) > 0) {
+    } else if (found.count(3) > 0 && found.count(5) == 0) {
       contents.greys.push_back({part, name, {found.at(3)}, spec.deep});
     }
   }

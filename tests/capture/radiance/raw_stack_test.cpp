@@ -145,7 +145,7 @@ TEST_F(RealRawStack, AnotherWhiteLevelOrACurveIsRefused) {
                      testing::HasSubstr("camera.white_level = 16000; write 15000 there.")));
   session.camera.encoding = Encoding::response;
   EXPECT_THAT(sentence_of([&] { load_frame(session, frame); }),
-              testing::HasSubstr("a RAW frame is linear"));
+              testing::HasSubstr("this RAW frame is linear"));
 }
 
 }  // namespace

@@ -18,9 +18,9 @@ namespace {
 
 using testing::HasSubstr;
 
-/// A tolerance that model embedded alone is not expected to meet.
+/// A tolerance that a pilot meets by its correction, near the error expected of model embedded.
 struct Piloted {
-  Piloted(const char* shape, double size_mm, const Coefficients& medium, double part = 1.1)
+  Piloted(const char* shape, double size_mm, const Coefficients& medium, double part = 1.2)
       : object(make_shape(shape, size_mm, 20), ObjectMedium(medium)),
         features(features_of(object.problem())) {
     asked.tolerance = part * error_by(measured("embedded").error, features);

@@ -81,8 +81,8 @@ struct Body {
   double size;  ///< [mm]
 };
 
-// Unscattered power is the photons' within their noise: both follow the same beams. What diffusion
-// makes of the rest is the photons' within a percent of what enters.
+// Within a percent of what enters, and noise. The ray caster of these tests loses some rays along
+// edges, which then count as unscattered.
 TEST(BeamMarch, DividesPowerAsTheWalkOfPhotonsDoes) {
   constexpr double sigmas = 4.0, of_entering = 0.01;
   for (const Body& body : {Body{"cube", 12.0}, Body{"torus", 30.0}}) {
@@ -98,7 +98,8 @@ TEST(BeamMarch, DividesPowerAsTheWalkOfPhotonsDoes) {
       const std::string name = std::string(model) + " " + body.shape;
       const ObjectBalance mine = solved(object, model, options).balance[0];
       EXPECT_NEAR(mine.entering, walk.entering, 1e-9 * walk.entering) << name;
-      EXPECT_NEAR(mine.unscattered, walk.unscattered, noise * walk.entering) << name;
+      EXPECT_NEAR(mine.unscattered, walk.unscattered, (of_entering + noise) * walk.entering)
+          << name;
       EXPECT_NEAR(mine.exiting, walk.exiting, (of_entering + noise) * walk.entering) << name;
       EXPECT_NEAR(mine.unscattered + mine.exiting + mine.absorbed, mine.entering,
                   1e-6 * mine.entering)
@@ -110,7 +111,8 @@ TEST(BeamMarch, DividesPowerAsTheWalkOfPhotonsDoes) {
 // Thin enough for a third to pass: what passes one part of a ring meets another one.
 TEST(BeamMarch, ComesInAgainAsPhotonsDo) {
   constexpr double sigmas = 4.0;
-  const LitObject ring = lit("torus", 10.0, medium(0.4, 0.01));
+  LitObject ring = lit("torus", 10.0, medium(0.4, 0.01));
+  ring.lights = {parallel_beams(ring.surface, Vector3d(-1.0, -0.2, -0.1).normalized())};
   ObjectOptions options;
   options.photons = 200'000;
   options.tolerance = 0.05;
