@@ -50,7 +50,7 @@ LIMITS = {
                                                 f"{short(r['shift found'])}; " + ", ".join(
                                                     percent(r[f"reported: {what}"])
                                                     for what in ("scale", "shift", "eta"))),
-    "smooth_error": lambda rows: flat(rows, list(rows[0]), {k: percent for k in (
+    "shared-errors": lambda rows: flat(rows, list(rows[0]), {k: percent for k in (
         "stated error", "worst mean", "kappa within two deviations", "mu within two deviations")}),
     "objects": lambda rows: cross(rows, "object", "equivalent", lambda r: f"{iterations_or_failure(r)} "
                                                                           f"({short(r['smallest volume fraction'])})"),

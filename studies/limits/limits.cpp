@@ -32,8 +32,8 @@ double) or to closed forms; no times. --small leaves out grids of 256^3, which n
            {"inverse", "fits of difficult, scarce and wrong data", rows<limit_inverse>},
            {"consistency", "how often a wrong scale, pose or eta of the data is reported",
             rows<limit_consistency>},
-           {"smooth_error", "fits of data whose pixels share errors of the size stated",
-            rows<limit_smooth_error>},
+           {"shared-errors", "fits of data whose pixels share errors of the size stated",
+            rows<limit_shared_errors>},
            {"objects", "iterations on cut cubes: jagged, thin and mixed objects",
             rows<limit_objects>}}};
 }

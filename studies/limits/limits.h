@@ -20,7 +20,7 @@ Json limit_stencil(const Request& request, Progress& progress);
 Json limit_relaxation(const Request& request, Progress& progress);
 Json limit_inverse(const Request& request, Progress& progress);
 Json limit_consistency(const Request& request, Progress& progress);
-Json limit_smooth_error(const Request& request, Progress& progress);
+Json limit_shared_errors(const Request& request, Progress& progress);
 Json limit_objects(const Request& request, Progress& progress);
 
 }  // namespace kappamu::studies

@@ -116,7 +116,7 @@ void fit_one(const SurfaceMeasurements& data, const Medium& fine_truth, const Bl
 
 }  // namespace
 
-Json limit_smooth_error(const Request& request, Progress& progress) {
+Json limit_shared_errors(const Request& request, Progress& progress) {
   Json rows = Json::array();
   inverse::FitOptions options;
   options.path.model = inverse::Model::volume;
@@ -140,7 +140,7 @@ Json limit_smooth_error(const Request& request, Progress& progress) {
               make_family(fine, family, block.grid.voxel_mm, seed);
           const SurfaceMeasurements clean = expose(block, truth, light);
           for (std::size_t e = 0; e < errors.size(); ++e) {
-            progress.update("smooth_error", 0.0,
+            progress.update("shared-errors", 0.0,
                             std::string(front ? "front-lit " : "back-lit ") + light_name + ", " +
                                 name + ", seed " + std::to_string(seed));
             SurfaceMeasurements data =
