@@ -1,5 +1,5 @@
 """`kappamu bench limits`."""
-from charts.common import cross, flat, percent, short
+from charts.common import cross, fine_percent, flat, percent, short
 
 
 def iterations_or_failure(row):
@@ -50,7 +50,7 @@ LIMITS = {
                                                 f"{short(r['shift found'])}; " + ", ".join(
                                                     percent(r[f"reported: {what}"])
                                                     for what in ("scale", "shift", "eta"))),
-    "shared-errors": lambda rows: flat(rows, list(rows[0]), {k: percent for k in (
+    "shared-errors": lambda rows: flat(rows, list(rows[0]), {k: fine_percent for k in (
         "stated error", "worst mean", "kappa within two deviations", "mu within two deviations")}),
     "objects": lambda rows: cross(rows, "object", "equivalent", lambda r: f"{iterations_or_failure(r)} "
                                                                           f"({short(r['smallest volume fraction'])})"),
