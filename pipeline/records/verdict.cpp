@@ -79,6 +79,7 @@ std::string shared_errors(const FitEvidence::Channel& channel) {
 Criterion fit(const FitEvidence& evidence) {
   Criterion criterion{"Fit", Grade::green, "χ² per value is"};
   std::string unexplained, unfinished, low, systematic;
+  bool by_octave = false;  // in a channel whose χ² of all values is within the bound
   const auto name = [](std::string& list, const std::string& channel) {
     list += (list.empty() ? "" : ", ") + channel;
   };
@@ -91,6 +92,7 @@ Criterion fit(const FitEvidence& evidence) {
       name(systematic, channel.name + " " + number(100.0 * channel.systematic) + " %");
     } else if (grade != Grade::green) {
       name(unexplained, channel.name);
+      by_octave = by_octave || channel.chi2_per_value <= explained_chi2;
     }
     if (channel.shared.mean_off() > explained_mean) {
       if (grade == Grade::green || channel.systematic > 0.0) name(unexplained, channel.name);
@@ -104,10 +106,11 @@ Criterion fit(const FitEvidence& evidence) {
     criterion.reason += (&channel == &evidence.channels.front() ? " " : ", ") + channel.name + " " +
                         number(channel.chi2_per_value);
   }
-  criterion.reason += unexplained.empty() ? ": the data are explained to their noise"
-                                          : ": the data of " + unexplained +
-                                                " are not explained to their noise (at most " +
-                                                number(explained_chi2) + ")";
+  criterion.reason +=
+      unexplained.empty()
+          ? ": the data are explained to their noise"
+          : ": the data of " + unexplained + " are not explained to their noise (at most " +
+                number(explained_chi2) + (by_octave ? ", in each octave of frequency)" : ")");
   if (!systematic.empty()) {
     criterion.reason += ", beside a systematic error of the data (" + systematic + ")";
   }
