@@ -64,8 +64,8 @@ def peers(record):
                                               f"{s['ratio']:.1f}", f"{s['unshared_ratio']:.1f}"])
                         for s in compared["solvers"]]) + "\n"
     for name, peer in run.get("peers", {}).items():
-        texts[""] += (f"- {name}, {peer['ranks']} ranks, settings tried on one pattern at residual 1e-6: "
-                      + "; ".join(peer["tried"]) + ".\n")
+        texts[""] += (f"- {name}, {peer['ranks']} ranks, settings tried on one pattern at residual 1e-6.\n"
+                      + "".join(f"  - `{tried}`\n" for tried in peer["tried"]))
     return figures, texts
 
 

@@ -10,12 +10,12 @@ def sentences(rows):
     """What the program reports of each case; a note that many make once only, known by its beginning."""
     text, shown = "\nWhat the program reports:\n\n", set()
     for row in rows:
-        said = "".join(f' "{s}"' for s in row["warnings"]) or " no warning"
+        said = "".join(f" `{s}`" for s in row["warnings"]) or " no warning"
         for note in row["notes"]:
             if note[:12] not in shown:
-                said += f', note "{note}"'
+                said += f", note `{note}`"
                 shown.add(note[:12])
-        text += f"- {row['case']}:{said}\n"
+        text += f"- **{row['case']}**:{said}\n"
     return text
 
 
