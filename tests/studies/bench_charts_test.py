@@ -39,7 +39,7 @@ class Tables(unittest.TestCase):
     def test_a_note_is_shown_once_and_warnings_always(self):
         rows = [{"case": c, "warnings": ["w"] if c == "x" else [], "notes": ["The same note, 1."]} for c in "xy"]
         self.assertEqual(limits.sentences(rows).split("\n\n")[1],
-                         '- x: "w", note "The same note, 1."\n- y: no warning\n')
+                         '- **x**: `w`, note `The same note, 1.`\n- **y**: no warning\n')
 
 
 class Ratios(unittest.TestCase):
