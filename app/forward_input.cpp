@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/npy.h"
 #include "io/volume/npy_volume.h"
 #include "io/volume/volume_file.h"
@@ -42,7 +43,7 @@ Medium from_vdb(const std::string& file, const ForwardFiles& files) {
 Volume<double> read_volume(const std::string& file, const ForwardFiles& files,
                            Volume<double> Medium::*member) {
   pipeline::require_as_written(file);
-  if (std::filesystem::path(file).extension() != ".vdb") return from_npy(file, files);
+  if (lower_extension(file) != ".vdb") return from_npy(file, files);
   return std::move(from_vdb(file, files).*member);
 }
 

@@ -1,6 +1,7 @@
 #include "app/photograph_options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 
 #include "core/error.h"
@@ -9,9 +10,6 @@
 namespace kappamu::app {
 
 namespace {
-
-constexpr std::array kinds{capture::BoardKind::chessboard, capture::BoardKind::circles,
-                           capture::BoardKind::asymmetric_circles};
 
 /// "9x6" as {9, 6}.
 std::array<int, 2> extent(const std::string& text, const std::string& option) {
@@ -46,9 +44,24 @@ capture::Board BoardOptions::board() const {
     throw InputError("--square is missing; give the distance of two corners in mm.");
   }
   capture::Board board{size[0], size[1], square_mm};
-  for (const capture::BoardKind known : kinds) {
-    if (to_string(known) == kind) board.kind = known;
+  for (const auto& [name, known] : capture::board_kind_names) {
+    if (name == kind) board.kind = known;
   }
+  if (board.kind != capture::BoardKind::charuco) return board;
+  if (!(marker_mm > 0.0 && marker_mm < square_mm) || dictionary.empty()) {
+    throw InputError(
+        "a ChArUco board needs --marker, the edge of a marker in mm, less than --square, and "
+        "--dictionary, such as DICT_4X4_50.");
+  }
+  const bool known =
+      std::any_of(capture::marker_dictionaries.begin(), capture::marker_dictionaries.end(),
+                  [&](const capture::MarkerDictionary& entry) { return entry.name == dictionary; });
+  if (!known) {
+    throw InputError("--dictionary is '" + shown_text(dictionary) +
+                     "'; write one of OpenCV's names, such as DICT_4X4_50.");
+  }
+  board.marker_mm = marker_mm;
+  board.dictionary = dictionary;
   return board;
 }
 
@@ -67,10 +80,16 @@ void add_board_options(CLI::App& command, BoardOptions& options) {
   command.add_option("--square", options.square_mm, "Distance of two of its corners or dots")
       ->type_name("MM");
   std::vector<std::string> names;
-  for (const capture::BoardKind kind : kinds) names.push_back(to_string(kind));
+  for (const auto& [name, kind] : capture::board_kind_names) names.emplace_back(name);
   command.add_option("--board-kind", options.kind, "What the board shows")
       ->capture_default_str()
       ->check(CLI::IsMember(names));
+  command
+      .add_option("--marker", options.marker_mm,
+                  "Edge of a ChArUco board's markers; --board counts its inner corners")
+      ->type_name("MM");
+  command.add_option("--dictionary", options.dictionary, "Of its markers, such as DICT_4X4_50")
+      ->type_name("NAME");
   command
       .add_option("--projector", options.projector,
                   "Pixels of the projector whose Gray codes lie among the photographs, such as "

@@ -20,13 +20,15 @@ struct BoardOptions {
   std::string corners;  ///< "9x6"; empty: not given
   double square_mm = 0.0;
   std::string kind = "chessboard";
-  std::string projector;  ///< "1024x768"; empty: none
+  double marker_mm = 0.0;  ///< ChArUco
+  std::string dictionary;  ///< ChArUco
+  std::string projector;   ///< "1024x768"; empty: none
 
   capture::Board board() const;
   std::optional<capture::Projector> projector_size() const;
 };
 
-/// Adds --board, --square, --board-kind and --projector.
+/// Adds --board, --square, --board-kind, --marker, --dictionary and --projector.
 void add_board_options(CLI::App& command, BoardOptions& options);
 
 }  // namespace kappamu::app

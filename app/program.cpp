@@ -18,6 +18,7 @@
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/shown_text.h"
+#include "device/kernel_cache.h"
 #include "io/json_reason.h"
 #ifdef __GLIBC__
 #include <malloc.h>
@@ -124,6 +125,9 @@ int run_program(int argc, char** argv, void (*add)(CLI::App&, Globals&)) {
   for (const int crash : {SIGSEGV, SIGBUS, SIGABRT}) std::signal(crash, end_of_crash);
   // A file that outgrows the user's limit is a failed write with a sentence, not a silent death.
   std::signal(SIGXFSZ, SIG_IGN);
+  device::on_notice([](const std::string& sentence) {
+    std::fprintf(stderr, "kappamu: %s\n", shown_text(sentence).c_str());
+  });
 #ifdef __GLIBC__
   // Fields of tens of megabytes come and go with every solve: kept, their pages need not be mapped
   // and cleared anew, which takes a tenth of a large fit.

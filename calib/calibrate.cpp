@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calib/calibrate_lenses.h"
+#include "calib/light/shared_error.h"
 #include "calib/linear_frame.h"
 #include "calib/projector/view_checks.h"
 #include "calib/sample/face.h"
@@ -100,12 +101,20 @@ capture::HdrImage calibrate_white(const capture::Session& session,
   std::vector<int> values{0};
   std::vector<std::vector<double>> signals{black ? signal(*black)
                                                  : std::vector<double>(room.size(), 0.0)};
+  double shared = 0.0;
   for (const capture::ProjectorLevel& level : target.levels) {
     values.push_back(level.value);
-    signals.push_back(signal(
-        picture(level.frames, "white target under " + std::to_string(level.value), Light::none)));
-    for (std::size_t c = 0; c < room.size(); ++c) signals.back()[c] -= room[c];
+    capture::HdrImage seen =
+        picture(level.frames, "white target under " + std::to_string(level.value), Light::none);
+    if (off) capture::take_off(*off, seen);
+    signals.push_back(signal(seen));
+    for (const FaceMap& map : ratio_on_face(seen, projected, result.camera.lens, pose, grid, lit)) {
+      // Both pictures err.
+      shared += 0.5 * std::pow(octave_error(map), 2) /
+                static_cast<double>(target.levels.size() * room.size());
+    }
   }
+  if (std::isfinite(shared)) result.white.level_error = std::sqrt(shared);
   values.push_back(255);
   signals.push_back(full);
   result.projector_curve = curve_from_signals(values, signals);
@@ -226,7 +235,8 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
   return result;
 }
 
-CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress) {
+CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress,
+                                         const std::optional<KnownLens>& known) {
   CalibrationResult result;
   Stages stages(result, progress);
   const capture::Camera& camera = session.camera;
@@ -237,7 +247,7 @@ CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progre
     for (double& v : linear) v = v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4);
   }
   result.radiometry.response.linear.assign(session.channels.size(), linear);
-  calibrate_lenses(session, stages, result);
+  calibrate_lenses(session, stages, result, known);
   const std::vector<Rigid>& boards = result.camera.camera_from_board;
   double distance = 0.0;
   for (const Rigid& board : boards) distance += board.translation.z();

@@ -75,6 +75,7 @@ void calibrate_sample(const capture::Session& session, CalibrationResult& result
 /// Camera and, where the session has projector planes, projector, of a session that needs nothing
 /// else (capture::board_session). Codes of an unknown response are read as sRGB's, which boards
 /// need no better. Throws as calibrate() does.
-CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress);
+CalibrationResult calibrate_lenses_alone(const capture::Session& session, Progress& progress,
+                                         const std::optional<KnownLens>& known = std::nullopt);
 
 }  // namespace kappamu::calib

@@ -1,6 +1,9 @@
 #include "calib/calibrate_lenses.h"
 
 #include <algorithm>
+#include <array>
+#include <map>
+#include <string>
 
 #include "calib/linear_frame.h"
 #include "calib/projector/correspondences.h"
@@ -34,13 +37,55 @@ struct SeenBoards {
   }
 };
 
+/// Whether photographs show a chessboard of another size than the stated one, told from the first
+/// few. The detector takes parts of a board for boards, so that a larger one counts even where the
+/// stated one was found.
+class OtherSize {
+ public:
+  explicit OtherSize(const capture::Board& stated) : stated_(stated) {}
+
+  /// Throws InputError where a second photograph shows the same other board.
+  void look(const Image<float>& grey, const std::string& file, bool found) {
+    constexpr int most_looks = 3;
+    found_ = found_ || found;
+    if (stated_.kind != capture::BoardKind::chessboard || ++(found ? with_ : without_) > most_looks)
+      return;
+    const auto size =
+        other_chessboard(grey, stated_.columns, stated_.rows, found ? Sizes::larger : Sizes::all);
+    if (!size) return;
+    const auto [columns, rows] = *size;
+    const auto [first, is_new] = first_with_.try_emplace(*size, file);
+    if (is_new || (found_ && !contains(*size, {stated_.columns, stated_.rows}))) return;
+    const auto extent = [](int wide, int high) {
+      return std::to_string(wide) + " x " + std::to_string(high);
+    };
+    const bool squares =
+        std::minmax({columns + 1, rows + 1}) == std::minmax({stated_.columns, stated_.rows});
+    throw InputError(first->second + ", " + file + ": no chessboard of " +
+                     extent(stated_.columns, stated_.rows) + " inner corners, but one of " +
+                     extent(columns, rows) + (squares ? ", which has so many squares" : "") +
+                     ": correct the board's columns and rows; they count the points where four "
+                     "squares meet");
+  }
+
+ private:
+  const capture::Board& stated_;
+  std::map<std::array<int, 2>, std::string> first_with_;
+  bool found_ = false;
+  int with_ = 0;
+  int without_ = 0;
+};
+
 SeenBoards find_boards(const capture::Session& session, const capture::Radiometry& radiometry,
-                       bool projected_boards) {
+                       bool projected_boards, std::size_t least) {
   const capture::Calibration& shots = session.calibration;
   SeenBoards seen;
+  OtherSize other(shots.board);
   const auto printed = [&](const capture::Frame& frame) {
     const Image<float> grey = load_linear(session, frame, radiometry);
-    return seen.found([&] { return find_board(grey, shots.board, frame.file); });
+    auto corners = seen.found([&] { return find_board(grey, shots.board, frame.file); });
+    other.look(grey, frame.file, corners.has_value());
+    return corners;
   };
   for (const capture::Frame& frame : shots.camera_boards) {
     if (auto corners = printed(frame)) seen.views.push_back({frame.file, std::move(*corners)});
@@ -71,8 +116,7 @@ SeenBoards find_boards(const capture::Session& session, const capture::Radiometr
   }
   seen.views.insert(seen.views.end(), of_planes.begin(), of_planes.end());
   const std::size_t least_planes = std::min(least_views, shots.projector_planes.size());
-  if (!seen.without.empty() &&
-      (seen.views.size() < least_views || seen.planes.size() < least_planes)) {
+  if (!seen.without.empty() && (seen.views.size() < least || seen.planes.size() < least_planes)) {
     const std::size_t more = seen.without.size() - 1;
     throw InputError(seen.without.front() +
                      (more > 0 ? " (" + std::to_string(more) + " more like it)" : ""));
@@ -131,10 +175,27 @@ std::vector<PlaneView> read_codes(const capture::Session& session,
   return planes;
 }
 
+/// Warns where the views themselves ask for another lens.
+void check_held(const KnownLens& known, const std::vector<BoardView>& views,
+                const capture::Board& board, const CameraCalibration& camera, Stages& stages) {
+  if (views.size() < least_views) return;
+  const CameraCalibration own =
+      calibrate_camera(views, board.square_mm, camera.lens.width, camera.lens.height);
+  constexpr double suspicious = 1.5;
+  constexpr double margin_px = 0.05;
+  if (camera.rms_px <= suspicious * own.rms_px + margin_px) return;
+  stages.warn(known.file.string() + ": the lens held leaves " +
+              shown_number(camera.rms_px, "%.2f") + " px of the boards' corners, one fitted to " +
+              "them (fx " + shown_number(own.lens.fx, "%.1f") + " for " +
+              shown_number(camera.lens.fx, "%.1f") + ") " + shown_number(own.rms_px, "%.2f") +
+              " px: was it found at another focus, zoom or picture size?");
+}
+
 }  // namespace
 
 JointCalibration calibrate_lenses(const capture::Session& session, Stages& stages,
-                                  CalibrationResult& result) {
+                                  CalibrationResult& result,
+                                  const std::optional<KnownLens>& known) {
   JointCalibration joint;
   const capture::Calibration& shots = session.calibration;
   const auto all_planes = [&](const auto& have) {
@@ -145,13 +206,22 @@ JointCalibration calibrate_lenses(const capture::Session& session, Stages& stage
       all_planes([](const capture::ProjectorPlane& plane) { return plane.projected.has_value(); });
   SeenBoards boards;
   stages.run("camera", 0.3, [&] {
-    boards = find_boards(session, result.radiometry, projected);
+    const bool held = known && known->use == LensUse::held;
+    if (known) require_size(*known, session.camera.width, session.camera.height);
+    boards = find_boards(session, result.radiometry, projected, held ? 1 : least_views);
     for (const std::string& sentence : boards.without) {
       stages.warn(sentence + "; this view is left out.");
     }
     const std::vector<BoardView>& views = boards.views;
-    result.camera =
-        calibrate_camera(views, shots.board.square_mm, session.camera.width, session.camera.height);
+    if (std::any_of(views.begin(), views.end(),
+                    [](const BoardView& view) { return view.corners.light_first; })) {
+      stages.warn(
+          "the ChArUco board begins with a light square, as OpenCV before 4.6 made them (legacy); "
+          "its markers tell, and its corners are counted from marker 0 all the same.");
+    }
+    result.camera = calibrate_camera(views, shots.board.square_mm, session.camera.width,
+                                     session.camera.height, std::nullopt, known);
+    if (held) return check_held(*known, views, shots.board, result.camera, stages);
     for (const std::string& sentence : check_camera_views(views, result.camera)) {
       stages.warn(sentence);
     }

@@ -9,8 +9,9 @@ namespace kappamu::calib {
 
 /// Fills result.camera and, where the session has projector planes, result.projector and
 /// gray_code; result.radiometry makes the frames linear. The joint adjustment is empty without
-/// planes. Throws as calibrate() does.
+/// planes. The camera's lens may be known (camera.h). Throws as calibrate() does.
 JointCalibration calibrate_lenses(const capture::Session& session, Stages& stages,
-                                  CalibrationResult& result);
+                                  CalibrationResult& result,
+                                  const std::optional<KnownLens>& known = std::nullopt);
 
 }  // namespace kappamu::calib

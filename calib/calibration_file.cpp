@@ -171,6 +171,14 @@ void transfer(Yaml& yaml, std::optional<ProjectorCurve>& measured, int channels)
   measured = std::move(curve);
 }
 
+/// Negative where absent.
+template <class Yaml>
+void optional_number(Yaml& yaml, const std::string& key, std::optional<double>& value) {
+  double number = value.value_or(-1.0);
+  yaml.number(key, number);
+  value = number < 0.0 ? std::nullopt : std::optional(number);
+}
+
 template <class Yaml>
 void transfer_light(Yaml& yaml, CalibrationResult& calibration) {
   WhiteReference& white = calibration.white;
@@ -184,6 +192,8 @@ void transfer_light(Yaml& yaml, CalibrationResult& calibration) {
   yaml.number("room_light", room_light);
   if (room_measured) white.room_light = room_light;
   whole_number(yaml, "white_pixels", white.pixels);
+  optional_number(yaml, "white_smooth_error", white.smooth_error);
+  optional_number(yaml, "white_level_error", white.level_error);
   auto channels = static_cast<double>(white.scale.size());
   yaml.number("white_channels", channels);
   if (channels > 0.0) {

@@ -5,35 +5,12 @@
 
 #include "calib/light/irradiance.h"
 #include "calib/sample/footprint.h"
+#include "capture/session/frames.h"
 #include "core/error.h"
 #include "core/optics.h"
-#include "io/image/image_file.h"
 
 namespace kappamu::calib {
 namespace {
-
-Image<std::uint16_t> load_pattern(const capture::Session& session,
-                                  const capture::Pattern& pattern) {
-  const auto file = session.folder / pattern.image;
-  const auto check_shape = [&](const io::ImageSize& size) {
-    if (size.width == session.projector.width && size.height == session.projector.height &&
-        size.channels == 1) {
-      return;
-    }
-    throw InputError(file.string() + ": the pattern is " + std::to_string(size.width) + " x " +
-                     std::to_string(size.height) + " with " + std::to_string(size.channels) +
-                     " channels, but the projector shows grey images of " +
-                     std::to_string(session.projector.width) + " x " +
-                     std::to_string(session.projector.height) +
-                     "; give the image that was shown, as a grey 8-bit PNG");
-  };
-  Image<std::uint16_t> image = io::read_code_image(file, check_shape);
-  if (std::any_of(image.values().begin(), image.values().end(),
-                  [](std::uint16_t code) { return code > 255; })) {
-    throw InputError(file.string() + ": the pattern has codes above 255; save it with 8 bits");
-  }
-  return image;
-}
 
 /// Tells of patterns whose light hangs on a response that nobody measured.
 class ValueCheck {
@@ -190,13 +167,12 @@ SurfaceMeasurements measure_surface(const capture::Session& session,
   }
 
   const bool front_lit = sample.lit_face == sample.seen_face;
-  result.smooth_error = front_lit ? options.front_lit_smooth_error : options.smooth_error;
   const LightTable light = light_table(calibration.projector_curve);
   ValueCheck values;
   for (std::size_t m = 0; m < count; ++m) {
     progress.update("measure " + role_name, static_cast<double>(m) / static_cast<double>(count),
                     patterns[m]->id);
-    const Image<std::uint16_t> image = load_pattern(session, *patterns[m]);
+    const Image<std::uint16_t> image = capture::load_pattern(session, *patterns[m]);
     const std::vector<float> irradiance = lit.irradiance(image, light);
     if (!calibration.projector_curve) values.look_at(*patterns[m], image, lit, irradiance);
     result.irradiance.insert(result.irradiance.end(), irradiance.begin(), irradiance.end());

@@ -18,12 +18,11 @@ using HdrSource = std::function<capture::HdrImage(const std::string& pattern_id)
 
 /// What calibration leaves uncertain from voxel to voxel, added to the variance of every value.
 /// Independent of the pixels' noise, which is propagated apart; what neighbours share (scale, pose,
-/// response) is smooth_error. docs/calibration.md says where the figures come from.
+/// response) is apart as well (light/shared_error.h). docs/calibration.md says where the figures
+/// come from.
 struct MeasureOptions {
   double relative_error = 0.001;     ///< standard deviation over value
   double rim_relative_error = 0.01;  ///< the same on the outermost ring of voxels
-  SmoothError smooth_error{1e-4, 1e-4};
-  SmoothError front_lit_smooth_error{4e-4, 8e-4};  ///< light off a lit surface reaches all the face
   /// Front-lit: voxels that receive more than this part of full white, and their neighbours, are
   /// left out, because the camera sees light reflected off their surface.
   double lit_threshold = 0.01;
@@ -32,9 +31,10 @@ struct MeasureOptions {
 /// Measurements of the session's patterns of one role, in the session's order: exitance of the seen
 /// face and irradiance of the lit face. Values in units of the rig's white irradiance:
 ///   M = (signal / scale) / radiance_per_exitance(viewing angle of the voxel).
-/// Masked: voxels out of the picture, with a saturated or missing pixel, and, front-lit, lit ones.
-/// Throws InputError if the session has no pattern of that role, a pattern image has another size
-/// than the projector or is not grey, or the projector misses a tenth of the lit face.
+/// Their smooth_error is for the caller to state. Masked: voxels out of the picture, with a
+/// saturated or missing pixel, and, front-lit, lit ones. Throws InputError if the session has no
+/// pattern of that role, a pattern image has another size than the projector or is not grey, or the
+/// projector misses a tenth of the lit face.
 SurfaceMeasurements measure_surface(const capture::Session& session,
                                     const CalibrationResult& calibration, capture::PatternRole role,
                                     const HdrSource& hdr, Progress& progress,

@@ -5,8 +5,8 @@
 #include <charconv>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
-#include "core/error.h"
 #include "io/read_file.h"
 
 namespace kappamu::calib {
@@ -20,10 +20,6 @@ std::string shortest(double value) {
   // Without a point OpenCV takes it for an integer.
   if (result.find_first_of(".en") == std::string::npos) result += '.';
   return result;
-}
-
-InputError bad(const std::filesystem::path& file, const std::string& reason) {
-  return InputError(file.string() + ": " + reason + "; calibrate the session again");
 }
 
 /// Reads a text from front to back; each member says whether what it wants came next, and where it
@@ -84,12 +80,29 @@ bool scan_numbers(Scanner& scanner, std::vector<double>& values) {
   return scanner.word("]");
 }
 
+/// "dt: d" or "dt: \"2f\"", which ROS leaves out: how many numbers an element has.
+bool scan_type(Scanner& scanner, int& channels) {
+  channels = 1;
+  if (!scanner.word("dt:")) return true;
+  const bool quoted = scanner.word("\"");
+  scanner.number(channels);
+  for (const char* type : {"d", "f", "i", "u", "s", "w", "c"}) {
+    if (scanner.word(type)) return channels > 0 && (!quoted || scanner.word("\""));
+  }
+  return false;
+}
+
 /// What follows "!!opencv-matrix".
 bool scan_matrix(Scanner& scanner, int& rows, int& columns, std::vector<double>& values) {
-  return scanner.word("rows:") && scanner.number(rows) && scanner.word("cols:") &&
-         scanner.number(columns) && scanner.word("dt: d") && scanner.word("data:") &&
-         scan_numbers(scanner, values) && rows >= 0 && columns >= 0 &&
-         static_cast<double>(rows) * columns == static_cast<double>(values.size());
+  int channels = 1;
+  if (!scanner.word("rows:") || !scanner.number(rows) || !scanner.word("cols:") ||
+      !scanner.number(columns) || !scan_type(scanner, channels) || !scanner.word("data:") ||
+      !scan_numbers(scanner, values) || rows < 0 || columns < 0) {
+    return false;
+  }
+  const double count = static_cast<double>(rows) * columns * channels;
+  columns = channels > 1 ? static_cast<int>(values.size()) / std::max(rows, 1) : columns;
+  return count == static_cast<double>(values.size());
 }
 
 std::string_view trimmed(std::string_view text) {
@@ -140,13 +153,18 @@ void YamlWriter::matrix(const std::string& key, int rows, int columns,
   text_ += " ]\n";
 }
 
-YamlReader::YamlReader(const std::filesystem::path& file) : file_(file) {
+InputError YamlReader::bad(const std::string& reason) const {
+  return InputError(file_.string() + ": " + reason + "; " + remedy_);
+}
+
+YamlReader::YamlReader(const std::filesystem::path& file, std::string remedy)
+    : file_(file), remedy_(std::move(remedy)) {
   constexpr std::size_t most_bytes = 100'000'000;
   const std::string text = io::read_text(file, most_bytes);
   Scanner scanner(text);
   const auto damaged = [&] {
-    return bad(file, "line " + std::to_string(scanner.line()) +
-                         " is damaged or not as OpenCV writes YAML");
+    return bad("line " + std::to_string(scanner.line()) +
+               " is damaged or not as OpenCV writes YAML");
   };
   for (scanner.next_line(); !scanner.at_end(); scanner.next_line()) {
     const std::string_view line = scanner.peek_line();
@@ -161,7 +179,7 @@ YamlReader::YamlReader(const std::filesystem::path& file) : file_(file) {
     if (!is_new) throw damaged();
     Field& field = place->second;
     const std::string_view value = trimmed(line.substr(colon + 1));
-    if (value == "!!opencv-matrix") {
+    if (value == "!!opencv-matrix" || value.empty()) {
       scanner.skip_line();
       field.is_matrix = true;
       if (!scan_matrix(scanner, field.rows, field.columns, field.values)) throw damaged();
@@ -178,8 +196,17 @@ YamlReader::YamlReader(const std::filesystem::path& file) : file_(file) {
 
 const YamlReader::Field& YamlReader::field(const std::string& key) const {
   const auto found = fields_.find(key);
-  if (found == fields_.end()) throw bad(file_, "field " + key + " is missing");
+  if (found == fields_.end()) throw bad("field " + key + " is missing");
   return found->second;
+}
+
+std::vector<double> YamlReader::numbers(const std::string& key) const {
+  const auto found = fields_.find(key);
+  if (found == fields_.end()) return {};
+  if (found->second.is_matrix) return found->second.values;
+  double value = 0.0;
+  number(key, value);
+  return {value};
 }
 
 void YamlReader::number(const std::string& key, double& value) const {
@@ -187,24 +214,23 @@ void YamlReader::number(const std::string& key, double& value) const {
   Scanner scanner(scalar.text);
   if (scalar.is_matrix || scalar.quoted || !scanner.number(value) || !scanner.at_end() ||
       !std::isfinite(value)) {
-    throw bad(file_, "field " + key + " is not a number");
+    throw bad("field " + key + " is not a number");
   }
 }
 
 void YamlReader::text(const std::string& key, std::string& value) const {
   const Field& scalar = field(key);
-  if (scalar.is_matrix) throw bad(file_, "field " + key + " is not a text");
+  if (scalar.is_matrix) throw bad("field " + key + " is not a text");
   value = scalar.text;
 }
 
 void YamlReader::matrix(const std::string& key, int rows, int columns,
                         std::vector<double>& values) const {
   const Field& m = field(key);
-  if (!m.is_matrix) throw bad(file_, "field " + key + " is not a matrix");
+  if (!m.is_matrix) throw bad("field " + key + " is not a matrix");
   if (m.rows != rows || m.columns != columns) {
-    throw bad(file_, "field " + key + " is " + std::to_string(m.rows) + " x " +
-                         std::to_string(m.columns) + " instead of " + std::to_string(rows) + " x " +
-                         std::to_string(columns));
+    throw bad("field " + key + " is " + std::to_string(m.rows) + " x " + std::to_string(m.columns) +
+              " instead of " + std::to_string(rows) + " x " + std::to_string(columns));
   }
   values = m.values;
 }
@@ -215,7 +241,7 @@ void YamlReader::column(const std::string& key, std::vector<double>& values) con
 
 void YamlReader::require_whole(const std::string& key, double value, double low, double end) const {
   if (value >= low && value < end && value == std::floor(value)) return;
-  throw bad(file_, "field " + key + " holds " + shortest(value) + " for a whole number");
+  throw bad("field " + key + " holds " + shortest(value) + " for a whole number");
 }
 
 }  // namespace kappamu::calib

@@ -10,6 +10,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "core/error.h"
+
 namespace kappamu::calib {
 
 /// With as many digits as a double needs to come back unchanged (OpenCV's own writer keeps 16).
@@ -35,13 +37,19 @@ class YamlWriter {
   std::string text_ = "%YAML:1.0\n---\n";
 };
 
-/// Reads what YamlWriter and OpenCV's own writer make of such values. (OpenCV's reader loops
+/// Reads what YamlWriter and OpenCV's own writer make of such values, matrices of any type and
+/// number of channels included, and ROS's matrices, which lack OpenCV's tag. (OpenCV's reader loops
 /// forever on some damaged files.) Each member throws InputError naming file and field where it is
 /// missing or misshapen; the constructor, file and line.
 class YamlReader {
  public:
-  explicit YamlReader(const std::filesystem::path& file);
+  /// `remedy` ends the sentences.
+  explicit YamlReader(const std::filesystem::path& file,
+                      std::string remedy = "calibrate the session again");
 
+  bool has(const std::string& key) const { return fields_.count(key) != 0; }
+  /// Of a matrix of any shape or a single number; empty where the field is missing.
+  std::vector<double> numbers(const std::string& key) const;
   void number(const std::string& key, double& value) const;
   void text(const std::string& key, std::string& value) const;
   void matrix(const std::string& key, int rows, int columns, std::vector<double>& values) const;
@@ -71,7 +79,10 @@ class YamlReader {
   const Field& field(const std::string& key) const;
   void require_whole(const std::string& key, double value, double low, double end) const;
 
+  InputError bad(const std::string& reason) const;
+
   std::filesystem::path file_;
+  std::string remedy_;
   std::map<std::string, Field> fields_;
 };
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "device/kernel_cache.h"
 #include "device/opencl_api.h"
 
 namespace kappamu::device {
@@ -186,12 +187,15 @@ const DeviceInfo& Context::info() const {
   return impl_->info;
 }
 
-Program& Context::program(const KernelSource& source, const std::string& options) {
+Program& Context::program(const KernelSource& source, const std::string& asked) {
+  // Compilers print counts of their warnings on the user's terminal; errors come in the log.
+  const std::string options = asked + " -w";
   const std::scoped_lock guard(impl_->lock);
   const std::pair<std::string, std::string> key{source.text, options};
   const auto found = impl_->programs.find(key);
   if (found != impl_->programs.end()) return found->second;
 
+  announce_build(key.first + key.second, impl_->info.name);
   cl_int code = CL_SUCCESS;
   const char* text = source.text;
   cl_program program = clCreateProgramWithSource(impl_->context, 1, &text, nullptr, &code);

@@ -1,15 +1,11 @@
 #include "device/device_info.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cctype>
-#include <cstdlib>
-#include <filesystem>
 #include <string>
-#include <system_error>
 
 #include "core/error.h"
+#include "device/kernel_cache.h"
 #include "device/opencl_api.h"
 
 namespace kappamu::device {
@@ -36,20 +32,6 @@ T device_value(cl_device_id device, cl_device_info what) {
   return value;
 }
 
-/// PoCL ends the process by an assertion, or shows no device, where it cannot write what it
-/// compiled; the true cause is said here, before.
-void require_cache_folder() {
-  namespace fs = std::filesystem;
-  const char* folder = std::getenv("POCL_CACHE_DIR");
-  if (folder == nullptr) return;
-  std::error_code error;
-  if (*folder != '\0') fs::create_directories(folder, error);
-  if (fs::is_directory(folder, error) && ::access(folder, W_OK | X_OK) == 0) return;
-  throw InputError("POCL_CACHE_DIR is '" + std::string(folder) +
-                   "', where OpenCL cannot write; set it to a folder that you may write to, or "
-                   "unset it");
-}
-
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -70,7 +52,9 @@ std::string to_string(Kind kind) {
 }
 
 std::vector<PlatformDevice> platform_devices() {
-  require_cache_folder();
+  // PoCL ends the process by an assertion, or shows no device, where it cannot write what it
+  // compiled.
+  kernel_cache_folder();
   cl_uint count = 0;
   // The loader reports an error, not zero, when no driver is installed.
   if (clGetPlatformIDs(0, nullptr, &count) != CL_SUCCESS || count == 0) return {};

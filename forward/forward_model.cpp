@@ -2,7 +2,6 @@
 
 #include "core/error.h"
 #include "forward/analytic/layered_block.h"
-#include "forward/baseline/baseline_model.h"
 #include "forward/choice/auto_block.h"
 #include "forward/grid/grid_model.h"
 #include "forward/montecarlo/monte_carlo_model.h"
@@ -38,21 +37,6 @@ const std::vector<Entry>& entries() {
                        "--model-tolerance",
         .transport = true},
        make_auto_block_model},
-      {{"relaxation", "Jacobi relaxation (Stam 1995, [W] 5.2) on our grid equations",
-        baseline_sweeps},
-       make_relaxation_model},
-      {{"gauss-seidel", "red-black Gauss-Seidel relaxation ([T] 4.2.2) on our grid equations",
-        baseline_sweeps},
-       make_gauss_seidel_model},
-      {{"hierarchical", "[W] 5.3: coarser grids' solutions start the relaxation of finer ones",
-        baseline_sweeps},
-       make_hierarchical_model},
-      {{"adaptive", "[W] 5.3: hierarchical, leaving voxels deep inside at their coarse values",
-        baseline_sweeps},
-       make_adaptive_model},
-      {{"wang2008-stencil", "[W] equation (8), which discretises div grad (kappa phi), solved out",
-        baseline_sweeps},
-       make_wang2008_stencil_model},
   };
   return all;
 }

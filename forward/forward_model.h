@@ -67,10 +67,9 @@ class ForwardModel {
 
 struct MethodName {
   std::string name;
-  std::string description;                             ///< one line, for --help and error messages
-  int max_iterations = SolveOptions{}.max_iterations;  ///< measured default of --max-iterations
-  bool transport = false;                              ///< needs no diffusion to hold
-  bool any_light = false;                              ///< takes directions and points, has fluence
+  std::string description;  ///< one line, for --help and error messages
+  bool transport = false;   ///< needs no diffusion to hold
+  bool any_light = false;   ///< takes directions and points, has fluence
 };
 
 /// The names `make_forward_model` knows, cheapest to explain first.

@@ -12,18 +12,6 @@ namespace kappamu::forward {
 
 namespace {
 
-/// A ray that starts on the surface leaves it by this, of the object's size, before it looks for
-/// the next surface.
-constexpr double off_surface = 1e-7;
-
-/// Snell's law; normal towards the incoming side.
-Eigen::Vector3d refracted(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
-                          double eta) {
-  const double cosine = -direction.dot(normal);
-  const double sin2 = (1.0 - cosine * cosine) / (eta * eta);
-  return (direction / eta + (cosine / eta - std::sqrt(1.0 - sin2)) * normal).normalized();
-}
-
 void require(bool holds, const std::string& sentence) {
   if (!holds) throw InputError(sentence);
 }
@@ -63,24 +51,6 @@ void check_closed(const TriangleMesh& mesh) {
 }
 
 }  // namespace
-
-BeamPath enter(const ObjectProblem& problem, const Beam& beam, double size) {
-  const Eigen::Vector3d& normal = problem.surface.normal[static_cast<std::size_t>(beam.triangle)];
-  const double cosine = -beam.direction.dot(normal);
-  if (!(cosine > 0.0)) {
-    throw InputError("a beam meets triangle " + std::to_string(beam.triangle) +
-                     " from inside the object; lights must lie outside it");
-  }
-  BeamPath path;
-  path.from = beam.position;
-  path.direction = refracted(beam.direction, normal, problem.eta);
-  path.power = beam.power * (1.0 - fresnel_external(problem.eta, cosine));
-  if (const auto hit = problem.rays.first_hit(path.from, path.direction, off_surface * size)) {
-    path.length = hit->distance;
-    path.meets = hit->triangle;
-  }
-  return path;
-}
 
 double diffuse_transmittance(const BoundaryConstants& constants) {
   return constants.eta * constants.eta * (1.0 - constants.r_phi);

@@ -6,18 +6,6 @@
 
 namespace kappamu::forward {
 
-/// A beam inside the object, up to the surface it meets next.
-struct BeamPath {
-  Eigen::Vector3d from, direction;  ///< [mm]; refracted, of unit length
-  double length = 0.0;              ///< [mm]; 0 where the ray slipped out along an edge of the mesh
-  double power = 0.0;               ///< after Fresnel reflection [mm²]
-  std::optional<int> meets;         ///< the triangle at its end
-};
-
-/// By Snell's and Fresnel's laws. `size` is the object's [mm]. Throws InputError where the beam
-/// meets the surface from inside.
-BeamPath enter(const ObjectProblem& problem, const Beam& beam, double size);
-
 /// Of diffuse light from outside, the share that enters: η² (1 − R_φ), by reciprocity.
 double diffuse_transmittance(const BoundaryConstants& constants);
 

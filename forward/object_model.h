@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -30,8 +31,10 @@ struct Beam {
 
 /// Light of one source, or of all together.
 struct ObjectLight {
-  std::vector<Beam> beams;      ///< refracted in; deposit their first collisions inside
-  std::vector<double> diffuse;  ///< irradiance before Fresnel, per surface sample; empty: none
+  std::vector<Beam> beams;  ///< refracted in; deposit their first collisions inside
+  /// Per surface sample, irradiance before Fresnel of the even light of which as much enters;
+  /// empty: none.
+  std::vector<double> diffuse;
 };
 
 struct ObjectProblem {
@@ -54,13 +57,14 @@ struct ObjectOptions {
   std::optional<std::uint64_t> max_elements;  ///< refuse beyond; none: what memory holds
 };
 
-/// Where a light's power goes; all but `reentering` sum to `entering`, which is after Fresnel
-/// [mm²].
+/// Where a light's power goes: `unscattered`, `exiting` and `absorbed` sum to `entering`, which is
+/// after Fresnel, and `created` [mm²].
 struct ObjectBalance {
   double entering = 0.0;
   double unscattered = 0.0;  ///< left again without a collision
   double exiting = 0.0;      ///< left scattered: ∫ exitance dA
   double absorbed = 0.0;
+  double created = 0.0;     ///< left without having entered: an error of the dipoles
   double reentering = 0.0;  ///< of what left, the share that meets the object again
 };
 
@@ -78,15 +82,28 @@ struct ModelCandidate {
 struct ObjectResult {
   std::vector<double> exitance;        ///< [light][sample], scattered light
   std::vector<double> standard_error;  ///< of `exitance`; empty: the model draws no random numbers
-  std::vector<double> error_estimate;  ///< relative 2-norm error of each light's exitance
+  /// Relative 2-norm error of each light's exitance against the model's own limit: of numerics, or
+  /// one standard error of random walks by patch of 1/8 of the object (forward/patches.h).
+  std::vector<double> error_estimate;
+  /// Of each light, what the model itself errs by at most against transport
+  /// (forward/model_error.h); empty: nothing.
+  std::vector<double> model_error;
   std::vector<ObjectBalance> balance;  ///< one per light
-  std::size_t elements = 0;            ///< cells, triangles or photons
+  /// [light]: unscattered, by the triangle that it leaves by and as it goes on outside. Models give
+  /// it to one another, an answer has it no more.
+  std::vector<std::vector<Beam>> leaving;
+  std::size_t elements = 0;  ///< cells, triangles or photons
   int iterations = 0;
   double setup_seconds = 0.0, seconds = 0.0;
   bool converged = false;  ///< the tolerance is met by the model's own estimate
   std::string message;     ///< one sentence: why it stopped
   std::vector<std::string> warnings;
   std::vector<ModelCandidate> candidates;  ///< of model `auto`, the one taken first; else empty
+
+  /// Of numerics and model together.
+  double error(std::size_t light) const {
+    return std::hypot(error_estimate[light], model_error.empty() ? 0.0 : model_error[light]);
+  }
 };
 
 class ObjectModel {

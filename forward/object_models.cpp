@@ -9,7 +9,6 @@
 #include "forward/dipole/dipole_model.h"
 #include "forward/embedded/embedded_model.h"
 #include "forward/montecarlo/object_monte_carlo.h"
-#include "forward/object_validity.h"
 #include "forward/polygrid/polygrid_model.h"
 
 namespace kappamu::forward {
@@ -21,7 +20,8 @@ using Made = std::unique_ptr<ObjectModel>;
 struct NamedModel {
   const char* name;
   Made (*make)(std::string_view name);
-  bool of_diffusion = false;  ///< grids and integrals, which do not see where it errs
+  /// Whose law of errors it has; none: it is right wherever it is given time.
+  const char* errs_as = nullptr;
 };
 
 template <class Model>
@@ -30,26 +30,26 @@ Made plain(std::string_view) {
 }
 
 constexpr std::array<NamedModel, 10> models{{
-    {"embedded", plain<EmbeddedModel>, true},
-    {"grid", plain<BlockModel>, true},
-    {"polygrid", plain<PolygridModel>, true},
-    {"boundary_integral", plain<BoundaryIntegralModel>, true},
+    {"embedded", plain<EmbeddedModel>, "embedded"},
+    {"grid", plain<BlockModel>, "grid"},
+    {"polygrid", plain<PolygridModel>, "embedded"},
+    {"boundary_integral", plain<BoundaryIntegralModel>, "embedded"},
     {"montecarlo", [](std::string_view) { return make_object_monte_carlo(); }},
-    {"dipole", make_dipole_model},
-    {"dipole-rotated", make_dipole_model},
-    {"local-diffusion", make_dipole_model},
-    {"better-dipole", make_dipole_model},
-    {"beam-diffusion", make_dipole_model},
+    {"dipole", make_dipole_model, "dipole-rotated"},
+    {"dipole-rotated", make_dipole_model, "dipole-rotated"},
+    {"local-diffusion", make_dipole_model, "dipole-rotated"},
+    {"better-dipole", make_dipole_model, "better-dipole"},
+    {"beam-diffusion", make_dipole_model, "better-dipole"},
 }};
 
 }  // namespace
 
-Made make_object_model(const std::string& name, DiffusionWarning warning) {
+Made make_object_model(const std::string& name, ModelError error) {
   std::string known;
   for (const NamedModel& model : models) {
     if (name == model.name) {
-      const bool warns = model.of_diffusion && warning == DiffusionWarning::given;
-      return warns ? warned_of_diffusion(model.make(name)) : model.make(name);
+      if (!model.errs_as || error == ModelError::left_out) return model.make(name);
+      return with_model_error(model.make(name), model.errs_as, error == ModelError::warned);
     }
     known += (known.empty() ? "" : ", ") + std::string(model.name);
   }

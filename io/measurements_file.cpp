@@ -37,7 +37,7 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
   m.channels = header["channels"].names();
   if (header.has("smooth_error")) {
     const JsonNode error = header["smooth_error"];
-    error.expect_fields({"common", "own"});
+    error.expect_fields({"common", "own"}, {"source"});
     m.smooth_error = {error["common"].number(), error["own"].number()};
   }
 
@@ -75,7 +75,8 @@ SurfaceMeasurements read_measurements(const fs::path& folder) {
   return m;
 }
 
-void write_measurements(const fs::path& folder, const SurfaceMeasurements& m) {
+void write_measurements(const fs::path& folder, const SurfaceMeasurements& m,
+                        const std::string& smooth_error_source) {
   validate(m, folder.string());
   // Without its header the folder is no measurement: neither a mixture of old and new arrays nor a
   // half-written one can be read.
@@ -108,6 +109,7 @@ void write_measurements(const fs::path& folder, const SurfaceMeasurements& m) {
                                 {"channels", m.channels}};
   if (!m.smooth_error.none()) {
     fields["smooth_error"] = {{"common", m.smooth_error.common}, {"own", m.smooth_error.own}};
+    if (!smooth_error_source.empty()) fields["smooth_error"]["source"] = smooth_error_source;
   }
   write_text_atomically(folder / "measurements.json", fields.dump(2) + "\n");
 }

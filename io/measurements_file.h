@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "core/surface_measurements.h"
 
@@ -13,7 +14,9 @@ namespace kappamu::io {
 SurfaceMeasurements read_measurements(const std::filesystem::path& folder);
 
 /// Validates, then writes; measurements.json comes last, so a folder that has one is complete.
+/// `smooth_error_source` says where smooth_error comes from, for the reader.
 void write_measurements(const std::filesystem::path& folder,
-                        const SurfaceMeasurements& measurements);
+                        const SurfaceMeasurements& measurements,
+                        const std::string& smooth_error_source = "");
 
 }  // namespace kappamu::io

@@ -1,9 +1,12 @@
-// Triangle meshes from files: OBJ, PLY, STL, glTF (.gltf, .glb), by assimp.
+// Triangle meshes from files: OBJ, PLY, STL, glTF (.gltf, .glb).
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
+#include <string>
+#include <vector>
 
+#include "core/mesh/mesh_check.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace kappamu::io {
@@ -13,10 +16,31 @@ namespace kappamu::io {
 inline constexpr std::size_t most_mesh_bytes = 512'000'000;
 inline constexpr std::size_t most_polygon_corners = 256;
 
-/// The surface as the file has it, in its own unit: all meshes of all nodes, placed as the nodes
-/// say; polygons as triangles; normals, colours, textures and materials left out. Vertices may be
-/// repeated: check_mesh() makes a body of it. Reads no file but this one and, for .gltf, the
-/// buffers it names in the same folder. Throws InputError naming the file and what is wrong.
-TriangleMesh read_mesh(const std::filesystem::path& file);
+/// The surface as a file has it, in its own unit and at its own place, and the file's names of what
+/// is in it.
+struct FileMesh {
+  TriangleMesh mesh;
+  /// Per triangle the face it is of: the line of a text (from 1), or its number (from 0).
+  std::vector<int> face;
+  std::string face_word;  ///< "line", "face" or "triangle"
+  struct Part {
+    int first_triangle = 0;
+    std::string name;  ///< "object 'lid'"
+  };
+  std::vector<Part> parts;         ///< in the order of their triangles
+  std::vector<std::string> notes;  ///< sentences: what of the file was left out
+
+  /// "line 31, object 'lid'".
+  std::string where(int triangle) const;
+};
+
+/// All meshes of all nodes, placed as the nodes say; polygons as triangles; normals, colours,
+/// textures, materials, skins and morph targets left out. Vertices may be repeated. Reads no file
+/// but this one and, for glTF, the buffers it names in the same folder or below. Throws InputError
+/// naming the file, the place in it and what is wrong.
+FileMesh read_mesh(const std::filesystem::path& file);
+
+/// The body that a file's surface bounds: read_mesh(), then check_mesh() with the file's own names.
+CheckedMesh read_body(const std::filesystem::path& file);
 
 }  // namespace kappamu::io

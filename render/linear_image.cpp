@@ -17,7 +17,7 @@ double srgb_decoded(double encoded) {
 
 Image<float> read_linear_image(const std::filesystem::path& file) {
   Image<float> read;
-  if (file.extension() == ".exr") {
+  if (io::is_float_image(file)) {
     read = io::read_float_image(file);
   } else {
     read = io::read_relative_image(file);

@@ -8,9 +8,9 @@
 
 namespace kappamu::render {
 
-/// Three channels, finite and not negative. EXR files are linear; others hold sRGB code values of
-/// 8 or 16 bits, as the file states. Grey images give three equal channels. Throws InputError
-/// naming the file.
+/// Three channels, finite and not negative. EXR and Radiance files are linear; others hold sRGB
+/// code values of 8 or 16 bits, as the file states. Grey images give three equal channels. Throws
+/// InputError naming the file.
 Image<float> read_linear_image(const std::filesystem::path& file);
 
 inline Colour pixel(const Image<float>& image, int x, int y) {

@@ -22,8 +22,11 @@ ordered_json channel_json(const ChannelReport& channel, const char* name) {
           {"unscattered", b.unscattered},
           {"out", b.exiting},
           {"absorbed", b.absorbed},
+          {"created", b.created},
           {"meets_object_again", b.reentering},
+          {"error", channel.error},
           {"error_estimate", channel.error_estimate},
+          {"error_map", {{"mean", channel.mean_error}, {"max", channel.max_error}}},
           {"elements", channel.elements},
           {"iterations", channel.iterations},
           {"converged", channel.converged},
@@ -102,12 +105,16 @@ std::string write_render(const RenderResult& result, const Scene& scene,
   io::write_exr(folder / "picture.exr", exr_of(result.picture));
   io::write_image(folder / "picture.png", tone_mapped(result.picture.radiance, result.exposure));
   const std::size_t samples = result.exitance[0].size();
-  std::vector<float> exitance;
-  exitance.reserve(3 * samples);
-  for (const auto& channel : result.exitance) {
-    exitance.insert(exitance.end(), channel.begin(), channel.end());
+  std::vector<float> exitance, error;
+  for (std::size_t c = 0; c < 3; ++c) {
+    exitance.insert(exitance.end(), result.exitance[c].begin(), result.exitance[c].end());
+    for (const ObjectReport& object : result.objects) {
+      const std::vector<double>& map = object.channels[c].error_map;
+      error.insert(error.end(), map.begin(), map.end());
+    }
   }
   io::write_npy(folder / "exitance.npy", {3, samples}, exitance);
+  io::write_npy(folder / "error.npy", {3, samples}, error);
   io::write_npy(folder / "surface.npy", {samples, 7}, result.surface);
   const ordered_json summary = summary_json(result, scene, options);
   io::write_text_atomically(folder / "summary.json", summary.dump(2) + "\n");

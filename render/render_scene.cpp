@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/process_memory.h"
+#include "forward/model_error.h"
 #include "render/light/incident_light.h"
 #include "render/scene/world.h"
 
@@ -87,7 +88,7 @@ class ObjectSolve {
     report.candidates = results.front().candidates;
     std::vector<std::pair<std::string, std::string>> warned;  // and the channels of each
     for (std::size_t k = 0; k < batches.size(); ++k) {
-      const std::string names = take(batches[k], results[k], exitance, report);
+      const std::string names = take(batches[k], problems[k], results[k], exitance, report);
       for (const std::string& warning : results[k].warnings) {
         const auto known = std::find_if(warned.begin(), warned.end(),
                                         [&](const auto& one) { return one.first == warning; });
@@ -106,8 +107,9 @@ class ObjectSolve {
 
  private:
   /// The channels' names.
-  std::string take(const Batch& batch, const forward::ObjectResult& result,
-                   ObjectExitance& exitance, ObjectReport& report) const {
+  std::string take(const Batch& batch, const forward::ObjectProblem& problem,
+                   const forward::ObjectResult& result, ObjectExitance& exitance,
+                   ObjectReport& report) const {
     const auto samples = static_cast<std::ptrdiff_t>(object_.surface.size());
     std::string names;
     for (const auto& [channel, light] : batch.light_of_channel) {
@@ -117,7 +119,17 @@ class ObjectSolve {
       ChannelReport& to = report.channels[channel];
       to.power_in = light_.power[static_cast<Eigen::Index>(channel)];
       to.balance = result.balance[light];
+      to.error = result.error(light);
       to.error_estimate = result.error_estimate[light];
+      to.error_map = forward::error_map(problem, result, light);
+      double power = 0.0;
+      for (std::size_t t = 0; t < to.error_map.size(); ++t) {
+        const double leaving = object_.surface.area[t] * exitance.exitance[channel][t];
+        power += leaving;
+        to.mean_error += leaving * to.error_map[t];
+        to.max_error = std::max(to.max_error, to.error_map[t]);
+      }
+      if (power > 0.0) to.mean_error /= power;
       to.elements = result.elements;
       to.iterations = result.iterations;
       to.converged = result.converged;

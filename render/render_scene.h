@@ -21,7 +21,10 @@ struct RenderOptions {
 struct ChannelReport {
   double power_in = 0.0;  ///< that arrives, before Fresnel [mm²]
   forward::ObjectBalance balance;
-  double error_estimate = 0.0;
+  double error = 0.0;             ///< relative 2-norm over the surface, all that is known
+  double error_estimate = 0.0;    ///< of it, what numerics or noise make
+  std::vector<double> error_map;  ///< per sample, relative (forward/model_error.h)
+  double mean_error = 0.0, max_error = 0.0;  ///< of the map; the mean by the light that leaves
   std::size_t elements = 0;
   int iterations = 0;
   bool converged = false;
@@ -54,8 +57,8 @@ struct RenderResult {
 RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
                           const RenderOptions& options, Progress& progress);
 
-/// picture.exr (linear R, G, B; A: coverage), picture.png (tone-mapped), exitance.npy [3][sample],
-/// surface.npy [sample][7], and last summary.json, whose text is returned.
+/// picture.exr (linear R, G, B; A: coverage), picture.png (tone-mapped), exitance.npy and error.npy
+/// [3][sample], surface.npy [sample][7], and last summary.json, whose text is returned.
 std::string write_render(const RenderResult& result, const Scene& scene,
                          const RenderOptions& options, const std::filesystem::path& folder);
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Fuzzes the readers of everything that a stranger can hand in with libFuzzer under address and undefined-behaviour
-# sanitizers: no crash, hang (30 s), leak (but for OpenVDB's and assimp's) or allocation above 1 GB.
+# sanitizers: no crash, hang (30 s), leak (but for OpenVDB's) or allocation above 1 GB.
 #   scripts/fuzz.sh TARGET|all [SECONDS [SEED]]     default 60 s each, any seed; without arguments lists the targets
 # Begins with the good inputs that the program makes and with earlier findings (tests/fuzz/regression/TARGET); an input
 # that fails stays in build-fuzz/crashes/TARGET.
@@ -28,11 +28,10 @@ for target in $targets; do
   export KAPPAMU_FUZZ=$target
   folders=("build-fuzz/corpus/$target" "build-fuzz/seeds/$target")
   mkdir -p "${folders[0]}" "build-fuzz/crashes/$target"
-  # OpenVDB loses a node of 270 kB wherever a file ends within it, and assimp keeps caches: a search for leaks after each
-  # input would take all the time, so that these two go without, and in processes of so many inputs, with room for what
-  # is lost.
+  # OpenVDB loses a node of 270 kB wherever a file ends within it: a search for leaks after each input would take all
+  # the time, so that its target goes without, and in processes of so many inputs, with room for what is lost.
   leaks=1 most=-1
-  [[ $target != vdb && $target != mesh ]] || { leaks=0; most=30000; }
+  [[ $target != vdb ]] || { leaks=0; most=30000; }
   # The system's libraries are not instrumented, so that their containers look overflown to the sanitizer.
   export ASAN_OPTIONS=detect_container_overflow=0:detect_leaks=$leaks
   KAPPAMU_FUZZ_SEEDS=${folders[1]} build-fuzz/fuzz

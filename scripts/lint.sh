@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
 # Checks the whole tree against .clang-format and .clang-tidy. `scripts/lint.sh --format` checks the
-# format alone. clang-tidy reads the tests only when asked (`--tests`): GoogleTest's headers make them slow.
+# format alone, `--prose` the length of the pages' sentences. clang-tidy reads the tests only when asked
+# (`--tests`): GoogleTest's headers make them slow.
 set -euo pipefail
 cd "$(dirname "$0")/.."
+[[ ${1:-} == --prose ]] && exec scripts/prose.py
 mapfile -t sources < <(git ls-files '*.cpp' '*.h')
 clang-format --dry-run --Werror "${sources[@]}"
 echo "lint: ${#sources[@]} files obey .clang-format"

@@ -7,6 +7,7 @@
 #include "app/photograph_options.h"
 #include "app/session_command.h"
 #include "calib/calibration_file.h"
+#include "core/error.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/stages/photographs.h"
@@ -17,6 +18,13 @@ namespace {
 
 struct PhotographCommand {
   std::optional<std::string> table;
+  std::optional<std::string> held, start;  ///< files of known lenses
+
+  std::optional<calib::KnownLens> known_lens() const {
+    if (held) return calib::read_known_lens(*held, calib::LensUse::held);
+    if (start) return calib::read_known_lens(*start, calib::LensUse::start);
+    return std::nullopt;
+  }
   BoardOptions board;
 };
 
@@ -43,7 +51,7 @@ void calibrate_lenses(const SessionCommand& options, const PhotographCommand& ph
                              {"camera.yml", "projector.yml", "calibration.json"});
   const calib::CalibrationResult result = pipeline::calibrate_photographs(
       {options.session, photographs.table, options.links}, photographs.board.board(),
-      photographs.board.projector_size(), out.partial(), *progress);
+      photographs.board.projector_size(), photographs.known_lens(), out.partial(), *progress);
   out.commit();
   const bool projected = !result.projector.views.empty();
   const auto& deviations = result.camera_uncertainty.deviation_px;
@@ -78,6 +86,9 @@ void calibrate_lenses(const SessionCommand& options, const PhotographCommand& ph
 void run_calibrate(const SessionCommand& options, const PhotographCommand& photographs,
                    const Globals& globals) {
   if (!photographs.board.corners.empty()) return calibrate_lenses(options, photographs, globals);
+  if (photographs.held || photographs.start) {
+    throw InputError("--lens and --lens-start are of photographs without a session (--board).");
+  }
   const auto progress = make_progress();
   pipeline::Pipeline stages(options.session, options.run,
                             {.replace_other_run = options.force, .links = options.links});
@@ -137,12 +148,23 @@ is that of its first corner along the camera's x, y, z at the pattern station.
 
 With --board, SESSION is a folder of photographs of that board and nothing else is needed:
 into RUN go camera.yml and calibration.json. With --projector, photographs named
-plane_<n>_board and plane_<n>_gray_<k> (or listed so in --table) give projector.yml, too;
-docs/howto/one-stage.md.)");
+plane_<n>_board and plane_<n>_gray_<k> (or listed so in --table) give projector.yml, too.
+Circle grids may be dark on light or light on dark; of ChArUco boards both layouts are read,
+OpenCV's and the one before its version 4.6. docs/howto/one-stage.md.)");
   const auto options = add_session_options(*command);
   auto photographs = std::make_shared<PhotographCommand>();
   add_board_options(*command, photographs->board);
   add_table(*command, photographs->table);
+  auto* held = command
+                   ->add_option("--lens", photographs->held,
+                                "The camera's lens, known and held as it is: camera_matrix and "
+                                "distortion_coefficients in YAML or JSON; with --board")
+                   ->type_name("FILE");
+  command
+      ->add_option("--lens-start", photographs->start,
+                   "The same as a start of the calibration, where it finds none by itself")
+      ->type_name("FILE")
+      ->excludes(held);
   command->footer(
       "Examples: kappamu calibrate demo/session -o demo/run\n"
       "          kappamu calibrate boards -o camera --board 9x6 --square 25");

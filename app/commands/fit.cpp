@@ -189,8 +189,9 @@ choice.)");
   add_fit_options(*command, options->fit);
   command->footer(
       R"(Exit code 3: a channel ran out of steps, its data are not explained to their noise (chi2
-per value above 1.5), or the verdict is red; the volumes are kept, with the verdict, in
-fit.json.
+per value above 1.5, in all or in an octave of the errors that pixels share; or the light is
+predicted more than two of its stated errors off), or the verdict is red; the volumes are
+kept, with the verdict, in fit.json.
 Examples: kappamu fit demo/run -o demo/run/fit
           kappamu fit --continue demo/run --regulariser h1 --lambda 30)");
   command->callback([command, options, &globals] { run_fit(*command, *options, globals); });

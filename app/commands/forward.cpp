@@ -36,9 +36,8 @@ struct ForwardArguments {
   std::optional<std::string> source;
   std::string convention = "physical";
   std::string precision = "single";
-  std::optional<int> max_iterations;  ///< the method's own where unset
-  std::vector<double> direction;      ///< x, y, z or empty
-  std::vector<std::string> points;    ///< "x,y,z" or "x,y,z,power" each
+  std::vector<double> direction;    ///< x, y, z or empty
+  std::vector<std::string> points;  ///< "x,y,z" or "x,y,z,power" each
   std::optional<std::string> fluence;
   forward::ForwardOptions model;
 };
@@ -109,7 +108,6 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
   run.options.seed = globals.seed;
   run.options.precision = arguments.precision == "double" ? forward::Precision::double_precision
                                                           : forward::Precision::single_precision;
-  run.options.solve.max_iterations = arguments.max_iterations.value_or(method.max_iterations);
   const ForwardFiles& files = arguments.files;
   std::vector<std::filesystem::path> inputs{files.kappa, files.mu};
   if (!files.irradiance.empty()) inputs.emplace_back(files.irradiance);
@@ -211,10 +209,8 @@ std::string methods_manual() {
   return text +
          R"(multigrid is the one to use; analytic and montecarlo are its references. auto decides between
 multigrid and montecarlo by errors measured on other blocks (docs/objects-bench.md); the
-message of summary.json names the one taken and why. The others are earlier papers'
-solvers. Only montecarlo and analytic need no convergence; relaxations need thousands of
-sweeps and may stall in single precision. [W] is Wang et al. 2008, [T] Mertens' thesis of
-2005.
+message of summary.json names the one taken and why. Only montecarlo and analytic need no
+convergence.
 
 )";
 }
@@ -276,8 +272,8 @@ void add_forward(CLI::App& app, Globals& globals) {
                    "Relative residual to reach for every pattern (default 1e-6)")
       ->check(CLI::Range(1e-14, 0.1));
   command
-      ->add_option("--max-iterations", options->max_iterations,
-                   "Iterations or sweeps allowed (default 200, relaxations 200000)")
+      ->add_option("--max-iterations", options->model.solve.max_iterations,
+                   "Iterations allowed (default 200)")
       ->check(CLI::Range(1, 100'000'000));
   command->add_option("--precision", options->precision, "single (default) or double storage")
       ->check(CLI::IsMember({"single", "double"}));

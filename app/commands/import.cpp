@@ -12,7 +12,7 @@ namespace kappamu::app {
 namespace {
 
 struct ImportArguments {
-  std::string photographs, plan, out, table;
+  std::string photographs, plan, out, table, orientation;
   capture::Links links = capture::Links::within;
 };
 
@@ -26,6 +26,7 @@ void run_import(const ImportArguments& arguments, const Globals& globals) {
   capture::ImportOptions options{
       arguments.photographs, arguments.plan, arguments.out, {}, arguments.links};
   if (!arguments.table.empty()) options.table = arguments.table;
+  options.orientation = value_of(capture::orientation_names, arguments.orientation);
   const capture::Session session = capture::import_session(options, *progress);
   const std::string file = (session.folder / "session.json").string();
   std::size_t frames = 0;
@@ -61,7 +62,12 @@ names tell the shot: <pattern>_<n>, board_<n>, plane_<n>_board, plane_<n>_projec
 plane_<n>_gray_<k>, plane_<n>_phase_<k>, sample_<station>, dark_<n>, white_<n>, black_<n>,
 level_<value>_<n>, off_<n>, ambient_<m>_<n>, chart_<n>, with any image ending, in any
 subfolder. Or a CSV does (--table): columns file, shot (the same, without the last _<n> of
-stacks and boards) and, where EXIF does not tell it, exposure_s.
+stacks and boards) and, where EXIF does not tell it or tells a wrong one, exposure_s. Cells
+end at commas, semicolons or tabs. Hidden files and system folders are passed over.
+
+Photographs are taken as they are stored. Where all carry one EXIF orientation, because the
+camera hung upside down, --orientation apply has every frame turned by it when it is read;
+tags that differ are ignored.
 
 What photographs cannot tell (sample, projector, boards, stations, patterns) comes from
 PLAN/session.json, as `kappamu plan` writes it or written by hand (docs/formats.md); its
@@ -81,6 +87,13 @@ whose brightness does not fit its exposure time.)");
           "Session folder; photographs are copied into it unless they lie there already",
           "SESSION");
   command->add_option("--table", arguments->table, "CSV: file, shot, exposure_s")->type_name("CSV");
+  std::vector<std::string> names;
+  for (const auto& [name, value] : capture::orientation_names) names.emplace_back(name);
+  command
+      ->add_option("--orientation", arguments->orientation,
+                   "What is done with the photographs' EXIF orientation; without it they are "
+                   "ignored, with a warning where they agree on a turn")
+      ->check(CLI::IsMember(names));
   add_follow_links(*command, arguments->links);
   command->footer("Example: kappamu import photographs --plan plan -o session");
   command->callback([arguments, &globals] { run_import(*arguments, globals); });

@@ -89,7 +89,7 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
   const std::filesystem::path out(arguments.out);
   pipeline::OutputFolder folder(
       out, "render", render::files_of(scene),
-      {"picture.exr", "picture.png", "exitance.npy", "surface.npy", "summary.json"});
+      {"picture.exr", "picture.png", "exitance.npy", "error.npy", "surface.npy", "summary.json"});
   const render::RenderOptions options{globals.device, globals.seed};
   const std::unique_ptr<forward::ObjectModel> model =
       scene.model.name == forward::auto_model_name
@@ -100,7 +100,7 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
   folder.commit();
   for (const std::string& warning : result.warnings) progress->warn(warning);
   if (!result.converged) {
-    progress->warn("the model did not reach its tolerance; outputs are kept and marked");
+    progress->warn("the answer is not within the tolerance; outputs are kept and marked");
     globals.exit_code = 3;
   }
   if (globals.json) {
@@ -109,8 +109,11 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
   }
   for (const render::ObjectReport& object : result.objects) {
     const render::ChannelReport& green = object.channels[1];
-    std::printf("%-20s %zu triangles, %zu elements, estimated error %.2g %%\n", object.name.c_str(),
-                object.samples, green.elements, 100.0 * green.error_estimate);
+    std::printf(
+        "%-20s %zu triangles, %zu elements, error %.2g %% against transport (of numerics or noise "
+        "%.2g %%); error.npy says where\n",
+        object.name.c_str(), object.samples, green.elements, 100.0 * green.error,
+        100.0 * green.error_estimate);
     for (const forward::ModelCandidate& candidate : object.candidates) {
       std::printf("  %-18s %s\n", candidate.model.c_str(), candidate.reason.c_str());
     }
@@ -136,11 +139,11 @@ its size, its material), lights, camera, film, model. Into OUT go:
   picture.png    the same, exposed and tone-mapped, for a screen
   exitance.npy   [3][sample] what leaves each triangle, scattered, relative to the lights
   surface.npy    [sample][7] position [mm], outward normal, area [mm2] of each triangle
-  summary.json   power in, out and absorbed; the model's error estimate, seconds, warnings
+  error.npy      [3][sample] what the exitance errs by at most, relative, in 95 of 100 places
+  summary.json   power in, out and absorbed; errors, seconds, warnings
 
-The error estimate is the model's own, of its numerics. Whether diffusion describes the
-material is another question: warnings name it, and "model": {"name": "montecarlo"}
-answers it.)");
+The error is against transport, numerics and the model's physics together, as measured on
+other objects; "model": {"name": "montecarlo"} has noise alone.)");
   auto arguments = std::make_shared<RenderArguments>();
   auto* scene =
       command->add_option("scene", arguments->scene, "What to render")->type_name("SCENE");
@@ -161,7 +164,7 @@ answers it.)");
   add_out(*command, arguments->out,
           "Folder for the files; with --new-scene and --polycube the file");
   command->footer(
-      "Exit code 3: the model did not reach its tolerance; outputs are kept and marked.\n"
+      "Exit code 3: the answer is not within the tolerance; outputs are kept and marked.\n"
       "Example: kappamu render --new-scene demo/run -o scene.json && kappamu render scene.json -o "
       "picture\n"
       "         kappamu render scenes/spot-wax.json --polycube spot -o spot.polycube.json");

@@ -94,7 +94,7 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
     print_json(summary);
     return;
   }
-  std::printf("model                %s, estimated error %.2g %%\n", live.model().c_str(),
+  std::printf("model                %s, error of numerics %.2g %%\n", live.model().c_str(),
               100.0 * times.error_estimate);
   std::printf("medians              light %.0f ms, diffusion %.0f ms, drawing %.1f ms\n",
               times.light_ms, times.model_ms, times.frame_ms);
@@ -114,7 +114,7 @@ void add_view(CLI::App& app, Globals& globals) {
 
 SCENE is what `kappamu render` takes; of a RUN it is the measured block between two lamps.
 Drag left: orbit; drag right: the light; wheel: nearer or farther. The panel states what an
-answer takes, the model's estimated error, and whether the picture lags behind the light.
+answer takes, the error of the model's numerics, and whether the picture lags behind the light.
 
 Seen is the light that diffusion lets out; reflections and single scattering are in
 `kappamu render` alone.

@@ -70,6 +70,17 @@ CameraFit leave_out_outliers(CameraSetting& setting, const CameraFit& start, Len
   return fit;
 }
 
+CameraFit start_from(const CameraSetting& setting, const KnownLens& known) {
+  CameraFit fit;
+  for (const BoardView& view : setting.views) {
+    fit.poses.push_back(six_of(board_pose(known.lens, view.corners, setting.square_mm, view.name)));
+  }
+  fit.numbers = numbers_of(known.lens);
+  // The models that find outliers and come first have none of k3 to k6.
+  if (known.use == LensUse::start) std::fill(fit.numbers.begin() + 8, fit.numbers.end(), 0.0);
+  return fit;
+}
+
 CornerMask everything(const std::vector<BoardView>& views) {
   CornerMask mask;
   for (const BoardView& view : views) mask.emplace_back(view.corners.pixels.size(), 1);
@@ -83,14 +94,17 @@ double CameraCalibration::standard_deviation(int parameter) const {
 }
 
 CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double square_mm, int width,
-                                   int height, std::optional<LensModel> model) {
-  if (views.size() < least_views) {
+                                   int height, std::optional<LensModel> model,
+                                   const std::optional<KnownLens>& known) {
+  const bool held = known && known->use == LensUse::held;
+  if (held) model = LensModel::held;
+  if (views.size() < (held ? 1 : least_views)) {
     throw InputError("camera calibration: " + std::to_string(views.size()) +
                      " board photographs given and at least 3 are needed (10 or more are good); "
                      "photograph the board in more poses (calibration.camera_boards of a session)");
   }
   CameraSetting setting{views, square_mm, everything(views)};
-  CameraFit start = start_camera(setting, width, height);
+  CameraFit start = known ? start_from(setting, *known) : start_camera(setting, width, height);
   // Outliers are told under a lens that leaves no error of its own.
   start = leave_out_outliers(setting, start, model.value_or(LensModel::radial2_tangential));
   CameraCalibration result;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "calib/lens/known_lens.h"
 #include "calib/lens/lens.h"
 #include "calib/targets/board_corners.h"
 #include "core/rigid.h"
@@ -23,7 +24,8 @@ enum class LensModel {
   radial2,             ///< ... and k1, k2
   radial2_tangential,  ///< ... and k1, k2, p1, p2
   full,                ///< ... and k1, k2, p1, p2, k3
-  rational             ///< ... and k1, k2, p1, p2, k3, k4, k5, k6
+  rational,            ///< ... and k1, k2, p1, p2, k3, k4, k5, k6
+  held                 ///< none: a known lens, taken as exact
 };
 std::string to_string(LensModel model);
 int parameter_count(LensModel model);
@@ -83,10 +85,12 @@ inline constexpr std::size_t least_views = 3;
 /// Calibrates from at least three views: Zhang's start, least squares over lens and poses, corners
 /// further off than six standard deviations (found under Cauchy's loss) left out. Without `model`
 /// the lens model and whether the board is bent are chosen by leave-one-view-out cross-validation
-/// (camera_choice.h); with it the board is taken as flat. Throws InputError for fewer than three
-/// views or views that do not determine the lens.
+/// (camera_choice.h); with it the board is taken as flat. A `known` lens replaces Zhang's start or,
+/// held, is the result: the views' poses alone are found then, from one view on. Throws InputError
+/// for fewer than three views or views that do not determine the lens.
 CameraCalibration calibrate_camera(const std::vector<BoardView>& views, double square_mm, int width,
-                                   int height, std::optional<LensModel> model = std::nullopt);
+                                   int height, std::optional<LensModel> model = std::nullopt,
+                                   const std::optional<KnownLens>& known = std::nullopt);
 
 /// Sets rms_px and the views' residuals and rms_px from lens, bend and poses.
 void measure_residuals(const std::vector<BoardView>& views, double square_mm,

@@ -202,7 +202,7 @@ void CameraProblem::solve(double tolerance, int max_iterations) {
 Eigen::MatrixXd CameraProblem::jacobian(std::size_t view, std::vector<double>* residuals) {
   ceres::Problem::EvaluateOptions options;
   options.residual_blocks = blocks_[view];
-  options.parameter_blocks = {fit_.numbers.data()};
+  if (fit_.model != LensModel::held) options.parameter_blocks.push_back(fit_.numbers.data());
   if (fit_.bent) options.parameter_blocks.push_back(fit_.bend_mm.data());
   options.parameter_blocks.push_back(fit_.poses[view].data());
   ceres::CRSMatrix sparse;
@@ -266,6 +266,7 @@ std::vector<HeldOutView> CameraProblem::leave_one_out() {
 
 CameraProblem::Spread CameraProblem::spread(const std::vector<Normal>& views,
                                             double noise_variance) const {
+  if (fit_.model == LensModel::held) return {};  // nothing is shared
   const Inverse inverse = inverse_of(total(views).first);
   if (!inverse.regular) throw InputError(undetermined);
   const Eigen::MatrixXd& bread = inverse.matrix;

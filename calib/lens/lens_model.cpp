@@ -1,6 +1,7 @@
 #include "calib/lens/lens_model.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "core/error.h"
 
@@ -13,7 +14,7 @@ struct ModelOfLens {
   PixelShape pixels;
   int distortion;  ///< how many of k1, k2, p1, p2, k3 ... k6, from the first
 };
-constexpr std::array<ModelOfLens, 8> models_of_lens{
+constexpr std::array<ModelOfLens, 9> models_of_lens{
     {{LensModel::pinhole_square, "f cx cy", PixelShape::square, 0},
      {LensModel::radial1_square, "f cx cy k1", PixelShape::square, 1},
      {LensModel::pinhole, "fx fy cx cy", PixelShape::rectangular, 0},
@@ -21,7 +22,8 @@ constexpr std::array<ModelOfLens, 8> models_of_lens{
      {LensModel::radial2, "fx fy cx cy k1 k2", PixelShape::rectangular, 2},
      {LensModel::radial2_tangential, "fx fy cx cy k1 k2 p1 p2", PixelShape::rectangular, 4},
      {LensModel::full, "fx fy cx cy k1 k2 p1 p2 k3", PixelShape::rectangular, 5},
-     {LensModel::rational, "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6", PixelShape::rectangular, 8}}};
+     {LensModel::rational, "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6", PixelShape::rectangular, 8},
+     {LensModel::held, "held", PixelShape::rectangular, 0}}};
 
 const ModelOfLens& entry_of(LensModel model) {
   return *std::find_if(models_of_lens.begin(), models_of_lens.end(),
@@ -49,6 +51,11 @@ std::vector<int> fixed_numbers(LensModel model) {
   constexpr int fy = 1;
   constexpr int k1 = 4;
   std::vector<int> fixed;
+  if (model == LensModel::held) {
+    fixed.resize(lens_numbers);
+    std::iota(fixed.begin(), fixed.end(), 0);
+    return fixed;
+  }
   if (pixel_shape(model) == PixelShape::square) fixed.push_back(fy);
   for (int n = k1 + entry_of(model).distortion; n < lens_numbers; ++n) fixed.push_back(n);
   return fixed;

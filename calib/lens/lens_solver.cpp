@@ -12,11 +12,16 @@ void add_prior(ceres::Problem& problem, const LensPrior& prior, LensNumbers& num
       numbers.data());
 }
 
-bool solve(ceres::Problem& problem, LensFit& fit, double tolerance, int max_iterations) {
-  const std::vector<int> fixed = fixed_numbers(fit.model);
-  if (!fixed.empty()) {
-    problem.SetManifold(fit.numbers.data(), new ceres::SubsetManifold(lens_numbers, fixed));
+void hold(ceres::Problem& problem, double* lens, const std::vector<int>& fixed) {
+  if (fixed.size() == lens_numbers) {
+    problem.SetParameterBlockConstant(lens);
+  } else if (!fixed.empty()) {
+    problem.SetManifold(lens, new ceres::SubsetManifold(lens_numbers, fixed));
   }
+}
+
+bool solve(ceres::Problem& problem, LensFit& fit, double tolerance, int max_iterations) {
+  hold(problem, fit.numbers.data(), fixed_numbers(fit.model));
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_SCHUR;
   options.max_num_iterations = max_iterations;

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <vector>
 
 #include "calib/lens/camera.h"
 #include "calib/lens/lens_model.h"
@@ -15,6 +16,9 @@ namespace kappamu::calib {
 
 /// To `problem`, on the lens numbers it refers to.
 void add_prior(ceres::Problem& problem, const LensPrior& prior, LensNumbers& numbers);
+
+/// Holds the numbers of the indices `fixed` where they are.
+void hold(ceres::Problem& problem, double* lens, const std::vector<int>& fixed);
 
 /// A lens fitted to observations, and how well.
 struct LensFit {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "calib/light/shared_error.h"
 #include "calib/sample/face.h"
 #include "core/error.h"
 
@@ -56,6 +57,44 @@ std::vector<FacePixel> pixels_of_face(const Lens& camera, const Rigid& camera_fr
 
 constexpr std::uint8_t unusable = capture::pixel_saturated | capture::pixel_missing;
 
+/// Means of one channel of two pictures over the voxels of a face, the second perhaps a model.
+class FaceMeans {
+ public:
+  explicit FaceMeans(const FaceShape& shape)
+      : shape_(shape), sums_(shape.cells(), Eigen::Array<double, 5, 1>::Zero()) {}
+
+  void add(const FacePixel& p, double first, double first_variance, double second,
+           double second_variance) {
+    const int u = std::min(shape_.nu - 1, static_cast<int>(0.5 * (p.x + 1.0) * shape_.nu));
+    const int v = std::min(shape_.nv - 1, static_cast<int>(0.5 * (p.y + 1.0) * shape_.nv));
+    Eigen::Array<double, 5, 1> one;
+    one << first, first_variance, second, second_variance, 1.0;
+    sums_[static_cast<std::size_t>(v) * shape_.nu + u] += one;
+  }
+
+  /// Of first over second, relative to their mean ratio.
+  FaceMap ratio() const {
+    FaceMap map{shape_, std::vector<double>(shape_.cells(), 0.0),
+                std::vector<double>(shape_.cells(), 0.0)};
+    double first = 0.0, second = 0.0;
+    for (const auto& sum : sums_) {
+      first += sum[0];
+      second += sum[2];
+    }
+    for (std::size_t i = 0; i < sums_.size(); ++i) {
+      const auto& sum = sums_[i];
+      if (!(sum[0] > 0.0 && sum[2] > 0.0 && first > 0.0 && second > 0.0)) continue;
+      map.relative[i] = sum[0] / sum[2] * (second / first) - 1.0;
+      map.variance[i] = sum[1] / (sum[0] * sum[0]) + sum[3] / (sum[2] * sum[2]);
+    }
+    return map;
+  }
+
+ private:
+  FaceShape shape_;
+  std::vector<Eigen::Array<double, 5, 1>> sums_;
+};
+
 /// Mean signal of the good pixels of a quadrilateral; nothing if fewer than half are good.
 std::optional<double> mean_signal(const capture::HdrImage& image,
                                   const std::array<Eigen::Vector2d, 4>& corners, int channel) {
@@ -90,6 +129,7 @@ WhiteReference measure_white(const capture::HdrImage& white,
   Terms flat = Terms::Zero();
   double white_sum = 0.0;
   double black_sum = 0.0;
+  double shared = 0.0;
   for (int c = 0; c < channels; ++c) {
     Eigen::Matrix<double, FlatField::terms, FlatField::terms> normal;
     normal.setZero();
@@ -113,12 +153,15 @@ WhiteReference measure_white(const capture::HdrImage& white,
     }
     const Terms fit = normal.ldlt().solve(right);
     double squares = 0.0;
+    FaceMeans means(face_shape(grid, lit_face));
     for (const FacePixel& p : pixels) {
       if ((white.flags(p.px, p.py, c) & unusable) != 0) continue;
-      const double residual =
-          static_cast<double>(white.radiance(p.px, p.py, c)) - fit.dot(monomials(p.x, p.y));
+      const double expected = fit.dot(monomials(p.x, p.y));
+      const double residual = static_cast<double>(white.radiance(p.px, p.py, c)) - expected;
       squares += residual * residual;
+      means.add(p, white.radiance(p.px, p.py, c), white.variance(p.px, p.py, c), expected, 0.0);
     }
+    shared += std::pow(octave_error(means.ratio()), 2) / channels;
     const double centre = fit[0];
     if (!(centre > 0.0)) {
       throw InputError(name +
@@ -131,12 +174,30 @@ WhiteReference measure_white(const capture::HdrImage& white,
     flat += fit / centre / channels;
   }
   for (int k = 0; k < FlatField::terms; ++k) result.flat.coefficients[k] = flat[k];
+  if (std::isfinite(shared)) result.smooth_error = std::sqrt(shared);
   if (black && white_sum > 0.0) {
     // A projector cannot give less than no light; noise can.
     result.projector_black = std::max(0.0, black_sum / white_sum);
     result.black_measured = true;
   }
   return result;
+}
+
+std::vector<FaceMap> ratio_on_face(const capture::HdrImage& other, const capture::HdrImage& picture,
+                                   const Lens& camera, const Rigid& camera_from_sample,
+                                   const GridShape& grid, Face lit_face) {
+  const std::vector<FacePixel> pixels = pixels_of_face(camera, camera_from_sample, grid, lit_face);
+  std::vector<FaceMap> maps;
+  for (int c = 0; c < picture.radiance.channels(); ++c) {
+    FaceMeans means(face_shape(grid, lit_face));
+    for (const FacePixel& p : pixels) {
+      if (((other.flags(p.px, p.py, c) | picture.flags(p.px, p.py, c)) & unusable) != 0) continue;
+      means.add(p, other.radiance(p.px, p.py, c), other.variance(p.px, p.py, c),
+                picture.radiance(p.px, p.py, c), picture.variance(p.px, p.py, c));
+    }
+    maps.push_back(means.ratio());
+  }
+  return maps;
 }
 
 std::vector<double> centre_signal(const capture::HdrImage& target, const FlatField& flat,

@@ -30,6 +30,13 @@ struct FlatField {
   double operator()(double x, double y) const;
 };
 
+/// Of each voxel of a face, relative to what should be there, and its variance; 0: no value.
+struct FaceMap {
+  FaceShape shape;
+  std::vector<double> relative;  ///< [v][u]
+  std::vector<double> variance;  ///< [v][u]
+};
+
 /// What the white target tells.
 struct WhiteReference {
   std::vector<double> scale;  ///< [channel] full scales per second for unit radiance
@@ -43,6 +50,9 @@ struct WhiteReference {
   /// texture of the target.
   std::vector<double> residual_rms;
   std::size_t pixels = 0;  ///< pixels of the lit face that were used
+  /// Errors that neighbouring pixels share (shared_error.h), of the target's light about the
+  /// polynomial, and of the target under one value beside another; absent where not measured.
+  std::optional<double> smooth_error, level_error;
 };
 
 /// `white` and `black` (optional) are pictures of the target from the calibration station,
@@ -52,6 +62,12 @@ WhiteReference measure_white(const capture::HdrImage& white,
                              const std::optional<capture::HdrImage>& black, double reflectance,
                              const Lens& camera, const Rigid& camera_from_sample,
                              const GridShape& grid, Face lit_face, const std::string& name);
+
+/// [channel] `other` over `picture`, two pictures of one target over the lit face, relative to
+/// their mean ratio.
+std::vector<FaceMap> ratio_on_face(const capture::HdrImage& other, const capture::HdrImage& picture,
+                                   const Lens& camera, const Rigid& camera_from_sample,
+                                   const GridShape& grid, Face lit_face);
 
 /// [channel] signal of a target at the centre of the lit face, from all of its usable pixels by the
 /// flat field. Throws InputError naming `name` where a channel has none.

@@ -128,8 +128,8 @@ class Adjustment {
     add_prior(*problem_, tangential_prior(1.0), numbers_.camera);
     add_prior(*problem_, distortion_prior(1.0, numbers_.projector[0], width_, height_),
               numbers_.projector);
-    hold(numbers_.camera.data(), camera_fixed_);
-    hold(numbers_.projector.data(), projector_fixed_);
+    hold(*problem_, numbers_.camera.data(), camera_fixed_);
+    hold(*problem_, numbers_.projector.data(), projector_fixed_);
     if (!bent_) problem_->SetParameterBlockConstant(numbers_.bend.data());
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_SCHUR;
@@ -153,6 +153,7 @@ class Adjustment {
     std::vector<Eigen::Index> places;
     const auto block = [&](const double* data, Eigen::Index at, int count,
                            const std::vector<int>& fixed) {
+      if (fixed.size() == static_cast<std::size_t>(count)) return;
       options.parameter_blocks.push_back(const_cast<double*>(data));
       for (int k = 0; k < count; ++k) {
         if (std::find(fixed.begin(), fixed.end(), k) == fixed.end()) places.push_back(at + k);
@@ -209,11 +210,6 @@ class Adjustment {
     const int held = static_cast<int>(camera_fixed_.size() + projector_fixed_.size());
     return 2.0 * lens_numbers - held + (bent_ ? 2.0 : 0.0) + 6.0 +
            6.0 * static_cast<double>(numbers_.poses.size());
-  }
-
-  void hold(double* lens, const std::vector<int>& fixed) {
-    if (fixed.empty()) return;
-    problem_->SetManifold(lens, new ceres::SubsetManifold(lens_numbers, fixed));
   }
 
   void add_printed(double weight) {

@@ -1,16 +1,17 @@
 #include "calib/projector/correspondences.h"
 
-#include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "core/shown_text.h"
+#include "io/csv_table.h"
+#include "io/image/image_limits.h"
 #include "io/npy.h"
-#include "io/read_file.h"
-#include "io/text_stream.h"
 
 namespace kappamu::calib {
 namespace {
@@ -21,41 +22,29 @@ bool inside(double place, int extent) {
   return place >= -0.5 && place <= extent - 0.5;
 }
 
-void read_csv(const fs::path& file, const capture::Projector& projector, ProjectorMap& map) {
-  std::istringstream lines = io::text_reader(io::read_text(file));
-  std::string line;
-  std::getline(lines, line);
-  line.erase(std::remove_if(line.begin(), line.end(), [](char c) { return c == ' ' || c == '\r'; }),
-             line.end());
-  if (line != "x,y,column,row") {
-    throw InputError(file.string() + ": the first line is '" + shown_text(line, 80) +
-                     "'; it must name the columns x,y,column,row");
-  }
-  for (int number = 2; std::getline(lines, line); ++number) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+void read_table(const fs::path& file, const capture::Projector& projector, ProjectorMap& map) {
+  const auto take = [&](const std::vector<std::string>& cells, const std::string& where) {
     std::array<double, 4> values{};
-    const char* at = line.data();
-    const char* end = at + line.size();
     bool good = true;
-    for (std::size_t k = 0; k < values.size() && good; ++k) {
-      while (at != end && (*at == ' ' || (k > 0 && *at == ','))) ++at;
-      const auto read = std::from_chars(at, end, values[k]);
-      good = read.ec == std::errc();
-      at = read.ptr;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const std::optional<double> value = io::csv_number(cells[k]);
+      good &= value.has_value();
+      values[k] = value.value_or(0.0);
     }
     const auto [x, y, column, row] = values;
     const bool whole = x == std::floor(x) && y == std::floor(y);
     if (!good || !whole || !inside(x, map.quality.width()) || !inside(y, map.quality.height()) ||
         !inside(column, projector.width) || !inside(row, projector.height)) {
-      throw InputError(file.string() + ": line " + std::to_string(number) +
-                       " does not hold a camera pixel x,y and the projector's column,row that it "
-                       "sees, both in their frames; correct it or take it out");
+      throw InputError(where +
+                       " does not hold a camera pixel x, y and the projector's column, row that "
+                       "it sees, both in their frames; correct it or take it out");
     }
     const int i = static_cast<int>(x), j = static_cast<int>(y);
     map.pixel(i, j, 0) = static_cast<float>(column);
     map.pixel(i, j, 1) = static_cast<float>(row);
     map.quality(i, j) = 1.0F;
-  }
+  };
+  io::read_csv(file, {{"x"}, {"y"}, {"column"}, {"row"}}, take, io::largest_image_file);
 }
 
 void read_array(const fs::path& file, const capture::Projector& projector, ProjectorMap& map) {
@@ -84,9 +73,10 @@ ProjectorMap read_correspondences(const fs::path& file, const capture::Camera& c
                                   const capture::Projector& projector) {
   ProjectorMap map{Image<float>(camera.width, camera.height, 2),
                    Image<float>(camera.width, camera.height, 1)};
-  if (file.extension() == ".csv") {
-    read_csv(file, projector, map);
-  } else if (file.extension() == ".npy") {
+  const std::string ending = lower_extension(file);
+  if (ending == ".csv") {
+    read_table(file, projector, map);
+  } else if (ending == ".npy") {
     read_array(file, projector, map);
   } else {
     throw InputError(file.string() + ": correspondences are a .csv or a .npy file");

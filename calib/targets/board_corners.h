@@ -30,6 +30,7 @@ struct BoardCorners {
   std::vector<int> lattice{};  ///< j * columns + i of each pixel; empty: the board is whole
   /// Every other row lies half a spacing further right (asymmetric circles).
   bool staggered = false;
+  bool light_first = false;  ///< ChArUco as OpenCV before 4.6 made them (charuco.h)
 
   bool whole() const { return lattice.empty(); }
   /// Column and row of pixels[k].

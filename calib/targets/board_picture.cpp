@@ -27,6 +27,25 @@ cv::Mat stretch_to_bytes(const Image<float>& grey) {
   return bytes;
 }
 
+ScaledPicture::ScaledPicture(const cv::Mat& original, double factor_)
+    : pixels(original), factor(factor_) {
+  if (factor == 1.0) return;
+  cv::resize(original, pixels, cv::Size(), factor, factor,
+             factor < 1.0 ? cv::INTER_AREA : cv::INTER_CUBIC);
+}
+
+Eigen::Vector2d ScaledPicture::in_original(const cv::Point2f& point) const {
+  return {(point.x + 0.5) / factor - 0.5, (point.y + 0.5) / factor - 0.5};
+}
+
+Eigen::Vector2d ScaledPicture::in_scaled(const Eigen::Vector2d& pixel) const {
+  return ((pixel.array() + 0.5) * factor - 0.5).matrix();
+}
+
+double reduction(const cv::Mat& picture, int longest_px) {
+  return std::min(1.0, static_cast<double>(longest_px) / std::max(picture.cols, picture.rows));
+}
+
 cv::Mat view_of(const Image<float>& grey) {
   return {grey.height(), grey.width(), CV_32F, const_cast<float*>(grey.values().data())};
 }

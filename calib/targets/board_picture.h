@@ -14,6 +14,19 @@ namespace kappamu::calib {
 /// Eight bits between the darkest and brightest per mille, which is what the detectors want.
 cv::Mat stretch_to_bytes(const Image<float>& grey);
 
+/// The same picture (of bytes or floats) larger or smaller; pixel centres are at integers in both.
+struct ScaledPicture {
+  ScaledPicture(const cv::Mat& original, double factor);
+  Eigen::Vector2d in_original(const cv::Point2f& point) const;
+  Eigen::Vector2d in_scaled(const Eigen::Vector2d& pixel) const;
+
+  cv::Mat pixels;
+  double factor;
+};
+
+/// By which a picture of so many pixels is at most `longest_px` long; never above 1.
+double reduction(const cv::Mat& picture, int longest_px);
+
 /// OpenCV's view of the same numbers; only read.
 cv::Mat view_of(const Image<float>& grey);
 

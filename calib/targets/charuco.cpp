@@ -5,6 +5,7 @@
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/calib3d.hpp>
 #include <set>
+#include <utility>
 
 #include "calib/targets/board_picture.h"
 #include "calib/targets/corner_fit.h"
@@ -38,25 +39,39 @@ Markers detect(const cv::Mat& bytes, const cv::Ptr<cv::aruco::Dictionary>& dicti
   return markers;
 }
 
-cv::Ptr<cv::aruco::CharucoBoard> layout(const capture::Board& board, int columns, int rows) {
-  return cv::aruco::CharucoBoard::create(columns + 1, rows + 1, static_cast<float>(board.square_mm),
-                                         static_cast<float>(board.marker_mm),
-                                         dictionary_named(board.dictionary));
-}
+/// Whether the square at the top left is dark (OpenCV since 4.6) or, on boards of an even number of
+/// rows of squares, light (before, and since 4.7 by setLegacyPattern).
+enum class Layout { dark_first, light_first };
 
-/// Of the markers seen, how many lie where a board of so many columns and rows has them: within
-/// half a marker of one plane's perspective view (lens distortion stays far below that).
-std::size_t fitting(const Markers& markers, const capture::Board& board, int columns, int rows) {
-  const auto charuco = layout(board, columns, rows);
+/// OpenCV's board for the layout. One whose first square is light is one of dark first square
+/// without its first row: that row's markers and corners are counted and never seen.
+struct Board {
+  cv::Ptr<cv::aruco::CharucoBoard> board;
+  int unseen_markers = 0;
+  int unseen_rows = 0;
+
+  Board(const capture::Board& stated, int columns, int rows, Layout layout)
+      : unseen_markers(layout == Layout::light_first ? (columns + 1) / 2 : 0),
+        unseen_rows(layout == Layout::light_first ? 1 : 0) {
+    board = cv::aruco::CharucoBoard::create(
+        columns + 1, rows + 1 + unseen_rows, static_cast<float>(stated.square_mm),
+        static_cast<float>(stated.marker_mm), dictionary_named(stated.dictionary));
+  }
+};
+
+/// Of the markers seen, how many lie where the board has them: within half a marker of one plane's
+/// perspective view (lens distortion stays far below that).
+std::size_t fitting(const Markers& markers, const Board& charuco) {
   std::vector<cv::Point2f> on_board;
   std::vector<cv::Point2f> seen;
   double side_px = 0.0;
   for (std::size_t k = 0; k < markers.ids.size(); ++k) {
-    const auto id = static_cast<std::size_t>(markers.ids[k]);
-    if (id >= charuco->objPoints.size()) continue;
+    const auto id = static_cast<std::size_t>(markers.ids[k] + charuco.unseen_markers);
+    if (id >= charuco.board->objPoints.size()) continue;
     side_px += cv::norm(markers.corners[k][0] - markers.corners[k][1]);
     for (std::size_t c = 0; c < 4; ++c) {
-      on_board.emplace_back(charuco->objPoints[id][c].x, charuco->objPoints[id][c].y);
+      const cv::Point3f& corner = charuco.board->objPoints[id][c];
+      on_board.emplace_back(corner.x, corner.y);
       seen.push_back(markers.corners[k][c]);
     }
   }
@@ -90,37 +105,48 @@ std::size_t fitting(const Markers& markers, const capture::Board& board, int col
   }
   if (!other.empty()) {
     throw InputError(name + ": no marker of " + board.dictionary + " but " + std::to_string(most) +
-                     " of " + other + ": correct calibration.board.dictionary in session.json");
+                     " of " + other + ": correct the board's dictionary");
   }
   throw InputError(name +
                    ": no ArUco marker found; take the picture again with most of the ChArUco "
                    "board in view, sharp, evenly lit and not mirrored, or correct "
-                   "calibration.board in session.json");
+                   "what is stated of the board");
 }
 
-/// Markers in the wrong places: says which number of columns puts them right.
-void check_layout(const Markers& markers, const capture::Board& board, const std::string& name) {
+/// The layout that puts the markers right. Throws where none does, and says which number of columns
+/// does.
+Layout layout_of(const Markers& markers, const capture::Board& board, const std::string& name) {
   constexpr double most = 0.8;
   const auto needed = static_cast<std::size_t>(std::ceil(most * markers.ids.size()));
-  if (fitting(markers, board, board.columns, board.rows) >= needed) return;
+  const auto best = [&](int columns, int rows) {
+    const std::size_t dark = fitting(markers, {board, columns, rows, Layout::dark_first});
+    const bool even = (rows + 1) % 2 == 0;
+    const std::size_t light =
+        even ? fitting(markers, {board, columns, rows, Layout::light_first}) : 0;
+    return std::pair(std::max(dark, light),
+                     light > dark ? Layout::light_first : Layout::dark_first);
+  };
+  const auto [fits, layout] = best(board.columns, board.rows);
+  if (fits >= needed) return layout;
   constexpr int widest = 30;
   for (int columns = 2; columns <= widest; ++columns) {
     // Rows enough for every number seen; markers per two rows of squares: columns + 1.
     const int last = *std::max_element(markers.ids.begin(), markers.ids.end());
     const int rows = std::max(2, 2 * (last / (columns + 1) + 1));
-    if (fitting(markers, board, columns, rows) >= std::max<std::size_t>(needed, 3)) {
+    for (const int tried : {rows, rows + 1}) {
+      if (best(columns, tried).first < std::max<std::size_t>(needed, 3)) continue;
       throw InputError(name + ": its markers lie as on a board of " + std::to_string(columns) +
                        " inner corners per row" +
                        (columns == board.columns
                             ? " and more than " + std::to_string(board.rows) + " rows"
                             : ", not " + std::to_string(board.columns)) +
-                       ": correct calibration.board in session.json");
+                       ": correct what is stated of the board");
     }
   }
   throw InputError(name + ": its " + std::to_string(markers.ids.size()) +
                    " markers do not lie as on a ChArUco board of " + std::to_string(board.columns) +
                    " x " + std::to_string(board.rows) +
-                   " inner corners; correct calibration.board in session.json");
+                   " inner corners; correct what is stated of the board");
 }
 
 }  // namespace
@@ -129,14 +155,18 @@ BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
                           const std::string& name) {
   check(grey.channels() == 1, "find_charuco wants a grey image");
   const cv::Mat bytes = stretch_to_bytes(grey);
-  const auto charuco = layout(board, board.columns, board.rows);
-  Markers markers = detect(bytes, charuco->dictionary);
+  Markers markers = detect(bytes, dictionary_named(board.dictionary));
   if (markers.ids.size() <= chance_markers) explain_no_markers(bytes, board, name);
-  check_layout(markers, board, name);
+  const Layout layout = layout_of(markers, board, name);
+  const Board charuco(board, board.columns, board.rows, layout);
+  for (int& id : markers.ids) id += charuco.unseen_markers;
   cv::Mat points;
   cv::Mat ids;
-  cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, bytes, charuco, points, ids);
+  cv::aruco::interpolateCornersCharuco(markers.corners, markers.ids, bytes, charuco.board, points,
+                                       ids);
+  ids -= charuco.unseen_rows * board.columns;
   BoardCorners corners{board.columns, board.rows, {}};
+  corners.light_first = layout == Layout::light_first;
   std::set<int> columns;
   std::set<int> rows;
   for (int k = 0; k < points.rows; ++k) {

@@ -14,9 +14,11 @@ namespace kappamu::calib {
 
 /// Finds the corners between markers that are seen (OpenCV's ArUco detector), refined as a
 /// chessboard's in a window that leaves the markers out. At least eight corners in two rows and two
-/// columns are needed. Corner (0, 0) adjoins marker 0, whatever way the board is turned. Throws
-/// InputError naming `name` if there are none, markers are of another dictionary (named), or lie as
-/// on a board of other columns (named).
+/// columns are needed. Corner (0, 0) adjoins marker 0, whatever way the board is turned. Boards of
+/// an even number of rows of squares have two layouts, dark square first and, as OpenCV before 4.6
+/// made them, light square first: the markers tell which. Throws InputError naming `name` if there
+/// are none, markers are of another dictionary (named), or lie as on a board of other columns
+/// (named).
 BoardCorners find_charuco(const Image<float>& grey, const capture::Board& board,
                           const std::string& name);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "calib/targets/board_picture.h"
 #include "calib/targets/corner_fit.h"
@@ -77,28 +78,56 @@ std::optional<bool> first_square_dark(const Image<float>& grey, const BoardCorne
   return difference > 0.0;
 }
 
+constexpr int adaptive = cv::CALIB_CB_ADAPTIVE_THRESH;
+/// Pictures are searched at most so long: the adaptive detector takes half a minute on a noisy one
+/// of eleven million pixels without the board.
+constexpr int searched_px = 1280;
+
+using Corners = std::vector<cv::Point2f>;
+std::vector<Eigen::Vector2d> in_original(const ScaledPicture& picture, const Corners& points) {
+  std::vector<Eigen::Vector2d> pixels;
+  for (const cv::Point2f& point : points) pixels.push_back(picture.in_original(point));
+  return pixels;
+}
+
 /// Coarse corners, by OpenCV's detectors in the order of their cost: the adaptive one, the
-/// sector-based one, the adaptive one at twice the size for boards of small squares, and at last
-/// with equalised histogram, which helps under uneven light and takes seconds on a noisy dark
-/// ground.
-bool detect(const cv::Mat& bytes, const cv::Size& size, std::vector<cv::Point2f>& points) {
-  constexpr int adaptive = cv::CALIB_CB_ADAPTIVE_THRESH;
-  if (cv::findChessboardCorners(bytes, size, points, adaptive)) return true;
-  if (cv::findChessboardCornersSB(bytes, size, points)) return true;
-  constexpr double factor = 2.0;
-  cv::Mat large;
-  cv::resize(bytes, large, cv::Size(), factor, factor, cv::INTER_CUBIC);
-  if (!cv::findChessboardCorners(large, size, points, adaptive)) {
-    cv::Mat smooth;
-    cv::GaussianBlur(bytes, smooth, cv::Size(), 1.0);
-    return cv::findChessboardCorners(smooth, size, points, adaptive | cv::CALIB_CB_NORMALIZE_IMAGE);
+/// sector-based one, the adaptive one at twice the size for boards of small squares and with
+/// equalised histogram, which helps under uneven light, and at last the sector-based one on the
+/// whole picture. Empty where none finds the board.
+std::vector<Eigen::Vector2d> detect(const cv::Mat& bytes, const cv::Size& size) {
+  const double factor = reduction(bytes, searched_px);
+  Corners points;
+  const ScaledPicture picture(bytes, factor);
+  if (cv::findChessboardCorners(picture.pixels, size, points, adaptive) ||
+      cv::findChessboardCornersSB(picture.pixels, size, points)) {
+    return in_original(picture, points);
   }
-  for (cv::Point2f& point : points) {
-    // Pixel centres are at integers in both pictures.
-    point.x = static_cast<float>((point.x + 0.5) / factor - 0.5);
-    point.y = static_cast<float>((point.y + 0.5) / factor - 0.5);
+  const ScaledPicture large(bytes, 2.0 * factor);
+  if (cv::findChessboardCorners(large.pixels, size, points, adaptive)) {
+    return in_original(large, points);
   }
-  return true;
+  cv::Mat smooth;
+  cv::GaussianBlur(picture.pixels, smooth, cv::Size(), 1.0);
+  if (cv::findChessboardCorners(smooth, size, points, adaptive | cv::CALIB_CB_NORMALIZE_IMAGE)) {
+    return in_original(picture, points);
+  }
+  if (factor == 1.0 || !cv::findChessboardCornersSB(bytes, size, points)) return {};
+  return in_original(ScaledPicture(bytes, 1.0), points);
+}
+
+/// Of corners found on a reduced picture: by the same picture, whose pixels they are a few of the
+/// whole one's off.
+void refine_reduced(const Image<float>& grey, BoardCorners& corners) {
+  const double factor = reduction(view_of(grey), searched_px);
+  if (factor == 1.0) return;
+  const ScaledPicture picture(view_of(grey), factor);
+  Image<float> reduced(picture.pixels.cols, picture.pixels.rows, 1);
+  picture.pixels.copyTo(view_of(reduced));
+  for (Eigen::Vector2d& pixel : corners.pixels) pixel = picture.in_scaled(pixel);
+  refine_corners(reduced, corners);
+  for (const cv::Point2f& point : image_points(std::exchange(corners.pixels, {}))) {
+    corners.pixels.push_back(picture.in_original(point));
+  }
 }
 
 }  // namespace
@@ -135,21 +164,55 @@ Image<float> to_grey(const Image<float>& image) {
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name) {
   check(grey.channels() == 1, "find_chessboard wants a grey image");
-  std::vector<cv::Point2f> points;
-  const bool found = detect(stretch_to_bytes(grey), cv::Size(columns, rows), points);
-  if (!found) {
+  BoardCorners corners{columns, rows, detect(stretch_to_bytes(grey), cv::Size(columns, rows))};
+  if (corners.pixels.empty()) {
     throw InputError(name + ": no chessboard of " + std::to_string(columns) + " x " +
                      std::to_string(rows) +
                      " inner corners found; take the picture again with the whole board in view, "
                      "sharp and evenly lit, or correct the board's columns and rows");
   }
-  BoardCorners corners{columns, rows, {}};
-  for (const cv::Point2f& point : points) corners.pixels.emplace_back(point.x, point.y);
+  refine_reduced(grey, corners);
   refine_corners(grey, corners);
   make_upright(corners);
   corners.blur_px = median_blur(grey, corners);
   corners.first_square_dark = first_square_dark(grey, corners);
   return corners;
+}
+
+std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int columns, int rows,
+                                                   Sizes which) {
+  const cv::Mat bytes = stretch_to_bytes(grey);
+  const ScaledPicture picture(bytes, reduction(bytes, searched_px));
+  constexpr int fewest = 3;
+  std::vector<cv::Size> sizes;
+  for (int i = -1; i <= 1 && which == Sizes::all; ++i) {
+    for (int j = -1; j <= 1; ++j) {
+      if (columns + i >= fewest && rows + j >= fewest && (i != 0 || j != 0)) {
+        sizes.emplace_back(columns + i, rows + j);
+      }
+    }
+  }
+  Corners points;
+  cv::Mat seen;
+  if (cv::findChessboardCornersSB(picture.pixels, cv::Size(fewest, fewest), points,
+                                  cv::CALIB_CB_LARGER, seen) &&
+      (which == Sizes::all || contains({seen.cols, seen.rows}, {columns, rows}))) {
+    sizes.push_back(seen.size());
+  }
+  // The detector takes parts of a board for boards: the largest is the whole one.
+  std::sort(sizes.begin(), sizes.end(), [](auto& a, auto& b) { return a.area() > b.area(); });
+  for (const cv::Size& size : sizes) {
+    if (cv::findChessboardCorners(picture.pixels, size, points, adaptive)) {
+      return std::array<int, 2>{size.width, size.height};
+    }
+  }
+  return std::nullopt;
+}
+
+bool contains(std::array<int, 2> board, std::array<int, 2> part) {
+  std::sort(board.begin(), board.end());
+  std::sort(part.begin(), part.end());
+  return board[0] >= part[0] && board[1] >= part[1] && board != part;
 }
 
 BoardCorners find_projected_chessboard(const Image<float>& grey, int columns, int rows,

@@ -1,6 +1,8 @@
 // Inner corners of a chessboard in a photograph, in one order whatever way the detector saw it.
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 
 #include "calib/targets/board_corners.h"
@@ -16,6 +18,17 @@ Image<float> to_grey(const Image<float>& image);
 /// light. `name` is the file, for messages. Throws InputError if the board is not wholly visible.
 BoardCorners find_chessboard(const Image<float>& grey, int columns, int rows,
                              const std::string& name);
+
+/// Whether a board has one of fewer corners as a part, turned or not.
+bool contains(std::array<int, 2> board, std::array<int, 2> part);
+
+enum class Sizes { all, larger };
+
+/// Inner corners of a board of another size than the stated one: of one more or fewer each way, or
+/// of what OpenCV's sector-based detector makes of the picture; the largest that is there. This
+/// takes ten times as long as a search. Quick, of larger boards alone, that detector's is tried.
+std::optional<std::array<int, 2>> other_chessboard(const Image<float>& grey, int columns, int rows,
+                                                   Sizes which = Sizes::all);
 
 /// The chessboard thrown on a plane beside a printed one, `printed` from the plane's own picture.
 /// Room light shows the printed board here too: where the detector takes it for the projected one,

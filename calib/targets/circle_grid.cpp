@@ -3,12 +3,10 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <opencv2/calib3d.hpp>
 #include <opencv2/features2d.hpp>
 
 #include "calib/targets/board_picture.h"
-#include "calib/targets/board_shape.h"
-#include "calib/targets/chessboard.h"
+#include "calib/targets/dot_lattice.h"
 #include "core/error.h"
 #include "core/numbers/linear_algebra.h"
 #include "core/numbers/median.h"
@@ -74,21 +72,40 @@ void refine(const Image<float>& grey, std::vector<Vector2d>& pixels) {
   }
 }
 
-/// Sense of the lattice in the picture: positive where rows turn clockwise into columns.
-double handedness(const BoardCorners& corners) {
-  const Vector2d along = corners.at(corners.columns - 1, 0) - corners.at(0, 0);
-  const Vector2d down = corners.at(0, corners.rows - 1) - corners.at(0, 0);
-  return along.x() * down.y() - along.y() * down.x();
+Image<float> negative(const Image<float>& grey) {
+  Image<float> result = grey;
+  for (float& value : result.values()) value = -value;
+  return result;
 }
 
-/// A staggered grid with an odd number of rows is its own mirror image, top to bottom.
-void unmirror_staggered(BoardCorners& corners) {
-  if (handedness(corners) >= 0.0) return;
-  std::vector<Vector2d> rows;
-  for (int j = corners.rows - 1; j >= 0; --j) {
-    for (int i = 0; i < corners.columns; ++i) rows.push_back(corners.at(i, j));
-  }
-  corners.pixels = rows;
+/// Dark dots of the picture reduced so, in pixels of the whole one.
+std::vector<Vector2d> dark_dots(const cv::Mat& bytes, const capture::Board& board, double factor) {
+  const ScaledPicture picture(bytes, factor);
+  std::vector<cv::KeyPoint> seen;
+  dot_detector(picture.pixels, board)->detect(picture.pixels, seen);
+  std::vector<Vector2d> dots;
+  for (const cv::KeyPoint& dot : seen) dots.push_back(picture.in_original(dot.pt));
+  return dots;
+}
+
+DotSearch search_dots(const Image<float>& grey, const capture::Board& board, std::size_t& seen) {
+  const cv::Mat bytes = stretch_to_bytes(grey);
+  const DotGrid wanted{board.columns, board.rows,
+                       board.kind == capture::BoardKind::asymmetric_circles};
+  constexpr int longest_px = 1600;
+  const double factor = reduction(bytes, longest_px);
+  const std::vector<Vector2d> dots = dark_dots(bytes, board, factor);
+  seen = dots.size();
+  const DotSearch search = find_dot_grid(dots, wanted);
+  if (!search.grid.empty() || search.other || factor == 1.0) return search;
+  const std::vector<Vector2d> small_ones = dark_dots(bytes, board, 1.0);
+  seen = small_ones.size();
+  return find_dot_grid(small_ones, wanted);
+}
+
+std::string named(const DotGrid& grid) {
+  return std::string(grid.staggered ? "asymmetric " : "") + "circle grid of " +
+         std::to_string(grid.columns) + " x " + std::to_string(grid.rows) + " dots";
 }
 
 }  // namespace
@@ -96,40 +113,36 @@ void unmirror_staggered(BoardCorners& corners) {
 BoardCorners find_circles(const Image<float>& grey, const capture::Board& board,
                           const std::string& name) {
   check(grey.channels() == 1, "find_circles wants a grey image");
-  const bool staggered = board.kind == capture::BoardKind::asymmetric_circles;
-  const int kind = staggered ? cv::CALIB_CB_ASYMMETRIC_GRID : cv::CALIB_CB_SYMMETRIC_GRID;
-  const cv::Mat bytes = stretch_to_bytes(grey);
-  const cv::Size size(board.columns, board.rows);
-  const cv::Ptr<cv::FeatureDetector> dots = dot_detector(bytes, board);
-  std::vector<cv::Point2f> points;
-  bool found = cv::findCirclesGrid(bytes, size, points, kind, dots);
-  if (!found) {
-    found = cv::findCirclesGrid(bytes, size, points, kind | cv::CALIB_CB_CLUSTERING, dots);
-  }
-  if (!found) {
-    std::vector<cv::KeyPoint> seen;
-    dots->detect(bytes, seen);
-    throw InputError(name + ": no " + (staggered ? "asymmetric " : "") + "circle grid of " +
-                     std::to_string(board.columns) + " x " + std::to_string(board.rows) +
-                     " dots found (" + std::to_string(seen.size()) +
-                     " dark dots in the picture); take the picture again with the whole grid in "
-                     "view, sharp and evenly lit, or correct the board's kind, columns and rows in "
-                     "session.json");
-  }
   BoardCorners corners{board.columns, board.rows, {}};
-  corners.staggered = staggered;
-  for (const cv::Point2f& point : points) corners.pixels.emplace_back(point.x, point.y);
-  refine(grey, corners.pixels);
-  if (staggered) {
-    unmirror_staggered(corners);
-  } else {
-    make_upright(corners);
+  corners.staggered = board.kind == capture::BoardKind::asymmetric_circles;
+  std::size_t dark = 0;
+  std::size_t light = 0;
+  Image<float> picture = grey;
+  DotSearch search = search_dots(picture, board, dark);
+  if (search.grid.empty()) {
+    picture = negative(grey);
+    DotSearch inverse = search_dots(picture, board, light);
+    if (!inverse.grid.empty() || !search.other) search = std::move(inverse);
   }
+  if (search.grid.empty()) {
+    const std::string wanted = named({board.columns, board.rows, corners.staggered});
+    if (search.other) {
+      throw InputError(name + ": no " + wanted + " found, but a" +
+                       (search.other->staggered ? "n " : " ") + named(*search.other) +
+                       ": correct the board's kind, columns and rows");
+    }
+    throw InputError(name + ": no " + wanted + " found (" + std::to_string(dark) +
+                     " dark dots in the picture, " + std::to_string(light) +
+                     " light ones); take the picture again with the whole grid in view, sharp and "
+                     "evenly lit, or correct the board's kind, columns and rows");
+  }
+  corners.pixels = std::move(search.grid);
+  refine(picture, corners.pixels);
   const std::vector<double> nearest = nearest_distances(corners.pixels);
   std::vector<double> blurs;
   for (std::size_t k = 0; k < corners.pixels.size(); ++k) {
     const Vector2d& dot = corners.pixels[k];
-    blurs.push_back(profile_blur(grey, dot, dot + Vector2d(0.5 * nearest[k], 0.0)));
+    blurs.push_back(profile_blur(picture, dot, dot + Vector2d(0.5 * nearest[k], 0.0)));
   }
   corners.blur_px = upper_median(std::move(blurs));
   return corners;

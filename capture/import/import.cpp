@@ -11,7 +11,6 @@
 #include "capture/session/session_files.h"
 #include "core/error.h"
 #include "io/atomic_file.h"
-#include "io/read_file.h"
 
 namespace kappamu::capture {
 namespace {
@@ -23,12 +22,6 @@ std::string without_leading_zeros(const std::string& shot) {
   static const std::regex numbered("(plane|level|ambient)_[0-9]+.*");
   static const std::regex zeros("_0+([0-9])");
   return std::regex_match(shot, numbered) ? std::regex_replace(shot, zeros, "_$1") : shot;
-}
-
-bool same_content(const fs::path& a, const fs::path& b) {
-  std::error_code error;
-  const bool files = fs::symlink_status(b, error).type() == fs::file_type::regular;
-  return files && fs::file_size(a) == fs::file_size(b) && io::read_bytes(a) == io::read_bytes(b);
 }
 
 // Nothing that is there already is replaced.
@@ -263,12 +256,16 @@ Session import_session(const ImportOptions& options, Progress& progress) {
                      ": is there already; move it elsewhere or choose another session folder (-o)");
   }
   std::vector<Photograph> photographs =
-      find_photographs({options.photographs, options.table, options.links}, progress);
+      find_photographs({options.photographs, options.table, options.links, options.plan}, progress);
   require_exposure_times(photographs);
   check_settings(photographs);
   Session session = plan;
   session.folder = options.out;
-  read_camera(photographs.front().path, session.camera);
+  if (read_camera(photographs.front().path, session.camera) == 1 && session.channels.size() > 1) {
+    session.channels = {"Y"};
+    progress.warn("the photographs are grey: the session has one channel, Y.");
+  }
+  settle_orientation(photographs, options.orientation, session.camera, progress);
 
   Shots shots(std::move(photographs), options);
   for (Pattern& pattern : session.patterns) {
@@ -296,6 +293,7 @@ Session import_session(const ImportOptions& options, Progress& progress) {
                        "; session.json there lists it.");
     }
     if (options.links == Links::within) require_inside(options.plan, pattern.image);
+    load_pattern(plan, pattern);
     copy_into(options.out, pattern.image, source);
   }
   check_brightness(session, progress);

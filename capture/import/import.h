@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "capture/import/import_photographs.h"
 #include "capture/session/session.h"
 #include "capture/session/session_files.h"
 #include "core/progress.h"
@@ -21,6 +22,7 @@ struct ImportOptions {
   /// shot (docs/formats.md).
   std::optional<std::filesystem::path> table;
   Links links = Links::within;  ///< anywhere: also photographs behind links out of their folder
+  std::optional<Orientation> orientation{};  ///< none: ignore, with a warning where it matters
 };
 
 /// Exposure times come from EXIF or the table; the camera's size, depth and encoding from the

@@ -1,19 +1,22 @@
 #include "capture/import/import_photographs.h"
 
 #include <algorithm>
-#include <charconv>
+#include <array>
+#include <cctype>
 #include <regex>
 #include <set>
+#include <utility>
 
 #include "capture/session/frames.h"
 #include "capture/session/session_files.h"
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/shown_text.h"
+#include "io/csv_table.h"
 #include "io/image/image_file.h"
+#include "io/image/orientation.h"
 #include "io/image/raw_file.h"
 #include "io/read_file.h"
-#include "io/text_stream.h"
 
 namespace kappamu::capture {
 namespace {
@@ -38,17 +41,44 @@ std::string shot_of(const fs::path& file) {
   return std::regex_match(stem, match, numbered) ? match[1].str() : stem;
 }
 
-std::vector<fs::path> photographs_below(const fs::path& folder, Progress& progress) {
+/// What systems and programs put beside photographs and do not show: hidden files, previews,
+/// archives' second halves, bins.
+bool is_hidden(const fs::path& file) {
+  static const std::set<std::string> names{"__macosx",  "@eadir",       "@recycle",
+                                           "#recycle",  "$recycle.bin", "system volume information",
+                                           "thumbs.db", "desktop.ini",  "lost+found"};
+  std::string name = file.filename().string();
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name.starts_with('.') || name.starts_with("@__") || names.count(name) > 0;
+}
+
+/// An image that the projector showed, which lies there as in the plan's folder `patterns`.
+bool is_projected(const fs::path& file, const fs::path& plan) {
+  const fs::path shown = plan / "patterns" / file.filename();
+  return !plan.empty() && file.parent_path().filename() == "patterns" && same_content(file, shown);
+}
+
+std::vector<fs::path> photographs_below(const PhotographSource& source, Progress& progress) {
+  const fs::path& folder = source.folder;
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
     throw InputError(folder.string() + ": no such folder; give the folder of the photographs.");
   }
   std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    const fs::path& file = entry.path();
-    // Pattern images lie in a folder of their own and are no photographs.
-    if (file.parent_path().filename() == "patterns" || !entry.is_regular_file()) continue;
-    if (is_photograph(file)) files.push_back(file);
+  int hidden = 0;
+  for (fs::recursive_directory_iterator entry(folder), end; entry != end; ++entry) {
+    if (is_hidden(entry->path())) {
+      if (entry->is_directory()) entry.disable_recursion_pending();
+      ++hidden;
+    } else if (entry->is_regular_file() && is_photograph(entry->path()) &&
+               !is_projected(entry->path(), source.plan)) {
+      files.push_back(entry->path());
+    }
+  }
+  if (hidden > 0) {
+    progress.warn(folder.string() + ": " + std::to_string(hidden) +
+                  " hidden files and folders are ignored.");
   }
   std::sort(files.begin(), files.end());
   // A camera set to RAW + JPEG writes both under one name.
@@ -71,78 +101,40 @@ std::vector<fs::path> photographs_below(const fs::path& folder, Progress& progre
   return files;
 }
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::string cell;
-  std::istringstream in = io::text_reader(line);
-  while (std::getline(in, cell, ',')) {
-    const auto begin = cell.find_first_not_of(" \t\r\"");
-    const auto end = cell.find_last_not_of(" \t\r\"");
-    cells.push_back(begin == std::string::npos ? "" : cell.substr(begin, end - begin + 1));
-  }
-  return cells;
-}
-
 double seconds_in(const std::string& text, const std::string& where) {
   // 1/30 is how cameras and people write it.
-  double value = 0.0;
-  double divisor = 1.0;
-  const char* end = text.data() + text.size();
-  auto read = std::from_chars(text.data(), end, value);
-  if (read.ec == std::errc() && read.ptr != end && *read.ptr == '/') {
-    read = std::from_chars(read.ptr + 1, end, divisor);
-  }
-  if (read.ec != std::errc() || read.ptr != end || !(value / divisor > 0.0)) {
+  const std::size_t slash = text.find('/');
+  const std::optional<double> value = io::csv_number(text.substr(0, slash));
+  const std::optional<double> divisor =
+      slash == std::string::npos ? 1.0 : io::csv_number(text.substr(slash + 1));
+  if (!value || !divisor || !(*value / *divisor > 0.0)) {
     throw InputError(where + ": '" + shown_name(text) +
                      "' is no exposure time; write seconds, such as 0.5 or 1/30.");
   }
-  return value / divisor;
+  return *value / *divisor;
 }
 
 std::vector<Photograph> from_table(const PhotographSource& source) {
-  const fs::path& table = *source.table;
-  std::istringstream lines = io::text_reader(io::read_text(table));
-  std::string line;
-  std::getline(lines, line);
-  const std::vector<std::string> header = split(line);
-  const auto column = [&](const char* name) {
-    return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin());
-  };
-  const std::size_t file = column("file");
-  const std::size_t shot = column("shot");
-  const std::size_t exposure = column("exposure_s");
-  if (file == header.size() || shot == header.size()) {
-    throw InputError(table.string() +
-                     ": the first line must name the columns file and shot and, where EXIF does "
-                     "not tell, exposure_s.");
-  }
   std::vector<Photograph> photographs;
-  for (int number = 2; std::getline(lines, line); ++number) {
-    const std::vector<std::string> cells = split(line);
-    if (cells.empty()) continue;
-    const std::string where = table.string() + ": line " + std::to_string(number);
-    if (cells.size() <= std::max(file, shot)) {
-      throw InputError(where + " has " + std::to_string(cells.size()) +
-                       " cells, the first line has " + std::to_string(header.size()) + ".");
-    }
-    if (!stays_inside(cells[file])) {
-      throw InputError(where + ": '" + shown_name(cells[file]) +
+  const auto take = [&](const std::vector<std::string>& cells, const std::string& where) {
+    const std::string &file = cells[0], &shot = cells[1], &exposure = cells[2];
+    if (!stays_inside(file)) {
+      throw InputError(where + ": '" + shown_name(file) +
                        "' leaves the photographs' folder; write file names relative to it.");
     }
-    require_plain_name(cells[shot], where + ": the shot");
+    require_plain_name(shot, where + ": the shot");
     Photograph photograph;
-    photograph.path = source.folder / cells[file];
-    photograph.shot = cells[shot];
+    photograph.path = source.folder / file;
+    photograph.shot = shot;
     std::error_code ignored;
     if (!fs::is_regular_file(photograph.path, ignored)) {
       throw InputError(where + ": " + photograph.path.string() + ": no such photograph.");
     }
-    if (exposure < cells.size() && !cells[exposure].empty()) {
-      photograph.exposure_s = seconds_in(cells[exposure], where);
-    }
+    if (!exposure.empty()) photograph.exposure_s = seconds_in(exposure, where);
     photographs.push_back(std::move(photograph));
-  }
-  if (photographs.empty()) throw InputError(table.string() + ": lists no photographs.");
+  };
+  io::read_csv(*source.table, {{"file"}, {"shot"}, {"exposure_s", false}}, take);
+  if (photographs.empty()) throw InputError(source.table->string() + ": lists no photographs.");
   return photographs;
 }
 
@@ -156,15 +148,23 @@ bool differ(double a, double b) {
 
 }  // namespace
 
+bool same_content(const fs::path& a, const fs::path& b) {
+  std::error_code error;
+  const bool files = fs::symlink_status(b, error).type() == fs::file_type::regular;
+  return files && fs::file_size(a) == fs::file_size(b) && io::read_bytes(a) == io::read_bytes(b);
+}
+
 std::vector<Photograph> find_photographs(const PhotographSource& source, Progress& progress) {
   std::vector<Photograph> photographs;
   if (source.table) {
     photographs = from_table(source);
   } else {
-    for (const fs::path& file : photographs_below(source.folder, progress)) {
+    for (const fs::path& file : photographs_below(source, progress)) {
       photographs.push_back({file, shot_of(file), {}, 0.0});
     }
   }
+  int overruled = 0;
+  std::string first_overruled;
   for (std::size_t i = 0; i < photographs.size(); ++i) {
     Photograph& photograph = photographs[i];
     if (source.links == Links::within) {
@@ -174,12 +174,18 @@ std::vector<Photograph> find_photographs(const PhotographSource& source, Progres
                     photograph.path.filename().string());
     photograph.settings = io::read_photo_settings(photograph.path);
     const std::optional<double>& exif_s = photograph.settings.exposure_s;
-    if (photograph.exposure_s > 0.0 && exif_s && differ(photograph.exposure_s, *exif_s)) {
-      throw InputError(photograph.path.string() + ": the table says " +
-                       shown(photograph.exposure_s) + " s, EXIF says " + shown(*exif_s) +
-                       " s; correct the table, or leave its exposure_s empty.");
+    if (photograph.exposure_s == 0.0) {
+      photograph.exposure_s = exif_s.value_or(0.0);
+    } else if (exif_s && differ(photograph.exposure_s, *exif_s) && overruled++ == 0) {
+      first_overruled = photograph.path.string() + ": the table says " +
+                        shown(photograph.exposure_s) + " s, EXIF says " + shown(*exif_s) + " s";
     }
-    if (photograph.exposure_s == 0.0) photograph.exposure_s = exif_s.value_or(0.0);
+  }
+  if (overruled > 0) {
+    progress.warn(first_overruled + "; the table is taken" +
+                  (overruled == 1 ? "."
+                                  : ", as for " + std::to_string(overruled - 1) +
+                                        " other photographs where the two differ."));
   }
   std::sort(photographs.begin(), photographs.end(), [](const Photograph& a, const Photograph& b) {
     return std::tie(a.shot, a.exposure_s, a.path) < std::tie(b.shot, b.exposure_s, b.path);
@@ -197,33 +203,74 @@ void require_exposure_times(const std::vector<Photograph>& photographs) {
   }
 }
 
-void read_camera(const fs::path& photograph, Camera& camera) {
-  if (is_headerless(camera, photograph)) return;
+int read_camera(const fs::path& photograph, Camera& camera) {
+  if (is_headerless(camera, photograph)) return camera.raw_layout->mosaic ? 3 : 1;
+  const auto take_size = [&](const auto& image) {
+    camera.width = image.width();
+    camera.height = image.height();
+    return image.channels();
+  };
   if (io::is_raw_file(photograph)) {
     const io::RawImage raw = io::read_raw(photograph);
-    camera.width = raw.mosaic.width();
-    camera.height = raw.mosaic.height();
+    take_size(raw.mosaic);
     camera.encoding = Encoding::linear;
     camera.white_level = raw.white;
     camera.bit_depth = 8;
     while (raw.white >> camera.bit_depth != 0) ++camera.bit_depth;
-    return;
+    return raw.layout ? 3 : 1;
   }
   camera.white_level.reset();
   if (is_float_frame({photograph.string(), 0.0})) {
-    const Image<float> image = io::read_float_image(photograph);
-    camera.width = image.width();
-    camera.height = image.height();
     camera.encoding = Encoding::linear;
-    return;
+    return take_size(io::read_float_image(photograph));
   }
-  const Image<std::uint16_t> image = io::read_code_image(photograph);
-  camera.width = image.width();
-  camera.height = image.height();
-  const std::string ending = photograph.extension().string();
-  if (ending.size() > 1 && (ending[1] == 'j' || ending[1] == 'J')) {
+  if (lower_extension(photograph).starts_with(".j")) {
     camera.bit_depth = 8;  // JPEG: eight bits behind a tone curve
     camera.encoding = Encoding::response;
+  }
+  return take_size(io::read_code_image(photograph));
+}
+
+void settle_orientation(const std::vector<Photograph>& photographs, std::optional<Orientation> wish,
+                        Camera& camera, Progress& progress) {
+  static constexpr std::array<const char*, 9> names{"",
+                                                    "",
+                                                    "mirrored",
+                                                    "upside down",
+                                                    "upside down and mirrored",
+                                                    "a quarter turn and mirrored",
+                                                    "a quarter turn",
+                                                    "a quarter turn and mirrored",
+                                                    "a quarter turn"};
+  camera.orientation.reset();
+  const auto tag_of = [](const Photograph& one) { return one.settings.orientation.value_or(1); };
+  const Photograph& first = photographs.front();
+  const auto odd = std::find_if(
+      photographs.begin(), photographs.end(),
+      [&](const Photograph& photograph) { return tag_of(photograph) != tag_of(first); });
+  const int tag = tag_of(first);
+  if (odd != photographs.end()) {
+    const std::string differing =
+        first.path.string() + ": its EXIF orientation is " + std::to_string(tag) + ", that of " +
+        odd->path.filename().string() + " is " + std::to_string(tag_of(*odd));
+    if (wish == Orientation::apply) {
+      throw InputError(differing +
+                       "; an orientation is applied only where all photographs have "
+                       "the same: import with --orientation ignore.");
+    }
+    if (!wish) progress.warn(differing + "; orientations are ignored.");
+    return;
+  }
+  if (tag == 1) return;
+  if (wish == Orientation::apply) {
+    camera.orientation = tag;
+    if (io::swaps_sides(tag)) std::swap(camera.width, camera.height);
+  } else if (!wish) {
+    progress.warn("all " + std::to_string(photographs.size()) + " photographs have the EXIF " +
+                  "orientation " + std::to_string(tag) + " (" +
+                  names[static_cast<std::size_t>(tag)] +
+                  ") and are taken as they are stored; if the camera was mounted so, have them "
+                  "turned (--orientation apply), otherwise state --orientation ignore.");
   }
 }
 

@@ -20,20 +20,13 @@ std::string inside(const Session& session, const Photograph& photograph) {
 /// Camera and channels as the photograph that holds the largest codes has them.
 void describe_camera(const fs::path& photograph, Session& session) {
   Camera& camera = session.camera;
-  read_camera(photograph, camera);
+  if (read_camera(photograph, camera) == 1) session.channels = {"Y"};
   const Frame frame{photograph.filename().string(), 1.0};
-  if (is_raw_frame(session, frame)) return;
-  int channels = 0;
-  if (is_float_frame(frame)) {
-    channels = io::read_float_image(photograph).channels();
-  } else {
-    const Image<std::uint16_t> codes = io::read_code_image(photograph);
-    channels = codes.channels();
-    const int largest = *std::max_element(codes.values().begin(), codes.values().end());
-    camera.bit_depth = 8;
-    while (largest > largest_code(camera)) ++camera.bit_depth;
-  }
-  if (channels == 1) session.channels = {"Y"};
+  if (is_raw_frame(session, frame) || is_float_frame(frame)) return;
+  const Image<std::uint16_t> codes = io::read_code_image(photograph);
+  const int largest = *std::max_element(codes.values().begin(), codes.values().end());
+  camera.bit_depth = 8;
+  while (largest > largest_code(camera)) ++camera.bit_depth;
 }
 
 /// By the number of their plane; shots of no plane are left.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <optional>
 #include <set>
 #include <type_traits>
 
@@ -173,19 +174,20 @@ auto with_frames(const Session& session, const Stack& stack, const Radiometry& r
     return act(std::move(frames), radiometry, 1.0, unchanged);
   }
   // In the Bayer domain: each site's own codes are merged, their radiance is demosaiced.
-  io::BayerLayout layout{};
+  std::optional<io::BayerLayout> layout;
   for (const Frame& frame : stack) {
-    const io::RawImage raw = load_raw_frame(session, frame);
+    io::RawImage raw = load_raw_frame(session, frame);
     if (!frames.empty() && raw.layout != layout) {
       throw InputError((session.folder / frame.file).string() +
                        ": its Bayer pattern begins with another colour than that of " +
                        stack.front().file + "; use frames of one camera in one mode.");
     }
     layout = raw.layout;
-    frames.push_back({pack_sites(raw.mosaic), frame.exposure_s});
+    frames.push_back({layout ? pack_sites(raw.mosaic) : std::move(raw.mosaic), frame.exposure_s});
   }
-  return act(std::move(frames), site_radiometry(radiometry, layout), 2.0,
-             [layout](const HdrImage& packed) { return demosaic(packed, layout); });
+  if (!layout) return act(std::move(frames), radiometry, 1.0, unchanged);
+  return act(std::move(frames), site_radiometry(radiometry, *layout), 2.0,
+             [layout](const HdrImage& packed) { return demosaic(packed, *layout); });
 }
 
 }  // namespace

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "capture/session/bayer.h"
 #include "capture/session/filled_border.h"
 #include "core/error.h"
 #include "core/file_name.h"
 #include "io/image/image_file.h"
+#include "io/image/orientation.h"
 
 namespace kappamu::capture {
 namespace {
@@ -27,14 +29,27 @@ std::filesystem::path existing_path(const Session& session, const Frame& frame) 
   return path;
 }
 
+// Of a session without a file, made of photographs alone, the first photograph tells the camera.
+bool has_file(const Session& session) {
+  std::error_code ignored;
+  return std::filesystem::exists(session.folder / "session.json", ignored);
+}
+
+int orientation_of(const Session& session) {
+  return session.camera.orientation.value_or(1);
+}
+
 void check_extent(const Session& session, const std::filesystem::path& path,
-                  const io::ImageSize& frame) {
+                  const io::ImageSize& stored) {
   const Camera& camera = session.camera;
+  io::ImageSize frame = stored;
+  if (io::swaps_sides(orientation_of(session))) std::swap(frame.width, frame.height);
   if (frame.width != camera.width || frame.height != camera.height) {
-    throw InputError(path.string() + ": the frame is " + size_text(frame.width, frame.height) +
-                     " pixels, session.json says camera.width x camera.height = " +
-                     size_text(camera.width, camera.height) +
-                     "; all frames must be of the camera's full size.");
+    throw InputError(
+        path.string() + ": the frame is " + size_text(frame.width, frame.height) + " pixels, " +
+        (has_file(session) ? "session.json says camera.width x camera.height = "
+                           : "another photograph ") +
+        size_text(camera.width, camera.height) + "; all frames must be of the camera's full size.");
   }
 }
 
@@ -43,8 +58,9 @@ void check_shape(const Session& session, const std::filesystem::path& path,
   check_extent(session, path, frame);
   if (frame.channels != static_cast<int>(session.channels.size())) {
     throw InputError(path.string() + ": the frame has " + std::to_string(frame.channels) +
-                     " channels, session.json lists " + std::to_string(session.channels.size()) +
-                     " in channels; make the two agree.");
+                     " channels, " +
+                     (has_file(session) ? "session.json lists " : "the session has ") +
+                     std::to_string(session.channels.size()) + " in channels; make the two agree.");
   }
 }
 
@@ -54,10 +70,17 @@ void check_codes(const Session& session, const std::filesystem::path& path,
   const std::uint16_t largest = *std::max_element(image.values().begin(), image.values().end());
   if (largest > top) {
     throw InputError(path.string() + ": the frame holds code " + std::to_string(largest) +
-                     ", session.json says camera.bit_depth = " +
-                     std::to_string(session.camera.bit_depth) + ", that is at most " +
-                     std::to_string(top) + "; correct bit_depth or store the codes unshifted.");
+                     (has_file(session) ? ", session.json says" : ", the session's camera has") +
+                     " camera.bit_depth = " + std::to_string(session.camera.bit_depth) +
+                     ", that is at most " + std::to_string(top) +
+                     "; correct bit_depth or store the codes unshifted.");
   }
+}
+
+Image<std::uint16_t> read_headerless(const Camera& camera, const std::filesystem::path& path) {
+  int width = camera.width, height = camera.height;
+  if (io::swaps_sides(camera.orientation.value_or(1))) std::swap(width, height);
+  return io::read_headerless_raw(path, *camera.raw_layout, width, height);
 }
 
 }  // namespace
@@ -85,34 +108,43 @@ bool is_raw_frame(const Session& session, const Frame& frame) {
 io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
-  if (session.channels.size() != 3 || camera.encoding != Encoding::linear) {
-    throw InputError(path.string() +
-                     ": a RAW frame is linear and has channels R, G, B; write camera.encoding = "
-                     "'linear' and channels = [\"R\", \"G\", \"B\"] in session.json.");
-  }
   io::RawImage image;
   if (is_headerless(camera, frame.file)) {
-    image.mosaic = io::read_headerless_raw(path, *camera.raw_layout, camera.width, camera.height);
-    image.layout = *camera.raw_layout->mosaic;
+    image.mosaic = read_headerless(camera, path);
+    image.layout = camera.raw_layout->mosaic;
     image.white = camera.white_level.value_or(largest_code(camera));
-    check_codes(session, path, image.mosaic);
-    return image;
+  } else {
+    image =
+        io::read_raw(path, [&](const io::ImageSize& size) { check_extent(session, path, size); });
   }
-  image = io::read_raw(path, [&](const io::ImageSize& size) { check_extent(session, path, size); });
-  if (camera.white_level != image.white) {
+  const std::size_t channels = image.layout ? 3 : 1;
+  if (session.channels.size() != channels || camera.encoding != Encoding::linear) {
+    throw InputError(path.string() + ": this RAW frame is linear and has " +
+                     (channels == 3 ? "channels R, G, B" : "one channel, grey") +
+                     "; write camera.encoding = 'linear' and channels = " +
+                     (channels == 3 ? "[\"R\", \"G\", \"B\"]" : "[\"Y\"]") + " in session.json.");
+  }
+  if (!is_headerless(camera, frame.file) && camera.white_level != image.white) {
     throw InputError(path.string() + ": the sensor saturates at code " +
                      std::to_string(image.white) + ", session.json says camera.white_level = " +
                      (camera.white_level ? std::to_string(*camera.white_level) : "nothing") +
                      "; write " + std::to_string(image.white) + " there.");
   }
   check_codes(session, path, image.mosaic);
+  image.mosaic = io::turned(std::move(image.mosaic), orientation_of(session));
+  if (image.layout) {
+    Image<int> cell(2, 2, 1);
+    std::copy(image.layout->begin(), image.layout->end(), cell.values().begin());
+    cell = io::turned(std::move(cell), orientation_of(session));
+    std::copy(cell.values().begin(), cell.values().end(), image.layout->begin());
+  }
   return image;
 }
 
 Image<std::uint16_t> load_sites(const Session& session, const Frame& frame) {
   if (!is_raw_frame(session, frame)) return load_frame(session, frame);
-  const io::RawImage raw = load_raw_frame(session, frame);
-  return pack_colours(raw.mosaic, raw.layout);
+  io::RawImage raw = load_raw_frame(session, frame);
+  return raw.layout ? pack_colours(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
 }
 
 Image<float> load_float_frame(const Session& session, const Frame& frame) {
@@ -127,7 +159,7 @@ Image<float> load_float_frame(const Session& session, const Frame& frame) {
         path.string() + ": the value at pixel (" + std::to_string(pixel % image.width()) + ", " +
         std::to_string(pixel / image.width()) + ") is not finite; write the frame again.");
   }
-  return image;
+  return io::turned(std::move(image), orientation_of(session));
 }
 
 Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
@@ -143,18 +175,39 @@ Image<std::uint16_t> load_frame(const Session& session, const Frame& frame) {
     return codes;
   }
   if (is_raw_frame(session, frame)) {
-    const io::RawImage raw = load_raw_frame(session, frame);
-    return demosaic(raw.mosaic, raw.layout);
+    io::RawImage raw = load_raw_frame(session, frame);
+    return raw.layout ? demosaic(raw.mosaic, *raw.layout) : std::move(raw.mosaic);
   }
   const std::filesystem::path path = existing_path(session, frame);
   const Camera& camera = session.camera;
-  Image<std::uint16_t> image =
-      is_headerless(camera, frame.file)
-          ? io::read_headerless_raw(path, *camera.raw_layout, camera.width, camera.height)
-          : io::read_code_image(
-                path, [&](const io::ImageSize& size) { check_shape(session, path, size); });
+  Image<std::uint16_t> image = is_headerless(camera, frame.file)
+                                   ? read_headerless(camera, path)
+                                   : io::read_code_image(path, [&](const io::ImageSize& size) {
+                                       check_shape(session, path, size);
+                                     });
   check_codes(session, path, image);
   if (session.camera.encoding == Encoding::response) saturate_filled_border(image, top);
+  return io::turned(std::move(image), orientation_of(session));
+}
+
+Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern) {
+  const auto file = session.folder / pattern.image;
+  const auto check_shape = [&](const io::ImageSize& size) {
+    if (size.width == session.projector.width && size.height == session.projector.height &&
+        size.channels == 1) {
+      return;
+    }
+    throw InputError(file.string() + ": the pattern is " + size_text(size.width, size.height) +
+                     " with " + std::to_string(size.channels) +
+                     " channels, but the projector shows grey images of " +
+                     size_text(session.projector.width, session.projector.height) +
+                     "; give the image that was shown, as a grey 8-bit PNG");
+  };
+  Image<std::uint16_t> image = io::read_code_image(file, check_shape);
+  if (std::any_of(image.values().begin(), image.values().end(),
+                  [](std::uint16_t code) { return code > 255; })) {
+    throw InputError(file.string() + ": the pattern has codes above 255; save it with 8 bits");
+  }
   return image;
 }
 

@@ -24,10 +24,11 @@ bool is_float_frame(const Frame& frame);
 
 /// Code values 0 ... largest_code, [y][x][channel], the session's channels. EXR frames hold linear
 /// light as fractions of full scale; here they are rounded to codes (no black level) and cut to the
-/// range. RAW frames are demosaiced bilinearly, linear, black not subtracted. Where the camera's
-/// encoding is a response, borders that software filled in are saturated (filled_border.h). Throws
-/// InputError naming the file if it is missing, truncated, of another size or number of channels
-/// than the session tells, or holds codes beyond the bit depth.
+/// range. Frames are turned by the camera's orientation, if any; RAW frames are demosaiced
+/// bilinearly, linear, black not subtracted. Where the camera's encoding is a response, borders
+/// that software filled in are saturated (filled_border.h). Throws InputError naming the file if it
+/// is missing, truncated, of another size or number of channels than the session tells, or holds
+/// codes beyond the bit depth.
 Image<std::uint16_t> load_frame(const Session& session, const Frame& frame);
 
 /// Codes that no interpolation has touched, for statistics of black and noise: of a RAW frame the
@@ -37,12 +38,17 @@ Image<std::uint16_t> load_sites(const Session& session, const Frame& frame);
 /// Whether the file is a RAW one without a header, whose layout the camera's description has.
 bool is_headerless(const Camera& camera, const std::filesystem::path& file);
 
-/// Whether the frame is a Bayer sensor's mosaic: a camera RAW file, or one without a header whose
+/// Whether the frame holds a sensor's own codes: a camera RAW file, or one without a header whose
 /// layout the session describes.
 bool is_raw_frame(const Session& session, const Frame& frame);
 
-/// A RAW frame's mosaic. Throws as load_frame() does, and where the session's camera is not linear
-/// or has another white level than the file. Without a header the session's white level is taken.
+/// What the projector showed, codes 0 to 255. Throws InputError where it is not grey, of other bits
+/// or not of the projector's size.
+Image<std::uint16_t> load_pattern(const Session& session, const Pattern& pattern);
+
+/// A RAW frame's codes, with or without a mosaic. Throws as load_frame() does, and where the
+/// session's camera is not linear or has another white level than the file. Without a header the
+/// session's white level is taken.
 io::RawImage load_raw_frame(const Session& session, const Frame& frame);
 
 /// An EXR frame as it is: linear light as fractions of full scale, 1 and above saturated. Throws

@@ -78,6 +78,9 @@ struct Camera {
   std::optional<double> read_noise_electrons;  ///< standard deviation [electrons]
   /// Of frames named *.raw, which then have no header: width x height codes of bit_depth bits.
   std::optional<io::RawLayout> raw_layout{};
+  /// EXIF tag by which every frame is turned when it is read, 1 to 8 (io/image/orientation.h);
+  /// width and height are those of the upright picture. Nothing: frames are taken as stored.
+  std::optional<int> orientation{};
 };
 
 struct Projector {
@@ -238,6 +241,8 @@ struct Session {
   std::string pattern_station = "front";
   std::vector<Pattern> patterns;
   Calibration calibration;
+  /// What the instrument's errors are known to be; absent: measured from the session.
+  std::optional<SmoothError> smooth_error{};
 };
 
 /// Reads and checks folder/session.json. Throws InputError with one sentence naming file, field and

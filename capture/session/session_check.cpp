@@ -16,6 +16,7 @@ class SessionCheck : FieldCheck {
 
   void run() const {
     channels();
+    smooth_error();
     sample();
     camera_and_projector();
     stations();
@@ -29,6 +30,14 @@ class SessionCheck : FieldCheck {
             "must be [\"R\", \"G\", \"B\"] or the name of one channel");
     for (std::size_t i = 0; i < session_.channels.size(); ++i) {
       name(session_.channels[i], indexed("channels", i));
+    }
+  }
+
+  void smooth_error() const {
+    if (!session_.smooth_error) return;
+    for (const double error : {session_.smooth_error->common, session_.smooth_error->own}) {
+      require(error >= 0.0 && error <= 1.0, "smooth_error",
+              "is " + shown(error) + "; relative errors must lie between 0 and 1");
     }
   }
 
@@ -83,6 +92,7 @@ class SessionCheck : FieldCheck {
           camera.encoding == Encoding::linear, "camera.white_level",
           "is stated although encoding is 'response'; it belongs to linear frames: leave it out");
     }
+    if (camera.orientation) whole(*camera.orientation, 1, 8, "camera.orientation");
     if (camera.raw_layout) raw_layout(camera, *camera.raw_layout);
     if (camera.electrons_full_scale) {
       positive(*camera.electrons_full_scale, "camera.electrons_full_scale", " of electrons");

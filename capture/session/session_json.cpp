@@ -23,6 +23,16 @@ void describe(Fields& fields, RawLayout& layout) {
 
 }  // namespace kappamu::io
 
+namespace kappamu {
+
+template <class Fields>
+void describe(Fields& fields, SmoothError& error) {
+  fields("common", error.common);
+  fields("own", error.own);
+}
+
+}  // namespace kappamu
+
 namespace kappamu::capture {
 namespace {
 
@@ -60,6 +70,7 @@ void describe(Fields& fields, Camera& camera) {
   fields.named("encoding", camera.encoding, encoding_names);
   fields("white_level", camera.white_level);
   fields("raw_layout", camera.raw_layout);
+  fields("orientation", camera.orientation);
   fields("electrons_full_scale", camera.electrons_full_scale);
   fields("read_noise_electrons", camera.read_noise_electrons);
 }
@@ -175,6 +186,7 @@ void describe(Fields& fields, Session& session) {
   fields("patterns", session.patterns);
   fields("calibration", session.calibration);
   fields.optional("description", session.description);
+  fields("smooth_error", session.smooth_error);
 }
 
 Session read_session(const std::filesystem::path& folder) {

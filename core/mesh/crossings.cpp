@@ -116,18 +116,17 @@ bool MeshCrossings::triangles_cross(int one, int other) const {
   for (const int v : mesh_.triangles[static_cast<std::size_t>(one)]) {
     for (const int w : mesh_.triangles[static_cast<std::size_t>(other)]) shared += v == w ? 1 : 0;
   }
-  if (shared >= 2) return false;
   const Corners s{corner(one, 0), corner(one, 1), corner(one, 2)};
   const Corners t{corner(other, 0), corner(other, 1), corner(other, 2)};
   const Vector3d s_normal = unit_normal(s), t_normal = unit_normal(t);
   const double tolerance = touching * length_;
-  for (std::size_t k = 0; k < 3; ++k) {
+  for (std::size_t k = 0; k < 3 && shared < 2; ++k) {
     if (pierces(s[k], s[(k + 1) % 3], t, t_normal, tolerance) ||
         pierces(t[k], t[(k + 1) % 3], s, s_normal, tolerance)) {
       return true;
     }
   }
-  return shared == 0 && lies_upon(s, t, s_normal, tolerance);
+  return lies_upon(s, t, s_normal, tolerance);
 }
 
 MeshCrossings::Pairs MeshCrossings::crossing_pairs() const {

@@ -23,12 +23,13 @@ constexpr double one_place = 1e-6;
 
 class MeshCheck {
  public:
-  MeshCheck(const TriangleMesh& mesh, const std::string& name) : given_(mesh), name_(name) {
+  MeshCheck(const TriangleMesh& mesh, const std::string& name, const TriangleName& triangle_name)
+      : given_(mesh), name_(name), triangle_name_(triangle_name) {
     read();
-    weld(equal_vertices(result_.mesh));
-    weld(ends_of_needles(result_.mesh, one_place * length_));
+    const std::size_t repeated = weld(equal_vertices(result_.mesh));
+    welded_ += weld(ends_of_needles(result_.mesh, one_place * length_));
     drop_useless();
-    weld(gaps_of_edges(result_.mesh, one_place * length_));
+    welded_ += weld(gaps_of_edges(result_.mesh, one_place * length_));
     drop_useless();
     report_dropped();
     refuse_open_edges();
@@ -36,7 +37,7 @@ class MeshCheck {
     turn_edges_of_caps();
     orient_outwards();
     find_self_intersections();
-    drop_unused_vertices();
+    drop_unused_vertices(repeated + welded_);
   }
   CheckedMesh take() { return std::move(result_); }
 
@@ -52,13 +53,17 @@ class MeshCheck {
     return area(t) < one_place * one_place * length_ * length_;
   }
 
+  /// To 1e-4 of the box, wherever it lies.
   std::string place(const Vector3d& point) const {
-    return formatted("(%.4g, %.4g, %.4g) mm", point.x(), point.y(), point.z());
+    const int digits = std::clamp(3 - static_cast<int>(std::floor(std::log10(length_))), 0, 12);
+    return formatted("(%.*f, %.*f, %.*f)", digits, point.x(), digits, point.y(), digits, point.z());
   }
+  /// What the file calls triangle number t of those that are left.
+  std::string named(std::size_t t) const { return triangle_name_(result_.source[t]); }
   /// "at (1, 2, 3) mm (triangle 7)", in the middle of an edge of a triangle.
   std::string place(const Edge& edge) const {
-    return "at " + place(0.5 * (vertex(edge.low) + vertex(edge.high))) + " (triangle " +
-           std::to_string(result_.source[static_cast<std::size_t>(edge.triangle)]) + ")";
+    return "at " + place(0.5 * (vertex(edge.low) + vertex(edge.high))) + " (" +
+           named(static_cast<std::size_t>(edge.triangle)) + ")";
   }
   static std::string count(std::size_t n, const std::string& one, const std::string& many) {
     return std::to_string(n) + " " + (n == 1 ? one : many);
@@ -92,14 +97,17 @@ class MeshCheck {
     }
     length_ = box.sizes().maxCoeff();
     if (!(box.volume() > 0.0) || !std::isfinite(box.volume())) {
-      fail("its box measures " + place(box.sizes()) + "; give a mesh that encloses a volume");
+      fail(formatted("its box measures %.4g x %.4g x %.4g", box.sizes().x(), box.sizes().y(),
+                     box.sizes().z()) +
+           "; give a mesh that encloses a volume");
     }
     result_.mesh = given_;
     result_.source.resize(given_.triangles.size());
     std::iota(result_.source.begin(), result_.source.end(), 0);
   }
 
-  void weld(const std::vector<int>& into) {
+  /// Returns how many vertices of triangles are no more.
+  std::size_t weld(const std::vector<int>& into) {
     std::vector<bool> used(result_.mesh.vertices.size());
     std::size_t welded = 0;
     for (Triangle& t : result_.mesh.triangles) {
@@ -110,7 +118,7 @@ class MeshCheck {
         used[before] = true;
       }
     }
-    welded_ += welded;
+    return welded;
   }
 
   /// Fewer than three vertices, or the same three once more.
@@ -141,11 +149,15 @@ class MeshCheck {
     }
     triangles.resize(kept);
     result_.source.resize(kept);
-    if (kept == 0) fail("has no triangle of any area; give a closed triangle mesh");
+    if (kept == 0) {
+      fail("has no triangle of any area: of " + std::to_string(given_.triangles.size()) + ", " +
+           std::to_string(degenerate_) + " have two corners at one place and " +
+           std::to_string(repeated_) + " are given twice; give a closed triangle mesh");
+    }
   }
 
   void report_dropped() {
-    mended(welded_, "vertex", "vertices", "of the same place welded");
+    mended(welded_, "vertex", "vertices", "within 1e-6 of the box welded");
     mended(degenerate_, "triangle", "triangles", "without area dropped");
     mended(repeated_, "triangle", "triangles", "given twice dropped");
   }
@@ -220,7 +232,7 @@ class MeshCheck {
     for (std::size_t t = 0; t < result_.mesh.triangles.size(); ++t) {
       const Triangle& flat = result_.mesh.triangles[t];
       if (!no_area(flat)) continue;
-      fail("triangle " + std::to_string(result_.source[t]) + " at " + place(vertex(flat[0])) +
+      fail(named(t) + " at " + place(vertex(flat[0])) +
            " has no area, and turning edges does not help; take it away and close the gap");
     }
   }
@@ -237,7 +249,7 @@ class MeshCheck {
       if (sample[c] < 0) sample[c] = static_cast<int>(t);
     }
     const MeshCrossings crossings(result_.mesh);
-    std::size_t bodies = 0, voids = 0;
+    std::vector<std::size_t> bodies, voids;  // of those turned
     std::vector<bool> turn(pieces);
     for (std::size_t c = 0; c < pieces; ++c) {
       // Three rays vote, should one meet an edge.
@@ -257,15 +269,21 @@ class MeshCheck {
       }
       const bool within = odd >= 2;
       turn[c] = within ? volume[c] > 0.0 : volume[c] < 0.0;
-      if (turn[c]) ++(within ? voids : bodies);
+      if (turn[c]) (within ? voids : bodies).push_back(c);
     }
     for (std::size_t t = 0; t < result_.component.size(); ++t) {
       if (turn[static_cast<std::size_t>(result_.component[t])]) {
         std::swap(triangle(t)[1], triangle(t)[2]);
       }
     }
-    mended(bodies, "body", "bodies", "that faced inwards turned inside out");
-    mended(voids, "surface", "surfaces", "inside another made a void by turning it inside out");
+    const auto first = [&](const std::vector<std::size_t>& of) {
+      if (of.empty() || pieces == 1) return std::string();
+      return ": " + std::string(of.size() == 1 ? "that of " : "the first that of ") +
+             named(static_cast<std::size_t>(sample[of.front()]));
+    };
+    mended(bodies.size(), "body", "bodies", "that faced inwards turned inside out" + first(bodies));
+    mended(voids.size(), "surface", "surfaces",
+           "inside another made a void by turning it inside out" + first(voids));
   }
 
   void find_self_intersections() {
@@ -278,8 +296,7 @@ class MeshCheck {
     const auto one = static_cast<std::size_t>(pairs.first->first);
     const auto other = static_cast<std::size_t>(pairs.first->second);
     const std::string where =
-        "triangles " + std::to_string(result_.source[one]) + " and " +
-        std::to_string(result_.source[other]) + " at " +
+        named(one) + " and " + named(other) + " at " +
         place((vertex(triangle(one)[0]) + vertex(triangle(one)[1]) + vertex(triangle(one)[2])) /
               3.0);
     const double hidden = crossings.hidden_share();
@@ -292,9 +309,10 @@ class MeshCheck {
         " each other, the first being " + where + "; less than " + percent(most_hidden_surface) +
         " of the surface is wrong by it");
   }
-  static std::string percent(double share) { return shown_number(100.0 * share, "%.2g %%"); }
+  static std::string percent(double share) { return shown_number(100.0 * share, "%.3g %%"); }
 
-  void drop_unused_vertices() {
+  /// `welded`: vertices that have become others.
+  void drop_unused_vertices(std::size_t welded) {
     std::vector<int> number(result_.mesh.vertices.size());
     for (const Triangle& t : result_.mesh.triangles) {
       for (const int v : t) number[static_cast<std::size_t>(v)] = 1;
@@ -308,13 +326,14 @@ class MeshCheck {
     for (Triangle& t : result_.mesh.triangles) {
       for (int& v : t) v = number[static_cast<std::size_t>(v)];
     }
-    const std::size_t unused = given_.vertices.size() - kept.size() - welded_;
+    const std::size_t unused = given_.vertices.size() - kept.size() - welded;
     mended(unused, "vertex", "vertices", "of no triangle dropped");
     result_.mesh.vertices = std::move(kept);
   }
 
   const TriangleMesh& given_;
   const std::string& name_;
+  const TriangleName& triangle_name_;
   double length_ = 0.0;
   std::size_t welded_ = 0, degenerate_ = 0, repeated_ = 0;
   CheckedMesh result_;
@@ -322,8 +341,13 @@ class MeshCheck {
 
 }  // namespace
 
-CheckedMesh check_mesh(const TriangleMesh& mesh, const std::string& name) {
-  return MeshCheck(mesh, name).take();
+std::string numbered_triangle(int triangle) {
+  return "triangle " + std::to_string(triangle);
+}
+
+CheckedMesh check_mesh(const TriangleMesh& mesh, const std::string& name,
+                       const TriangleName& triangle_name) {
+  return MeshCheck(mesh, name, triangle_name).take();
 }
 
 }  // namespace kappamu

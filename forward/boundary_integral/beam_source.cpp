@@ -5,6 +5,7 @@
 
 #include "forward/boundary_integral/layer_sum.h"
 #include "forward/boundary_integral/panels/panel_potentials.h"
+#include "forward/light/beam_path.h"
 
 namespace kappamu::forward::boundary_integral {
 
@@ -19,6 +20,8 @@ constexpr std::array<double, 4> weight{0.1739274225687269, 0.3260725774312731, 0
 constexpr double first_interval = 0.5;
 /// Optical depth beyond which the light left (1e-6) needs no fine intervals.
 constexpr double deep = 14.0;
+/// Of a beam, what is followed no further.
+constexpr double negligible = 1e-8;
 
 /// Ends of intervals that double from `first` at 0 to the middle, and halve to `last` at the end.
 std::vector<double> graded(double length, double first, double last) {
@@ -27,6 +30,28 @@ std::vector<double> graded(double length, double first, double last) {
   for (double t = last; t < 0.5 * length; t *= 2.0) falling.push_back(length - t);
   rising.insert(rising.end(), falling.rbegin(), falling.rend());
   return rising;
+}
+
+/// Points along a chord; takes what collides from `left`. `first` and `last`: its intervals at the
+/// ends.
+void add_chord(const Chord& chord, double first, double last, double sigma_t, double albedo,
+               double& left, BeamSource& source) {
+  const double entering = left;
+  if (sigma_t * chord.length > deep) last = chord.length;
+  const std::vector<double> ends = graded(chord.length, first, last);
+  for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
+    const double collide = -std::expm1(-sigma_t * (ends[k + 1] - ends[k]));
+    const double share = entering * std::exp(-sigma_t * ends[k]) * collide;
+    source.powers.scattered += albedo * share;
+    source.powers.absorbed += (1.0 - albedo) * share;
+    left -= share;
+    for (std::size_t g = 0; g < node.size(); ++g) {
+      const double t = ends[k] - std::log1p(-node[g] * collide) / sigma_t;
+      source.at.push_back(chord.from + t * chord.direction);
+      source.power.push_back(albedo * share * weight[g]);
+    }
+    if (sigma_t * ends[k] > deep) break;
+  }
 }
 
 }  // namespace
@@ -41,30 +66,25 @@ BeamSource beam_source(const ObjectProblem& problem, const std::vector<Beam>& be
     double& r = radius[static_cast<std::size_t>(panel.sample)];
     r = std::min(r, panel.radius);
   }
-  const double size = bounding_box(problem.mesh).sizes().maxCoeff();
+  const Walls walls(problem);
   BeamSource source;
   for (const Beam& beam : beams) {
-    const BeamPath path = enter(problem, beam, size);
-    const double depth = sigma_t * path.length;
-    source.powers.entering += path.power;
-    source.powers.unscattered += path.power * std::exp(-depth);
-    const double first = first_interval * radius[static_cast<std::size_t>(beam.triangle)];
-    const double last = path.meets && depth < deep
-                            ? first_interval * radius[static_cast<std::size_t>(*path.meets)]
-                            : path.length;
-    const std::vector<double> ends = graded(path.length, first, last);
-    for (std::size_t k = 0; k + 1 < ends.size(); ++k) {
-      const double collide = -std::expm1(-sigma_t * (ends[k + 1] - ends[k]));
-      const double share = path.power * std::exp(-sigma_t * ends[k]) * collide;
-      source.powers.scattered += albedo * share;
-      source.powers.absorbed += (1.0 - albedo) * share;
-      for (std::size_t g = 0; g < node.size(); ++g) {
-        const double t = ends[k] - std::log1p(-node[g] * collide) / sigma_t;
-        source.at.push_back(path.from + t * path.direction);
-        source.power.push_back(albedo * share * weight[g]);
-      }
-      if (sigma_t * ends[k] > deep) break;
+    BeamPath path(walls, beam);
+    double left = beam.power * path.transmitted();
+    const double least = negligible * left;
+    source.powers.entering += left;
+    double first = first_interval * radius[static_cast<std::size_t>(beam.triangle)];
+    for (std::size_t k = 0; left > least; ++k) {
+      const Chord* chord = path.chord(k, walls);
+      if (chord == nullptr) break;
+      const double end = first_interval * radius[static_cast<std::size_t>(chord->meets)];
+      add_chord(*chord, first, end, sigma_t, albedo, left, source);
+      const double leaves = chord->leaves * left;
+      source.powers.unscattered += leaves;
+      left -= leaves;
+      first = end;
     }
+    source.powers.unscattered += left;
   }
   return source;
 }

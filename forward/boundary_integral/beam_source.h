@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 
 #include "forward/boundary_integral/panels/panel.h"
-#include "forward/light_entry.h"
+#include "forward/object_model.h"
 
 namespace kappamu::forward::boundary_integral {
 
@@ -17,9 +17,9 @@ struct BeamPowers {
   double unscattered = 0.0;  ///< left without one
 };
 
-/// Points along the beams that stand for their collisions: along each interval (graded towards both
-/// ends, the first half a panel long) Gauss points in the share of the light that has collided. An
-/// interval's power is exact.
+/// Points along the beams that stand for their collisions. Each chord is cut into intervals, graded
+/// towards both ends, the first half a panel long; an interval has Gauss points in the share of the
+/// light that has collided, and its power is exact.
 struct BeamSource {
   std::vector<Eigen::Vector3d> at;  ///< [mm]
   std::vector<double> power;        ///< scattered [mm²]

@@ -11,6 +11,7 @@
 #include "forward/boundary_integral/layer_sum.h"
 #include "forward/boundary_integral/panels/sliver.h"
 #include "forward/embedded/geometry/bodies.h"
+#include "forward/light_entry.h"
 #include "forward/object_verdict.h"
 
 namespace kappamu::forward {

@@ -5,6 +5,7 @@
 #include "core/processor_time.h"
 #include "forward/boundary_integral/gmres.h"
 #include "forward/boundary_integral/layer_sum.h"
+#include "forward/light_entry.h"
 
 namespace kappamu::forward::boundary_integral {
 

@@ -1,6 +1,7 @@
 // One body on one set of panels: from lights to fluence, [T] (5.3) with the sources of theory.md.
 #pragma once
 
+#include "core/optics.h"
 #include "forward/boundary_integral/beam_source.h"
 
 namespace kappamu::forward::boundary_integral {

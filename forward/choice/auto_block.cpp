@@ -74,12 +74,12 @@ ObjectFeatures features_of(const GridSetup& setup, const Medium& medium) {
   ObjectFeatures features;
   features.size = longest / mean_free_path;
   features.albedo = 1.0 - mu / count * mean_free_path;
-  features.surface = surface / (longest * longest);
   features.contrast = std::max(*most_kappa / *least_kappa, std::max(*most_mu, hardly_absorbs) /
                                                                std::max(*least_mu, hardly_absorbs));
   features.block = true;
   features.diffuse = setup.source == SourceModel::first_collision ? 0.0 : 1.0;
   for (const Face face : all_faces) features.triangles += face_shape(setup.shape, face).cells();
+  features.patches = features.triangles;  // its answer is given per pixel
   if (setup.sides == Sides::mirror) {
     features.thickness = setup.thickness_mm() / mean_free_path;
   } else {

@@ -8,15 +8,14 @@
 #include "core/shown_text.h"
 #include "forward/choice/correction.h"
 #include "forward/choice/error_belief.h"
-#include "forward/choice/patches.h"
+#include "forward/patches.h"
 
 namespace kappamu::forward {
 
 namespace {
 
-/// Of the tolerance: what a model's numerics are asked for, and what they then leave at most.
-/// Models state more than they err by.
-constexpr double numerics_share = 0.5, numerics_left = 0.25;
+/// Of the tolerance: what a model's numerics are asked for.
+constexpr double numerics_share = 0.5;
 /// Probability by its law that an error is below what is expected at most; and those that walks may
 /// be planned to correct it with.
 constexpr double expected_at_most = 0.95;
@@ -39,9 +38,9 @@ std::string number(double value) {
   return shown_number(value, value < 100.0 ? "%.2g" : "%.0f");
 }
 
-/// Noise of the triangles after one photon.
+/// Noise of the patches after one photon.
 double noise_of_one(const MeasuredModel& model, const ObjectFeatures& features) {
-  return error_by(model.error, features) * std::sqrt(static_cast<double>(features.triangles));
+  return error_by(model.error, features) * std::sqrt(static_cast<double>(features.patches));
 }
 
 /// Photons of the channel that needs most, or those allowed.
@@ -90,7 +89,7 @@ double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> chan
     } else {
       const ErrorBelief law{error_by(model.error, features), model.error.spread};
       worst = std::max(
-          worst, std::hypot(error_quantile(law, probability), numerics_left * asked.tolerance));
+          worst, std::hypot(error_quantile(law, probability), numerics_share * asked.tolerance));
     }
   }
   return worst;
@@ -112,9 +111,7 @@ double correcting_photons(double error, double wanted, std::span<const ObjectFea
   const double noise = noise_that_leaves(error, wanted);
   double most = 0.0;
   for (const ObjectFeatures& features : channels) {
-    const double of_one = error_by(measured(random_walks).error, features);
-    const double nodes = features.surface * patches_across * patches_across;
-    most = std::max(most, nodes * std::pow(of_one / noise, 2.0));
+    most = std::max(most, std::pow(noise_of_one(measured(random_walks), features) / noise, 2.0));
   }
   return most;
 }

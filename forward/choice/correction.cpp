@@ -3,14 +3,15 @@
 #include <cmath>
 #include <limits>
 
-#include "forward/choice/patches.h"
+#include "forward/patches.h"
 
 namespace kappamu::forward {
 
 namespace {
 
-/// Share of an error that lies between the nodes and no walk corrects.
-constexpr double between_nodes = 0.35;
+/// Share of an error that lies between the nodes and no walk corrects: on a body with sharp edges,
+/// where it is largest.
+constexpr double between_nodes = 0.7;
 /// Variances: of an average with the weights of a node over that of a cell of the lattice, and of
 /// the factor between nodes over theirs; by the weights' squares on a flat surface.
 constexpr double of_average = 0.44, of_interpolated = 0.5;

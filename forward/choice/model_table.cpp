@@ -10,7 +10,7 @@ namespace {
 #include "forward/choice/measured_models.inc"
 
 constexpr double slant_of_sphere = 1.0 / 3.0;
-constexpr double deep = 3.0;  // scripts/fit_choice.py
+constexpr double deep = 3.0;  // studies/fit_choice.py
 
 }  // namespace
 

@@ -1,5 +1,5 @@
 // What models of objects were measured to err and to cost against transport, as laws in a few
-// features of the object. The numbers are in measured_models.inc, written by scripts/fit_choice.py
+// features of the object. The numbers are in measured_models.inc, written by studies/fit_choice.py
 // from the record of `kappamu bench objects` on its tuning scenes; docs/objects-bench.md.
 #pragma once
 
@@ -41,7 +41,7 @@ struct MeasuredModel {
   bool any_shape = false;   ///< else only boxes of whole voxels
   bool reentry = false;     ///< follows light that meets the object again
   /// Relative error in the 2-norm, of physics: the model's numerics were 1 % or better.
-  /// `montecarlo`: the noise, times the root of photons over triangles.
+  /// `montecarlo`: the noise of patches, times the root of photons over their number.
   ErrorLaw error;
   CostLaw seconds;  ///< of processor, of one channel and light; `montecarlo`: per photon
   /// Of processor, that the probe of forward/choice/machine_costs.h took on the table's machine.

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <numeric>
+#include <span>
 
 #include "core/mesh/edges.h"
 #include "forward/block/block_grid.h"
+#include "forward/patches.h"
 
 namespace kappamu::forward {
 
@@ -60,9 +62,10 @@ double contrast_of(const ObjectMedium& medium) {
   return std::max(high.kappa / low.kappa, std::max(high.mu, least_mu) / least_mu);
 }
 
-void add_light(const ObjectProblem& problem, ObjectFeatures& features) {
+void add_light(const ObjectProblem& problem, std::span<const ObjectLight> lights,
+               ObjectFeatures& features) {
   double diffuse = 0.0, beams = 0.0, facing = 0.0;
-  for (const ObjectLight& light : problem.lights) {
+  for (const ObjectLight& light : lights) {
     for (std::size_t i = 0; i < light.diffuse.size(); ++i)
       diffuse += light.diffuse[i] * problem.surface.area[i];
     for (const Beam& beam : light.beams) {
@@ -84,7 +87,7 @@ EquivalentSlab equivalent_slab(const ObjectProblem& problem) {
           1.0 - mean.mu * mean_free_path, mean_free_path};
 }
 
-ObjectFeatures features_of(const ObjectProblem& problem) {
+ObjectFeatures features_of(const ObjectProblem& problem, std::optional<std::size_t> light) {
   const EquivalentSlab slab = equivalent_slab(problem);
   const double mean_free_path = slab.mean_free_path;
   const double longest = bounding_box(problem.mesh).sizes().maxCoeff();
@@ -95,10 +98,12 @@ ObjectFeatures features_of(const ObjectProblem& problem) {
   features.albedo = slab.albedo;
   features.edges = std::min(sharp_length(problem.mesh, problem.surface) * mean_free_path / area,
                             most_edges / features.size);
-  features.surface = area / (longest * longest);
+  features.patches =
+      make_patches(problem.surface, bounding_box(problem.mesh), patches_across).size();
   features.contrast = contrast_of(problem.medium);
   features.block = block::block_grid(problem.mesh, problem.medium).has_value();
-  add_light(problem, features);
+  const std::span<const ObjectLight> lights(problem.lights);
+  add_light(problem, light ? lights.subspan(*light, 1) : lights, features);
   features.triangles = problem.surface.size();
   return features;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "forward/object_model.h"
@@ -16,11 +17,11 @@ struct ObjectFeatures {
   /// Length of edges sharper than 40°, times a mean free path, over S; at most 3 over `size`, as a
   /// flat box has: creases of a rough mesh are no such edges.
   double edges = 0.0;
-  double surface = 0.0;   ///< S over the square of the box's longest edge
-  double contrast = 1.0;  ///< largest over smallest κ or μ, the greater; 1: homogeneous
-  bool block = false;     ///< a box of whole voxels, as the model `grid` needs
-  double diffuse = 0.0;   ///< share of the irradiance that is diffuse
-  double slant = 0.0;     ///< of beams: 1 less the cosine at which they meet the surface, mean
+  std::size_t patches = 0;  ///< of the answer, over which noise is stated: forward/patches.h
+  double contrast = 1.0;    ///< largest over smallest κ or μ, the greater; 1: homogeneous
+  bool block = false;       ///< a box of whole voxels, as the model `grid` needs
+  double diffuse = 0.0;     ///< share of the irradiance that is diffuse
+  double slant = 0.0;       ///< of beams: 1 less the cosine at which they meet the surface, mean
   std::size_t triangles = 0;
 };
 
@@ -34,6 +35,8 @@ EquivalentSlab equivalent_slab(const ObjectProblem& problem);
 
 /// Of a medium that varies: κ the harmonic mean and μ the mean, over points of a lattice in the
 /// object's box.
-ObjectFeatures features_of(const ObjectProblem& problem);
+/// `light`: of that one alone; none: of all together.
+ObjectFeatures features_of(const ObjectProblem& problem,
+                           std::optional<std::size_t> light = std::nullopt);
 
 }  // namespace kappamu::forward

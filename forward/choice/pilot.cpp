@@ -10,8 +10,8 @@
 #include "core/shown_text.h"
 #include "forward/choice/correction.h"
 #include "forward/choice/error_belief.h"
-#include "forward/choice/patches.h"
 #include "forward/object_models.h"
+#include "forward/patches.h"
 
 namespace kappamu::forward {
 
@@ -177,7 +177,8 @@ class Corrected {
           left.square += share * half.square;
           left.square_deviation = std::hypot(left.square_deviation, share * half.square_deviation);
         }
-        pilot.left = std::max(pilot.left, error_quantile(left, stated));
+        pilot.left = std::max(
+            {pilot.left, error_quantile(left, stated), std::sqrt(std::max(0.0, left.square))});
         pilot.measured = std::max(pilot.measured, std::sqrt(std::max(0.0, own.square)));
       }
     }
@@ -197,7 +198,9 @@ class Corrected {
                 .exitance;
         std::copy(corrected.begin(), corrected.end(),
                   result.exitance.begin() + static_cast<std::ptrdiff_t>(l * corrected.size()));
-        result.error_estimate[l] = std::max(result.error_estimate[l], pilot.left);
+        const double numerics = std::min(result.error_estimate[l], pilot.left);
+        result.error_estimate[l] = numerics;
+        result.model_error[l] = std::sqrt(pilot.left * pilot.left - numerics * numerics);
       }
       result.balance = both.balance;
     }
@@ -235,7 +238,7 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
     try {
       progress.update("choice of a model", 0.0, candidate.model + ": " + candidate.reason);
       pilot.results =
-          make_object_model(pilot.model, DiffusionWarning::left_out)
+          make_object_model(pilot.model, ModelError::stated)
               ->solve_channels(problems, options_for(pilot.model, channels, asked), progress);
     } catch (const InputError& refusal) {
       candidate = {pilot.model, {}, {}, 0.0, std::string("refused: ") + refusal.what()};
@@ -255,8 +258,9 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
     candidate.error = pilot.left;
     candidate.reason = (pilot.within ? "corrected by " : "left after ") +
                        std::to_string(pilot.photons) + " photons, which measured its error as " +
-                       shown_number(100.0 * pilot.measured, "%.2g") + " %: at most " +
-                       shown_number(100.0 * pilot.left, "%.2g") + " % of error expected";
+                       shown_number(100.0 * pilot.measured, "%.2g") +
+                       " % before the correction and at most " +
+                       shown_number(100.0 * pilot.left, "%.2g") + " % after it";
     if (pilot.within) object.correct(walks, pilot);
     last = std::move(pilot);
     if (last->within) return last;

@@ -65,7 +65,7 @@ class DipoleModel : public ObjectModel {
     } else {
       sum_by_hierarchy(problem, options, profile, irradiance, progress, result);
     }
-    add_balance(problem, irradiance, result);
+    add_balance(problem, options, irradiance, result);
     for (std::string& warning : assumption_warnings(problem)) {
       result.warnings.push_back(std::move(warning));
     }
@@ -164,7 +164,7 @@ class DipoleModel : public ObjectModel {
     }
   }
 
-  static void add_balance(const ObjectProblem& problem,
+  static void add_balance(const ObjectProblem& problem, const ObjectOptions& options,
                           const std::vector<std::vector<double>>& irradiance,
                           ObjectResult& result) {
     const std::size_t samples = problem.surface.size();
@@ -175,15 +175,19 @@ class DipoleModel : public ObjectModel {
         balance.entering += problem.surface.area[t] * irradiance[l][t];
         balance.exiting += problem.surface.area[t] * result.exitance[l * samples + t];
       }
-      balance.absorbed = balance.entering - balance.exiting;
-      if (balance.entering > 0.0) worst = std::max(worst, balance.exiting / balance.entering);
+      balance.absorbed = std::max(0.0, balance.entering - balance.exiting);
+      balance.created = std::max(0.0, balance.exiting - balance.entering);
+      if (balance.entering > 0.0) worst = std::max(worst, balance.created / balance.entering);
       result.balance.push_back(balance);
     }
-    if (worst > 1.0) {
-      result.warnings.push_back(formatted(
-          "the dipole lets %g times the entering power leave: the object is too thin for the "
-          "half-space it assumes",
-          worst));
+    if (worst > options.tolerance) {
+      const std::string sentence = formatted(
+          "the dipole lets %.3g times the entering power leave: the object is too thin for the "
+          "half-space it assumes; use the model embedded or montecarlo",
+          1.0 + worst);
+      result.converged = false;
+      result.message += "; " + sentence;
+      result.warnings.push_back(sentence);
     }
   }
 

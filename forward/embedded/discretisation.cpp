@@ -43,29 +43,24 @@ double boundary_source(double entering, const BoundaryConstants& constants) {
   return entering * constants.q_per_entering();
 }
 
-/// Adds the light's beams to loads and balances; beams of several channels that share chords are
+/// Adds the light's beams to loads and balances; beams of several channels that share paths are
 /// marched together.
 void add_beam_loads(const Discretisation& d, const Channels& channels, std::span<Load> loads,
                     std::span<const std::size_t> light_of, Answers& result) {
   std::vector<char> done(loads.size(), 0);
   for (std::size_t first = 0; first < loads.size(); ++first) {
     if (done[first] != 0) continue;
-    const auto chords = channels.chords[loads[first].channel][light_of[first]];
+    const auto paths = channels.paths[loads[first].channel][light_of[first]];
     std::vector<ChannelBeams> alike;
-    std::vector<ObjectBalance*> balances;
     for (std::size_t k = first; k < loads.size(); ++k) {
       const std::size_t c = loads[k].channel, l = light_of[k];
-      if (channels.chords[c][l] != chords) continue;
+      if (channels.paths[c][l] != paths) continue;
       done[k] = 1;
-      alike.push_back({&d.coefficients[c], &channels.problems[c].lights[l].beams, &loads[k].power});
-      balances.push_back(&result.channel[c].balance[l]);
+      Answer& answer = result.channel[c];
+      alike.push_back({&d.coefficients[c], &channels.problems[c].lights[l].beams, &loads[k].power,
+                       &answer.balance[l], &answer.leaving[l]});
     }
-    const std::vector<BeamPowers> powers = add_beams(d.tree, d.mesh, d.space(), *chords, alike);
-    for (std::size_t k = 0; k < powers.size(); ++k) {
-      balances[k]->entering += powers[k].entering;
-      balances[k]->unscattered += powers[k].unscattered;
-      balances[k]->absorbed += powers[k].absorbed;
-    }
+    add_beams(d.tree, d.mesh, d.space(), *paths, alike);
   }
 }
 
@@ -103,15 +98,14 @@ Discretisation::Discretisation(Octree octree, CutMesh cut,
       levels(make_levels(mesh.cubes, cube_elements(mesh, coefficients, A))) {}
 
 Channels::Channels(std::span<const ObjectProblem> all)
-    : problems(all.begin(), all.end()), constants(boundary_constants(all[0].eta)) {
+    : problems(all.begin(), all.end()), constants(boundary_constants(all[0].eta)), walls(all[0]) {
   for (const ObjectProblem& problem : problems) {
-    auto& mine = chords.emplace_back();
+    auto& mine = paths.emplace_back();
     for (std::size_t l = 0; l < problem.lights.size(); ++l) {
       const std::vector<Beam>& beams = problem.lights[l].beams;
-      const bool known = l < problems[0].lights.size() && chords.size() > 1 &&
+      const bool known = l < problems[0].lights.size() && paths.size() > 1 &&
                          run_alike(beams, problems[0].lights[l].beams);
-      mine.push_back(known ? chords[0][l]
-                           : std::make_shared<const std::vector<Chord>>(chords_of(problem, beams)));
+      mine.push_back(known ? paths[0][l] : std::make_shared<BeamPaths>(walls, beams));
     }
   }
 }
@@ -137,6 +131,7 @@ Answers answers(const Discretisation& d, const Channels& channels, LinearSolver&
     const std::vector<ObjectLight>& lights = channels.problems[c].lights;
     Answer& answer = result.channel.emplace_back();
     answer.balance.resize(lights.size());
+    answer.leaving.resize(lights.size());
     for (std::size_t l = 0; l < lights.size(); ++l) {
       loads.push_back({c, std::vector<double>(d.space().unknowns(), 0.0)});
       light_of.push_back(l);

@@ -23,15 +23,18 @@ struct Discretisation {
   const NodeSpace& space() const { return levels.space(); }
 };
 
-/// Problems that differ in medium and lights alone, one per channel, with the chords of their
+/// Problems that differ in medium and lights alone, one per channel, with the paths of their
 /// beams.
 struct Channels {
   std::vector<ObjectProblem> problems;
   BoundaryConstants constants;
+  Walls walls;
   /// [channel][light]; channels whose beams run alike share them.
-  std::vector<std::vector<std::shared_ptr<const std::vector<Chord>>>> chords;
+  std::vector<std::vector<std::shared_ptr<BeamPaths>>> paths;
 
   explicit Channels(std::span<const ObjectProblem> problems);
+  Channels(const Channels&) = delete;  // paths refer to its walls
+  Channels& operator=(const Channels&) = delete;
   std::vector<const ObjectMedium*> media() const;
   std::size_t lights() const;  ///< of all channels together
 };
@@ -43,6 +46,7 @@ struct Answer {
   /// The same on the next coarser level, with the finest one's coefficients; empty: there is none.
   std::vector<std::vector<double>> coarser_exitance;
   std::vector<ObjectBalance> balance;
+  std::vector<std::vector<Beam>> leaving;  ///< [light], unscattered
 };
 
 struct Answers {

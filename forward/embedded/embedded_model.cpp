@@ -36,6 +36,10 @@ void add(const Body& body, const BodyAnswer& part, std::size_t channel, std::siz
     to.unscattered += from.unscattered;
     to.exiting += from.exiting;
     to.absorbed += from.absorbed;
+    for (Beam beam : answer.leaving[l]) {
+      beam.triangle = body.triangle[static_cast<std::size_t>(beam.triangle)];
+      result.leaving[l].push_back(beam);
+    }
   }
   result.elements += part.cubes;
   result.iterations = std::max(result.iterations, part.iterations);
@@ -83,6 +87,7 @@ std::vector<ObjectResult> solve_once(std::span<const ObjectProblem> problems,
     results[c].exitance.assign(lights * samples, 0.0);
     results[c].error_estimate.assign(lights, 0.0);
     results[c].balance.resize(lights);
+    results[c].leaving.resize(lights);
   }
   Ended ended;
   double bridged_area = 0.0;

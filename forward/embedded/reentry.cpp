@@ -1,5 +1,4 @@
 #include "forward/embedded/reentry.h"
-#include "forward/light_entry.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +8,8 @@
 #include "core/random.h"
 #include "forward/embedded/body_solve.h"
 #include "forward/embedded/equations/row_ranges.h"
+#include "forward/light/beam_path.h"
+#include "forward/light_entry.h"
 #include "forward/surface_rays.h"
 
 namespace kappamu::forward::embedded {
@@ -55,6 +56,7 @@ void add(const ObjectResult& round, const Surface& surface, ObjectResult& total)
     const double size = surface_norm(surface, all);
     total.error_estimate[l] = size > 0.0 ? error / size : 0.0;
     total.balance[l].entering += round.balance[l].entering;
+    total.balance[l].unscattered += round.balance[l].unscattered;
     total.balance[l].exiting += round.balance[l].exiting;
     total.balance[l].absorbed += round.balance[l].absorbed;
   }
@@ -107,6 +109,7 @@ std::vector<ObjectResult> with_reentry(std::span<const ObjectProblem> problems,
   const std::size_t samples = surface.size();
   const SeenTriangles seen(problems[0], rays_per_triangle(samples, options.follow_reentry));
   const double transmitted = diffuse_transmittance(boundary_constants(problems[0].eta));
+  const Walls walls(problems[0]);
   std::vector<ObjectResult> last = total;
   std::vector<std::vector<ObjectLight>> again(problems.size());
   for (std::size_t c = 0; c < problems.size(); ++c) again[c].resize(problems[c].lights.size());
@@ -120,10 +123,17 @@ std::vector<ObjectResult> with_reentry(std::span<const ObjectProblem> problems,
           leaving[t] += (1.0 - transmitted) * again[c][l].diffuse[t];
         }
         again[c][l].diffuse = seen.irradiance(leaving);
-        const double arriving = power(surface, again[c][l].diffuse);
-        total[c].balance[l].reentering += arriving;
-        const double exiting = total[c].balance[l].exiting;
-        if (exiting > 0.0) largest = std::max(largest, arriving / exiting);
+        double arriving = power(surface, again[c][l].diffuse);
+        again[c][l].beams.clear();
+        for (const Beam& beam : last[c].leaving[l]) {
+          arriving += meet_again(walls, beam, again[c][l].beams);
+        }
+        last[c].leaving[l].clear();
+        total[c].leaving[l].clear();
+        ObjectBalance& balance = total[c].balance[l];
+        balance.reentering += arriving;
+        const double left = balance.exiting + balance.unscattered;
+        if (left > 0.0) largest = std::max(largest, arriving / left);
       }
     }
     if (!options.follow_reentry || largest <= followed_to * options.tolerance ||

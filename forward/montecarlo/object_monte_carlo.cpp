@@ -15,6 +15,7 @@
 #include "forward/montecarlo/object_walk.h"
 #include "forward/montecarlo/photon_tables.h"
 #include "forward/montecarlo/photon_tracer.h"
+#include "forward/patches.h"
 
 namespace kappamu::forward {
 
@@ -58,7 +59,7 @@ class Entry {
     if (chosen < light_.beams.size()) {
       const Beam& beam = light_.beams[chosen];
       start.triangle = beam.triangle;
-      start.position = scene_.nudged(beam.position, beam.triangle);  // it may lie on an edge
+      start.position = scene_.walls.nudged(beam.position, beam.triangle);  // it may lie on an edge
       start.direction = refracted(beam.direction,
                                   problem_.surface.normal[static_cast<std::size_t>(beam.triangle)],
                                   1.0 / problem_.eta);
@@ -193,6 +194,8 @@ class ObjectMonteCarlo final : public ObjectModel {
     validate(problem, options);
     const Stopwatch watch;
     const WalkScene scene(problem, options);
+    const Patches patches =
+        make_patches(problem.surface, bounding_box(problem.mesh), patches_across);
     ObjectResult result;
     WalkTally all;
     double slipped = 0.0;
@@ -205,7 +208,7 @@ class ObjectMonteCarlo final : public ObjectModel {
                                   std::to_string(problem.lights.size());
         tally = trace(scene, entry, static_cast<std::uint32_t>(m), options, stage, progress);
       }
-      add_light(problem, options.photons, entry.power(), tally, result);
+      add_light(problem, patches, options.photons, entry.power(), tally, result);
       all += tally.walk;
       slipped = std::max(slipped, static_cast<double>(tally.walk.slipped) / Score::full_weight /
                                       static_cast<double>(options.photons));
@@ -218,32 +221,39 @@ class ObjectMonteCarlo final : public ObjectModel {
     result.message = std::to_string(options.photons) +
                      formatted(
                          " photons per light give the exitance within %g %% (one standard "
-                         "error, 2-norm over the surface)",
+                         "error, 2-norm over patches of 1/8 of the object)",
                          100.0 * error);
     add_warnings(all, slipped, result);
     return result;
   }
 
  private:
-  static void add_light(const ObjectProblem& problem, std::uint64_t photons, double entering,
-                        const LightTally& tally, ObjectResult& result) {
+  static void add_light(const ObjectProblem& problem, const Patches& patches, std::uint64_t photons,
+                        double entering, const LightTally& tally, ObjectResult& result) {
     const auto n = static_cast<double>(photons);
     const auto power = [&](std::uint64_t weight) {
       return entering * static_cast<double>(weight) / Score::full_weight / n;
     };
-    double signal = 0.0, noise = 0.0;
+    std::vector<double> exitance, errors;
     std::uint64_t exiting = 0;
     for (std::size_t i = 0; i < tally.exits.size(); ++i) {
       const Score& sample = tally.exits[i];
       const double scale = entering / problem.surface.area[i];
       const double mean = scale * sample.mean(photons);
       const double error = scale * (sample.weight > 0 ? sample.standard_error(photons) : 1.0 / n);
-      result.exitance.push_back(mean);
-      result.standard_error.push_back(error);
+      exitance.push_back(mean);
+      errors.push_back(error);
       exiting += sample.weight;
-      signal += problem.surface.area[i] * mean * mean;
-      if (sample.weight > 0) noise += problem.surface.area[i] * error * error;
     }
+    double signal = 0.0, noise = 0.0;
+    const std::vector<double> means = patches.mean(exitance, problem.surface);
+    const std::vector<double> noises = patches.error_of_mean(exitance, errors, problem.surface);
+    for (std::size_t p = 0; p < patches.size(); ++p) {
+      signal += patches.area[p] * means[p] * means[p];
+      noise += patches.area[p] * noises[p] * noises[p];
+    }
+    result.exitance.insert(result.exitance.end(), exitance.begin(), exitance.end());
+    result.standard_error.insert(result.standard_error.end(), errors.begin(), errors.end());
     // The noise is in the signal's square, too; where there is nothing else, the error is all of
     // it.
     const double true_signal = std::max(signal - noise, noise);

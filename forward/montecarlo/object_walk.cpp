@@ -19,9 +19,6 @@ constexpr std::uint32_t full_weight = 1U << 31;
 constexpr std::uint32_t light_weight = 1U << 25;
 /// Coefficients stored as float may have 3κμ = 1 + 1e-7 where 1 was meant.
 constexpr double share_rounding = 1e-6;
-/// What a ray caster may need of the box's longest edge to tell a point from the surface.
-constexpr double nudge_share = 1e-6;
-
 Vector3d isotropic(double u, double turn) {
   const double cosine = 2.0 * u - 1.0, sine = std::sqrt(1.0 - cosine * cosine);
   const double angle = 2.0 * std::numbers::pi * turn;
@@ -32,23 +29,15 @@ Vector3d isotropic(double u, double turn) {
 
 WalkScene::WalkScene(const ObjectProblem& problem, const ObjectOptions& options)
     : surface(problem.surface),
+      walls(problem),
       rays(problem.rays),
       medium(problem.medium),
       eta(problem.eta),
       follow_reentry(options.follow_reentry),
       box(bounding_box(problem.mesh)),
-      nudge(nudge_share * box.sizes().maxCoeff()),
       mean_step(3.0 * medium.smallest().kappa) {
-  box.min().array() -= 10.0 * nudge;
-  box.max().array() += 10.0 * nudge;
-}
-
-Vector3d WalkScene::nudged(const Vector3d& position, int triangle) const {
-  const auto t = static_cast<std::size_t>(triangle);
-  const Vector3d to_middle = surface.position[t] - position;
-  const double way = to_middle.norm();
-  const Vector3d aside = way > nudge ? Vector3d(nudge / way * to_middle) : to_middle;
-  return position + aside - nudge * surface.normal[t];
+  box.min().array() -= 10.0 * walls.nudge();
+  box.max().array() += 10.0 * walls.nudge();
 }
 
 WalkTally& WalkTally::operator+=(const WalkTally& other) {
@@ -60,13 +49,6 @@ WalkTally& WalkTally::operator+=(const WalkTally& other) {
   tentative += other.tentative;
   collisions += other.collisions;
   return *this;
-}
-
-Vector3d refracted(const Vector3d& direction, const Vector3d& normal, double eta_ratio) {
-  const double cosine = -direction.dot(normal);
-  const double beyond =
-      std::sqrt(std::max(0.0, 1.0 - eta_ratio * eta_ratio * (1.0 - cosine * cosine)));
-  return (eta_ratio * direction + (eta_ratio * cosine - beyond) * normal).normalized();
 }
 
 bool PhotonWalk::reflected(double reflectance) {
@@ -85,8 +67,8 @@ void PhotonWalk::follow(const WalkStart& start, std::vector<Exit>& exits, WalkTa
     const PhiloxBlock r = draw();
     const double step = -std::log(uniform_of(r[0])) * scene_.mean_step;
     if (!ahead_) {
-      ahead_ =
-          triangle_ ? wall_from_surface() : scene_.rays.first_hit(position_, direction_, 0.0, step);
+      ahead_ = triangle_ ? scene_.walls.inside(position_, direction_, *triangle_)
+                         : scene_.rays.first_hit(position_, direction_, 0.0, step);
     }
     const bool lost = triangle_ && !ahead_;
     if (!lost && ahead_ && ahead_->distance <= step) {
@@ -107,22 +89,6 @@ void PhotonWalk::follow(const WalkStart& start, std::vector<Exit>& exits, WalkTa
     }
     collide(r, tally);
   }
-}
-
-std::optional<RayHit> PhotonWalk::wall_from_surface() {
-  constexpr int tries = 4;
-  for (int i = 0; i < tries; ++i) {
-    std::optional<RayHit> hit = scene_.rays.first_hit(position_, direction_);
-    if (hit && hit->triangle == *triangle_) {
-      hit = scene_.rays.first_hit(position_, direction_, hit->distance);
-    }
-    if (hit) {
-      const auto t = static_cast<std::size_t>(hit->triangle);
-      if (scene_.surface.normal[t].dot(direction_) > 0.0) return hit;
-    }
-    position_ = scene_.nudged(position_, last_triangle_);
-  }
-  return std::nullopt;
 }
 
 void PhotonWalk::collide(const PhiloxBlock& r, WalkTally& tally) {
@@ -158,7 +124,7 @@ void PhotonWalk::collide(const PhiloxBlock& r, WalkTally& tally) {
 void PhotonWalk::meet_surface(std::vector<Exit>& exits, WalkTally& tally) {
   const double cosine = std::min(1.0, normal().dot(direction_));
   if (reflected(fresnel_internal(scene_.eta, cosine))) {
-    direction_ = (direction_ - 2.0 * cosine * normal()).normalized();
+    direction_ = mirrored(direction_, normal());
     return;
   }
   leave(last_triangle_, exits, tally);
@@ -176,15 +142,9 @@ void PhotonWalk::leave(int triangle, std::vector<Exit>& exits, WalkTally& tally)
 
 void PhotonWalk::go_outside(WalkTally& tally) {
   for (bool first = true;; first = false) {
-    std::optional<RayHit> hit = scene_.rays.first_hit(position_, direction_);
-    if (hit && hit->triangle == last_triangle_) {
-      hit = scene_.rays.first_hit(position_, direction_, hit->distance);
-    }
-    double cosine = 0.0;
-    if (hit) {
-      cosine = -scene_.surface.normal[static_cast<std::size_t>(hit->triangle)].dot(direction_);
-    }
-    if (cosine <= 0.0) break;  // nothing, or a wall from inside: rounding at an edge
+    const std::optional<RayHit> hit = scene_.walls.outside(position_, direction_, last_triangle_);
+    if (!hit) break;
+    const double cosine = -scene_.walls.normal(hit->triangle).dot(direction_);
     if (first) tally.reentering += weight_;
     if (!scene_.follow_reentry) break;
     position_ += hit->distance * direction_;
@@ -194,7 +154,7 @@ void PhotonWalk::go_outside(WalkTally& tally) {
       tally.entered_again += weight_;
       return;
     }
-    direction_ = (direction_ + 2.0 * cosine * normal()).normalized();
+    direction_ = mirrored(direction_, normal());
   }
   weight_ = 0;
 }

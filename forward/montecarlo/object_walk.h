@@ -11,8 +11,8 @@
 #include <optional>
 #include <vector>
 
+#include "forward/light/walls.h"
 #include "forward/montecarlo/philox.h"
-#include "forward/object_model.h"
 
 namespace kappamu::forward {
 
@@ -20,17 +20,13 @@ namespace kappamu::forward {
 struct WalkScene {
   WalkScene(const ObjectProblem& problem, const ObjectOptions& options);
 
-  /// A point of the surface, taken inwards and from the edges of its triangle by a way that rays
-  /// tell from none.
-  Eigen::Vector3d nudged(const Eigen::Vector3d& position, int triangle) const;
-
   const Surface& surface;
+  Walls walls;
   const RayCaster& rays;
   const ObjectMedium& medium;
   double eta;
   bool follow_reentry;
   Eigen::AlignedBox3d box;  ///< of the mesh
-  double nudge = 0.0;       ///< that way [mm]
   double mean_step = 0.0;   ///< 1/majorant, the medium's largest σt' [mm]
 };
 
@@ -57,11 +53,6 @@ struct WalkTally {
   WalkTally& operator+=(const WalkTally& other);
 };
 
-/// Snell's law for a direction that meets a surface against its normal; `eta_ratio` is the index
-/// where it comes from over the one where it goes. Beyond the critical angle: along the surface.
-Eigen::Vector3d refracted(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
-                          double eta_ratio);
-
 class PhotonWalk {
  public:
   PhotonWalk(const WalkScene& scene, PhiloxKey seed, std::uint32_t light)
@@ -79,8 +70,6 @@ class PhotonWalk {
   void follow(const WalkStart& start, std::vector<Exit>& exits, WalkTally& tally);
 
  private:
-  /// The wall ahead of a photon on the surface; steps inwards where rounding took it out.
-  std::optional<RayHit> wall_from_surface();
   /// At a tentative collision: loses what is absorbed, turns where it is real.
   void collide(const PhiloxBlock& r, WalkTally& tally);
   /// Turns inwards, or goes outside and perhaps comes in again.

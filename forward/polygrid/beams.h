@@ -1,12 +1,12 @@
-// First collisions of collimated beams in the cells of a polygrid: refracted into the object
-// (light_entry.h), marched from cell to cell to the surface that they meet next, once
-// for all channels.
+// First collisions of collimated beams in the cells of a polygrid, marched once for all channels
+// (forward/light/first_collisions.h).
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
-#include "forward/object_model.h"
+#include "forward/light/first_collisions.h"
 #include "forward/polygrid/cell_walk.h"
 #include "forward/polygrid/surface_map.h"
 
@@ -18,12 +18,13 @@ struct ChannelBeams {
   std::span<const Coefficients> of_cell;
   std::vector<double>& load;  ///< [corner]
   ObjectBalance& balance;
+  std::vector<Beam>* leaving = nullptr;  ///< unscattered, where that is asked for
 };
 
 /// Beams of a light's channels, up to most_channels of them, which are followed together.
 class BeamWalks {
  public:
-  static constexpr std::size_t most_channels = 4;
+  static constexpr std::size_t most_channels = beam_lanes;
 
   enum class Steps { forgotten, kept };
 
@@ -31,41 +32,31 @@ class BeamWalks {
   /// medium is edited, are neither refracted nor walked again.
   BeamWalks(const Polygrid& grid, const SurfaceMap& map, Steps steps);
 
-  /// Adds ∫ S N dV of a light's beams to the channels' loads; S = σs'/σt' of the power that
-  /// collides in a step, at the mean place of its collisions, whose functions share it: sums are
-  /// exact. When no more than `remainder` of a beam is left, the rest collides there. `problem`
-  /// gives mesh, surface, rays and eta; `remainder` stays the same. Throws InputError where a beam
-  /// meets the surface from inside.
+  /// Adds ∫ S N dV of a light's beams to the channels' loads. When no more than `remainder` of a
+  /// beam is left, the rest collides there. `problem` gives mesh, surface, rays and eta, which stay
+  /// the same, as does `remainder`. Throws InputError where a beam meets the surface from inside.
+  /// What leaves is listed only where steps are forgotten.
   void add(const ObjectProblem& problem, std::span<const ChannelBeams> channels, double remainder);
 
-  using OfChannels = std::array<double, most_channels>;
-  struct CellOptics {
-    OfChannels sigma_t{};    ///< σt' [1/mm]
-    OfChannels scattered{};  ///< share of what collides
-  };
-  /// Of a beam in a cell: its middle there and how that moves along the beam [1/mm].
-  struct Step {
-    int cell = 0;
-    float length = 0.0F;  ///< [mm]
-    Eigen::Vector3f at, along;
-  };
   /// What beams leave.
   struct Left {
     std::vector<double> load;   ///< [corner][most_channels]
     std::vector<char> touched;  ///< [block of corners] whether their loads are of it
     OfChannels entering{}, absorbed{}, unscattered{};
+    std::array<std::vector<Beam>, most_channels> leaving;
   };
 
  private:
   /// One path for all channels that have it.
   struct Walk {
-    OfChannels power{};  ///< after Fresnel reflection [mm²]
-    Eigen::Vector3d from, direction;
-    double length = 0.0;  ///< [mm]
-    double walked = 0.0;  ///< [mm]
-    CellRay ray;          ///< there
-    std::vector<Step> steps;
+    OfChannels power{};  ///< before Fresnel reflection [mm²]
+    std::optional<BeamPath> path;
+    PathPlace place;
+    CellRay ray;  ///< there
+    std::vector<CellStep> steps;
   };
+  class Cells;
+  class Marched;
 
   bool same(std::span<const ChannelBeams> channels) const;
   /// Cells whose coefficients are not those of optics_.
@@ -73,13 +64,11 @@ class BeamWalks {
   void renew_optics(std::span<const ChannelBeams> channels, const std::vector<char>& changed);
   /// Beams of the same place and direction in several channels become one walk: one beam of each.
   std::vector<const Beam*> join(std::span<const ChannelBeams> channels);
-  void enter(const ObjectProblem& problem, double size, Beam beam, Walk& walk) const;
-  Step next_step(Walk& walk) const;
+  void enter(const Walls& walls, const Beam& beam, Walk& walk) const;
   /// Adds what a beam leaves, times `sign`.
-  void march(Walk& walk, double remainder, double sign, Left& left) const;
+  void follow(const Walls& walls, Walk& walk, double remainder, double sign, Left& left) const;
   /// Where `entering` are given they are entered first, [walk].
-  void march_all(const ObjectProblem& problem, std::span<const Beam* const> entering,
-                 double remainder);
+  void march_all(const Walls& walls, std::span<const Beam* const> entering, double remainder);
 
   const Polygrid& grid_;
   const SurfaceMap& map_;

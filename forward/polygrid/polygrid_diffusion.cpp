@@ -151,8 +151,8 @@ void PolygridDiffusion::add_light(std::span<const ObjectProblem> problems, std::
     Load& load = loads_[c * lights + light];
     load.channel = c;
     load.power.assign(equations_.unknowns(), 0.0);
-    channels.push_back(
-        {problems[c].lights[light].beams, of_cell_[c], load.power, answers[c].balance[light]});
+    channels.push_back({problems[c].lights[light].beams, of_cell_[c], load.power,
+                        answers[c].balance[light], &answers[c].leaving[light]});
   }
   const bool keep = lights_ == Lights::moving;
   constexpr std::size_t together = BeamWalks::most_channels;
@@ -182,7 +182,10 @@ std::vector<PolygridAnswer> PolygridDiffusion::solve(std::span<const ObjectProbl
   std::vector<PolygridAnswer> answers(problems.size());
   const std::size_t lights = problems[0].lights.size();
   loads_.resize(problems.size() * lights);
-  for (PolygridAnswer& answer : answers) answer.balance.resize(lights);
+  for (PolygridAnswer& answer : answers) {
+    answer.balance.resize(lights);
+    answer.leaving.resize(lights);
+  }
   for (std::size_t l = 0; l < lights; ++l) {
     add_light(problems, l, accuracy.beam_remainder, answers);
   }

@@ -18,8 +18,9 @@ namespace kappamu::forward::polygrid {
 
 /// One channel's answer.
 struct PolygridAnswer {
-  std::vector<double> exitance;        ///< [light][triangle]
-  std::vector<ObjectBalance> balance;  ///< one per light; exiting over the polygrid's boundary
+  std::vector<double> exitance;            ///< [light][triangle]
+  std::vector<ObjectBalance> balance;      ///< one per light; exiting over the polygrid's boundary
+  std::vector<std::vector<Beam>> leaving;  ///< [light], unscattered; none where lights move
 };
 
 /// Processor time of the last answer and of the last media, by what it went to, and how long

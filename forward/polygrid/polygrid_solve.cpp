@@ -115,6 +115,7 @@ std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProble
     ObjectResult& result = results[c];
     result.exitance = std::move(fine.channel[c].exitance);
     result.balance = std::move(fine.channel[c].balance);
+    result.leaving = std::move(fine.channel[c].leaving);
     result.elements = fine.cells;
     result.iterations = fine.report.iterations;
     result.seconds = solving;

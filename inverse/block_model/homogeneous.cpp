@@ -1,14 +1,16 @@
 #include "inverse/block_model/homogeneous.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <optional>
+#include <random>
 #include <utility>
 #include <vector>
 
 #include "core/error.h"
+#include "forward/analytic/homogeneous_block.h"
 #include "inverse/optimise/levenberg_marquardt.h"
 #include "inverse/problem/expected_blocks.h"
 
@@ -23,53 +25,46 @@ constexpr double heterogeneity = 0.3;
 constexpr double interim_tolerance = 2e-2;
 constexpr double step_tolerance = 1e-3;
 
+/// Of r M at the data used; empty where there is none.
+using Predict = std::function<std::vector<double>(const Eigen::VectorXd& logs)>;
+
+bool above_noise(const Problem& problem, std::size_t i) {
+  constexpr double deviations = 3.0;
+  return problem.weight[i] > 0.0 && problem.data[i] * std::sqrt(problem.weight[i]) > deviations;
+}
+
 class LogResidual final : public Residuals {
  public:
-  explicit LogResidual(Objective& objective) : objective_(objective) {
-    const Problem& problem = objective.problem();
-    for (std::size_t i = 0; i < problem.data.size(); ++i) {
+  LogResidual(const Problem& problem, const std::vector<std::size_t>& used, Predict predict)
+      : patterns_(problem.patterns), predict_(std::move(predict)) {
+    for (const std::size_t i : used) {
       const double d = problem.data[i];
-      const double w = problem.weight[i];
-      if (w <= 0.0 || d * std::sqrt(w) <= 3.0) continue;
-      used_.push_back(i);
-      root_weight_.push_back(1.0 / std::sqrt(1.0 / (w * d * d) + heterogeneity * heterogeneity));
-    }
-    if (used_.empty()) {
-      throw InputError(
-          "no datum stands three standard deviations above zero: the channel is dark; check "
-          "exposure "
-          "and variance, or fit the others with --channel");
+      datum_.push_back(d);
+      root_weight_.push_back(
+          1.0 / std::sqrt(1.0 / (problem.weight[i] * d * d) + heterogeneity * heterogeneity));
     }
   }
 
   Eigen::VectorXd residual(const Eigen::VectorXd& p) override {
-    const Problem& problem = objective_.problem();
-    if (!std::isfinite(objective_.value(even(p)))) return {};
-    const std::vector<double> prediction = objective_.prediction();
-    Eigen::VectorXd r(static_cast<Eigen::Index>(used_.size()));
-    for (std::size_t k = 0; k < used_.size(); ++k) {
-      const double d = problem.data[used_[k]];
-      const double ratio = std::max(prediction[used_[k]] / d, darkest_ratio);
+    if (p.cwiseAbs().maxCoeff() > max_log_coefficient) return {};
+    const std::vector<double> prediction = predict_(p);
+    Eigen::VectorXd r(static_cast<Eigen::Index>(prediction.size()));
+    for (std::size_t k = 0; k < prediction.size(); ++k) {
+      const double ratio = std::max(prediction[k] / datum_[k], darkest_ratio);
       r[static_cast<Eigen::Index>(k)] = root_weight_[k] * std::log(ratio);
     }
     return r;
   }
 
-  /// By log κ and log μ. Two tangent solves, and one more where p is not what was evaluated last.
+  /// By log κ and log μ, from differences.
   Eigen::MatrixXd jacobian(const Eigen::VectorXd& p) override {
-    const Problem& problem = objective_.problem();
-    if (!std::isfinite(objective_.value(even(p)))) return {};
-    const std::vector<double> prediction = objective_.prediction();
-    Eigen::MatrixXd result(static_cast<Eigen::Index>(used_.size()), 2);
+    constexpr double step = 0.03;  // a solve on a grid is right to 1e-4
+    const Eigen::VectorXd here = residual(p);
+    Eigen::MatrixXd result(here.size(), 2);
     for (int unknown = 0; unknown < 2; ++unknown) {
-      const std::vector<double> change = objective_.jacobian(even(Eigen::Vector2d::Unit(unknown)));
-      for (std::size_t k = 0; k < used_.size(); ++k) {
-        const std::size_t i = used_[k];
-        const bool seen = prediction[i] > darkest_ratio * problem.data[i];
-        result(static_cast<Eigen::Index>(k), unknown) =
-            seen ? root_weight_[k] * change[i] / (std::sqrt(problem.weight[i]) * prediction[i])
-                 : 0.0;
-      }
+      const Eigen::VectorXd there = residual(p + step * Eigen::Vector2d::Unit(unknown));
+      if (here.size() == 0 || there.size() == 0) return {};
+      result.col(unknown) = (there - here) / step;
     }
     return result;
   }
@@ -81,17 +76,12 @@ class LogResidual final : public Residuals {
   }
 
   /// What one pattern contributes on average to `square`.
-  double per_pattern(double square) const { return square / objective_.problem().patterns; }
+  double per_pattern(double square) const { return square / patterns_; }
 
  private:
-  /// Fields that are p everywhere.
-  CoefficientPair even(const Eigen::VectorXd& p) const {
-    const std::size_t cells = objective_.problem().setup.shape.cells();
-    return {std::vector<double>(cells, p[0]), std::vector<double>(cells, p[1])};
-  }
-
-  Objective& objective_;
-  std::vector<std::size_t> used_;
+  int patterns_;
+  Predict predict_;
+  std::vector<double> datum_;
   std::vector<double> root_weight_;
 };
 
@@ -116,33 +106,89 @@ bool descend(LogResidual& residual, const LinearPrior& prior, LeastSquaresState&
   return levenberg_marquardt(residual, prior, at, {.longest_step = 1.5}, next).converged;
 }
 
-/// The best of a table that spans marble to milk to wax at any size of block, first along κ, then
-/// along the attenuation; and `own`, where the solver gets along with it.
-std::vector<LeastSquaresState> best_guesses(LogResidual& residual, double thickness,
-                                            const std::optional<HomogeneousGuess>& own) {
-  const auto at = [&](double kappa, double mu) {
-    const Eigen::Vector2d p(std::log(kappa), std::log(mu));
-    return LeastSquaresState{p, residual.residual(p), {}};
-  };
-  // Attenuation is the thickness in diffusion lengths, √(μ/κ) ℓ.
-  const auto of_slab = [&](double kappa, double attenuation) {
-    return at(kappa * thickness, attenuation * attenuation * kappa / thickness);
-  };
-  const auto better = [](LeastSquaresState a, LeastSquaresState b) {
-    return square(b) < square(a) ? b : a;
-  };
-  std::array<LeastSquaresState, 2> usual{of_slab(0.02, 1.0), of_slab(0.1, 1.0)};
-  const double kappa = square(usual[1]) < square(usual[0]) ? 0.1 : 0.02;
-  std::vector<LeastSquaresState> guesses;
-  const auto offer = [&](LeastSquaresState guess) {
-    if (std::isfinite(square(guess))) guesses.push_back(std::move(guess));
-  };
-  offer(better(better(better(usual[0], usual[1]), of_slab(kappa, 0.3)), of_slab(kappa, 3.0)));
-  if (own) offer(at(own->kappa, own->mu));
-  if (guesses.empty()) {
-    throw InputError("the diffusion solver converges for none of the homogeneous starting guesses");
+/// `count` positions of `voxels`, one by chance in each of as many equal parts: no pattern of light
+/// keeps step with them.
+std::vector<int> spread_positions(int voxels, int count, std::mt19937& chance) {
+  std::vector<int> positions;
+  for (int k = 0; k < count; ++k) {
+    const int begin = k * voxels / count;
+    const auto choices = static_cast<unsigned>((k + 1) * voxels / count - begin);
+    positions.push_back(begin + static_cast<int>(chance() % choices));
   }
-  return guesses;
+  return positions;
+}
+
+/// Pixels of all patterns, and which of their data are above noise.
+struct SomeData {
+  forward::FacePixels pixels;
+  std::vector<std::size_t> used;  ///< of the problem's data
+  std::vector<std::size_t> at;    ///< of the pixels' predictions
+};
+SomeData some_data(const Problem& problem) {
+  constexpr double enough = 8000.0;  // of all patterns
+  constexpr int least = 6;
+  constexpr std::size_t least_used = 200;
+  const FaceShape face = problem.seen_shape();
+  std::mt19937 chance(1);
+  int side = std::max(least, static_cast<int>(std::sqrt(enough / problem.patterns)));
+  for (;; side *= 2) {
+    SomeData some;
+    some.pixels = {spread_positions(face.nu, std::min(side, face.nu), chance),
+                   spread_positions(face.nv, std::min(side, face.nv), chance)};
+    std::size_t at = 0;
+    for (int m = 0; m < problem.patterns; ++m) {
+      for (const int v : some.pixels.v) {
+        for (const int u : some.pixels.u) {
+          const std::size_t i = (static_cast<std::size_t>(m) * face.nv + v) * face.nu + u;
+          if (above_noise(problem, i)) {
+            some.used.push_back(i);
+            some.at.push_back(at);
+          }
+          ++at;
+        }
+      }
+    }
+    if (some.used.size() >= least_used || side >= std::max(face.nu, face.nv)) return some;
+  }
+}
+
+/// The lowest places of a table that no neighbour is below, lowest first.
+std::vector<LeastSquaresState> lowest_places(LogResidual& residual, double thickness) {
+  // κ over the thickness, and 3κμ, the share of collisions that absorb.
+  constexpr int rows = 16, columns = 11, most = 6;
+  constexpr double first_kappa = 1e-3, last_kappa = 3.0;
+  constexpr double first_share = 1e-5, last_share = 0.6;
+  const auto between = [](double first, double last, int k, int count) {
+    return std::log(first) + std::log(last / first) * k / (count - 1);
+  };
+  std::vector<LeastSquaresState> table;
+  for (int row = 0; row < rows; ++row) {
+    const double log_kappa = std::log(thickness) + between(first_kappa, last_kappa, row, rows);
+    for (int column = 0; column < columns; ++column) {
+      const double log_share = between(first_share, last_share, column, columns);
+      const Eigen::Vector2d p(log_kappa, log_share - std::log(3.0) - log_kappa);
+      table.push_back({p, residual.residual(p), {}});
+    }
+  }
+  const auto cost = [&](int row, int column) {
+    return square(table[static_cast<std::size_t>(row) * columns + column]);
+  };
+  std::vector<LeastSquaresState> lowest;
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      bool low = true;
+      for (int r = std::max(0, row - 1); r <= std::min(rows - 1, row + 1); ++r) {
+        for (int c = std::max(0, column - 1); c <= std::min(columns - 1, column + 1); ++c) {
+          low = low && cost(row, column) <= cost(r, c);
+        }
+      }
+      if (low) lowest.push_back(table[static_cast<std::size_t>(row) * columns + column]);
+    }
+  }
+  std::sort(lowest.begin(), lowest.end(),
+            [](const auto& a, const auto& b) { return square(a) < square(b); });
+  if (lowest.size() > most) lowest.resize(most);
+  return lowest;
 }
 
 /// The end of a descent from `best`. The residuals that remain are the block's structure, common to
@@ -166,22 +212,60 @@ HomogeneousFit settle(LogResidual& residual, LeastSquaresState at) {
 
 }  // namespace
 
-HomogeneousFit fit_homogeneous(Objective& objective, const std::optional<HomogeneousGuess>& guess) {
-  LogResidual residual(objective);
-  const forward::GridSetup& setup = objective.problem().setup;
-  const double thickness = setup.thickness_mm();
-  std::vector<LeastSquaresState> guesses = best_guesses(residual, thickness, guess);
-  const LinearPrior prior = absorption_prior(residual.per_pattern(square(guesses.front())));
-  for (LeastSquaresState& found : guesses) descend(residual, prior, found, interim_tolerance);
-  const auto cost = [&](const LeastSquaresState& at) { return square(at) + prior.square(at.p); };
+HomogeneousFit find_homogeneous(const Problem& problem,
+                                const std::optional<HomogeneousGuess>& guess) {
+  const SomeData some = some_data(problem);
+  if (some.used.empty()) {
+    throw InputError(
+        "no datum stands three standard deviations above zero: the channel is dark; check exposure "
+        "and variance, or fit the others with --channel");
+  }
+  forward::HomogeneousBlock block(problem.setup, problem.seen_face, problem.irradiance,
+                                  some.pixels);
+  LogResidual residual(problem, some.used, [&](const Eigen::VectorXd& p) {
+    const std::vector<double> all = block.exitance(std::exp(p[0]), std::exp(p[1]));
+    std::vector<double> prediction;
+    for (const std::size_t at : some.at) prediction.push_back(all[at]);
+    return prediction;
+  });
+  std::vector<LeastSquaresState> places = lowest_places(residual, problem.setup.thickness_mm());
+  if (guess) {
+    const Eigen::Vector2d p(std::log(guess->kappa), std::log(guess->mu));
+    if (Eigen::VectorXd r = residual.residual(p); r.size() > 0) places.push_back({p, r, {}});
+  }
+  const auto least = [&](const auto& cost) {
+    return *std::min_element(places.begin(), places.end(),
+                             [&](const auto& a, const auto& b) { return cost(a) < cost(b); });
+  };
+  const auto prior = [&] { return absorption_prior(residual.per_pattern(square(least(square)))); };
+  // The prior weighs what the best place leaves, which descents lower.
+  constexpr int rounds = 4;
+  for (int round = 0; round < rounds; ++round) {
+    const LinearPrior now = prior();
+    for (LeastSquaresState& place : places) descend(residual, now, place, interim_tolerance);
+  }
+  const LinearPrior last = prior();
   return settle(residual,
-                *std::min_element(guesses.begin(), guesses.end(),
-                                  [&](const auto& a, const auto& b) { return cost(a) < cost(b); }));
+                least([&](const LeastSquaresState& at) { return square(at) + last.square(at.p); }));
 }
 
 HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from) {
-  LogResidual residual(objective);
-  const Eigen::Vector2d p = from.logs();
+  const Problem& problem = objective.problem();
+  std::vector<std::size_t> used;
+  for (std::size_t i = 0; i < problem.data.size(); ++i) {
+    if (above_noise(problem, i)) used.push_back(i);
+  }
+  LogResidual residual(problem, used, [&](const Eigen::VectorXd& p) {
+    const std::size_t cells = problem.setup.shape.cells();
+    std::vector<double> prediction;
+    const double value =
+        objective.value({std::vector<double>(cells, p[0]), std::vector<double>(cells, p[1])});
+    if (!std::isfinite(value)) return prediction;
+    const std::vector<double> all = objective.prediction();
+    for (const std::size_t i : used) prediction.push_back(all[i]);
+    return prediction;
+  });
+  const Eigen::VectorXd p = from.logs();
   return settle(residual, {p, residual.residual(p), from.jacobian});
 }
 

@@ -9,7 +9,7 @@
 
 namespace kappamu::inverse {
 
-/// A start of the user's own, beside the table of guesses.
+/// A start of the user's own, beside the table's.
 struct HomogeneousGuess {
   double kappa = 0.0;  ///< [mm]
   double mu = 0.0;     ///< [1/mm]
@@ -23,25 +23,27 @@ struct HomogeneousFit {
   /// as common to its pixels.
   Eigen::Vector2d deviation = Eigen::Vector2d::Zero();
   bool converged = false;
-  /// Of the residuals by log κ and log μ, near the end: a correction of the grid does not change
-  /// it.
+  /// Of the residuals on a grid by log κ and log μ, near the end: a correction of the grid does not
+  /// change it. Empty: none was solved on yet.
   Eigen::MatrixXd jacobian;
 
   /// log κ and log μ.
   Eigen::Vector2d logs() const { return {std::log(kappa), std::log(mu)}; }
 };
 
-/// Levenberg-Marquardt on log M − log d over the data above three standard deviations, from the
-/// best of a table of guesses that spans marble to milk to wax at any size of block, and from
-/// `guess`: one that is off by 100 times then costs its descent and nothing else. The logarithm
-/// makes all guesses, however far off, slope towards the solution. A thin block that hardly absorbs
-/// does not tell μ, and one with structure may seem to absorb nothing: a weak prior on the absorbed
-/// share of collisions, 3κμ, decides there. Uses the objective's correction. Throws InputError when
-/// no datum stands above its noise.
-HomogeneousFit fit_homogeneous(Objective& objective,
-                               const std::optional<HomogeneousGuess>& guess = std::nullopt);
+/// The block whose log M comes closest to log d over the data above three standard deviations, in
+/// the least of all valleys: a table of (κ, μ) that spans marble to milk to wax at any size of
+/// block, then Levenberg-Marquardt from the table's lowest points and from `guess`. Light on the
+/// seen face may leave several valleys. The logarithm makes all
+/// places, however far off, slope towards a solution. Predictions are those of the block's lateral
+/// modes (forward/analytic/homogeneous_block.h) at some 8000 data: no grid is solved on, and
+/// none blurs the light. A thin block that hardly absorbs does not tell μ, and one with structure
+/// may seem to absorb nothing: a weak prior on the absorbed share of collisions, 3κμ, decides
+/// there. Throws InputError when no datum stands above its noise.
+HomogeneousFit find_homogeneous(const Problem& problem,
+                                const std::optional<HomogeneousGuess>& guess = std::nullopt);
 
-/// The same from where `from`, a fit to the same data with another correction, ended.
+/// The block next to `from` that suits the objective's own grid with its correction.
 HomogeneousFit refit_homogeneous(Objective& objective, const HomogeneousFit& from);
 
 }  // namespace kappamu::inverse

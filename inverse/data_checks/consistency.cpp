@@ -24,10 +24,10 @@ constexpr double shift_spread = 0.08;  ///< the same of the shift [voxels]
 /// The same of what volumes find: what grid, prior and calibration leave.
 constexpr double volume_shift_spread = 0.04;
 /// VolumeErrors::paid_for_scale beyond which values are too high. Right data pay as much in one of
-/// 200 blocks, those of a factor of 1.2 in most (docs/notes/fit-choices.md).
+/// 200 blocks, those of a factor of 1.2 in most (studies/notes/fit-choices.md).
 constexpr double most_paid = 0.15;
 /// Of 92 blocks that were to pay more than 0.15 all but one had paid more than 0.05 after 16 steps
-/// (docs/notes/fit-choices.md).
+/// (studies/notes/fit-choices.md).
 constexpr ErrorSteps volume_steps{48, 16, 0.03};
 /// Coarser voxels tell the same for an eighth of the solves, if there are enough.
 constexpr int enough_voxels = 8;
@@ -189,6 +189,7 @@ std::unique_ptr<Objective> objective_at(const FittedVolume& volume, Problem prob
 Consistency with_volume(const FittedVolume& volume, Consistency homogeneous,
                         const ModelError& model_error, const Backend& backend, std::uint64_t seed) {
   Problem problem = suitable_problem(volume.problem, model_error);
+  if (problem.precision) problem.precision->hold_mean(false);
   const GridShape& fine = volume.problem.setup.shape;
   const GridShape shape = problem.setup.shape;
   const CoefficientPair fields =

@@ -57,6 +57,7 @@ class ChannelRun {
   bool out_of_steps() const;
   void follow_path();
   std::optional<Outlook> outlook(double chi2) const;
+  SharedErrors shared_errors_now() const;
   void conclude();
   void conclude_simple(const ModelTrial& trial);
   void finish(double chi2);

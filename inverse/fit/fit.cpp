@@ -110,7 +110,7 @@ void ChannelRun::begin() {
     const PathOptions& path = options_.path;
     std::optional<HomogeneousGuess> guess;
     if (path.start_kappa) guess = {*path.start_kappa, path.start_mu.value()};
-    start = fit_homogeneous(objective, guess);
+    start = find_homogeneous(grid_.levels()[0], guess);
   } catch (const InputError& error) {
     throw InputError(stage_name_ + ": " + error.what());
   }
@@ -118,10 +118,6 @@ void ChannelRun::begin() {
     const std::size_t cells = grid_.shape().cells();
     return CoefficientPair{Vector(cells, std::log(start.kappa)), Vector(cells, std::log(start.mu))};
   };
-  if (options_.path.correct_grid) {
-    objective.refresh_correction(grid_.refinement(), fields());
-    start = refit_homogeneous(objective, start);
-  }
   choose_physics(start);
   if (state_.report.physics == Physics::transport) start = refit_by_transport(start);
   if (options_.path.correct_grid) objective.refresh_correction(grid_.refinement(), fields());

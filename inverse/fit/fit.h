@@ -20,6 +20,7 @@
 #include "inverse/block_model/block_model.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/data_checks/consistency.h"
+#include "inverse/data_checks/shared_errors.h"
 #include "inverse/fit/fit_options.h"
 #include "inverse/optimise/optimiser.h"
 #include "inverse/problem/objective.h"
@@ -70,6 +71,7 @@ struct FitReport {
   std::string physics_reason;            ///< one sentence; empty where nothing was to decide
   ModelChoice model;
   Consistency consistency;
+  SharedErrors shared;                    ///< of the patterns fitted
   double homogeneous_kappa = 0.0;         ///< [mm]
   double homogeneous_mu = 0.0;            ///< [1/mm]
   double homogeneous_log_residual = 0.0;  ///< rms of log prediction − log datum

@@ -94,12 +94,13 @@ std::vector<std::string> volume_warnings(const Medium& medium, const FitReport& 
 /// How and why the fit ended, once the finest grid is done.
 void ChannelRun::conclude() {
   const double chi2 = state_.path.last_chi2;
+  const SharedErrors shared = shared_errors_now();
   FitReport& report = state_.report;
   if (out_of_steps()) {
     report.status = FitStatus::ran_out;
     report.reason = formatted("Stopped after %d steps at one weight, at chi2 per value %.3g.",
                               options_.path.stage_steps, chi2);
-  } else if (chi2 <= options_.path.target_chi2 || options_.path.weight) {
+  } else if (std::max(chi2, shared.excess) <= options_.path.target_chi2 || options_.path.weight) {
     report.status = FitStatus::converged;
     report.reason =
         formatted("Converged at chi2 per value %.3g%s.", chi2, clause(state_.path.end).c_str());
@@ -110,6 +111,9 @@ void ChannelRun::conclude() {
                               lowest ? "The lowest weight was reached"
                                      : "Neither lower weights nor a new correction helped further",
                               chi2, clause(state_.path.end).c_str());
+  }
+  if (shared.excess > options_.path.target_chi2) {
+    report.reason += " Beyond what chance lets them be, " + octave_in_words(shared) + ".";
   }
   if (report.status != FitStatus::ran_out &&
       shared_error() > path_.tolerance() * state_.optimiser.value) {
@@ -156,6 +160,11 @@ void ChannelRun::check_data(const std::vector<double>& prediction) {
   grid_.objective().restore(grid_.objective().correction(), solves);
 }
 
+/// By the last prediction.
+SharedErrors ChannelRun::shared_errors_now() const {
+  return shared_errors(grid_.problem(), options_.data.term, grid_.objective().prediction());
+}
+
 /// Of the fit's α at its end.
 Prior ChannelRun::prior() const {
   return {state_.path.weight, grid_.thickness_mm(), anchor().length_mm};
@@ -174,9 +183,10 @@ ChannelFit ChannelRun::result() {
     }
   }
   const std::vector<double> prediction = grid_.objective().prediction();
+  state_.report.shared = shared_errors_now();
   check_data(prediction);
   for (const double p : prediction) fit.prediction.push_back(static_cast<float>(p / per_value_));
-  grid_.objective().count_pixel_noise();
+  grid_.objective().count_all_errors();
   const UncertaintyOptions& uncertainty = options_.uncertainty;
   // Models of few unknowns have no weight: theirs is estimate_model_uncertainty(). [W]'s
   // regulariser leaves μ without a prior.

@@ -84,7 +84,7 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
   if (options.path.correct_grid) {
     objective.refresh_correction(finer, to_fields(medium, shape, axis),
                                  Objective::PhotonSlope::renewed);
-    objective.count_pixel_noise();
+    objective.count_all_errors();
   }
   objective.value(to_fields(medium, shape, axis));
   const std::vector<double> prediction = objective.prediction();

@@ -17,16 +17,16 @@ namespace {
 /// In a row, too small to go on: a single short step is often followed by a long one.
 constexpr int few_decreases = 2;
 /// Of Σ w d²: what a step must explain of data whose pixels share errors, half a square of the 1e-4
-/// that these are of the light where they are least (docs/notes/fit-path.md, "Steps that
+/// that these are of the light where they are least (studies/notes/fit-path.md, "Steps that
 /// photographs cannot tell").
 constexpr double least_of_light = 5e-9;
 /// Times target_chi2: r of a volume that was further from its data is not that of one which
-/// explains them (docs/notes/fit-path.md, "Closer before the finest grid, and r on the way").
+/// explains them (studies/notes/fit-path.md, "Closer before the finest grid, and r on the way").
 constexpr double far_from_noise = 6.0;
 /// Times μ of the homogeneous block: below it the optimiser moves in log μ, above in μ.
 constexpr double little_absorption = 0.2;
 /// A wave by itself leaves combinations of depths unseen that it moves together with other waves,
-/// where a block varies (docs/notes/fit-path.md).
+/// where a block varies (studies/notes/fit-path.md).
 constexpr double uncoupled_share = 0.5;
 
 }  // namespace
@@ -187,6 +187,7 @@ std::optional<Outlook> ChannelRun::outlook(double chi2) const {
   // By few photons so far, the last weight is needed.
   outlook.patience_gains = grid_.levels().photons() ||
                            shared_error() < options_.path.stage_tolerance * state_.optimiser.value;
+  outlook.excess = shared_errors_now().excess;
   const double next = path_.next_weight();
   const Basis there = by_fields(next);
   const double gain = function_->chi2_gain(state_.fields, there, next) / values;

@@ -79,8 +79,9 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   // Above the noise level a lower weight that cross-validation expects to predict other light worse
   // fits the model's own error: the weight before it ends the path.
   const double score = outlook ? cross_validation(renewed, outlook->free_share) : 0.0;
+  const double misfit = outlook ? std::max(renewed, outlook->excess) : renewed;
   const bool worse =
-      !unsettled && at_.last_score > 0.0 && renewed > target && score > at_.last_score;
+      !unsettled && at_.last_score > 0.0 && misfit > target && score > at_.last_score;
   if (worse && !fixed_by_user()) {
     at_.weight /= options_.weight_factor;
     at_.end = PathEnd::model_error;
@@ -92,7 +93,7 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   }
   // A lower weight on a coarse grid fits the grid's own error, along the valley of κ against μ.
   if (level > 0) return {What::finer_grid};
-  const PathEnd end = end_of(renewed, outlook);
+  const PathEnd end = end_of(renewed, misfit, outlook);
   at_.last_chi2 = renewed;
   at_.last_score = score;
   if (end != PathEnd::unknown) {
@@ -104,12 +105,14 @@ NextStep RegularisationPath::minimum(double minimised, double renewed,
   return {What::minimise};
 }
 
-/// Where χ² = 1 the noise may have been reached, by variances that may be overstated: whether the
-/// next weight would predict other light better is for cross-validation to say.
-PathEnd RegularisationPath::end_of(double renewed, const std::optional<Outlook>& outlook) const {
+/// `misfit` is χ², or what of it an octave has beyond chance, if more. Where it is 1 the noise may
+/// have been reached, by variances that may be overstated: whether the next weight would predict
+/// other light better is for cross-validation to say.
+PathEnd RegularisationPath::end_of(double renewed, double misfit,
+                                   const std::optional<Outlook>& outlook) const {
   const double target = options_.target_chi2;
   if (fixed_by_user()) return PathEnd::asked;
-  if (renewed <= target) {
+  if (misfit <= target) {
     const bool smoother_asked = target > 1.0;
     if (!outlook || smoother_asked) return PathEnd::noise;
     if (outlook->next_score > 1.0) return PathEnd::validated;

@@ -1,7 +1,7 @@
 // The regularisation path of a fit: a strong weight α on coarse grids, from there down to the noise
-// level on the finest and on while other light gains, and at its end the last weight once more with
-// more patience. It decides from χ² and from generalised cross-validation; what is minimised, and
-// how, is ChannelRun's.
+// level of all octaves on the finest and on while other light gains, and at its end the last weight
+// once more with more patience. It decides from χ² and from generalised cross-validation; what is
+// minimised, and how, is ChannelRun's.
 #pragma once
 
 #include <optional>
@@ -33,11 +33,12 @@ double cross_validation(double chi2, double free_share);
 
 /// At the minimum at one weight: 1 − γ/N; cross-validation's score to be expected at the next
 /// weight over that at this one; whether steps below stage_tolerance would explain more than the
-/// errors that pixels share.
+/// errors that pixels share; SharedErrors::excess.
 struct Outlook {
   double free_share = 1.0;
   double next_score = 0.0;
   bool patience_gains = true;
+  double excess = 0.0;
 };
 
 /// What follows the minimum at one weight.
@@ -80,7 +81,7 @@ class RegularisationPath {
  private:
   bool fixed_by_user() const { return options_.weight.has_value(); }
   void open(int level);
-  PathEnd end_of(double renewed, const std::optional<Outlook>& outlook) const;
+  PathEnd end_of(double renewed, double misfit, const std::optional<Outlook>& outlook) const;
   NextStep::What end_grid(const std::optional<Outlook>& outlook);
 
   const PathOptions& options_;

@@ -11,8 +11,8 @@ namespace {
 constexpr int fewest_voxels = 4;
 /// Masks leave a coarser grid fewer whole data than the fine one has.
 constexpr std::size_t fewest_data = 16;
-/// Of the coarse grids' model error (docs/notes/fit-path.md, "Closer before the finest grid, and r
-/// on the way").
+/// Of the coarse grids' model error (studies/notes/fit-path.md, "Closer before the finest grid, and
+/// r on the way").
 constexpr double closer_share = 1.0 / 3.0;
 
 }  // namespace

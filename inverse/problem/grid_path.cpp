@@ -55,7 +55,8 @@ void GridPath::open(int level, bool closer) {
         "a grid that is not there to be fitted closer");
   level_ = level;
   closer_ = closer;
-  const Problem& problem = closer ? *levels_.closer() : levels_[level];
+  Problem problem = closer ? *levels_.closer() : levels_[level];
+  if (problem.precision) problem.precision->hold_mean(true);
   Backend backend = backend_;
   double& tolerance = backend.solve.tolerance;
   std::vector<double> deviations = relative_deviations(problem);
@@ -63,7 +64,7 @@ void GridPath::open(int level, bool closer) {
   backend.refined_tolerance =
       std::max(backend.refined_tolerance,
                std::min(loosest_correction, of_least_deviation * at_most(deviations, 0.05)));
-  objective_ = std::make_unique<Objective>(problem, backend, data_term_);
+  objective_ = std::make_unique<Objective>(std::move(problem), backend, data_term_);
   objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
 }
 

@@ -144,9 +144,9 @@ class Objective {
   void set_correction(Correction correction);
   /// Where a checkpoint left off.
   void restore(Correction correction, const SolveCount& solves);
-  /// Weights that count all of r's noise, as smooth changes of the medium meet it: those that
-  /// deviations are stated from.
-  void count_pixel_noise();
+  /// Counts all that deviations are stated from: all of r's noise, as smooth changes of the medium
+  /// meet it, and the error of the mean, held no more.
+  void count_all_errors();
 
  private:
   CoefficientPair adjoint(const std::vector<double>& by_exitance);

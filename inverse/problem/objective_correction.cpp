@@ -141,7 +141,8 @@ void Objective::set_correction(Correction correction) {
   add_to_variance(correction_.variance);
 }
 
-void Objective::count_pixel_noise() {
+void Objective::count_all_errors() {
+  if (problem_.precision) problem_.precision->hold_mean(false);
   add_to_variance(correction_.pixel_variance);
   if (!fluence_.empty()) misfit();
 }

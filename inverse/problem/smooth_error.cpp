@@ -35,8 +35,14 @@ SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, 
       common_(u, v) = 1.0 / (1.0 + own + scale * patterns * error.common * error.common);
     }
   }
+  constant_ = common_(0, 0);
   common_root_ = common_.cwiseSqrt();
   own_root_ = own_.cwiseSqrt();
+}
+
+void SmoothErrorPrecision::hold_mean(bool held) {
+  common_(0, 0) = held ? 1.0 : constant_;
+  common_root_(0, 0) = std::sqrt(common_(0, 0));
 }
 
 Eigen::MatrixXd SmoothErrorPrecision::filtered(const Eigen::MatrixXd& image,
@@ -56,6 +62,48 @@ void SmoothErrorPrecision::filter(std::vector<double>& values, const Eigen::Matr
   mean /= patterns_;
   const Eigen::MatrixXd of_all = filtered(mean, common);
   for_rows(patterns_, [&](int m) { image(m) = of_all + filtered(image(m) - mean, own); });
+}
+
+std::vector<OctaveMisfit> SmoothErrorPrecision::octaves(
+    const std::vector<double>& residuals) const {
+  const Eigen::Index cells = own_.size();
+  std::vector<Eigen::MatrixXd> waves(static_cast<std::size_t>(patterns_));
+  for_rows(patterns_, [&](int m) {
+    const Eigen::Map<const Eigen::MatrixXd> image(residuals.data() + m * cells, own_.rows(),
+                                                  own_.cols());
+    waves[static_cast<std::size_t>(m)] = to_waves(cosines_u_, cosines_v_, image);
+  });
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(own_.rows(), own_.cols());
+  Eigen::MatrixXd mean = squares;
+  for (const Eigen::MatrixXd& pattern : waves) {
+    mean += pattern / patterns_;
+    squares += pattern.cwiseAbs2();
+  }
+  const Eigen::MatrixXd of_mean = patterns_ * mean.cwiseAbs2();
+  const double longest = 2.0 * static_cast<double>(std::max(own_.rows(), own_.cols()));
+  std::vector<OctaveMisfit> found;
+  for (Eigen::Index v = 0; v < own_.cols(); ++v) {
+    for (Eigen::Index u = 0; u < own_.rows(); ++u) {
+      const bool constant = u == 0 && v == 0;
+      const double waves_across = longest * std::hypot(0.5 * static_cast<double>(u) / own_.rows(),
+                                                       0.5 * static_cast<double>(v) / own_.cols());
+      const int octave = constant ? 0 : 1 + static_cast<int>(std::log2(waves_across) + 1e-9);
+      while (static_cast<int>(found.size()) < 2 * (octave + 1)) {
+        const auto k = static_cast<double>(found.size() / 2);
+        const double period = k == 0.0 ? 0.0 : longest / std::exp2(k - 1.0);
+        found.push_back({true, period});
+        found.push_back({false, period});
+      }
+      OctaveMisfit& all = found[2 * static_cast<std::size_t>(octave)];
+      OctaveMisfit& each = found[2 * static_cast<std::size_t>(octave) + 1];
+      all.values += 1.0;
+      all.chi2 += (constant ? constant_ : common_(u, v)) * of_mean(u, v);
+      each.values += patterns_ - 1;
+      each.chi2 += own_(u, v) * (squares(u, v) - of_mean(u, v));
+    }
+  }
+  std::erase_if(found, [](const OctaveMisfit& octave) { return octave.values == 0.0; });
+  return found;
 }
 
 }  // namespace kappamu::inverse

@@ -8,6 +8,10 @@
 // of the face and in the patterns' mean and what is left of each:
 //   S = q² e² / (2 π ln 2 f²), q² the mean of (d/σ)², f the wave's frequency [1/pixel],
 // which gives every octave the size e relative to d; e² is own², and own² + M common² for the mean.
+//
+// The mean of all light is one wave among all, and the one that a regulariser trades in first:
+// darker everywhere, a block shows the same structure of κ with less of it. So fits hold it to its
+// noise, while what they state of their errors counts S of it too (docs/theory.md, section 4).
 #pragma once
 
 #include <Eigen/Core>
@@ -19,6 +23,15 @@
 
 namespace kappamu::inverse {
 
+/// χ² of the waves of an octave of frequency, each by its own variance: of the patterns' mean, or
+/// of what is left of each.
+struct OctaveMisfit {
+  bool of_mean = false;
+  double longest = 0.0;  ///< period [pixels]; 0: the constant
+  double values = 0.0;   ///< waves times patterns that they vary in
+  double chi2 = 0.0;     ///< of all of them
+};
+
 /// (I + S)⁻¹ of residuals [M][v][u].
 class SmoothErrorPrecision {
  public:
@@ -26,9 +39,14 @@ class SmoothErrorPrecision {
   SmoothErrorPrecision(const FaceShape& face, int patterns, double signal,
                        const SmoothError& error);
 
+  /// Whether the constant of the patterns' mean counts by its noise alone, in place of I + S.
+  void hold_mean(bool held);
+
   void apply(std::vector<double>& residuals) const { filter(residuals, common_, own_); }
   /// Its square root: white numbers become residuals of this precision.
   void apply_root(std::vector<double>& white) const { filter(white, common_root_, own_root_); }
+  /// By I + S, the mean held or not; those without values are left out.
+  std::vector<OctaveMisfit> octaves(const std::vector<double>& residuals) const;
 
  private:
   void filter(std::vector<double>& values, const Eigen::MatrixXd& common,
@@ -42,6 +60,7 @@ class SmoothErrorPrecision {
   Eigen::MatrixXd own_;
   Eigen::MatrixXd common_root_;
   Eigen::MatrixXd own_root_;
+  double constant_;  ///< of the mean, by I + S
 };
 
 }  // namespace kappamu::inverse

@@ -97,6 +97,11 @@ void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
     fit.medium = std::move(medium);
     fit.prior.reset();
     take(fit.report, layers, difference);
+    const Problem data =
+        make_problem(fitted, channel, options.data.convention, options.data.model_error);
+    std::vector<double> exitance(fit.prediction.begin(), fit.prediction.end());
+    for (double& value : exitance) value *= exitance_per_value(fitted, data.setup);
+    fit.report.shared = shared_errors(data, options.data.term, exitance);
     return;
   }
 }

@@ -37,6 +37,7 @@ FitReport joined(FitReport first, FitReport second) {
     first.consistency.by_volume = by_volume;
   }
   first.chi2_per_value = second.chi2_per_value;
+  first.shared = second.shared;
   first.data = second.data;
   first.solves.add(second.solves);
   first.seconds += second.seconds;

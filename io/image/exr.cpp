@@ -23,14 +23,17 @@ ExrImage decode_exr(const fs::path& file, std::vector<std::byte>& bytes,
   const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
   if (image_kind(bytes) != ImageKind::exr) fail("not an EXR file");
   OiioInput input(file, bytes);
-  if (!input.opened() || input.spec().deep) {
-    // OpenEXR's own texts speak of scan lines and offsets: the user's fix is the same for all.
-    fail("truncated, damaged or unusual EXR file; write or copy it again");
-  }
+  // OpenEXR's own texts speak of scan lines and offsets: the user's fix is the same for all.
+  if (!input.opened()) fail("truncated, damaged or unusual EXR file; write or copy it again");
   const OIIO::ImageSpec& spec = input.spec();
+  if (spec.deep) fail("deep EXR, several samples a pixel; flatten it");
   check_size(file, {spec.width, spec.height, spec.nchannels}, bytes.size(), expected);
   if (spec.tile_width > 0) {
     check_size(file, {spec.tile_width, spec.tile_height, spec.nchannels}, bytes.size(), {});
+  }
+  if (spec.x != spec.full_x || spec.y != spec.full_y || spec.width != spec.full_width ||
+      spec.height != spec.full_height) {
+    fail("its data window is another than its display window; write it without cropping");
   }
   ExrImage image{spec.width, spec.height, {}, {}};
   std::vector<float*> planes;

@@ -20,7 +20,7 @@ struct ExrImage {
 };
 
 /// Half and integer channels are converted to float. Throws InputError naming the file if it is
-/// missing, truncated, or not a scan-line or tiled EXR image with unsubsampled channels. `expected`
+/// missing, truncated, deep, cropped (data window), or has subsampled channels. `expected`
 /// sees the size before anything makes room for it.
 ExrImage read_exr(const std::filesystem::path& file, const SizeCheck& expected = {});
 

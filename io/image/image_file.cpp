@@ -1,7 +1,9 @@
 #include "io/image/image_file.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "core/error.h"
 #include "core/file_name.h"
@@ -76,15 +78,59 @@ struct Codes {
   int bits = 8;  ///< of each code in the file, 8 or 16
 };
 
+/// Goes to the picture's page among previews and masks (NewSubfileType, TIFF 6.0, section 8).
+void select_page(OiioInput& input, const fs::path& file) {
+  constexpr int reduced = 1, mask = 4;
+  std::vector<int> full;
+  int pages = 0;
+  for (; input.select(pages); ++pages) {
+    const int type = input.spec().get_int_attribute("tiff:subfiletype", 0);
+    if ((type & (reduced | mask)) == 0) full.push_back(pages);
+  }
+  if (full.size() > 1) {
+    throw InputError(file.string() + ": holds " + std::to_string(full.size()) +
+                     " full pictures (pages); save the one that is meant as a file of its own");
+  }
+  if (full.empty() && pages > 1) {
+    throw InputError(file.string() + ": holds previews and masks only; save the full picture");
+  }
+  input.select(full.empty() ? 0 : full.front());
+}
+
+/// Throws where the file's values are something else than grey or R, G, B: OpenImageIO converts
+/// them, or leaves them as they are.
+void check_colours(const OIIO::ImageSpec& spec, const fs::path& file) {
+  static const std::map<int, const char*> others{{0, "white as code 0 (MinIsWhite)"},
+                                                 {3, "palette colours"},
+                                                 {4, "a mask"},
+                                                 {5, "CMYK inks"},
+                                                 {6, "YCbCr colours"},
+                                                 {8, "CIE Lab colours"},
+                                                 {9, "ICC Lab colours"},
+                                                 {10, "ITU Lab colours"},
+                                                 {32803, "a sensor's mosaic"},
+                                                 {34892, "a sensor's linear colours"}};
+  const int photometric = spec.get_int_attribute("tiff:PhotometricInterpretation", 1);
+  const bool cmyk = spec.get_string_attribute("jpeg:ColorSpace") == "CMYK" || spec.nchannels == 4;
+  const auto found = others.find(photometric);
+  const char* what = found != others.end()                ? found->second
+                     : photometric < 0 || photometric > 2 ? "colours of an unknown kind"
+                     : cmyk && spec.alpha_channel < 0     ? "CMYK inks or a fourth colour"
+                                                          : nullptr;
+  if (what == nullptr) return;
+  throw InputError(file.string() + ": holds " + what + "; save it as grey, black as 0, or RGB");
+}
+
 Codes read_codes(const fs::path& file, const SizeCheck& expected) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
   const ImageKind kind = image_kind(bytes);
   const auto fail = [&](const std::string& why) { throw InputError(file.string() + ": " + why); };
   if (bytes.empty()) fail("the file is empty");
-  if (kind == ImageKind::unknown || kind == ImageKind::exr) {
-    fail("not a PNG, TIFF or JPEG image");
-  }
+  if (kind == ImageKind::unknown) fail("not a PNG, TIFF or JPEG image");
   const std::string name = to_string(kind);
+  if (kind == ImageKind::exr || kind == ImageKind::radiance) {
+    fail("not a PNG, TIFF or JPEG image but " + name + "; give it that format's ending");
+  }
   const Integrity integrity = check_integrity(bytes);
   if (integrity != Integrity::complete) {
     fail((integrity == Integrity::truncated ? "truncated " : "damaged ") + name +
@@ -93,6 +139,8 @@ Codes read_codes(const fs::path& file, const SizeCheck& expected) {
   if (const auto size = jpeg_size(bytes)) check_size(file, *size, bytes.size(), expected);
   OiioInput input(file, bytes);
   if (!input.opened()) fail("truncated or damaged " + name + " image; copy or photograph it again");
+  if (kind == ImageKind::tiff) select_page(input, file);
+  check_colours(input.spec(), file);
   const OIIO::ImageSpec& spec = input.spec();
   const bool has_alpha = spec.nchannels > 1 && spec.alpha_channel == spec.nchannels - 1;
   const int channels = spec.nchannels - (has_alpha ? 1 : 0);
@@ -131,35 +179,6 @@ Image<float> read_relative_image(const fs::path& file) {
   Image<float> image(codes.image.width(), codes.image.height(), codes.image.channels());
   std::transform(codes.image.values().begin(), codes.image.values().end(), image.values().begin(),
                  [&](std::uint16_t code) { return static_cast<float>(code) / white; });
-  return image;
-}
-
-Image<float> read_float_image(const fs::path& file, const SizeCheck& expected) {
-  SizeCheck of_colours;
-  if (expected) {  // the file may have more channels
-    of_colours = [&](ImageSize size) {
-      size.channels = size.channels == 1 ? 1 : 3;
-      expected(size);
-    };
-  }
-  const ExrImage exr = read_exr(file, of_colours);
-  std::vector<std::string> names;
-  if (exr.channels.size() == 1) {
-    names = {exr.channels.begin()->first};
-  } else {
-    names = {"R", "G", "B"};
-  }
-  Image<float> image(exr.width, exr.height, static_cast<int>(names.size()));
-  for (std::size_t c = 0; c < names.size(); ++c) {
-    const auto found = exr.channels.find(names[c]);
-    if (found == exr.channels.end()) {
-      throw InputError(file.string() + ": EXR image has no channel " + names[c] +
-                       "; it must have R, G and B, or one channel only");
-    }
-    for (std::size_t i = 0; i < found->second.size(); ++i) {
-      image.values()[i * names.size() + c] = found->second[i];
-    }
-  }
   return image;
 }
 

@@ -93,9 +93,10 @@ struct TiffFormat {
 };
 constexpr std::uint64_t exif_tag = 34665;
 
-/// A TIFF directory at `at` (TIFF 6.0, section 2) and the one that `child_tag` leads to. Entries of
-/// tag, type, count and value have 12 bytes, or 20 in BigTIFF.
-Integrity check_directory(Bytes bytes, std::uint64_t at, TiffFormat format,
+/// The TIFF directory at `at` (TIFF 6.0, section 2) and the one that `child_tag` leads to; `at`
+/// then is where the next begins, 0 behind the last. Entries of tag, type, count and value have 12
+/// bytes, or 20 in BigTIFF.
+Integrity check_directory(Bytes bytes, std::uint64_t& at, TiffFormat format,
                           std::optional<std::uint64_t> child_tag) {
   const auto [order, big_tiff] = format;
   constexpr std::array<std::uint64_t, 19> type_sizes{0, 1, 1, 2, 4, 8, 1, 1, 2, 4,
@@ -115,23 +116,36 @@ Integrity check_directory(Bytes bytes, std::uint64_t at, TiffFormat format,
     if (count > bytes.size()) return Integrity::truncated;
     total += type < type_sizes.size() ? count * type_sizes[type] : 0;
     if (total > bytes.size()) return Integrity::damaged;
-    const std::uint64_t offset = number(bytes, entry + 4 + word, word, order);
+    std::uint64_t offset = number(bytes, entry + 4 + word, word, order);
     if (child_tag == tag) {
       child_tag.reset();  // libtiff ignores a second one
       const Integrity child = check_directory(bytes, offset, format, std::nullopt);
       if (child != Integrity::complete) return child;
     }
   }
+  const std::uint64_t next = at + head + entries * entry_size;
+  at = next + word <= bytes.size() ? number(bytes, next, word, order) : 0;
   return Integrity::complete;
+}
+
+/// Of at least 16 bytes.
+TiffFormat tiff_format(Bytes bytes) {
+  TiffFormat format{bytes[0] == std::byte{'M'} ? std::endian::big : std::endian::little, false};
+  format.big_tiff = number(bytes, 2, 2, format.order) == 43;
+  return format;
 }
 
 Integrity check_tiff(Bytes bytes) {
   if (bytes.size() < 16) return Integrity::truncated;
-  TiffFormat format{bytes[0] == std::byte{'M'} ? std::endian::big : std::endian::little, false};
-  format.big_tiff = number(bytes, 2, 2, format.order) == 43;
-  const std::uint64_t directory =
+  const TiffFormat format = tiff_format(bytes);
+  std::uint64_t directory =
       format.big_tiff ? number(bytes, 8, 8, format.order) : number(bytes, 4, 4, format.order);
-  return check_directory(bytes, directory, format, exif_tag);
+  constexpr int most_pages = 1000;
+  for (int page = 0; page < most_pages; ++page) {
+    const Integrity integrity = check_directory(bytes, directory, format, exif_tag);
+    if (integrity != Integrity::complete || directory == 0) return integrity;
+  }
+  return Integrity::damaged;
 }
 
 }  // namespace
@@ -141,6 +155,7 @@ ImageKind image_kind(Bytes bytes) {
   if (starts_with(bytes, "II", 2) || starts_with(bytes, "MM", 2)) return ImageKind::tiff;
   if (starts_with(bytes, "\xFF\xD8\xFF", 3)) return ImageKind::jpeg;
   if (starts_with(bytes, "\x76\x2f\x31\x01", 4)) return ImageKind::exr;
+  if (starts_with(bytes, "#?", 2)) return ImageKind::radiance;
   return ImageKind::unknown;
 }
 
@@ -154,6 +169,8 @@ const char* to_string(ImageKind kind) {
       return "JPEG";
     case ImageKind::exr:
       return "EXR";
+    case ImageKind::radiance:
+      return "Radiance";
     default:
       return "unknown";
   }
@@ -170,6 +187,35 @@ Integrity check_integrity(Bytes bytes) {
     default:
       return Integrity::complete;
   }
+}
+
+std::optional<double> tiff_number(Bytes bytes, std::uint64_t tag) {
+  constexpr std::uint64_t short_type = 3, long_type = 4, fraction = 5, signed_fraction = 10;
+  if (image_kind(bytes) != ImageKind::tiff || check_tiff(bytes) != Integrity::complete) return {};
+  const TiffFormat format = tiff_format(bytes);
+  const std::endian order = format.order;
+  const std::size_t word = format.big_tiff ? 8 : 4, head = format.big_tiff ? 8 : 2;
+  const std::uint64_t directory = number(bytes, word, word, order);
+  const std::uint64_t entries = number(bytes, directory, head, order);
+  for (std::uint64_t e = 0; e < entries; ++e) {
+    const std::uint64_t entry = directory + head + e * (4 + 2 * word);
+    if (number(bytes, entry, 2, order) != tag) continue;
+    const std::uint64_t type = number(bytes, entry + 2, 2, order);
+    const bool is_fraction = type == fraction || type == signed_fraction;
+    std::uint64_t at = entry + 4 + word;
+    if (type == short_type) return static_cast<double>(number(bytes, at, 2, order));
+    if (type == long_type) return static_cast<double>(number(bytes, at, 4, order));
+    if (!is_fraction) return {};
+    if (!format.big_tiff) at = number(bytes, at, 4, order);
+    if (at > bytes.size() || bytes.size() - at < 8) return {};
+    const auto whole = [&](std::uint64_t place) {
+      const auto value = static_cast<std::uint32_t>(number(bytes, place, 4, order));
+      return type == fraction ? static_cast<double>(value)
+                              : static_cast<double>(static_cast<std::int32_t>(value));
+    };
+    return whole(at) / whole(at + 4);
+  }
+  return {};
 }
 
 std::optional<ImageSize> jpeg_size(Bytes bytes) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 
@@ -10,7 +11,7 @@
 
 namespace kappamu::io {
 
-enum class ImageKind { png, tiff, jpeg, exr, unknown };
+enum class ImageKind { png, tiff, jpeg, exr, radiance, unknown };
 
 /// Recognises the format by its first bytes.
 ImageKind image_kind(std::span<const std::byte> bytes);
@@ -23,13 +24,17 @@ enum class Integrity { complete, truncated, damaged };
 /// PNG: chunks up to IEND, each with its checksum, and no more compressed texts than anyone writes;
 /// OpenImageIO stops at the last row, checks nothing behind it, and inflates every text to 8 MB.
 /// JPEG: the end marker; libjpeg misses it only where it cuts into the picture. TIFF: the entries
-/// of the directory and of the EXIF directory hold no more than the file; libtiff makes room for
-/// the same bytes once per entry, 12 GB from a file of 1.6 MB.
+/// of each page's directory and of the EXIF directory hold no more than the file; libtiff makes
+/// room for the same bytes once per entry, 12 GB from a file of 1.6 MB.
 Integrity check_integrity(std::span<const std::byte> bytes);
 
 /// Width, height and channels of a JPEG: of progressive ones libjpeg decodes all while it opens
 /// them. Nothing where there is no frame header, and of other formats.
 std::optional<ImageSize> jpeg_size(std::span<const std::byte> bytes);
+
+/// A number of a TIFF's first directory, where TIFF/EP has what EXIF has in a directory of its own;
+/// nothing where it has no such tag of type short, long or (signed) fraction, and of other formats.
+std::optional<double> tiff_number(std::span<const std::byte> bytes, std::uint64_t tag);
 
 /// Whether an EXR file is long enough for what its header claims: attributes, and the table of its
 /// rows' places. OpenEXR makes room for both while it opens the file, 2 GB from one of 400 bytes.

@@ -22,6 +22,8 @@ const char* reader_of(ImageKind kind) {
       return "jpeg";
     case ImageKind::exr:
       return "openexr";
+    case ImageKind::radiance:
+      return "hdr";
     default:
       throw InternalError("internal error: bytes of an unknown image format are to be opened");
   }
@@ -46,7 +48,7 @@ std::size_t OiioInput::Memory::pread(void* buffer, std::size_t size, std::int64_
 OiioInput::OiioInput(const std::filesystem::path& file, std::vector<std::byte>& bytes)
     : memory_(bytes.data(), bytes.size()),
       input_(OIIO::ImageInput::create(reader_of(image_kind(bytes)))) {
-  check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG or EXR");
+  check(input_ != nullptr, "OpenImageIO lacks a reader of PNG, TIFF, JPEG, EXR or Radiance");
   if (!holds_exr_header(bytes)) return;
   hide_photoshop_segments(bytes);
   OIIO::ImageSpec spec;
@@ -65,6 +67,16 @@ OiioInput::~OiioInput() {
   input_->geterror();  // an error that nobody asks for goes to standard error
 }
 
+bool OiioInput::select(int part) {
+  try {
+    if (!input_->seek_subimage(part, 0)) return false;
+  } catch (const std::exception&) {
+    return false;
+  }
+  part_ = part;
+  return true;
+}
+
 bool OiioInput::read(OIIO::TypeDesc format,
                      const std::function<void(int, int, const std::byte*)>& take) {
   const OIIO::ImageSpec& image = spec();
@@ -76,15 +88,16 @@ bool OiioInput::read(OIIO::TypeDesc format,
   const std::size_t row_bytes = static_cast<std::size_t>(image.width) *
                                 static_cast<std::size_t>(image.nchannels) * format.size();
   std::vector<std::byte> pixels(row_bytes * static_cast<std::size_t>(block));
+  input_->geterror();  // of a part that was looked for
   try {
     for (int y = 0; y < image.height; y += block) {
       const int rows = std::min(block, image.height - y);
       const int begin = image.y + y;
       const bool read =
-          tiled ? input_->read_tiles(0, 0, image.x, image.x + image.width, begin, begin + rows, 0,
-                                     1, 0, image.nchannels, format, pixels.data())
-          : exr ? input_->read_scanlines(0, 0, begin, begin + rows, 0, 0, image.nchannels, format,
-                                         pixels.data())
+          tiled ? input_->read_tiles(part_, 0, image.x, image.x + image.width, begin, begin + rows,
+                                     0, 1, 0, image.nchannels, format, pixels.data())
+          : exr ? input_->read_scanlines(part_, 0, begin, begin + rows, 0, 0, image.nchannels,
+                                         format, pixels.data())
                 : input_->read_scanline(begin, 0, format, pixels.data());
       if (!read) return false;
       take(y, rows, pixels.data());

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace kappamu::io {
@@ -24,6 +25,10 @@ class OiioInput {
   OiioInput& operator=(const OiioInput&) = delete;
 
   bool opened() const { return opened_; }
+  /// Goes on to a part of an EXR or a page of a TIFF, from 0; false where there is none.
+  bool select(int part);
+  /// What the library says of a failure; for its cause, not for people.
+  std::string error() const { return input_->geterror(false); }
   const OIIO::ImageSpec& spec() const { return input_->spec(); }
 
   /// Calls `take`(first row, rows, pixels) for blocks of rows in order, with pixels of `format` and
@@ -44,6 +49,7 @@ class OiioInput {
   Memory memory_;
   std::unique_ptr<OIIO::ImageInput> input_;
   bool opened_ = false;
+  int part_ = 0;
 };
 
 /// The bytes of a file that OpenImageIO writes from `pixels` of the spec's format, [y][x][channel].

@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <span>
 #include <vector>
 
 #include "io/image/image_integrity.h"
@@ -31,6 +32,13 @@ std::optional<double> from_float(float value) {
   return positive(decimal);
 }
 
+/// APEX value.
+std::optional<double> shutter_speed(const OIIO::ImageSpec& spec, std::span<const std::byte> bytes) {
+  const OIIO::ParamValue* found = spec.find_attribute("Exif:ShutterSpeedValue");
+  if (found != nullptr) return found->get_float();
+  return tiff_number(bytes, 37377);
+}
+
 std::optional<double> number_of(const OIIO::ImageSpec& spec, const char* name) {
   const OIIO::ParamValue* found = spec.find_attribute(name);
   if (found == nullptr) return std::nullopt;
@@ -38,6 +46,10 @@ std::optional<double> number_of(const OIIO::ImageSpec& spec, const char* name) {
 }
 
 }  // namespace
+
+std::optional<double> exposure_of_speed(double apex) {
+  return positive(std::exp2(-apex));
+}
 
 PhotoSettings read_photo_settings(const std::filesystem::path& file) {
   if (is_raw_file(file)) return read_raw_settings(file);
@@ -51,7 +63,14 @@ PhotoSettings read_photo_settings(const std::filesystem::path& file) {
   if (!input.opened()) return settings;
   const OIIO::ImageSpec& spec = input.spec();
   settings.exposure_s = number_of(spec, "ExposureTime");
+  if (!settings.exposure_s) settings.exposure_s = positive(tiff_number(bytes, 33434).value_or(0.0));
+  if (const auto speed = shutter_speed(spec, bytes); speed && !settings.exposure_s) {
+    settings.exposure_s = exposure_of_speed(*speed);
+  }
+  const int orientation = spec.get_int_attribute("Orientation", 0);
+  if (orientation >= 1 && orientation <= 8) settings.orientation = orientation;
   settings.f_number = number_of(spec, "FNumber");
+  if (!settings.f_number) settings.f_number = positive(tiff_number(bytes, 33437).value_or(0.0));
   settings.iso = number_of(spec, "Exif:PhotographicSensitivity");
   settings.focal_length_mm = number_of(spec, "Exif:FocalLength");
   settings.camera = spec.get_string_attribute("Model");

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,33 +28,43 @@ void note_damage(void* damaged, const char* /*file*/, const int /*offset*/) {
   *static_cast<bool*>(damaged) = true;
 }
 
-/// Takes the tag's number into `settings`. LibRaw's own numbers do not do: where a file has no
-/// exposure time they give 1 s.
-void note_setting(void* settings, int tag, int type, int count, unsigned byte_order, void* stream,
-                  INT64 /*base*/) {
-  constexpr int short_type = 3;
-  constexpr int fraction_type = 5;
+/// Numbers of EXIF tags. LibRaw's own do not do: where a file has no exposure time they give 1 s.
+struct RawTags {
+  std::optional<double> exposure_s, f_number, iso, focal_length_mm, shutter_speed, orientation;
+};
+
+/// Takes a tag's number into `tags`, the first where there are several. Of EXIF's directory LibRaw
+/// gives the plain tag; TIFF/EP has them in a picture's directory, whose number stands above 20
+/// bits of tag.
+void note_tag(void* tags, int tag, int type, int count, unsigned byte_order, void* stream,
+              INT64 /*base*/) {
+  constexpr int short_type = 3, long_type = 4, fraction = 5, signed_fraction = 10;
   constexpr unsigned little_endian = 0x4949;
-  auto& photo = *static_cast<PhotoSettings*>(settings);
-  std::optional<double>* setting = tag == 33434   ? &photo.exposure_s
-                                   : tag == 33437 ? &photo.f_number
-                                   : tag == 34855 ? &photo.iso
-                                   : tag == 37386 ? &photo.focal_length_mm
-                                                  : nullptr;
-  if (setting == nullptr || count < 1 || (type != short_type && type != fraction_type)) return;
+  constexpr int tag_bits = 0xFFFFF;
+  static const std::map<int, std::optional<double> RawTags::*> numbers{
+      {274, &RawTags::orientation},     {33434, &RawTags::exposure_s},
+      {33437, &RawTags::f_number},      {34855, &RawTags::iso},
+      {37377, &RawTags::shutter_speed}, {37386, &RawTags::focal_length_mm}};
+  const auto found = numbers.find(tag & tag_bits);
+  const std::size_t size = type == short_type                            ? 2
+                           : type == long_type                           ? 4
+                           : type == fraction || type == signed_fraction ? 8
+                                                                         : 0;
+  if (found == numbers.end() || count < 1 || size == 0) return;
+  std::optional<double>& number = static_cast<RawTags*>(tags)->*(found->second);
   std::array<unsigned char, 8> bytes{};
-  const std::size_t size = type == short_type ? 2 : 8;
   static_cast<LibRaw_abstract_datastream*>(stream)->read(bytes.data(), size, 1);
-  const auto number = [&](std::size_t begin, std::size_t length) {
+  const auto whole = [&](std::size_t begin, std::size_t length) {
     double value = 0.0;
     for (std::size_t i = 0; i < length; ++i) {
       value =
           256.0 * value + bytes[byte_order == little_endian ? begin + length - 1 - i : begin + i];
     }
-    return value;
+    return type == signed_fraction && value >= 0x1p31 ? value - 0x1p32 : value;
   };
-  const double value = type == short_type ? number(0, 2) : number(0, 4) / number(4, 4);
-  if (std::isfinite(value) && value > 0.0) *setting = value;
+  const double value = size == 8 ? whole(0, 4) / whole(4, 4) : whole(0, size);
+  const bool any_sign = found->second == &RawTags::shutter_speed;
+  if (!number && std::isfinite(value) && (any_sign || value > 0.0)) number = value;
 }
 
 /// R, G, B of LibRaw's colour index, whose fourth is a second green.
@@ -72,9 +83,11 @@ int colour_of(LibRaw& raw, int row, int column, const fs::path& file) {
   }
 }
 
-BayerLayout layout_of(LibRaw& raw, const fs::path& file) {
+/// Nothing of a sensor without colour filters.
+std::optional<BayerLayout> layout_of(LibRaw& raw, const fs::path& file) {
   // Below 1000 LibRaw codes other things than a 2 x 2 pattern (0: none, 9: X-Trans).
   constexpr unsigned least_pattern = 1000;
+  if (raw.imgdata.idata.filters == 0 && raw.imgdata.idata.colors == 1) return std::nullopt;
   if (raw.imgdata.idata.filters < least_pattern) {
     fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
   }
@@ -124,7 +137,11 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
     fail(file, "truncated or damaged RAW file; copy or photograph it again");
   }
   const ushort* codes = raw.imgdata.rawdata.raw_image;
-  if (codes == nullptr) fail(file, "not from a Bayer sensor; convert it to linear TIFF or EXR");
+  if (codes == nullptr) {
+    fail(file,
+         "holds several colours a pixel (linear DNG), no sensor's codes; convert it to linear "
+         "TIFF or EXR");
+  }
   RawImage image;
   image.layout = layout_of(raw, file);
   const std::size_t pitch = sizes.raw_pitch / sizeof(ushort);
@@ -139,10 +156,10 @@ RawImage read_raw(const fs::path& file, const SizeCheck& expected) {
   }
   const libraw_colordata_t& colour = raw.imgdata.color;
   for (std::size_t site = 0; site < 4; ++site) {
-    const auto index =
-        static_cast<std::size_t>(raw.COLOR(static_cast<int>(site) / 2, static_cast<int>(site) % 2));
-    const auto channel = static_cast<std::size_t>(image.layout[site]);
-    const double share = channel == 1 ? 0.5 : 1.0;  // two green sites
+    const int row = static_cast<int>(site) / 2, column = static_cast<int>(site) % 2;
+    const auto index = static_cast<std::size_t>(image.layout ? raw.COLOR(row, column) : 0);
+    const auto channel = static_cast<std::size_t>(image.layout ? (*image.layout)[site] : 0);
+    const double share = !image.layout ? 0.25 : channel == 1 ? 0.5 : 1.0;  // of its sites
     image.black[channel] += share * (colour.black + colour.cblack[index]);
   }
   image.white = static_cast<int>(colour.maximum);
@@ -178,10 +195,21 @@ Image<std::uint16_t> read_headerless_raw(const fs::path& file, const RawLayout& 
 
 PhotoSettings read_raw_settings(const fs::path& file) {
   std::vector<std::byte> bytes = read_bytes(file, largest_image_file);
-  PhotoSettings settings;
+  RawTags tags;
   const auto raw = std::make_unique<LibRaw>();
-  raw->set_exifparser_handler(note_setting, &settings);
+  raw->set_exifparser_handler(note_tag, &tags);
   if (raw->open_buffer(bytes.data(), bytes.size()) != LIBRAW_SUCCESS) return {};
+  PhotoSettings settings;
+  settings.exposure_s = tags.exposure_s;
+  if (!tags.exposure_s && tags.shutter_speed) {
+    settings.exposure_s = exposure_of_speed(*tags.shutter_speed);
+  }
+  settings.f_number = tags.f_number;
+  settings.iso = tags.iso;
+  settings.focal_length_mm = tags.focal_length_mm;
+  if (tags.orientation && *tags.orientation <= 8.0) {
+    settings.orientation = static_cast<int>(*tags.orientation);
+  }
   settings.camera = raw->imgdata.idata.model;
   return settings;
 }

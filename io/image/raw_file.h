@@ -24,13 +24,14 @@ struct RawImage {
   /// Codes of the visible area as the sensor gave them, one channel, both extents even: no black
   /// subtracted, no white balance, no demosaicing.
   Image<std::uint16_t> mosaic;
-  BayerLayout layout{};
-  std::array<double, 3> black{};  ///< R, G, B black level by the file [codes]
-  int white = 0;                  ///< code at which the sensor saturates, by the file
+  std::optional<BayerLayout> layout;  ///< nothing: a sensor without colour filters
+  std::array<double, 3> black{};      ///< R, G, B or grey: black level by the file [codes]
+  int white = 0;                      ///< code at which the sensor saturates, by the file
 };
 
-/// Throws InputError naming the file if it is missing, truncated, unknown to LibRaw, or not from a
-/// Bayer sensor. `expected` sees the mosaic's size (one channel) before it is unpacked.
+/// Throws InputError naming the file if it is missing, truncated, unknown to LibRaw, or from
+/// neither a Bayer nor a grey sensor (X-Trans, linear DNG). `expected` sees the mosaic's size (one
+/// channel) before it is unpacked.
 RawImage read_raw(const std::filesystem::path& file, const SizeCheck& expected = {});
 
 /// How the codes of a RAW file without a header lie, row by row, each row from left to right.

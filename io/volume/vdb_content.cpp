@@ -10,10 +10,17 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <map>
 #include <new>
 #include <stdexcept>
 #include <streambuf>
+#include <string>
+#include <string_view>
 #include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "core/file_name.h"
 
 namespace kappamu::io {
 
@@ -55,7 +62,7 @@ class BoundedFile : public std::filebuf {
 
 class ContentReader : public openvdb::io::Archive {
  public:
-  explicit ContentReader(const fs::path& file) : file_(file), in_(&file_) {
+  explicit ContentReader(const fs::path& file) : path_(file), file_(file), in_(&file_) {
     in_.exceptions(std::ios::badbit | std::ios::failbit | std::ios::eofbit);
   }
 
@@ -69,13 +76,16 @@ class ContentReader : public openvdb::io::Archive {
     content.metadata->readMeta(in_);
     const std::int32_t grids = readGridCount(in_);
     for (std::int32_t i = 0; i < grids; ++i) content.grids.push_back(read_grid());
+    for (const auto& [grid, parent] : instances_) grid->setTree(whole_.at(parent)->baseTreePtr());
     return content;
   }
 
  private:
   openvdb::GridBase::Ptr read_grid() {
     looking_ahead([&] {
-      for (int text = 0; text < 3; ++text) skip();  // name, type, name of the instance's parent
+      const std::string name = text(), type = text();
+      skip();  // the name of the instance's parent
+      require_known(name, type);
     });
     openvdb::io::GridDescriptor descriptor;
     openvdb::GridBase::Ptr grid = descriptor.read(in_);
@@ -89,12 +99,26 @@ class ContentReader : public openvdb::io::Archive {
     grid->readMeta(in_);
     looking_ahead([&] { skip(); });  // the transform's type
     grid->readTransform(in_);
-    if (descriptor.isInstance()) return grid;
+    if (descriptor.isInstance()) {
+      instances_.emplace_back(grid, descriptor.instanceParentName());
+      return grid;
+    }
+    whole_.emplace(descriptor.uniqueName(), grid);
     file_.expect_blocks(true);
     grid->readTopology(in_);
     grid->readBuffers(in_);
     file_.expect_blocks(false);
     return grid;
+  }
+
+  void require_known(const std::string& name, std::string type) const {
+    constexpr std::string_view half = "_HalfFloat";  // how it is stored, not what it is
+    if (type.ends_with(half)) type.resize(type.size() - half.size());
+    if (openvdb::GridBase::isRegistered(type)) return;
+    throw InputError(path_.string() + ": grid " + openvdb::io::GridDescriptor::nameAsString(name) +
+                     " is of type '" + shown_name(type) + "', which OpenVDB " +
+                     openvdb::getLibraryVersionString() +
+                     " cannot read; leave it out, or write it as a float grid");
   }
 
   /// Names, types and values of OpenVDB's metadata.
@@ -151,6 +175,10 @@ class ContentReader : public openvdb::io::Archive {
   }
   void skip() { in_.seekg(length(), std::ios::cur); }
 
+  const fs::path& path_;
+  /// Trees by the names that instances give; an instance has none of its own.
+  std::map<std::string, openvdb::GridBase::Ptr> whole_;
+  std::vector<std::pair<openvdb::GridBase::Ptr, std::string>> instances_;
   BoundedFile file_;
   std::istream in_;
 };

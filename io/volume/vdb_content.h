@@ -19,9 +19,10 @@ struct VdbContent {
   openvdb::GridPtrVec grids;
 };
 
-/// As openvdb::io::Stream reads it, but no length is believed that ends behind the file: OpenVDB
-/// itself makes room for whatever a text or a compressed block claims, and takes what a truncated
-/// file lacks for zeros. Throws std::exception where the file is damaged or truncated.
+/// As openvdb::io::Stream reads it, instances with the trees they share, but no length is believed
+/// that ends behind the file: OpenVDB itself makes room for whatever a text or a compressed block
+/// claims, and takes what a truncated file lacks for zeros. Throws InputError for a grid of an
+/// unknown type, and any std::exception where the file is damaged or truncated.
 VdbContent read_vdb_content(const std::filesystem::path& file);
 
 }  // namespace kappamu::io

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/file_name.h"
 #include "io/atomic_file.h"
 #include "io/json_node.h"
 #include "io/volume/npy_volume.h"
@@ -108,7 +109,7 @@ VolumeSet read_volume(const fs::path& path, std::size_t most_voxels) {
   if (!fs::exists(path)) {
     throw InputError("cannot read " + path.string() + ": there is no such file or folder");
   }
-  if (path.extension() != ".vdb") {
+  if (lower_extension(path) != ".vdb") {
     throw InputError(path.string() + ": must be a .vdb file or a folder with volume.json");
   }
   return read_vdb(path, most_voxels);

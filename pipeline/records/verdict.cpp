@@ -21,6 +21,7 @@ constexpr double usable_used_front_lit = 0.3;  // lit patches are left out by de
 constexpr double low_chi2 = 0.1;               // below: variances overstated, or noise fitted
 constexpr double explained_chi2 = 1.5;         // about 1 where model and variances are right
 constexpr double usable_chi2 = 4.0;
+constexpr double explained_mean = 2.0;  // stated errors of the mean
 constexpr double good_E = 1e-3;
 constexpr double usable_E = 1e-2;
 constexpr double noise_margin =
@@ -59,17 +60,31 @@ Criterion coverage(const FitEvidence& evidence) {
 
 bool is_explained(const FitEvidence::Channel& channel) {
   return channel.status != FitStatus::ran_out &&
-         (channel.chi2_per_value <= explained_chi2 || channel.systematic > 0.0);
+         (channel.misfit() <= explained_chi2 || channel.systematic > 0.0) &&
+         channel.shared.mean_off() <= explained_mean;
+}
+
+/// What the fitted patterns show of the errors that pixels share; empty where none are stated.
+std::string shared_errors(const FitEvidence::Channel& channel) {
+  const inverse::SharedErrors& shared = channel.shared;
+  if (shared.stated == 0.0) return {};
+  std::string words = ", " + channel.name + " is " + inverse::mean_in_words(shared);
+  if (shared.mean_off() > explained_mean) {
+    words += ", " + number(shared.mean_off()) + " times the stated error of the light";
+  }
+  if (shared.excess > explained_chi2) words += " and " + inverse::octave_in_words(shared);
+  return words;
 }
 
 Criterion fit(const FitEvidence& evidence) {
   Criterion criterion{"Fit", Grade::green, "χ² per value is"};
   std::string unexplained, unfinished, low, systematic;
+  bool by_octave = false;  // in a channel whose χ² of all values is within the bound
   const auto name = [](std::string& list, const std::string& channel) {
     list += (list.empty() ? "" : ", ") + channel;
   };
   for (const FitEvidence::Channel& channel : evidence.channels) {
-    const double chi2 = channel.chi2_per_value;
+    const double chi2 = channel.misfit();
     // Not a number is not within any bound.
     Grade grade = graded(std::isnan(chi2) ? INFINITY : chi2, explained_chi2, usable_chi2);
     if (grade != Grade::green && channel.systematic > 0.0) {
@@ -77,23 +92,32 @@ Criterion fit(const FitEvidence& evidence) {
       name(systematic, channel.name + " " + number(100.0 * channel.systematic) + " %");
     } else if (grade != Grade::green) {
       name(unexplained, channel.name);
+      by_octave = by_octave || channel.chi2_per_value <= explained_chi2;
+    }
+    if (channel.shared.mean_off() > explained_mean) {
+      if (grade == Grade::green || channel.systematic > 0.0) name(unexplained, channel.name);
+      grade = Grade::red;
     }
     if (channel.status == FitStatus::ran_out) name(unfinished, channel.name);
-    if (chi2 < low_chi2) name(low, channel.name);
-    if (channel.status == FitStatus::ran_out || chi2 < low_chi2)
-      grade = std::max(grade, Grade::amber);
+    const bool too_low = channel.chi2_per_value < low_chi2;
+    if (too_low) name(low, channel.name);
+    if (channel.status == FitStatus::ran_out || too_low) grade = std::max(grade, Grade::amber);
     criterion.grade = std::max(criterion.grade, grade);
-    criterion.reason +=
-        (&channel == &evidence.channels.front() ? " " : ", ") + channel.name + " " + number(chi2);
+    criterion.reason += (&channel == &evidence.channels.front() ? " " : ", ") + channel.name + " " +
+                        number(channel.chi2_per_value);
   }
-  criterion.reason += unexplained.empty() ? ": the data are explained to their noise"
-                                          : ": the data of " + unexplained +
-                                                " are not explained to their noise (at most " +
-                                                number(explained_chi2) + ")";
+  criterion.reason +=
+      unexplained.empty()
+          ? ": the data are explained to their noise"
+          : ": the data of " + unexplained + " are not explained to their noise (at most " +
+                number(explained_chi2) + (by_octave ? ", in each octave of frequency)" : ")");
   if (!systematic.empty()) {
     criterion.reason += ", beside a systematic error of the data (" + systematic + ")";
   }
   if (!unfinished.empty()) criterion.reason += ", " + unfinished + " ran out of steps";
+  for (const FitEvidence::Channel& channel : evidence.channels) {
+    criterion.reason += shared_errors(channel);
+  }
   if (!low.empty()) criterion.reason += ", the variances of " + low + " are overstated";
   return criterion;
 }
@@ -162,6 +186,10 @@ std::string to_string(Grade grade) {
     default:
       return "unknown";
   }
+}
+
+double FitEvidence::Channel::misfit() const {
+  return std::max(chi2_per_value, shared.excess);
 }
 
 Verdict make_verdict(const FitEvidence& evidence) {

@@ -39,8 +39,12 @@ struct FitEvidence {
   struct Channel {
     std::string name;
     inverse::FitStatus status = inverse::FitStatus::ran_out;
-    double chi2_per_value = 0.0;  ///< of the fitted patterns
-    double systematic = 0.0;      ///< error that the model accepted needs (ModelChoice), 0: none
+    double chi2_per_value = 0.0;     ///< of the fitted patterns
+    double systematic = 0.0;         ///< error that the model accepted needs (ModelChoice), 0: none
+    inverse::SharedErrors shared{};  ///< zeros where none are stated
+
+    /// χ² per value, or what an octave of the errors that pixels share has beyond chance, if more.
+    double misfit() const;
   };
   std::vector<Channel> channels;
   double used = 0.0;  ///< share of the fitted patterns' values that masks allow

@@ -40,8 +40,8 @@ FitRecord make_fit_record(const FitSummary& summary, const SurfaceMeasurements& 
   evidence.warnings = earlier_warnings(input) + (validation.warning ? 1 : 0);
   for (std::size_t c = 0; c < summary.channels.size(); ++c) {
     const inverse::FitReport& report = summary.reports[c];
-    evidence.channels.push_back(
-        {summary.channels[c], report.status, report.chi2_per_value, report.model.systematic});
+    evidence.channels.push_back({summary.channels[c], report.status, report.chi2_per_value,
+                                 report.model.systematic, report.shared});
     statuses.push_back(report.status);
     evidence.warnings += report.warnings.size();
   }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "calib/calibration_file.h"
+#include "calib/light/shared_error.h"
 #include "calib/measure.h"
 #include "capture/radiance/ambient.h"
 #include "capture/radiance/merge.h"
@@ -175,7 +176,11 @@ void measure_patterns(const capture::Session& session, const calib::CalibrationR
     }
     return picture;
   };
-  io::write_measurements(folder, calib::measure_surface(session, calibration, role, hdr, progress));
+  SurfaceMeasurements measured = calib::measure_surface(session, calibration, role, hdr, progress);
+  const calib::SharedError shared = calib::shared_error(session, calibration.white, measured);
+  measured.smooth_error = shared.error;
+  progress.update("merge", 1.0, "errors that neighbouring pixels share: " + shared.source);
+  io::write_measurements(folder, measured, shared.source);
   if (ambient)
     warn_of_changing_room(*ambient, patterns_light / static_cast<double>(count), progress);
 }

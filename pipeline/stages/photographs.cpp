@@ -51,10 +51,11 @@ BracketSummary merge_photographs(const capture::PhotographSource& source,
 calib::CalibrationResult calibrate_photographs(const capture::PhotographSource& source,
                                                const capture::Board& board,
                                                const std::optional<capture::Projector>& projector,
+                                               const std::optional<calib::KnownLens>& known,
                                                const std::filesystem::path& output,
                                                Progress& progress) {
   const calib::CalibrationResult result = calib::calibrate_lenses_alone(
-      capture::board_session(source, board, projector, progress), progress);
+      capture::board_session(source, board, projector, progress), progress, known);
   calib::save_lenses(output, result);
   return result;
 }

@@ -27,11 +27,12 @@ BracketSummary merge_photographs(const capture::PhotographSource& source,
                                  capture::Encoding encoding, const capture::MergeOptions& hdr,
                                  const std::filesystem::path& output, Progress& progress);
 
-/// Calibrates a camera and, with a projector's size, a projector; writes output/camera.yml,
-/// projector.yml and calibration.json (calibration_file.h).
+/// Calibrates a camera, whose lens may be known, and, with a projector's size, a projector; writes
+/// output/camera.yml, projector.yml and calibration.json (calibration_file.h).
 calib::CalibrationResult calibrate_photographs(const capture::PhotographSource& source,
                                                const capture::Board& board,
                                                const std::optional<capture::Projector>& projector,
+                                               const std::optional<calib::KnownLens>& known,
                                                const std::filesystem::path& output,
                                                Progress& progress);
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
+#include "core/error.h"
 #include "render/linear_image.h"
 
 namespace kappamu::render {
@@ -16,6 +18,13 @@ using std::numbers::pi;
 /// A constant radiance is an image of one pixel.
 Image<float> image_of(const EnvironmentLight& light) {
   Image<float> image = light.image ? read_linear_image(*light.image) : Image<float>(1, 1, 3, 1.0F);
+  // Cube maps and light probes have other shapes.
+  if (light.image && std::abs(image.width() - 2 * image.height()) > 1) {
+    throw InputError(light.image->string() + ": is " + std::to_string(image.width()) + " x " +
+                     std::to_string(image.height()) +
+                     " pixels; a latitude-longitude environment is twice as wide as high: convert "
+                     "it");
+  }
   for (std::size_t i = 0; i < image.size(); ++i) {
     image.values()[i] *= static_cast<float>(light.radiance[static_cast<Eigen::Index>(i % 3)]);
   }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/optics.h"
 #include "core/parallel.h"
 #include "core/random.h"
 #include "render/light/beam_places.h"
@@ -32,7 +33,13 @@ BeamSpacing spacing_on(const WorldObject& object) {
   return {spacing, shared * spacing};
 }
 
-/// The environment's irradiance of triangles.
+/// The environment's light on a triangle, before Fresnel: what arrives, and the even light of which
+/// as much would enter. Where the horizon is hidden less is reflected than of even light.
+struct Received {
+  Colour arriving = Colour::Zero(), as_even = Colour::Zero();
+};
+
+/// What triangles receive of the environment.
 class Surroundings {
  public:
   Surroundings(const World& world, std::size_t object, const Environment& environment,
@@ -43,20 +50,26 @@ class Surroundings {
         key_(key_of({seed, object})) {
     const double rays = environment_rays / static_cast<double>(object_.surface.size());
     pairs_ = static_cast<std::uint32_t>(std::clamp(0.5 * rays, 8.0, 512.0));
+    const BoundaryConstants& boundary = object_.boundary;
+    transmitted_of_even_ = boundary.eta * boundary.eta * (1.0 - boundary.r_phi);
   }
 
-  Colour irradiance(std::size_t triangle) const;
+  Received received(std::size_t triangle) const;
 
  private:
-  /// One direction from a point, weighted by the balance heuristic.
-  Colour term(const Vector3d& point, const Vector3d& normal, const Vector3d& direction,
-              const Colour& radiance, double density) const {
+  double transmitted(const Vector3d& normal, const Vector3d& direction) const {
+    const double cosine = std::clamp(direction.dot(normal), 0.0, 1.0);
+    return (1.0 - fresnel_external(object_.boundary.eta, cosine)) / transmitted_of_even_;
+  }
+  /// Adds one direction from a point, weighted by the balance heuristic.
+  void add(const Vector3d& point, const Vector3d& normal, const Vector3d& direction,
+           const Colour& radiance, double density, Received& sum) const {
     const double cosine = direction.dot(normal);
-    if (cosine <= 0.0 || radiance.maxCoeff() <= 0.0) return Colour::Zero();
-    if (world_.blocked(point, direction, std::numeric_limits<double>::infinity())) {
-      return Colour::Zero();
-    }
-    return radiance * cosine / (density + cosine / std::numbers::pi);
+    if (cosine <= 0.0 || radiance.maxCoeff() <= 0.0) return;
+    if (world_.blocked(point, direction, std::numeric_limits<double>::infinity())) return;
+    const Colour term = radiance * cosine / (density + cosine / std::numbers::pi) / pairs_;
+    sum.arriving += term;
+    sum.as_even += transmitted(normal, direction) * term;
   }
 
   const World& world_;
@@ -64,12 +77,14 @@ class Surroundings {
   const Environment& environment_;
   std::uint64_t key_;
   std::uint32_t pairs_ = 0;
+  double transmitted_of_even_ = 1.0;
 };
 
-Colour Surroundings::irradiance(std::size_t triangle) const {
+Received Surroundings::received(std::size_t triangle) const {
   const std::uint64_t key = key_of({key_, triangle, 2});
   const Vector3d normal = object_.world_from_object.rotation * object_.surface.normal[triangle];
-  Colour sum = Colour::Zero();
+  Received sum;
+  double of_all = 0.0;
   for (std::uint32_t i = 0; i < pairs_; ++i) {
     const auto [on_u, on_v] = sobol_point(i, key);
     const auto [bright_u, bright_v] = sobol_point(i, mix(key));
@@ -77,13 +92,16 @@ Colour Surroundings::irradiance(std::size_t triangle) const {
     const Vector3d point = object_.world_from_object * point_on(object_.mesh, triangle, on_u, on_v);
     if (!environment_.even()) {
       const Environment::Sample bright = environment_.sample(bright_u, bright_v);
-      sum += term(point, normal, bright.direction, bright.radiance, bright.density);
+      add(point, normal, bright.direction, bright.radiance, bright.density, sum);
     }
     const Vector3d direction = cosine_direction(normal, even_u, even_v);
-    sum += term(point, normal, direction, environment_.radiance(direction),
-                environment_.density(direction));
+    add(point, normal, direction, environment_.radiance(direction), environment_.density(direction),
+        sum);
+    of_all += transmitted(normal, direction) / pairs_;
   }
-  return sum / static_cast<double>(pairs_);
+  // Even light keeps no noise where nothing is in the way.
+  if (environment_.even()) sum.as_even /= of_all;
+  return sum;
 }
 
 /// Calls work(begin, end) for all of [0, size) in steps, each followed by an update.
@@ -105,19 +123,22 @@ IncidentLight incident_light(const World& world, std::size_t object, const Light
   const std::size_t triangles = lit.surface.size();
   IncidentLight light;
   if (environment) {
+    std::vector<Colour> arriving(triangles);
     const Surroundings surroundings(world, object, *environment, seed);
     for (forward::ObjectLight& channel : light.channels) channel.diffuse.assign(triangles, 0.0);
     in_steps(triangles, triangles_per_update, progress, [&](std::size_t first, std::size_t last) {
-      for_pieces(last - first, triangles_per_piece,
-                 [&](std::size_t, std::size_t begin, std::size_t end) {
-                   for (std::size_t t = first + begin; t < first + end; ++t) {
-                     const Colour irradiance = surroundings.irradiance(t);
-                     for (std::size_t c = 0; c < 3; ++c) {
-                       light.channels[c].diffuse[t] = irradiance[static_cast<Eigen::Index>(c)];
-                     }
-                   }
-                 });
+      for_pieces(
+          last - first, triangles_per_piece, [&](std::size_t, std::size_t begin, std::size_t end) {
+            for (std::size_t t = first + begin; t < first + end; ++t) {
+              const Received received = surroundings.received(t);
+              arriving[t] = received.arriving;
+              for (std::size_t c = 0; c < 3; ++c) {
+                light.channels[c].diffuse[t] = received.as_even[static_cast<Eigen::Index>(c)];
+              }
+            }
+          });
     });
+    for (std::size_t t = 0; t < triangles; ++t) light.power += arriving[t] * lit.surface.area[t];
   }
   if (!sources.empty()) {
     const std::vector<BeamPlace> places = beam_places(lit, spacing_on(lit));
@@ -131,11 +152,9 @@ IncidentLight incident_light(const World& world, std::size_t object, const Light
     });
   }
   for (std::size_t c = 0; c < 3; ++c) {
-    double power = 0.0;
-    for (const forward::Beam& beam : light.channels[c].beams) power += beam.power;
-    const std::vector<double>& diffuse = light.channels[c].diffuse;
-    for (std::size_t t = 0; t < diffuse.size(); ++t) power += diffuse[t] * lit.surface.area[t];
-    light.power[static_cast<Eigen::Index>(c)] = power;
+    for (const forward::Beam& beam : light.channels[c].beams) {
+      light.power[static_cast<Eigen::Index>(c)] += beam.power;
+    }
   }
   return light;
 }

@@ -41,7 +41,7 @@ struct LiveScene::Solver {
     options.seed = asked.seed;
     options.tolerance = asked.tolerance.value_or(usual_tolerance);
     kept = make_live_object(name, lit, options);
-    if (!kept) model = forward::make_object_model(name);
+    if (!kept) model = forward::make_object_model(name, forward::ModelError::left_out);
     if (kept && kept->beam_spacing_mm() > 0.0) {
       places = beam_places(lit, {kept->beam_spacing_mm(), kept->beam_spacing_mm()});
     }

@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "core/random.h"
+#include "forward/light/walls.h"
 #include "render/light/sampling.h"
 #include "render/picture/corner_average.h"
 
@@ -158,7 +159,7 @@ Colour Shading::scattered_once(const WorldHit& hit, const Vector3d& view, std::u
                                std::uint64_t key) const {
   const double eta = world_.objects()[hit.object].boundary.eta;
   const double cosine = std::clamp(hit.normal.dot(view), 1e-6, 1.0);
-  const Vector3d inward = refracted_in(-view, hit.normal, eta);
+  const Vector3d inward = forward::refracted(-view, hit.normal, 1.0 / eta);
   const auto [u, v] = sobol_point(sample, key);
   return (1.0 - fresnel_external(eta, cosine)) / (eta * eta) *
          single_.radiance_inside(hit, inward, u, v);

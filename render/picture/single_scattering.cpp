@@ -120,12 +120,6 @@ class EyePath {
 
 }  // namespace
 
-Vector3d refracted_in(const Vector3d& direction, const Vector3d& normal, double eta) {
-  const double cos_outside = -direction.dot(normal);
-  const double cos_inside = std::sqrt(1.0 - (1.0 - cos_outside * cos_outside) / (eta * eta));
-  return (direction / eta + (cos_outside / eta - cos_inside) * normal).normalized();
-}
-
 Colour SingleScattering::optical_depth(const WorldObject& object, const Vector3d& from,
                                        const Vector3d& to) const {
   const double length = (to - from).norm();

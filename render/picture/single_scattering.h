@@ -35,9 +35,4 @@ class SingleScattering {
   const LightSources& sources_;
 };
 
-/// `direction` of travel, refracted at a surface of this normal (against it) into a medium of
-/// relative index `eta`.
-Eigen::Vector3d refracted_in(const Eigen::Vector3d& direction, const Eigen::Vector3d& normal,
-                             double eta);
-
 }  // namespace kappamu::render

@@ -3,7 +3,6 @@
 #include <numbers>
 
 #include "core/error.h"
-#include "core/mesh/mesh_check.h"
 #include "core/mesh/mesh_refine.h"
 #include "core/mesh/shapes.h"
 #include "io/mesh_file.h"
@@ -26,7 +25,7 @@ TriangleMesh unsized_shape(const SceneObject& object, std::vector<std::string>& 
     if (edges && std::get<std::string>(object.shape) == "cube") return box_mesh(*edges, facets);
     return make_shape(std::get<std::string>(object.shape), 1.0, facets, object.proportion);
   }
-  CheckedMesh checked = check_mesh(io::read_mesh(*file), file->string());
+  CheckedMesh checked = io::read_body(*file);
   warnings.insert(warnings.end(), checked.mended.begin(), checked.mended.end());
   warnings.insert(warnings.end(), checked.warnings.begin(), checked.warnings.end());
   return std::move(checked.mesh);

@@ -158,6 +158,29 @@ TEST_F(CliFailures, CacheFolderOfTheDriverThatCannotBeWritten) {
   }
 }
 
+// A home that cannot be written, as of service accounts: PoCL by itself then shows no device.
+TEST_F(CliFailures, KernelsAreBuiltInATemporaryFolderWhereHomeCannotBeWritten) {
+  const std::string command =
+      "env -u POCL_CACHE_DIR -u XDG_CACHE_HOME HOME=/proc/none TMPDIR=" + folder().string() +
+      " " KAPPAMU_PROGRAM " " + forward_arguments(0.3F);
+  const std::string other_folder =
+      "kappamu: '/proc/none/.cache/pocl/kcache' cannot be written: compiled OpenCL kernels are "
+      "kept in '" +
+      folder().string() + "/kappamu-kernels-";
+  const ProcessResult first = run_process(command);
+  if (first.standard_error.find("no OpenCL device") != std::string::npos) GTEST_SKIP();
+  EXPECT_EQ(first.exit_code, 0) << first.standard_error;
+  EXPECT_THAT(first.standard_error, StartsWith(other_folder));
+  EXPECT_THAT(first.standard_error, HasSubstr(std::string("\n") + build_notice));
+  // The last line warns that the block is thin.
+  EXPECT_EQ(std::count(first.standard_error.begin(), first.standard_error.end(), '\n'), 3)
+      << first.standard_error;
+  const ProcessResult second = run_process(command);
+  EXPECT_THAT(second.standard_error, StartsWith(other_folder));
+  EXPECT_EQ(std::count(second.standard_error.begin(), second.standard_error.end(), '\n'), 2)
+      << second.standard_error;
+}
+
 TEST_F(CliFailures, CacheFolderOfTheDriverDoesNotMatterWithoutOpenCl) {
   EXPECT_EQ(kappamu(forward_arguments(0.3F) + " --device reference", "POCL_CACHE_DIR=/proc/nothing")
                 .exit_code,

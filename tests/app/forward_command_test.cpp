@@ -75,16 +75,14 @@ TEST_F(ForwardCommand, EveryFaceMayBeLit) {
   }
 }
 
-TEST_F(ForwardCommand, EveryGridMethodGivesNearlyTheSameLight) {
+TEST_F(ForwardCommand, EveryGridMethodGivesTheSameLight) {
   ASSERT_EQ(kappamu(block("z-", "--device reference")).exit_code, 0);
   const double expected = summary()["patterns"][0]["exiting"]["z+"];
-  for (const char* method : {"multigrid", "reference", "relaxation", "gauss-seidel", "hierarchical",
-                             "adaptive", "wang2008-stencil"}) {
+  for (const char* method : {"multigrid", "reference"}) {
     const ProcessResult result = kappamu(block("z-", std::string("--method ") + method));
     ASSERT_EQ(result.exit_code, 0) << method << result.standard_error;
     EXPECT_EQ(summary()["method"], method);
-    // κ varies by a few percent only, so even (8) is not far off.
-    EXPECT_NEAR(summary()["patterns"][0]["exiting"]["z+"].get<double>() / expected, 1.0, 0.1);
+    EXPECT_NEAR(summary()["patterns"][0]["exiting"]["z+"].get<double>() / expected, 1.0, 1e-4);
   }
 }
 
@@ -125,14 +123,14 @@ TEST_F(ForwardCommand, AutoTakesDiffusionWhereItHoldsAndWalksWhereItDoesNot) {
 TEST_F(ForwardCommand, UnknownMethodIsUsageErrorAndHelpListsThem) {
   EXPECT_EQ(kappamu(block("z-", "--method abacus")).exit_code, 2);
   const std::string help = kappamu("forward --help").standard_output;
-  for (const char* method : {"multigrid", "relaxation", "adaptive", "wang2008-stencil"}) {
+  for (const char* method : {"multigrid", "reference", "analytic", "montecarlo", "auto"}) {
     EXPECT_THAT(help, HasSubstr(std::string("\n  ") + method));
   }
 }
 
-TEST_F(ForwardCommand, SweepsThatRunOutAreMarked) {
+TEST_F(ForwardCommand, IterationsThatRunOutAreMarked) {
   const ProcessResult result =
-      kappamu(block("z-", "--method relaxation --max-iterations 3 --tolerance 1e-6"));
+      kappamu(block("z-", "--method multigrid --max-iterations 1 --tolerance 1e-12"));
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.standard_error, HasSubstr("not converged"));
   EXPECT_EQ(summary()["converged"], false);

@@ -111,7 +111,7 @@ TEST_F(HostileScenes, AreRefusedInOneSentenceAndLoseNothing) {
       {R"([{"op": "replace", "path": "/objects/0/mesh", "value": "point.obj"}])", "point.obj"},
       {R"([{"op": "replace", "path": "/objects/0/mesh", "value": "empty.obj"}])", "empty.obj"},
       {R"([{"op": "replace", "path": "/objects/0/mesh", "value": "many.stl"}])",
-       "at most 2000000 triangles"},
+       "more than 6000000 vertices"},
       {R"([{"op": "replace", "path": "/objects/0/mesh", "value": "absent.obj"}])", "absent.obj"},
       {R"([{"op": "replace", "path": "/objects/0/mesh", "value": "/dev/null"}])", "/dev/null"},
       {R"([{"op": "replace", "path": "/objects/0/size_mm", "value": 0}])", "size_mm"},

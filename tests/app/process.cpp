@@ -53,7 +53,12 @@ ProcessResult run_process(const std::string& shell_command) {
 }
 
 ProcessResult kappamu(const std::string& arguments, const std::string& environment) {
-  return run_process(environment + " " KAPPAMU_PROGRAM " " + arguments);
+  ProcessResult result = run_process(environment + " " KAPPAMU_PROGRAM " " + arguments);
+  const std::size_t line = result.standard_error.find(build_notice);
+  if (line != std::string::npos) {
+    result.standard_error.erase(line, result.standard_error.find('\n', line) + 1 - line);
+  }
+  return result;
 }
 
 bool kappamu_killed_after(const std::string& arguments, int milliseconds) {

@@ -20,7 +20,12 @@ struct ProcessResult {
 /// Runs a shell command to its end.
 ProcessResult run_process(const std::string& shell_command);
 
-/// `kappamu arguments`, with the program under test. `environment` goes before it ("A=b C=d").
+/// How the line begins that tells of kernels being built.
+inline constexpr const char* build_notice = "kappamu: building OpenCL kernels";
+
+/// `kappamu arguments`, with the program under test. `environment` goes before it ("A=b C=d"). The
+/// line that tells of kernels being built is left out: whether it is there depends on what ran
+/// before.
 ProcessResult kappamu(const std::string& arguments, const std::string& environment = "");
 
 /// Starts `kappamu arguments` in the background, output discarded; kills it with SIGKILL after

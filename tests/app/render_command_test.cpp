@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "io/atomic_file.h"
@@ -63,6 +64,13 @@ TEST_F(RenderCommand, WritesPictureExitanceAndBalance) {
     }
     const std::size_t samples = object["samples"];
     const io::NpyArray exitance = io::read_npy(folder() / "out" / "exitance.npy", {3, samples});
+    const io::NpyArray error = io::read_npy(folder() / "out" / "error.npy", {3, samples});
+    const json& green = object["channels"][1];
+    EXPECT_GE(green["error"], green["error_estimate"]);
+    EXPECT_FLOAT_EQ(
+        *std::max_element(error.values.begin() + static_cast<std::ptrdiff_t>(samples),
+                          error.values.begin() + static_cast<std::ptrdiff_t>(2 * samples)),
+        green["error_map"]["max"].get<float>());
     const io::NpyArray surface = io::read_npy(folder() / "out" / "surface.npy", {samples, 7});
     for (std::size_t c = 0; c < 3; ++c) {
       const json& channel = object["channels"][c];

@@ -4,8 +4,8 @@ in a circle, when a folder is crowded, or when a heavy header leaks into one of 
 
     inverse -> forward -> device -> core     calib -> capture -> io -> core     render -> forward, io
     data_synthetic -> forward, capture, calib        pipeline -> all of these but data_synthetic and render
-    report -> pipeline's records        bench -> all but app        app, tests -> all
-    bench/cases -> inverse, forward: what tests and measurements share in any build
+    report -> pipeline's records        app -> all but studies       studies, tests -> all
+    tests/cases -> inverse, forward: what tests and studies share in any build
 """
 import pathlib
 import re
@@ -24,8 +24,9 @@ BELOW = {
     "pipeline": {"core", "device", "io", "forward", "inverse", "capture", "calib"},
     "report": {"core", "io", "forward", "inverse", "capture", "calib", "pipeline"},
     "render": {"core", "device", "io", "forward"},
-    "bench/cases": {"core", "device", "forward", "inverse"},
-    "bench": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic", "render", "pipeline"},
+    "tests/cases": {"core", "device", "forward", "inverse"},
+    "studies": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic", "render", "pipeline", "app",
+                "tests/cases"},
 }
 # Of pipeline, the report reads the records that a run leaves, not the stages that make them.
 RECORDS = "pipeline/records"
@@ -33,11 +34,11 @@ MOST_FILES = 25  # of its own in one folder; beyond, rooms by subject
 TOP = {"app", "tests"}
 # Libraries that must stay behind .cpp files: only a header that none but .cpp files of its own folder
 # include may name them. A header of forward declarations costs its readers nothing.
-HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenImageIO|libraw|embree3|assimp)")
+HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenImageIO|libraw|embree3)")
 FORWARD_DECLARATIONS = {"nlohmann/json_fwd.hpp"}
 # The folders that build with -DKAPPAMU_PIPELINE=OFF may use nothing but these: Eigen, OpenCL, the
 # standard library and the system's C headers. Not even forward declarations of another library.
-LIGHT_FOLDERS = {"core", "device", "forward", "inverse", "bench/cases"}
+LIGHT_FOLDERS = {"core", "device", "forward", "inverse", "tests/cases"}
 LIGHT = re.compile(r"^(Eigen/|CL/|[a-z_0-9]+(\.h)?$|sys/)")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.M)
 
@@ -152,10 +153,10 @@ CASES = {
     "an arrow upwards": (
         {"core/up.cpp": '#include <vector>\n#include "inverse/fit/fit.h"\n'},
         ["core may not use inverse"]),
-    "an arrow from the cases to a measurement": (
-        {"bench/cases/media.cpp": '#include "bench/record.h"\n'}, ["bench/cases may not use bench"]),
-    "a measurement of a case": (
-        {"bench/limits/size.cpp": '#include "bench/cases/media.h"\n'}, []),
+    "an arrow from the cases to a study": (
+        {"tests/cases/media.cpp": '#include "studies/record.h"\n'}, ["tests/cases may not use studies"]),
+    "a study of a case": (
+        {"studies/limits/size.cpp": '#include "tests/cases/media.h"\n'}, []),
     "arrows downwards": (
         {"inverse/good.cpp": '#include <Eigen/Core>\n#include "forward/grid/grid_solver.h"\n'}, []),
     "a heavy header within its folder": (

@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "bench/cases/inverse_case.h"
-#include "bench/cases/media.h"
 #include "core/progress.h"
 #include "data_synthetic/scene/materials.h"
 #include "inverse/fit/fit.h"
+#include "tests/cases/inverse_case.h"
+#include "tests/cases/media.h"
 
 namespace kappamu::synthetic {
 namespace {
@@ -18,15 +18,15 @@ namespace {
 TEST(CoarseGrids, HandNoStrayVolumeToTheFinest) {
   SampleModel sample = make_sample("wax1", 1);
   sample.grid = {65, 27, 19, 2.0 * sample.grid.voxel_mm};
-  bench::Block block;
+  test_cases::Block block;
   block.grid = sample.grid;
   block.noise = 0.01;
   block.precision = forward::Precision::single_precision;
   const inverse::CoefficientPair truth =
       inverse::to_fields(sample_medium(sample, block.grid.refined(2))[0]);
   SurfaceMeasurements measured =
-      bench::expose(block, truth, bench::bar_light(block.grid, block.lit, 8));
-  bench::add_noise(measured, block.noise, 1);
+      test_cases::expose(block, truth, test_cases::bar_light(block.grid, block.lit, 8));
+  test_cases::add_noise(measured, block.noise, 1);
 
   Progress silent;
   const inverse::ChannelFit fit = inverse::fit_channel(measured, 0, {}, {}, silent);
@@ -37,8 +37,9 @@ TEST(CoarseGrids, HandNoStrayVolumeToTheFinest) {
   EXPECT_LT(finest->chi2_per_value, 50.0);  // 14.5
   EXPECT_EQ(fit.report.status, inverse::FitStatus::converged);
   EXPECT_LT(fit.report.chi2_per_value, 1.05);
-  const auto judge = bench::expose(block, truth, bench::patch_light(block.grid, block.lit, 64));
-  EXPECT_LT(bench::appearance_error(fit.medium, judge), 2.5e-4);  // 1.4e-4
+  const auto judge =
+      test_cases::expose(block, truth, test_cases::patch_light(block.grid, block.lit, 64));
+  EXPECT_LT(test_cases::appearance_error(fit.medium, judge), 2.5e-4);  // 1.4e-4
 }
 
 }  // namespace

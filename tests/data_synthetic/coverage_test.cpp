@@ -9,12 +9,12 @@
 #include <cstdio>
 #include <vector>
 
-#include "bench/cases/inverse_case.h"
 #include "core/progress.h"
 #include "data_synthetic/scene/materials.h"
 #include "data_synthetic/score.h"
 #include "inverse/fit/fit.h"
 #include "inverse/fit/fit_uncertainty.h"
+#include "tests/cases/inverse_case.h"
 
 namespace kappamu::synthetic {
 namespace {
@@ -42,7 +42,7 @@ double log_error(const Volume<double>& found, const Volume<double>& truth) {
 /// The red coefficients at 1 % noise.
 Found coverage_of(const Setup& setup, std::uint64_t seed) {
   const SampleModel sample = make_sample(setup.sample, seed);
-  bench::Block block;
+  test_cases::Block block;
   block.grid = sample.grid;
   const GridShape finer = sample.grid.refined(2);
   const Medium truth = sample_medium(sample, finer)[0];
@@ -52,7 +52,7 @@ Found coverage_of(const Setup& setup, std::uint64_t seed) {
   options.uncertainty.probes = inverse::usual_probes;
   options.solver.backend.device = setup.device;
   Progress silent;
-  const SurfaceMeasurements measured = bench::measure(block, logs, setup.patches, seed);
+  const SurfaceMeasurements measured = test_cases::measure(block, logs, setup.patches, seed);
   const inverse::ChannelFit fit =
       inverse::fit_channel(measured, 0, options, inverse::Checkpoint{}, silent);
   const inverse::SharedDeviation shared = inverse::shared_deviation({&fit, 1}, measured.lit_face);

@@ -2,7 +2,6 @@
 #include <array>
 #include <sstream>
 
-#include "core/mesh/mesh_check.h"
 #include "core/mesh/shapes.h"
 #include "io/mesh_file.h"
 #include "io/read_file.h"
@@ -122,7 +121,7 @@ void read_mesh(Bytes bytes) {
   if (bytes.empty()) return;
   const std::string name = std::string("mesh.") + formats[bytes.front() % formats.size()];
   write(folder() / name, bytes.subspan(1));
-  check_mesh(io::read_mesh(folder() / name), name);
+  io::read_body(folder() / name);
 }
 
 void seed_mesh(const fs::path& seeds) {

@@ -7,17 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "bench/cases/inverse_case.h"
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 #include "forward/grid/grid_solver.h"
 #include "inverse/problem/adjoint.h"
 #include "inverse/problem/objective.h"
 #include "inverse/problem/problem.h"
+#include "tests/cases/inverse_case.h"
 
 namespace kappamu::inverse::cases {
 
-using bench::Noise;
+using test_cases::Noise;
 
 inline CoefficientPair random_direction(const GridShape& shape, std::uint64_t seed) {
   Noise noise(seed);

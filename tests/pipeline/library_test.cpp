@@ -1,12 +1,12 @@
 // The pipeline as a library: another program runs it, sees its progress, stops it and goes on.
 #include <gtest/gtest.h>
 
-#include "bench/cases/inverse_case.h"
 #include "core/error.h"
 #include "io/measurements_file.h"
 #include "io/read_file.h"
 #include "pipeline/pipeline.h"
 #include "tests/app/process.h"
+#include "tests/cases/inverse_case.h"
 
 namespace kappamu::pipeline {
 namespace {
@@ -27,9 +27,9 @@ class LibraryTest : public TemporaryFolderTest {
  protected:
   void SetUp() override {
     TemporaryFolderTest::SetUp();
-    const bench::Block block{.grid = {8, 8, 4, 0.5}};
-    const auto truth = bench::make_truth(block.grid.refined(2), {.seed = 3});
-    SurfaceMeasurements measurements = bench::measure(block, truth, 2);
+    const test_cases::Block block{.grid = {8, 8, 4, 0.5}};
+    const auto truth = test_cases::make_truth(block.grid.refined(2), {.seed = 3});
+    SurfaceMeasurements measurements = test_cases::measure(block, truth, 2);
     measurements.channels = {"R"};
     io::write_measurements(folder() / "measurements", measurements);
     options_.fit.solver.backend.device = "reference";

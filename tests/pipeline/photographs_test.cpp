@@ -143,7 +143,7 @@ TEST_F(Photographs, BoardsAloneGiveTheSessionsCamera) {
   const capture::Session session = capture::read_session(tiny_session());
   add(session, session.calibration.camera_boards, "board");
   const calib::CalibrationResult alone = calibrate_photographs(
-      source(), session.calibration.board, std::nullopt, folder() / "out", silent_);
+      source(), session.calibration.board, std::nullopt, std::nullopt, folder() / "out", silent_);
   EXPECT_TRUE(fs::exists(folder() / "out" / "camera.yml"));
   EXPECT_FALSE(fs::exists(folder() / "out" / "projector.yml"));
   const auto together = calib::load_calibration(tiny_run() / "calibration");

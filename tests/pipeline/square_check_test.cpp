@@ -1,6 +1,6 @@
 // A wrong size of the printed squares: what it does to the light's place, by geometry, and that a
 // session tells it. The edge on seven rigs is in docs/limits.md; how often blocks of other kinds
-// are accused of a shift is bench/limits/limits_consistency.cpp's to say.
+// are accused of a shift is studies/limits/limits_consistency.cpp's to say.
 #include "pipeline/stages/square_check.h"
 
 #include <gmock/gmock.h>

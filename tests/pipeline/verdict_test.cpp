@@ -68,6 +68,34 @@ TEST(Verdict, SystematicErrorThatWasFoundIsAReservation) {
   EXPECT_THAT(verdict.sentence, HasSubstr("beside a systematic error of the data (R 0.76 %)"));
 }
 
+/// χ² per value saw nothing of it: "explained", exit code 0, at half of the light measured.
+TEST(Verdict, LightPredictedFurtherOffThanItsStatedErrorIsNotExplained) {
+  FitEvidence evidence = good();
+  evidence.channels[0].shared = {0.9, {true, 0.0, 1.0, 0.5}, -0.004, 0.005};
+  const Verdict within = make_verdict(evidence);
+  EXPECT_TRUE(within.explained);
+  EXPECT_EQ(within.grade, Grade::green);
+  EXPECT_THAT(within.criteria.front().reason, HasSubstr("R is predicted 0.4 % too dark"));
+  evidence.channels[0].shared.mean = -0.065;
+  const Verdict verdict = make_verdict(evidence);
+  EXPECT_FALSE(verdict.explained);
+  EXPECT_EQ(verdict.exit_code(), 3);
+  EXPECT_EQ(verdict.grade, Grade::red);
+  EXPECT_THAT(verdict.sentence, HasSubstr("13 times the stated error"));
+  evidence.channels[0].systematic = 0.01;
+  EXPECT_FALSE(make_verdict(evidence).explained);
+}
+
+TEST(Verdict, AnOctaveFurtherOffThanChanceIsNotExplained) {
+  FitEvidence evidence = good();
+  evidence.channels[0].shared = {3.0, {false, 40.0, 27.0, 27.0 * 6.25}, 0.0, 0.005};
+  const Verdict verdict = make_verdict(evidence);
+  EXPECT_FALSE(verdict.explained);
+  EXPECT_EQ(verdict.grade, Grade::amber);
+  EXPECT_THAT(verdict.sentence,
+              HasSubstr("waves of 20 to 40 voxels of single patterns are 2.5 times"));
+}
+
 TEST(Verdict, AboveTheNoiseWithinBoundsIsStillExplained) {
   FitEvidence evidence = good();
   evidence.channels[0] = {"R", FitStatus::above_noise, 1.3};

@@ -1,6 +1,7 @@
 // Light on objects against closed forms and quadrature. What models do with it is tested with them.
 #include "render/light/incident_light.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "io/image/image_file.h"
 #include "tests/own_folder.h"
 #include "tests/render/made_scene.h"
+#include "tests/sentence.h"
 
 namespace kappamu::render {
 namespace {
@@ -158,6 +160,13 @@ class SkyImage : public testing::Test {
   EnvironmentLight light_;
 };
 
+// Cube maps and light probes have other shapes; read as latitude and longitude they light wrongly.
+TEST_F(SkyImage, OtherShapesAreRefused) {
+  io::write_float_image(file_, Image<float>(32, 32, 3, 1.0F));
+  EXPECT_THAT(sentence_of([&] { Environment{light_}; }),
+              testing::HasSubstr("sky.exr: is 32 x 32 pixels; a latitude-longitude environment"));
+}
+
 TEST_F(SkyImage, SamplesHaveTheDensityTheyState) {
   const Environment sky(light_);
   for (int i = 0; i < 1000; ++i) {
@@ -177,6 +186,7 @@ TEST_F(SkyImage, IrradianceIsUnbiasedAgainstQuadrature) {
   const Environment sky(light_);
   const IncidentLight incident = light_of(scene);
   const Surface& surface = world.objects()[0].surface;
+  const double entering_of_even = 1.3 * 1.3 * (1.0 - boundary_constants(1.3).r_phi);
   Colour sum = Colour::Zero(), expected = Colour::Zero();
   // Midpoints of 12 x 12 parts of each pixel: on a convex body nothing is in the way.
   for (std::size_t t = 0; t < surface.size(); t += 997) {
@@ -193,7 +203,9 @@ TEST_F(SkyImage, IrradianceIsUnbiasedAgainstQuadrature) {
             2.0 * pi * ((column + 0.5) / (width * parts) - 0.5) - light_.turn_deg * pi / 180.0;
         const Vector3d direction(across * std::sin(angle), y, -across * std::cos(angle));
         const double cosine = surface.normal[t].dot(direction);
-        if (cosine > 0.0) expected += sky.radiance(direction) * cosine * weight;
+        if (cosine <= 0.0) continue;
+        const double entering = (1.0 - fresnel_external(1.3, cosine)) / entering_of_even;
+        expected += sky.radiance(direction) * cosine * weight * entering;
       }
     }
     for (std::size_t c = 0; c < 3; ++c) {
@@ -202,6 +214,37 @@ TEST_F(SkyImage, IrradianceIsUnbiasedAgainstQuadrature) {
   }
   // Some 30 triangles of about 60 pairs of rays each.
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(sum[c], expected[c], 0.02 * expected[c]) << c;
+}
+
+// What is stated is the even light of which as much enters: of light from above, more than arrives.
+TEST(IncidentLight, FresnelWeighsTheDirectionsOfSurroundings) {
+  const OwnFolder folder;
+  constexpr int rows = 16;
+  Image<float> sky(32, rows, 3, 0.0F);
+  for (int x = 0; x < 32; ++x) sky(x, 0, 0) = 1.0F;
+  io::write_float_image(folder / "sky.exr", sky);
+  Scene scene = sphere_scene();
+  scene.objects[0].shape = std::string("cube");
+  EnvironmentLight light;
+  light.image = folder / "sky.exr";
+  light.radiance = Colour::Ones();
+  scene.lights.emplace_back(light);
+  std::vector<std::string> warnings;
+  const World world(scene, warnings);
+  const Surface& surface = world.objects()[0].surface;
+  const IncidentLight incident = light_of(scene);
+  double sum = 0.0, area = 0.0;
+  for (std::size_t t = 0; t < surface.size(); ++t) {
+    if (surface.normal[t].y() < 0.9) continue;
+    sum += surface.area[t] * incident.channels[0].diffuse[t];
+    area += surface.area[t];
+  }
+  const double arriving = pi * std::pow(std::sin(pi / rows), 2);
+  const double middle = std::cos(pi / rows / std::numbers::sqrt2);
+  const double of_even = 1.3 * 1.3 * (1.0 - boundary_constants(1.3).r_phi);
+  const double expected = arriving * (1.0 - fresnel_external(1.3, middle)) / of_even;
+  EXPECT_GT(expected, 1.03 * arriving);
+  EXPECT_NEAR(sum / area, expected, 0.01 * expected);
 }
 
 TEST(IncidentLight, EqualSeedsGiveEqualBits) {

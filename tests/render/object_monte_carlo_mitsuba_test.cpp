@@ -1,6 +1,6 @@
 // The random walk in objects against Mitsuba 3.9.1's volpath: a box of 4 x 3 x 2 mm with diffuse
 // light on its top, homogeneous and of voxels. The numbers are those that
-// scripts/references/mitsuba_objects.py prints; it has the scenes.
+// studies/references/mitsuba_objects.py prints; it has the scenes.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -257,6 +257,16 @@ TEST(ObjectMonteCarlo, StandardErrorsAreTrue) {
   EXPECT_NEAR(ratio / n, 1.0, sigmas * std::sqrt(2.0 / (n * runs)));
 }
 
+TEST(ObjectMonteCarlo, TheStatedNoiseDoesNotDependOnTriangles) {
+  const ObjectMedium medium(coefficients(0.1, 2.0));
+  const auto stated = [&](int edges) {
+    const Object object(make_shape("sphere", 3.0, edges));
+    const std::vector<ObjectLight> lights{object.diffuse()};
+    return traced(object.problem(medium, 1.3, lights), 40'000).error_estimate[0];
+  };
+  EXPECT_NEAR(stated(64) / stated(24), 1.0, 0.1);
+}
+
 TEST(ObjectMonteCarlo, WhatCannotBeFollowedIsRefused) {
   const Object object(make_shape("cube", 2.0, 1));
   const ObjectMedium fine(coefficients(0.1, 1.0)), black(Coefficients{1.0, 0.5});

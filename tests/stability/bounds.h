@@ -5,7 +5,7 @@
 #include <ostream>
 #include <string>
 
-#include "bench/cases/media.h"
+#include "tests/cases/media.h"
 
 namespace kappamu::bounds {
 
@@ -33,14 +33,14 @@ inline constexpr double growth = 1.2;
 /// Iterations to 1e-6 in single precision, 32×32×20 voxels.
 struct Iterations {
   const char* name;
-  bench::MediumSpec medium;
+  test_cases::MediumSpec medium;
   int most;
 };
 inline void PrintTo(const Iterations& bound, std::ostream* out) {
   *out << bound.name;
 }
 
-using bench::MediumKind;
+using test_cases::MediumKind;
 inline const Iterations iterations[] = {
     {"Even", {}, 12},
     {"Smooth1e1", {.kind = MediumKind::smooth, .contrast = 1e1}, 12},

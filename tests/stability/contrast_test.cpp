@@ -10,7 +10,7 @@
 #include "tests/stability/bounds.h"
 #include "tests/stability/stability_tools.h"
 
-namespace kappamu::bench {
+namespace kappamu::test_cases {
 namespace {
 
 using forward::Precision;
@@ -151,4 +151,4 @@ TEST_P(KappaAtTheSurface, JumpsByAnyFactor) {
 INSTANTIATE_TEST_SUITE_P(, KappaAtTheSurface, ::testing::Values(1e-6, 1e-3, 1e-1, 1e1, 1e3, 1e6));
 
 }  // namespace
-}  // namespace kappamu::bench
+}  // namespace kappamu::test_cases

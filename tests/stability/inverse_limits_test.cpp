@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "bench/cases/limit_inverse.h"
+#include "tests/cases/limit_inverse.h"
 #include "tests/stability/stability_tools.h"
 
-namespace kappamu::bench {
+namespace kappamu::test_cases {
 namespace {
 
 using ::testing::Contains;
@@ -120,4 +120,4 @@ TEST_F(AnyStart, EndsInTheSameVolume) {
 }
 
 }  // namespace
-}  // namespace kappamu::bench
+}  // namespace kappamu::test_cases

@@ -6,7 +6,7 @@
 #include "tests/stability/bounds.h"
 #include "tests/stability/stability_tools.h"
 
-namespace kappamu::bench {
+namespace kappamu::test_cases {
 namespace {
 
 using forward::Precision;
@@ -99,4 +99,4 @@ TEST_F(AbsorptionEdge, WithoutScatteringThereIsNoSourceAndTheProgramSaysWhy) {
 }
 
 }  // namespace
-}  // namespace kappamu::bench
+}  // namespace kappamu::test_cases

@@ -5,7 +5,7 @@
 #include "tests/stability/bounds.h"
 #include "tests/stability/stability_tools.h"
 
-namespace kappamu::bench {
+namespace kappamu::test_cases {
 namespace {
 
 using forward::SourceModel;
@@ -101,4 +101,4 @@ TEST_P(MirrorsWithoutAbsorption, AreAsRightInFloatAsAnythingElse) {
 INSTANTIATE_TEST_SUITE_P(, MirrorsWithoutAbsorption, ::testing::Values(1, 2, 16, 256, 2048));
 
 }  // namespace
-}  // namespace kappamu::bench
+}  // namespace kappamu::test_cases

@@ -5,10 +5,10 @@
 
 #include <vector>
 
-#include "bench/cases/limit_case.h"
 #include "device/device_info.h"
+#include "tests/cases/limit_case.h"
 
-namespace kappamu::bench::testing {
+namespace kappamu::test_cases::testing {
 
 class OnDevice : public ::testing::Test {
  protected:
@@ -39,4 +39,4 @@ inline std::vector<double> series_fluence(const Volume<double>& kappa, double ro
   return phi;
 }
 
-}  // namespace kappamu::bench::testing
+}  // namespace kappamu::test_cases::testing

@@ -2,10 +2,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bench/cases/media.h"
 #include "forward/diffusion_warnings.h"
+#include "tests/cases/media.h"
 
-namespace kappamu::bench {
+namespace kappamu::test_cases {
 namespace {
 
 using forward::diffusion_warnings;
@@ -89,4 +89,4 @@ TEST(Warnings, SayHowToSeeAVeryDarkFarSide) {
 }
 
 }  // namespace
-}  // namespace kappamu::bench
+}  // namespace kappamu::test_cases

@@ -17,9 +17,9 @@ namespace {
 
 /// Independent sets of points, whose spread is the standard error.
 constexpr int sets = 4;
-/// Samples of a triangle: those of the first attempt, and the most; and the most of all, a minute
-/// of one core.
-constexpr int first_samples = 32, most_of_triangle = 1 << 14, most_of_all = 40'000'000;
+/// Samples of a triangle: those of the first attempt, and the most; and the most of a light over
+/// all triangles, ten seconds of one core.
+constexpr int first_samples = 32, most_of_triangle = 1 << 14, most_of_all = 4'000'000;
 /// Of all samples, those of the light: where importance samples alone serve, more of them add the
 /// noise of rare near ones (docs/dipole.md).
 constexpr int light_share = 8;

@@ -123,7 +123,7 @@ void report(const char* name, const CameraCalibration& c) {
   }
 }
 
-/// All corners, x then y, view by view: what scripts/references/mrcal_boards.py reads.
+/// All corners, x then y, view by view: what studies/references/mrcal_boards.py reads.
 std::string in_text(const std::vector<BoardView>& views) {
   std::string text;
   for (const BoardView& view : views) {
@@ -199,6 +199,20 @@ TEST_F(RealBoards, AreExplainedAsWellAsByOpenCv) {
   EXPECT_NEAR(full.lens.fy, 532.946, 0.67);
 }
 
+// Whoever published the photographs calibrated with one focal length: 0.39 px over all corners.
+TEST_F(RealBoards, LensPublishedWithThemIsHeld) {
+  const KnownLens known = read_known_lens(
+      reference_data("chessboard-opencv-left") / "published_left_intrinsics.yml", LensUse::held);
+  require_size(known, width, height);
+  const CameraCalibration held =
+      calibrate_camera(ours_, square_mm, width, height, std::nullopt, known);
+  const CameraCalibration own = calibrate_camera(ours_, square_mm, width, height);
+  report("published, held", held);
+  EXPECT_EQ(held.lens.fx, 535.91573396163199);
+  EXPECT_LT(held.rms_px, 0.39);
+  EXPECT_GT(held.rms_px, own.rms_px);
+}
+
 TEST_F(RealBoards, NewViewsArePredictedBetterThanByOpenCv) {
   const auto full = [](const std::vector<BoardView>& v) { return by_opencv(v, 0); };
   const auto radial = [](const std::vector<BoardView>& v) {
@@ -215,9 +229,9 @@ TEST_F(RealBoards, NewViewsArePredictedBetterThanByOpenCv) {
   EXPECT_LT(ours_px, their_radial_px);
 }
 
-// mrcal 2.2 on the same corners with the same model (scripts/references/mrcal_boards.py prints
+// mrcal 2.2 on the same corners with the same model (studies/references/mrcal_boards.py prints
 // these) takes corners as independent. Disjoint halves of these views differ by two to four times
-// what that states (scripts/calibration_splits.py; docs/calibration.md).
+// what that states (studies/calibration_splits.py; docs/calibration.md).
 TEST_F(RealBoards, ProjectionIsLessCertainThanIndependentCornersWouldMakeIt) {
   constexpr double near_mm = 400.0;
   constexpr double far_mm = 1e9;  // as good as infinity

@@ -140,7 +140,7 @@ TEST_F(Correspondences, WhatCannotBeUsedIsNamed) {
     write(text);
     return sentence_of([&] { read(csv_); });
   };
-  EXPECT_THAT(sentence("u,v\n"), HasSubstr("x,y,column,row"));
+  EXPECT_THAT(sentence("u,v\n"), HasSubstr("names no column 'x'"));
   EXPECT_THAT(sentence("x,y,column,row\n"), HasSubstr("holds no correspondence"));
   for (const char* line : {"9,0,1,1", "0,0,640,1", "0.5,0,1,1", "0,0,1", "a,b,c,d", "0,0,nan,1"}) {
     EXPECT_THAT(sentence(std::string("x,y,column,row\n") + line + "\n"), HasSubstr("line 2"))

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+
 #include "tests/calib/board_scene.h"
 #include "tests/sentence.h"
 
@@ -46,6 +49,46 @@ TEST(Chessboard, FindsTheCornersThatWereDrawn) {
     }
   }
   RecordProperty("corner_rms_px", std::to_string(std::sqrt(sum / (columns * rows))));
+}
+
+// Larger than what detectors are given: they see it reduced, by a factor that is not whole.
+TEST(Chessboard, CornersOfALargePictureLieWhereTheyWereDrawn) {
+  const Lens lens{1900, 1400, 2900.0, 2905.0, 955.0, 690.0, {}};
+  std::mt19937 random(11);
+  const Rigid pose = testing::tilted(0.3, -0.2, 0.1, {2.0, -3.0, 300.0}, {40.0, 25.0, 0.0});
+  const Image<float> image =
+      testing::blurred(testing::photograph(lens, pose, 9, 6, 10.0, 0.01, random), 2.0);
+  const BoardCorners corners = find_chessboard(image, 9, 6, "large");
+  double largest = 0.0;
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 9; ++i) {
+      const Eigen::Vector2d truth = lens.project(pose * Eigen::Vector3d(10.0 * i, 10.0 * j, 0.0));
+      largest = std::max(largest, (corners.at(i, j) - truth).norm());
+    }
+  }
+  EXPECT_LT(largest, 0.08);
+}
+
+// Inner corners count; 10 x 7 squares are the usual mistake.
+TEST(Chessboard, BoardOfAnotherSizeIsTold) {
+  const Lens lens{640, 480, 1000.0, 1000.0, 320.0, 240.0, {}};
+  std::mt19937 random(12);
+  const Rigid pose = testing::tilted(0.3, -0.2, 0.1, {2.0, -3.0, 300.0}, {40.0, 25.0, 0.0});
+  const Image<float> image = testing::photograph(lens, pose, 9, 6, 10.0, 0.01, random);
+  using Size = std::array<int, 2>;
+  for (const auto& [wide, high] : {Size{10, 7}, Size{7, 10}, Size{9, 7}, Size{11, 8}}) {
+    auto other = other_chessboard(image, wide, high);
+    ASSERT_TRUE(other) << wide << " x " << high;
+    std::sort(other->begin(), other->end());
+    EXPECT_EQ(*other, (Size{6, 9})) << wide << " x " << high;
+  }
+  // Found as a part, it is told from the whole.
+  const auto whole = other_chessboard(image, 8, 5, Sizes::larger);
+  ASSERT_TRUE(whole);
+  EXPECT_EQ((*whole)[0] * (*whole)[1], 54);
+  EXPECT_FALSE(other_chessboard(image, 9, 6, Sizes::larger));
+  EXPECT_FALSE(other_chessboard(image, 6, 9, Sizes::larger));
+  EXPECT_FALSE(other_chessboard(Image<float>(640, 480, 1), 9, 6));
 }
 
 TEST(Chessboard, BrightnessScaleDoesNotMatter) {

@@ -6,6 +6,7 @@
 
 #include <zlib.h>
 
+#include <cmath>
 #include <cstdio>
 #include <regex>
 #include <string>
@@ -14,6 +15,7 @@
 #include "capture/session/frames.h"
 #include "io/atomic_file.h"
 #include "io/image/image_file.h"
+#include "io/image/orientation.h"
 #include "io/read_file.h"
 #include "tests/capture/session_files.h"
 #include "tests/capture/simulated_camera.h"
@@ -34,6 +36,7 @@ struct Exif {
   const char* exposure;  // rational, "1/30"
   const char* aperture = "56/10";
   int iso = 100;
+  int orientation = 1;
 };
 
 /// Numbers as a little-endian file holds them.
@@ -60,12 +63,13 @@ std::string exif_block(const Exif& exif) {
     put(bytes, b, 4);
     return bytes;
   };
-  constexpr unsigned second = 8 + 2 + 2 * 12 + 4;
+  constexpr unsigned second = 8 + 2 + 3 * 12 + 4;
   constexpr unsigned values = second + 2 + 3 * 12 + 4;
   std::string block("II*\0\x08\0\0\0", 8);
-  put(block, 2, 2);
+  put(block, 3, 2);
   entry(block, 0x110, 2, 12, values + 16);  // Model
-  entry(block, 0x8769, 4, 1, second);       // EXIF directory
+  entry(block, 0x112, 3, 1, static_cast<unsigned>(exif.orientation));
+  entry(block, 0x8769, 4, 1, second);  // EXIF directory
   put(block, 0, 4);
   put(block, 3, 2);
   entry(block, 0x829A, 5, 1, values);      // ExposureTime
@@ -153,6 +157,30 @@ class Import : public testing::Test {
   Session import() {
     Progress silent;
     return import_session({photographs, plan, out, table}, silent);
+  }
+  /// What the import warns of.
+  std::string warnings(std::optional<Orientation> orientation = {}) {
+    struct Listener : Progress {
+      void warn(const std::string& sentence) override { text += sentence + "\n"; }
+      std::string text;
+    } listener;
+    fs::remove(out / "session.json");
+    import_session({photographs, plan, out, table, Links::within, orientation}, listener);
+    return listener.text;
+  }
+  /// A table of all photographs without exposure times, but for `file`'s.
+  void write_table(const std::string& file, const std::string& exposure) {
+    std::string text = "file,shot,exposure_s\n";
+    for (const auto& entry : fs::directory_iterator(photographs / "day_1")) {
+      const std::string name = entry.path().filename().string();
+      const bool stack = name.find("fit") == 0 || name.find("white") == 0 ||
+                         name.find("board") == 0 || name.find("dark") == 0;
+      const std::string stem = entry.path().stem().string();
+      text += "day_1/" + name + "," + (stack ? stem.substr(0, stem.rfind('_')) : stem) + "," +
+              (name == file ? exposure : "") + "\n";
+    }
+    table = folder.path() / "shots.csv";
+    write_text(*table, text);
   }
   std::string refusal() {
     return sentence_of([&] { import(); });
@@ -324,27 +352,102 @@ TEST_F(Import, RefusesAPhotographWithoutExposureTimeUnlessATableTellsIt) {
   io::write_code_image(path("fit_00_1.png"), frames[0].pixels, 12);
   EXPECT_THAT(refusal(), AllOf(StartsWith(path("fit_00_1.png") + ": neither EXIF nor a table"),
                                HasSubstr("--table")));
-  std::string text = "file,shot,exposure_s\n";
-  for (const auto& entry : fs::directory_iterator(photographs / "day_1")) {
-    const std::string name = entry.path().filename().string();
-    const bool stack = name.find("fit") == 0 || name.find("white") == 0 ||
-                       name.find("board") == 0 || name.find("dark") == 0;
-    const std::string stem = entry.path().stem().string();
-    text += "day_1/" + name + "," + (stack ? stem.substr(0, stem.rfind('_')) : stem) + "," +
-            (name == "fit_00_1.png" ? "1/5" : "") + "\n";
-  }
-  table = folder.path() / "shots.csv";
-  write_text(*table, text);
+  write_table("fit_00_1.png", "1/5");
   EXPECT_NEAR(import().patterns[0].frames[1].exposure_s, 0.2, 1e-9);
 }
 
-TEST_F(Import, ATableThatContradictsExifIsRefused) {
-  table = folder.path() / "shots.csv";
-  write_text(*table, "file,shot,exposure_s\nday_1/fit_00_1.png,fit_00,0.5\n");
-  EXPECT_THAT(refusal(), HasSubstr("the table says 0.5 s, EXIF says 0.2 s"));
+TEST_F(Import, TheTableOverridesExifWithAWarning) {
+  write_exif(path("fit_00_1.png"), {"1/2"});  // in truth 1/5
+  write_table("fit_00_1.png", "0.2");
+  EXPECT_THAT(warnings(), HasSubstr(path("fit_00_1.png") +
+                                    ": the table says 0.2 s, EXIF says 0.5 s; the table is taken"));
+  EXPECT_NEAR(read_session(out).patterns[0].frames[1].exposure_s, 0.2, 1e-9);
+}
+
+TEST_F(Import, ATableNamesPlainShots) {
   // Longer than the stack is deep.
+  table = folder.path() / "shots.csv";
   write_text(*table, "file,shot\nday_1/fit_00_1.png,plane_1" + std::string(2'000'000, 'x') + "\n");
   EXPECT_THAT(refusal(), AllOf(HasSubstr("line 2: the shot is 'plane_1xxx"), HasSubstr("use ")));
+}
+
+TEST_F(Import, HiddenFilesAndSystemFoldersAreNoPhotographs) {
+  for (const char* name : {"._fit_00_0.png", ".thumbnails/fit_00_0.png", "@eaDir/a/fit_00_0.png",
+                           "Thumbs.db", "desktop.ini"}) {
+    fs::create_directories((photographs / name).parent_path());
+    write_text(photographs / name, "no picture");
+  }
+  fs::create_directories(photographs / "day_1" / "__MACOSX");
+  fs::copy_file(path("dark_0.png"), photographs / "day_1" / "__MACOSX" / "fit_00_0.png");
+  EXPECT_THAT(warnings(), HasSubstr(": 6 hidden files and folders are ignored."));
+  EXPECT_EQ(read_session(out).patterns[0].frames.size(), 3U);
+}
+
+TEST_F(Import, AFolderNamedPatternsHoldsPhotographsToo) {
+  fs::create_directories(photographs / "patterns");
+  for (const char* name : {"fit_00_0.png", "fit_00_1.png", "fit_00_2.png"}) {
+    fs::rename(path(name), photographs / "patterns" / name);
+  }
+  // What the projector showed is none.
+  fs::copy_file(plan / "patterns/fit_00.png", photographs / "patterns/fit_00.png");
+  EXPECT_EQ(import().patterns[0].frames[2].file, "photographs/patterns/fit_00_2.png");
+}
+
+TEST_F(Import, APatternInColourOrOfAnotherSizeIsRefused) {
+  io::write_image(plan / "patterns/fit_01.png", Image<std::uint8_t>(64, 48, 3, 255));
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("fit_01.png: the pattern is 64 x 48 with 3 channels"),
+                               HasSubstr("grey 8-bit PNG")));
+  io::write_image(plan / "patterns/fit_01.png", Image<std::uint8_t>(32, 48, 1, 255));
+  EXPECT_THAT(refusal(), HasSubstr("fit_01.png: the pattern is 32 x 48"));
+}
+
+// A frame of another size: no session.json is there yet to blame.
+TEST_F(Import, APreviewAmongThePhotographsIsNamed) {
+  io::write_code_image(path("fit_01_1.png"), Image<std::uint16_t>(16, 12, 3, 500), 12);
+  write_exif(path("fit_01_1.png"), {"1/5"});
+  EXPECT_THAT(refusal(), AllOf(HasSubstr("fit_01_1.png: the frame is 16 x 12 pixels"),
+                               testing::Not(HasSubstr("session.json"))));
+}
+
+class ImportOrientation : public Import, public testing::WithParamInterface<int> {};
+
+// The camera's own frames and the upright ones are the same pixels.
+TEST_P(ImportOrientation, IsAppliedToAllFramesWhereTheyAgree) {
+  const int tag = GetParam();
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(photographs / "day_1")) {
+    files.push_back(entry.path());
+  }
+  for (const fs::path& file : files) {
+    const double seconds = *io::read_photo_settings(file).exposure_s;
+    const std::string exposure = std::to_string(std::lround(seconds * 3e6)) + "/3000000";
+    write_exif(file, {exposure.c_str(), "56/10", 100, tag});
+  }
+  EXPECT_THAT(warnings(), AllOf(HasSubstr("EXIF orientation " + std::to_string(tag)),
+                                HasSubstr("--orientation apply")));
+  const Session stored = read_session(out);
+  EXPECT_THAT(warnings(Orientation::ignore), testing::Not(HasSubstr("orientation")));
+  EXPECT_THAT(warnings(Orientation::apply), testing::Not(HasSubstr("orientation")));
+  const Session upright = read_session(out);
+  EXPECT_EQ(upright.camera.orientation, tag);
+  EXPECT_EQ(upright.camera.width, io::swaps_sides(tag) ? height : width);
+  for (const auto& [before, after] :
+       {std::pair(stored.patterns[1].frames[1], upright.patterns[1].frames[1]),
+        std::pair(stored.calibration.camera_boards[0], upright.calibration.camera_boards[0]),
+        std::pair(stored.calibration.dark[0], upright.calibration.dark[0])}) {
+    EXPECT_EQ(load_frame(upright, after).values(),
+              io::turned(load_frame(stored, before), tag).values());
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Tags, ImportOrientation, testing::Values(2, 3, 6, 8));
+
+TEST_F(Import, OrientationsThatDifferAreIgnored) {
+  write_exif(path("fit_01_1.png"), {"1/5", "56/10", 100, 6});
+  EXPECT_THAT(warnings(), HasSubstr("orientations are ignored"));
+  EXPECT_FALSE(read_session(out).camera.orientation);
+  EXPECT_THAT(sentence_of([&] { warnings(Orientation::apply); }),
+              HasSubstr("only where all photographs have the same"));
 }
 
 }  // namespace

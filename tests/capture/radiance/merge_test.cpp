@@ -139,7 +139,9 @@ TEST(MergeFrames, RepeatsLowerTheVarianceAsTheySay) {
     const double variance = square / n - mean / n * mean / n;
     EXPECT_NEAR(mean / n, 0.0, 4.0 * std::sqrt(variance / n)) << radiance;
     EXPECT_NEAR(variance / (predicted / n), 1.0, 0.1) << radiance;
-    if (radiance < 20.0) EXPECT_NEAR(of_one / predicted, repeats, 0.1 * repeats) << radiance;
+    if (radiance < 20.0) {
+      EXPECT_NEAR(of_one / predicted, repeats, 0.1 * repeats) << radiance;
+    }
   }
 }
 

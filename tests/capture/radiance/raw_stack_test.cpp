@@ -127,7 +127,7 @@ TEST_F(RealRawStack, CodesReachRadianceUnchanged) {
   double worst = 0.0;
   for (int y = 0; y < 1156; ++y) {
     for (int x = 0; x < 1734; ++x) {
-      const int c = raw.layout[static_cast<std::size_t>(2 * (y % 2) + x % 2)];
+      const int c = (*raw.layout)[static_cast<std::size_t>(2 * (y % 2) + x % 2)];
       const double expected = (raw.mosaic(x, y) - 2048.0) / (15000.0 - 2048.0) / 0.25;
       worst = std::max(worst, std::abs(merged.radiance(x, y, c) - expected));
     }
@@ -145,7 +145,7 @@ TEST_F(RealRawStack, AnotherWhiteLevelOrACurveIsRefused) {
                      testing::HasSubstr("camera.white_level = 16000; write 15000 there.")));
   session.camera.encoding = Encoding::response;
   EXPECT_THAT(sentence_of([&] { load_frame(session, frame); }),
-              testing::HasSubstr("a RAW frame is linear"));
+              testing::HasSubstr("this RAW frame is linear"));
 }
 
 }  // namespace

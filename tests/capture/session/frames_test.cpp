@@ -108,6 +108,7 @@ TEST_F(Frames, ATruncatedFrameIsNamed) {
 }
 
 TEST_F(Frames, AWrongSizedFrameIsNamedWithBothSizes) {
+  write_text(path("session.json"), "{}");
   io::write_image(path("small.png"), Image<std::uint16_t>(39, 30, 3, 9));
   EXPECT_THAT(error_of("small.png"),
               AllOf(StartsWith(path("small.png") + ": the frame is 39 x 30 pixels"),
@@ -116,7 +117,8 @@ TEST_F(Frames, AWrongSizedFrameIsNamedWithBothSizes) {
 
 TEST_F(Frames, AWrongNumberOfChannelsIsNamed) {
   io::write_image(path("grey.png"), Image<std::uint16_t>(40, 30, 1, 9));
-  EXPECT_THAT(error_of("grey.png"), HasSubstr("the frame has 1 channels, session.json lists 3"));
+  EXPECT_THAT(error_of("grey.png"),
+              HasSubstr("the frame has 1 channels, the session has 3 in channels"));
 }
 
 TEST_F(Frames, CodesBeyondTheBitDepthAreToldWithTheFix) {

@@ -57,7 +57,7 @@ TEST(MeshCheck, TrianglesOfStlAreWelded) {
   expect_same_body(checked, ball());
   EXPECT_EQ(checked.mesh.vertices.size(), ball().vertices.size());
   EXPECT_EQ(checked.mesh.triangles.size(), ball().triangles.size());
-  EXPECT_THAT(checked.mended, ElementsAre(HasSubstr("vertices of the same place welded")));
+  EXPECT_THAT(checked.mended, IsEmpty());
 }
 
 // Rounded apart by a ten-millionth of the box, as some exporters do.
@@ -166,7 +166,7 @@ TEST(MeshCheck, AHoleIsRefusedWithItsPlace) {
   mesh.triangles.erase(mesh.triangles.begin() + 3);
   EXPECT_THAT(refusal(mesh),
               testing::MatchesRegex("a.obj: is not closed: it has 3 open edges, the first at "
-                                    "\\(.*\\) mm \\(triangle [0-9]+\\); close the hole there"));
+                                    "\\(.*\\) \\(triangle [0-9]+\\); close the hole there"));
 }
 
 TEST(MeshCheck, WhatBoundsNoVolumeIsRefused) {
@@ -212,7 +212,7 @@ TEST(MeshCheck, OneSideOnlyIsRefused) {
 
 TEST(MeshCheck, OverlappingBodiesAreRefused) {
   EXPECT_THAT(refusal(joined(ball(), moved(ball(), {4.0, 1.0, 0.0}))),
-              testing::AllOf(HasSubstr("intersects itself"), HasSubstr("mm"), HasSubstr("unite")));
+              testing::AllOf(HasSubstr("intersects itself"), HasSubstr("unite")));
   // One through the other at a single place, as scans have it: reported, and left.
   const TriangleMesh pricked =
       joined(sphere_mesh(5.0, 100), moved(cone_mesh(0.05, 1.0, 40), {0.0, 0.0, -5.49}));

@@ -5,6 +5,7 @@
 
 #include "forward/boundary_integral/boundary_solve.h"
 #include "forward/boundary_integral/layer_sum.h"
+#include "forward/light_entry.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
 #include "tests/forward/embedded/exact_sphere.h"
 

@@ -31,10 +31,12 @@ TEST(NoiseThatLeaves, IsTheInverseOfWhatIsLeft) {
   EXPECT_EQ(noise_that_leaves(0.02, 0.03), std::numeric_limits<double>::infinity());
   EXPECT_EQ(noise_that_leaves(0.5, 0.03), 0.0) << "no walk corrects what lies between the nodes";
   double last = 0.0;
-  for (const double wanted : {0.025, 0.03, 0.04, 0.05}) {
+  for (const double wanted : {0.044, 0.047, 0.05, 0.055}) {
     const double noise = noise_that_leaves(0.06, wanted);
     EXPECT_GT(noise, last);
-    EXPECT_GT(noise, wanted * 0.7);
+    const double variance = 0.44 * 0.5 * noise * noise, square = 0.06 * 0.06;
+    EXPECT_NEAR(std::hypot(std::sqrt(square * variance / (square + variance)), 0.7 * 0.06), wanted,
+                1e-12);
     last = noise;
   }
 }

@@ -8,9 +8,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "bench/cases/form_factor_case.h"
 #include "core/optics.h"
 #include "forward/dipole/form_factor/quadrature.h"
+#include "tests/cases/form_factor_case.h"
 
 namespace kappamu::forward::dipole {
 namespace {
@@ -25,7 +25,7 @@ TEST(FormFactor, IsTheIntegralOverTheTriangle) {
   constexpr double tolerance = 1e-3;
   for (const char* name : {"dipole", "better-dipole"}) {
     for (std::uint64_t i = 0; i < sweep; ++i) {
-      const bench::FormFactorCase c = bench::form_factor_case(population, i);
+      const test_cases::FormFactorCase c = test_cases::form_factor_case(population, i);
       const Profile profile = make_profile(name, c.material, eta);
       EXPECT_NEAR(form_factor(profile, c.triangle, c.point).value /
                       quadrature_form_factor(profile, c.triangle, c.point),
@@ -38,7 +38,7 @@ TEST(FormFactor, IsTheIntegralOverTheTriangle) {
 TEST(FormFactor, WithAlignedSourcesIsTheIntegralToo) {
   constexpr double tolerance = 5e-3;
   for (std::uint64_t i = 0; i < sweep; ++i) {
-    const bench::FormFactorCase c = bench::form_factor_case(population, i);
+    const test_cases::FormFactorCase c = test_cases::form_factor_case(population, i);
     const Profile profile = make_profile("dipole", c.material, eta);
     EXPECT_NEAR(aligned_form_factor(profile, c.triangle, c.point).value /
                     quadrature_aligned_form_factor(profile, c.triangle, c.point),
@@ -53,7 +53,7 @@ TEST(FormFactor, OfTheTaylorSeriesConvergesWithItsCriterion) {
   const auto worst = [](double ratio) {
     double largest = 0.0;
     for (std::uint64_t i = 0; i < sweep; ++i) {
-      const bench::FormFactorCase c = bench::form_factor_case(population, i);
+      const test_cases::FormFactorCase c = test_cases::form_factor_case(population, i);
       if (c.on_edge) continue;
       const Profile profile = make_profile("dipole", c.material, eta);
       const double exact = form_factor(profile, c.triangle, c.point).value;

@@ -35,7 +35,8 @@ class MonteCarloBlockLight : public testing::WithDevice {
           if ((at - source).norm() >= 3.0) act(s.index(x, y, z));
         }
   }
-  static void agree_deep_inside(const ForwardProblem& p, const Eigen::Vector3d& source) {
+  static void agree_deep_inside(const ForwardProblem& p, const Eigen::Vector3d& source,
+                                double diffusion_error) {
     constexpr std::uint64_t photons = 200'000;
     const ForwardResult transport = solve(p, "montecarlo", photons);
     const ForwardResult diffusion = solve(p, "multigrid", photons);
@@ -47,7 +48,6 @@ class MonteCarloBlockLight : public testing::WithDevice {
     // The mean over all those voxels, whose noise is small, and each within its own noise.
     double sum = 0.0, expected = 0.0;
     int voxels = 0, beyond = 0;
-    constexpr double diffusion_error = 0.03;
     deep_inside(p.setup.shape, source, [&](std::size_t i) {
       sum += transport.fluence[i];
       expected += diffusion.fluence[i];
@@ -66,7 +66,7 @@ TEST_F(MonteCarloBlockLight, APointIsThatOfDiffusionDeepInside) {
   ForwardProblem p = block();
   const Eigen::Vector3d at(6.25, 6.25, 4.25);
   p.light.points = {{at, 3.0}};
-  agree_deep_inside(p, at);
+  agree_deep_inside(p, at, 0.03);
 }
 
 TEST_F(MonteCarloBlockLight, AnObliqueSpotIsThatOfDiffusionDeepInside) {
@@ -74,7 +74,8 @@ TEST_F(MonteCarloBlockLight, AnObliqueSpotIsThatOfDiffusionDeepInside) {
   for (int v = 6; v < 10; ++v)
     for (int u = 6; u < 10; ++u) p.irradiance[static_cast<std::size_t>(v * 24 + u)] = 2.0;
   p.light.direction = Eigen::Vector3d(0.7, 0.3, 0.5);
-  agree_deep_inside(p, {4.0, 4.0, 0.0});
+  // Diffusion is 4 % too bright there at normal incidence, too.
+  agree_deep_inside(p, {4.0, 4.0, 0.0}, 0.06);
 }
 
 // In a nearly clear block most of it is unscattered, and by which way it goes is seen.

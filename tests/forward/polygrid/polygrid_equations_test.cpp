@@ -13,7 +13,7 @@
 #include "core/numbers/dot.h"
 #include "core/optics.h"
 #include "forward/polygrid/linear_solver.h"
-#include "made_polygrid.h"
+#include "tests/cases/made_polygrid.h"
 
 namespace kappamu::forward::polygrid {
 namespace {

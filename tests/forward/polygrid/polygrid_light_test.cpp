@@ -10,7 +10,7 @@
 #include "forward/polygrid/beams.h"
 #include "forward/polygrid/cell_walk.h"
 #include "forward/polygrid/polygrid_diffusion.h"
-#include "made_polygrid.h"
+#include "tests/cases/made_polygrid.h"
 #include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::polygrid {
@@ -149,7 +149,8 @@ TEST(PolygridBeams, CollideAtTheirMeanDepth) {
     power += load[i];
     depth += load[i] * (grid.corner[i] - ball.surface.position[triangle]).dot(inward);
   }
-  constexpr double off_surface = 0.01;  // of mesh and polygrid from each other, over the depth
+  // Of mesh and polygrid from each other and of chords taken as straight in cells, over the depth.
+  constexpr double off_surface = 0.02;
   EXPECT_NEAR(depth / power, 3.0 * coefficients.kappa, off_surface * 3.0 * coefficients.kappa);
 }
 

@@ -14,7 +14,7 @@
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/split_polygrid.h"
-#include "made_polygrid.h"
+#include "tests/cases/made_polygrid.h"
 #include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::polygrid {

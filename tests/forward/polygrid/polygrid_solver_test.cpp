@@ -6,7 +6,7 @@
 #include "core/optics.h"
 #include "device/device_info.h"
 #include "forward/polygrid/opencl/opencl_solver.h"
-#include "made_polygrid.h"
+#include "tests/cases/made_polygrid.h"
 
 namespace kappamu::forward::polygrid {
 namespace {

@@ -7,11 +7,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bench/cases/limit_inverse_case.h"
 #include "inverse/block_model/model_choice.h"
 #include "inverse/block_model/model_evidence.h"
 #include "inverse/block_model/model_merge.h"
 #include "inverse/validation/simpler_model.h"
+#include "tests/cases/limit_inverse_case.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -26,13 +26,13 @@ struct Fitted {
   double error = 0.0;  ///< E under 8 × 8 patches
 };
 
-Fitted fit_block(const bench::Block& block, const bench::Figure3& truth, const FitOptions& options,
-                 const bench::Mistake& mistake = {}) {
-  SurfaceMeasurements m = bench::expose_figure(block, truth, 4, fine);
-  bench::spoil(m, block.noise, mistake);
+Fitted fit_block(const test_cases::Block& block, const test_cases::Figure3& truth,
+                 const FitOptions& options, const test_cases::Mistake& mistake = {}) {
+  SurfaceMeasurements m = test_cases::expose_figure(block, truth, 4, fine);
+  test_cases::spoil(m, block.noise, mistake);
   Fitted result{cases::fit(m, options), 0.0};
-  result.error =
-      bench::appearance_error(result.fit.medium, bench::expose_figure(block, truth, 8, fine));
+  result.error = test_cases::appearance_error(result.fit.medium,
+                                              test_cases::expose_figure(block, truth, 8, fine));
   return result;
 }
 
@@ -43,14 +43,14 @@ double spread(const Volume<double>& volume) {
 }
 
 /// Voxels of half a mean free path, so that the data's own grid matters little.
-bench::Block block() {
-  bench::Block b;
+test_cases::Block block() {
+  test_cases::Block b;
   b.grid = {16, 16, 10, 0.3};
   return b;
 }
 
 TEST(Model, HomogeneousBlockComesOutHomogeneous) {
-  const Fitted fitted = fit_block(block(), bench::even_block(0.2, 0.02), {});
+  const Fitted fitted = fit_block(block(), test_cases::even_block(0.2, 0.02), {});
   const FitReport& report = fitted.fit.report;
   EXPECT_EQ(report.model.model, Model::homogeneous) << report.model.reason;
   EXPECT_EQ(report.status, FitStatus::converged);
@@ -64,7 +64,7 @@ TEST(Model, HomogeneousBlockComesOutHomogeneous) {
 }
 
 TEST(Model, LayeredBlockComesOutLayered) {
-  const Fitted fitted = fit_block(block(), bench::layered_block(0.25, 0.03), {});
+  const Fitted fitted = fit_block(block(), test_cases::layered_block(0.25, 0.03), {});
   const FitReport& report = fitted.fit.report;
   EXPECT_EQ(report.model.model, Model::layered) << report.model.reason;
   EXPECT_LT(report.model.layers, block().grid.nz) << "as few as the data need";
@@ -83,9 +83,9 @@ TEST(Model, StructureIsMistakenForNeither) {
   for (const double strength : {1.0, 0.15}) {
     FitOptions options;
     options.path.stage_steps = 2;  // the choice is what is asked
-    SurfaceMeasurements m =
-        bench::expose_figure(block(), bench::structured_block(0.2, 0.02, strength, 0), 4, fine);
-    bench::spoil(m, 0.01, {});
+    SurfaceMeasurements m = test_cases::expose_figure(
+        block(), test_cases::structured_block(0.2, 0.02, strength, 0), 4, fine);
+    test_cases::spoil(m, 0.01, {});
     const FitReport report = cases::fit(m, options).report;
     EXPECT_EQ(report.model.model, Model::volume) << strength << ": " << report.model.reason;
     EXPECT_THAT(report.model.reason, HasSubstr("Neither a homogeneous block"));
@@ -95,7 +95,8 @@ TEST(Model, StructureIsMistakenForNeither) {
 TEST(Model, WhatIsAskedForIsFittedAndSaidNotToSuffice) {
   FitOptions options;
   options.path.model = Model::homogeneous;
-  const Fitted fitted = fit_block(block(), bench::structured_block(0.2, 0.02, 1.0, 0), options);
+  const Fitted fitted =
+      fit_block(block(), test_cases::structured_block(0.2, 0.02, 1.0, 0), options);
   const FitReport& report = fitted.fit.report;
   EXPECT_EQ(report.model.model, Model::homogeneous);
   EXPECT_EQ(report.status, FitStatus::above_noise);
@@ -107,13 +108,13 @@ TEST(Model, WhatIsAskedForIsFittedAndSaidNotToSuffice) {
 TEST(Model, ValidationOverrulesUnderstatedVariances) {
   // Variances a quarter of the true ones, by more than systematic error is taken to be: nothing
   // explains the data to what they state.
-  const bench::Figure3 truth = bench::even_block(0.2, 0.02);
-  const bench::Block b = block();
+  const test_cases::Figure3 truth = test_cases::even_block(0.2, 0.02);
+  const test_cases::Block b = block();
   constexpr double noise = 0.03;
-  SurfaceMeasurements m = bench::expose_figure(b, truth, 4, fine);
-  bench::spoil(m, noise, {.variance = 0.25});
-  SurfaceMeasurements validation = bench::expose_figure(b, truth, 2, fine);
-  bench::spoil(validation, noise, {.variance = 0.25}, 8);
+  SurfaceMeasurements m = test_cases::expose_figure(b, truth, 4, fine);
+  test_cases::spoil(m, noise, {.variance = 0.25});
+  SurfaceMeasurements validation = test_cases::expose_figure(b, truth, 2, fine);
+  test_cases::spoil(validation, noise, {.variance = 0.25}, 8);
   FitOptions options;
   options.path.stage_steps = 20;
   ChannelFit fit = cases::fit(m, options);
@@ -127,12 +128,12 @@ TEST(Model, ValidationOverrulesUnderstatedVariances) {
 }
 
 TEST(Model, ValidationKeepsTheVolumeWhereThereIsStructure) {
-  const bench::Figure3 truth = bench::structured_block(0.2, 0.02, 0.3, 0);
-  const bench::Block b = block();
-  SurfaceMeasurements m = bench::expose_figure(b, truth, 4, fine);
-  bench::spoil(m, b.noise, {});
-  SurfaceMeasurements validation = bench::expose_figure(b, truth, 2, fine);
-  bench::spoil(validation, b.noise, {}, 8);
+  const test_cases::Figure3 truth = test_cases::structured_block(0.2, 0.02, 0.3, 0);
+  const test_cases::Block b = block();
+  SurfaceMeasurements m = test_cases::expose_figure(b, truth, 4, fine);
+  test_cases::spoil(m, b.noise, {});
+  SurfaceMeasurements validation = test_cases::expose_figure(b, truth, 2, fine);
+  test_cases::spoil(validation, b.noise, {}, 8);
   FitOptions options;
   options.path.stage_steps = 20;
   ChannelFit fit = cases::fit(m, options);
@@ -176,10 +177,10 @@ TEST(Layers, AlikeOnesMergeWithinTheAllowance) {
 }
 
 TEST(Evidence, TellsNoiseFromMisfitWhateverTheStatedVariance) {
-  const bench::Block b = block();
-  SurfaceMeasurements m = bench::expose_figure(b, bench::even_block(0.2, 0.02), 4, 2);
+  const test_cases::Block b = block();
+  SurfaceMeasurements m = test_cases::expose_figure(b, test_cases::even_block(0.2, 0.02), 4, 2);
   const std::vector<float> clean = m.value;
-  bench::spoil(m, 0.01, {.variance = 4.0});
+  test_cases::spoil(m, 0.01, {.variance = 4.0});
   const Problem problem = make_problem(m, 0, forward::Convention::physical, {});
   std::vector<double> prediction(clean.begin(), clean.end());
   const Evidence right = weigh(problem, prediction, {});

@@ -6,9 +6,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "bench/cases/inverse_case.h"
+#include "tests/cases/inverse_case.h"
 
-namespace kappamu::bench {
+namespace kappamu::test_cases {
 
 namespace {
 
@@ -145,4 +145,4 @@ void add_correlated_error(SurfaceMeasurements& m, double size, double length, st
   add(m, errors, size);
 }
 
-}  // namespace kappamu::bench
+}  // namespace kappamu::test_cases

@@ -8,7 +8,7 @@
 #include "core/grid.h"
 #include "core/surface_measurements.h"
 
-namespace kappamu::bench {
+namespace kappamu::test_cases {
 
 /// Bars side by side along x, as wide as `count` of them fill the lit face z− of `grid`:
 /// [count][v][u].
@@ -25,4 +25,4 @@ void add_rig_error(SurfaceMeasurements& measurements, double size, std::uint64_t
 void add_correlated_error(SurfaceMeasurements& measurements, double size, double length,
                           std::uint64_t seed);
 
-}  // namespace kappamu::bench
+}  // namespace kappamu::test_cases

@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "bench/cases/limit_inverse_case.h"
+#include "tests/cases/limit_inverse_case.h"
 #include "tests/inverse/block_model/systematic_case.h"
 #include "tests/inverse/fit/fit_cases.h"
 
@@ -20,15 +20,15 @@ namespace {
 constexpr int fine = 3;
 constexpr double noise = 0.003;
 
-bench::Block block(GridShape grid = {20, 16, 8, 0.5}) {
-  bench::Block b;
+test_cases::Block block(GridShape grid = {20, 16, 8, 0.5}) {
+  test_cases::Block b;
   b.grid = grid;
   return b;
 }
 
 /// Noise-free values under eight bars.
-SurfaceMeasurements expose(const bench::Block& b, const bench::Figure3& figure) {
-  return bench::expose_figure(b, figure, bench::bar_light(b.grid, 8), fine, 1.3);
+SurfaceMeasurements expose(const test_cases::Block& b, const test_cases::Figure3& figure) {
+  return test_cases::expose_figure(b, figure, test_cases::bar_light(b.grid, 8), fine, 1.3);
 }
 
 /// What is found of an error relative to the values, were the values known exactly.
@@ -40,12 +40,12 @@ SystematicError found_of(const SurfaceMeasurements& exact, const SurfaceMeasurem
 }
 
 TEST(SystematicError, IsNotFoundInNoise) {
-  const SurfaceMeasurements exact = expose(block(), bench::even_block(0.35, 0.01));
+  const SurfaceMeasurements exact = expose(block(), test_cases::even_block(0.35, 0.01));
   int found = 0;
   constexpr int trials = 40;
   for (std::uint64_t seed = 1; seed <= trials; ++seed) {
     SurfaceMeasurements m = exact;
-    bench::add_noise(m, noise, seed);
+    test_cases::add_noise(m, noise, seed);
     const SystematicError error = found_of(exact, m);
     found += error.found(0.0) ? 1 : 0;
     EXPECT_LT(error.variance, 6.0 * error.variance_error) << seed;
@@ -54,12 +54,12 @@ TEST(SystematicError, IsNotFoundInNoise) {
 }
 
 TEST(SystematicError, IsFoundOfItsSizeAndLength) {
-  const SurfaceMeasurements exact = expose(block(), bench::even_block(0.35, 0.01));
+  const SurfaceMeasurements exact = expose(block(), test_cases::even_block(0.35, 0.01));
   for (const double size : {0.002, 0.005, 0.01}) {
     for (const double length : {1.0, 2.0}) {
       SurfaceMeasurements m = exact;
-      bench::add_correlated_error(m, size, length, 5);
-      bench::add_noise(m, noise, 6);
+      test_cases::add_correlated_error(m, size, length, 5);
+      test_cases::add_noise(m, noise, 6);
       const SystematicError error = found_of(exact, m);
       std::printf("size %.2g, length %g: found %.3g, %.3g\n", size, length, error.relative,
                   error.length);
@@ -71,9 +71,10 @@ TEST(SystematicError, IsFoundOfItsSizeAndLength) {
 }
 
 TEST(SystematicError, DrawsAreOfTheCovarianceThatIsStated) {
-  const SurfaceMeasurements exact = expose(block({9, 7, 4, 0.5}), bench::even_block(0.35, 0.01));
+  const SurfaceMeasurements exact =
+      expose(block({9, 7, 4, 0.5}), test_cases::even_block(0.35, 0.01));
   SurfaceMeasurements m = exact;
-  bench::add_noise(m, noise, 1);
+  test_cases::add_noise(m, noise, 1);
   const Problem problem = make_problem(m, 0, forward::Convention::physical, {});
   const std::vector<double> prediction(exact.value.begin(), exact.value.end());
   const ErrorCovariance errors(problem, prediction, {.variance = 2.0, .length = 1.5, .white = 1.2},
@@ -102,11 +103,11 @@ TEST(SystematicError, DrawsAreOfTheCovarianceThatIsStated) {
 }
 
 /// The model that a fit chooses, without the volume's descent.
-FitReport choose(const bench::Figure3& figure, double size, std::uint64_t seed,
-                 const bench::Block& b = block()) {
+FitReport choose(const test_cases::Figure3& figure, double size, std::uint64_t seed,
+                 const test_cases::Block& b = block()) {
   SurfaceMeasurements m = expose(b, figure);
-  if (size > 0.0) bench::add_rig_error(m, size, seed);
-  bench::add_noise(m, noise, seed + 1000);
+  if (size > 0.0) test_cases::add_rig_error(m, size, seed);
+  test_cases::add_noise(m, noise, seed + 1000);
   FitOptions options;
   options.path.stage_steps = 1;
   options.path.max_levels = 2;
@@ -119,10 +120,10 @@ TEST(SystematicError, LeavesHomogeneousBlocksHomogeneous) {
   int blocks = 0;
   for (const double size : {0.001, 0.003, 0.01}) {
     for (std::uint64_t seed = 101; seed <= 107; ++seed, ++blocks) {
-      bench::Noise chance(seed + static_cast<std::uint64_t>(1e6 * size));
+      test_cases::Noise chance(seed + static_cast<std::uint64_t>(1e6 * size));
       const double kappa = 0.2 * std::exp(0.4 * chance.normal());
       const double mu = 0.02 * std::exp(0.5 * chance.normal());
-      const FitReport report = choose(bench::even_block(kappa, mu), size, seed);
+      const FitReport report = choose(test_cases::even_block(kappa, mu), size, seed);
       right += report.model.model == Model::homogeneous ? 1 : 0;
       if (size == 0.01) {
         EXPECT_GT(report.model.systematic, 0.001) << seed;
@@ -138,7 +139,7 @@ TEST(SystematicError, LeavesHomogeneousBlocksHomogeneous) {
 TEST(SystematicError, HidesNoFaintInclusions) {
   // A tenth more and less of κ leaves 0.9 % of the light unexplained, no more than an error may.
   for (const double size : {0.0, 0.003, 0.006}) {
-    const FitReport report = choose(bench::inclusions(0.25, 0.02, 1.1), size, 111);
+    const FitReport report = choose(test_cases::inclusions(0.25, 0.02, 1.1), size, 111);
     EXPECT_EQ(report.model.model, Model::volume) << size << ": " << report.model.reason;
   }
 }
@@ -146,10 +147,10 @@ TEST(SystematicError, HidesNoFaintInclusions) {
 TEST(SystematicError, HidesNoStructure) {
   for (const double size : {0.0, 0.003, 0.01}) {
     for (std::uint64_t seed = 101; seed <= 103; ++seed) {
-      const FitReport layers = choose(bench::random_layers(0.25, 0.03, seed), size, seed);
+      const FitReport layers = choose(test_cases::random_layers(0.25, 0.03, seed), size, seed);
       std::printf("%.2g %%: %s\n", 100.0 * size, layers.model.reason.c_str());
       EXPECT_EQ(layers.model.model, Model::layered) << size << " seed " << seed;
-      const FitReport inside = choose(bench::inclusions(0.25, 0.02, 2.0), size, seed);
+      const FitReport inside = choose(test_cases::inclusions(0.25, 0.02, 2.0), size, seed);
       std::printf("%.2g %%: %s\n", 100.0 * size, inside.model.reason.c_str());
       EXPECT_EQ(inside.model.model, Model::volume) << size << " seed " << seed;
     }

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "bench/cases/limit_inverse_case.h"
 #include "inverse/block_model/homogeneous.h"
+#include "tests/cases/limit_inverse_case.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -23,8 +23,8 @@ using ::testing::IsEmpty;
 
 constexpr ModelError model_error{0.001, 5e-5};
 
-bench::Block block() {
-  bench::Block b;
+test_cases::Block block() {
+  test_cases::Block b;
   b.grid = {12, 12, 6, 0.5};
   return b;
 }
@@ -34,13 +34,12 @@ struct Checked {
   std::vector<std::string> warnings;
 };
 
-Checked check(const bench::Figure3& truth, const bench::Mistake& mistake, double eta = 1.3,
-              int side = 4) {
-  SurfaceMeasurements m = bench::expose_figure(block(), truth, side, 2, eta);
-  bench::spoil(m, block().noise, mistake);
+Checked check(const test_cases::Figure3& truth, const test_cases::Mistake& mistake,
+              double eta = 1.3, int side = 4) {
+  SurfaceMeasurements m = test_cases::expose_figure(block(), truth, side, 2, eta);
+  test_cases::spoil(m, block().noise, mistake);
   const Problem problem = make_problem(m, 0, forward::Convention::physical, model_error);
-  Objective objective(problem, {});
-  const HomogeneousFit start = fit_homogeneous(objective);
+  const HomogeneousFit start = find_homogeneous(problem);
   Checked checked;
   checked.consistency = check_consistency(problem, start.kappa, start.mu, model_error, {});
   checked.warnings = warnings_of(checked.consistency, problem);
@@ -52,16 +51,17 @@ Checked check(const bench::Figure3& truth, const bench::Mistake& mistake, double
 }
 
 TEST(Consistency, RightDataAreNotAccused) {
-  for (const bench::Figure3& truth :
-       {bench::even_block(0.2, 0.02), bench::layered_block(0.2, 0.02),
-        bench::structured_block(0.15, 0.005, 1.0, 0), bench::structured_block(0.3, 0.02, 1.0, 1)}) {
+  for (const test_cases::Figure3& truth :
+       {test_cases::even_block(0.2, 0.02), test_cases::layered_block(0.2, 0.02),
+        test_cases::structured_block(0.15, 0.005, 1.0, 0),
+        test_cases::structured_block(0.3, 0.02, 1.0, 1)}) {
     EXPECT_THAT(check(truth, {}).warnings, IsEmpty());
   }
 }
 
 TEST(Consistency, WrongScaleOfAHomogeneousBlockIsMeasured) {
   for (const double scale : {0.5, 1.2, 1.5, 2.0}) {
-    const Checked checked = check(bench::even_block(0.2, 0.02), {.scale = scale});
+    const Checked checked = check(test_cases::even_block(0.2, 0.02), {.scale = scale});
     EXPECT_TRUE(checked.consistency.explained);
     constexpr double one_percent = 0.01;
     EXPECT_NEAR(std::exp(checked.consistency.log_scale.value) / scale, 1.0, one_percent);
@@ -70,14 +70,14 @@ TEST(Consistency, WrongScaleOfAHomogeneousBlockIsMeasured) {
 }
 
 TEST(Consistency, TwiceTheScaleIsToldOfAStructuredBlock) {
-  const Checked checked = check(bench::structured_block(0.3, 0.02, 1.0, 1), {.scale = 2.0});
+  const Checked checked = check(test_cases::structured_block(0.3, 0.02, 1.0, 1), {.scale = 2.0});
   EXPECT_FALSE(checked.consistency.explained);
   ASSERT_THAT(checked.warnings, ElementsAre(HasSubstr("times (")));
   EXPECT_THAT(checked.warnings.front(), HasSubstr("what a homogeneous block would show"));
 }
 
 TEST(Consistency, WrongEtaOfAHomogeneousBlockIsNamed) {
-  const Checked checked = check(bench::even_block(0.2, 0.02), {.stated_eta = 1.3}, 1.5);
+  const Checked checked = check(test_cases::even_block(0.2, 0.02), {.stated_eta = 1.3}, 1.5);
   ASSERT_TRUE(checked.consistency.other_eta.has_value());
   EXPECT_EQ(*checked.consistency.other_eta, 1.5);
   EXPECT_THAT(checked.warnings, ElementsAre(HasSubstr("with eta 1.50, not with the stated 1.30")));
@@ -85,8 +85,8 @@ TEST(Consistency, WrongEtaOfAHomogeneousBlockIsNamed) {
 
 TEST(Consistency, ShiftIsToldInVoxelsAndDirection) {
   for (const double shift : {1.0, 3.0}) {
-    for (const bench::Figure3& truth :
-         {bench::even_block(0.2, 0.02), bench::structured_block(0.15, 0.005, 1.0, 0)}) {
+    for (const test_cases::Figure3& truth :
+         {test_cases::even_block(0.2, 0.02), test_cases::structured_block(0.15, 0.005, 1.0, 0)}) {
       const Checked checked = check(truth, {.shift = shift});
       constexpr double quarter_voxel = 0.25;
       EXPECT_NEAR(checked.consistency.shift_u.value, shift, quarter_voxel);
@@ -114,7 +114,7 @@ TEST(Consistency, AShiftIsOneOfAllChannels) {
 }
 
 TEST(Consistency, FewPatternsAreSaidToTellNothing) {
-  EXPECT_THAT(check(bench::even_block(0.2, 0.02), {}, 1.3, 1).warnings,
+  EXPECT_THAT(check(test_cases::even_block(0.2, 0.02), {}, 1.3, 1).warnings,
               ElementsAre(HasSubstr("With fewer than four patterns")));
 }
 

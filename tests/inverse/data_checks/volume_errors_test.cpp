@@ -10,9 +10,9 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/cases/limit_inverse_case.h"
-#include "bench/cases/media.h"
 #include "inverse/fit/fit.h"
+#include "tests/cases/limit_inverse_case.h"
+#include "tests/cases/media.h"
 #include "tests/inverse/inverse_cases.h"
 #include "tests/inverse/joined.h"
 
@@ -99,11 +99,12 @@ TEST(VolumeErrors, IsTheJointMinimumToFirstOrder) {
   expect(*found.log_scale, 2);
 }
 
-Consistency fitted(std::uint64_t seed, const bench::Mistake& mistake) {
-  const bench::Block block{.grid = {12, 12, 6, 0.5}};
-  SurfaceMeasurements m = bench::expose_figure(block, bench::structured_block(0.2, 0.02, 1.0, seed),
-                                               bench::bar_light(block.grid, block.lit, 8), 2, 1.3);
-  bench::spoil(m, block.noise, mistake, seed);
+Consistency fitted(std::uint64_t seed, const test_cases::Mistake& mistake) {
+  const test_cases::Block block{.grid = {12, 12, 6, 0.5}};
+  SurfaceMeasurements m =
+      test_cases::expose_figure(block, test_cases::structured_block(0.2, 0.02, 1.0, seed),
+                                test_cases::bar_light(block.grid, block.lit, 8), 2, 1.3);
+  test_cases::spoil(m, block.noise, mistake, seed);
   Progress silent;
   return fit_channel(m, 0, {}, {}, silent).report.consistency;
 }

@@ -38,7 +38,7 @@ struct Case {
 
 /// A structured block whose data are brighter than their light explains, which a fit warns of.
 Case bright_block(const GridShape& grid, double noise = 0.01) {
-  bench::Block block;
+  test_cases::Block block;
   block.grid = grid;
   block.noise = noise;
   Case c{cases::measure(block, cases::smooth_medium(grid.refined(2)), 2), {}};

@@ -1,25 +1,25 @@
 // Short names for the tests of the fit: measurements of a made-up block and the score of a volume
-// (bench/cases/inverse_case.h).
+// (tests/cases/inverse_case.h).
 #pragma once
 
-#include "bench/cases/inverse_case.h"
 #include "inverse/fit/fit.h"
+#include "tests/cases/inverse_case.h"
 #include "tests/inverse/inverse_cases.h"
 
 namespace kappamu::inverse::cases {
 
-using bench::Block;
+using test_cases::Block;
 
-/// bench::measure() of `side`² patches.
+/// test_cases::measure() of `side`² patches.
 inline SurfaceMeasurements measure(const Block& block, const CoefficientPair& fine_fields,
                                    int side = 4) {
-  return bench::measure(block, fine_fields, side);
+  return test_cases::measure(block, fine_fields, side);
 }
 
 /// E under 8 × 8 patches.
 inline double validation_error(const Block& block, const CoefficientPair& fine_fields,
                                const Medium& medium) {
-  return bench::appearance_error(medium, bench::expose_patches(block, fine_fields, 8));
+  return test_cases::appearance_error(medium, test_cases::expose_patches(block, fine_fields, 8));
 }
 
 /// Checkpoint::load that gives `newest` once, then nothing.

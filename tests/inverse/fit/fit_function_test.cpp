@@ -27,7 +27,7 @@ class CarriedPair : public ::testing::TestWithParam<Kind> {};
 /// solver's tolerance remains; Huber-TV's is that of the Gaussian which stands for it. A scale of μ
 /// bends by as much as the step is long.
 TEST_P(CarriedPair, IsThePairOfTheNewFunction) {
-  bench::Block block;
+  test_cases::Block block;
   block.grid = {8, 7, 5, 0.5};
   const SurfaceMeasurements m =
       cases::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
@@ -94,9 +94,10 @@ INSTANTIATE_TEST_SUITE_P(Of, CarriedPair,
 
 /// docs/theory.md, section 4: where an overstated noise lets the path end.
 TEST(FitFunction, TellsChi2UnderTheNextWeightFromTheMinimumUnderThisOne) {
-  bench::Block block;
+  test_cases::Block block;
   block.grid = {20, 18, 6, 0.5};
-  const SurfaceMeasurements m = cases::measure(block, bench::make_truth(block.grid.refined(2), {}));
+  const SurfaceMeasurements m =
+      cases::measure(block, test_cases::make_truth(block.grid.refined(2), {}));
   FitOptions options;
   options.path.correct_grid = false;
   options.path.final_tolerance = 1e-5;

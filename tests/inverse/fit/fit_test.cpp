@@ -29,42 +29,6 @@ CoefficientPair homogeneous(const GridShape& shape, double kappa, double mu) {
           std::vector<double>(shape.cells(), std::log(mu))};
 }
 
-struct HomogeneousCase {
-  double kappa;
-  double mu;
-  double voxel_mm;
-};
-class HomogeneousStart : public ::testing::TestWithParam<HomogeneousCase> {};
-
-TEST_P(HomogeneousStart, FindsBothCoefficientsWithoutAGuess) {
-  const HomogeneousCase& c = GetParam();
-  Block block;
-  block.grid.voxel_mm = c.voxel_mm;
-  const SurfaceMeasurements m =
-      cases::measure(block, homogeneous(block.grid.refined(2), c.kappa, c.mu));
-  Problem problem = make_problem(m, 0, forward::Convention::physical, {});
-  const Refinement finer = refine(problem);
-  Objective objective(std::move(problem), {});
-  HomogeneousFit fit = fit_homogeneous(objective);
-  constexpr int table_and_descent = 50;
-  EXPECT_LT(objective.solves().total(), table_and_descent);
-  objective.refresh_correction(finer, homogeneous(block.grid, fit.kappa, fit.mu));
-  const int before = objective.solves().total();
-  fit = refit_homogeneous(objective, fit);
-  constexpr int few_steps = 12;
-  EXPECT_LT(objective.solves().total() - before, few_steps);
-  EXPECT_TRUE(fit.converged);
-  // Noise of 1 % on 4096 data moves the two parameters by far less.
-  constexpr double two_percent = 0.02;
-  EXPECT_NEAR(fit.kappa / c.kappa, 1.0, two_percent);
-  EXPECT_NEAR(fit.mu / c.mu, 1.0, two_percent);
-}
-
-INSTANTIATE_TEST_SUITE_P(MarbleWaxMilk, HomogeneousStart,
-                         ::testing::Values(HomogeneousCase{0.13, 0.01, 0.5},
-                                           HomogeneousCase{0.3, 0.1, 0.5},
-                                           HomogeneousCase{0.6, 0.005, 2.0}));
-
 /// Thin, hardly absorbing, with an inclusion that outshines any absorption: a homogeneous block
 /// follows such data best with none at all.
 CoefficientPair thin_structured(const GridShape& shape) {
@@ -92,10 +56,8 @@ Block thin_block() {
 TEST(HomogeneousStartOf, AThinBlockKeepsAPlausibleAbsorption) {
   const Block block = thin_block();
   const CoefficientPair truth = thin_structured(block.grid.refined(2));
-  Objective objective(
-      make_problem(cases::measure(block, truth), 0, forward::Convention::physical, {0.001, 5e-5}),
-      {});
-  const HomogeneousFit fit = fit_homogeneous(objective);
+  const HomogeneousFit fit = find_homogeneous(
+      make_problem(cases::measure(block, truth), 0, forward::Convention::physical, {0.001, 5e-5}));
   EXPECT_TRUE(fit.converged);
   // Far below, log μ is a direction in which nothing changes, and no descent comes back from there.
   const double absorbed_share = 3.0 * fit.kappa * fit.mu;
@@ -160,10 +122,10 @@ TEST(Fit, ExplainsTheDataOnTheFinerGridNotByAnOldCorrection) {
 TEST(Fit, ALastCorrectionIsFittedToo) {
   Block block;
   block.noise = 0.005;
-  bench::TruthSpec boxes;
+  test_cases::TruthSpec boxes;
   boxes.seed = 5;
-  const CoefficientPair truth = bench::make_truth(block.grid.refined(2), boxes);
-  const ChannelFit fit = cases::fit(bench::measure(block, truth, 4, 104), {});
+  const CoefficientPair truth = test_cases::make_truth(block.grid.refined(2), boxes);
+  const ChannelFit fit = cases::fit(test_cases::measure(block, truth, 4, 104), {});
   EXPECT_EQ(fit.report.status, FitStatus::converged) << fit.report.reason;
   EXPECT_LE(fit.report.chi2_per_value, 1.0);
 }

@@ -1,6 +1,6 @@
 // Standard deviations of homogeneous and layered blocks: predicted against the spread of fits to
 // fresh noise, each from its own start. Those of volumes: uncertainty_test.cpp and
-// tests/bench/uncertainty_proof_test.cpp.
+// tests/studies/uncertainty_proof_test.cpp.
 #include "inverse/fit/fit_uncertainty.h"
 
 #include <gmock/gmock.h>
@@ -13,9 +13,9 @@
 #include <cstdio>
 #include <vector>
 
-#include "bench/cases/limit_inverse_case.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/block_model/model_layers.h"
+#include "tests/cases/limit_inverse_case.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -27,12 +27,12 @@ using ::testing::HasSubstr;
 constexpr ModelError model_error{0.001, 5e-5};
 
 /// The layers of `truth`, in shares of the depth of `slices`.
-bench::Figure3 figure_of(const LayeredMedium& truth, int slices) {
+test_cases::Figure3 figure_of(const LayeredMedium& truth, int slices) {
   return [=](double, double, double c) {
     const int slice = static_cast<int>(c * slices);
     const auto after = std::upper_bound(truth.first.begin(), truth.first.end(), slice);
     const auto l = static_cast<std::size_t>(after - truth.first.begin() - 1);
-    return bench::Material{truth.log_kappa[l], truth.log_mu[l]};
+    return test_cases::Material{truth.log_kappa[l], truth.log_mu[l]};
   };
 }
 
@@ -56,15 +56,15 @@ struct Spread {
   Eigen::VectorXd predicted, sampled;
 };
 Spread spread_of_fits(const LayeredMedium& truth, int count) {
-  bench::Block block;
+  test_cases::Block block;
   block.grid = {8, 8, 6, 0.5};
   const SurfaceMeasurements exact =
-      bench::expose_figure(block, figure_of(truth, block.grid.nz), 3, 2);
+      test_cases::expose_figure(block, figure_of(truth, block.grid.nz), 3, 2);
   Spread spread;
   std::vector<Eigen::VectorXd> found;
   for (int k = 0; k < count; ++k) {
     SurfaceMeasurements m = exact;
-    bench::spoil(m, block.noise, {}, static_cast<std::uint64_t>(k) + 1);
+    test_cases::spoil(m, block.noise, {}, static_cast<std::uint64_t>(k) + 1);
     const Problem problem = make_problem(m, 0, forward::Convention::physical, model_error);
     Objective objective(problem, {});
     // One correction for all, as for one block: its own changes are no noise.
@@ -72,7 +72,7 @@ Spread spread_of_fits(const LayeredMedium& truth, int count) {
     if (k == 0) {
       spread.predicted = LayerFitter(objective, truth).covariance().diagonal().cwiseSqrt();
     }
-    const HomogeneousFit start = fit_homogeneous(objective);
+    const HomogeneousFit start = find_homogeneous(problem);
     const LayeredMedium begin{{0}, {std::log(start.kappa)}, {std::log(start.mu)}};
     LayerFitter fitter(objective, with_layers(begin, truth.layers(), block.grid.nz));
     found.push_back(joined(fitter.descend().medium));
@@ -113,10 +113,10 @@ TEST(ModelUncertainty, FitsOfLayersSpreadAsPredicted) {
 constexpr GridShape grid{12, 12, 6, 0.5};
 
 ChannelFit fit_model(const LayeredMedium& truth, SurfaceMeasurements& m) {
-  bench::Block block;
+  test_cases::Block block;
   block.grid = grid;
-  m = bench::expose_figure(block, figure_of(truth, grid.nz), 4, 2);
-  bench::spoil(m, block.noise, {});
+  m = test_cases::expose_figure(block, figure_of(truth, grid.nz), 4, 2);
+  test_cases::spoil(m, block.noise, {});
   return cases::fit(m, {});
 }
 

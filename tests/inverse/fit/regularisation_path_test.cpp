@@ -162,6 +162,30 @@ TEST_F(RegularisationPathTest, AtTheNoiseNoScoreTakesAWeightBack) {
   EXPECT_EQ(at.weight, 500.0);
 }
 
+TEST_F(RegularisationPathTest, GoesOnWhileAnOctaveIsFurtherOffThanChance) {
+  path.start(50.0, finest);
+  Outlook outlook{0.9, 1.5};
+  outlook.excess = 2.0;
+  EXPECT_EQ(path.minimum(0.8, 0.8, outlook, finest), minimise);
+  EXPECT_EQ(at.weight, 500.0) << "in spite of a total within the noise and a worse score";
+  EXPECT_EQ(at.phase, FitPhase::descending);
+  outlook.excess = 0.9;
+  path.minimum(0.7, 0.7, outlook, finest);
+  EXPECT_EQ(at.weight, 500.0);
+  EXPECT_EQ(at.end, PathEnd::validated);
+}
+
+TEST_F(RegularisationPathTest, AnOctaveThatNoWeightExplainsDoesNotLeadOn) {
+  path.start(50.0, finest);
+  Outlook before = scored(0.8, 1.0);
+  before.excess = 3.0;
+  path.minimum(0.8, 0.8, before, finest);
+  Outlook after = scored(0.6, 1.4);
+  after.excess = 2.5;
+  EXPECT_EQ(path.minimum(0.6, 0.6, after, finest), minimise_as_begun);
+  EXPECT_EQ(at.weight, 1000.0);
+}
+
 TEST_F(RegularisationPathTest, StopsAtTheLowestWeight) {
   path.start(50.0, finest);
   double chi2 = 50.0;

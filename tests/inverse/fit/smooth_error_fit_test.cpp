@@ -8,6 +8,8 @@
 #include <numbers>
 #include <string>
 
+#include "tests/cases/media.h"
+#include "tests/cases/population.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -24,10 +26,10 @@ struct RigCase {
   RigCase() {
     block.grid = {24, 24, 8, 0.5};
     block.noise = 0.001;
-    bench::TruthSpec spec;
+    test_cases::TruthSpec spec;
     spec.seed = 20261126;
-    truth = bench::make_truth(block.grid.refined(2), spec);
-    measured = bench::measure(block, truth, 4);
+    truth = test_cases::make_truth(block.grid.refined(2), spec);
+    measured = test_cases::measure(block, truth, 4);
     Noise noise(11);
     const FaceShape face = measured.seen_shape();
     for (int m = 0; m < measured.patterns; ++m) {
@@ -81,6 +83,44 @@ TEST(SmoothErrorFit, ErrorsThatPixelsShareCostFewerStepsAndNoneOfTheVolumeWhereT
   const auto by_shared_errors = HasSubstr("errors that neighbouring pixels share");
   EXPECT_THAT(stated.reason, by_shared_errors);
   EXPECT_THAT(white.reason, Not(by_shared_errors));
+}
+
+/// 24 × 24 × 8 voxels under bars of light; errors of 1 % that pixels share beside 0.5 % of noise.
+TEST(SmoothErrorFit, NoSmoothingIsPaidForByTheMeanOfTheLight) {
+  Block block;
+  block.grid = {24, 24, 8, 0.5};
+  const GridShape fine = block.grid.refined(2);
+  SurfaceMeasurements data = test_cases::expose(
+      block, test_cases::make_family(fine, test_cases::Family::boxes, block.grid.voxel_mm, 5),
+      test_cases::bar_light(block.grid, block.lit, 4));
+  Noise noise(5);
+  const SmoothError stated{0.01, 0.01};
+  test_cases::add_smooth_error(data, stated, noise);
+  test_cases::add_noise(data, 0.005, 6);
+  data.smooth_error = stated;
+  FitOptions options;
+  options.path.model = Model::volume;
+  options.uncertainty.probes = 0;
+  const ChannelFit fit = cases::fit(data, options);
+  double predicted = 0.0;
+  double measured = 0.0;
+  for (std::size_t i = 0; i < data.value.size(); ++i) {
+    predicted += fit.prediction[i];
+    measured += data.value[i];
+  }
+  const SharedErrors& shared = fit.report.shared;
+  EXPECT_NEAR(shared.mean, predicted / measured - 1.0, 1e-5);
+  EXPECT_EQ(shared.stated, stated.common);
+  EXPECT_LT(shared.mean_off(), 2.0);
+  EXPECT_LT(fit.report.chi2_per_value, 1.1);
+  // Nor would a prediction three times as dark as the statement allows go unnoticed.
+  const Problem problem = make_problem(data, 0, options.data.convention, options.data.model_error);
+  std::vector<double> dark = problem.data;
+  for (double& value : dark) value *= 1.0 - 6.0 * stated.common;
+  const SharedErrors found = shared_errors(problem, options.data.term, dark);
+  EXPECT_NEAR(found.mean_off(), 6.0, 1e-9);
+  EXPECT_TRUE(found.octave.of_mean && found.octave.longest == 0.0);
+  EXPECT_GT(found.excess, 1.0);
 }
 
 }  // namespace

@@ -5,8 +5,8 @@
 
 #include <cstdio>
 
-#include "bench/cases/inverse_case.h"
 #include "inverse/fit/fit.h"
+#include "tests/cases/inverse_case.h"
 
 namespace kappamu::inverse {
 namespace {
@@ -18,14 +18,14 @@ struct Errors {
 
 /// E under 8 × 8 patches of 16 × 16 × 6 voxels at 1 % noise.
 Errors errors_of(bool inclusions, const RegulariserOptions& regulariser) {
-  bench::Block block;
-  bench::TruthSpec spec;
+  test_cases::Block block;
+  test_cases::TruthSpec spec;
   spec.inclusions = inclusions;
-  const CoefficientPair truth = bench::make_truth(block.grid.refined(2), spec);
-  const SurfaceMeasurements clean = bench::expose_patches(block, truth, 4);
-  const SurfaceMeasurements validation = bench::expose_patches(block, truth, 8);
+  const CoefficientPair truth = test_cases::make_truth(block.grid.refined(2), spec);
+  const SurfaceMeasurements clean = test_cases::expose_patches(block, truth, 4);
+  const SurfaceMeasurements validation = test_cases::expose_patches(block, truth, 8);
   SurfaceMeasurements m = clean;
-  bench::add_noise(m, block.noise, 101);
+  test_cases::add_noise(m, block.noise, 101);
   FitOptions options;
   options.path.model = Model::volume;
   options.regulariser = regulariser;
@@ -37,8 +37,8 @@ Errors errors_of(bool inclusions, const RegulariserOptions& regulariser) {
   options.path.weight = fit.report.weight;
   m.value = clean.value;
   const ChannelFit exact = fit_channel(m, 0, options, {}, silent, {}, context);
-  return {bench::appearance_error(fit.medium, validation),
-          bench::appearance_error(exact.medium, validation)};
+  return {test_cases::appearance_error(fit.medium, validation),
+          test_cases::appearance_error(exact.medium, validation)};
 }
 
 TEST(SmoothingBias, IsMostOfTheErrorWhereInclusionsAreSharp) {

@@ -6,11 +6,11 @@
 
 #include <cmath>
 
-#include "bench/cases/limit_inverse_case.h"
 #include "core/error.h"
 #include "device/device_info.h"
 #include "inverse/block_model/homogeneous.h"
 #include "inverse/fit/fit_uncertainty.h"
+#include "tests/cases/limit_inverse_case.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -24,19 +24,19 @@ class TransportFit : public ::testing::Test {
 };
 
 /// A block of voxels of half a mean free path, under 2 × 2 patches.
-bench::Block small_block(int depth, double noise) {
-  bench::Block block;
+test_cases::Block small_block(int depth, double noise) {
+  test_cases::Block block;
   block.grid = {8, 8, depth, 0.3};
   block.noise = noise;
   return block;
 }
 
 /// Monte Carlo's data with noise, and their own.
-SurfaceMeasurements photons_of(const bench::Block& block, const bench::Figure3& truth,
+SurfaceMeasurements photons_of(const test_cases::Block& block, const test_cases::Figure3& truth,
                                std::uint64_t seed) {
-  SurfaceMeasurements m = bench::expose_photons(block, truth, 2, seed);
+  SurfaceMeasurements m = test_cases::expose_photons(block, truth, 2, seed);
   const std::vector<float> own = m.variance;
-  bench::spoil(m, block.noise, {}, seed);
+  test_cases::spoil(m, block.noise, {}, seed);
   for (std::size_t i = 0; i < own.size(); ++i) m.variance[i] += own[i];
   return m;
 }
@@ -61,8 +61,8 @@ Objective objective_of(const SurfaceMeasurements& m, const CoefficientPair& at) 
 }
 
 TEST_F(TransportFit, GradientIsThatOfTheObjectiveWithRsSlope) {
-  const bench::Block block = small_block(4, 0.03);
-  const SurfaceMeasurements m = photons_of(block, bench::even_block(0.2, 0.01), 11);
+  const test_cases::Block block = small_block(4, 0.03);
+  const SurfaceMeasurements m = photons_of(block, test_cases::even_block(0.2, 0.01), 11);
   const CoefficientPair at = cases::rough_medium(block.grid, 0.2, 3);
   Objective objective = objective_of(m, at);
   const double value = objective.value(at);
@@ -116,8 +116,8 @@ Score score(const ChannelFit& fit, const SurfaceMeasurements& m, const FitOption
 }
 
 /// Within two of its stated deviations of the truth, and those of a size worth stating.
-void expect_truth(const bench::Block& block, double kappa, double mu, std::uint64_t seed) {
-  const SurfaceMeasurements m = photons_of(block, bench::even_block(kappa, mu), seed);
+void expect_truth(const test_cases::Block& block, double kappa, double mu, std::uint64_t seed) {
+  const SurfaceMeasurements m = photons_of(block, test_cases::even_block(kappa, mu), seed);
   const FitOptions options = by(Physics::transport);
   const ChannelFit fit = cases::fit(m, options);
   const Score found = score(fit, m, options, kappa, mu);
@@ -136,13 +136,13 @@ TEST_F(TransportFit, EndsAtTransportsCoefficientsOfAThinBlock) {
 // 3κμ = 0.3 at 3.6 and 2.7 mean free paths, where the iteration leaves the truth (κ 140 % off) if r
 // is constant between its renewals.
 TEST_F(TransportFit, EndsAtTransportsCoefficientsOfAnAbsorbingBlock) {
-  bench::Block block = small_block(8, 0.02);
+  test_cases::Block block = small_block(8, 0.02);
   block.grid.voxel_mm = 0.4;
   expect_truth(block, 0.3, 0.33, 22);
 }
 
 TEST_F(TransportFit, EndsAtTransportsCoefficientsOfAThinnerAbsorbingBlock) {
-  bench::Block block = small_block(6, 0.02);
+  test_cases::Block block = small_block(6, 0.02);
   block.grid.voxel_mm = 0.4;
   expect_truth(block, 0.3, 0.33, 22);
 }
@@ -151,8 +151,8 @@ TEST_F(TransportFit, EndsAtTransportsCoefficientsOfAThinnerAbsorbingBlock) {
 TEST_F(TransportFit, EndsNearTheTruthOrSaysThatItHasNotSettled) {
   constexpr double kappa = 0.2, mu = 0.1;
   for (const unsigned seed : {23U, 31U}) {
-    const bench::Block block = small_block(4, 0.02);
-    const SurfaceMeasurements m = photons_of(block, bench::even_block(kappa, mu), seed);
+    const test_cases::Block block = small_block(4, 0.02);
+    const SurfaceMeasurements m = photons_of(block, test_cases::even_block(kappa, mu), seed);
     const FitReport report = cases::fit(m, by(Physics::transport, Model::homogeneous)).report;
     const bool told = std::any_of(report.warnings.begin(), report.warnings.end(),
                                   [](const std::string& sentence) {
@@ -168,7 +168,7 @@ TEST_F(TransportFit, EndsNearTheTruthOrSaysThatItHasNotSettled) {
 TEST(TransportWarnings, ABlockThatHardlyScattersIsNamed) {
   constexpr double kappa = 0.2;
   for (const bool thin : {true, false}) {
-    bench::Block block = small_block(4, 0.02);
+    test_cases::Block block = small_block(4, 0.02);
     block.grid.voxel_mm = (thin ? 3.0 : 6.0) * kappa / block.grid.nz;
     SurfaceMeasurements m;
     m.grid = block.grid;
@@ -188,7 +188,8 @@ TEST(TransportWarnings, ABlockThatHardlyScattersIsNamed) {
 
 // Two mean free paths thick, where single pixels' noise would hide what diffusion is off by.
 TEST_F(TransportFit, AutoTakesTransportWhereItFindsAnotherBlock) {
-  const SurfaceMeasurements m = photons_of(small_block(4, 0.1), bench::even_block(0.2, 0.1), 25);
+  const SurfaceMeasurements m =
+      photons_of(small_block(4, 0.1), test_cases::even_block(0.2, 0.1), 25);
   const FitReport chosen = cases::fit(m, by(Physics::automatic)).report;
   const FitReport transport = cases::fit(m, by(Physics::transport)).report;
   EXPECT_EQ(chosen.physics, Physics::transport);
@@ -199,8 +200,9 @@ TEST_F(TransportFit, AutoTakesTransportWhereItFindsAnotherBlock) {
 }
 
 TEST_F(TransportFit, KilledAnywhereItEndsInTheSameBits) {
-  const bench::Block block = small_block(8, 0.05);
-  const SurfaceMeasurements m = photons_of(block, bench::structured_block(0.2, 0.05, 1.0, 1), 24);
+  const test_cases::Block block = small_block(8, 0.05);
+  const SurfaceMeasurements m =
+      photons_of(block, test_cases::structured_block(0.2, 0.05, 1.0, 1), 24);
   FitOptions options = by(Physics::transport, Model::volume);
   options.path.stage_steps = 3;
   const ChannelFit whole = cases::fit(m, options);

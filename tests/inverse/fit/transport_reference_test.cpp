@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "bench/cases/inverse_case.h"
 #include "inverse/fit/fit.h"
 #include "inverse/problem/predict.h"
 #include "inverse/validation/validated_fit.h"
+#include "tests/cases/inverse_case.h"
 
 namespace kappamu::inverse {
 namespace {
@@ -126,7 +126,7 @@ TEST(TransportReference, ValidatedAppearanceOfTheFittedVolume) {
     SurfaceMeasurements noisy = m;
     if (target.noise != 0.01) {  // what the folder has
       noisy.value = clean;
-      bench::add_noise(noisy, target.noise, 100);
+      test_cases::add_noise(noisy, target.noise, 100);
     }
     const std::vector<int> out =
         choose_validation_patterns(noisy, usual_validation_count(noisy.patterns));

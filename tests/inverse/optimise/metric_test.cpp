@@ -51,11 +51,11 @@ Spectrum spectrum(const Product& product, std::size_t n, int steps) {
 
 /// docs/theory.md, section 4: what holds a descent up.
 TEST(Metric, IsTheHessiansInverseForAllButFewDirections) {
-  bench::Block block;
+  test_cases::Block block;
   block.grid = {32, 32, 10, 0.5};
-  const CoefficientPair fine = bench::make_truth(block.grid.refined(2), {});
-  const CoefficientPair truth = bench::make_truth(block.grid, {});
-  const SurfaceMeasurements m = bench::measure(block, fine);
+  const CoefficientPair fine = test_cases::make_truth(block.grid.refined(2), {});
+  const CoefficientPair truth = test_cases::make_truth(block.grid, {});
+  const SurfaceMeasurements m = test_cases::measure(block, fine);
   Objective objective(make_problem(m, 0, forward::Convention::physical, {0.001, 5e-5}), {});
   objective.refresh_correction(refine(objective.problem()), truth);
   constexpr double alpha = 270.0;  // where its fit ends

@@ -33,7 +33,7 @@ class GridPathTest : public testing::Test {
     return {std::vector<double>(shape.cells(), -1.5), std::vector<double>(shape.cells(), -4.0)};
   }
 
-  bench::Block block;
+  test_cases::Block block;
   Backend backend;
 };
 

@@ -98,11 +98,50 @@ TEST(SmoothError, AnOctaveOfWavesHasTheStatedSize) {
   EXPECT_NEAR(relative, 1e-3, 3e-5);
 }
 
+TEST(SmoothError, OctavesShareOutWhatThePrecisionMakesOfResiduals) {
+  SmoothErrorPrecision precision(face, patterns, signal, error);
+  std::vector<double> residuals(values);
+  for (int i = 0; i < values; ++i) {
+    residuals[static_cast<std::size_t>(i)] = std::sin(1.0 + 0.7 * i) + 5.0;
+  }
+  std::vector<double> weighed = residuals;
+  precision.apply(weighed);
+  const double whole = std::inner_product(residuals.begin(), residuals.end(), weighed.begin(), 0.0);
+  double count = 0.0;
+  double sum = 0.0;
+  for (const OctaveMisfit& octave : precision.octaves(residuals)) {
+    count += octave.values;
+    sum += octave.chi2;
+  }
+  EXPECT_EQ(count, values);
+  EXPECT_NEAR(sum, whole, 1e-9 * whole);
+}
+
+TEST(SmoothError, AHeldMeanCountsByItsNoiseAloneAndEachPatternsOwnAsBefore) {
+  SmoothErrorPrecision precision(face, patterns, signal, error);
+  const std::vector<double> even(values, 1.0);
+  const OctaveMisfit stated = precision.octaves(even).front();
+  EXPECT_TRUE(stated.of_mean && stated.longest == 0.0 && stated.values == 1.0);
+  std::vector<double> own = even;
+  for (std::size_t i = 0; i < own.size(); ++i) own[i] = i < own.size() / 3 ? 2.0 : -1.0;
+  std::vector<double> before = own;
+  precision.apply(before);
+  precision.hold_mean(true);
+  std::vector<double> weighed = even;
+  precision.apply(weighed);
+  EXPECT_NEAR(weighed.front(), 1.0, 1e-12);
+  EXPECT_EQ(precision.octaves(even).front().chi2, stated.chi2) << "the statement is not held";
+  EXPECT_LT(stated.chi2, 0.1 * values);
+  precision.apply(own);
+  EXPECT_NEAR(own.front(), before.front(), 1e-12);
+}
+
 struct ObjectiveCase {
   explicit ObjectiveCase(const SmoothError& shared) {
     Block block;
     block.grid = {8, 6, 4, 0.5};
-    SurfaceMeasurements m = bench::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
+    SurfaceMeasurements m =
+        test_cases::measure(block, cases::smooth_medium(block.grid.refined(2)), 2);
     m.smooth_error = shared;
     backend.device = "reference";
     backend.precision = forward::Precision::double_precision;

@@ -127,7 +127,7 @@ TEST_F(TinyPosterior, StatesTheDenseDeviationsWithinAFactorOfTwoAndNoneAboveTheP
     EXPECT_LE(std::abs(found.correlation[i]), 1.0F + 1e-6F);
   }
   // Three random patterns are far from what blocks take light for, the same across the block; on
-  // blocks under usual light 4 to 43 % are missing (tests/bench/inverse).
+  // blocks under usual light 4 to 43 % are missing (tests/studies/inverse).
   EXPECT_LT(std::sqrt(squares / static_cast<double>(2 * shape.cells())), 0.65);
   ASSERT_EQ(found.report.layers.size(), 3U);
   EXPECT_DOUBLE_EQ(found.report.layers[0].depth_mm, 0.25);

@@ -7,9 +7,9 @@
 #include <cmath>
 #include <vector>
 
-#include "bench/cases/media.h"
 #include "core/error.h"
 #include "inverse/validation/notes.h"
+#include "tests/cases/media.h"
 #include "tests/inverse/fit/fit_cases.h"
 
 namespace kappamu::inverse {
@@ -24,7 +24,7 @@ SurfaceMeasurements numbered(int side) {
   m.grid = {8, 8, 4, 0.5};
   m.channels = {"R", "G"};
   m.patterns = side * side;
-  const std::vector<double> light = bench::patch_light(m.grid, m.lit_face, m.patterns);
+  const std::vector<double> light = test_cases::patch_light(m.grid, m.lit_face, m.patterns);
   m.irradiance.assign(light.begin(), light.end());
   const std::size_t cells = m.seen_shape().cells();
   for (std::size_t c = 0; c < 2; ++c) {

@@ -101,7 +101,7 @@ TEST_F(RealRaw, PatchMeansAreThoseMeasuredByOthers) {
     for (int y = y0 - 15; y < y0 + 15; ++y) {
       for (int x = x0 - 15; x < x0 + 15; ++x) {
         const auto c =
-            static_cast<std::size_t>(raw.layout[static_cast<std::size_t>(2 * (y % 2) + x % 2)]);
+            static_cast<std::size_t>((*raw.layout)[static_cast<std::size_t>(2 * (y % 2) + x % 2)]);
         sum[c] += raw.mosaic(x, y) - 2048.0;
         count[c] += 1.0;
       }

@@ -171,6 +171,118 @@ TEST_F(VolumeFile, VdbOfAnotherProgramIsRead) {
   EXPECT_THAT(sentence("stray.vdb"), HasSubstr("does not fill its box"));
 }
 
+/// What follows has `k` and `m`, arrays [x][y][z], and makes grids of them.
+const std::string python_grids =
+    "import numpy as n, pyopenvdb as v\n"
+    "s = (3, 2, 4)\n"
+    "k = (0.1 + 0.01 * n.arange(24)).astype('f4').reshape(s); m = k / 10\n"
+    "def grid(name, a, kind=v.FloatGrid, **options):\n"
+    "  g = kind(**options); g.name = name; g.copyFromArray(a, ijk=(2, -3, 7))\n"
+    "  g.transform = v.createLinearTransform(0.5); return g\n"
+    "def turned(name, a, rows):\n"
+    "  g = grid(name, a); g.transform = v.createLinearTransform(rows); return g\n";
+
+/// The volume of python_grids: along x, y, z whatever the grid's own axes.
+void expect_python_grids(const VolumeSet& set) {
+  ASSERT_EQ(set.shape(), (GridShape{3, 2, 4, 0.5}));
+  for (const Medium& medium : set.media) {
+    for (int z = 0; z < 4; ++z) {
+      for (int y = 0; y < 2; ++y) {
+        for (int x = 0; x < 3; ++x) {
+          const double kappa = 0.1 + 0.01 * ((x * 2 + y) * 4 + z);
+          EXPECT_NEAR(medium.kappa(x, y, z), kappa, 1e-3 * kappa);
+          EXPECT_NEAR(medium.mu(x, y, z), 0.1 * kappa, 1e-4 * kappa);
+        }
+      }
+    }
+  }
+}
+
+// OpenVDB writes a tree that grids share once.
+TEST_F(VolumeFile, InstancesHaveTheirParentsValues) {
+  KAPPAMU_NEED_PYTHON("pyopenvdb");
+  run_python(python_grids +
+                 "g = grid('kappa_R', k); h = grid('mu_R', m)\n"
+                 "def copy(g, name): c = g.copy(); c.name = name; return c\n"
+                 "v.write('a.vdb', grids=[copy(h, 'mu_G'), g, h, copy(g, 'kappa_G')])\n",
+             folder_);
+  const VolumeSet set = read_vdb(folder_ / "a.vdb");
+  EXPECT_THAT(set.channels, ElementsAre("R", "G"));
+  expect_python_grids(set);
+}
+
+TEST_F(VolumeFile, GridsOfOtherAxesArePermuted) {
+  KAPPAMU_NEED_PYTHON("pyopenvdb");
+  run_python(
+      python_grids +
+          // Rows are the steps of the world along each index.
+          "yz = [[.5,0,0,0],[0,0,.5,0],[0,.5,0,0],[0,0,0,1]]\n"
+          "f = [n.transpose(a, (0, 2, 1)).copy() for a in (k, m)]\n"
+          "v.write('swap.VDB', grids=[turned('kappa', f[0], yz), turned('mu', f[1], yz)])\n"
+          "mirror = [[-.5,0,0,0],[0,.5,0,0],[0,0,.5,0],[9,0,0,1]]\n"
+          "f = [a[::-1].copy() for a in (k, m)]\n"
+          "v.write('mirror.vdb', grids=[turned('kappa', f[0], mirror), turned('mu', f[1], "
+          "mirror)])\n"
+          "turn = [[0,.5,0,0],[-.5,0,0,0],[0,0,.5,0],[0,0,0,1]]\n"
+          "f = [n.transpose(a[::-1], (1, 0, 2)).copy() for a in (k, m)]\n"
+          "v.write('turn.vdb', grids=[turned('kappa', f[0], turn), turned('mu', f[1], turn)])\n"
+          "c = .4; t = .3\n"
+          "for name, rows in (('rotated', [[c,t,0,0],[-t,c,0,0],[0,0,.5,0],[0,0,0,1]]),\n"
+          "    ('sheared', [[.5,.5,0,0],[0,.5,0,0],[0,0,.5,0],[0,0,0,1]]),\n"
+          "    ('long', [[.5,0,0,0],[0,.6,0,0],[0,0,.5,0],[0,0,0,1]])):\n"
+          "  v.write(name + '.vdb', grids=[turned('kappa', k, rows), turned('mu', m, rows)])\n"
+          "g = grid('kappa', k); g.transform = v.createFrustumTransform((0,0,0),(9,9,9),.5,3)\n"
+          "v.write('frustum.vdb', grids=[g, grid('mu', m)])\n",
+      folder_);
+  for (const char* name : {"swap.VDB", "mirror.vdb", "turn.vdb"}) {
+    SCOPED_TRACE(name);
+    expect_python_grids(read_volume(folder_ / name));
+  }
+  for (const char* name : {"rotated.vdb", "sheared.vdb", "long.vdb", "frustum.vdb"}) {
+    EXPECT_THAT(sentence_of([&] { read_volume(folder_ / name); }),
+                HasSubstr(std::string(name) + ": grid kappa must have cubic voxels along"));
+  }
+}
+
+TEST_F(VolumeFile, OtherKindsOfGridsAreReadOrNamed) {
+  KAPPAMU_NEED_PYTHON("pyopenvdb");
+  run_python(
+      python_grids +
+          "def files(name, kappa, mu=grid('mu', m), *more):\n"
+          "  v.write(name + '.vdb', grids=[kappa, mu, *more])\n"
+          "g = grid('kappa', k); h = grid('mu', m)\n"
+          "g.saveFloatAsHalf = h.saveFloatAsHalf = True; files('half', g, h)\n"
+          "files('background', grid('kappa', k, background=5.0), grid('mu', m, background=3.0))\n"
+          "files('more', grid('kappa', k), grid('mu', m), grid('density', k), grid('density', m))\n"
+          "if hasattr(v, 'DoubleGrid'): files('double', grid('kappa', k.astype('f8'), "
+          "v.DoubleGrid))\n"
+          "files('twice', grid('kappa', k), grid('mu', m), grid('kappa', 2 * k))\n"
+          "g = grid('kappa', n.stack([k, k, k], -1), v.Vec3SGrid); files('vector', g)\n"
+          "g = grid('kappa', k); g.gridClass = v.GridClass.LEVEL_SET; files('level', g)\n"
+          "files('empty', v.FloatGrid()); g = v.FloatGrid(); g.name = 'kappa'; files('none', g)\n"
+          "files('both', grid('kappa', k), grid('mu', m), grid('kappa_R', k))\n"
+          "files('lost', grid('kappa_R', k), grid('mu_R', m), grid('mu_G', m))\n"
+          "files('small', grid('kappa_R', k), grid('mu_R', m), grid('kappa_G', k[:2]), "
+          "grid('mu_G', m))\n",
+      folder_);
+  for (const char* name : {"half.vdb", "background.vdb", "more.vdb", "double.vdb"}) {
+    SCOPED_TRACE(name);
+    if (std::filesystem::exists(folder_ / name)) expect_python_grids(read_vdb(folder_ / name));
+  }
+  const auto sentence = [&](const char* name) {
+    return sentence_of([&] { read_vdb(folder_ / name); });
+  };
+  EXPECT_THAT(sentence("twice.vdb"), HasSubstr("twice.vdb: has two grids named kappa; leave one"));
+  EXPECT_THAT(sentence("vector.vdb"),
+              HasSubstr("grid kappa is of type vec3s; write it as a float"));
+  EXPECT_THAT(sentence("level.vdb"), HasSubstr("grid kappa is a level set"));
+  EXPECT_THAT(sentence("empty.vdb"), HasSubstr("its grids are , mu"));
+  EXPECT_THAT(sentence("none.vdb"), HasSubstr("grid kappa has no active voxels"));
+  EXPECT_THAT(sentence("both.vdb"), HasSubstr("has grids kappa and kappa_R; leave one"));
+  EXPECT_THAT(sentence("lost.vdb"), HasSubstr("has grid mu_G but no float grid kappa_G"));
+  EXPECT_THAT(sentence("small.vdb"), HasSubstr("grid kappa_G does not fill its box"));
+}
+
 TEST_F(VolumeFile, TruncatedFilesAreRefused) {
   write_vdb(folder_ / "a.vdb", random_set({17, 9, 11, 0.1}, {"R", "G", "B"}));
   expect_truncations_are_refused(folder_ / "a.vdb", [](const auto& file) { read_vdb(file); });

@@ -1,0 +1,46 @@
+// A collimated beam's way through an object: refracted in, reflected inside at every surface that
+// it meets, by Snell's and Fresnel's laws. It depends on the shape and on eta alone.
+#pragma once
+
+#include <vector>
+
+#include "forward/light/walls.h"
+
+namespace kappamu::forward {
+
+/// A straight part of the way, from surface to surface.
+struct Chord {
+  Eigen::Vector3d from, direction;  ///< [mm], unit
+  double length = 0.0;              ///< [mm]
+  int meets = 0;                    ///< the triangle at its end
+  double leaves = 1.0;              ///< there, of what arrives; the rest is reflected inside
+};
+
+class BeamPath {
+ public:
+  /// Throws InputError where the beam meets the surface from inside.
+  BeamPath(const Walls& walls, const Beam& beam);
+
+  double transmitted() const { return transmitted_; }  ///< share of the beam's power that enters
+  int enters() const { return enters_; }               ///< the triangle there
+  /// The part number `k`, each asked for in turn; a path grows as far as it is asked for. None:
+  /// everything has left, or it slipped out along an edge of the mesh.
+  const Chord* chord(std::size_t k, const Walls& walls);
+
+ private:
+  void go_on(const Walls& walls, Eigen::Vector3d from, const Eigen::Vector3d& direction,
+             int triangle);
+
+  int enters_;
+  double transmitted_;
+  std::vector<Chord> chords_;
+};
+
+/// What leaves at a chord's end goes on outside as this.
+Beam leaving(const Walls& walls, const Chord& chord, double power);
+
+/// Adds to `beams` where a beam that leaves by its triangle meets the object again, and where what
+/// is reflected there does. The power that meets it, before Fresnel.
+double meet_again(const Walls& walls, Beam beam, std::vector<Beam>& beams);
+
+}  // namespace kappamu::forward

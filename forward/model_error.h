@@ -1,0 +1,27 @@
+// What models of objects err by themselves against transport, on the whole and place by place.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "forward/object_model.h"
+
+namespace kappamu::forward {
+
+/// Whether a model states what it itself errs by, and warns where that is much. `auto` warns
+/// otherwise; pictures that move have no time for either.
+enum class ModelError { left_out, stated, warned };
+
+/// A model that fills `model_error` by the law of `law` in forward/choice/model_table.h, not
+/// exceeded with a probability of 0.95.
+std::unique_ptr<ObjectModel> with_model_error(std::unique_ptr<ObjectModel> model, std::string law,
+                                              bool warns);
+
+/// Relative error of every sample of a light's exitance; its 2-norm over the surface is
+/// `result.error(light)`. Of a model of diffusion it is larger at edges, in thin parts and where
+/// little light leaves (docs/objects-bench.md); of random walks it is a sample's standard error.
+std::vector<double> error_map(const ObjectProblem& problem, const ObjectResult& result,
+                              std::size_t light);
+
+}  // namespace kappamu::forward

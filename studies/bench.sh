@@ -1,0 +1,40 @@
+#!/usr/bin/env bash
+# Measures subjects of `kappamu bench` on this machine into out/bench, then renews pictures and tables of the pages in
+# docs/. Leave the machine alone meanwhile.
+#   studies/bench.sh [--quick|--small] [--draw] [SUBJECT|SUBJECT-SECTION...]     such as forward-peers inverse limits
+# (default: forward, half an hour; `kappamu bench --help` names subjects and sections). --quick: toy problems into
+# out/bench-quick, the pages stay; --small: smaller problems; --draw: measure nothing. BENCH_UNDER holds words to put
+# before each measurement, BENCH_KAPPAMU another program than build/app/kappamu, BENCH_SLABS the data of slabs.
+# SUBJECT gpu, alone: what a GPU is compared by, on the first one there is (else a processor), tables into out/bench-gpu.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+size=() pages=(docs/*.md) draw=0 out=out/bench wanted=()
+while (($#)); do
+  case $1 in
+    --quick) size=(--quick) out=out/bench-quick pages=(); shift ;;
+    --small) size=(--small); shift ;;
+    --draw) draw=1; shift ;;
+    -h | --help) sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 0 ;;
+    -*) echo "bench: unknown option $1 (see --help)" >&2; exit 2 ;;
+    *) wanted+=("$1"); shift ;;
+  esac
+done
+((${#wanted[@]})) || wanted=(forward)
+if [[ ${wanted[*]} == gpu ]]; then
+  out=out/bench-gpu pages=()
+  wanted=(forward-headline forward-kernels forward-scaling inverse-samples)
+fi
+kappamu=${BENCH_KAPPAMU:-build/app/kappamu}
+if ((!draw)); then
+  [[ -n ${BENCH_KAPPAMU:-} ]] || scripts/build.sh release kappamu kappamu-bench
+  read -ra under <<<"${BENCH_UNDER:-}"
+  for what in "${wanted[@]}"; do
+    echo "bench: $what"
+    more=()
+    [[ $what == *-* ]] && more=(--section "${what#*-}")
+    [[ $out == out/bench-gpu && $what == inverse-samples ]] && more+=(--sample marble)
+    [[ $what == slabs ]] && more=(--data "${BENCH_SLABS:-../shared/data/slab-rt-iad}")
+    "${under[@]}" "$kappamu" bench "${what%%-*}" -o "$out" "${size[@]}" "${more[@]}"
+  done
+fi
+studies/bench_charts.py "$out" "${pages[@]}"

@@ -1,0 +1,21 @@
+// Dipole models measured: cost and error of the hierarchy in [M]'s three modes, form factors over a
+// random sweep, profiles against transport in a half-space, and the energy of thin cylinders. Every
+// number of docs/dipole.md.
+#pragma once
+
+#include "studies/subject.h"
+
+namespace kappamu::studies {
+
+/// Rows per number of triangles.
+void dipole_hierarchy(const Request& request, Progress& progress, const Save& save);
+/// Rows per method and criterion.
+void dipole_form_factors(const Request& request, Progress& progress, const Save& save);
+/// Rows per albedo and refractive index.
+void dipole_profiles(const Request& request, Progress& progress, const Save& save);
+/// Rows per scene, kind of samples and their number.
+void dipole_importance(const Request& request, Progress& progress, const Save& save);
+/// Rows per height of a marble cylinder.
+void dipole_energy(const Request& request, Progress& progress, const Save& save);
+
+}  // namespace kappamu::studies

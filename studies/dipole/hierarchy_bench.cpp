@@ -1,0 +1,180 @@
+// Section `hierarchy`: [M] Table 3 again. The numbers of triangles are [M]'s, on a torus in a box
+// of 25 mm; light from one side, marble of Jensen et al. 2001 in red, green and blue.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "core/processor_time.h"
+#include "core/random.h"
+#include "forward/dipole/direct/direct_sum.h"
+#include "forward/dipole/hierarchy/hierarchy.h"
+#include "studies/dipole/dipole_bench.h"
+
+namespace kappamu::studies {
+
+namespace {
+
+using namespace forward;
+using namespace forward::dipole;
+
+/// Around the tube and around the torus: 2·m·n triangles.
+struct Quads {
+  int tube, around;
+};
+
+constexpr double size_mm = 25.0;
+constexpr double tube_share = 0.209;  // of the outer radius: quads are square
+constexpr int checked = 60;           // triangles where the direct sum is taken
+
+TriangleMesh torus(const Quads& quads) {
+  const double minor = 0.5 * size_mm * tube_share, major = 0.5 * size_mm - minor;
+  TriangleMesh mesh;
+  for (int i = 0; i < quads.tube; ++i) {
+    for (int j = 0; j < quads.around; ++j) {
+      const double u = 2.0 * std::numbers::pi * i / quads.tube;
+      const double v = 2.0 * std::numbers::pi * j / quads.around;
+      const double r = major + minor * std::cos(u);
+      mesh.vertices.emplace_back(r * std::cos(v), r * std::sin(v), minor * std::sin(u));
+    }
+  }
+  const auto at = [&](int i, int j) { return i % quads.tube * quads.around + j % quads.around; };
+  for (int i = 0; i < quads.tube; ++i) {
+    for (int j = 0; j < quads.around; ++j) {
+      mesh.triangles.push_back({at(i, j), at(i, j + 1), at(i + 1, j + 1)});
+      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i + 1, j)});
+    }
+  }
+  return mesh;
+}
+
+std::vector<Profile> marble(double scale) {
+  std::vector<Profile> profiles;
+  for (const auto& [scattering, absorption] :
+       {std::pair{2.19, 0.0021}, std::pair{2.62, 0.0041}, std::pair{3.00, 0.0071}}) {
+    profiles.push_back(make_profile(
+        "dipole", {scale / (3.0 * (scattering + absorption)), absorption / scale}, 1.3));
+  }
+  return profiles;
+}
+
+std::vector<Eigen::Array4f> sunlight(const Surface& surface) {
+  const Eigen::Vector3d sun = Eigen::Vector3d(1, 1, 1).normalized();
+  std::vector<Eigen::Array4f> light;
+  for (const Eigen::Vector3d& normal : surface.normal) {
+    light.push_back(Eigen::Array4f::Constant(static_cast<float>(std::max(0.0, normal.dot(sun)))));
+  }
+  return light;
+}
+
+/// Relative 2-norm error of the worst channel, at triangles drawn at random.
+double error_of(const TriangleMesh& mesh, const std::vector<Profile>& profiles,
+                const std::vector<Eigen::Array4f>& light,
+                const std::vector<Eigen::Array4f>& exitance, std::uint64_t seed) {
+  const Surface surface = surface_of(mesh);
+  std::vector<std::size_t> receivers;
+  for (std::uint64_t i = 0; i < checked; ++i) {
+    receivers.push_back(
+        static_cast<std::size_t>(uniform(key_of({seed, i})) * static_cast<double>(surface.size())));
+  }
+  std::vector<double> irradiance;
+  for (const Eigen::Array4f& e : light) irradiance.push_back(static_cast<double>(e[0]));
+  double worst = 0.0;
+  for (std::size_t c = 0; c < profiles.size(); ++c) {
+    const std::vector<double> exact =
+        direct_sum(mesh, surface, profiles[c], Placement::rotated, irradiance, receivers);
+    double difference = 0.0, size = 0.0;
+    for (std::size_t i = 0; i < receivers.size(); ++i) {
+      const double area = surface.area[receivers[i]];
+      const double found =
+          static_cast<double>(exitance[receivers[i]][static_cast<Eigen::Index>(c)]);
+      difference += area * (found - exact[i]) * (found - exact[i]);
+      size += area * exact[i] * exact[i];
+    }
+    worst = std::max(worst, std::sqrt(difference / size));
+  }
+  return worst;
+}
+
+struct Times {
+  double wall_ms = 0.0, least_wall_ms = 0.0, cpu_ms = 0.0;
+};
+
+Times timed(int repetitions, const std::function<void()>& frame) {
+  frame();
+  std::vector<double> wall, cpu;
+  for (int i = 0; i < repetitions; ++i) {
+    const Stopwatch watch;
+    const double before = processor_seconds();
+    frame();
+    cpu.push_back(1e3 * (processor_seconds() - before));
+    wall.push_back(watch.milliseconds());
+  }
+  return {median(wall), *std::min_element(wall.begin(), wall.end()), median(cpu)};
+}
+
+}  // namespace
+
+void dipole_hierarchy(const Request& request, Progress& progress, const Save& save) {
+  std::vector<Quads> sizes{{16, 63}, {34, 120}, {66, 248}, {132, 499}, {260, 962}};
+  if (request.size == Size::quick) sizes.resize(1);
+  const int repetitions = request.count("repetitions", request.size == Size::quick ? 2 : 15);
+  const std::vector<Profile> profiles = marble(1.0), other = marble(1.02);
+  device::Context& context =
+      device::Context::of(device::choose(device::list_devices(), request.device).index);
+  const HierarchyOptions options;
+  Json rows = Json::array();
+  for (const Quads& quads : sizes) {
+    const TriangleMesh mesh = torus(quads);
+    TriangleMesh bent = mesh;
+    for (Eigen::Vector3d& v : bent.vertices) v.z() += 0.2 * std::sin(0.3 * v.x());
+    const std::vector<Eigen::Array4f> light = sunlight(surface_of(mesh));
+    const std::size_t triangles = mesh.triangles.size();
+    progress.update("bench dipole", 0.5, std::to_string(triangles) + " triangles");
+    const Stopwatch watch;
+    Hierarchy hierarchy(context, mesh, profiles, options);
+    const double build = watch.seconds();
+    std::vector<Eigen::Array4f> exitance;
+    const double error = error_of(mesh, profiles, light, hierarchy.exitance(light), request.seed);
+    const std::size_t links = hierarchy.links(), near = hierarchy.near_pairs();
+    const Times still = timed(repetitions, [&] { exitance = hierarchy.exitance(light); });
+    bool turn = false;
+    const int before = hierarchy.relinked();
+    const Times incremental = timed(repetitions, [&] {
+      turn = !turn;
+      hierarchy.update(turn ? bent : mesh, turn ? other : profiles);
+      exitance = hierarchy.exitance(light);
+    });
+    const int relinked = hierarchy.relinked() - before;
+    const Times fly = timed(repetitions, [&] {
+      turn = !turn;
+      hierarchy.renew(turn ? bent : mesh, turn ? other : profiles);
+      exitance = hierarchy.exitance(light);
+    });
+    rows.push_back(
+        {{"triangles", triangles},
+         {"links_per_triangle", static_cast<double>(links) / static_cast<double>(triangles)},
+         {"near_leaf_pairs_per_triangle",
+          static_cast<double>(near) / static_cast<double>(triangles)},
+         {"error", error},
+         {"static_ms", still.wall_ms},
+         {"static_least_ms", still.least_wall_ms},
+         {"static_cpu_ms", still.cpu_ms},
+         {"incremental_ms", incremental.wall_ms},
+         {"incremental_least_ms", incremental.least_wall_ms},
+         {"incremental_cpu_ms", incremental.cpu_ms},
+         {"relinked_frames", relinked},
+         {"on_the_fly_ms", fly.wall_ms},
+         {"on_the_fly_least_ms", fly.least_wall_ms},
+         {"on_the_fly_cpu_ms", fly.cpu_ms},
+         {"first_frame_seconds", build}});
+    save({{"repetitions", repetitions},
+          {"opening", options.opening},
+          {"device_name", context.info().name},
+          {"rows", rows}});
+  }
+}
+
+}  // namespace kappamu::studies

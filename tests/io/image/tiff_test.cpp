@@ -1,0 +1,180 @@
+// TIFF and DNG as other programs write them: pages, photometric kinds, exposure in IFD 0.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+
+#include "io/image/image_file.h"
+#include "io/image/photo_settings.h"
+#include "io/image/raw_file.h"
+#include "tests/io/image/plain_exr.h"
+#include "tests/io/support.h"
+
+namespace kappamu::io {
+namespace {
+
+using testing::HasSubstr;
+
+struct Tag {
+  unsigned number, type;  ///< type: 1 byte, 2 text, 3 short, 4 long, 5 fraction, 10 signed fraction
+  std::vector<std::uint32_t> values;
+};
+
+/// A page of 16-bit codes 1000 (x + 1) + 100 y in each of its samples.
+struct Page {
+  unsigned photometric = 1, subfile = 0;
+  unsigned width = 4, height = 2, samples = 1;
+  std::vector<Tag> more{};
+};
+
+std::string tiff(const std::vector<Page>& pages) {
+  constexpr std::array<int, 11> sizes{0, 1, 1, 2, 4, 4, 0, 0, 0, 0, 4};  // of a value's numbers
+  std::string bytes("II*\0", 4);
+  std::size_t link = bytes.size();
+  put_number(bytes, 0, 4);
+  const auto patch = [&](std::size_t at, std::size_t value) {
+    std::string number;
+    put_number(number, value, 4);
+    bytes.replace(at, 4, number);
+  };
+  for (const Page& page : pages) {
+    const std::size_t pixels = bytes.size();
+    for (unsigned y = 0; y < page.height; ++y) {
+      for (unsigned i = 0; i < page.width * page.samples; ++i) {
+        put_number(bytes, 1000 * (i / page.samples + 1) + 100 * y, 2);
+      }
+    }
+    std::vector<Tag> tags{{254, 4, {page.subfile}},
+                          {256, 4, {page.width}},
+                          {257, 4, {page.height}},
+                          {258, 3, std::vector<std::uint32_t>(page.samples, 16)},
+                          {259, 3, {1}},
+                          {262, 3, {page.photometric}},
+                          {273, 4, {static_cast<std::uint32_t>(pixels)}},
+                          {277, 3, {page.samples}},
+                          {278, 4, {page.height}},
+                          {279, 4, {2 * page.width * page.height * page.samples}}};
+    tags.insert(tags.end(), page.more.begin(), page.more.end());
+    std::stable_sort(tags.begin(), tags.end(),
+                     [](const Tag& a, const Tag& b) { return a.number < b.number; });
+    std::string entries;
+    for (const Tag& tag : tags) {
+      std::string values;
+      for (const std::uint32_t value : tag.values) put_number(values, value, sizes[tag.type]);
+      const std::size_t count = tag.values.size() / (tag.type == 5 || tag.type == 10 ? 2 : 1);
+      put_number(entries, tag.number, 2);
+      put_number(entries, tag.type, 2);
+      put_number(entries, count, 4);
+      if (values.size() > 4) {
+        if (bytes.size() % 2 != 0) bytes += '\0';
+        put_number(entries, bytes.size(), 4);
+        bytes += values;
+      } else {
+        entries += values + std::string(4 - values.size(), '\0');
+      }
+    }
+    if (bytes.size() % 2 != 0) bytes += '\0';
+    patch(link, bytes.size());
+    put_number(bytes, tags.size(), 2);
+    bytes += entries;
+    link = bytes.size();
+    put_number(bytes, 0, 4);
+  }
+  return bytes;
+}
+
+class Tiff : public FolderTest {
+ protected:
+  std::filesystem::path write(const std::vector<Page>& pages, const char* name = "a.tif") {
+    write_text_atomically(folder_ / name, tiff(pages));
+    return folder_ / name;
+  }
+  std::string refusal(const std::vector<Page>& pages) {
+    const auto file = write(pages);
+    return sentence_of([&] { read_code_image(file); });
+  }
+};
+
+TEST_F(Tiff, BlackIsZero) {
+  EXPECT_EQ(read_code_image(write({Page{1}}))(2, 1), 3100);
+  EXPECT_THAT(refusal({Page{0}}), HasSubstr("a.tif: holds white as code 0 (MinIsWhite)"));
+}
+
+TEST_F(Tiff, ThePageThatIsNoPreviewIsRead) {
+  const Page preview{1, 1, 2, 1}, mask{4, 4, 4, 2}, full{2, 0, 4, 2, 3};
+  for (const std::vector<Page>& pages : std::vector<std::vector<Page>>{{full},
+                                                                       {preview, full},
+                                                                       {full, preview},
+                                                                       {preview, mask, full},
+                                                                       {preview, preview, full}}) {
+    const Image<std::uint16_t> image = read_code_image(write(pages));
+    ASSERT_EQ(image.channels(), 3);
+    EXPECT_EQ(image(3, 1, 2), 4100);
+  }
+  EXPECT_EQ(read_code_image(write({preview})).width(), 2) << "the only page";
+  EXPECT_THAT(refusal({full, full}), HasSubstr("a.tif: holds 2 full pictures (pages)"));
+  EXPECT_THAT(refusal({preview, mask}), HasSubstr("previews and masks only"));
+}
+
+TEST_F(Tiff, OtherColoursAreRefusedByName) {
+  EXPECT_THAT(refusal({Page{5, 0, 4, 2, 4}}), HasSubstr("CMYK"));
+  EXPECT_THAT(refusal({Page{8, 0, 4, 2, 3}}), HasSubstr("Lab"));
+  EXPECT_THAT(refusal({Page{32803, 0, 4, 2, 1}}), HasSubstr("mosaic"));
+}
+
+TEST_F(Tiff, ExposureComesFromIfd0OrTheShutterSpeed) {
+  const Tag exposure{33434, 5, {1, 10}}, speed{37377, 10, {4, 1}}, turned{274, 3, {6}};
+  EXPECT_EQ(read_photo_settings(write({Page{1, 0, 4, 2, 1, {exposure}}})).exposure_s, 0.1);
+  EXPECT_EQ(read_photo_settings(write({Page{1, 0, 4, 2, 1, {speed, turned}}})).exposure_s,
+            1.0 / 16.0);
+  EXPECT_EQ(read_photo_settings(folder_ / "a.tif").orientation, 6);
+  EXPECT_FALSE(read_photo_settings(write({Page{1}})).orientation);
+}
+
+/// A minimal DNG: of a Bayer sensor, or without colour filters where `cfa` is false.
+Page dng(bool cfa, std::vector<Tag> more) {
+  Page page{cfa ? 32803U : 34892U, 0, 64, 48, 1, std::move(more)};
+  if (cfa) {
+    page.more.push_back({33421, 3, {2, 2}});
+    page.more.push_back({33422, 1, {0, 1, 1, 2}});
+  }
+  page.more.push_back({271, 2, {'T', 'e', 's', 't', 0}});
+  page.more.push_back({272, 2, {'C', 'a', 'm', 0}});
+  page.more.push_back({50706, 1, {1, 4, 0, 0}});
+  page.more.push_back({50708, 2, {'T', 'e', 's', 't', ' ', 'C', 'a', 'm', 0}});
+  page.more.push_back({50714, 4, {64}});
+  page.more.push_back({50717, 4, {65000}});
+  return page;
+}
+
+TEST_F(Tiff, RawExposureComesFromIfd0OrTheShutterSpeed) {
+  const Tag exposure{33434, 5, {1, 10}}, speed{37377, 10, {4, 1}};
+  const Tag slow{37377, 10, {0xFFFFFFFFU, 1}}, turned{274, 3, {3}};
+  const auto settings = [&](const std::vector<Tag>& tags) {
+    return read_photo_settings(write({dng(true, tags)}, "a.dng"));
+  };
+  EXPECT_EQ(settings({exposure, turned}).exposure_s, 0.1);
+  EXPECT_EQ(settings({exposure, turned}).orientation, 3);
+  EXPECT_EQ(settings({exposure, speed}).exposure_s, 0.1);
+  EXPECT_EQ(settings({speed}).exposure_s, 1.0 / 16.0);
+  EXPECT_EQ(settings({slow}).exposure_s, 2.0);
+  EXPECT_FALSE(settings({}).exposure_s);
+}
+
+TEST_F(Tiff, RawOfAGreySensorIsReadWithoutAMosaic) {
+  const RawImage colour = read_raw(write({dng(true, {})}, "a.dng"));
+  EXPECT_EQ(colour.layout, (BayerLayout{0, 1, 1, 2}));
+  const RawImage grey = read_raw(write({dng(false, {})}, "a.dng"));
+  EXPECT_FALSE(grey.layout);
+  EXPECT_EQ(grey.black[0], 64.0);
+  EXPECT_EQ(grey.white, 65000);
+  EXPECT_EQ(grey.mosaic.values(), colour.mosaic.values());
+  Page linear = dng(false, {});
+  linear.samples = 3;
+  const auto file = write({linear}, "a.dng");
+  EXPECT_THAT(sentence_of([&] { read_raw(file); }), HasSubstr("several colours a pixel"));
+}
+
+}  // namespace
+}  // namespace kappamu::io

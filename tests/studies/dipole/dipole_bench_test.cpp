@@ -1,0 +1,41 @@
+// `kappamu bench dipole` in its quick form: every section runs, and its rows hold what
+// docs/dipole.md states.
+#include <gtest/gtest.h>
+
+#include "tests/studies/bench_tools.h"
+
+namespace kappamu::studies {
+namespace {
+
+class DipoleBench : public RecordTest {};
+
+TEST_F(DipoleBench, HierarchyIsTimedAndItsErrorMeasured) {
+  const Json row = quick_record("dipole", "hierarchy").at("rows").at(0);
+  EXPECT_EQ(row.at("triangles"), 2016);
+  EXPECT_LT(row.at("error"), 0.01);
+  EXPECT_GT(row.at("static_cpu_ms"), 0.0);
+  EXPECT_EQ(row.at("relinked_frames"), 0);
+}
+
+TEST_F(DipoleBench, FormFactorsAreWithinOnePerCent) {
+  const Json record = quick_record("dipole", "form-factors");
+  const Json& ours = record.at("rows").back();
+  EXPECT_EQ(ours.at("within_1_percent"), 1.0);
+  EXPECT_LT(ours.at("samples"), record.at("rows").at(1).at("samples"));
+}
+
+TEST_F(DipoleBench, TheDipoleIsNearTransportWhereLittleIsAbsorbed) {
+  for (const Json& row : quick_record("dipole", "profiles").at("rows")) {
+    if (row.at("albedo") != 0.99) continue;
+    EXPECT_LT(std::abs(row.at("dipole").get<double>()), 0.03) << row;
+  }
+}
+
+TEST_F(DipoleBench, ThinCylindersCreateEnergy) {
+  const Json record = quick_record("dipole", "energy");
+  EXPECT_GT(record.at("rows").at(0).at("discs_with_exact_moments"), 1.0);
+  EXPECT_LT(record.at("rows").back().at("discs_with_exact_moments"), 1.0);
+}
+
+}  // namespace
+}  // namespace kappamu::studies
