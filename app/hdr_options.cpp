@@ -28,9 +28,9 @@ void add_hdr_options(CLI::App& command, capture::MergeOptions& options) {
   add_choice(command, "--on-flicker", pipeline::actions, options.on_flicker,
              "A frame brighter or darker than the rest of its stack, or of a mislabelled "
              "exposure: refuse it by name, correct its exposure from the frames, or ignore");
-  add_choice(command, "--on-motion", pipeline::actions, options.on_motion,
+  add_choice(command, "--on-motion", pipeline::motion_actions, options.on_motion,
              "A frame shifted against the rest of its stack, or partly changed: refuse it by "
-             "name, correct by leaving it out, or ignore");
+             "name, correct by leaving it out, align by moving it back, or ignore");
 }
 
 }  // namespace kappamu::app

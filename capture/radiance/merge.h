@@ -14,7 +14,7 @@
 namespace kappamu::capture {
 
 /// What to do about frames that do not fit the rest of their stack (capture/radiance/steadiness.h).
-enum class OnFault { refuse, correct, ignore };
+enum class OnFault { refuse, correct, ignore, align };
 
 struct MergeOptions {
   /// Whether a stack without any pixel above the noise is an error (it is not for black frames).
@@ -22,7 +22,9 @@ struct MergeOptions {
   /// merge_stack() only: flicker, drift and mislabelled exposures. Corrected, exposure times are
   /// estimated from the frames; the stack's mean brightness is kept.
   OnFault on_flicker = OnFault::refuse;
-  /// merge_stack() only: frames shifted or partly changed. Corrected, they are left out.
+  /// merge_stack() only: frames shifted or partly changed. Corrected, they are left out. Aligned,
+  /// shifted ones are moved back (capture/radiance/align.h), pixels that one of them did not see
+  /// are flagged missing, and what differs after that is refused.
   OnFault on_motion = OnFault::refuse;
 };
 

@@ -1,9 +1,12 @@
 // One stack of a session: load, look for frames that do not fit, merge. Declared in merge.h.
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <optional>
 #include <set>
+#include <type_traits>
 
+#include "capture/radiance/align.h"
 #include "capture/radiance/demosaic.h"
 #include "capture/radiance/merge.h"
 #include "capture/radiance/steadiness.h"
@@ -20,7 +23,8 @@ bool is_motion(const Fault& fault) {
 
 std::string advice(const Fault& fault) {
   if (is_motion(fault)) {
-    return "photograph the stack again, or leave the frame out with --on-motion correct";
+    return "photograph the stack again, leave the frame out with --on-motion correct, or, where "
+           "camera and sample need not stay fixed, move it back with --on-motion align";
   }
   if (fault.kind == Fault::Kind::mislabelled) {
     return "correct exposure_s in session.json, or let it be estimated with --on-flicker correct";
@@ -68,13 +72,15 @@ class StackMerger {
   void settle_faults(const Radiometry& radiometry, const MergeOptions& options, double pitch,
                      std::vector<std::string>* notes) {
     if (options.on_flicker == OnFault::ignore && options.on_motion == OnFault::ignore) return;
+    if (options.on_motion == OnFault::align) align(radiometry, pitch, notes);
     bool flickers = false;
     std::set<std::size_t> left_out;
     for (const Fault& fault : faults(radiometry, pitch)) {
       const OnFault action = is_motion(fault) ? options.on_motion : options.on_flicker;
       const std::string what = path(fault.frame) + ": " + fault.sentence + " (" + label_ + ")";
       if (action == OnFault::ignore) continue;
-      if (action == OnFault::refuse) throw InputError(what + "; " + advice(fault) + ".");
+      if (action == OnFault::refuse || action == OnFault::align)
+        throw InputError(what + "; " + advice(fault) + ".");
       if (is_motion(fault)) {
         left_out.insert(fault.frame);
       } else {
@@ -102,10 +108,35 @@ class StackMerger {
     }
   }
 
+  /// Of the frames moved back, in pixels of the picture.
+  const std::vector<std::array<double, 2>>& shifts() const { return shifts_; }
+
   const std::vector<Exposed<Value>>& frames() const { return frames_; }
   std::string name() const { return shown_session(session_) + ": " + label_; }
 
  private:
+  // Moves shifted frames back onto the middle of their stack.
+  void align(const Radiometry& radiometry, double pitch, std::vector<std::string>* notes) {
+    for (const Fault& fault : faults(radiometry, pitch)) {
+      if (fault.kind != Fault::Kind::moved) continue;
+      const std::array<double, 2> shift = steadiness_[fault.frame]->shift_px;
+      const std::array<double, 2> of_frame{shift[0] / pitch, shift[1] / pitch};
+      if constexpr (std::is_same_v<Value, float>) {
+        constexpr float saturated_from = 0.99F;  // as FloatReader
+        move_back(of_frame, saturated_from, frames_[fault.frame]);
+      } else {
+        int saturated_from = saturation_code(radiometry.response.linear.front());
+        for (const std::vector<double>& linear : radiometry.response.linear)
+          saturated_from = std::min(saturated_from, saturation_code(linear));
+        move_back(of_frame, saturated_from, frames_[fault.frame]);
+      }
+      shifts_.push_back(shift);
+      if (notes != nullptr)
+        notes->push_back(path(fault.frame) + ": " + fault.sentence + " (" + label_ +
+                         "); the frame is moved back.");
+    }
+  }
+
   std::vector<double> exposures() const {
     std::vector<double> times;
     for (const Exposed<Value>& frame : frames_) times.push_back(frame.exposure_s);
@@ -118,6 +149,7 @@ class StackMerger {
   std::vector<Exposed<Value>> frames_;
   std::vector<std::string> files_;
   Steadiness steadiness_;
+  std::vector<std::array<double, 2>> shifts_;
 };
 
 // Calls act(frames, radiometry of their channels, distance of their neighbouring pixels in pixels
@@ -179,7 +211,9 @@ HdrImage merge_stack(const Session& session, const Stack& stack, const std::stri
         StackMerger merger(session, stack, label, std::move(frames));
         merger.refuse_copies();
         merger.settle_faults(of_frames, options, pitch, notes);
-        return picture(merge_frames(merger.frames(), of_frames, merger.name(), options));
+        HdrImage image = picture(merge_frames(merger.frames(), of_frames, merger.name(), options));
+        for (const std::array<double, 2>& shift : merger.shifts()) flag_unseen(shift, image);
+        return image;
       });
 }
 

@@ -335,6 +335,30 @@ TEST_F(UnsteadySession, AMovedFrameIsRefusedOrLeftOut) {
   EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("the frame is left out.")));
 }
 
+TEST_F(UnsteadySession, ShiftedFramesAreMovedBack) {
+  Disturbance disturbed;
+  disturbed.shift = {0.0, 2.3, -1.6, 0.0, 5.0};
+  write(shoot(disturbed, 1));
+  EXPECT_LT(std::abs(error_of(merge(OnFault::refuse, OnFault::align))), 0.003);
+  EXPECT_EQ(notes.size(), 3U);
+  EXPECT_THAT(notes, testing::Each(HasSubstr("the frame is moved back.")));
+  // Pixel by pixel: an edge that was blurred over two pixels before is where it belongs.
+  const auto worst = [&](OnFault on_motion) {
+    const HdrImage merged = merge(OnFault::ignore, on_motion);
+    const Image<float> truth = scene();
+    double square = 0.0;
+    for (int y = 10; y < height - 10; ++y)
+      for (int x = 10; x < width - 10; ++x)
+        square += std::pow(merged.radiance(x, y) / truth(x, y) - 1.0, 2) * (truth(x, y) > 0.02F);
+    return std::sqrt(square);
+  };
+  EXPECT_LT(worst(OnFault::align), 0.2 * worst(OnFault::ignore));
+  const HdrImage merged = merge(OnFault::refuse, OnFault::align);
+  EXPECT_EQ(merged.flags(width - 1, 20) & pixel_missing, pixel_missing);
+  EXPECT_EQ(merged.flags(0, 20) & pixel_missing, pixel_missing);
+  EXPECT_EQ(merged.flags(width / 2, 20) & pixel_missing, 0);
+}
+
 TEST_F(UnsteadySession, TooManyMovedFramesAreRefusedEvenWhenAskedToCorrect) {
   Disturbance disturbed;
   disturbed.shift = {0.0, 2.0, 4.0, 6.0, 8.0};
