@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "core/numbers/cosine_transform.h"
+#include "core/numbers/octave.h"
 #include "core/shown_text.h"
 
 namespace kappamu::calib {
@@ -88,7 +88,7 @@ double octave_error(const FaceMap& map) {
     for (int u = 0; u < face.nu; ++u) {
       const double f = std::hypot(0.5 * u / face.nu, 0.5 * v / face.nv);
       if (f == 0.0 || f >= shortest) continue;
-      of_one += 1.0 / (2.0 * std::numbers::pi * std::numbers::ln2 * f * f);
+      of_one += 1.0 / octave_waves(f * f);
       power += waves(u, v) * waves(u, v) - noise * static_cast<double>(used) / face.cells();
     }
   }

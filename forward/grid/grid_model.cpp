@@ -71,12 +71,12 @@ class GridModel final : public ForwardModel {
   static void warn_near_face(const ForwardProblem& problem, const PointSource& point,
                              ForwardResult& result) {
     const GridShape& shape = problem.setup.shape;
+    const Eigen::Vector3i cell = (point.position_mm / shape.voxel_mm).cast<int>();
+    const double path = 3.0 * problem.medium.kappa[shape.index(cell.x(), cell.y(), cell.z())];
     for (const Face face : all_faces) {
       const int axis = axis_of(face);
       const double at = point.position_mm[axis];
       const double depth = is_plus(face) ? shape.extent(axis) * shape.voxel_mm - at : at;
-      const Eigen::Vector3i cell = (point.position_mm / shape.voxel_mm).cast<int>();
-      const double path = 3.0 * problem.medium.kappa[shape.index(cell.x(), cell.y(), cell.z())];
       if (!is_open(problem.setup, face) || depth > path) continue;
       result.warnings.push_back(
           formatted("the point %g mm below face %s is less than a mean free path 3 kappa = %g mm "

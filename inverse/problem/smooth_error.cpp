@@ -2,19 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/numbers/octave.h"
 #include "core/parallel.h"
 
 namespace kappamu::inverse {
-
-namespace {
-
-/// 2 π f df cosines for each pixel lie between frequencies f and f + df, those of an octave of
-/// variances 1/f² sum to this.
-constexpr double per_octave = 2.0 * std::numbers::pi * std::numbers::ln2;
-
-}  // namespace
 
 SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, double signal,
                                            const SmoothError& error)
@@ -29,7 +21,7 @@ SmoothErrorPrecision::SmoothErrorPrecision(const FaceShape& face, int patterns, 
     for (int u = 0; u < face.nu; ++u) {
       const double f2 =
           std::max(lowest, std::pow(0.5 * u / face.nu, 2) + std::pow(0.5 * v / face.nv, 2));
-      const double scale = signal * signal / (per_octave * f2);
+      const double scale = signal * signal / octave_waves(f2);
       const double own = scale * error.own * error.own;
       own_(u, v) = 1.0 / (1.0 + own);
       common_(u, v) = 1.0 / (1.0 + own + scale * patterns * error.common * error.common);
