@@ -19,8 +19,6 @@
 
 namespace kappamu::studies {
 
-using namespace test_cases;
-
 namespace {
 
 using forward::ForwardProblem;
