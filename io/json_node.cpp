@@ -269,10 +269,18 @@ std::string JsonNode::kind() const {
 
 JsonDocument::JsonDocument(const std::filesystem::path& file, std::string hint,
                            JsonComments comments)
-    : file_(file.string()),
+    : JsonDocument(file.string(), read_text(file), std::move(hint), comments) {}
+
+JsonDocument::JsonDocument(std::string name, const std::string& text, std::string hint,
+                           JsonComments comments)
+    : file_(std::move(name)),
       hint_(std::move(hint)),
       comments_(comments),
-      json_(std::make_unique<json>(parse(read_text(file), file_))) {}
+      json_(std::make_unique<json>(parse(text, file_))) {}
+
+JsonDocument JsonDocument::of_text(const std::string& text, std::string name, std::string hint) {
+  return {std::move(name), text, std::move(hint), JsonComments::refused};
+}
 
 JsonDocument::~JsonDocument() = default;
 

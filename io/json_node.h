@@ -91,6 +91,8 @@ class JsonDocument {
   /// Throws InputError unless `file` holds JSON. `hint` names the page that describes the format.
   JsonDocument(const std::filesystem::path& file, std::string hint,
                JsonComments comments = JsonComments::refused);
+  /// Of a text in memory, which messages call `name`.
+  static JsonDocument of_text(const std::string& text, std::string name, std::string hint);
   ~JsonDocument();
   JsonDocument(const JsonDocument&) = delete;
   JsonDocument& operator=(const JsonDocument&) = delete;
@@ -99,6 +101,7 @@ class JsonDocument {
 
  private:
   friend class JsonNode;
+  JsonDocument(std::string name, const std::string& text, std::string hint, JsonComments comments);
   std::string file_, hint_;
   JsonComments comments_;
   std::unique_ptr<nlohmann::json> json_;

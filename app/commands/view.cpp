@@ -1,6 +1,7 @@
 #include <stdlib.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "core/error.h"
 #include "forward/object_models.h"
 #include "io/atomic_file.h"
+#include "pipeline/output_folder.h"
 #include "pipeline/verify.h"
 #include "render/scene/new_scene.h"
 
@@ -60,6 +62,12 @@ render::Scene scene_of(const std::string& path, std::optional<TemporaryFolder>& 
   return render::read_scene(file);
 }
 
+/// In the current folder: NAME-edits, of the scene's or the run's name.
+std::filesystem::path usual_edits(const std::string& scene) {
+  const std::filesystem::path path = pipeline::canonical_path(scene);
+  return (std::filesystem::is_directory(path) ? path.filename() : path.stem()).string() + "-edits";
+}
+
 void run_view(const ViewArguments& arguments, const Globals& globals) {
   constexpr int usual_width = 960;
   const auto progress = make_progress();
@@ -69,7 +77,9 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   ViewerOptions options;
   options.script = arguments.script;
   options.out = arguments.out;
+  options.title = arguments.scene;
   options.edits = arguments.edits;
+  if (!options.script && !options.edits) options.edits = usual_edits(arguments.scene);
   if (folder) options.run = arguments.scene;
   options.width = arguments.width.value_or(
       options.script ? scene.film.width : std::max(usual_width, scene.film.width));
@@ -80,6 +90,10 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   for (const std::string& warning : warnings) progress->warn(warning);
   const ViewerTimes times = view(scene, live, options);
   for (const std::string& warning : times.warnings) progress->warn(warning);
+  if (times.interrupted) {
+    std::signal(SIGINT, SIG_DFL);
+    std::raise(SIGINT);
+  }
   if (globals.json) {
     const nlohmann::json summary{{"model", live.model()},
                                  {"answers", times.answers},
@@ -121,7 +135,8 @@ Seen is the light that diffusion lets out; reflections and single scattering are
 
 Edits change kappa or mu of a measured volume: under a brush's stroke down to a depth, in a
 box, a layer or below an image on a face. They are undone and done again, and saved as
-`kappamu edit` does: a volume and the recipe that makes it.
+`kappamu edit` does: a volume and the recipe that makes it. The same command continues from
+saved edits, and from those of a window that ended before they were saved.
 
 A script has one command per line: lamp N, light AZ EL, orbit DX DY (degrees), exposure E,
 panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y ...,
@@ -149,8 +164,10 @@ screenshot NAME, quit.)");
       ->check(CLI::ExistingDirectory)
       ->type_name("OUT");
   command
-      ->add_option("--edits", arguments->edits,
-                   "Folder that painted volumes are saved to, with their recipe")
+      ->add_option(
+          "--edits", arguments->edits,
+          "Folder that edited volumes are saved to, with their recipe; left out, NAME-edits "
+          "in the current folder, of the scene's or run's NAME")
       ->type_name("OUT");
   command->footer(
       "Example: kappamu view demo/run\n"

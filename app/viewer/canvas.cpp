@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <numbers>
@@ -15,6 +16,8 @@ namespace kappamu::app {
 namespace {
 
 using render::LitCorners;
+
+constexpr GLint samples_per_pixel = 4;  ///< where the driver has as many
 
 constexpr const char* vertex_shader = R"(#version 330 core
 layout(location = 0) in vec3 position;
@@ -147,23 +150,31 @@ void Canvas::resize(int width, int height) {
   width_ = width;
   height_ = height;
   if (frame_ == 0) {
-    glGenFramebuffers(1, &frame_);
-    glGenRenderbuffers(1, &colour_);
-    glGenRenderbuffers(1, &depth_);
+    for (unsigned* frame : {&frame_, &fine_frame_}) glGenFramebuffers(1, frame);
+    for (unsigned* buffer : {&colour_, &fine_colour_, &fine_depth_}) {
+      glGenRenderbuffers(1, buffer);
+    }
   }
+  GLint samples = 0;
+  glGetIntegerv(GL_MAX_SAMPLES, &samples);
+  samples = std::min(samples, samples_per_pixel);
   glBindFramebuffer(GL_FRAMEBUFFER, frame_);
   glBindRenderbuffer(GL_RENDERBUFFER, colour_);
   glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, width, height);
   glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour_);
-  glBindRenderbuffer(GL_RENDERBUFFER, depth_);
-  glRenderbufferStorage(GL_RENDERBUFFER, GL_DEPTH_COMPONENT24, width, height);
-  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_);
+  glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
+  glBindRenderbuffer(GL_RENDERBUFFER, fine_colour_);
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_RGBA8, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, fine_colour_);
+  glBindRenderbuffer(GL_RENDERBUFFER, fine_depth_);
+  glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, GL_DEPTH_COMPONENT24, width, height);
+  glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, fine_depth_);
 }
 
 void Canvas::draw(const render::Camera& camera, double exposure, int channel, double near_mm,
                   double far_mm, int width, int height) {
   resize(width, height);
-  glBindFramebuffer(GL_FRAMEBUFFER, frame_);
+  glBindFramebuffer(GL_FRAMEBUFFER, fine_frame_);
   glViewport(0, 0, width, height);
   glEnable(GL_DEPTH_TEST);
   glClearColor(0.0F, 0.0F, 0.0F, 1.0F);
@@ -178,6 +189,10 @@ void Canvas::draw(const render::Camera& camera, double exposure, int channel, do
   glUniform1i(glGetUniformLocation(program_, "channel"), channel);
   glBindVertexArray(array_);
   glDrawArrays(GL_TRIANGLES, 0, corners_);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, fine_frame_);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, frame_);
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, frame_);
 }
 
 void Canvas::show(int window_width, int window_height) const {

@@ -27,7 +27,8 @@ class Canvas {
   void resize(int width, int height);
 
   unsigned program_ = 0, array_ = 0, geometry_ = 0, light_ = 0;
-  unsigned frame_ = 0, colour_ = 0, depth_ = 0;
+  unsigned frame_ = 0, colour_ = 0;                             ///< the picture
+  unsigned fine_frame_ = 0, fine_colour_ = 0, fine_depth_ = 0;  ///< several samples a pixel
   int corners_ = 0, width_ = 0, height_ = 0;
 };
 

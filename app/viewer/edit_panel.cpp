@@ -4,6 +4,7 @@
 #include <array>
 
 #include "app/viewer/panel.h"
+#include "core/error.h"
 
 namespace kappamu::app {
 
@@ -72,9 +73,50 @@ void draw_region(Region& region, Brush& brush) {
   }
 }
 
+/// Why the edit that is set here cannot be done; empty: it can.
+std::string fault_of(const ViewState& state) {
+  try {
+    render::require_valid(state.brush.edit(state.region.selection()));
+    return "";
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+void draw_object_choice(Painter& painter) {
+  const std::vector<std::size_t>& objects = painter.editable();
+  if (objects.size() < 2 ||
+      !ImGui::BeginCombo("object", painter.name(*painter.in_hand()).c_str())) {
+    return;
+  }
+  for (const std::size_t object : objects) {
+    if (ImGui::Selectable(painter.name(object).c_str(), object == painter.in_hand())) {
+      painter.take(object);
+    }
+  }
+  ImGui::EndCombo();
+}
+
 }  // namespace
 
-Asked draw_edits(const Painter& painter, ViewState& state) {
+Closing draw_closing_question() {
+  constexpr const char* title = "edits are not saved";
+  if (!ImGui::IsPopupOpen(title)) ImGui::OpenPopup(title);
+  const ImVec2 size = ImGui::GetIO().DisplaySize;
+  ImGui::SetNextWindowPos({0.5F * size.x, 0.5F * size.y}, ImGuiCond_Always, {0.5F, 0.5F});
+  Closing closing = Closing::undecided;
+  if (!ImGui::BeginPopupModal(title, nullptr, ImGuiWindowFlags_AlwaysAutoResize)) return closing;
+  if (ImGui::Button("save and close")) closing = Closing::save;
+  ImGui::SameLine();
+  if (ImGui::Button("close without saving")) closing = Closing::discard;
+  ImGui::SameLine();
+  if (ImGui::Button("go on editing")) closing = Closing::go_on;
+  if (closing != Closing::undecided) ImGui::CloseCurrentPopup();
+  ImGui::EndPopup();
+  return closing;
+}
+
+Asked draw_edits(Painter& painter, ViewState& state) {
   Asked asked = Asked::nothing;
   const auto button = [&](const char* name, bool possible, Asked what) {
     ImGui::BeginDisabled(!possible);
@@ -88,19 +130,25 @@ Asked draw_edits(const Painter& painter, ViewState& state) {
   ImGui::RadioButton("edit", &tool, static_cast<int>(Tool::brush));
   state.tool = static_cast<Tool>(tool);
   if (state.tool == Tool::brush) {
+    draw_object_choice(painter);
     draw_operation(state.brush);
     draw_region(state.region, state.brush);
+    const std::string fault = fault_of(state);
+    if (!fault.empty()) ImGui::TextColored(amber, "%s", fault.c_str());
     if (state.region.kind != Region::Kind::stroke) {
-      button("preview", true, Asked::preview);
-      button("keep", painter.on_trial(), Asked::keep);
+      button("preview", fault.empty(), Asked::preview);
+      button("keep", painter.on_trial() && fault.empty(), Asked::keep);
       button("take back", painter.on_trial(), Asked::cancel);
       ImGui::NewLine();
     }
   }
   button("undo", painter.can_undo(), Asked::undo);
   button("redo", painter.can_redo(), Asked::redo);
-  button("save", painter.can_undo(), Asked::save);
+  button("save", painter.unsaved(), Asked::save);
   ImGui::NewLine();
+  std::array<char, 1024> folder{};
+  state.edits.copy(folder.data(), folder.size() - 1);
+  if (ImGui::InputText("saved in", folder.data(), folder.size())) state.edits = folder.data();
   return asked;
 }
 

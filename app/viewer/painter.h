@@ -1,6 +1,6 @@
-// Edits of an object's volume by hand: strokes of a brush over the picture, tried while the button
-// is held and kept when it is let go, and edits of regions, tried until they are kept; all are
-// taken back and done again.
+// Edits of objects' volumes by hand: strokes of a brush over the picture, tried while the button is
+// held and kept when it is let go, and edits of regions, tried until they are kept; all are taken
+// back and done again, and none is lost (app/edit_folder.h).
 #pragma once
 
 #include <map>
@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/edit_folder.h"
 #include "render/live/live_scene.h"
 #include "render/live/live_volume.h"
 #include "render/look_at.h"
@@ -37,19 +38,28 @@ class Painter {
   /// Keeps references to both.
   Painter(const render::Scene& scene, const render::World& world);
 
-  /// The volume of an object, read when first asked for; none where its material is homogeneous.
-  render::LiveVolume* volume(std::size_t object);
-  /// The first object that has one.
-  std::optional<std::size_t> first_volume() const;
+  /// Objects whose material is a volume that lies in them as a solid.
+  const std::vector<std::size_t>& editable() const { return editable_; }
+  const std::string& name(std::size_t object) const { return scene_.objects[object].name; }
+  /// The object that regions and slices are of: the one painted last, at first the first that is
+  /// editable.
+  std::optional<std::size_t> in_hand() const { return in_hand_; }
+  void take(std::size_t object) { in_hand_ = object; }
+  /// Of an editable object; read when first asked for.
+  render::LiveVolume& volume(std::size_t object);
 
-  /// Goes on with the stroke, or begins one, to the point (x, y) in [0, 1]² of the picture, from
+  /// Goes on with the stroke, or begins one, through points (x, y) in [0, 1]² of the picture, from
   /// its top left corner. Whether voxels changed. Beside objects, and on those without a volume,
-  /// there is nothing to paint.
-  bool stroke_to(const render::LookAt& look, double x, double y, const Brush& brush);
-  /// Whether there was a stroke, which is kept.
-  bool end_stroke();
+  /// there is nothing to paint. Throws InputError naming a value of `brush` that no recipe may
+  /// have.
+  bool stroke_through(const render::LookAt& look, const std::vector<Eigen::Vector2d>& points,
+                      const Brush& brush);
+  /// How a stroke ended.
+  enum class Stroked { none, nothing_changed, kept };
+  Stroked end_stroke();
 
-  /// Tries an edit of the first object that has a volume, in place of the one on trial.
+  /// Tries an edit of the object in hand, in place of the one on trial. Throws InputError as
+  /// stroke_through().
   void preview(const render::Edit& edit);
   bool on_trial() const { return tried_.has_value(); }
   /// Keeps the edit on trial, or takes it back. Whether there was one.
@@ -65,19 +75,40 @@ class Painter {
   /// Of the objects that were painted.
   std::map<std::size_t, render::ObjectMedia> media() const;
 
-  /// Writes each painted object's volume and recipe: into `out`, or a folder of the object's name
-  /// there where several were painted. Names of files; warnings are added.
-  std::vector<std::string> save(const std::filesystem::path& out,
-                                std::vector<std::string>& warnings) const;
+  /// Edits are saved to `out`, or to a folder of the object's name there where the scene has
+  /// several editable objects. What lies there of an earlier window and is not replaced by edits of
+  /// this one is done again. Throws InputError as EditFolder, or where both have edits.
+  void open(const std::filesystem::path& out);
+  bool is_open() const { return !folders_.empty(); }
+  /// Whether there are edits, or undone ones, since the last saving.
+  bool unsaved() const;
+  /// Files that hold what is not saved.
+  std::vector<std::filesystem::path> unsaved_files() const;
+  /// Writes what is not saved where the next window finds it, after every change from now on.
+  void keep_unsaved();
+  void discard();
+  /// Writes the volume and recipe of each object with edits since the last saving. Names of files;
+  /// warnings are added.
+  std::vector<std::string> save(std::vector<std::string>& warnings);
 
  private:
+  /// Whether the point is on the object under the stroke, or begins one.
+  bool add_to_stroke(const render::LookAt& look, const Eigen::Vector2d& at);
+  void commit(std::size_t object);
+  void changed(std::size_t object) const;
+  const render::EditHistory* history(std::size_t object) const;
+
   const render::Scene& scene_;
   const render::World& world_;
+  std::vector<std::size_t> editable_;
+  std::optional<std::size_t> in_hand_;
   std::map<std::size_t, std::unique_ptr<render::LiveVolume>> volumes_;
+  std::map<std::size_t, EditFolder> folders_;
+  bool keeps_unsaved_ = false;
   std::vector<std::size_t> done_, undone_;  ///< objects, edit by edit
-  void done(std::size_t object);
 
   std::optional<std::size_t> stroked_, tried_;
+  bool stroke_changes_ = false;
   render::Stroke stroke_;
 };
 

@@ -12,7 +12,6 @@ namespace {
 /// What an answer may take that keeps up with a moving light [ms]: thirty of them a second.
 constexpr double budget_ms = 1000.0 / 30.0;
 constexpr double degrees_per_pixel = 0.4;
-const ImVec4 amber{1.0F, 0.75F, 0.2F, 1.0F};
 
 void draw_handles(ViewState& state) {
   if (state.lights.size() > 1) {
@@ -42,7 +41,7 @@ void draw_handles(ViewState& state) {
 
 }  // namespace
 
-Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState& state) {
+Asked draw_panel(const PanelNumbers& numbers, Painter* painter, ViewState& state) {
   Asked asked = Asked::nothing;
   ImGui::SetNextWindowPos({8.0F, 8.0F}, ImGuiCond_Once);
   ImGui::Begin("kappamu view", nullptr, ImGuiWindowFlags_AlwaysAutoResize);
@@ -51,9 +50,8 @@ Asked draw_panel(const PanelNumbers& numbers, const Painter* painter, ViewState&
   if (painter != nullptr) {
     ImGui::Separator();
     asked = draw_edits(*painter, state);
-    ImGui::SameLine();
     ImGui::Checkbox("slices", &state.slice.shown);
-    if (!numbers.saved.empty()) ImGui::TextUnformatted(numbers.saved.c_str());
+    if (!numbers.note.empty()) ImGui::TextUnformatted(numbers.note.c_str());
   }
   if (numbers.photographs) ImGui::Checkbox("photographs", &state.photograph.shown);
   ImGui::Separator();

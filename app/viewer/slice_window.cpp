@@ -12,29 +12,50 @@ namespace {
 
 constexpr float longest_edge_px = 260.0F;
 
-/// The two axes of a slice: columns, rows.
-std::array<int, 2> axes_across(int axis) {
-  return axis == 0 ? std::array{1, 2} : axis == 1 ? std::array{0, 2} : std::array{0, 1};
-}
+/// How a slice lies in its picture: columns from the left along one axis, rows from the top along
+/// another, each forwards or backwards.
+class Layout {
+ public:
+  Layout(const GridShape& shape, const Slice& slice, const Eigen::Matrix3d& axes,
+         const render::Camera& camera)
+      : slice_(slice) {
+    const Eigen::Vector3d right =
+        (camera.target_mm - camera.position_mm).cross(camera.up).normalized();
+    column_axis_ = slice.axis == 0 ? 1 : 0;
+    row_axis_ = slice.axis == 2 ? 1 : 2;
+    columns = shape.extent(column_axis_);
+    rows = shape.extent(row_axis_);
+    leftwards_ = axes.col(column_axis_).dot(right) < -least_slope;
+    downwards_ = axes.col(row_axis_).dot(camera.up) < -least_slope;
+  }
 
-std::array<int, 3> voxel_at(const Slice& slice, int column, int row) {
-  const auto [u, v] = axes_across(slice.axis);
-  std::array<int, 3> voxel{};
-  voxel[static_cast<std::size_t>(slice.axis)] = slice.index;
-  voxel[static_cast<std::size_t>(u)] = column;
-  voxel[static_cast<std::size_t>(v)] = row;
-  return voxel;
-}
+  std::array<int, 3> voxel(int column, int row) const {
+    std::array<int, 3> voxel{};
+    voxel[static_cast<std::size_t>(slice_.axis)] = slice_.index;
+    voxel[static_cast<std::size_t>(column_axis_)] = leftwards_ ? columns - 1 - column : column;
+    voxel[static_cast<std::size_t>(row_axis_)] = downwards_ ? row : rows - 1 - row;
+    return voxel;
+  }
+
+  int columns = 0, rows = 0;
+
+ private:
+  /// An axis along the line of sight is neither left nor right.
+  static constexpr double least_slope = 1e-3;
+
+  const Slice& slice_;
+  int column_axis_ = 0, row_axis_ = 0;
+  bool leftwards_ = false, downwards_ = false;
+};
 
 /// Black at the volume's smallest value, white at its largest.
-std::vector<std::uint8_t> greys(const Volume<double>& volume, const Slice& slice, int columns,
-                                int rows) {
+std::vector<std::uint8_t> greys(const Volume<double>& volume, const Layout& layout) {
   const auto [least, most] = std::minmax_element(volume.values().begin(), volume.values().end());
   const double range = std::max(*most - *least, 1e-300);
   std::vector<std::uint8_t> pixels;
-  for (int row = rows - 1; row >= 0; --row) {  // the first row at the top: rows grow upwards
-    for (int column = 0; column < columns; ++column) {
-      const auto [x, y, z] = voxel_at(slice, column, row);
+  for (int row = 0; row < layout.rows; ++row) {
+    for (int column = 0; column < layout.columns; ++column) {
+      const auto [x, y, z] = layout.voxel(column, row);
       const auto grey = static_cast<std::uint8_t>(255.0 * (volume(x, y, z) - *least) / range + 0.5);
       pixels.insert(pixels.end(), {grey, grey, grey});
     }
@@ -44,7 +65,8 @@ std::vector<std::uint8_t> greys(const Volume<double>& volume, const Slice& slice
 
 }  // namespace
 
-void SliceWindow::draw(const io::VolumeSet& set, Slice& slice) {
+void SliceWindow::draw(const io::VolumeSet& set, const Eigen::Matrix3d& axes,
+                       const render::Camera& camera, Slice& slice) {
   const std::vector<io::NamedVolume> volumes = io::named_volumes(set);
   const GridShape& shape = set.shape();
   slice.volume = std::min(slice.volume, volumes.size() - 1);
@@ -66,9 +88,9 @@ void SliceWindow::draw(const io::VolumeSet& set, Slice& slice) {
   ImGui::SliderInt("voxel", &slice.index, 0, shape.extent(slice.axis) - 1);
   ImGui::PopItemWidth();
 
-  const auto [u, v] = axes_across(slice.axis);
-  const int columns = shape.extent(u), rows = shape.extent(v);
-  const std::vector<std::uint8_t> pixels = greys(*shown.volume, slice, columns, rows);
+  const Layout layout(shape, slice, axes, camera);
+  const int columns = layout.columns, rows = layout.rows;
+  const std::vector<std::uint8_t> pixels = greys(*shown.volume, layout);
   const float scale = longest_edge_px / static_cast<float>(std::max(columns, rows));
   const ImVec2 corner = ImGui::GetCursorScreenPos();
   const ImVec2 size{scale * static_cast<float>(columns), scale * static_cast<float>(rows)};
@@ -82,9 +104,9 @@ void SliceWindow::draw(const io::VolumeSet& set, Slice& slice) {
       ImGui::IsMouseHoveringRect(corner, {corner.x + size.x, corner.y + size.y})) {
     const ImVec2 mouse = ImGui::GetMousePos();
     column = std::clamp(static_cast<int>((mouse.x - corner.x) / scale), 0, columns - 1);
-    row = std::clamp(rows - 1 - static_cast<int>((mouse.y - corner.y) / scale), 0, rows - 1);
+    row = std::clamp(static_cast<int>((mouse.y - corner.y) / scale), 0, rows - 1);
   }
-  const auto [x, y, z] = voxel_at(slice, column, row);
+  const auto [x, y, z] = layout.voxel(column, row);
   const double h = shape.voxel_mm;
   ImGui::Text("at %.2f, %.2f, %.2f mm", h * (x + 0.5), h * (y + 0.5), h * (z + 0.5));
   for (std::size_t c = 0; c < set.channels.size(); ++c) {

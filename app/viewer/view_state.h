@@ -1,6 +1,7 @@
 // What a person or a script sets in the window.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "app/viewer/painter.h"
@@ -48,6 +49,7 @@ struct ViewState {
   Tool tool = Tool::orbit;
   Brush brush;
   Region region;
+  std::string edits;  ///< folder that edits are saved in
   Slice slice;
   Photograph photograph;
   int channel = 0;  ///< shown: 0 all, else one, grey

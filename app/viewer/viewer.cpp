@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
+#include <utility>
 
 #include "app/viewer/answers.h"
 #include "app/viewer/canvas.h"
@@ -54,6 +56,24 @@ ViewState first_state(const render::Scene& scene, const render::World& world) {
   return state;
 }
 
+volatile std::sig_atomic_t interrupt_signal = 0;
+
+/// Ctrl-C asks the window to end, as long as this lives.
+class InterruptWatch {
+ public:
+  InterruptWatch() {
+    interrupt_signal = 0;
+    before_ = std::signal(SIGINT, [](int) { interrupt_signal = 1; });
+  }
+  ~InterruptWatch() { std::signal(SIGINT, before_); }
+  InterruptWatch(const InterruptWatch&) = delete;
+  InterruptWatch& operator=(const InterruptWatch&) = delete;
+  bool happened() const { return interrupt_signal != 0; }
+
+ private:
+  void (*before_)(int);
+};
+
 class Viewer {
  public:
   Viewer(const render::Scene& scene, render::LiveScene& live, const ViewerOptions& options)
@@ -61,6 +81,7 @@ class Viewer {
         commands_(commands_of(options)),
         live_(live),
         state_(first_state(scene, live.world())),
+        first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),
         window_(options.width, options.height,
                 options.script ? WindowKind::hidden : WindowKind::shown),
@@ -69,23 +90,38 @@ class Viewer {
         painter_(scene, live.world()),
         answers_(live) {
     if (options.run) photographs_.emplace(*options.run);
+    if (options.edits && !painter_.editable().empty()) {
+      state_.edits = options.edits->string();
+      painter_.open(*options.edits);
+      if (!options.script) painter_.keep_unsaved();
+      if (painter_.unsaved()) note_ = "edits that were not saved are back; undo takes them away";
+    }
     if (exposure_given_) state_.exposure = *scene.film.exposure;
     ask();
   }
 
   ViewerTimes run() {
-    while (glfwWindowShouldClose(window_.handle()) == GLFW_FALSE && !done_) {
+    const InterruptWatch interrupt;
+    while (!done_) {
+      if (interrupt.happened()) {
+        interrupted();
+        break;
+      }
       if (options_.script) {
         play();
         continue;
       }
+      if (glfwWindowShouldClose(window_.handle()) == GLFW_TRUE && !closing_) {
+        if (!painter_.unsaved()) break;
+        closing_ = true;
+      }
       // Drawing takes from diffusion what it needs of the processor: only where the picture
       // changes.
       const bool changed = window_.wait_for_events(longest_wait_s);
-      if (take_answer() || changed || label_changes()) draw_frame();
+      const bool answered = take_answer();
+      if (answered) window_.draw_again();
+      if (answered || changed || label_changes()) draw_frame();
     }
-    done_ = true;
-    if (!options_.script && unsaved_ && options_.edits) save();
     times_.light_ms = median(light_ms_);
     times_.model_ms = median(model_ms_);
     times_.frame_ms = median(frame_ms_);
@@ -134,6 +170,7 @@ class Viewer {
 
   void draw_frame() {
     const Stopwatch watch;
+    set_title();
     since_drawn_ = watch;
     int width = options_.width, height = options_.height;
     if (!options_.script) glfwGetFramebufferSize(window_.handle(), &width, &height);
@@ -157,20 +194,23 @@ class Viewer {
     ImGui_ImplGlfw_NewFrame();
     ImGui::NewFrame();
     ViewState before = state_;
-    const std::optional<std::size_t> paintable = painter_.first_volume();
+    const std::optional<std::size_t> edited = painter_.in_hand();
     if (state_.panel) {
-      obey(draw_panel({live_.model(), answer_ ? &*answer_ : nullptr, last_frame_ms_,
-                       asked_since_ ? asked_since_->milliseconds() : 0.0, saved_,
-                       photographs_ && photographs_->count() > 0},
-                      paintable ? &painter_ : nullptr, state_));
+      obey_panel(draw_panel({live_.model(), answer_ ? &*answer_ : nullptr, last_frame_ms_,
+                             asked_since_ ? asked_since_->milliseconds() : 0.0, note_,
+                             photographs_ && photographs_->count() > 0},
+                            edited ? &painter_ : nullptr, state_));
     }
-    if (state_.panel && state_.slice.shown && paintable) {
-      slices_.draw(painter_.volume(*paintable)->history().volume(), state_.slice);
+    if (state_.panel && state_.slice.shown && edited) {
+      const render::LiveVolume& volume = painter_.volume(*edited);
+      slices_.draw(volume.history().volume(), volume.axes(), first_camera_, state_.slice);
     }
     if (state_.panel && state_.photograph.shown) photographs_->draw(state_.photograph);
     if (!options_.script) {
       follow_mouse(state_);
       follow_brush();
+      follow_keys();
+      if (closing_) close(draw_closing_question());
     }
     if (state_.has_handle() && before.has_handle() && before.lamp == state_.lamp) {
       const auto was = render::angles_of(before.lights[state_.lamp], state_.centre);
@@ -181,60 +221,126 @@ class Viewer {
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
   }
 
-  /// The brush follows the pressed left button over the picture.
+  /// The brush follows the pressed left button over the picture, through every position that the
+  /// pointer had.
   void follow_brush() {
-    const ImGuiIO& io = ImGui::GetIO();
-    if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
-      unsaved_ = painter_.end_stroke() || unsaved_;
-    } else if (state_.tool == Tool::brush && state_.region.kind == Region::Kind::stroke &&
-               !io.WantCaptureMouse) {
-      paint(io.MousePos.x / io.DisplaySize.x, io.MousePos.y / io.DisplaySize.y);
+    std::vector<Eigen::Vector2d> points;
+    for (const PointerEvent& event : window_.take_pointer_events()) {
+      if (event.pressed) {
+        stroking_ = state_.tool == Tool::brush && state_.region.kind == Region::Kind::stroke &&
+                    !ImGui::GetIO().WantCaptureMouse;
+      }
+      const ImVec2 size = ImGui::GetIO().DisplaySize;
+      if (stroking_) {
+        points.emplace_back(event.x / static_cast<double>(size.x),
+                            event.y / static_cast<double>(size.y));
+      }
+      if (event.left || !stroking_) continue;
+      paint(std::exchange(points, {}));
+      end_stroke();
+      stroking_ = false;
     }
+    if (!points.empty()) paint(points);
   }
 
-  void paint(double x, double y) {
+  void paint(const std::vector<Eigen::Vector2d>& points) {
     const render::Camera& camera = state_.camera;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     const render::LookAt look(camera.position_mm, camera.target_mm, camera.up, camera.fov_deg,
                               static_cast<double>(size.x) / size.y);
-    if (painter_.stroke_to(look, x, y, state_.brush)) ask();
+    attempt([&] {
+      if (painter_.stroke_through(look, points, state_.brush)) ask();
+    });
   }
 
-  void save() {
-    if (!options_.edits) {
-      saved_ = "name a folder for edits: kappamu view ... --edits OUT";
-      if (options_.script) throw InputError(options_.script->string() + ": save: " + saved_);
-      return;
+  Painter::Stroked end_stroke() {
+    const Painter::Stroked stroked = painter_.end_stroke();
+    if (stroked == Painter::Stroked::nothing_changed) note_ = "this stroke changes no voxel";
+    if (stroked == Painter::Stroked::kept) note_.clear();
+    return stroked;
+  }
+
+  void follow_keys() {
+    for (const KeyEvent& event : window_.take_key_events()) {
+      if (!event.control || ImGui::GetIO().WantTextInput || closing_) continue;
+      if (event.key == GLFW_KEY_Z) obey(event.shift ? Asked::redo : Asked::undo);
+      if (event.key == GLFW_KEY_Y) obey(Asked::redo);
+      if (event.key == GLFW_KEY_S) obey(Asked::save);
     }
+  }
+
+  /// What cannot be done is noted, and the window keeps what it holds; a script ends there. Whether
+  /// it was done.
+  template <class Action>
+  bool attempt(const Action& action) {
     try {
-      times_.saved = painter_.save(*options_.edits, times_.warnings);
-      saved_ = "saved in " + options_.edits->string();
-      unsaved_ = false;
-    } catch (const InputError& error) {  // the window keeps what it holds
-      if (options_.script || done_) throw;
-      saved_ = error.what();
+      action();
+      return true;
+    } catch (const InputError& error) {
+      if (options_.script) throw InputError(options_.script->string() + ": " + error.what());
+      note_ = error.what();
+      return false;
     }
+  }
+
+  bool save() {
+    return attempt([&] {
+      if (state_.edits.empty()) throw InputError("name a folder for edits (--edits OUT)");
+      if (!painter_.is_open() || options_.edits != state_.edits) {
+        painter_.open(state_.edits);
+        options_.edits = state_.edits;
+      }
+      const std::vector<std::string> files = painter_.save(times_.warnings);
+      times_.saved.insert(times_.saved.end(), files.begin(), files.end());
+      note_ = "saved in " + state_.edits;
+    });
+  }
+
+  void close(Closing closing) {
+    if (closing == Closing::undecided) return;
+    closing_ = false;
+    glfwSetWindowShouldClose(window_.handle(), GLFW_FALSE);
+    if (closing == Closing::discard) painter_.discard();
+    done_ = closing == Closing::discard || (closing == Closing::save && save());
+  }
+
+  void interrupted() {
+    times_.interrupted = true;
+    for (const std::filesystem::path& file : painter_.unsaved_files()) {
+      times_.warnings.push_back("edits that were not saved are kept in " + file.string() +
+                                "; the same command continues from them");
+    }
+  }
+
+  void set_title() {
+    std::string title = options_.title + (painter_.unsaved() ? " * not saved" : "") + " - kappamu";
+    if (title == title_) return;
+    title_ = std::move(title);
+    glfwSetWindowTitle(window_.handle(), title_.c_str());
   }
 
   void preview(const render::Edit& edit) {
-    try {
+    attempt([&] {
       painter_.preview(edit);
-      saved_.clear();
+      note_.clear();
       ask();
-    } catch (const InputError& error) {
-      if (options_.script) throw;
-      saved_ = error.what();
+    });
+  }
+
+  /// What the panel shows is kept, though it was changed since the preview.
+  void obey_panel(Asked asked) {
+    if (asked == Asked::preview || asked == Asked::keep) {
+      preview(state_.brush.edit(state_.region.selection()));
     }
+    obey(asked);
   }
 
   void obey(Asked asked) {
     if ((asked == Asked::undo && painter_.undo()) || (asked == Asked::redo && painter_.redo())) {
-      unsaved_ = true;
       ask();
     }
     if (asked == Asked::save) save();
-    if (asked == Asked::preview) preview(state_.brush.edit(state_.region.selection()));
-    if (asked == Asked::keep) unsaved_ = painter_.keep() || unsaved_;
+    if (asked == Asked::keep) painter_.keep();
     if (asked == Asked::cancel && painter_.cancel()) ask();
   }
 
@@ -277,10 +383,13 @@ class Viewer {
   }
   void obey(const Brush& brush) { state_.brush = brush; }
   void obey(const script::Paint& stroke) {
+    std::vector<Eigen::Vector2d> points;
     for (std::size_t i = 0; i + 1 < stroke.points.size(); i += 2) {
-      paint(stroke.points[i] / options_.width, stroke.points[i + 1] / options_.height);
+      points.emplace_back(stroke.points[i] / options_.width,
+                          stroke.points[i + 1] / options_.height);
     }
-    if (!painter_.end_stroke()) {
+    paint(points);
+    if (end_stroke() == Painter::Stroked::none) {
       throw InputError(options_.script->string() +
                        ": paint: no object of measured material lies under the stroke");
     }
@@ -296,8 +405,8 @@ class Viewer {
     state_.photograph = {show.number > 0, std::max(0, show.number - 1)};
   }
   void obey(const script::ShowSlice& show) {
-    const std::optional<std::size_t> object = painter_.first_volume();
-    const auto volumes = object ? io::named_volumes(painter_.volume(*object)->history().volume())
+    const std::optional<std::size_t> object = painter_.in_hand();
+    const auto volumes = object ? io::named_volumes(painter_.volume(*object).history().volume())
                                 : std::vector<io::NamedVolume>();
     for (std::size_t i = 0; i < volumes.size(); ++i) {
       if (volumes[i].name == show.volume) {
@@ -314,8 +423,10 @@ class Viewer {
   std::vector<script::Command> commands_;
   render::LiveScene& live_;
   ViewState state_;
+  const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;
-  bool unsaved_ = false;  ///< strokes since the last saving
+  bool stroking_ = false;  ///< the pressed button leads the brush
+  bool closing_ = false;   ///< it is asked what becomes of unsaved edits
   Window window_;
   render::LitCorners corners_;
   Canvas canvas_;
@@ -329,7 +440,7 @@ class Viewer {
   Painter painter_;
   SliceWindow slices_;
   std::optional<PhotographWindow> photographs_;
-  std::string saved_;
+  std::string note_, title_;
   Answers answers_;
 };
 

@@ -13,6 +13,7 @@ namespace kappamu::app {
 struct ViewerOptions {
   std::optional<std::filesystem::path> script;  ///< played with the window hidden
   std::filesystem::path out = ".";              ///< folder of screenshots
+  std::string title;                            ///< names what is looked at
   std::optional<std::filesystem::path> edits;   ///< folder that edited volumes are saved to
   std::optional<std::filesystem::path> run;     ///< whose photographs can be shown
   int width = 960, height = 720;                ///< of the picture [px]
@@ -24,6 +25,7 @@ struct ViewerTimes {
   double light_ms = 0.0, model_ms = 0.0, frame_ms = 0.0;  ///< frame: drawing and panel
   double error_estimate = 0.0;                            ///< of the last answer
   std::vector<std::string> screenshots, saved, warnings;
+  bool interrupted = false;  ///< by Ctrl-C
 };
 
 /// Until the window is closed or the script ends. Throws InputError where no window can be opened,

@@ -6,34 +6,61 @@
 #include <backends/imgui_impl_opengl3.h>
 #include <imgui.h>
 
+#include <utility>
+
 #include "core/error.h"
 
 namespace kappamu::app {
 
-namespace {
-
-/// The panel answers to what happened in one frame and takes its new size in the next.
-constexpr int frames_per_event = 3;
-
-void happened(GLFWwindow* window) {
-  *static_cast<int*>(glfwGetWindowUserPointer(window)) = frames_per_event;
-}
+namespace {}  // namespace
 
 /// Dear ImGui's own callbacks, installed later, call these too.
-void count_events(GLFWwindow* window, int* frames_due) {
-  glfwSetWindowUserPointer(window, frames_due);
-  glfwSetCursorPosCallback(window, [](GLFWwindow* of, double, double) { happened(of); });
-  glfwSetCursorEnterCallback(window, [](GLFWwindow* of, int) { happened(of); });
-  glfwSetMouseButtonCallback(window, [](GLFWwindow* of, int, int, int) { happened(of); });
-  glfwSetScrollCallback(window, [](GLFWwindow* of, double, double) { happened(of); });
-  glfwSetKeyCallback(window, [](GLFWwindow* of, int, int, int, int) { happened(of); });
-  glfwSetCharCallback(window, [](GLFWwindow* of, unsigned) { happened(of); });
-  glfwSetWindowFocusCallback(window, [](GLFWwindow* of, int) { happened(of); });
-  glfwSetWindowRefreshCallback(window, [](GLFWwindow* of) { happened(of); });
-  glfwSetFramebufferSizeCallback(window, [](GLFWwindow* of, int, int) { happened(of); });
+void Window::count_events(GLFWwindow* window, Events& events) {
+  static constexpr auto of = [](GLFWwindow* which) -> Events& {
+    return *static_cast<Events*>(glfwGetWindowUserPointer(which));
+  };
+  static constexpr auto happened = [](GLFWwindow* which) {
+    of(which).frames_due = frames_per_event;
+  };
+  // As the events have it: glfwGetCursorPos() is already further on.
+  static constexpr auto pointer = [](GLFWwindow* which) {
+    happened(which);
+    of(which).pointer.push_back(of(which).last);
+    of(which).last.pressed = false;
+  };
+  glfwSetWindowUserPointer(window, &events);
+  glfwSetCursorPosCallback(window, [](GLFWwindow* in, double x, double y) {
+    of(in).last.x = x;
+    of(in).last.y = y;
+    pointer(in);
+  });
+  glfwSetMouseButtonCallback(window, [](GLFWwindow* in, int button, int action, int) {
+    if (button == GLFW_MOUSE_BUTTON_LEFT) {
+      of(in).last.left = of(in).last.pressed = action == GLFW_PRESS;
+    }
+    pointer(in);
+  });
+  glfwSetCursorEnterCallback(window, [](GLFWwindow* in, int) { happened(in); });
+  glfwSetScrollCallback(window, [](GLFWwindow* in, double, double) { happened(in); });
+  glfwSetKeyCallback(window, [](GLFWwindow* in, int key, int, int action, int mods) {
+    happened(in);
+    if (action == GLFW_RELEASE) return;
+    of(in).keys.push_back({key, (mods & GLFW_MOD_CONTROL) != 0, (mods & GLFW_MOD_SHIFT) != 0});
+  });
+  glfwSetCharCallback(window, [](GLFWwindow* in, unsigned) { happened(in); });
+  glfwSetWindowFocusCallback(window, [](GLFWwindow* in, int) { happened(in); });
+  glfwSetWindowRefreshCallback(window, [](GLFWwindow* in) { happened(in); });
+  glfwSetWindowCloseCallback(window, [](GLFWwindow* in) { happened(in); });
+  glfwSetFramebufferSizeCallback(window, [](GLFWwindow* in, int, int) { happened(in); });
 }
 
-}  // namespace
+std::vector<PointerEvent> Window::take_pointer_events() {
+  return std::exchange(events_.pointer, {});
+}
+
+std::vector<KeyEvent> Window::take_key_events() {
+  return std::exchange(events_.keys, {});
+}
 
 Window::Window(int width, int height, WindowKind kind) {
   if (glfwInit() != GLFW_TRUE) {
@@ -52,7 +79,7 @@ Window::Window(int width, int height, WindowKind kind) {
   }
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(kind == WindowKind::shown ? 1 : 0);
-  count_events(window_, &frames_due_);
+  count_events(window_, events_);
   ImGui::CreateContext();
   ImGui::GetIO().IniFilename = nullptr;
   ImGui_ImplGlfw_InitForOpenGL(window_, true);
@@ -60,13 +87,13 @@ Window::Window(int width, int height, WindowKind kind) {
 }
 
 bool Window::wait_for_events(double seconds) {
-  if (frames_due_ > 0) {
+  if (events_.frames_due > 0) {
     glfwPollEvents();
   } else {
     glfwWaitEventsTimeout(seconds);
   }
-  if (frames_due_ == 0) return false;
-  --frames_due_;
+  if (events_.frames_due == 0) return false;
+  --events_.frames_due;
   return true;
 }
 

@@ -92,6 +92,9 @@ std::string to_string(Operation operation);
 /// Throws InputError naming file, field and fix. Names of images are relative to the file's folder.
 Recipe read_recipe(const std::filesystem::path& file);
 
+/// Throws InputError naming the field unless read_recipe() takes `edit` as it is.
+void require_valid(const Edit& edit);
+
 /// The recipe as text of a file in `folder`.
 std::string recipe_json(const Recipe& recipe, const std::filesystem::path& folder);
 

@@ -242,6 +242,13 @@ Recipe read_recipe(const std::filesystem::path& file) {
   return recipe;
 }
 
+void require_valid(const Edit& edit) {
+  const std::filesystem::path folder = std::filesystem::current_path();
+  const io::JsonDocument document =
+      io::JsonDocument::of_text(json_of(edit, folder).dump(), "this edit", "docs/formats.md");
+  edit_of(document.root(), folder);
+}
+
 std::string recipe_json(const Recipe& recipe, const std::filesystem::path& folder) {
   ordered_json edits = ordered_json::array();
   for (const Edit& edit : recipe.edits) edits.push_back(json_of(edit, folder));

@@ -24,8 +24,13 @@ class LiveVolume {
   /// Of history().volume() as it is now.
   ObjectMedia media() const;
 
-  /// Adds where a ray met the object to a brush's stroke.
+  /// Adds where a ray met the object to a stroke, in the volume's frame continued beyond its box.
   void add_point(const WorldHit& hit, Stroke& stroke) const;
+  /// The stroke where the volume's own box lies: itself, or pieces of it in the box where the
+  /// volume repeats or mirrors itself.
+  std::vector<Stroke> in_box(const Stroke& stroke) const;
+  /// Directions of the volume's axes in the world: columns x, y, z.
+  Eigen::Matrix3d axes() const;
   /// As BrushSelection has it.
   Eigen::Vector3d stretch() const { return stretch_; }
 
@@ -38,6 +43,7 @@ class LiveVolume {
   std::filesystem::path source_;
   EditHistory history_;
   Eigen::Affine3d volume_from_object_;
+  Wrap wrap_;
   Eigen::Vector3d
       stretch_;  ///< millimetres of the object per millimetre of the volume, along its axes
 };

@@ -18,19 +18,6 @@ Vector3d box_of(const GridShape& shape) {
   return shape.voxel_mm * Vector3d(shape.nx, shape.ny, shape.nz);
 }
 
-Wrap wrap_of(VolumeMaterial::Placement placement) {
-  switch (placement) {
-    case VolumeMaterial::Placement::repeat:
-      return Wrap::repeat;
-    case VolumeMaterial::Placement::mirror:
-      return Wrap::mirror;
-    case VolumeMaterial::Placement::stretch:
-    case VolumeMaterial::Placement::shell:
-      break;
-  }
-  return Wrap::clamp;
-}
-
 /// Of R, G, B in the volume's channels.
 std::array<std::size_t, 3> channel_indices(const io::VolumeSet& set, const std::string& file) {
   if (set.channels.size() == 1) return {0, 0, 0};
@@ -85,6 +72,19 @@ ObjectMedia placed(const io::VolumeSet& set, const Affine3d& volume_from_object,
 }
 
 }  // namespace
+
+Wrap wrap_of(VolumeMaterial::Placement placement) {
+  switch (placement) {
+    case VolumeMaterial::Placement::repeat:
+      return Wrap::repeat;
+    case VolumeMaterial::Placement::mirror:
+      return Wrap::mirror;
+    case VolumeMaterial::Placement::stretch:
+    case VolumeMaterial::Placement::shell:
+      break;
+  }
+  return Wrap::clamp;
+}
 
 Affine3d object_from_volume(const VolumeMaterial& material, const GridShape& shape,
                             const Vector3d& box) {

@@ -31,6 +31,9 @@ ObjectMedia make_object_media(const SceneObject& object, const TriangleMesh& mes
 ObjectMedia media_of(const io::VolumeSet& set, const SceneObject& object,
                      const Eigen::Vector3d& box, const std::string& source);
 
+/// Of a solid placement.
+Wrap wrap_of(VolumeMaterial::Placement placement);
+
 /// From the volume's own frame to the object's [mm to mm]: a turn after a stretch along the
 /// volume's axes.
 Eigen::Affine3d object_from_volume(const VolumeMaterial& material, const GridShape& shape,

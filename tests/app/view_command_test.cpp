@@ -194,6 +194,76 @@ TEST_F(ViewEdits, TakesBackAndSavesWhatTheCommandLineRepeats) {
   }
 }
 
+/// A window continues from what the last one saved in the same folder, undone edits included.
+TEST_F(ViewEdits, ContinuesFromWhatWasSaved) {
+  const std::string edits = " --edits " + path("edited"), stroke = "paint 40 32 56 32\n";
+  const auto saved_edits = [&] {
+    return json::parse(io::read_text(folder() / "edited/recipe.json"))["edits"].size();
+  };
+  const ProcessResult first = view("brush multiply mu 20 3 4\n" + stroke + "save\n", edits);
+  if (first.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << first.standard_error;
+  }
+  ASSERT_EQ(first.exit_code, 0) << first.standard_error;
+  ASSERT_EQ(view("brush set kappa 0.5 2 2\n" + stroke + "save\n", edits).exit_code, 0);
+  EXPECT_EQ(saved_edits(), 2U);
+  expect_repeated_by_the_command_line();
+
+  ASSERT_EQ(view("undo\nundo\nsave\n", edits).exit_code, 0);
+  EXPECT_EQ(saved_edits(), 0U);
+  const io::VolumeSet plain = io::read_volume(folder() / "volume.vdb"),
+                      undone = io::read_volume(folder() / "edited/volume.vdb");
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_EQ(undone.media[c].mu.values(), plain.media[c].mu.values());
+  }
+}
+
+TEST_F(ViewEdits, RefusesWhatARecipeOrAFolderCannotHold) {
+  const auto refused = [&](const std::string& brush, const std::string& part) {
+    ProcessResult result =
+        view(brush + "\npaint 40 32 56 32\nsave\n", " --edits " + path("edited"));
+    expect_one_sentence(result, part);
+    EXPECT_FALSE(std::filesystem::exists(folder() / "edited")) << brush;
+  };
+  const ProcessResult plain = view("quit\n");
+  if (plain.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << plain.standard_error;
+  }
+  refused("brush multiply mu -5 3 4", "mu");
+  refused("brush set kappa 0 3 4", "kappa is 0");
+  refused("brush multiply mu 2000000 3 4", "mu");
+  // A folder that cannot be saved into: before anything is painted.
+  io::write_text_atomically(folder() / "taken", "a file");
+  expect_one_sentence(view("quit\n", " --edits " + path("taken")), "taken");
+  // The edits of another volume.
+  ASSERT_EQ(
+      view("brush multiply mu 20 3 4\npaint 40 32 56 32\nsave\n", " --edits " + path("edited"))
+          .exit_code,
+      0);
+  io::VolumeSet other = io::read_volume(folder() / "volume.vdb");
+  for (Medium& medium : other.media) medium.mu(0, 0, 0) *= 2.0;
+  io::write_vdb(folder() / "volume.vdb", other);
+  expect_one_sentence(view("quit\n", " --edits " + path("edited")), "another volume");
+}
+
+/// Beside the volume's own box, where it lies mirrored: the stroke edits what is seen there.
+TEST_F(ViewEdits, PaintsOnAMirroredVolume) {
+  json scene = json::parse(io::read_text(folder() / "scene.json"));
+  scene["objects"][0]["material"]["placement"] = "mirror";
+  io::write_text_atomically(folder() / "scene.json", scene.dump());
+  // The block of 12 x 10 x 6 mm holds the volume of 6 x 5 x 3 mm two times along each axis.
+  const ProcessResult result =
+      view("brush multiply mu 20 1 2\npaint 20 32 30 32\nsave\n", " --edits " + path("edited"));
+  if (result.standard_error.find("built without its window") != std::string::npos) {
+    GTEST_SKIP() << result.standard_error;
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.standard_error;
+  const io::VolumeSet plain = io::read_volume(folder() / "volume.vdb"),
+                      edited = io::read_volume(folder() / "edited/volume.vdb");
+  EXPECT_NE(edited.media[0].mu.values(), plain.media[0].mu.values());
+  expect_repeated_by_the_command_line();
+}
+
 /// Killed while it saves again and again, at several moments after the first time.
 TEST_F(ViewEdits, KilledLeavesAWholeRecipeAndVolume) {
   std::string script = "panel off\nbrush multiply mu 1.1 1 1\n";
