@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/command.h"
-#include "app/edited_volume.h"
+#include "app/edit/edited_volume.h"
 
 namespace kappamu::app {
 

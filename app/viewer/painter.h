@@ -1,6 +1,6 @@
 // Edits of objects' volumes by hand: strokes of a brush over the picture, tried while the button is
 // held and kept when it is let go, and edits of regions, tried until they are kept; all are taken
-// back and done again, and none is lost (app/edit_folder.h).
+// back and done again, and none is lost (app/edit/edit_folder.h).
 #pragma once
 
 #include <map>
@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "app/edit_folder.h"
+#include "app/edit/edit_folder.h"
 #include "render/live/live_scene.h"
 #include "render/live/live_volume.h"
 #include "render/look_at.h"

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "app/edit_folder.h"
+#include "app/edit/edit_folder.h"
 #include "core/error.h"
 #include "io/volume/volume_file.h"
 #include "process.h"

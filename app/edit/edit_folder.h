@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/edited_volume.h"
+#include "app/edit/edited_volume.h"
 #include "render/edit/history.h"
 
 namespace kappamu::app {

@@ -1,4 +1,4 @@
-#include "app/edit_folder.h"
+#include "app/edit/edit_folder.h"
 
 #include <algorithm>
 

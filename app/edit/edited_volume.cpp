@@ -1,4 +1,4 @@
-#include "app/edited_volume.h"
+#include "app/edit/edited_volume.h"
 
 #include <variant>
 
