@@ -67,6 +67,7 @@ class ObjectSolve {
     options_.tolerance = scene.model.tolerance;
     options_.photons = scene.model.photons;
     options_.follow_reentry = scene.model.follow_reentry;
+    options_.max_elements = scene.model.max_elements;
     options_.device = options.device;
     options_.seed = options.seed;
     options_.eye = object.world_from_object.inverse() * scene.camera.position_mm;

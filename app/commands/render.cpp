@@ -75,6 +75,7 @@ void write_object_polycube(const RenderArguments& arguments, const Globals& glob
                 quality.mean_jacobian);
     std::printf("largest gap          %.2f spacings of boundary nodes\n", quality.largest_gap);
     std::printf("volume               %.3f times the object's\n", quality.volume_ratio);
+    for (const std::string& warning : made.warnings) progress->warn(warning);
     std::printf("%s\n", file.c_str());
     return;
   }

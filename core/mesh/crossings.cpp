@@ -129,7 +129,11 @@ bool MeshCrossings::triangles_cross(int one, int other) const {
   return lies_upon(s, t, s_normal, tolerance);
 }
 
-MeshCrossings::Pairs MeshCrossings::crossing_pairs() const {
+MeshCrossings::Pairs MeshCrossings::crossing_pairs(const std::vector<int>& component) const {
+  const auto keep_first = [](std::optional<std::pair<int, int>>& first,
+                             const std::optional<std::pair<int, int>>& found) {
+    if (found && (!first || *found < *first)) first = found;
+  };
   constexpr std::size_t piece = 1024;
   const std::uint64_t most_looks = most_looks_per_triangle * boxes_.size();
   Pairs pairs;
@@ -153,13 +157,17 @@ MeshCrossings::Pairs MeshCrossings::crossing_pairs() const {
             if (!triangles_cross(one, other)) return;
             ++here.count;
             const std::pair found(one, other);
-            if (!here.first || found < *here.first) here.first = found;
+            keep_first(here.first, found);
+            if (component[i] != component[static_cast<std::size_t>(other)]) {
+              keep_first(here.between, found);
+            }
           });
     }
     const std::lock_guard guard(lock);
     looks += looks_here;
     pairs.count += here.count;
-    if (here.first && (!pairs.first || *here.first < *pairs.first)) pairs.first = here.first;
+    keep_first(pairs.first, here.first);
+    keep_first(pairs.between, here.between);
     pairs.all = looks < most_looks;
   });
   return pairs;

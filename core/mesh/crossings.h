@@ -21,10 +21,12 @@ class MeshCrossings {
   /// does not count.
   struct Pairs {
     std::uint64_t count = 0;
-    std::optional<std::pair<int, int>> first;  ///< with the smallest numbers
+    std::optional<std::pair<int, int>> first;    ///< with the smallest numbers
+    std::optional<std::pair<int, int>> between;  ///< likewise, of two components
     bool all = true;  ///< false: too many triangles lie in each other's boxes to look at every pair
   };
-  Pairs crossing_pairs() const;
+  /// `component`: of each triangle.
+  Pairs crossing_pairs(const std::vector<int>& component) const;
 
   /// Share of the surface that does not have the body on one side and nothing on the other, by the
   /// winding number outside of 4096 points spread evenly over it.

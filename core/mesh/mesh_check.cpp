@@ -288,17 +288,23 @@ class MeshCheck {
 
   void find_self_intersections() {
     const MeshCrossings crossings(result_.mesh);
-    const MeshCrossings::Pairs pairs = crossings.crossing_pairs();
+    const MeshCrossings::Pairs pairs = crossings.crossing_pairs(result_.component);
     if (!pairs.all) {
       fail("too many of its triangles lie across each other to find its inside; remesh it");
     }
     if (!pairs.first) return;
-    const auto one = static_cast<std::size_t>(pairs.first->first);
-    const auto other = static_cast<std::size_t>(pairs.first->second);
-    const std::string where =
-        named(one) + " and " + named(other) + " at " +
-        place((vertex(triangle(one)[0]) + vertex(triangle(one)[1]) + vertex(triangle(one)[2])) /
-              3.0);
+    const auto where_of = [this](const std::pair<int, int>& pair) {
+      const auto one = static_cast<std::size_t>(pair.first);
+      const Triangle& t = triangle(one);
+      return named(one) + " and " + named(static_cast<std::size_t>(pair.second)) + " at " +
+             place((vertex(t[0]) + vertex(t[1]) + vertex(t[2])) / 3.0);
+    };
+    // Neither a void of the other nor a body beside it.
+    if (pairs.between) {
+      fail("two of its bodies intersect or lie upon each other, the first time by " +
+           where_of(*pairs.between) + "; unite them or move them apart");
+    }
+    const std::string where = where_of(*pairs.first);
     const double hidden = crossings.hidden_share();
     if (hidden > most_hidden_surface) {
       fail("intersects itself, the first time by " + where + ", which puts " + percent(hidden) +

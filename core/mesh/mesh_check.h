@@ -41,8 +41,8 @@ std::string numbered_triangle(int triangle);
 /// `name` begins every sentence; places are in the mesh's own unit and frame.
 /// Throws InputError for a mesh that cannot be mended: an index that is no vertex, a coordinate
 /// that is no number, no extent, a hole, an edge of three triangles, one side only (Möbius),
-/// self-intersection that hides more of the surface than `most_hidden_surface`, or more triangles
-/// or components than the limits.
+/// two components that intersect or share a part of their surfaces, self-intersection that hides
+/// more of the surface than `most_hidden_surface`, or more triangles or components than the limits.
 CheckedMesh check_mesh(const TriangleMesh& mesh, const std::string& name,
                        const TriangleName& triangle_name = numbered_triangle);
 

@@ -1,5 +1,11 @@
 #include "forward/polygrid/polygrid_model.h"
 
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "core/error.h"
 #include "core/processor_time.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/polygrid_solve.h"
@@ -7,22 +13,52 @@
 
 namespace kappamu::forward {
 
+namespace {
+
+/// Handles and parts thinner than the cells of a first polygrid may need more of them.
+constexpr int more_cells = 3, most_first_cells = 60'000;
+
+Polygrid first_polygrid(const std::function<Polygrid(int)>& made) {
+  for (int cells = PolygridModel::first_cells;; cells *= more_cells) {
+    try {
+      return made(cells);
+    } catch (const InputError&) {
+      if (more_cells * cells > most_first_cells) throw;
+    }
+  }
+}
+
+}  // namespace
+
 std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectProblem> problems,
                                                         const ObjectOptions& options,
                                                         Progress& progress) {
   for (const ObjectProblem& problem : problems) check_problem(problem, options);
   if (problems.empty()) return {};
+  std::vector<std::string> warnings;  // of the polygrid made last
+  const auto made = [&](int cells) {
+    PolygridOptions asked;
+    asked.cells = cells;
+    asked.drawn = problems[0].polycube;
+    MadePolygrid polygrid = make_polygrid(problems[0].mesh, asked, progress);
+    warnings = std::move(polygrid.warnings);
+    return std::move(polygrid.grid);
+  };
   const Stopwatch watch;
-  PolygridOptions asked;
-  asked.cells = first_cells;
-  asked.drawn = problems[0].polycube;
-  MadePolygrid made = make_polygrid(problems[0].mesh, asked, progress);
+  Polygrid first = first_polygrid(made);
   const double making = watch.seconds();
+  const PolygridMaker finer = [&](int cells) -> std::optional<Polygrid> {
+    try {
+      return made(cells);
+    } catch (const InputError&) {
+      return std::nullopt;
+    }
+  };
   std::vector<ObjectResult> results =
-      solve_on_polygrid(std::move(made.grid), problems, options, progress);
+      solve_on_polygrid(std::move(first), problems, options, progress, finer);
   for (ObjectResult& result : results) {
     result.setup_seconds += making;
-    result.warnings.insert(result.warnings.end(), made.warnings.begin(), made.warnings.end());
+    result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
   }
   return results;
 }

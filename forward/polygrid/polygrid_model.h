@@ -1,5 +1,5 @@
-// Model `polygrid` of objects ([W] 5): diffusion on the deformed cells of a polycube, split in
-// eight until two resolutions agree within the tolerance.
+// Model `polygrid` of objects ([W] 5): diffusion on the deformed cells of a polycube, of as many as
+// the tolerance needs.
 #pragma once
 
 #include "forward/object_model.h"
@@ -8,7 +8,8 @@ namespace kappamu::forward {
 
 class PolygridModel : public ChannelsModel {
  public:
-  /// Of the first polygrid; the answer comes from eight times as many, or more.
+  /// Of the first polygrid; the answer comes from eight times as many, or more. Objects whose
+  /// topology these do not hold begin with more.
   static constexpr int first_cells = 6000;
 
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,

@@ -1,6 +1,7 @@
 #include "forward/polygrid/polygrid_solve.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.h"
 #include "core/mesh/surface_norm.h"
@@ -25,16 +26,12 @@ using namespace polygrid;
 constexpr double difference_per_error = 1.5, difference_per_error_at_jumps = 1.0;
 /// Memory that a cell takes, and of every channel and light that is solved for [bytes].
 constexpr double bytes_per_cell = 1800.0, bytes_per_channel = 900.0, bytes_per_light = 100.0;
-constexpr double usable_memory = 0.7;
-
-double most_cells(std::span<const ObjectProblem> problems, const ObjectOptions& options) {
-  if (options.max_elements) return static_cast<double>(*options.max_elements);
-  double bytes = bytes_per_cell;
-  for (const ObjectProblem& problem : problems) {
-    bytes += bytes_per_channel + bytes_per_light * static_cast<double>(problem.lights.size());
-  }
-  return usable_memory * main_memory() / bytes;
-}
+/// No more than this share of the machine's memory, nor more bytes, unless max_elements is set.
+constexpr double usable_memory = 0.7, most_bytes = 4e9;
+/// The order of the error between two edges of cells before it is measured, and within these after.
+constexpr double assumed_order = 1.5, least_order = 0.5, greatest_order = 2.0;
+/// Of the tolerance, what the next polygrid aims at; and times the cells before that it may have.
+constexpr double aimed_at = 0.8, least_growth = 2.0, most_growth = 8.0;
 
 struct Resolution {
   std::vector<PolygridAnswer> channel;
@@ -44,89 +41,150 @@ struct Resolution {
   std::vector<double> gaps;  ///< as SurfaceMap has them
 };
 
-Resolution solved(const Polygrid& grid, std::span<const ObjectProblem> problems,
-                  const std::string& device) {
-  Resolution result;
-  result.cells = grid.cell.size();
-  PolygridDiffusion diffusion(grid, problems[0].mesh, problems[0].surface, problems[0].eta, device);
-  std::vector<const ObjectMedium*> media;
-  for (const ObjectProblem& problem : problems) media.push_back(&problem.medium);
-  diffusion.set_media(media);
-  const Stopwatch watch;
-  result.channel = diffusion.solve(problems, {});
-  result.solving = watch.seconds();
-  result.report = diffusion.report();
-  result.gaps = diffusion.surface_map().gaps();
-  return result;
-}
-
-/// Sets the results' estimates.
-double worst_error(std::span<const ObjectProblem> problems, std::span<const double> gaps,
-                   const Resolution& coarse, const Resolution& fine,
-                   std::vector<ObjectResult>& results) {
-  double worst = 0.0;
-  for (std::size_t c = 0; c < problems.size(); ++c) {
-    results[c].error_estimate =
-        polygrid_errors(problems[c], gaps, coarse.channel[c].exitance, fine.channel[c].exitance);
-    for (const double error : results[c].error_estimate) worst = std::max(worst, error);
+class PolygridSolve {
+ public:
+  PolygridSolve(std::span<const ObjectProblem> problems, const ObjectOptions& options,
+                Progress& progress)
+      : problems_(problems), options_(options), progress_(progress), results_(problems.size()) {
+    for (const ObjectProblem& problem : problems) {
+      bytes_each_ +=
+          bytes_per_channel + bytes_per_light * static_cast<double>(problem.lights.size());
+    }
+    most_ = options.max_elements
+                ? static_cast<double>(*options.max_elements)
+                : std::min(usable_memory * main_memory(), most_bytes) / bytes_each_;
   }
-  return worst;
-}
 
-std::string conclusion(bool solved, bool resolved, bool within, std::size_t cells, double worst) {
-  if (!solved) return "the linear solver stopped before its tolerance";
-  if (within) return formatted("the estimated error %g is within the tolerance", worst);
-  if (resolved) {
+  /// `grid` is left as the coarser of the last two.
+  std::vector<ObjectResult> run(Polygrid& grid, const PolygridMaker& maker) {
+    if (8.0 * static_cast<double>(grid.cell.size()) > most_) {
+      throw InputError("the polygrid has " + needs(8.0 * static_cast<double>(grid.cell.size())) +
+                       " with its error's estimate, more than the " + allowed());
+    }
+    std::optional<Resolution> coarse;
+    double order = assumed_order;
+    for (bool measured = false;; measured = true) {
+      if (!coarse) coarse = solved(grid);
+      Polygrid halved = split(grid, problems_[0].mesh);
+      Resolution fine = solved(halved);
+      const double cells_before = cells_, error_before = worst_;
+      judge(*coarse, fine);
+      if (worst_ <= options_.tolerance || !fine.report.converged) break;
+      if (measured) order = polygrid_order(cells_before, error_before, cells_, worst_);
+      needed_ = polygrid_cells_needed(cells_, worst_, aimed_at * options_.tolerance, order);
+      // An order that was measured is believed; before, a polygrid of half the bound measures it.
+      if (needed_ > most_ && (measured || least_growth * cells_ > most_)) break;
+      const double next =
+          std::min(std::clamp(needed_, least_growth * cells_, most_growth * cells_),
+                   needed_ > most_ ? std::max(0.5 * most_, least_growth * cells_) : most_);
+      coarse.reset();
+      auto made = maker ? maker(static_cast<int>(next / 8.0)) : std::nullopt;
+      // As many as before say that a drawn polycube has no refinement in between.
+      if (made && made->cell.size() > grid.cell.size() &&
+          8.0 * static_cast<double>(made->cell.size()) <= most_) {
+        grid = std::move(*made);
+      } else if (8.0 * cells_ <= most_) {
+        grid = std::move(halved);
+        coarse = std::move(fine);
+      } else {
+        break;
+      }
+    }
+    return finished();
+  }
+
+ private:
+  std::string needs(double cells) const {
+    return formatted("%.0f cells (%s)", cells, gigabytes(bytes_each_ * cells).c_str());
+  }
+  std::string allowed() const {
+    return formatted("%.0f cells allowed; raise max_elements or take model embedded", most_);
+  }
+
+  Resolution solved(const Polygrid& grid) {
+    const auto cells = static_cast<double>(grid.cell.size());
+    progress_.update("polygrid", worst_ > 0.0 ? std::min(1.0, options_.tolerance / worst_) : 0.0,
+                     needs(cells));
+    Resolution result;
+    result.cells = grid.cell.size();
+    PolygridDiffusion diffusion(grid, problems_[0].mesh, problems_[0].surface, problems_[0].eta,
+                                options_.device);
+    std::vector<const ObjectMedium*> media;
+    for (const ObjectProblem& problem : problems_) media.push_back(&problem.medium);
+    diffusion.set_media(media);
+    const Stopwatch watch;
+    result.channel = diffusion.solve(problems_, {});
+    result.solving = watch.seconds();
+    result.report = diffusion.report();
+    result.gaps = diffusion.surface_map().gaps();
+    solving_ += result.solving;
+    return result;
+  }
+
+  /// Sets the results of the finer one, with its error.
+  void judge(const Resolution& coarse, const Resolution& fine) {
+    worst_ = gap_free_ = 0.0;
+    for (std::size_t c = 0; c < problems_.size(); ++c) {
+      ObjectResult& result = results_[c];
+      const std::vector<double>& a = coarse.channel[c].exitance;
+      const std::vector<double>& b = fine.channel[c].exitance;
+      result.error_estimate = polygrid_errors(problems_[c], fine.gaps, a, b);
+      for (const double error : result.error_estimate) worst_ = std::max(worst_, error);
+      for (const double error : polygrid_errors(problems_[c], {}, a, b)) {
+        gap_free_ = std::max(gap_free_, error);
+      }
+      result.exitance = b;
+      result.balance = fine.channel[c].balance;
+      result.leaving = fine.channel[c].leaving;
+      result.elements = fine.cells;
+      result.iterations = fine.report.iterations;
+      result.converged = fine.report.converged && worst_ <= options_.tolerance;
+    }
+    solved_ = fine.report.converged;
+    cells_ = static_cast<double>(fine.cells);
+    progress_.update("polygrid", std::min(1.0, options_.tolerance / std::max(worst_, 1e-300)),
+                     formatted("%zu cells, error %g", fine.cells, worst_));
+  }
+
+  std::string conclusion() const {
+    if (!solved_) return "the linear solver stopped before its tolerance";
+    if (worst_ <= options_.tolerance) {
+      return formatted("the estimated error %g is within the tolerance", worst_);
+    }
     return formatted(
-        "parts of the surface lie outside of the polygrid, with an estimated error of "
-        "%g; model embedded has no such gaps",
-        worst);
+               "stopped at %.0f cells with an estimated error of %g%s: the tolerance needs "
+               "about ",
+               cells_, worst_,
+               gap_free_ <= options_.tolerance
+                   ? ", as parts of the surface lie outside of the polygrid"
+                   : "") +
+           needs(needed_) + ", more than the " + allowed();
   }
-  return formatted("stopped at %zu cells, the most allowed, with an estimated error of %g", cells,
-                   worst);
-}
 
-std::vector<ObjectResult> solve_once(Polygrid grid, std::span<const ObjectProblem> problems,
-                                     const ObjectOptions& options, Progress& progress) {
-  const Stopwatch watch;
-  const double most = most_cells(problems, options);
-  if (8.0 * static_cast<double>(grid.cell.size()) > most) {
-    throw InputError(
-        "the polygrid has " + std::to_string(8 * grid.cell.size()) +
-        " cells with its error's estimate, more than " +
-        (options.max_elements ? "max_elements allows; raise it" : "fit this machine's memory"));
+  std::vector<ObjectResult> finished() {
+    const double spent = watch_.seconds();
+    for (ObjectResult& result : results_) {
+      result.seconds = solving_;
+      result.setup_seconds = spent - solving_;
+      result.converged = solved_ && worst_ <= options_.tolerance;
+      result.message = conclusion();
+      if (!result.converged) result.warnings.push_back(result.message);
+    }
+    return std::move(results_);
   }
-  std::vector<ObjectResult> results(problems.size());
-  Resolution fine = solved(grid, problems, options.device);
-  double solving = fine.solving, worst = 0.0;
-  bool resolved = false;
-  while (!resolved && 8.0 * static_cast<double>(grid.cell.size()) <= most) {
-    const Resolution coarse = std::move(fine);
-    grid = split(grid, problems[0].mesh);
-    fine = solved(grid, problems, options.device);
-    solving += fine.solving;
-    resolved = worst_error(problems, {}, coarse, fine, results) <= options.tolerance;
-    worst = worst_error(problems, fine.gaps, coarse, fine, results);
-    progress.update("polygrid", std::min(1.0, options.tolerance / std::max(worst, 1e-300)),
-                    formatted("%zu cells, error %g", fine.cells, worst));
-  }
-  const double spent = watch.seconds();
-  for (std::size_t c = 0; c < problems.size(); ++c) {
-    ObjectResult& result = results[c];
-    result.exitance = std::move(fine.channel[c].exitance);
-    result.balance = std::move(fine.channel[c].balance);
-    result.leaving = std::move(fine.channel[c].leaving);
-    result.elements = fine.cells;
-    result.iterations = fine.report.iterations;
-    result.seconds = solving;
-    result.setup_seconds = spent - solving;
-    result.converged = fine.report.converged && worst <= options.tolerance;
-    result.message =
-        conclusion(fine.report.converged, resolved, worst <= options.tolerance, fine.cells, worst);
-    if (!result.converged) result.warnings.push_back(result.message);
-  }
-  return results;
-}
+
+  std::span<const ObjectProblem> problems_;
+  const ObjectOptions& options_;
+  Progress& progress_;
+  const Stopwatch watch_;
+  std::vector<ObjectResult> results_;
+  double bytes_each_ = bytes_per_cell;  ///< of a cell
+  double most_ = 0.0;                   ///< cells
+  double cells_ = 0.0, worst_ = 0.0;    ///< of the results
+  double gap_free_ = 0.0;               ///< the worst error without what gaps leave out
+  double needed_ = 0.0, solving_ = 0.0;
+  bool solved_ = false;
+};
 
 }  // namespace
 
@@ -153,13 +211,23 @@ std::vector<double> polygrid_errors(const ObjectProblem& problem, std::span<cons
   return errors;
 }
 
-std::vector<ObjectResult> solve_on_polygrid(Polygrid grid, std::span<const ObjectProblem> problems,
-                                            const ObjectOptions& options, Progress& progress) {
+double polygrid_cells_needed(double cells, double error, double tolerance, double order) {
+  return cells * std::pow(error / tolerance, 3.0 / order);
+}
+
+double polygrid_order(double cells_before, double error_before, double cells, double error) {
+  const double order = 3.0 * std::log(error_before / error) / std::log(cells / cells_before);
+  return std::clamp(order, least_order, greatest_order);
+}
+
+std::vector<ObjectResult> solve_on_polygrid(Polygrid first, std::span<const ObjectProblem> problems,
+                                            const ObjectOptions& options, Progress& progress,
+                                            const PolygridMaker& maker) {
   for (const ObjectProblem& problem : problems) check_problem(problem, options);
   if (problems.empty()) return {};
   return embedded::with_reentry(
       problems, options, [&](std::span<const ObjectProblem> asked, const ObjectOptions& how) {
-        return solve_once(grid, asked, how, progress);
+        return PolygridSolve(asked, how, progress).run(first, maker);
       });
 }
 

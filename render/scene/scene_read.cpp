@@ -235,7 +235,7 @@ Film read_film(const Node& node) {
 }
 
 ModelChoice read_model(const Node& node) {
-  node.expect_fields({"name"}, {"tolerance", "photons", "follow_reentry"});
+  node.expect_fields({"name"}, {"tolerance", "photons", "max_elements", "follow_reentry"});
   ModelChoice model;
   std::vector<std::string> names = forward::object_model_names();
   names.insert(names.begin(), forward::auto_model_name);
@@ -243,6 +243,9 @@ ModelChoice read_model(const Node& node) {
   if (node.has("tolerance")) model.tolerance = node["tolerance"].number_between(1e-6, 1.0);
   if (node.has("photons")) {
     model.photons = static_cast<std::uint64_t>(node["photons"].number_between(2.0, 2147483648.0));
+  }
+  if (node.has("max_elements")) {
+    model.max_elements = static_cast<std::uint64_t>(node["max_elements"].number_between(1.0, 1e10));
   }
   if (node.has("follow_reentry")) model.follow_reentry = node["follow_reentry"].flag();
   return model;

@@ -157,7 +157,6 @@ class Maker {
                               " times the object's volume, where parts are too thin for its cells: "
                               "take more.");
     }
-    for (const std::string& warning : made.warnings) progress_.warn(warning);
     return made;
   }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
@@ -211,19 +212,48 @@ TEST(MeshCheck, OneSideOnlyIsRefused) {
 }
 
 TEST(MeshCheck, OverlappingBodiesAreRefused) {
-  EXPECT_THAT(refusal(joined(ball(), moved(ball(), {4.0, 1.0, 0.0}))),
-              testing::AllOf(HasSubstr("intersects itself"), HasSubstr("unite")));
-  // One through the other at a single place, as scans have it: reported, and left.
-  const TriangleMesh pricked =
-      joined(sphere_mesh(5.0, 100), moved(cone_mesh(0.05, 1.0, 40), {0.0, 0.0, -5.49}));
-  const CheckedMesh checked = check_mesh(pricked, "a.obj");
-  EXPECT_THAT(checked.warnings, ElementsAre(HasSubstr("cross each other")));
+  const auto refused = testing::AllOf(HasSubstr("two of its bodies intersect"), HasSubstr("unite"));
+  EXPECT_THAT(refusal(joined(ball(), moved(ball(), {4.0, 1.0, 0.0}))), refused);
+  // However little of the surface overlaps.
+  EXPECT_THAT(
+      refusal(joined(sphere_mesh(5.0, 100), moved(cone_mesh(0.05, 1.0, 40), {0, 0, -5.49}))),
+      refused);
+}
+
+// A small cube in the corner, on an edge or on a face of a large one, within it or outside: upon
+// it, and no void.
+TEST(MeshCheck, SmallBodiesUponTheSurfaceOfAnotherAreRefused) {
+  const TriangleMesh large = box_mesh(Vector3d::Constant(2.0), 3);
+  const TriangleMesh small = box_mesh(Vector3d::Constant(0.02), 1);
+  for (const Vector3d& at : {Vector3d(0.99, 0.99, 0.99), Vector3d(0.99, 0.3, 0.99),
+                             Vector3d(0.17, -0.99, 0.2), Vector3d(0.17, -1.01, 0.2)}) {
+    EXPECT_THAT(refusal(joined(large, moved(small, at))), HasSubstr("two of its bodies"))
+        << at.transpose();
+  }
+  // A true void stays one.
+  EXPECT_EQ(check_mesh(joined(large, moved(small, {0.985, 0.985, 0.985})), "a.obj").components, 2);
+}
+
+// A fold of a few triangles, as scans have it: reported, and left.
+TEST(MeshCheck, SmallSelfIntersectionsAreReported) {
+  TriangleMesh mesh = sphere_mesh(5.0, 100);
+  Vector3d& leaning = mesh.vertices[mesh.vertices.size() / 3];
+  const Vector3d aside = leaning.cross(Vector3d(0.3, -0.4, 0.5)).normalized();
+  const Vector3d below = 5.0 * (leaning + 0.3 * aside).normalized();
+  leaning = 5.1 * (leaning + 0.6 * aside).normalized();
+  // One from below through the spike.
+  *std::min_element(mesh.vertices.begin(), mesh.vertices.end(),
+                    [&](const Vector3d& a, const Vector3d& b) {
+                      return (a - below).norm() < (b - below).norm();
+                    }) *= 1.05;
+  EXPECT_THAT(check_mesh(mesh, "a.obj").warnings, ElementsAre(HasSubstr("each other")));
 }
 
 // Faces in one plane: neither a ray nor a grid can tell what lies between them.
 TEST(MeshCheck, BodiesThatTouchByTheirFacesAreRefused) {
   const TriangleMesh one = box_mesh(Vector3d::Ones(), 2);
-  EXPECT_THAT(refusal(joined(one, moved(one, {1.0, 0.25, 0.25}))), HasSubstr("intersects itself"));
+  EXPECT_THAT(refusal(joined(one, moved(one, {1.0, 0.25, 0.25}))),
+              HasSubstr("lie upon each other"));
 }
 
 TEST(MeshCheck, LimitsAreStated) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "../embedded/exact_sphere.h"
@@ -106,9 +107,61 @@ TEST(PolygridModel, SaysWhereItStopped) {
   EXPECT_FALSE(result.converged);
   EXPECT_EQ(result.elements, 1728U);
   EXPECT_THAT(result.message, testing::HasSubstr("stopped at 1728 cells"));
+  EXPECT_THAT(result.message, testing::HasSubstr("4000 cells allowed; raise max_elements"));
   options.max_elements = 1000;
   EXPECT_THROW(solve_on_polygrid(ball_polygrid(6, radius), {&problem, 1}, options, silent),
                InputError);
+}
+
+TEST(PolygridModel, CellsNeededAreThoseOfALaw) {
+  // Errors c·N^(-p/3) at several orders: the number follows from two of them.
+  for (const double order : {0.7, 1.0, 1.6}) {
+    const auto error = [&](double cells) { return 5.0 * std::pow(cells, -order / 3.0); };
+    const double found = polygrid_order(2e4, error(2e4), 7e4, error(7e4));
+    EXPECT_NEAR(found, order, 1e-9);
+    EXPECT_NEAR(error(polygrid_cells_needed(7e4, error(7e4), 0.01, found)), 0.01, 1e-9);
+  }
+  EXPECT_GT(polygrid_order(2e4, 0.1, 4e4, 0.2),
+            0.0);  // an error that grew asks for a finite number
+}
+
+TEST(PolygridModel, MakesTheNextPolygridAsFineAsTheToleranceNeeds) {
+  const Ball ball(ObjectMedium({0.2, 0.02}));
+  const ObjectProblem problem = ball.problem();
+  ObjectOptions options;
+  Progress silent;
+  const auto solved = [&](const PolygridMaker& maker) {
+    return solve_on_polygrid(ball_polygrid(4, radius), {&problem, 1}, options, silent, maker)
+        .front();
+  };
+  options.tolerance = 0.9;  // what the first says
+  const double first = solved({}).error_estimate[0];
+  options.tolerance = 0.55 * first;
+  std::vector<int> asked;
+  const ObjectResult result = solved([&](int cells) {
+    asked.push_back(cells);
+    return ball_polygrid(static_cast<int>(std::lround(std::cbrt(cells))), radius);
+  });
+  EXPECT_TRUE(result.converged) << result.message;
+  ASSERT_FALSE(asked.empty());
+  EXPECT_LT(asked.front(), 8 * 64);  // fewer than a split would give
+}
+
+TEST(PolygridModel, StopsBeforeCellsThatTheBoundForbids) {
+  // A maker whose polygrids do not improve: the bound is not spent on them.
+  const Ball ball(ObjectMedium({0.2, 0.02}));
+  const ObjectProblem problem = ball.problem();
+  ObjectOptions options;
+  options.tolerance = 1e-4;
+  options.max_elements = 200'000;
+  Progress silent;
+  const ObjectResult result =
+      solve_on_polygrid(ball_polygrid(4, radius), {&problem, 1}, options, silent, [](int) {
+        return ball_polygrid(5, radius);
+      }).front();
+  EXPECT_FALSE(result.converged);
+  EXPECT_EQ(result.elements, 1000U);
+  EXPECT_THAT(result.message, testing::ContainsRegex("needs about [0-9]+ cells \\([0-9.]+ GB\\)"));
 }
 
 TEST(PolygridSplit, IsTheBoxOfHalvedCells) {

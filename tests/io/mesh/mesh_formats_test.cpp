@@ -133,8 +133,8 @@ TEST_F(MeshFormats, BodiesOfAFileAreNamed) {
       "f 9 11 10\nf 9 12 11\nf 10 12 9\nf 10 11 12\n";
   const fs::path file = write("upon.obj", "o box\n" + cube + corner);
   EXPECT_THAT(sentence_of([&] { read_body(file); }),
-              AllOf(HasSubstr("upon.obj: intersects itself"), HasSubstr("object 'box'"),
-                    HasSubstr("object 'corner'"), HasSubstr("unite")));
+              AllOf(HasSubstr("upon.obj: two of its bodies intersect or lie upon"),
+                    HasSubstr("object 'box'"), HasSubstr("object 'corner'"), HasSubstr("unite")));
 }
 
 // Survey coordinates: 32-bit numbers are half a metre apart there.
