@@ -17,6 +17,9 @@ namespace {
 // = 0.7 % of the fringe outside its own frequency, which the least squares take out; along them
 // nothing needs averaging but noise.
 constexpr double window_across = 0.5, window_along = 0.15;
+// Where the mean is known from even light and subtracted, the nearest other frequency is twice as
+// far and half the window separates as well.
+constexpr double narrow_across = 0.25;
 // A pixel with less than this part of its window valid is not demodulated.
 constexpr double least_window = 0.35;
 
@@ -25,11 +28,11 @@ constexpr int unknowns = 5, moments = unknowns * (unknowns + 1) / 2 + unknowns +
 /// Sums over the window, by Gaussian filters.
 class Window {
  public:
-  explicit Window(const Carrier& carrier) {
+  Window(const Carrier& carrier, double across) {
     const double period = 1.0 / carrier.frequency();
     const auto sigma = [&](double along_axis) {
       const double part = std::abs(along_axis) / carrier.frequency();
-      return period * (window_along + (window_across - window_along) * part);
+      return period * (window_along + (across - window_along) * part);
     };
     sigma_ = {sigma(carrier.x), sigma(carrier.y)};
   }
@@ -45,6 +48,48 @@ class Window {
  private:
   std::array<double, 2> sigma_{};  ///< along x and y [px]
 };
+
+/// Amplitude and phase once more, in half the window, of what exceeds even light times its mean
+/// contrast in the wide one.
+void refine(Demodulated& result, const Image<float>& picture, const Image<float>& contrast_mean,
+            const Carrier& carrier) {
+  const int width = picture.width(), height = picture.height();
+  const Window window(carrier, narrow_across);
+  const auto wave = [&](int x, int y) {
+    const double phase = 2.0 * std::numbers::pi * (carrier.x * x + carrier.y * y);
+    return std::array<double, 2>{std::cos(phase), -std::sin(phase)};
+  };
+  std::array<cv::Mat, 7> planes;  // 1, cc, cs, ss, cq, sq, qq
+  for (cv::Mat& plane : planes) plane = cv::Mat::zeros(height, width, CV_64F);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (result.mask(x, y) == 0) continue;
+      const auto [c, s] = wave(x, y);
+      const double q = picture(x, y) / result.mean(x, y) - contrast_mean(x, y);
+      const std::array<double, 7> products{1.0, c * c, c * s, s * s, c * q, s * q, q * q};
+      for (std::size_t i = 0; i < planes.size(); ++i) planes[i].at<double>(y, x) = products[i];
+    }
+  }
+  for_rows(static_cast<int>(planes.size()), [&](int i) { window.smooth(planes[i]); });
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (result.mask(x, y) == 0) continue;
+      const auto sum = [&](std::size_t i) { return planes[i].at<double>(y, x); };
+      Eigen::Matrix2d normal;
+      normal << sum(1), sum(2), sum(2), sum(3);
+      const Eigen::Vector2d right(sum(4), sum(5));
+      const Eigen::Vector2d fit = normal.ldlt().solve(right);
+      const double rest = std::max(0.0, sum(6) - fit.dot(right)) / sum(0);
+      const auto [c, s] = wave(x, y);
+      result.amplitude(x, y) = static_cast<float>(result.mean(x, y) * fit.norm());
+      result.amplitude_deviation(x, y) =
+          static_cast<float>(result.mean(x, y) * std::sqrt(2.0 * rest / window.pixels()));
+      result.phase(x, y) =
+          static_cast<float>(std::atan2(-fit[0] * s + fit[1] * c, fit[0] * c + fit[1] * s));
+    }
+  }
+  result.shared_pixels = window.pixels();
+}
 
 /// What is left at twice the phase over the amplitude: the median of squares of three periods, so
 /// that a few edges do not count.
@@ -78,7 +123,7 @@ double second_harmonic(const Image<float>& picture, const Demodulated& light,
 Demodulated demodulate_single(const Image<float>& picture, const Image<float>& even,
                               const Image<std::uint8_t>& mask, const Carrier& carrier) {
   const int width = picture.width(), height = picture.height();
-  const Window window(carrier);
+  const Window window(carrier, window_across);
   const auto basis = [&](int x, int y) {
     const double phase = 2.0 * std::numbers::pi * (carrier.x * x + carrier.y * y);
     return std::array<double, unknowns>{1.0, std::cos(phase), -std::sin(phase),
@@ -110,6 +155,7 @@ Demodulated demodulate_single(const Image<float>& picture, const Image<float>& e
     window.smooth(planes[plane]);
   });
   const Image<float> zero(width, height, 1);
+  Image<float> contrast_mean(width, height, 1);
   Demodulated result{zero,           zero, zero, zero, zero, Image<std::uint8_t>(width, height, 1),
                      window.pixels()};
   if (!even.empty()) {
@@ -138,13 +184,15 @@ Demodulated demodulate_single(const Image<float>& picture, const Image<float>& e
       result.amplitude_deviation(x, y) = static_cast<float>(std::numbers::sqrt2 * deviation);
       result.phase(x, y) = static_cast<float>(
           std::atan2(fit[1] * -b[2] + fit[2] * b[1], fit[1] * b[1] - fit[2] * -b[2]));
+      contrast_mean(x, y) = static_cast<float>(fit[0] + fit[3] * b[3] + fit[4] * b[4]);
       if (even.empty()) {
-        result.mean(x, y) = static_cast<float>(fit[0] + fit[3] * b[3] + fit[4] * b[4]);
+        result.mean(x, y) = contrast_mean(x, y);
         result.mean_deviation(x, y) = static_cast<float>(deviation);
       }
       result.mask(x, y) = 1;
     }
   });
+  if (!even.empty()) refine(result, picture, contrast_mean, carrier);
   result.second_harmonic = second_harmonic(picture, result, carrier);
   return result;
 }
