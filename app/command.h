@@ -47,6 +47,7 @@ void add_export(CLI::App& app, Globals& globals);
 void add_fit(CLI::App& app, Globals& globals);
 void add_forward(CLI::App& app, Globals& globals);
 void add_import(CLI::App& app, Globals& globals);
+void add_map(CLI::App& app, Globals& globals);
 void add_merge(CLI::App& app, Globals& globals);
 void add_chart(CLI::App& app, Globals& globals);
 void add_plan(CLI::App& app, Globals& globals);

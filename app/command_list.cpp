@@ -46,7 +46,7 @@ void add_commands(CLI::App& app, Globals& globals) {
       "Start with: kappamu simulate --sample demo -o demo && kappamu run demo/session -o demo/run");
   const std::vector<Group> groups{
       {"Capture", {add_plan, add_import, add_simulate, add_calibrate, add_merge, add_chart}},
-      {"Fit", {add_run, add_fit}},
+      {"Fit", {add_run, add_fit, add_map}},
       {"Use", {add_edit, add_export, add_render, add_view, add_forward}},
       {"Check", {add_report, add_verify, add_score, add_bench, add_doctor}}};
   for (const Group& group : groups) {

@@ -14,6 +14,7 @@ Subject limits_subject();
 Subject objects_subject();
 Subject polygrid_subject();
 Subject rig_subject();
+Subject sfdi_subject();
 Subject slabs_subject();
 Subject uncertainty_subject();
 Subject validity_subject();

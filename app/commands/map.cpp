@@ -1,0 +1,96 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "app/command.h"
+#include "core/processor_time.h"
+#include "core/shown_text.h"
+#include "io/atomic_file.h"
+#include "pipeline/output_folder.h"
+#include "pipeline/sfdi/sfdi_output.h"
+#include "report/map_page.h"
+
+namespace kappamu::app {
+
+namespace {
+
+namespace sfdi = pipeline::sfdi;
+
+struct MapArguments {
+  std::string pictures;
+  std::string out;
+};
+
+void print_summary(const nlohmann::ordered_json& summary, const std::string& out) {
+  for (const auto& map : summary.at("wavelengths")) {
+    const auto quantile = [&](const char* name) { return map.at(name).at("median").get<double>(); };
+    const auto& pixels = map.at("pixels");
+    std::size_t all = 0;
+    for (const auto& count : pixels) all += count.get<std::size_t>();
+    std::printf("%g nm: median mua %.4g +- %.2g /mm, mus' %.4g +- %.2g /mm; %zu of %zu pixels\n",
+                map.at("wavelength_nm").get<double>(), quantile("mua"), quantile("mua_deviation"),
+                quantile("musp"), quantile("musp_deviation"), pixels.at("good").get<std::size_t>(),
+                all);
+    if (!map.contains("region")) continue;
+    const auto& region = map.at("region");
+    std::printf("  region: mua %.4g +- %.2g /mm, mus' %.4g +- %.2g /mm\n",
+                region.at("mua").get<double>(), region.at("mua_deviation").get<double>(),
+                region.at("musp").get<double>(), region.at("musp_deviation").get<double>());
+  }
+  std::printf("%s/maps.html\n%s/maps.exr\n", out.c_str(), out.c_str());
+}
+
+void run_map(const MapArguments& arguments, Globals& globals) {
+  const auto progress = make_progress();
+  const Stopwatch watch;
+  const sfdi::Description description = sfdi::read_description(arguments.pictures);
+  std::vector<std::string> files = sfdi::map_files();
+  files.insert(files.end(), {"maps.png", "maps.html"});
+  pipeline::OutputFolder out(arguments.out, "map", {description.folder}, files);
+  const sfdi::Maps maps = sfdi::measure_maps(description, *progress);
+  const nlohmann::ordered_json summary = sfdi::summary_of(maps, description, watch.seconds());
+  sfdi::write_maps(maps, out.partial());
+  report::write_map_picture(maps, out.partial() / "maps.png");
+  report::write_map_page(maps, out.partial() / "maps.html");
+  io::write_text_atomically(out.partial() / "summary.json", summary.dump(2) + "\n");
+  out.commit();
+  for (const std::string& warning : maps.warnings) progress->warn(warning);
+  if (globals.json) {
+    print_json(summary);
+  } else {
+    print_summary(summary, arguments.out);
+  }
+}
+
+}  // namespace
+
+void add_map(CLI::App& app, Globals& globals) {
+  auto* command =
+      app.add_subcommand("map",
+                         R"(Map absorption and scattering from pictures under sinusoidal light.
+
+PICTURES is a folder with sfdi.json, or such a file (docs/sfdi.md has its fields): pictures of
+a sample under sinusoids of one or more spatial frequencies, one or more wavelengths, three or
+more phases or a single picture, beside the same pictures of a phantom of known coefficients,
+or a scale. Every pixel is measured by itself, as a homogeneous half-space (or a slab of
+stated thickness) of anisotropic scattering; transport by a table, not diffusion.
+
+OUT/maps.html and maps.png show the maps; mua.npy, musp.npy, kappa.npy with *_deviation.npy
+are float32 [wavelength][y][x] in 1/mm and mm, not a number where not valid; verdict.npy says
+why (0 good, 1 no light or saturated, 2 no medium has this reflectance, 3 outside the table);
+maps.exr holds all of them; summary.json the medians, checks and causes of the deviations.
+
+Deviations are standard deviations: of the pixels' noise, the errors that pictures share, the
+phantom's coefficients, the refractive index and g as stated, and the table. Where the sample
+changes within a few millimetres, light from neighbours matters and the maps are smoothed; a
+fit of a volume (kappamu fit) takes it into account.)");
+  auto arguments = std::make_shared<MapArguments>();
+  command->add_option("pictures", arguments->pictures, "Folder with sfdi.json, or that file")
+      ->required()
+      ->type_name("PICTURES");
+  add_out(*command, arguments->out, "Folder of the maps");
+  command->footer("Example: kappamu map pictures -o maps");
+  command->callback([arguments, &globals] { run_map(*arguments, globals); });
+}
+
+}  // namespace kappamu::app

@@ -1,0 +1,187 @@
+#include "calib/sinusoid/demodulate.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "calib/sinusoid/local_noise.h"
+#include "core/error.h"
+#include "core/parallel.h"
+
+namespace kappamu::calib {
+
+namespace {
+
+constexpr double two_pi = 2.0 * std::numbers::pi;
+
+Demodulated empty_result(int width, int height) {
+  const Image<float> zero(width, height, 1);
+  return {zero, zero, zero, zero, zero, Image<std::uint8_t>(width, height, 1)};
+}
+
+/// Amplitude of cos and sin of `cycles` times the phase in `map`, over `scale`.
+double wave_in(const Image<float>& map, const Demodulated& at, int cycles, double scale) {
+  double mean = 0.0, c = 0.0, s = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (at.mask.values()[i] == 0) continue;
+    mean += map.values()[i];
+    count += 1.0;
+  }
+  if (count == 0.0) return 0.0;
+  mean /= count;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (at.mask.values()[i] == 0) continue;
+    const double phase = cycles * at.phase.values()[i];
+    c += (map.values()[i] - mean) * std::cos(phase);
+    s += (map.values()[i] - mean) * std::sin(phase);
+  }
+  return 2.0 * std::hypot(c, s) / count / scale;
+}
+
+double mean_of(const Image<float>& map, const Image<std::uint8_t>& mask) {
+  double sum = 0.0, count = 0.0;
+  for (std::size_t i = 0; i < map.size(); ++i) {
+    if (mask.values()[i] == 0) continue;
+    sum += map.values()[i];
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
+}  // namespace
+
+double Carrier::frequency() const {
+  return std::hypot(x, y);
+}
+
+Demodulated demodulate_phases(std::span<const Image<float>> pictures,
+                              std::span<const double> phases, const Image<std::uint8_t>& mask) {
+  check(pictures.size() == phases.size() && !pictures.empty(), "demodulate_phases: one per phase");
+  const auto n = static_cast<Eigen::Index>(phases.size());
+  const Eigen::Index harmonics = n >= 5 ? 2 : 1, unknowns = 1 + 2 * harmonics;
+  Eigen::MatrixXd basis(n, unknowns);
+  for (Eigen::Index row = 0; row < n; ++row) {
+    basis(row, 0) = 1.0;
+    for (Eigen::Index h = 1; h <= harmonics; ++h) {
+      basis(row, 2 * h - 1) = std::cos(static_cast<double>(h) * phases[row]);
+      basis(row, 2 * h) = -std::sin(static_cast<double>(h) * phases[row]);
+    }
+  }
+  const Eigen::MatrixXd normal = basis.transpose() * basis;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(normal);
+  if (n < 3 || eigen.eigenvalues()[0] < 1e-3 * eigen.eigenvalues()[unknowns - 1]) {
+    throw InputError(
+        "the phases do not determine mean and amplitude; take three or more spread evenly over "
+        "360 degrees, or one");
+  }
+  const Eigen::MatrixXd solve = normal.ldlt().solve(basis.transpose());
+  Demodulated result = empty_result(mask.width(), mask.height());
+  result.mask = mask;
+  double second = 0.0, first = 0.0;
+  Eigen::VectorXd p(n);
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask.values()[i] == 0) continue;
+    for (Eigen::Index row = 0; row < n; ++row) p[row] = pictures[row].values()[i];
+    const Eigen::VectorXd fit = solve * p;
+    const double amplitude = std::hypot(fit[1], fit[2]);
+    result.mean.values()[i] = static_cast<float>(fit[0]);
+    result.amplitude.values()[i] = static_cast<float>(amplitude);
+    result.phase.values()[i] = static_cast<float>(std::atan2(fit[2], fit[1]));
+    first += amplitude;
+    if (harmonics == 2) second += std::hypot(fit[3], fit[4]);
+  }
+  result.mean_deviation = local_noise(result.mean, mask);
+  result.amplitude_deviation = local_noise(result.amplitude, mask);
+  if (harmonics == 2 && first > 0.0) result.second_harmonic = second / first;
+  const double scale = mean_of(result.amplitude, mask);
+  if (scale > 0.0) {
+    result.stripes =
+        std::hypot(wave_in(result.mean, result, 1, scale), wave_in(result.mean, result, 3, scale));
+    // Three phases cannot tell the second harmonic from the first: it beats in the amplitude.
+    if (n == 3) result.second_harmonic = wave_in(result.amplitude, result, 3, scale);
+  }
+  return result;
+}
+
+Carrier find_carrier(const Image<float>& picture, const Image<std::uint8_t>& mask,
+                     const Carrier& stated) {
+  const int width = picture.width(), height = picture.height();
+  const double mean = mean_of(picture, mask);
+  std::vector<double> windowed(picture.size(), 0.0);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      if (mask(x, y) == 0) continue;
+      const double hann = std::sin(std::numbers::pi * (x + 0.5) / width) *
+                          std::sin(std::numbers::pi * (y + 0.5) / height);
+      windowed[static_cast<std::size_t>(y) * width + x] = hann * hann * (picture(x, y) - mean);
+    }
+  }
+  // The spectrum on (2n+1)² carriers about `centre`, first along x, then along y.
+  constexpr int n = 12;
+  const auto search = [&](const Carrier& centre, double step, double& mean_power) {
+    std::vector<double> power((2 * n + 1) * (2 * n + 1));
+    for_rows(2 * n + 1, [&](int i) {
+      const double u = two_pi * (centre.x + step * (i - n));
+      std::vector<std::array<double, 2>> lines(height);
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          const double w = windowed[static_cast<std::size_t>(y) * width + x];
+          lines[y][0] += w * std::cos(u * x);
+          lines[y][1] -= w * std::sin(u * x);
+        }
+      }
+      for (int j = 0; j <= 2 * n; ++j) {
+        const double v = two_pi * (centre.y + step * (j - n));
+        double re = 0.0, im = 0.0;
+        for (int y = 0; y < height; ++y) {
+          const double c = std::cos(v * y), s = std::sin(v * y);
+          re += lines[y][0] * c + lines[y][1] * s;
+          im += lines[y][1] * c - lines[y][0] * s;
+        }
+        power[i * (2 * n + 1) + j] = re * re + im * im;
+      }
+    });
+    const auto best = std::max_element(power.begin(), power.end()) - power.begin();
+    mean_power = 0.0;
+    for (const double one : power) mean_power += one / static_cast<double>(power.size());
+    mean_power = power[best] / std::max(mean_power, 1e-300);
+    return Carrier{centre.x + step * (static_cast<double>(best / (2 * n + 1)) - n),
+                   centre.y + step * (static_cast<double>(best % (2 * n + 1)) - n)};
+  };
+  const double span = 0.1 * stated.frequency();
+  double contrast = 0.0, ignored = 0.0;
+  Carrier found = search(stated, span / n, contrast);
+  const double off = std::max(std::abs(found.x - stated.x), std::abs(found.y - stated.y));
+  if (contrast < 4.0 || off > 0.95 * span) {
+    throw InputError("no sinusoid of " + std::to_string(1.0 / stated.frequency()) +
+                     " pixels a period stands out; check pixel_mm, per_mm and direction_degrees");
+  }
+  for (double step = span / n / n; step > 1e-7; step /= n / 2.0)
+    found = search(found, step, ignored);
+  return found;
+}
+
+Demodulated demodulate_even(const Image<float>& picture, const Image<std::uint8_t>& mask) {
+  Demodulated result = empty_result(mask.width(), mask.height());
+  result.mask = mask;
+  result.mean = picture;
+  result.mean_deviation = local_noise(picture, mask);
+  return result;
+}
+
+void smooth(Demodulated& light, double sigma) {
+  if (sigma <= 0.0) return;
+  // A Gaussian averages over 4πσ² pixels.
+  const double pixels = std::max(1.0, 4.0 * std::numbers::pi * sigma * sigma);
+  const auto one = [&](Image<float>& value, Image<float>& deviation) {
+    value = smoothed(value, light.mask, sigma);
+    for (float& d : deviation.values()) d /= static_cast<float>(std::sqrt(pixels));
+  };
+  one(light.mean, light.mean_deviation);
+  one(light.amplitude, light.amplitude_deviation);
+  light.shared_pixels = pixels;
+}
+
+}  // namespace kappamu::calib

@@ -1,0 +1,152 @@
+#include "pipeline/sfdi/calibration.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/shown_text.h"
+
+namespace kappamu::pipeline::sfdi {
+
+namespace {
+
+using inverse::LateralCoefficients;
+using inverse::PerFrequency;
+
+/// Linear between the phantom's wavelengths; throws InputError outside them.
+PhantomRow phantom_at(const Description& d, double wavelength_nm) {
+  std::vector<PhantomRow> rows = d.reference->coefficients;
+  std::sort(rows.begin(), rows.end(), [](const PhantomRow& a, const PhantomRow& b) {
+    return a.wavelength_nm < b.wavelength_nm;
+  });
+  const auto above = std::find_if(rows.begin(), rows.end(), [&](const PhantomRow& row) {
+    return row.wavelength_nm >= wavelength_nm;
+  });
+  if (above != rows.end() && above->wavelength_nm == wavelength_nm) return *above;
+  if (above == rows.begin() || above == rows.end()) {
+    throw InputError((d.folder / file_name).string() + ": reference.coefficients reach from " +
+                     shown_number(rows.front().wavelength_nm) + " to " +
+                     shown_number(rows.back().wavelength_nm) + " nm; add " +
+                     shown_number(wavelength_nm) + " nm");
+  }
+  const PhantomRow& low = *(above - 1);
+  const double part =
+      (wavelength_nm - low.wavelength_nm) / (above->wavelength_nm - low.wavelength_nm);
+  const auto between = [&](double a, double b) { return a + part * (b - a); };
+  PhantomRow row{wavelength_nm,
+                 between(low.absorption_per_mm, above->absorption_per_mm),
+                 between(low.reduced_scattering_per_mm, above->reduced_scattering_per_mm),
+                 {}};
+  const std::array<double, 2> none{};
+  const auto a = low.relative_deviation.value_or(none),
+             b = above->relative_deviation.value_or(none);
+  row.relative_deviation = {std::max(a[0], b[0]), std::max(a[1], b[1])};
+  return row;
+}
+
+forward::LateralMedium lateral(const Medium& medium) {
+  return {medium.refractive_index, medium.anisotropy, medium.thickness_mm};
+}
+
+/// `value` one deviation up, or down where the table ends.
+double shifted_by(double value, double deviation, double largest) {
+  return value + deviation <= largest ? value + deviation : value - deviation;
+}
+
+}  // namespace
+
+Models::Models(const Medium& medium) : stated(lateral(medium)) {
+  if (medium.refractive_index_deviation) {
+    forward::LateralMedium other = lateral(medium);
+    other.index = shifted_by(other.index, *medium.refractive_index_deviation, 1.5);
+    shifted.emplace_back(other);
+  }
+  if (medium.anisotropy_deviation) {
+    forward::LateralMedium other = lateral(medium);
+    other.anisotropy = shifted_by(other.anisotropy, *medium.anisotropy_deviation, 0.95);
+    shifted.emplace_back(other);
+  }
+}
+
+Calibration::Calibration(const Description& description, double wavelength_nm,
+                         const PerFrequency& frequency)
+    : frequency_(frequency),
+      errors_(description.errors.value_or(Errors{})),
+      sample_(description.medium),
+      by_phantom_(description.reference.has_value()) {
+  if (!by_phantom_) {
+    scale_ = PerFrequency::Constant(frequency.size(), 1.0 / *description.codes_per_reflectance);
+    return;
+  }
+  const PhantomRow row = phantom_at(description, wavelength_nm);
+  const LateralCoefficients phantom{row.absorption_per_mm, row.reduced_scattering_per_mm};
+  Medium medium = description.medium;
+  medium.thickness_mm = description.reference->thickness_mm;
+  const Models models(medium);
+  const PerFrequency stated = logarithms(models.stated, phantom);
+  scale_ = stated.array().exp();
+  const auto deviation = row.relative_deviation.value_or(std::array<double, 2>{});
+  phantom_errors_ = {
+      logarithms(models.stated, {phantom.mua * (1.0 + deviation[0]), phantom.musp}) - stated,
+      logarithms(models.stated, {phantom.mua, phantom.musp * (1.0 + deviation[1])}) - stated};
+  for (const forward::LateralReflectance& model : models.shifted) {
+    phantom_shifts_.push_back(logarithms(model, phantom) - stated);
+  }
+  phantom_table_ = PerFrequency::Zero(frequency.size());
+  for (Eigen::Index i = 0; i < frequency.size(); ++i) {
+    phantom_table_[i] = models.stated.relative_error(frequency[i], phantom.mua, phantom.musp);
+  }
+}
+
+PerFrequency Calibration::logarithms(const forward::LateralReflectance& model,
+                                     const LateralCoefficients& at) const {
+  PerFrequency result(frequency_.size());
+  for (Eigen::Index i = 0; i < frequency_.size(); ++i) {
+    result[i] = std::log(model(frequency_[i], at.mua, at.musp).reflectance);
+  }
+  return result;
+}
+
+Eigen::Matrix2d Calibration::Shared::total() const {
+  Eigen::Matrix2d sum = Eigen::Matrix2d::Zero();
+  for (const Eigen::Matrix2d& one : covariance) sum += one;
+  return sum;
+}
+
+Calibration::Shared Calibration::shared_errors(const inverse::LateralFit& fit) const {
+  Shared shared;
+  shared.covariance.fill(Eigen::Matrix2d::Zero());
+  const auto add = [&](Part part, const PerFrequency& error) {
+    const Eigen::Vector2d moved = fit.gain * error;
+    shared.covariance[static_cast<std::size_t>(part)] += moved * moved.transpose();
+  };
+  const auto add_each = [&](Part part, const PerFrequency& errors) {
+    for (Eigen::Index i = 0; i < errors.size(); ++i) {
+      PerFrequency one = PerFrequency::Zero(errors.size());
+      one[i] = errors[i];
+      add(part, one);
+    }
+  };
+  const Eigen::Index n = frequency_.size();
+  // A ratio of two objects has both objects' errors.
+  const double objects = by_phantom_ ? std::sqrt(2.0) : 1.0;
+  add(Part::pictures, PerFrequency::Constant(n, objects * errors_.common));
+  add_each(Part::pictures, PerFrequency::Constant(n, objects * errors_.own));
+  for (const PerFrequency& error : phantom_errors_) add(Part::phantom, error);
+  const LateralCoefficients& at = fit.coefficients;
+  const PerFrequency stated = logarithms(sample_.stated, at);
+  for (std::size_t i = 0; i < sample_.shifted.size(); ++i) {
+    PerFrequency shift = logarithms(sample_.shifted[i], at) - stated;
+    if (by_phantom_) shift -= phantom_shifts_[i];
+    add(Part::medium, shift);
+  }
+  PerFrequency table(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    table[i] = std::hypot(sample_.stated.relative_error(frequency_[i], at.mua, at.musp),
+                          by_phantom_ ? phantom_table_[i] : 0.0);
+  }
+  add_each(Part::table, table);
+  return shared;
+}
+
+}  // namespace kappamu::pipeline::sfdi

@@ -1,0 +1,192 @@
+#include "pipeline/sfdi/sfdi_file.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/shown_text.h"
+#include "io/json_fields.h"
+
+namespace kappamu::pipeline::sfdi {
+
+namespace {
+
+constexpr const char* format_name = "kappamu-sfdi";
+
+}  // namespace
+
+template <class Fields>
+void describe(Fields& fields, Medium& m) {
+  fields("refractive_index", m.refractive_index);
+  fields("refractive_index_deviation", m.refractive_index_deviation);
+  fields("anisotropy", m.anisotropy);
+  fields("anisotropy_deviation", m.anisotropy_deviation);
+  fields("thickness_mm", m.thickness_mm);
+}
+
+template <class Fields>
+void describe(Fields& fields, PhantomRow& r) {
+  fields("wavelength_nm", r.wavelength_nm);
+  fields("absorption_per_mm", r.absorption_per_mm);
+  fields("reduced_scattering_per_mm", r.reduced_scattering_per_mm);
+  fields("relative_deviation", r.relative_deviation);
+}
+
+template <class Fields>
+void describe(Fields& fields, Reference& r) {
+  fields("coefficients", r.coefficients);
+  fields("region_px", r.region_px);
+  fields("thickness_mm", r.thickness_mm);
+}
+
+template <class Fields>
+void describe(Fields& fields, Errors& e) {
+  fields("common", e.common);
+  fields("own", e.own);
+}
+
+template <class Fields>
+void describe(Fields& fields, Pictures& p) {
+  fields("wavelength_nm", p.wavelength_nm);
+  fields("per_mm", p.per_mm);
+  fields("direction_degrees", p.direction_degrees);
+  fields("sample", p.sample);
+  fields.optional("reference", p.reference);
+  fields.optional("phases_degrees", p.phases_degrees);
+  fields("dark", p.dark);
+}
+
+template <class Fields>
+void describe(Fields& fields, Description& d) {
+  fields.format(format_name);
+  fields("pixel_mm", d.pixel_mm);
+  fields("smoothing_mm", d.smoothing_mm);
+  fields.optional("channel", d.channel);
+  fields("crop_px", d.crop_px);
+  fields("region_px", d.region_px);
+  fields("largest_code", d.largest_code);
+  fields("codes_per_reflectance", d.codes_per_reflectance);
+  fields("medium", d.medium);
+  fields("reference", d.reference);
+  fields("errors", d.errors);
+  fields("measurements", d.measurements);
+}
+
+namespace {
+
+class Checks {
+ public:
+  explicit Checks(std::string file) : file_(std::move(file)) {}
+
+  void require(bool holds, const std::string& field, const std::string& fix) const {
+    if (!holds) throw InputError(file_ + ": " + field + " " + fix);
+  }
+  void positive(double value, const std::string& field) const {
+    require(std::isfinite(value) && value > 0.0, field,
+            "is " + shown_number(value) + "; it is a number above 0");
+  }
+  void share(double value, const std::string& field) const {
+    require(value >= 0.0 && value < 1.0, field,
+            "is " + shown_number(value) + "; it is a relative deviation, 0 to 1");
+  }
+  void box(const std::optional<std::array<int, 4>>& b, const std::string& field) const {
+    require(!b || ((*b)[0] >= 0 && (*b)[1] >= 0 && (*b)[2] > 0 && (*b)[3] > 0), field,
+            "is no box of pixels: x, y, width, height");
+  }
+
+ private:
+  std::string file_;
+};
+
+void check_reference(const Checks& checks, const Reference& reference) {
+  for (std::size_t i = 0; i < reference.coefficients.size(); ++i) {
+    const PhantomRow& row = reference.coefficients[i];
+    const std::string field = "reference.coefficients[" + std::to_string(i) + "].";
+    checks.positive(row.wavelength_nm, field + "wavelength_nm");
+    checks.positive(row.absorption_per_mm, field + "absorption_per_mm");
+    checks.positive(row.reduced_scattering_per_mm, field + "reduced_scattering_per_mm");
+    if (row.relative_deviation) {
+      for (const double one : *row.relative_deviation) {
+        checks.share(one, field + "relative_deviation");
+      }
+    }
+  }
+  checks.box(reference.region_px, "reference.region_px");
+}
+
+void check_pictures(const Checks& checks, const Description& d, std::size_t index) {
+  const Pictures& p = d.measurements[index];
+  const std::string field = "measurements[" + std::to_string(index) + "].";
+  checks.positive(p.wavelength_nm, field + "wavelength_nm");
+  checks.require(p.per_mm >= 0.0 && p.per_mm * d.pixel_mm < 0.25, field + "per_mm",
+                 "is " + shown_number(p.per_mm) +
+                     "; a period needs more than four pixels, and even light is 0");
+  checks.require(!d.reference || !p.reference.empty() || p.per_mm == 0.0, field + "reference",
+                 "is missing; name the phantom's pictures under the same light");
+  checks.require(d.reference || p.reference.empty(), field + "reference",
+                 "names pictures of a phantom, whose coefficients \"reference\" would state");
+  for (const auto* files : {&p.sample, &p.reference}) {
+    const std::string which = field + (files == &p.sample ? "sample" : "reference");
+    checks.require(p.per_mm > 0.0 || files->size() <= 1, which,
+                   "has several pictures of even light; name one");
+    checks.require(files->size() != 2, which,
+                   "has two pictures; one, or three and more phases, can be demodulated");
+    checks.require(
+        p.phases_degrees.empty() || files->size() <= 1 || files->size() == p.phases_degrees.size(),
+        which, "has another number of pictures than phases_degrees");
+  }
+}
+
+}  // namespace
+
+Description read_description(const std::filesystem::path& folder_or_file) {
+  const std::filesystem::path file =
+      std::filesystem::is_directory(folder_or_file) ? folder_or_file / file_name : folder_or_file;
+  const io::JsonDocument document(file, "docs/sfdi.md");
+  Description d;
+  const io::JsonNode root = document.root();
+  io::FieldNames names(root);
+  describe(names, d);
+  names.expect();
+  io::FieldReader reader(root);
+  describe(reader, d);
+  d.folder = file.parent_path();
+
+  const Checks checks(file.string());
+  checks.positive(d.pixel_mm, "pixel_mm");
+  checks.require(!d.smoothing_mm || (*d.smoothing_mm >= 0.0 && *d.smoothing_mm < 100.0),
+                 "smoothing_mm", "is a length from 0 to 100 mm");
+  checks.require(d.channel.empty() || d.channel == "R" || d.channel == "G" || d.channel == "B",
+                 "channel", "is '" + shown_name(d.channel) + "'; choose R, G or B");
+  checks.box(d.crop_px, "crop_px");
+  checks.box(d.region_px, "region_px");
+  if (d.medium.refractive_index_deviation) {
+    checks.share(*d.medium.refractive_index_deviation, "medium.refractive_index_deviation");
+  }
+  if (d.medium.anisotropy_deviation) {
+    checks.share(*d.medium.anisotropy_deviation, "medium.anisotropy_deviation");
+  }
+  checks.require(d.reference.has_value() != d.codes_per_reflectance.has_value(), "reference",
+                 "or codes_per_reflectance states the scale of the pictures; give one of them");
+  if (d.reference) check_reference(checks, *d.reference);
+  if (d.codes_per_reflectance) checks.positive(*d.codes_per_reflectance, "codes_per_reflectance");
+  if (d.errors) {
+    checks.share(d.errors->common, "errors.common");
+    checks.share(d.errors->own, "errors.own");
+  }
+  for (std::size_t i = 0; i < d.measurements.size(); ++i) check_pictures(checks, d, i);
+  for (const Pictures& p : d.measurements) {
+    checks.require(std::any_of(d.measurements.begin(), d.measurements.end(),
+                               [&](const Pictures& other) {
+                                 return other.wavelength_nm == p.wavelength_nm &&
+                                        other.per_mm > 0.0;
+                               }),
+                   "measurements",
+                   "has no sinusoid at " + shown_number(p.wavelength_nm) +
+                       " nm; even light alone does not tell absorption from "
+                       "scattering");
+  }
+  return d;
+}
+
+}  // namespace kappamu::pipeline::sfdi

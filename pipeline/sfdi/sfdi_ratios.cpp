@@ -1,0 +1,128 @@
+#include "pipeline/sfdi/sfdi_ratios.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/error.h"
+#include "core/shown_text.h"
+#include "pipeline/sfdi/sfdi_pictures.h"
+
+namespace kappamu::pipeline::sfdi {
+
+namespace {
+
+using calib::Demodulated;
+
+/// Mean of light over a box; throws InputError where nothing in it is valid.
+double box_mean(const Image<float>& light, const Image<std::uint8_t>& mask,
+                const std::array<int, 4>& box, const std::string& field) {
+  double sum = 0.0;
+  std::size_t count = 0;
+  for (int y = box[1]; y < std::min(box[1] + box[3], light.height()); ++y) {
+    for (int x = box[0]; x < std::min(box[0] + box[2], light.width()); ++x) {
+      if (mask(x, y) == 0) continue;
+      sum += light(x, y);
+      ++count;
+    }
+  }
+  if (count == 0) throw InputError(field + " holds no pixel that can be used");
+  return sum / static_cast<double>(count);
+}
+
+/// Reads a wavelength's pictures and turns them into ratios.
+class Wavelength {
+ public:
+  Wavelength(const Description& description, double wavelength_nm, std::vector<LightCheck>& checks)
+      : d_(description), checks_(checks) {
+    for (const Pictures& p : d_.measurements) {
+      if (p.wavelength_nm != wavelength_nm) continue;
+      (p.per_mm == 0.0 ? even_ : sinusoids_).push_back(&p);
+    }
+    if (even_.size() > 1) {
+      throw InputError((d_.folder / file_name).string() +
+                       ": measurements has even light twice at " + shown_number(wavelength_nm) +
+                       " nm; name one");
+    }
+  }
+
+  std::vector<Ratio> ratios() {
+    std::optional<Demodulated> sample, phantom;  // under even light
+    if (!even_.empty()) {
+      sample = read(*even_.front(), true, nullptr);
+      if (!even_.front()->reference.empty()) phantom = read(*even_.front(), false, nullptr);
+    }
+    for (const Pictures* p : sinusoids_) {
+      const Demodulated one = read(*p, true, sample ? &*sample : nullptr);
+      std::optional<Demodulated> reference;
+      if (d_.reference) reference = read(*p, false, phantom ? &*phantom : nullptr);
+      if (result_.empty()) {
+        // The phantom's mean under a sinusoid stands for even light that was not taken.
+        add(0.0, sample ? *sample : one, phantom ? phantom : reference, &Demodulated::mean,
+            &Demodulated::mean_deviation);
+      }
+      add(p->per_mm, one, reference, &Demodulated::amplitude, &Demodulated::amplitude_deviation);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  Demodulated read(const Pictures& p, bool sample, const Demodulated* even) {
+    DemodulatedSet set = demodulate(d_, p, sample, even);
+    if (sample) {
+      checks_.push_back({p.per_mm, set.found_per_mm, set.light.second_harmonic, set.light.stripes,
+                         set.saturated});
+    }
+    return std::move(set.light);
+  }
+
+  void add(double per_mm, const Demodulated& s, const std::optional<Demodulated>& phantom,
+           Image<float> Demodulated::*light, Image<float> Demodulated::*noise) {
+    Ratio ratio{per_mm, s.*light, s.*noise, s.mask, s.shared_pixels};
+    for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+      const float value = ratio.value.values()[i];
+      ratio.deviation.values()[i] = value > 0.0F ? (s.*noise).values()[i] / value : 0.0F;
+    }
+    if (phantom) divide(ratio, *phantom, light, noise);
+    result_.push_back(std::move(ratio));
+  }
+
+  void divide(Ratio& ratio, const Demodulated& phantom, Image<float> Demodulated::*light,
+              Image<float> Demodulated::*noise) const {
+    const auto& box = d_.reference->region_px;
+    if (box) {
+      const double mean = box_mean(phantom.*light, phantom.mask, *box,
+                                   (d_.folder / file_name).string() + ": reference.region_px");
+      for (float& value : ratio.value.values()) value = static_cast<float>(value / mean);
+      return;
+    }
+    if (!(phantom.*light).same_shape(ratio.value)) {
+      throw InputError((d_.folder / file_name).string() +
+                       ": the phantom's pictures have another size than the sample's; state "
+                       "reference.region_px");
+    }
+    for (std::size_t i = 0; i < ratio.value.size(); ++i) {
+      const float at = (phantom.*light).values()[i];
+      std::uint8_t& mask = ratio.mask.values()[i];
+      mask = mask & phantom.mask.values()[i] & static_cast<std::uint8_t>(at > 0.0F);
+      if (mask == 0) continue;
+      ratio.value.values()[i] /= at;
+      ratio.deviation.values()[i] =
+          std::hypot(ratio.deviation.values()[i], (phantom.*noise).values()[i] / at);
+    }
+  }
+
+  const Description& d_;
+  std::vector<LightCheck>& checks_;
+  std::vector<const Pictures*> even_, sinusoids_;
+  std::vector<Ratio> result_;
+};
+
+}  // namespace
+
+std::vector<Ratio> measure_ratios(const Description& description, double wavelength_nm,
+                                  std::vector<LightCheck>& checks) {
+  return Wavelength(description, wavelength_nm, checks).ratios();
+}
+
+}  // namespace kappamu::pipeline::sfdi

@@ -1,0 +1,26 @@
+// Demodulated light of a sample over that of the phantom, per spatial frequency.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/image.h"
+#include "pipeline/sfdi/sfdi_file.h"
+#include "pipeline/sfdi/sfdi_map.h"
+
+namespace kappamu::pipeline::sfdi {
+
+/// One spatial frequency of one wavelength: sample over phantom (or 1), and its noise.
+struct Ratio {
+  double per_mm = 0.0;
+  Image<float> value, deviation;  ///< deviation: of the pixels' noise, relative
+  Image<std::uint8_t> mask;
+  double shared_pixels = 1.0;
+};
+
+/// Of one wavelength, even light first: from a picture of it, or as the mean of the first sinusoid.
+/// Adds what was found in the sample's pictures to `checks`.
+std::vector<Ratio> measure_ratios(const Description& description, double wavelength_nm,
+                                  std::vector<LightCheck>& checks);
+
+}  // namespace kappamu::pipeline::sfdi
