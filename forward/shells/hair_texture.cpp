@@ -121,7 +121,7 @@ class Loom {
         depth_[i] += area * z / hair.height;
         shade_[i] += area * hair.shade;
         tangent_[i] += area * tangent;
-        if (radius < 0.25) thin_ += area;
+        if (radius < 0.05) thin_ += area;
       }
     }
   }

@@ -3,10 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
 #include "core/random.h"
+#include "forward/shells/frame.h"
 
 namespace kappamu::forward::shells {
 
@@ -78,6 +80,38 @@ TEST(LitHair, OfALampIsItsTransmittanceTimesReflectance) {
     EXPECT_LT(((seen - truth) / unit).abs().maxCoeff(), 0.12) << layer;
     EXPECT_NEAR(truth[0] / unit[0],
                 std::exp(-0.4 * (15.0 - (layer + 0.5) * 0.5) / lamps[0].direction.z()), 1e-6);
+  }
+}
+
+TEST(FrameDrawer, DrawsWhatShellsShow) {
+  HairOptions options;
+  options.width = 13;
+  options.layers = 9;
+  options.coats = {{300, 0.1, 0.2, 0.3, 1.0, 0.3}};
+  const HairTexture texture = make_hair_texture(options);
+  Progress progress;
+  const Transfer transfer = make_transfer(texture, {3, 64, 0.0}, progress);
+  const HairColour colour;
+  const HairReflectance kajiya(HairModel::kajiya_kay);
+  const PlaceLight light = light_of(3, {{Vector3d(0.3, 0.2, 0.9).normalized(), Array3d::Ones()}});
+  const Vector3d eye(3.0, -7.0, 25.0), target(5.0, 5.0, 0.0), towards = (eye - target).normalized();
+  const FrameDrawer drawer(texture, transfer, colour, 31, 17);
+  const Image<float> frame = drawer.drawn(drawer.lit(light, towards, kajiya), eye, target, 40.0);
+  const LitHair hair{texture, transfer, colour, kajiya};
+  const Vector3d forward = -towards, right = forward.cross(Vector3d::UnitZ()).normalized();
+  const Vector3d up = right.cross(forward);
+  const double half = std::tan(20.0 * std::numbers::pi / 180.0);
+  for (int y = 0; y < 17; ++y) {
+    for (int x = 0; x < 31; ++x) {
+      const Vector3d d = (forward + (2.0 * (x + 0.5) / 31 - 1.0) * half * 31 / 17 * right +
+                          (1.0 - 2.0 * (y + 0.5) / 17) * half * up)
+                             .normalized();
+      const SeenHair seen = seen_by_shells(texture, transfer.r, eye, d, [&](std::size_t texel) {
+        return hair.radiance(texel, light, towards);
+      });
+      // A frame's pixel is left when a hundredth of what lies behind would be seen.
+      EXPECT_NEAR(frame(x, y, 0), seen.radiance[0], 2e-3 * (0.01 + seen.radiance[0]) + 1e-3);
+    }
   }
 }
 
