@@ -42,7 +42,7 @@ struct HairTexture {
   /// is attenuated as opaque cylinders of those widths do.
   double extinction = 0.0;
   double overfull = 0.0;  ///< share of the hairs' volume in texels that were full already
-  double thin = 0.0;      ///< share of the hairs' volume where they are thinner than a tenth of a texel
+  double thin = 0.0;  ///< share of the hairs' volume where they are thinner than a tenth of a texel
 
   std::size_t size() const { return density.size(); }
   std::size_t texel(int x, int y, int z) const {

@@ -15,8 +15,8 @@ namespace {
 using Eigen::Vector3d;
 using std::numbers::pi;
 
-/// Past this optical depth nothing is left: e⁻²⁰ = 2e-9.
-constexpr double opaque = 20.0;
+/// Past this optical depth nothing is left: e⁻¹⁴ = 8e-7.
+constexpr double opaque = 14.0;
 
 double marched(const HairTexture& texture, double r, const Vector3d& point,
                const Vector3d& direction, bool alone) {

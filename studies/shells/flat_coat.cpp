@@ -86,18 +86,23 @@ class Figures {
     view_ = {{0.5 * tile, -1.3 * tile, 2.0 * tile},
              {0.5 * tile, 0.5 * tile, 0.0},
              30.0,
-             quick_ ? 40 : 1024,
-             quick_ ? 32 : 768,
-             quick_ ? 1 : 8};
+             quick_ ? 40 : 800,
+             quick_ ? 32 : 640,
+             quick_ ? 1 : 4};
   }
 
+  /// Every texel is lit once, for the view's middle.
   void draw(const std::string& name, const TexelRadiance& radiance) const {
-    draw(name, view_, radiance);
-  }
-  void draw(const std::string& name, const FlatView& view, const TexelRadiance& radiance) const {
+    std::vector<Array3d> lit(texture_.size(), Array3d::Zero());
+    for_pieces(lit.size(), 4096, [&](std::size_t, std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        if (texture_.density[i] > 0.0F) lit[i] = radiance(i);
+      }
+    });
     write(request_.folder / (name + ".png"),
-          flat_picture(view, [&](const Vector3d& origin, const Vector3d& direction) {
-            return seen_by_shells(texture_, transfer_.r, origin, direction, radiance);
+          flat_picture(view_, [&](const Vector3d& origin, const Vector3d& direction) {
+            return seen_by_shells(texture_, transfer_.r, origin, direction,
+                                  [&](std::size_t texel) { return lit[texel]; });
           }));
   }
 

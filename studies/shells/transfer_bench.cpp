@@ -52,15 +52,16 @@ HairTexture texture_of(const Request& request) {
   return make_hair_texture(options);
 }
 
-/// Texels with hair, evenly drawn.
+/// About `count` of the texels with hair, drawn at random.
 std::vector<std::size_t> some_texels(const HairTexture& texture, std::size_t count) {
-  std::vector<std::size_t> texels;
+  std::vector<std::size_t> texels, some;
   for (std::size_t i = 0; i < texture.size(); ++i) {
     if (texture.density[i] > 0.0F) texels.push_back(i);
   }
-  const std::size_t step = std::max<std::size_t>(1, texels.size() / count);
-  std::vector<std::size_t> some;
-  for (std::size_t i = step / 2; i < texels.size(); i += step) some.push_back(texels[i]);
+  const double share = static_cast<double>(count) / static_cast<double>(texels.size());
+  for (const std::size_t texel : texels) {
+    if (uniform(key_of({7, texel})) < share) some.push_back(texel);
+  }
   return some;
 }
 
@@ -153,8 +154,8 @@ void fur_coverage(const Request& request, Progress& /*progress*/, const Save& sa
 
 void fur_symmetry(const Request& request, Progress& progress, const Save& save) {
   const HairTexture texture = texture_of(request);
-  const auto texels = some_texels(texture, request.size == Size::quick ? 100 : 3000);
-  const int count = request.size == Size::quick ? 64 : 512;
+  const auto texels = some_texels(texture, request.size == Size::quick ? 100 : 40'000);
+  const int count = request.size == Size::quick ? 64 : 256;
   std::vector<Vector3d> random;
   for (int k = 0; k < count; ++k) {
     const auto key = [&](std::uint64_t i) { return key_of({9, static_cast<std::uint64_t>(k), i}); };
