@@ -23,8 +23,8 @@ struct HairOptions {
   int layers = 32;            ///< along z
   double layer_height = 1.0;  ///< [texel]
   /// Dense and thin below, sparse and thick above: 55,000 hairs, as [K] figure 1.
-  std::vector<HairCoat> coats{{50'000, 0.04, 0.10, 0.1, 0.45, 0.3},
-                              {5'000, 0.10, 0.22, 0.5, 1.0, 0.3}};
+  std::vector<HairCoat> coats{{53'800, 0.04, 0.09, 0.05, 0.35, 0.3},
+                              {1'200, 0.20, 0.45, 0.5, 1.0, 0.3}};
   /// Where hairs lean: displacement over height, by the root's place in [0, 1)². Empty: upright.
   std::function<Eigen::Vector2d(double x, double y)> lean;
   std::uint64_t seed = 1;
