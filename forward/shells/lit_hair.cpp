@@ -48,7 +48,7 @@ Array3d LitHair::radiance_by_rays(std::size_t texel, const std::vector<Lamp>& la
   return sum;
 }
 
-ShellTexels on_shell(const HairTexture& texture, double x, double y, int layer) {
+ShellTexels on_shell(const HairTexture& texture, double x, double y, int layer, Lookup lookup) {
   const auto split = [&](double at, int& low, int& high) {
     const double moved = at - 0.5 - texture.width * std::floor((at - 0.5) / texture.width);
     low = std::min(static_cast<int>(moved), texture.width - 1);
@@ -56,7 +56,11 @@ ShellTexels on_shell(const HairTexture& texture, double x, double y, int layer) 
     return moved - low;
   };
   int x0 = 0, x1 = 0, y0 = 0, y1 = 0;
-  const double u = split(x, x0, x1), v = split(y, y0, y1);
+  double u = split(x, x0, x1), v = split(y, y0, y1);
+  if (lookup == Lookup::texel) {
+    u = std::round(u);
+    v = std::round(v);
+  }
   ShellTexels met{{texture.texel(x0, y0, layer), texture.texel(x1, y0, layer),
                    texture.texel(x0, y1, layer), texture.texel(x1, y1, layer)},
                   {(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v}};
@@ -69,13 +73,13 @@ double opacity(const HairTexture& texture, double r, double density, double cosi
 }
 
 SeenHair seen_by_shells(const HairTexture& texture, double r, const Vector3d& origin,
-                        const Vector3d& direction, const TexelRadiance& radiance) {
+                        const Vector3d& direction, const TexelRadiance& radiance, Lookup lookup) {
   SeenHair seen;
   for (int layer = texture.layers - 1; layer >= 0 && seen.transmittance > 1e-3; --layer) {
     const double way = ((layer + 0.5) * texture.layer_height - origin.z()) / direction.z();
     if (way < 0.0) continue;
     const Vector3d point = origin + way * direction;
-    const ShellTexels met = on_shell(texture, point.x(), point.y(), layer);
+    const ShellTexels met = on_shell(texture, point.x(), point.y(), layer, lookup);
     if (met.density <= 0.0) continue;
     Array3d light = Array3d::Zero();
     for (std::size_t i = 0; i < 4; ++i) {

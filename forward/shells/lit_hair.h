@@ -60,6 +60,10 @@ struct SeenHair {
   double transmittance = 1.0;  ///< of the skin's light
 };
 
+/// How a shell is looked up: as the volume is, even within a texel, or smooth between texels, which
+/// looks better and spreads hairs by a texel.
+enum class Lookup { texel, smooth };
+
 /// A texture's shell at z between texels: weights of four neighbours, their density and the light
 /// of those that hold hair.
 struct ShellTexels {
@@ -67,14 +71,16 @@ struct ShellTexels {
   std::array<double, 4> weight;  ///< sum to one
   double density = 0.0;
 };
-ShellTexels on_shell(const HairTexture& texture, double x, double y, int layer);
+ShellTexels on_shell(const HairTexture& texture, double x, double y, int layer,
+                     Lookup lookup = Lookup::smooth);
 
 /// Share of light that a shell holds back: its density over the layer's height, seen aslant.
 double opacity(const HairTexture& texture, double r, double density, double cosine);
 
 /// Shells from the top down, alpha-blended ([K] step 3). The ray goes down: direction.z() < 0.
 SeenHair seen_by_shells(const HairTexture& texture, double r, const Eigen::Vector3d& origin,
-                        const Eigen::Vector3d& direction, const TexelRadiance& radiance);
+                        const Eigen::Vector3d& direction, const TexelRadiance& radiance,
+                        Lookup lookup = Lookup::smooth);
 /// The integral along the ray, texel by texel: light scattered once, without shells' error.
 SeenHair seen_by_ray(const HairTexture& texture, double r, const Eigen::Vector3d& origin,
                      const Eigen::Vector3d& direction, const TexelRadiance& radiance);
