@@ -198,7 +198,8 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
     ObjectReport report;
     if (scene.objects[i].fur) {
       furs[i] = std::make_unique<FurryObject>(object, *scene.objects[i].fur, report.fur.emplace(),
-                                              result.warnings, progress);
+                                              progress);
+      furs[i]->warn(sources, scene.camera.position_mm, result.warnings);
       furs[i]->set_light(world, sources, environment ? &*environment : nullptr);
       furs[i]->shade(light);
     }

@@ -16,6 +16,8 @@ using Eigen::Vector3d;
 
 namespace {
 
+/// Of 76 degrees between normal and eye.
+constexpr double grazing_cosine = 0.25;
 constexpr int tile_width = 64, tile_layers = 32, through_steps = 32;
 
 HairTexture texture_of(const Fur& fur) {
@@ -56,7 +58,7 @@ HairModel model_of(const std::string& name) {
 }  // namespace
 
 FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurReport& report,
-                         std::vector<std::string>& warnings, Progress& progress)
+                         Progress& progress)
     : object_(object),
       fur_(fur),
       colour_{fur.root_colour, fur.tip_colour, fur.variation},
@@ -80,10 +82,10 @@ FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurReport& r
   report.stretch = placement_->stretch();
   report.extinction = transfer_.r / texel_mm();
   report.through = through_of_even_sky();
-  warn(warnings);
 }
 
-void FurryObject::warn(std::vector<std::string>& warnings) const {
+void FurryObject::warn(const LightSources& sources, const Vector3d& eye,
+                       std::vector<std::string>& warnings) const {
   const auto add = [&](const std::string& sentence) {
     warnings.push_back("object '" + object_.name + "': fur: " + sentence);
   };
@@ -92,13 +94,28 @@ void FurryObject::warn(std::vector<std::string>& warnings) const {
   };
   if (texture_.thin > 0.5) {
     add(percent(texture_.thin) +
-        " of the hair is thinner than a tenth of a texel and is drawn as mist; write a smaller "
-        "tile_mm");
+        " of the hair is thinner than a tenth of a texel and is drawn as mist; write a larger "
+        "density");
   }
   if (texture_.overfull > 0.05) {
     add(percent(texture_.overfull) +
         " of the hair lies in texels that are full already and is left out; write a smaller "
         "density");
+  }
+  if (!sources.empty()) {
+    add("a lamp's light is sharper than " + std::to_string(transfer_.bands) +
+        " bands hold: its shadows between hairs are softer than they are (docs/fur.md)");
+  }
+  const Vector3d from = object_.world_from_object.inverse() * eye;
+  std::size_t facing = 0, grazing = 0;
+  for (std::size_t v = 0; v < frames_.size(); ++v) {
+    const double cosine = frames_[v].col(2).dot((from - object_.mesh.vertices[v]).normalized());
+    facing += cosine > 0.0 ? 1 : 0;
+    grazing += cosine > 0.0 && cosine < grazing_cosine ? 1 : 0;
+  }
+  if (2 * grazing > facing) {
+    add("most of it is seen at less than 14 degrees from its skin, where gaps between shells show; "
+        "move the camera");
   }
 }
 

@@ -27,8 +27,12 @@ struct FurReport {
 class FurryObject {
  public:
   /// `fur` of the object, whose `report` it fills. Throws InputError naming the object.
-  FurryObject(const WorldObject& object, const Fur& fur, FurReport& report,
-              std::vector<std::string>& warnings, Progress& progress);
+  FurryObject(const WorldObject& object, const Fur& fur, FurReport& report, Progress& progress);
+
+  /// What of this fur, under these lamps, seen from there, is beyond what shells can show
+  /// (docs/fur.md, Limits).
+  void warn(const LightSources& sources, const Eigen::Vector3d& eye,
+            std::vector<std::string>& warnings) const;
 
   /// Of light on the bare skin, what comes through the fur.
   void shade(IncidentLight& light) const;
@@ -59,7 +63,6 @@ class FurryObject {
   };
   double through(double cosine) const;
   double through_of_even_sky() const;
-  void warn(std::vector<std::string>& warnings) const;
 
   const WorldObject& object_;
   const Fur& fur_;

@@ -260,6 +260,20 @@ void fur_transfer(const Request& request, Progress& progress, const Save& save) 
                         {"zonal: texels'", zonal_error.texels}});
       }
     }
+    // A lamp: its own ray is the truth.
+    const Vector3d lamp = Vector3d(std::cos(0.7), std::sin(0.7), 1.0).normalized();
+    const Eigen::VectorXd exact = marched(texture, r, texels, {lamp});
+    for (int bands = 1; bands <= most_bands; ++bands) {
+      const int size = harmonics_in(bands);
+      const Eigen::VectorXd seen =
+          (all.leftCols(size) * harmonics(bands, lamp)).cwiseMax(0.0).cwiseMin(1.0);
+      const LightError error = light_error(texture, texels, seen, exact);
+      rows.push_back({{"light", "lamp at 45 deg"},
+                      {"rays", count},
+                      {"bands", bands},
+                      {"shells' error", error.shells},
+                      {"texels' error", error.texels}});
+    }
     save({{"rows", rows}});
     progress.update("transfer", 0.75, std::to_string(count) + " rays");
   }

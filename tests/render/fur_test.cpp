@@ -188,12 +188,27 @@ TEST(Fur, RefusesATileSmallerThanTheMesh) {
               testing::HasSubstr("object 'ball': fur: tile_mm"));
 }
 
-TEST(Fur, WarnsOfHairThatATileCannotHold) {
+TEST(Fur, WarnsOfWhatShellsCannotShow) {
+  const auto warnings = [](const Scene& scene) { return rendered_with(scene, 0.0).warnings; };
   Scene scene = furry_scene();
+  scene.film = {2, 2, 1, std::nullopt};
   scene.lights.emplace_back(sky(1.0));
+  const auto says = [](const char* text) { return testing::Contains(testing::HasSubstr(text)); };
+  EXPECT_THAT(warnings(scene), testing::Not(says("fur:")));
   scene.objects[0].fur->density = 6.0;
-  EXPECT_THAT(rendered_with(scene, 0.0).warnings,
-              testing::Contains(testing::HasSubstr("full already")));
+  EXPECT_THAT(warnings(scene), says("full already"));
+  // Without the overcoat's share all hair is thin: of a tile's 55,000 hairs the thick ones round to
+  // none.
+  scene.objects[0].fur->density = 1.0 / 2500.0;
+  EXPECT_THAT(warnings(scene), says("thinner than a tenth of a texel"));
+  scene.objects[0].fur->density = 1.0;
+  scene.lights.emplace_back(DirectionalLight{-Vector3d::UnitY(), Colour::Ones()});
+  EXPECT_THAT(warnings(scene), says("sharper than 4 bands"));
+  // A plate seen along its face.
+  scene.objects[0].shape = std::string("cube");
+  scene.objects[0].size_mm = Vector3d(20.0, 1.0, 20.0);
+  scene.camera.position_mm = Vector3d(0.0, 4.0, 100.0);
+  EXPECT_THAT(warnings(scene), says("less than 14 degrees"));
 }
 
 }  // namespace
