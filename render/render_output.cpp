@@ -49,6 +49,13 @@ ordered_json object_json(const ObjectReport& object) {
   ordered_json entry{{"name", object.name},       {"material", object.material},
                      {"eta", object.eta},         {"first_sample", object.first_sample},
                      {"samples", object.samples}, {"channels", std::move(channels)}};
+  if (object.fur) {
+    entry["fur"] = {{"hairs_per_tile", object.fur->hairs},
+                    {"patches", object.fur->patches},
+                    {"stretch", object.fur->stretch},
+                    {"extinction_per_mm", object.fur->extinction},
+                    {"reaches_skin", object.fur->through}};
+  }
   for (const forward::ModelCandidate& candidate : object.candidates) {
     entry["candidates"].push_back(candidate_json(candidate));
   }

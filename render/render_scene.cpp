@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/process_memory.h"
 #include "forward/model_error.h"
+#include "render/fur/fur_shading.h"
 #include "render/light/incident_light.h"
 #include "render/scene/world.h"
 
@@ -190,12 +191,20 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
   result.scene_seconds = watch.lap();
 
   std::vector<ObjectExitance> exitance;
+  Furs furs(world.objects().size());
   for (std::size_t i = 0; i < world.objects().size(); ++i) {
     const WorldObject& object = world.objects()[i];
-    const IncidentLight light = incident_light(
-        world, i, sources, environment ? &*environment : nullptr, options.seed, progress);
-    result.light_seconds += watch.lap();
+    IncidentLight light = incident_light(world, i, sources, environment ? &*environment : nullptr,
+                                         options.seed, progress);
     ObjectReport report;
+    if (scene.objects[i].fur) {
+      furs[i] = std::make_unique<FurryObject>(object, *scene.objects[i].fur, report.fur.emplace(),
+                                              progress);
+      furs[i]->warn(sources, scene.camera.position_mm, result.warnings);
+      furs[i]->set_light(world, sources, environment ? &*environment : nullptr);
+      furs[i]->shade(light);
+    }
+    result.light_seconds += watch.lap();
     report.name = object.name;
     report.material = object.media.source;
     report.eta = object.boundary.eta;
@@ -211,9 +220,10 @@ RenderResult render_scene(const Scene& scene, forward::ObjectModel& model,
     result.model_seconds += watch.lap();
   }
 
-  const Shading shading(world, sources, environment ? &*environment : nullptr, exitance,
-                        scene.camera.position_mm);
-  result.picture = render_picture(shading, scene.camera, scene.film, options.seed, progress);
+  const std::unique_ptr<Shading> shading =
+      make_shading(world, sources, environment ? &*environment : nullptr, exitance,
+                   scene.camera.position_mm, furs);
+  result.picture = render_picture(*shading, scene.camera, scene.film, options.seed, progress);
   result.exposure = scene.film.exposure.value_or(usual_exposure(result.picture));
   result.picture_seconds = watch.lap();
   return result;

@@ -7,6 +7,7 @@
 
 #include "core/progress.h"
 #include "forward/object_model.h"
+#include "render/fur/furry_object.h"
 #include "render/picture/picture.h"
 #include "render/scene/scene.h"
 
@@ -38,6 +39,7 @@ struct ObjectReport {
   std::size_t samples = 0;       ///< one per triangle
   std::array<ChannelReport, 3> channels;
   std::vector<forward::ModelCandidate> candidates;  ///< of model `auto`, the one taken first
+  std::optional<FurReport> fur;
 };
 
 struct RenderResult {

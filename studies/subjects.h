@@ -8,6 +8,7 @@ namespace kappamu::studies {
 Subject boundary_subject();
 Subject dipole_subject();
 Subject forward_subject();
+Subject fur_subject();
 Subject hdr_subject();
 Subject inverse_subject();
 Subject limits_subject();

@@ -33,14 +33,15 @@ class Shading {
   Shading(const World& world, const LightSources& sources, const Environment* environment,
           const std::vector<ObjectExitance>& exitance,
           const std::optional<Eigen::Vector3d>& eye = std::nullopt);
+  virtual ~Shading() = default;
 
   struct Seen {
     Colour radiance = Colour::Zero();
     bool object = false;  ///< else what is behind the objects
   };
   /// Along a ray from outside the objects; the mean over `sample` is of low discrepancy.
-  Seen seen(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, std::uint32_t sample,
-            std::uint64_t key) const;
+  virtual Seen seen(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                    std::uint32_t sample, std::uint64_t key) const;
 
  private:
   struct Point {

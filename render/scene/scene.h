@@ -42,6 +42,26 @@ struct Finish {
   double roughness = 0.1;     ///< α of GGX; 0: a mirror
 };
 
+/// Hair on an object's skin (docs/fur.md).
+struct Fur {
+  double length_mm = 1.0;         ///< of the longest hairs, along the normal
+  std::optional<double> tile_mm;  ///< width of the tile that repeats; none: twice the length
+  double density = 1.0;           ///< factor on a tile's 55,000 hairs
+  double curl = 0.3;              ///< tip's largest distance from a straight hair, over its length
+  double lean = 0.4;              ///< along the comb: displacement over height
+  Eigen::Vector3d comb = -Eigen::Vector3d::UnitY();  ///< in the object's frame, laid on the skin
+  double comb_turn_deg = 0.0;                        ///< of the comb about the outward normal
+  Colour root_colour{0.25, 0.15, 0.08}, tip_colour{0.85, 0.65, 0.40};
+  double variation = 0.2;                  ///< of the colour between hairs, up to
+  std::string reflectance = "kajiya-kay";  ///< or "marschner", or "even"
+  double shine = 0.3;                      ///< share of the highlights
+  bool fins = true;                        ///< at silhouettes
+  int bands = 5, rays = 1024;              ///< of the transfer
+  std::uint64_t seed = 1;
+
+  double tile() const { return tile_mm.value_or(2.0 * length_mm); }
+};
+
 struct SceneObject {
   std::string name;
   std::variant<std::filesystem::path, std::string> shape;  ///< a mesh file, or a named shape
@@ -53,8 +73,9 @@ struct SceneObject {
   Material material;
   Finish finish;
   std::optional<std::filesystem::path> polycube;  ///< that a person has drawn of it
-  int edges_per_size = 64;                        ///< no triangle's edge is longer than 1.5 of them
-  std::optional<int> facets_per_size;             ///< of a named shape; none: as many as edges
+  std::optional<Fur> fur;
+  int edges_per_size = 64;             ///< no triangle's edge is longer than 1.5 of them
+  std::optional<int> facets_per_size;  ///< of a named shape; none: as many as edges
 };
 
 struct DirectionalLight {

@@ -115,9 +115,46 @@ Finish read_finish(const Node& node) {
   return finish;
 }
 
+int whole_number(const Node& node, int smallest, int largest) {
+  node.number_between(smallest, largest);
+  return node.integer();
+}
+
+Fur read_fur(const Node& node) {
+  node.expect_fields({"length_mm"}, {"tile_mm", "density", "curl", "lean", "comb", "comb_turn_deg",
+                                     "root_colour", "tip_colour", "variation", "reflectance",
+                                     "shine", "fins", "bands", "rays", "seed"});
+  Fur fur;
+  fur.length_mm = length_of(node["length_mm"]);
+  const auto number = [&](const char* field, double smallest, double largest, double& value) {
+    if (node.has(field)) value = node[field].number_between(smallest, largest);
+  };
+  if (node.has("tile_mm")) {
+    fur.tile_mm = node["tile_mm"].number_between(0.1 * fur.length_mm, 20.0 * fur.length_mm);
+  }
+  number("density", 0.0, 20.0, fur.density);
+  number("curl", 0.0, 4.0, fur.curl);
+  number("lean", 0.0, 4.0, fur.lean);
+  if (node.has("comb")) fur.comb = direction_of(node["comb"]);
+  number("comb_turn_deg", -360.0, 360.0, fur.comb_turn_deg);
+  if (node.has("root_colour")) fur.root_colour = colour_of(node["root_colour"], 1.0);
+  if (node.has("tip_colour")) fur.tip_colour = colour_of(node["tip_colour"], 1.0);
+  number("variation", 0.0, 1.0, fur.variation);
+  if (node.has("reflectance")) {
+    fur.reflectance = node["reflectance"].choice({"kajiya-kay", "marschner", "even"});
+  }
+  number("shine", 0.0, 1.0, fur.shine);
+  if (node.has("fins")) fur.fins = node["fins"].flag();
+  if (node.has("bands")) fur.bands = whole_number(node["bands"], 1, 6);
+  if (node.has("rays")) fur.rays = whole_number(node["rays"], 16, 65536);
+  if (node.has("seed"))
+    fur.seed = static_cast<std::uint64_t>(whole_number(node["seed"], 0, 1 << 30));
+  return fur;
+}
+
 SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   node.expect_fields({"name", "size_mm", "material"}, {"mesh", "shape", "proportion", "position_mm",
-                                                       "turn_deg", "surface", "polycube"});
+                                                       "turn_deg", "surface", "polycube", "fur"});
   if (node.has("mesh") == node.has("shape")) {
     node.fail("must have either 'mesh' (a file) or 'shape' (a name)");
   }
@@ -136,6 +173,7 @@ SceneObject read_object(const Node& node, const std::filesystem::path& folder) {
   object.material = read_material(node["material"], folder);
   if (node.has("surface")) object.finish = read_finish(node["surface"]);
   if (node.has("polycube")) object.polycube = path_of(node["polycube"], folder);
+  if (node.has("fur")) object.fur = read_fur(node["fur"]);
   return object;
 }
 
@@ -217,11 +255,6 @@ Camera read_camera(const Node& node) {
   camera.up = read_up(node, camera.target_mm - camera.position_mm);
   camera.fov_deg = node["fov_deg"].number_between(0.01, 170.0);
   return camera;
-}
-
-int whole_number(const Node& node, int smallest, int largest) {
-  node.number_between(smallest, largest);
-  return node.integer();
 }
 
 Film read_film(const Node& node) {

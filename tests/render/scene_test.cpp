@@ -52,7 +52,10 @@ json full_scene() {
       {"name": "b", "shape": "slab", "proportion": 0.2, "size_mm": [20, 20, 4],
        "material": {"published": "whole milk"}},
       {"name": "c", "shape": "sphere", "size_mm": 5,
-       "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"}}],
+       "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
+       "fur": {"length_mm": 2, "tile_mm": 5, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
+               "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
+               "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}}],
     "lights": [
       {"kind": "directional", "direction": [0, -2, 0], "irradiance": 1},
       {"kind": "point", "position_mm": [0, 50, 0], "irradiance": [1, 0.5, 0], "at_mm": 50},
@@ -122,6 +125,14 @@ std::vector<Edited> bad_scenes() {
        "turn_deg has no meaning for a shell", false},
       {"a polycube without a name", [](json& s) { s["objects"][0]["polycube"] = ""; },
        "objects[0].polycube is empty"},
+      {"fur without a length", [](json& s) { s["objects"][2]["fur"].erase("length_mm"); },
+       "objects[2].fur.length_mm is missing"},
+      {"a tile of nothing", [](json& s) { s["objects"][2]["fur"]["tile_mm"] = 0; },
+       "objects[2].fur.tile_mm is 0"},
+      {"hair of no model", [](json& s) { s["objects"][2]["fur"]["reflectance"] = "phong"; },
+       "objects[2].fur.reflectance is 'phong'"},
+      {"seven bands", [](json& s) { s["objects"][2]["fur"]["bands"] = 7; },
+       "objects[2].fur.bands is 7"},
       {"no such material", [](json& s) { s["objects"][1]["material"]["published"] = "gold"; },
        "whole milk", false},
       {"negative absorption",
@@ -144,6 +155,11 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(scene.objects[1].proportion, 0.2);
   const auto& lab = std::get<HomogeneousMaterial>(scene.objects[2].material);
   EXPECT_DOUBLE_EQ(lab.kappa_mm[1], 1.0 / (3.0 * 2.01));
+  ASSERT_TRUE(scene.objects[2].fur);
+  EXPECT_EQ(scene.objects[2].fur->tile(), 5.0);
+  EXPECT_EQ(scene.objects[2].fur->comb, Eigen::Vector3d::UnitX());
+  EXPECT_FALSE(scene.objects[2].fur->fins);
+  EXPECT_EQ(scene.objects[2].fur->rays, 128);
   ASSERT_EQ(scene.lights.size(), 5U);
   EXPECT_EQ(std::get<DirectionalLight>(scene.lights[0]).direction, -Eigen::Vector3d::UnitY());
   EXPECT_EQ(std::get<PointLight>(scene.lights[1]).irradiance[1], 0.5);

@@ -1,0 +1,243 @@
+#include "render/fur/furry_object.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+
+namespace kappamu::render {
+
+using namespace forward::shells;
+using Eigen::Array3d;
+using Eigen::Vector3d;
+
+namespace {
+
+/// Of 76 degrees between normal and eye.
+constexpr double grazing_cosine = 0.25;
+constexpr int tile_width = 64, tile_layers = 32, through_steps = 32;
+
+HairTexture texture_of(const Fur& fur) {
+  HairOptions options;
+  options.width = tile_width;
+  options.layers = tile_layers;
+  options.layer_height = fur.length_mm / tile_layers / (fur.tile() / tile_width);
+  for (HairCoat& coat : options.coats) {
+    coat.hairs = static_cast<int>(std::lround(fur.density * coat.hairs));
+    coat.curl = fur.curl;
+  }
+  const double lean = fur.lean;
+  options.lean = [lean](double, double) { return Eigen::Vector2d(lean, 0.0); };
+  options.seed = fur.seed;
+  return make_hair_texture(options);
+}
+
+/// Transmittance from the skin along directions of one cosine, over the tile and all azimuths.
+double through_at(const HairTexture& texture, double r, double cosine) {
+  constexpr std::uint32_t points = 256;
+  const double across = std::sqrt(1.0 - cosine * cosine);
+  double sum = 0.0;
+  for (std::uint32_t i = 0; i < points; ++i) {
+    const auto [u, v] = sobol_point(i, 1);
+    const double angle = 2.0 * std::numbers::pi * (i + 0.5) / points;
+    sum += transmittance(texture, r, {tile_width * u, tile_width * v, 0.0},
+                         {across * std::cos(angle), across * std::sin(angle), cosine});
+  }
+  return sum / points;
+}
+
+HairModel model_of(const std::string& name) {
+  return name == "even"        ? HairModel::even
+         : name == "marschner" ? HairModel::marschner
+                               : HairModel::kajiya_kay;
+}
+
+}  // namespace
+
+FurryObject::FurryObject(const WorldObject& object, const Fur& fur, FurReport& report,
+                         Progress& progress)
+    : object_(object),
+      fur_(fur),
+      colour_{fur.root_colour, fur.tip_colour, fur.variation},
+      reflectance_(model_of(fur.reflectance), fur.shine) {
+  try {
+    texture_ = texture_of(fur);
+    transfer_ = make_transfer(texture_, {fur.bands, fur.rays, 0.0}, progress);
+    frames_ = skin_frames(object.mesh, fur);
+    placement_ = std::make_unique<Placement>(object.mesh, frames_, fur.tile(), fur.seed);
+  } catch (const InputError& error) {
+    throw InputError("object '" + object.name + "': " + error.what());
+  }
+  for (int i = 0; i <= through_steps; ++i) {
+    const double cosine = std::max(1e-3, static_cast<double>(i) / through_steps);
+    through_.push_back(through_at(texture_, transfer_.r, cosine));
+  }
+  for (const HairCoat& coat : HairOptions{}.coats) {
+    report.hairs += static_cast<int>(std::lround(fur.density * coat.hairs));
+  }
+  report.patches = placement_->patches();
+  report.stretch = placement_->stretch();
+  report.extinction = transfer_.r / texel_mm();
+  report.through = through_of_even_sky();
+}
+
+void FurryObject::warn(const LightSources& sources, const Vector3d& eye,
+                       std::vector<std::string>& warnings) const {
+  const auto add = [&](const std::string& sentence) {
+    warnings.push_back("object '" + object_.name + "': fur: " + sentence);
+  };
+  const auto percent = [](double share) {
+    return std::to_string(std::lround(100.0 * share)) + " %";
+  };
+  if (texture_.thin > 0.5) {
+    add(percent(texture_.thin) +
+        " of the hair is thinner than a tenth of a texel and is drawn as mist; write a larger "
+        "density");
+  }
+  if (texture_.overfull > 0.05) {
+    add(percent(texture_.overfull) +
+        " of the hair lies in texels that are full already and is left out; write a smaller "
+        "density");
+  }
+  if (!sources.empty()) {
+    add("a lamp's light is sharper than " + std::to_string(transfer_.bands) +
+        " bands hold: its shadows between hairs are softer than they are (docs/fur.md)");
+  }
+  const Vector3d from = object_.world_from_object.inverse() * eye;
+  std::size_t facing = 0, grazing = 0;
+  for (std::size_t v = 0; v < frames_.size(); ++v) {
+    const double cosine = frames_[v].col(2).dot((from - object_.mesh.vertices[v]).normalized());
+    facing += cosine > 0.0 ? 1 : 0;
+    grazing += cosine > 0.0 && cosine < grazing_cosine ? 1 : 0;
+  }
+  if (2 * grazing > facing) {
+    add("most of it is seen at less than 14 degrees from its skin, where gaps between shells show; "
+        "move the camera");
+  }
+}
+
+double FurryObject::through(double cosine) const {
+  const double place = std::clamp(cosine, 0.0, 1.0) * through_steps;
+  const auto low = std::min(static_cast<std::size_t>(place), std::size_t{through_steps - 1});
+  const double share = place - static_cast<double>(low);
+  return (1.0 - share) * through_[low] + share * through_[low + 1];
+}
+
+double FurryObject::through_of_even_sky() const {
+  double share = 0.0;
+  for (int i = 0; i < through_steps; ++i) {
+    const double cosine = (i + 0.5) / through_steps;
+    share += 2.0 * cosine * through(cosine) / through_steps;
+  }
+  return share;
+}
+
+void FurryObject::shade(IncidentLight& light) const {
+  const double even = through_of_even_sky();
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto channel = static_cast<Eigen::Index>(c);
+    double beams = 0.0, shaded = 0.0;
+    for (forward::Beam& beam : light.channels[c].beams) {
+      beams += beam.power;
+      const Vector3d& normal = object_.surface.normal[static_cast<std::size_t>(beam.triangle)];
+      beam.power *= through(-beam.direction.dot(normal));
+      shaded += beam.power;
+    }
+    for (double& diffuse : light.channels[c].diffuse) diffuse *= even;
+    light.power[channel] = even * (light.power[channel] - beams) + shaded;
+  }
+}
+
+void FurryObject::set_light(const World& world, const LightSources& sources,
+                            const Environment* environment) {
+  const int bands = transfer_.bands;
+  Eigen::MatrixXd sky = Eigen::MatrixXd::Zero(harmonics_in(bands), 3);
+  if (environment != nullptr) {
+    const std::vector<Vector3d> directions = even_directions(65'536);
+    for (const Vector3d& d : directions) {
+      sky += 4.0 * std::numbers::pi / static_cast<double>(directions.size()) * harmonics(bands, d) *
+             environment->radiance(d).matrix().transpose();
+    }
+  }
+  const Turner turner(bands);
+  light_.resize(object_.mesh.vertices.size());
+  for_pieces(light_.size(), 256, [&](std::size_t, std::size_t begin, std::size_t end) {
+    for (std::size_t v = begin; v < end; ++v) {
+      const Eigen::Matrix3d world_from_skin = object_.world_from_object.rotation * frames_[v];
+      const Vector3d out = world_from_skin.col(2);
+      const Vector3d point =
+          object_.world_from_object * object_.mesh.vertices[v] + fur_.length_mm * out;
+      Irradiance& here = light_[v];
+      here.coefficients =
+          Eigen::MatrixXd::Zero(harmonics_in(bands), 3 + static_cast<Eigen::Index>(sources.size()));
+      if (environment != nullptr) {
+        here.coefficients.leftCols(3) = turner.turned(sky, world_from_skin.transpose());
+      }
+      here.of_lamp.clear();
+      here.direction.clear();
+      for (std::size_t i = 0; i < sources.size(); ++i) {
+        const Arrival arrival = sources[i]->at(point);
+        const Vector3d towards = -arrival.direction;
+        const bool dark = world.blocked(point, towards, arrival.distance);
+        here.direction.emplace_back(world_from_skin.transpose() * towards);
+        here.of_lamp.push_back(dark ? Array3d(Array3d::Zero()) : Array3d(arrival.irradiance));
+        here.coefficients.col(3 + static_cast<Eigen::Index>(i)) =
+            harmonics(bands, here.direction.back());
+      }
+    }
+  });
+}
+
+double FurryObject::opacity(double density, double cosine) const {
+  constexpr double grazing = 0.15;  // shells seen edge-on hold back no more than at this
+  return forward::shells::opacity(texture_, transfer_.r, density, std::max(grazing, cosine));
+}
+
+FurryObject::Layer FurryObject::seen(std::size_t triangle, double u, double v, int layer,
+                                     const Vector3d& towards_eye) const {
+  Layer made{Array3d::Zero(), 0.0};
+  const Placement::Places places = placement_->at(triangle, u, v);
+  std::array<std::pair<std::size_t, double>, 12> met;  // texels and how much hair of each is seen
+  std::size_t count = 0;
+  for (int i = 0; i < places.count; ++i) {
+    const auto& [tile, weight] = places.place[static_cast<std::size_t>(i)];
+    const ShellTexels texels =
+        on_shell(texture_, tile.x() * tile_width, tile.y() * tile_width, layer);
+    for (std::size_t k = 0; k < 4; ++k) {
+      const double hair = weight * texels.weight[k] * texture_.density[texels.texel[k]];
+      if (hair > 0.0) met[count++] = {texels.texel[k], hair};
+      made.density += hair;
+    }
+  }
+  if (made.density < 1e-4) return made;
+  const auto& corners = object_.mesh.triangles[triangle];
+  const std::array<double, 3> share{1.0 - u - v, u, v};
+  PlaceLight light;
+  const Irradiance& first = light_[static_cast<std::size_t>(corners[0])];
+  light.coefficients.setZero(first.coefficients.rows(), first.coefficients.cols());
+  light.lamps.assign(first.direction.size(), {Vector3d::Zero(), Array3d::Zero()});
+  SkinFrame frame = SkinFrame::Zero();
+  for (std::size_t c = 0; c < 3; ++c) {
+    const auto vertex = static_cast<std::size_t>(corners[c]);
+    light.coefficients += share[c] * light_[vertex].coefficients;
+    frame += share[c] * frames_[vertex];
+    for (std::size_t i = 0; i < light.lamps.size(); ++i) {
+      light.lamps[i].direction += share[c] * light_[vertex].direction[i];
+      light.lamps[i].irradiance += share[c] * light_[vertex].of_lamp[i];
+    }
+  }
+  for (Lamp& lamp : light.lamps) lamp.direction.normalize();
+  const Vector3d eye =
+      (frame.transpose() * (object_.world_from_object.rotation.transpose() * towards_eye))
+          .normalized();
+  const LitHair hair{texture_, transfer_, colour_, reflectance_};
+  for (std::size_t i = 0; i < count; ++i) {
+    made.radiance += met[i].second / made.density * hair.radiance(met[i].first, light, eye);
+  }
+  return made;
+}
+
+}  // namespace kappamu::render

@@ -1,0 +1,79 @@
+// The fur of one object: its tile with transfer, laid over the mesh, lit place by place. A vertex
+// holds the light that arrives there in the frame of its skin; between vertices it is interpolated.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "forward/shells/lit_hair.h"
+#include "render/fur/placement.h"
+#include "render/light/environment.h"
+#include "render/light/incident_light.h"
+#include "render/light/light_source.h"
+#include "render/scene/world.h"
+
+namespace kappamu::render {
+
+struct FurReport {
+  int hairs = 0;            ///< in a tile
+  std::size_t patches = 0;  ///< that lie on the object
+  double stretch = 1.0;     ///< largest
+  double extinction = 0.0;  ///< r [1/mm]
+  double through = 0.0;     ///< share of an even sky's irradiance that reaches the skin
+};
+
+class FurryObject {
+ public:
+  /// `fur` of the object, whose `report` it fills. Throws InputError naming the object.
+  FurryObject(const WorldObject& object, const Fur& fur, FurReport& report, Progress& progress);
+
+  /// What of this fur, under these lamps, seen from there, is beyond what shells can show
+  /// (docs/fur.md, Limits).
+  void warn(const LightSources& sources, const Eigen::Vector3d& eye,
+            std::vector<std::string>& warnings) const;
+
+  /// Of light on the bare skin, what comes through the fur.
+  void shade(IncidentLight& light) const;
+  /// Lights all places; to be called before seen().
+  void set_light(const World& world, const LightSources& sources, const Environment* environment);
+
+  /// A layer of hair above a place of the skin.
+  struct Layer {
+    Eigen::Array3d radiance;  ///< of its hairs, towards the eye
+    double density = 0.0;
+  };
+  Layer seen(std::size_t triangle, double u, double v, int layer,
+             const Eigen::Vector3d& towards_eye) const;
+  /// What a layer of that density holds back where its normal and the ray have this cosine.
+  double opacity(double density, double cosine) const;
+
+  const Fur& fur() const { return fur_; }
+  const WorldObject& object() const { return object_; }
+  const std::vector<SkinFrame>& frames() const { return frames_; }
+  int layers() const { return texture_.layers; }
+  double texel_mm() const { return fur_.tile() / texture_.width; }
+
+ private:
+  struct Irradiance {
+    std::vector<Eigen::Array3d> of_lamp;
+    Eigen::MatrixXd coefficients;  ///< as PlaceLight's
+    std::vector<Eigen::Vector3d> direction;
+  };
+  double through(double cosine) const;
+  double through_of_even_sky() const;
+
+  const WorldObject& object_;
+  const Fur& fur_;
+  forward::shells::HairTexture texture_;
+  forward::shells::Transfer transfer_;
+  forward::shells::HairColour colour_;
+  forward::shells::HairReflectance reflectance_;
+  std::vector<SkinFrame> frames_;
+  std::unique_ptr<Placement> placement_;
+  std::vector<double> through_;    ///< to the skin, by the cosine with its normal, 0 to 1
+  std::vector<Irradiance> light_;  ///< per vertex
+};
+
+}  // namespace kappamu::render

@@ -1,0 +1,216 @@
+// Fur on objects: placement without gaps or stretching, light balance, refusals and warnings. What
+// light does in a tile is tested in tests/forward/shells.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "core/mesh/shapes.h"
+#include "core/random.h"
+#include "render/fur/fur_shading.h"
+#include "render/render_scene.h"
+#include "tests/render/made_scene.h"
+#include "tests/sentence.h"
+
+namespace kappamu::render {
+
+namespace {
+
+using Eigen::Vector3d;
+
+/// A furry ball in the open, small enough to take a second.
+Scene furry_scene() {
+  Scene scene = sphere_scene();
+  scene.objects[0].finish = {1.0, 0.0};
+  scene.objects[0].edges_per_size = 24;
+  Fur fur;
+  fur.length_mm = 2.0;
+  fur.rays = 64;
+  fur.bands = 4;
+  scene.objects[0].fur = fur;
+  scene.film = {24, 24, 4, std::nullopt};
+  return scene;
+}
+
+EnvironmentLight sky(double radiance) {
+  return {std::nullopt, Colour::Constant(radiance), 0.0, false};
+}
+
+RenderResult rendered_with(const Scene& scene, double exitance) {
+  KnownAnswer model([=](auto&, auto, auto) { return exitance; });
+  Progress progress;
+  return render_scene(scene, model, {}, progress);
+}
+
+double sum(const Image<float>& image) {
+  return std::accumulate(image.values().begin(), image.values().end(), 0.0);
+}
+
+TEST(Placement, CoversEveryPlaceAndStretchesNone) {
+  Fur fur;
+  fur.comb_turn_deg = 40.0;
+  for (const TriangleMesh& mesh :
+       {sphere_mesh(10.0, 30), torus_mesh(10.0, 4.0, 50), box_mesh({12.0, 20.0, 7.0}, 30)}) {
+    const std::vector<SkinFrame> frames = skin_frames(mesh, fur);
+    for (const SkinFrame& frame : frames) {
+      EXPECT_LT((frame.transpose() * frame - SkinFrame::Identity()).norm(), 1e-12);
+      EXPECT_NEAR(frame.determinant(), 1.0, 1e-12);
+    }
+    const Placement placement(mesh, frames, 4.0, 3);
+    EXPECT_LE(placement.stretch(), 1.5);
+    EXPECT_GT(placement.patches(), 10U);
+    std::size_t bare = 0;
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      const double u = uniform(key_of({t, 0})), v = (1.0 - u) * uniform(key_of({t, 1}));
+      const Placement::Places places = placement.at(t, u, v);
+      double weight = 0.0;
+      for (int i = 0; i < places.count; ++i) {
+        weight += places.place[static_cast<std::size_t>(i)].weight;
+      }
+      if (places.count == 0) {
+        ++bare;
+      } else {
+        EXPECT_NEAR(weight, 1.0, 1e-12);
+      }
+    }
+    EXPECT_EQ(bare, 0U);
+  }
+}
+
+TEST(Placement, IsContinuousAcrossEdges) {
+  // The two triangles of an edge give a point of it the same places.
+  const TriangleMesh mesh = sphere_mesh(10.0, 30);
+  const std::vector<SkinFrame> frames = skin_frames(mesh, Fur{});
+  const Placement placement(mesh, frames, 4.0, 3);
+  int compared = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (std::size_t other = t + 1; other < mesh.triangles.size() && compared < 200; ++other) {
+      const auto& one = mesh.triangles[t];
+      const auto& two = mesh.triangles[other];
+      const auto at = [](const std::array<int, 3>& of, int corner) {
+        return std::find(of.begin(), of.end(), corner) - of.begin();
+      };
+      if (at(two, one[0]) == 3 || at(two, one[1]) == 3) continue;
+      std::array<double, 3> share{};
+      share[static_cast<std::size_t>(at(two, one[0]))] = 0.7;
+      share[static_cast<std::size_t>(at(two, one[1]))] = 0.3;
+      const auto here = placement.at(t, 0.3, 0.0), there = placement.at(other, share[1], share[2]);
+      ++compared;
+      ASSERT_EQ(here.count, there.count);
+      for (int i = 0; i < here.count; ++i) {
+        const auto k = static_cast<std::size_t>(i);
+        EXPECT_NEAR(here.place[k].weight, there.place[k].weight, 1e-9);
+        EXPECT_LT((here.place[k].tile - there.place[k].tile).norm(), 1e-9);
+      }
+    }
+  }
+  EXPECT_EQ(compared, 200);
+}
+
+TEST(Fur, OfNoHairsShowsTheSkin) {
+  Scene scene = furry_scene();
+  scene.lights.emplace_back(sky(1.0));
+  scene.objects[0].fur->density = 0.0;
+  const RenderResult bald = rendered_with(scene, 0.5);
+  scene.objects[0].fur.reset();
+  const RenderResult bare = rendered_with(scene, 0.5);
+  ASSERT_EQ(bald.picture.radiance.size(), bare.picture.radiance.size());
+  for (std::size_t i = 0; i < bare.picture.radiance.size(); ++i) {
+    EXPECT_NEAR(bald.picture.radiance.values()[i], bare.picture.radiance.values()[i], 1e-5);
+  }
+  EXPECT_EQ(bald.objects[0].fur->through, 1.0);
+}
+
+TEST(Fur, LeavesTheSkinWhatItReports) {
+  Scene scene = furry_scene();
+  scene.objects[0].finish = {1.3, 0.0};
+  scene.objects[0].fur->density = 0.1;
+  scene.lights.emplace_back(sky(1.0));
+  const RenderResult furry = rendered_with(scene, 0.5);
+  const double through = furry.objects[0].fur->through;
+  EXPECT_GT(through, 0.01);
+  EXPECT_LT(through, 0.9);
+  scene.objects[0].fur.reset();
+  const RenderResult bare = rendered_with(scene, 0.5);
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(furry.objects[0].channels[c].power_in,
+                through * bare.objects[0].channels[c].power_in, 1e-9);
+  }
+}
+
+TEST(Fur, OfWhiteHairIsNoBrighterThanTheSky) {
+  Scene scene = furry_scene();
+  scene.lights.emplace_back(sky(1.0));
+  Fur& fur = *scene.objects[0].fur;
+  fur.root_colour = fur.tip_colour = Colour::Ones();
+  fur.variation = 0.0;
+  // Light scattered once: half the sky at most, as the skin hides the rest; five per cent for the
+  // bands' overshoot.
+  const Image<float> radiance = rendered_with(scene, 0.0).picture.radiance;
+  const float most = *std::max_element(radiance.values().begin(), radiance.values().end());
+  EXPECT_LT(most, 0.55F);
+  EXPECT_GT(most, 0.2F);
+}
+
+TEST(Fur, IsLitAlikeFromAllSides) {
+  // A ball seen from the front: a lamp at the left, right, above and below gives as much light.
+  std::vector<double> light;
+  for (const Vector3d& from :
+       {Vector3d(1, 0, 0.5), Vector3d(-1, 0, 0.5), Vector3d(0, 1, 0.5), Vector3d(0, -1, 0.5)}) {
+    Scene scene = furry_scene();
+    scene.objects[0].fur->lean = 0.0;
+    scene.lights.emplace_back(DirectionalLight{-from.normalized(), Colour::Ones()});
+    light.push_back(sum(rendered_with(scene, 0.0).picture.radiance));
+  }
+  // Patches lie at random; a few dozen of them are lit.
+  for (const double one : light) EXPECT_NEAR(one, light[0], 0.05 * light[0]);
+}
+
+TEST(Fur, FinsAddHairAtTheSilhouetteAlone) {
+  Scene scene = furry_scene();
+  scene.lights.emplace_back(sky(1.0));
+  scene.film = {48, 48, 4, std::nullopt};
+  const Image<float> with = rendered_with(scene, 0.0).picture.coverage;
+  scene.objects[0].fur->fins = false;
+  const Image<float> without = rendered_with(scene, 0.0).picture.coverage;
+  EXPECT_GT(sum(with), sum(without));
+  for (int y = 16; y < 32; ++y) {
+    for (int x = 16; x < 32; ++x) EXPECT_EQ(with(x, y), without(x, y));
+  }
+}
+
+TEST(Fur, RefusesATileSmallerThanTheMesh) {
+  Scene scene = furry_scene();
+  scene.lights.emplace_back(sky(1.0));
+  scene.objects[0].fur->length_mm = 0.2;
+  EXPECT_THAT(sentence_of([&] { rendered_with(scene, 0.0); }),
+              testing::HasSubstr("object 'ball': fur: tile_mm"));
+}
+
+TEST(Fur, WarnsOfWhatShellsCannotShow) {
+  const auto warnings = [](const Scene& scene) { return rendered_with(scene, 0.0).warnings; };
+  Scene scene = furry_scene();
+  scene.film = {2, 2, 1, std::nullopt};
+  scene.lights.emplace_back(sky(1.0));
+  const auto says = [](const char* text) { return testing::Contains(testing::HasSubstr(text)); };
+  EXPECT_THAT(warnings(scene), testing::Not(says("fur:")));
+  scene.objects[0].fur->density = 6.0;
+  EXPECT_THAT(warnings(scene), says("full already"));
+  // Without the overcoat's share all hair is thin: of a tile's 55,000 hairs the thick ones round to
+  // none.
+  scene.objects[0].fur->density = 1.0 / 2500.0;
+  EXPECT_THAT(warnings(scene), says("thinner than a tenth of a texel"));
+  scene.objects[0].fur->density = 1.0;
+  scene.lights.emplace_back(DirectionalLight{-Vector3d::UnitY(), Colour::Ones()});
+  EXPECT_THAT(warnings(scene), says("sharper than 4 bands"));
+  // A plate seen along its face.
+  scene.objects[0].shape = std::string("cube");
+  scene.objects[0].size_mm = Vector3d(20.0, 1.0, 20.0);
+  scene.camera.position_mm = Vector3d(0.0, 4.0, 100.0);
+  EXPECT_THAT(warnings(scene), says("less than 14 degrees"));
+}
+
+}  // namespace
+
+}  // namespace kappamu::render
