@@ -1,7 +1,10 @@
 // Diffusion held to Monte Carlo: slabs under a patch of light, in absolute units, under the
 // physical convention. Diffusion may differ by three standard errors plus its stated error.
+#include <array>
 #include <numeric>
+#include <string>
 
+#include "forward/analytic/layered_mode.h"
 #include "forward/forward_model.h"
 #include "tests/forward/montecarlo/test_tools.h"
 
@@ -89,6 +92,42 @@ class MonteCarloReferee : public testing::WithDevice {
     EXPECT_LT(variance, model);
   }
 };
+
+// Even light on slabs of 1 to 3 mean free paths. What leaves unscattered is exact, and tells a
+// reflected beam from one that is let out whole. docs/montecarlo.md has the recorded numbers.
+TEST_F(MonteCarloReferee, ThinSlabsReturnTheBeam) {
+  constexpr std::uint64_t photons = 1'000'000;
+  constexpr double albedo = 0.99;
+  for (const double eta : {1.3, 1.5}) {
+    for (const int paths : {1, 2, 3}) {
+      const double thickness = paths;
+      const testing::SlabLight walk =
+          testing::trace_slab(context(), {1.0 - albedo, albedo, 0.0, thickness, eta}, photons);
+      const BoundaryConstants constants = boundary_constants(eta);
+      const std::array<Layer, 1> layer{{{1.0 / 3.0, 1.0 - albedo, thickness}}};
+      const auto slab = [&](double reflectance) {
+        return LayeredMode(layer, constants.A, {0.0, 1.0, 0.0, reflectance});
+      };
+      const LayeredMode ours = slab(fresnel_internal(eta, 1.0)), whole = slab(0.0);
+      const auto unscattered = [](const LayeredMode& mode) {
+        return mode.unscattered_near() + mode.unscattered_far();
+      };
+      const double expected = unscattered(ours);
+      const double noise = std::sqrt(expected * (1.0 - expected) / photons);
+      EXPECT_NEAR(walk.unscattered, expected, 3.0 * noise) << eta << ' ' << paths;
+      EXPECT_GT(std::abs(walk.unscattered - unscattered(whole)), 3.0 * noise);
+      const auto record = [&](const char* what, double monte_carlo, double now, double before) {
+        RecordProperty(
+            "eta_" + std::to_string(eta).substr(0, 3) + "_paths_" + std::to_string(paths) + "_" +
+                what,
+            std::to_string(monte_carlo) + " " + std::to_string(now) + " " + std::to_string(before));
+      };
+      record("unscattered", walk.unscattered, expected, unscattered(whole));
+      record("far", walk.transmitted, ours.flux_out_far(), whole.flux_out_far());
+      record("lit", walk.reflected, ours.flux_out_near(), whole.flux_out_near());
+    }
+  }
+}
 
 // Thin blocks, where most of the beam reaches the far face: first collisions and what leaves
 // without one are exact, whatever diffusion makes of the rest. Normal and oblique beams, open
