@@ -88,6 +88,7 @@ HomogeneousBlock::HomogeneousBlock(const GridSetup& setup, Face seen,
   q_ = boundary_q_per_irradiance(setup, constants);
   scale_ = exitance_per_flux(setup);
   if (setup.source == SourceModel::first_collision) beam_ = constants.normal_transmittance;
+  reflectance_ = fresnel_internal(setup.eta, 1.0);
   // What q sends back unchanged does not spread: it is counted pixel by pixel, apart from the
   // modes.
   apart_ = exitance_per_irradiance(setup, constants) - scale_ * q_ / (2.0 * robin_A_);
@@ -161,7 +162,8 @@ std::vector<double> HomogeneousBlock::exitance(double kappa, double mu) {
   std::vector<Eigen::MatrixXd> filters;
   for (const double depth : depths()) {
     const Spectrum spectrum(std::max(largest, 1.0), thickness, [&](double wavenumber_squared) {
-      return response(LayeredMode(layers, robin_A_, {wavenumber_squared, beam_, q_}), depth);
+      return response(LayeredMode(layers, robin_A_, {wavenumber_squared, beam_, q_, reflectance_}),
+                      depth);
     });
     Eigen::MatrixXd& filter = filters.emplace_back(along_u.mean.cols(), along_v.mean.cols());
     for (Eigen::Index j = 0; j < filter.cols(); ++j) {

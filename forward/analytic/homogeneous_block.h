@@ -49,7 +49,7 @@ class HomogeneousBlock {
   FacePixels pixels_;
   const std::vector<double>* irradiance_;
   double q_ = 0.0, robin_A_ = 0.0, scale_ = 1.0;
-  double beam_ = 0.0, apart_ = 0.0;
+  double beam_ = 0.0, reflectance_ = 0.0, apart_ = 0.0;
   double g_ = -1.0;  ///< what the modes were made for; negative: none yet
   std::array<Axis, 2> axis_;
   std::vector<Eigen::MatrixXd> waves_;  ///< of each pattern's irradiance [mode of u][mode of v]

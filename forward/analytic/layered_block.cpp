@@ -44,14 +44,21 @@ struct Response {
   double near = 0.0, far = 0.0;
 };
 
+/// Per incident irradiance.
+ModeSource even_light(const GridSetup& setup, const BoundaryConstants& constants) {
+  ModeSource source;
+  source.q = boundary_q_per_irradiance(setup, constants);
+  if (setup.source == SourceModel::first_collision) source.beam = constants.normal_transmittance;
+  source.reflectance = fresnel_internal(setup.eta, 1.0);
+  return source;
+}
+
 class LateralModes {
  public:
   LateralModes(const GridSetup& setup, const std::vector<Layer>& layers)
       : face_(face_shape(setup.shape, setup.lit_face)), u_(face_.nu), v_(face_.nv) {
     const BoundaryConstants constants = constants_of(setup);
-    ModeSource source;
-    source.q = boundary_q_per_irradiance(setup, constants);
-    if (setup.source == SourceModel::first_collision) source.beam = constants.normal_transmittance;
+    ModeSource source = even_light(setup, constants);
     const double scale = exitance_per_flux(setup);
     // Where q enters, −q/(2A) leaves unchanged at every frequency: its aliases sum to 1 exactly.
     const double instant = -scale * source.q / (2.0 * constants.A);
@@ -146,13 +153,11 @@ class AnalyticModel final : public ForwardModel {
                               double irradiance_sum,
                               const std::array<std::vector<double>, 2>& ends) {
     const double area = setup.shape.voxel_mm * setup.shape.voxel_mm;
+    const BoundaryConstants constants = constants_of(setup);
+    const LayeredMode even(layers, constants.A, even_light(setup, constants));
     PowerBalance b;
-    b.entering = constants_of(setup).normal_transmittance * irradiance_sum * area;
-    if (setup.source == SourceModel::first_collision) {
-      double optical_depth = 0.0;
-      for (const Layer& layer : layers) optical_depth += layer.thickness / (3.0 * layer.kappa);
-      b.unscattered = b.entering * std::exp(-optical_depth);
-    }
+    b.entering = constants.normal_transmittance * irradiance_sum * area;
+    b.unscattered = (even.unscattered_near() + even.unscattered_far()) * irradiance_sum * area;
     const auto total = [&](const std::vector<double>& map) {
       return area * std::accumulate(map.begin(), map.end(), 0.0);
     };

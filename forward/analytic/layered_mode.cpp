@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/error.h"
+#include "forward/light/beam_column.h"
 
 namespace kappamu::forward {
 
@@ -42,8 +43,11 @@ void validate(std::span<const Layer> layers, double robin_A, const ModeSource& s
                        "last layer may be infinitely thick");
     }
   }
-  if (!(robin_A > 0.0 && source.wavenumber_squared >= 0.0)) {
-    throw InputError("layers: A must be positive and the squared wavenumber not negative");
+  if (!(robin_A > 0.0 && source.wavenumber_squared >= 0.0 && source.reflectance >= 0.0 &&
+        source.reflectance < 1.0)) {
+    throw InputError(
+        "layers: A must be positive, the squared wavenumber not negative and the reflectance from "
+        "0 to below 1");
   }
 }
 
@@ -68,29 +72,29 @@ double LayeredMode::Piece::cross() const {
 // With w = sinh γ(d−z) / sinh γd, the fluence of unit value at the top and 0 at the bottom, Green's
 // identity gives the flux through the top as ∫ S w dz; likewise at the bottom. Written with falling
 // exponentials only; w = 1 − z/d where the layer is straight.
-double LayeredMode::Piece::source_to_top() const {
-  if (straight()) {
-    return source * (decay_integral(extinction, thickness) - ramp_integral(extinction, thickness));
+std::array<double, 2> LayeredMode::Piece::source_flux() const {
+  double in = 0.0, out = 0.0;  // per S where it comes in: through that end, and the other
+  if (std::isinf(thickness)) {
+    in = decay_integral(extinction + decay, thickness);
+  } else if (straight()) {
+    out = ramp_integral(extinction, thickness);
+    in = decay_integral(extinction, thickness) - out;
+  } else {
+    const double sum = decay_integral(extinction + decay, thickness);
+    const double difference = std::exp(-std::min(decay, extinction) * thickness) *
+                              decay_integral(std::abs(extinction - decay), thickness);
+    const double across = std::exp(-decay * thickness);
+    const double scale = -std::expm1(-2.0 * decay * thickness);
+    in = (sum - across * difference) / scale;
+    out = (difference - across * sum) / scale;
   }
-  const double direct = decay_integral(extinction + decay, thickness);
-  if (std::isinf(thickness)) return source * direct;
-  const double back = std::exp(-(decay + std::min(decay, extinction)) * thickness) *
-                      decay_integral(std::abs(extinction - decay), thickness);
-  return source * (direct - back) / -std::expm1(-2.0 * decay * thickness);
-}
-
-double LayeredMode::Piece::source_to_bottom() const {
-  if (std::isinf(thickness)) return 0.0;
-  if (straight()) return source * ramp_integral(extinction, thickness);
-  const double direct = std::exp(-std::min(decay, extinction) * thickness) *
-                        decay_integral(std::abs(extinction - decay), thickness);
-  const double back = std::exp(-decay * thickness) * decay_integral(extinction + decay, thickness);
-  return source * (direct - back) / -std::expm1(-2.0 * decay * thickness);
+  return {falling * in + rising * out, falling * out + rising * in};
 }
 
 LayeredMode::Piece LayeredMode::Piece::part(double from, double to) const {
   Piece piece = *this;
-  piece.source = source * std::exp(-extinction * from);
+  piece.falling = falling * std::exp(-extinction * from);
+  if (rising > 0.0) piece.rising = rising * std::exp(-extinction * (thickness - to));
   piece.thickness = to - from;
   return piece;
 }
@@ -98,18 +102,24 @@ LayeredMode::Piece LayeredMode::Piece::part(double from, double to) const {
 LayeredMode::LayeredMode(std::span<const Layer> layers, double robin_A, const ModeSource& source)
     : robin_A_(robin_A), q_(source.q) {
   validate(layers, robin_A, source);
-  double beam = source.beam;
-  for (const Layer& layer : layers) {
+  std::vector<double> depth;
+  for (const Layer& layer : layers) depth.push_back(layer.thickness / (3.0 * layer.kappa));
+  BeamColumn beam(source.reflectance);
+  beam.set(depth);
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    const Layer& layer = layers[i];
     Piece piece{};
     piece.kappa = layer.kappa;
     piece.thickness = layer.thickness;
     piece.extinction = 1.0 / (3.0 * layer.kappa);
-    piece.source = std::max(0.0, piece.extinction - layer.mu) * beam;
     piece.decay = std::sqrt(layer.mu / layer.kappa + source.wavenumber_squared);
-    beam *= std::exp(-piece.extinction * layer.thickness);
+    const double scattering = std::max(0.0, piece.extinction - layer.mu) * source.beam;
+    piece.falling = scattering * beam.away(i);
+    piece.rising = scattering * beam.back(i);
     pieces_.push_back(piece);
   }
-  unscattered_ = beam;
+  unscattered_near_ = source.beam * beam.leaves_near();
+  unscattered_far_ = source.beam * beam.leaves_far();
 
   // Elimination from the lit surface down (Thomas), then back.
   const double robin = 1.0 / (2.0 * robin_A_);
@@ -121,12 +131,13 @@ LayeredMode::LayeredMode(std::span<const Layer> layers, double robin_A, const Mo
   diagonal.back() += std::isinf(layers.back().thickness) ? 1.0 : robin;  // φ(∞) = 0 stands alone
   for (std::size_t i = 0; i < n; ++i) {
     const Piece& piece = pieces_[i];
+    const auto [to_top, to_bottom] = piece.source_flux();
     diagonal[i] += piece.same_end();
-    value_[i] += piece.source_to_top();
+    value_[i] += to_top;
     if (std::isinf(piece.thickness)) continue;
     const double cross = piece.cross();
     diagonal[i + 1] += piece.same_end() - cross * cross / diagonal[i];
-    value_[i + 1] += piece.source_to_bottom() + cross / diagonal[i] * value_[i];
+    value_[i + 1] += to_bottom + cross / diagonal[i] * value_[i];
   }
   value_[n] /= diagonal[n];
   for (std::size_t i = n; i-- > 0;) {
@@ -146,8 +157,8 @@ double LayeredMode::fluence(double z) const {
     if (left == 0.0) return value_[i + 1];
     // z as one more interface.
     const Piece above = piece.part(0.0, from), below = piece.part(from, piece.thickness);
-    return (above.cross() * value_[i] + below.cross() * value_[i + 1] + above.source_to_bottom() +
-            below.source_to_top()) /
+    return (above.cross() * value_[i] + below.cross() * value_[i + 1] + above.source_flux()[1] +
+            below.source_flux()[0]) /
            (above.same_end() + below.same_end());
   }
   return value_.back();
@@ -164,7 +175,7 @@ double LayeredMode::flux_out_far() const {
 double LayeredMode::scattered() const {
   double sum = 0.0;
   for (const Piece& piece : pieces_) {
-    sum += piece.source * decay_integral(piece.extinction, piece.thickness);
+    sum += (piece.falling + piece.rising) * decay_integral(piece.extinction, piece.thickness);
   }
   return sum;
 }

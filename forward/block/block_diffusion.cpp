@@ -1,77 +1,18 @@
 #include "forward/block/block_diffusion.h"
 
-#include <algorithm>
-#include <cmath>
+#include <array>
 
 #include "core/parallel.h"
-#include "forward/light/first_collisions.h"
+#include "forward/light/voxels.h"
 #include "forward/light_entry.h"
 
 namespace kappamu::forward::block {
 
 namespace {
 
-using Eigen::Vector3d;
-
 /// Beams are marched in a fixed number of parts, each with its own load: the same bits on any
 /// number of cores.
 constexpr std::size_t parts = 4;
-
-/// Voxels along a chord.
-class Voxels {
- public:
-  explicit Voxels(const BlockGrid& grid) : grid_(grid) {}
-
-  void start(const Chord& chord) {
-    start_ = (chord.from - grid_.corner) / grid_.shape.voxel_mm;
-    direction_ = chord.direction;
-    at_ = 0.0;
-  }
-
-  CellStep step(double most) {
-    const GridShape& shape = grid_.shape;
-    const double far = most / shape.voxel_mm, step_over = 1e-12 * (1.0 + at_ + far);
-    const Vector3d inside = start_ + (at_ + step_over) * direction_;
-    std::array<int, 3> voxel{};
-    double next = at_ + far;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int i =
-          std::clamp(static_cast<int>(std::floor(inside[axis])), 0, shape.extent(axis) - 1);
-      voxel[static_cast<std::size_t>(axis)] = i;
-      const double along = direction_[axis];
-      if (along != 0.0)
-        next = std::min(next, (i + (along > 0.0 ? 1.0 : 0.0) - start_[axis]) / along);
-    }
-    next = std::max(next, at_ + step_over);
-    CellStep step;  // a voxel takes light as a whole, wherever it collides
-    step.cell = static_cast<int>(shape.index(voxel[0], voxel[1], voxel[2]));
-    step.length = std::min(most, (next - at_) * shape.voxel_mm);
-    at_ = next;
-    return step;
-  }
-
- private:
-  const BlockGrid& grid_;
-  Vector3d start_ = Vector3d::Zero(), direction_ = Vector3d::Zero();  ///< of the chord, in voxels
-  double at_ = 0.0;
-};
-
-/// What beams leave: in each voxel what they scatter first.
-struct Marched {
-  const Medium& medium;
-  std::span<double> load;
-
-  CellOptics optics(int cell) const {
-    const auto k = static_cast<std::size_t>(cell);
-    CellOptics result;
-    set_lane({medium.kappa[k], medium.mu[k]}, 0, result);
-    return result;
-  }
-  void deposit(int cell, const CornerShares& shares) {
-    for (const OfChannels& share : shares) load[static_cast<std::size_t>(cell)] += share[0];
-  }
-  static void leave(std::size_t, const OfChannels&) {}  // a box does not meet itself again
-};
 
 }  // namespace
 
@@ -96,7 +37,7 @@ void BlockDiffusion::set_medium(const ObjectMedium& medium) {
 void BlockDiffusion::enter_beams(const ObjectProblem& problem, const ObjectLight& light,
                                  double remainder, std::span<double> load,
                                  ObjectBalance& balance) const {
-  const Walls walls(problem);
+  const MeshWalls walls(problem);
   std::vector<std::vector<double>> loads(light.beams.empty() ? 0 : parts);
   std::array<ObjectBalance, parts> powers;
   for_rows(static_cast<int>(loads.size()), [&](int p) {
@@ -104,14 +45,10 @@ void BlockDiffusion::enter_beams(const ObjectProblem& problem, const ObjectLight
     loads[part].assign(load.size(), 0.0);
     const std::size_t count = light.beams.size();
     for (std::size_t k = part * count / parts; k < (part + 1) * count / parts; ++k) {
-      BeamPath path(walls, light.beams[k]);
-      BeamLight beam = entering(path, {light.beams[k].power}, remainder);
-      powers[part].entering += beam.left[0];
-      Voxels voxels(grid_);
-      PathPlace place;
-      CellStep step;
-      march([&] { return next_step(path, walls, place, voxels, step) ? &step : nullptr; }, beam,
-            Marched{medium_, loads[part]});
+      const BeamLight beam =
+          march_voxels(walls, light.beams[k], remainder, medium_, grid_.corner,
+                       [&](std::size_t voxel, double power) { loads[part][voxel] += power; });
+      powers[part].entering += beam.scattered[0] + beam.absorbed[0] + beam.unscattered[0];
       powers[part].absorbed += beam.absorbed[0];
       powers[part].unscattered += beam.unscattered[0];
     }

@@ -66,7 +66,7 @@ BeamSource beam_source(const ObjectProblem& problem, const std::vector<Beam>& be
     double& r = radius[static_cast<std::size_t>(panel.sample)];
     r = std::min(r, panel.radius);
   }
-  const Walls walls(problem);
+  const MeshWalls walls(problem);
   BeamSource source;
   for (const Beam& beam : beams) {
     BeamPath path(walls, beam);

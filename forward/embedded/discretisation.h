@@ -28,7 +28,7 @@ struct Discretisation {
 struct Channels {
   std::vector<ObjectProblem> problems;
   BoundaryConstants constants;
-  Walls walls;
+  MeshWalls walls;
   /// [channel][light]; channels whose beams run alike share them.
   std::vector<std::vector<std::shared_ptr<BeamPaths>>> paths;
 

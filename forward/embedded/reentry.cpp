@@ -109,7 +109,7 @@ std::vector<ObjectResult> with_reentry(std::span<const ObjectProblem> problems,
   const std::size_t samples = surface.size();
   const SeenTriangles seen(problems[0], rays_per_triangle(samples, options.follow_reentry));
   const double transmitted = diffuse_transmittance(boundary_constants(problems[0].eta));
-  const Walls walls(problems[0]);
+  const MeshWalls walls(problems[0]);
   std::vector<ObjectResult> last = total;
   std::vector<std::vector<ObjectLight>> again(problems.size());
   for (std::size_t c = 0; c < problems.size(); ++c) again[c].resize(problems[c].lights.size());

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 
@@ -11,6 +10,7 @@
 #include "core/optics.h"
 #include "core/shown_text.h"
 #include "forward/grid/grid_physics.h"
+#include "forward/light/voxels.h"
 
 namespace kappamu::forward {
 
@@ -22,8 +22,6 @@ using Eigen::Vector3d;
 constexpr int rays = 4;
 /// When no more than this share of a ray is left, the rest collides where it is.
 constexpr double least_power = 1e-9;
-/// Nearly clear blocks may hold a totally reflected ray for ever: after so many faces, likewise.
-constexpr int most_reflections = 1000;
 
 double inward_sign(Face face) {
   return is_plus(face) ? -1.0 : 1.0;
@@ -33,99 +31,41 @@ std::string shown(const Vector3d& v) {
   return formatted("(%g, %g, %g)", v.x(), v.y(), v.z());
 }
 
-/// A ray of unit power; lengths in voxel edges.
-struct Ray {
-  Vector3d position, direction;
-  std::array<int, 3> cell{};
-};
-
-/// What becomes of a ray of unit power.
-struct RayFate {
-  std::vector<std::pair<std::size_t, double>> scattered;  ///< voxel, power; voxels may repeat
-  double absorbed = 0.0, unscattered = 0.0;
-};
-
-RayFate follow(Ray ray, const GridSetup& setup, const Medium& medium) {
-  const GridShape& shape = setup.shape;
-  RayFate fate;
-  double power = 1.0;
-  for (int reflections = 0; power > 0.0;) {
-    double way = std::numeric_limits<double>::infinity();
-    int axis = 0;
-    for (int a = 0; a < 3; ++a) {
-      const double along = ray.direction[a];
-      if (along == 0.0) continue;
-      const double wall = ray.cell[static_cast<std::size_t>(a)] + (along > 0.0 ? 1 : 0);
-      const double reach = std::max(0.0, (wall - ray.position[a]) / along);
-      if (reach < way) {
-        way = reach;
-        axis = a;
-      }
-    }
-    const std::size_t i = shape.index(ray.cell[0], ray.cell[1], ray.cell[2]);
-    const double thickness = way * shape.voxel_mm / (3.0 * medium.kappa[i]);
-    const bool ends =
-        power * std::exp(-thickness) <= least_power || reflections >= most_reflections;
-    const double collided = ends ? power : -power * std::expm1(-thickness);
-    const double albedo = std::max(0.0, 1.0 - 3.0 * medium.kappa[i] * medium.mu[i]);
-    fate.scattered.emplace_back(i, albedo * collided);
-    fate.absorbed += (1.0 - albedo) * collided;
-    power -= collided;
-    if (ends) break;
-
-    const bool up = ray.direction[axis] > 0.0;
-    int& along = ray.cell[static_cast<std::size_t>(axis)];
-    ray.position += way * ray.direction;
-    ray.position[axis] = along + (up ? 1 : 0);
-    const int next = along + (up ? 1 : -1);
-    if (next >= 0 && next < shape.extent(axis)) {
-      along = next;
-      continue;
-    }
-    const Face face = static_cast<Face>(2 * axis + (up ? 1 : 0));
-    const double reflected =
-        is_open(setup, face) ? fresnel_internal(setup.eta, std::abs(ray.direction[axis])) : 1.0;
-    fate.unscattered += (1.0 - reflected) * power;
-    power *= reflected;
-    ray.direction[axis] = -ray.direction[axis];
-    ++reflections;
-  }
-  return fate;
-}
-
 void add_beams(const GridSetup& setup, const Medium& medium, const LightGeometry& light,
                std::span<const double> irradiance, LightLoad& load) {
   const GridShape& shape = setup.shape;
   const FaceShape face = face_shape(shape, setup.lit_face);
+  const double h = shape.voxel_mm;
   const std::size_t patterns = load.entering.size();
   const auto [u_axis, v_axis] = face_axes(setup.lit_face);
   const int axis = axis_of(setup.lit_face);
-  const EnteredBeam beam = enter_beam(setup, light);
-  const double per_ray =
-      beam.transmittance * shape.voxel_mm * shape.voxel_mm / static_cast<double>(rays * rays);
+  std::array<bool, 6> open{};
+  for (const Face f : all_faces) open[static_cast<std::size_t>(f)] = is_open(setup, f);
+  const BoxWalls walls(shape, setup.eta, open);
+  Beam ray{static_cast<int>(setup.lit_face), Vector3d::Zero(), light.direction->normalized(),
+           h * h / (rays * rays)};
+  ray.position[axis] = is_plus(setup.lit_face) ? shape.extent(axis) * h : 0.0;
+  std::vector<std::pair<std::size_t, double>> scattered;  // voxel, power; voxels may repeat
   for (std::size_t k = 0; k < face.cells(); ++k) {
     const int u = static_cast<int>(k) % face.nu, v = static_cast<int>(k) / face.nu;
     const auto lit_by = [&](std::size_t m) { return irradiance[m * face.cells() + k]; };
     bool lit = false;
     for (std::size_t m = 0; m < patterns; ++m) lit = lit || lit_by(m) > 0.0;
     for (int r = 0; lit && r < rays * rays; ++r) {
-      Ray ray{Vector3d::Zero(), beam.direction, {}};
-      ray.position[u_axis] = u + (r % rays + 0.5) / rays;
-      ray.position[v_axis] = v + (r / rays + 0.5) / rays;
-      ray.position[axis] = is_plus(setup.lit_face) ? shape.extent(axis) : 0;
-      ray.cell[static_cast<std::size_t>(u_axis)] = u;
-      ray.cell[static_cast<std::size_t>(v_axis)] = v;
-      ray.cell[static_cast<std::size_t>(axis)] =
-          is_plus(setup.lit_face) ? shape.extent(axis) - 1 : 0;
-      const RayFate fate = follow(ray, setup, medium);
+      ray.position[u_axis] = (u + (r % rays + 0.5) / rays) * h;
+      ray.position[v_axis] = (v + (r / rays + 0.5) / rays) * h;
+      scattered.clear();
+      const BeamLight fate =
+          march_voxels(walls, ray, least_power, medium, Vector3d::Zero(),
+                       [&](std::size_t i, double power) { scattered.emplace_back(i, power); });
       for (std::size_t m = 0; m < patterns; ++m) {
-        const double power = per_ray * lit_by(m);
-        if (power == 0.0) continue;
-        load.absorbed[m] += power * fate.absorbed;
-        load.unscattered[m] += power * fate.unscattered;
+        const double lit_m = lit_by(m);
+        if (lit_m == 0.0) continue;
+        load.absorbed[m] += lit_m * fate.absorbed[0];
+        load.unscattered[m] += lit_m * fate.unscattered[0];
         const std::span<double> mine =
             std::span(load.source).subspan(m * shape.cells(), shape.cells());
-        for (const auto& [cell, share] : fate.scattered) mine[cell] += power * share;
+        for (const auto& [cell, power] : scattered) mine[cell] += lit_m * power;
       }
     }
   }
@@ -197,15 +137,11 @@ void validate(const GridSetup& setup, const LightGeometry& light, int patterns) 
 
 EnteredBeam enter_beam(const GridSetup& setup, const LightGeometry& light) {
   const int axis = axis_of(setup.lit_face);
-  Vector3d outside = Vector3d::Zero();
-  outside[axis] = inward_sign(setup.lit_face);
-  if (light.direction) outside = light.direction->normalized();
-  const double cosine = std::abs(outside[axis]);
-  EnteredBeam beam{outside / setup.eta, 1.0 - fresnel_external(setup.eta, cosine)};
-  beam.direction[axis] = 0.0;
-  beam.direction[axis] =
-      inward_sign(setup.lit_face) * std::sqrt(1.0 - beam.direction.squaredNorm());
-  return beam;
+  Vector3d normal = Vector3d::Zero();
+  normal[axis] = -inward_sign(setup.lit_face);
+  const Vector3d outside = light.direction ? light.direction->normalized() : Vector3d(-normal);
+  return {refracted(outside, normal, 1.0 / setup.eta),
+          1.0 - fresnel_external(setup.eta, -normal.dot(outside))};
 }
 
 std::vector<double> entering_power(const GridSetup& setup, const LightGeometry& light,

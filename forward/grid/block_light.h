@@ -2,8 +2,8 @@
 // inside.
 //
 // Positions and directions are in the sample frame (core/grid.h). Light that has not scattered yet
-// is followed here, reflected and refracted at every face that it meets; what it scatters first in
-// each voxel is the source of the diffusion equation.
+// is marched as in objects (forward/light), reflected and refracted at every face that it meets;
+// what it scatters first in each voxel is the source of the diffusion equation.
 #pragma once
 
 #include <Eigen/Core>

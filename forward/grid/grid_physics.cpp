@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "forward/light/beam_column.h"
 
 namespace kappamu::forward {
 
@@ -73,18 +74,24 @@ BeamFate beam_fate(const GridSetup& setup, std::span<const double> kappa,
   const GridShape& shape = setup.shape;
   const FaceShape face = face_shape(shape, setup.lit_face);
   const int depth = shape.extent(axis_of(setup.lit_face));
-  BeamFate fate{std::vector<double>(shape.cells()), std::vector<double>(face.cells(), 1.0)};
+  BeamFate fate{std::vector<double>(shape.cells()), std::vector<double>(face.cells())};
+  BeamColumn column(fresnel_internal(setup.eta, 1.0));
+  std::vector<double> thickness(static_cast<std::size_t>(depth));
   for (int v = 0; v < face.nv; ++v) {
     for (int u = 0; u < face.nu; ++u) {
-      double& remaining = fate.unscattered[static_cast<std::size_t>(v) * face.nu + u];
-      for (int w = 0; w < depth; ++w) {
-        const std::size_t i = face_cell(shape, setup.lit_face, u, v, w);
-        const double optical_thickness = shape.voxel_mm / (3.0 * kappa[i]);
-        const double albedo = std::max(0.0, 1.0 - 3.0 * kappa[i] * mu[i]);
-        // expm1 keeps thin voxels accurate, where the two exponentials nearly cancel.
-        fate.scattered[i] = -albedo * remaining * std::expm1(-optical_thickness);
-        remaining *= std::exp(-optical_thickness);
+      const auto cell = [&](std::size_t w) {
+        return face_cell(shape, setup.lit_face, u, v, static_cast<int>(w));
+      };
+      for (std::size_t w = 0; w < thickness.size(); ++w) {
+        thickness[w] = shape.voxel_mm / (3.0 * kappa[cell(w)]);
       }
+      column.set(thickness);
+      for (std::size_t w = 0; w < thickness.size(); ++w) {
+        const std::size_t i = cell(w);
+        fate.scattered[i] = std::max(0.0, 1.0 - 3.0 * kappa[i] * mu[i]) * column.collided(w);
+      }
+      fate.unscattered[static_cast<std::size_t>(v) * face.nu + u] =
+          column.leaves_far() + column.leaves_near();
     }
   }
   return fate;

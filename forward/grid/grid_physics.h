@@ -42,11 +42,12 @@ bool is_open(const GridSetup& setup, Face face);
 /// everything it does not scatter. Power balance: scattered + absorbed + unscattered = 1.
 struct BeamFate {
   std::vector<double> scattered;    ///< [z][y][x] fraction first scattered in each voxel
-  std::vector<double> unscattered;  ///< [v][u] fraction that reaches the far face
+  std::vector<double> unscattered;  ///< [v][u] fraction that leaves by either face
 };
 
 /// First-collision fractions (σs'/σt')(e^(−τ_in) − e^(−τ_out)), σt' = 1/(3κ), σs' = max(0, σt' − μ)
-/// ([T] 2.3.1 in the similarity-reduced medium), along the columns below the lit face.
+/// ([T] 2.3.1 in the similarity-reduced medium), along the columns below the lit face, which the
+/// beam passes to and fro (forward/light/beam_column.h).
 BeamFate beam_fate(const GridSetup& setup, std::span<const double> kappa,
                    std::span<const double> mu);
 

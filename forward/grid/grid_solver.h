@@ -26,7 +26,7 @@ namespace kappamu::forward {
 
 enum class SourceModel {
   first_collision,  ///< a collimated beam deposits its first collisions along the column below the
-                    ///< lit face
+                    ///< lit face, reflected to and fro between that and the far one
   boundary          ///< diffuse entry through q = 4 E_t/(1 − R_φ) at the lit face
 };
 enum class Convention {

@@ -15,7 +15,7 @@ namespace kappamu::forward {
 struct PowerBalance {
   double entering = 0.0;            ///< transmitted through the lit face: T·E integrated over it
   std::array<double, 6> exiting{};  ///< exitance integrated over each face, in order of all_faces
-  double unscattered = 0.0;         ///< of the beam, reaching the far face without a collision
+  double unscattered = 0.0;         ///< of the beam, leaving without a collision
   double absorbed = 0.0;  ///< μφ integrated over the block, plus first collisions absorbed
 };
 

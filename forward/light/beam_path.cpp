@@ -34,7 +34,7 @@ void BeamPath::go_on(const Walls& walls, Eigen::Vector3d from, const Eigen::Vect
   if (!hit) return;
   const double cosine = std::min(1.0, walls.normal(hit->triangle).dot(direction));
   chords_.push_back(
-      {from, direction, hit->distance, hit->triangle, 1.0 - fresnel_internal(walls.eta(), cosine)});
+      {from, direction, hit->distance, hit->triangle, walls.transmitted(hit->triangle, cosine)});
 }
 
 const Chord* BeamPath::chord(std::size_t k, const Walls& walls) {
@@ -53,7 +53,7 @@ Beam leaving(const Walls& walls, const Chord& chord, double power) {
           refracted(chord.direction, -walls.normal(chord.meets), walls.eta()), power};
 }
 
-double meet_again(const Walls& walls, Beam beam, std::vector<Beam>& beams) {
+double meet_again(const MeshWalls& walls, Beam beam, std::vector<Beam>& beams) {
   const double left = beam.power, least = followed_to * left;
   bool met = false;
   while (beam.power > least) {

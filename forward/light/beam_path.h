@@ -1,5 +1,5 @@
-// A collimated beam's way through an object: refracted in, reflected inside at every surface that
-// it meets, by Snell's and Fresnel's laws. It depends on the shape and on eta alone.
+// A collimated beam's way through an object or a block: refracted in, reflected inside at every
+// wall that it meets, by Snell's and Fresnel's laws. It depends on the walls and on eta alone.
 #pragma once
 
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace kappamu::forward {
 
-/// A straight part of the way, from surface to surface.
+/// A straight part of the way, from wall to wall.
 struct Chord {
   Eigen::Vector3d from, direction;  ///< [mm], unit
   double length = 0.0;              ///< [mm]
-  int meets = 0;                    ///< the triangle at its end
+  int meets = 0;                    ///< the wall at its end
   double leaves = 1.0;              ///< there, of what arrives; the rest is reflected inside
 };
 
@@ -22,7 +22,7 @@ class BeamPath {
   BeamPath(const Walls& walls, const Beam& beam);
 
   double transmitted() const { return transmitted_; }  ///< share of the beam's power that enters
-  int enters() const { return enters_; }               ///< the triangle there
+  int enters() const { return enters_; }               ///< the wall there
   /// The part number `k`, each asked for in turn; a path grows as far as it is asked for. None:
   /// everything has left, or it slipped out along an edge of the mesh.
   const Chord* chord(std::size_t k, const Walls& walls);
@@ -41,6 +41,6 @@ Beam leaving(const Walls& walls, const Chord& chord, double power);
 
 /// Adds to `beams` where a beam that leaves by its triangle meets the object again, and where what
 /// is reflected there does. The power that meets it, before Fresnel.
-double meet_again(const Walls& walls, Beam beam, std::vector<Beam>& beams);
+double meet_again(const MeshWalls& walls, Beam beam, std::vector<Beam>& beams);
 
 }  // namespace kappamu::forward

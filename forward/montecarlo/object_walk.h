@@ -21,7 +21,7 @@ struct WalkScene {
   WalkScene(const ObjectProblem& problem, const ObjectOptions& options);
 
   const Surface& surface;
-  Walls walls;
+  MeshWalls walls;
   const RayCaster& rays;
   const ObjectMedium& medium;
   double eta;

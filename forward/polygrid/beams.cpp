@@ -296,7 +296,7 @@ void BeamWalks::add(const ObjectProblem& problem, std::span<const ChannelBeams> 
   const bool none = std::all_of(channels.begin(), channels.end(),
                                 [](const ChannelBeams& channel) { return channel.beams.empty(); });
   if (none && walks_.empty()) return;
-  const Walls walls(problem);
+  const MeshWalls walls(problem);
   const std::vector<char> changed = changed_cells(channels);
   if (same(channels)) {
     std::vector<Walk*> affected;

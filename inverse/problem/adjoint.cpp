@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
+#include "forward/light/beam_column.h"
 
 namespace kappamu::inverse {
 
@@ -144,41 +145,36 @@ void Assembly::add_boundary_source() {
   }
 }
 
-/// λ ∂b, b_i = h² E_t a_i e^(−τ_i) (1 − e^(−x_i)) with x = h σt' = h/(3κ), τ_i = Σ_{above} x and
-/// a = σs'/σt' = 1 − 3κμ. A voxel's κ also shades every voxel below it: walk each column upwards
-/// and carry what lies deeper.
+/// λ ∂b, b_i = h² E_t a_i c_i with c_i of optical thicknesses x = h σt' = h/(3κ)
+/// (forward/light/beam_column.h) and a = σs'/σt' = 1 − 3κμ. A voxel's κ also shades all others of
+/// its column.
 void Assembly::add_first_collisions() {
   const GridShape& s = setup.shape;
   const FaceShape shape = face_shape(s, setup.lit_face);
-  const int depth = s.extent(axis_of(setup.lit_face));
+  const auto depth = static_cast<std::size_t>(s.extent(axis_of(setup.lit_face)));
   const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
-  const auto inwards = static_cast<std::ptrdiff_t>(face_cell(s, setup.lit_face, 0, 0, 1)) -
-                       static_cast<std::ptrdiff_t>(face_cell(s, setup.lit_face, 0, 0, 0));
   for_rows(shape.nv, [&](int v) {
-    // By depth: x, e^(−τ) (1 − e^(−x)), and e^(−τ) from the top of the block to its bottom.
-    std::vector<double> extinction(static_cast<std::size_t>(depth));
-    std::vector<double> collisions(static_cast<std::size_t>(depth));
-    std::vector<double> left(static_cast<std::size_t>(depth) + 1, 1.0);
+    forward::BeamColumn beam(fresnel_internal(setup.eta, 1.0));
+    std::vector<double> thickness(depth), weight(depth), by_thickness(depth);
     for (int u = 0; u < shape.nu; ++u) {
-      const std::size_t top = face_cell(s, setup.lit_face, u, v);
-      for (int k = 0; k < depth; ++k) {
-        extinction[k] = s.voxel_mm / (3.0 * kappa[top + k * inwards]);
-        const double share = -std::expm1(-extinction[k]);
-        collisions[k] = left[k] * share;
-        left[k + 1] = left[k] * (1.0 - share);
+      const auto cell = [&](std::size_t k) {
+        return face_cell(s, setup.lit_face, u, v, static_cast<int>(k));
+      };
+      for (std::size_t k = 0; k < depth; ++k) {
+        const std::size_t i = cell(k);
+        thickness[k] = s.voxel_mm / (3.0 * kappa[i]);
+        weight[k] = scale * sums.columns[i] * std::max(0.0, 1.0 - 3.0 * kappa[i] * mu[i]);
       }
-      double deeper = 0.0;
-      for (int k = depth - 1; k >= 0; --k) {
-        const std::size_t i = top + k * inwards;
-        const double collided = collisions[k];
+      beam.set(thickness);
+      beam.gradient(weight, by_thickness);
+      for (std::size_t k = 0; k < depth; ++k) {
+        const std::size_t i = cell(k);
         const double absorbed_share = 3.0 * kappa[i] * mu[i];
-        const double albedo = std::max(0.0, 1.0 - absorbed_share);
-        const double weight = scale * sums.columns[i];
-        const double by_albedo = absorbed_share < 1.0 ? -absorbed_share * weight * collided : 0.0;
+        const double by_albedo = absorbed_share < 1.0
+                                     ? -absorbed_share * scale * sums.columns[i] * beam.collided(k)
+                                     : 0.0;
         gradient.log_mu[i] += by_albedo;
-        gradient.log_kappa[i] +=
-            by_albedo - extinction[k] * (weight * albedo * left[k + 1] - deeper);
-        deeper += weight * albedo * collided;
+        gradient.log_kappa[i] += by_albedo - thickness[k] * by_thickness[k];
       }
     }
   });

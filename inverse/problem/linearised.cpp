@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
+#include "forward/light/beam_column.h"
 
 namespace kappamu::inverse {
 
@@ -93,31 +94,34 @@ std::vector<double> Linearisation::boundary_source() const {
   return change;
 }
 
-/// b_i = h² E_t a_i e^(−τ_i) (1 − e^(−x_i)), x = h/(3κ), τ_i = Σ_{above} x, a = 1 − 3κμ ≥ 0.
+/// b_i = h² E_t a_i c_i with c_i of x = h/(3κ) (forward/light/beam_column.h), a = 1 − 3κμ ≥ 0.
 std::vector<double> Linearisation::first_collisions() const {
   const GridShape& s = setup.shape;
   const double scale = s.voxel_mm * s.voxel_mm * constants.normal_transmittance;
   std::vector<double> change(mu.size());
   const FaceShape shape = face_shape(s, setup.lit_face);
+  const auto depth = static_cast<std::size_t>(s.extent(axis_of(setup.lit_face)));
   for_rows(shape.nv, [&](int v) {
+    forward::BeamColumn beam(fresnel_internal(setup.eta, 1.0));
+    std::vector<double> x(depth), x_change(depth), collided_change(depth);
     for (int u = 0; u < shape.nu; ++u) {
-      double left = 1.0;  // e^(−τ)
-      double tau_change = 0.0;
-      for (int k = 0; k < s.extent(axis_of(setup.lit_face)); ++k) {
-        const std::size_t i = face_cell(s, setup.lit_face, u, v, k);
-        const double x = s.voxel_mm / (3.0 * kappa[i]);
-        const double x_change = -x * direction.log_kappa[i];
-        const double share = -std::expm1(-x);
-        const double collided = left * share;
-        const double collided_change = left * (1.0 - share) * x_change - collided * tau_change;
+      const auto cell = [&](std::size_t k) {
+        return face_cell(s, setup.lit_face, u, v, static_cast<int>(k));
+      };
+      for (std::size_t k = 0; k < depth; ++k) {
+        x[k] = s.voxel_mm / (3.0 * kappa[cell(k)]);
+        x_change[k] = -x[k] * direction.log_kappa[cell(k)];
+      }
+      beam.set(x);
+      beam.change(x_change, collided_change);
+      for (std::size_t k = 0; k < depth; ++k) {
+        const std::size_t i = cell(k);
         const double absorbed_share = 3.0 * kappa[i] * mu[i];
-        const double albedo = std::max(0.0, 1.0 - absorbed_share);
+        if (absorbed_share >= 1.0) continue;
         const double albedo_change =
-            absorbed_share < 1.0 ? -absorbed_share * (direction.log_kappa[i] + direction.log_mu[i])
-                                 : 0.0;
-        change[i] = scale * (albedo_change * collided + albedo * collided_change);
-        left *= 1.0 - share;
-        tau_change += x_change;
+            -absorbed_share * (direction.log_kappa[i] + direction.log_mu[i]);
+        change[i] = scale * (albedo_change * beam.collided(k) +
+                             (1.0 - absorbed_share) * collided_change[k]);
       }
     }
   });

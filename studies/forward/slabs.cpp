@@ -1,12 +1,14 @@
 #include "studies/forward/slabs.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
 #include "forward/analytic/layered_mode.h"
+#include "forward/light/beam_column.h"
 #include "studies/subjects.h"
 
 namespace kappamu::studies {
@@ -33,13 +35,14 @@ double diffuse_surface_reflectance(const OpticalSlab& slab) {
   });
 }
 
-/// Specular and unscattered light, exact whatever the model of the rest: a beam going to and fro.
+/// Specular and unscattered light, exact whatever the model of the rest.
 SlabTotals unscattered(const OpticalSlab& slab) {
   const double r = slide_reflectance(slab.n_sample, slab.n_slide, 1.0), t = 1.0 - r;
   const double sigma_s = slab.sigma_s_prime / (1.0 - slab.anisotropy);
-  const double pass = std::exp(-(slab.sigma_a + sigma_s) * slab.thickness);
-  const double down = t / (1.0 - r * r * pass * pass);
-  return {r + down * pass * r * pass * t, down * pass * t, 0.0, 0.0};
+  const std::array depth{(slab.sigma_a + sigma_s) * slab.thickness};
+  forward::BeamColumn beam(r);
+  beam.set(depth);
+  return {r + t * beam.leaves_near(), t * beam.leaves_far(), 0.0, 0.0};
 }
 
 OpticalSlab optical(const MeasuredSlab& m) {
@@ -121,14 +124,10 @@ SlabTotals diffuse_slab(const OpticalSlab& slab, Incidence incidence) {
     totals.transmitted = mode.flux_out_far();
     return totals;
   }
-  const forward::LayeredMode mode(layer, constants.A, {0.0, 1.0, 0.0});
-  // The beam goes to and fro between the surfaces: geometric series of what each pass leaves.
   const double t = constants.normal_transmittance, r = 1.0 - t;
-  const double pass = std::exp(-extinction * slab.thickness);
-  const double down = t / (1.0 - r * r * pass * pass), up = down * pass * r;
-  const double near = mode.flux_out_near(), far = mode.flux_out_far();
-  totals.reflected = r + up * pass * t + down * near + up * far;
-  totals.transmitted = down * pass * t + down * far + up * near;
+  const forward::LayeredMode mode(layer, constants.A, {0.0, t, 0.0, r});
+  totals.reflected = r + mode.unscattered_near() + mode.flux_out_near();
+  totals.transmitted = mode.unscattered_far() + mode.flux_out_far();
   return totals;
 }
 

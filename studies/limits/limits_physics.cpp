@@ -32,7 +32,7 @@ SlabLight slab_light(const forward::GridSetup& setup, double kappa, double mu) {
   const bool boundary = setup.source == SourceModel::boundary;
   const forward::ModeSource source =
       boundary ? forward::ModeSource{.q = 4.0 * entering / (1.0 - constants.r_phi)}
-               : forward::ModeSource{.beam = entering};
+               : forward::ModeSource{.beam = entering, .reflectance = 1.0 - entering};
   const forward::LayeredMode slab(layers, constants.A, source);
   // Under the boundary source the flux out is a net one; E_t enters besides.
   const double apart = boundary ? entering : 0.0;

@@ -219,12 +219,12 @@ class OpenclSolver final : public GridSolver {
     const device::Range items =
         layout_ == Layout::gpu ? device::Range{eights, rows, 32, 1} : device::Range{1, rows, 1, 1};
     with_reals(
-        [&](auto h) {
+        [&](auto h, auto reflectance) {
           context_.launch(beam_program(context_, format_, layout_), "first_collisions", items, f.nu,
-                          f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h,
+                          f.nv, s.extent(axis), f.cell, f.cell_u, f.cell_v, inwards, h, reflectance,
                           hierarchy_->kappa(), hierarchy_->mu(), deposit_, remaining);
         },
-        s.voxel_mm);
+        s.voxel_mm, fresnel_internal(setup_.eta, 1.0));
   }
 
   Block face_block(Face face, const Block& block, std::span<const double> values) const {

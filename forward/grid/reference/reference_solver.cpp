@@ -93,17 +93,20 @@ class ReferenceSolver final : public GridSolver {
         rhs[face_cell(setup_.shape, lit, u, v)] = matrix().robin(lit)[k] * q * irradiance[sample];
         return;
       }
-      // Power entering the column, followed down until the far face.
-      const double power = constants_.normal_transmittance * irradiance[sample] * h * h;
-      double depth_in = 0.0;  // optical depth where the beam enters the voxel
-      for (int w = 0; w < setup_.shape.extent(axis_of(lit)); ++w) {
-        const std::size_t i = face_cell(setup_.shape, lit, u, v, w);
-        const double extinction = 1.0 / (3.0 * kappa_[i]);
-        const double scattering = std::max(0.0, extinction - mu_[i]);
-        const double depth_out = depth_in + extinction * h;
-        rhs[i] =
-            power * scattering / extinction * std::exp(-depth_in) * -std::expm1(-extinction * h);
-        depth_in = depth_out;
+      // Power entering the column, followed to the far face, back, and so on.
+      double power = constants_.normal_transmittance * irradiance[sample] * h * h;
+      const double nothing = 1e-17 * power;
+      const int depth = setup_.shape.extent(axis_of(lit));
+      for (bool away = true; power > nothing; away = !away) {
+        for (int step = 0; step < depth; ++step) {
+          const int w = away ? step : depth - 1 - step;
+          const std::size_t i = face_cell(setup_.shape, lit, u, v, w);
+          const double extinction = 1.0 / (3.0 * kappa_[i]);
+          const double scattering = std::max(0.0, extinction - mu_[i]);
+          rhs[i] += power * scattering / extinction * -std::expm1(-extinction * h);
+          power *= std::exp(-extinction * h);
+        }
+        power *= fresnel_internal(setup_.eta, 1.0);
       }
     });
   }

@@ -143,13 +143,14 @@ TEST(AnalyticModel, EvenLightIsTheStackAndPowerBalances) {
   const ForwardResult result = answer("analytic", problem);
   const BoundaryConstants constants = boundary_constants(problem.setup.eta);
   const std::vector<Layer> layers{{0.25, 0.02, 1.0}, {0.4, 0.1, 1.0}};
-  const LayeredMode mode(layers, constants.A, {0.0, 0.7 * constants.normal_transmittance, 0.0});
+  const double T = constants.normal_transmittance;
+  const LayeredMode mode(layers, constants.A, {0.0, 0.7 * T, 0.0, 1.0 - T});
   for (const double m : result.exitance[4]) EXPECT_NEAR(m, mode.flux_out_near(), rounding);
   for (const double m : result.exitance[5]) EXPECT_NEAR(m, mode.flux_out_far(), rounding);
   for (const double m : result.exitance[0]) EXPECT_EQ(m, 0.0);
   const PowerBalance& b = result.balance.front();
   const double area = 8 * 6 * 0.25;
-  EXPECT_NEAR(b.unscattered, area * mode.unscattered(), rounding);
+  EXPECT_NEAR(b.unscattered, area * (mode.unscattered_near() + mode.unscattered_far()), rounding);
   const ForwardResult grid = answer("reference", problem);
   EXPECT_NEAR(b.absorbed, grid.balance.front().absorbed, 0.02 * b.absorbed);  // coarse grid
 }

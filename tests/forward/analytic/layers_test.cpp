@@ -26,7 +26,7 @@ TEST(LayeredMode, OneLayerIsTheSlab) {
   const double T = constants.normal_transmittance, q = 4 * T / (1 - constants.r_phi);
   const SlabFluence beam = slab_first_collision(slab, constants, 1.0);
   const SlabFluence diffuse = slab_boundary(slab, constants, 1.0);
-  const LayeredMode ours_beam(whole, constants.A, {0.0, T, 0.0});
+  const LayeredMode ours_beam(whole, constants.A, {0.0, T, 0.0, 1.0 - T});
   const LayeredMode ours_diffuse(whole, constants.A, {0.0, 0.0, q});
   for (const double z : {0.0, 0.01, 0.8, 2.49, 2.5}) {
     EXPECT_NEAR(ours_beam.fluence(z), beam(z), rounding) << z;
@@ -38,7 +38,7 @@ TEST(LayeredMode, OneLayerIsTheSlab) {
 }
 
 TEST(LayeredMode, CuttingLayersChangesNothing) {
-  const ModeSource source{3.0, 0.9, 0.4};
+  const ModeSource source{3.0, 0.9, 0.4, 0.3};
   const std::vector<Layer> cut{{0.12, 0.02, 0.3}, {0.12, 0.02, 1e-6}, {0.12, 0.02, 0.399999},
                                {0.5, 0.3, 0.4},   {0.05, 0.0, 1.0},   {0.05, 0.0, 0.1}};
   const LayeredMode a(three, constants.A, source), b(cut, constants.A, source);
@@ -46,7 +46,8 @@ TEST(LayeredMode, CuttingLayersChangesNothing) {
     // A slice of 1 nm holds fluxes as differences of values 1e-7 apart.
     EXPECT_NEAR(a.fluence(z), b.fluence(z), 1e-9) << z;
   }
-  EXPECT_NEAR(a.unscattered(), b.unscattered(), rounding);
+  EXPECT_NEAR(a.unscattered_near(), b.unscattered_near(), rounding);
+  EXPECT_NEAR(a.unscattered_far(), b.unscattered_far(), rounding);
   EXPECT_NEAR(a.scattered(), b.scattered(), rounding);
 }
 
@@ -57,9 +58,14 @@ TEST(LayeredMode, SatisfiesItsEquations) {
   std::vector<Layer> layers = three;
   layers.push_back({resonant_kappa, 1 / (9 * resonant_kappa), 0.6});
   for (const double k2 : {0.0, 2.5}) {
-    const double beam = 0.8, q = 0.3;
-    const LayeredMode mode(layers, constants.A, {k2, beam, q});
-    double top = 0.0, power = beam;
+    const double beam = 0.8, q = 0.3, reflectance = 0.4;
+    const LayeredMode mode(layers, constants.A, {k2, beam, q, reflectance});
+    double depth = 0.0;
+    for (const Layer& layer : layers) depth += layer.thickness / (3 * layer.kappa);
+    const double round_trip = reflectance * std::exp(-depth);
+    double power = beam / (1 - round_trip * round_trip);
+    double returned = power * reflectance * std::exp(-2 * depth);  // at the layer's top
+    double top = 0.0;
     double flux_above = (q - mode.fluence(0.0)) / (2 * constants.A);  // along +z
     for (const Layer& layer : layers) {
       const double extinction = 1 / (3 * layer.kappa), h = 1e-3 * layer.thickness;
@@ -68,7 +74,8 @@ TEST(LayeredMode, SatisfiesItsEquations) {
         const double z = part * layer.thickness;
         const double curvature = (phi(z + h) - 2 * phi(z) + phi(z - h)) / (h * h);
         const double source =
-            std::max(0.0, extinction - layer.mu) * power * std::exp(-extinction * z);
+            std::max(0.0, extinction - layer.mu) *
+            (power * std::exp(-extinction * z) + returned * std::exp(extinction * z));
         const double sink = (layer.mu + layer.kappa * k2) * phi(z);
         // Central differences at this step.
         EXPECT_NEAR(layer.kappa * curvature + source, sink, 2e-4 * (source + sink)) << top + z;
@@ -80,6 +87,7 @@ TEST(LayeredMode, SatisfiesItsEquations) {
       EXPECT_NEAR(entering, flux_above, 1e-4);
       flux_above = leaving;
       power *= std::exp(-extinction * d);
+      returned *= std::exp(extinction * d);
       top += d;
     }
     EXPECT_NEAR(flux_above, mode.flux_out_far(), 1e-4);
@@ -88,7 +96,7 @@ TEST(LayeredMode, SatisfiesItsEquations) {
 }
 
 TEST(LayeredMode, ConservesPower) {
-  const LayeredMode mode(three, constants.A, {0.0, 1.0, 0.0});
+  const LayeredMode mode(three, constants.A, {0.0, 1.0, 0.0, 0.2});
   double top = 0.0, absorbed = 0.0;
   constexpr int n = 4000;
   for (const Layer& layer : three) {
@@ -100,6 +108,10 @@ TEST(LayeredMode, ConservesPower) {
   }
   EXPECT_NEAR(mode.flux_out_near() + mode.flux_out_far() + absorbed, mode.scattered(),
               1e-6);  // midpoint rule
+  // Without absorption the beam alone: what does not scatter leaves.
+  const std::vector<Layer> clear{{0.12, 0.0, 0.7}, {0.5, 0.0, 0.4}};
+  const LayeredMode beam(clear, constants.A, {0.0, 1.0, 0.0, 0.2});
+  EXPECT_NEAR(beam.scattered() + beam.unscattered_near() + beam.unscattered_far(), 1.0, rounding);
 }
 
 /// Light sent in at one side and seen at the other: the same the other way round.

@@ -30,8 +30,10 @@ TEST(Slab, ConservesPower) {
   const BoundaryConstants c = boundary_constants(1.3);
   const SlabFluence beam = slab_first_collision(slab, c, 1.0);
   const double l = 3 * slab.kappa;
+  const double R = 1 - c.normal_transmittance, passes = std::exp(-slab.thickness / l);
+  // Of what passes, R goes back, and so on: (1 − R) p/(1 − R p) leaves.
   const double scattered =
-      c.normal_transmittance * (1 - l * slab.mu) * (1 - std::exp(-slab.thickness / l));
+      c.normal_transmittance * (1 - l * slab.mu) * (1 - (1 - R) * passes / (1 - R * passes));
   const double absorbed = slab.mu * slab.thickness * beam.mean(0, slab.thickness);
   EXPECT_NEAR(beam.exitance_near() + beam.exitance_far() + absorbed, scattered, rounding);
 }

@@ -126,7 +126,7 @@ TEST(EmbeddedModel, BeamsLeaveTheirPowerByBeerAndLambert) {
   ObjectBalance powers;
   std::vector<Beam> leaving;
   const std::array alike{ChannelBeams{&d.coefficients[0], &light.beams, &load, &powers, &leaving}};
-  const Walls walls({mesh, surface, *rays, medium, eta, lights});
+  const MeshWalls walls({mesh, surface, *rays, medium, eta, lights});
   BeamPaths paths(walls, light.beams);
   add_beams(d.tree, d.mesh, d.space(), paths, alike);
   const double scattered = std::accumulate(load.begin(), load.end(), 0.0);

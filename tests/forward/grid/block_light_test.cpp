@@ -157,14 +157,22 @@ TEST(BlockLight, ObliqueLightBalances) {
   }
 }
 
+// One column's series and the march of its rays: the thin block sends back a tenth of its light.
 TEST(BlockLight, NormalIncidenceIsTheLimitOfOblique) {
-  ForwardProblem problem = block({6, 5, 40, 0.4}, 0.2, 0.01);
-  problem.irradiance[9] = 1.0;
-  const ForwardResult normal = solve(problem);
-  problem.light.direction = Vector3d(0.0, 0.0, 2.0);
-  const ForwardResult along = solve(problem);
-  for (std::size_t i = 0; i < normal.fluence.size(); ++i)
-    EXPECT_NEAR(along.fluence[i], normal.fluence[i], 1e-6 * normal.fluence[9]) << i;
+  for (const GridShape& shape : {GridShape{6, 5, 40, 0.4}, GridShape{6, 5, 2, 0.4}}) {
+    ForwardProblem problem = block(shape, 0.5, 0.01);
+    problem.setup.eta = 2.4;
+    problem.irradiance[9] = 1.0;
+    const ForwardResult normal = solve(problem);
+    problem.light.direction = Vector3d(0.0, 0.0, 2.0);
+    const ForwardResult along = solve(problem);
+    const PowerBalance &a = normal.balance[0], &b = along.balance[0];
+    EXPECT_NEAR(b.entering, a.entering, 1e-12);
+    EXPECT_NEAR(b.unscattered, a.unscattered, 1e-8 * a.entering);
+    EXPECT_NEAR(b.absorbed, a.absorbed, 1e-6 * a.entering);
+    for (std::size_t i = 0; i < normal.fluence.size(); ++i)
+      EXPECT_NEAR(along.fluence[i], normal.fluence[i], 1e-6 * normal.fluence[9]) << i;
+  }
 }
 
 TEST(BlockLight, RefusesLightThatIsNone) {

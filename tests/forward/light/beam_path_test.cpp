@@ -41,7 +41,7 @@ LitObject lit(const std::string& shape, double size, const Coefficients& filling
 // face, to the upper one and so on, as steep as at first.
 TEST(BeamPath, IsReflectedToAndFroInACube) {
   const LitObject cube(make_shape("cube", 2.0, 1), ObjectMedium(medium(1.0, 0.0)));
-  const Walls walls(cube.problem());
+  const MeshWalls walls(cube.problem());
   for (const Beam& beam : parallel_beams(cube.surface, aslant).beams) {
     BeamPath path(walls, beam);
     const double arrives = -walls.normal(beam.triangle).dot(aslant);
@@ -58,9 +58,48 @@ TEST(BeamPath, IsReflectedToAndFroInACube) {
   }
 }
 
+TEST(BeamPath, GoesTheSameWayInABlockAsInItsMesh) {
+  const LitObject cube(make_shape("cube", 2.0, 1), ObjectMedium(medium(1.0, 0.0)));
+  const Vector3d corner = bounding_box(cube.mesh).min();
+  const double edge = bounding_box(cube.mesh).sizes().x();
+  const MeshWalls mesh(cube.problem());
+  const BoxWalls box({4, 4, 4, edge / 4}, eta, {true, true, true, true, true, true});
+  for (Beam beam : parallel_beams(cube.surface, aslant).beams) {
+    BeamPath by_mesh(mesh, beam);
+    const Vector3d normal = mesh.normal(beam.triangle);
+    int axis = 0;
+    normal.cwiseAbs().maxCoeff(&axis);
+    beam.triangle = 2 * axis + (normal[axis] > 0.0 ? 1 : 0);
+    beam.position -= corner;
+    BeamPath by_box(box, beam);
+    EXPECT_NEAR(by_box.transmitted(), by_mesh.transmitted(), 1e-12);
+    for (std::size_t k = 0; k < 10; ++k) {
+      const Chord& expected = *by_mesh.chord(k, mesh);
+      const Chord& found = *by_box.chord(k, box);
+      EXPECT_LT((found.from + corner - expected.from).norm(), 1e-5 * edge) << k;
+      EXPECT_LT((found.direction - expected.direction).norm(), 1e-9) << k;
+      EXPECT_NEAR(found.length, expected.length, 1e-5 * edge) << k;
+      EXPECT_NEAR(found.leaves, expected.leaves, 1e-9) << k;
+    }
+  }
+}
+
+TEST(BeamPath, LosesNothingAtAMirror) {
+  const BoxWalls box({4, 4, 4, 0.5}, eta, {false, false, false, false, true, true});
+  BeamPath path(box, {4, {0.3, 1.1, 0.0}, Vector3d(0.9, 0.2, 0.1).normalized(), 1.0});
+  int sides = 0;
+  for (std::size_t k = 0; k < 20; ++k) {
+    const Chord& chord = *path.chord(k, box);
+    const bool side = chord.meets < 4;
+    sides += side ? 1 : 0;
+    EXPECT_EQ(chord.leaves == 0.0, side) << k;
+  }
+  EXPECT_GT(sides, 5);
+}
+
 TEST(BeamPath, LeavesByTheLawOfRefraction) {
   const LitObject cube(make_shape("cube", 2.0, 1), ObjectMedium(medium(1.0, 0.0)));
-  const Walls walls(cube.problem());
+  const MeshWalls walls(cube.problem());
   for (const Beam& beam : parallel_beams(cube.surface, aslant).beams) {
     BeamPath path(walls, beam);
     for (std::size_t k = 0; k < 10; ++k) {

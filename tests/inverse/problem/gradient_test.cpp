@@ -30,6 +30,7 @@ struct GradientCase {
   Sides sides = Sides::open;
   SourceModel source = SourceModel::first_collision;
   Convention convention = Convention::physical;
+  double eta = 1.3;
 };
 
 void PrintTo(const GradientCase& c, std::ostream* out) {
@@ -59,7 +60,7 @@ class Gradient : public ::testing::TestWithParam<GradientCase> {
   void SetUp() override {
     const GradientCase& c = GetParam();
     Problem problem;
-    problem.setup = {shape, 1.3, c.lit, c.sides, c.source, c.convention};
+    problem.setup = {shape, c.eta, c.lit, c.sides, c.source, c.convention};
     problem.seen_face = c.seen;
     problem.patterns = 3;
     cases::Noise noise(11);
@@ -220,6 +221,7 @@ std::vector<GradientCase> gradient_cases() {
     c.seen = Face::x_minus;
     c.sides = Sides::mirror;
   });
+  add("BeamMuchReflected", [](GradientCase& c) { c.eta = 3.0; });
   add("BoundarySource", [](GradientCase& c) { c.source = SourceModel::boundary; });
   add("BoundarySourceFrontLit", [](GradientCase& c) {
     c.source = SourceModel::boundary;
