@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "forward/embedded/equations/linear_solver.h"
+#include "forward/linear/linear_solver.h"
 #include "forward/polygrid/equations/hierarchy.h"
 
 namespace kappamu::forward::polygrid {
 
-using embedded::CgReport;
-using embedded::Load;
+using linear::CgReport;
+using linear::Load;
 
 /// What comes from one solve() to the next: `moving` light is like the last ones, so that OpenCL
 /// solvers keep some answers and start from a combination of them instead of from `x`; where media

@@ -8,7 +8,7 @@
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
-#include "forward/embedded/reentry.h"
+#include "forward/light/reentry.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/polygrid_diffusion.h"
 #include "forward/polygrid/split_polygrid.h"
@@ -157,10 +157,10 @@ std::vector<ObjectResult> solve_on_polygrid(Polygrid grid, std::span<const Objec
                                             const ObjectOptions& options, Progress& progress) {
   for (const ObjectProblem& problem : problems) check_problem(problem, options);
   if (problems.empty()) return {};
-  return embedded::with_reentry(
-      problems, options, [&](std::span<const ObjectProblem> asked, const ObjectOptions& how) {
-        return solve_once(grid, asked, how, progress);
-      });
+  return with_reentry(problems, options,
+                      [&](std::span<const ObjectProblem> asked, const ObjectOptions& how) {
+                        return solve_once(grid, asked, how, progress);
+                      });
 }
 
 }  // namespace kappamu::forward

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -14,7 +14,7 @@ extern const device::KernelSource polygrid_cl;
 namespace {
 
 using device::Buffer;
-using embedded::Lanes;
+using linear::Lanes;
 
 /// Of the residual that changed media leave: what little they change of the whole is solved for,
 /// too.
@@ -73,7 +73,7 @@ void BatchSolve::write_rows(const Buffer& buffer, std::size_t slots, std::span<c
   const std::size_t media = every_lane ? lanes_.width : lanes_.media();
   const auto write_as = [&]<class T>(T, std::span<const int> part, int all) {
     std::vector<T> fresh(part.size() * slots * media, T(0));
-    embedded::for_row_ranges(part.size(), [&](std::size_t begin, std::size_t end) {
+    for_ranges(part.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         for (std::size_t slot = 0; slot < slots; ++slot) {
           for (std::size_t lane = 0; lane < media; ++lane) {

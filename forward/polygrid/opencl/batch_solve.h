@@ -17,10 +17,10 @@ namespace kappamu::forward::polygrid {
 /// One batch on the device: its numbers, fields and work.
 class BatchSolve {
  public:
-  BatchSolve(device::Context& context, const Numbers& numbers, const embedded::Lanes& lanes,
+  BatchSolve(device::Context& context, const Numbers& numbers, const linear::Lanes& lanes,
              const DevicePattern& matrix, const std::vector<DeviceLevel>& levels, Lights lights);
 
-  const embedded::Lanes& lanes() const { return lanes_; }
+  const linear::Lanes& lanes() const { return lanes_; }
 
   /// `rows`: those of the finest level whose numbers have changed.
   void set_media(const std::vector<MediumValues>& media, const std::vector<ChannelLevels>& levels,
@@ -93,7 +93,7 @@ class BatchSolve {
 
   device::Context& context_;
   Numbers numbers_;
-  embedded::Lanes lanes_;
+  linear::Lanes lanes_;
   const DevicePattern& matrix_;
   const std::vector<DeviceLevel>& levels_;
   device::Program& program_;

@@ -5,13 +5,13 @@
 #include <map>
 #include <utility>
 
-#include "forward/embedded/equations/row_ranges.h"
-#include "forward/embedded/opencl/device_levels.h"
+#include "core/parallel.h"
+#include "forward/linear/opencl/device_rows.h"
 #include "forward/polygrid/opencl/row_lists.h"
 
 namespace kappamu::forward::polygrid {
 
-using embedded::uploaded;
+using linear::uploaded;
 
 namespace {
 
@@ -21,7 +21,7 @@ void write_as(device::Context& context, const device::Buffer& buffer,
   const std::size_t rows = of_lane.front()->size();
   context.fill(buffer, rows * width * sizeof(T), [&](void* memory) {
     T* lanes = static_cast<T*>(memory);
-    embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
+    for_ranges(rows, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         for (std::size_t lane = 0; lane < width; ++lane) {
           lanes[i * width + lane] =
@@ -38,7 +38,7 @@ void read_as(device::Context& context, const device::Buffer& buffer,
   const std::size_t rows = of_lane.front()->size();
   context.look(buffer, rows * width * sizeof(T), [&](const void* memory) {
     const T* lanes = static_cast<const T*>(memory);
-    embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
+    for_ranges(rows, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
           (*of_lane[lane])[i] = static_cast<double>(lanes[i * width + lane]);
@@ -50,7 +50,7 @@ void read_as(device::Context& context, const device::Buffer& buffer,
 
 }  // namespace
 
-std::string Numbers::build_options(const embedded::Lanes& lanes) const {
+std::string Numbers::build_options(const linear::Lanes& lanes) const {
   return std::string("-DREAL=") + (precision == Precision::single ? "float" : "double") +
          " -DSUM=" + (double_sums ? "double" : "float") +
          " -DWIDTH=" + std::to_string(lanes.width) + " -DOWN=" + (lanes.own() ? "1" : "0") +

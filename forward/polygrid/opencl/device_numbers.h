@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "forward/embedded/opencl/lanes.h"
+#include "forward/linear/lanes.h"
 #include "forward/polygrid/equations/hierarchy.h"
 #include "forward/polygrid/opencl/opencl_solver.h"
 
@@ -20,7 +20,7 @@ struct Numbers {
   std::size_t real_bytes() const { return precision == Precision::single ? 4 : 8; }
   std::size_t sum_bytes() const { return double_sums ? 8 : 4; }
   /// Those of polygrid.cl for a batch's lanes.
-  std::string build_options(const embedded::Lanes& lanes) const;
+  std::string build_options(const linear::Lanes& lanes) const;
 };
 
 /// Writes `of_lane` beside each other, [row][lane]; lanes without are zero.

@@ -11,7 +11,7 @@ namespace kappamu::forward::polygrid {
 
 namespace {
 
-using embedded::Lanes;
+using linear::Lanes;
 
 class OpenclSolver final : public LinearSolver {
  public:
@@ -40,7 +40,7 @@ class OpenclSolver final : public LinearSolver {
     report.residual.resize(loads.size());
     x.resize(loads.size());
     for (auto& start : x) start.resize(static_cast<std::size_t>(matrix_.rows), 0.0);
-    for (const embedded::Batch& batch : embedded::batches_of(loads)) {
+    for (const linear::Batch& batch : linear::batches_of(loads)) {
       batch_for(packed(batch.lanes))
           .solve(loads, batch.lights, x, tolerance, most_iterations, report);
     }

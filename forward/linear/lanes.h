@@ -1,12 +1,12 @@
-// Which lights are solved for together on a device, as lanes of vectors.
+// Which lights are solved for together as lanes of vectors.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
-#include "forward/embedded/equations/linear_solver.h"
+#include "forward/linear/linear_solver.h"
 
-namespace kappamu::forward::embedded {
+namespace kappamu::forward::linear {
 
 /// How lights lie in a batch: `width` lanes (1, 2, 4 or 8), which share one medium or have one
 /// each.
@@ -25,4 +25,4 @@ struct Batch {
 };
 std::vector<Batch> batches_of(const std::vector<Load>& loads);
 
-}  // namespace kappamu::forward::embedded
+}  // namespace kappamu::forward::linear
