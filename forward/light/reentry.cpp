@@ -20,7 +20,7 @@ namespace {
 constexpr std::size_t rays_for_share = 20'000;
 constexpr std::size_t rays_to_follow = 64;
 /// Of the tolerance, the light that is left when it is followed no more.
-constexpr double followed_to = 0.1;
+constexpr double echo_left = 0.1;
 constexpr int most_rounds = 20;
 
 std::size_t rays_per_triangle(std::size_t triangles, bool follow) {
@@ -135,7 +135,7 @@ std::vector<ObjectResult> with_reentry(std::span<const ObjectProblem> problems,
         if (left > 0.0) largest = std::max(largest, arriving / left);
       }
     }
-    if (!options.follow_reentry || largest <= followed_to * options.tolerance ||
+    if (!options.follow_reentry || largest <= echo_left * options.tolerance ||
         round == most_rounds) {
       return total;
     }

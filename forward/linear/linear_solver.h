@@ -2,6 +2,7 @@
 // where an iteration ends, whatever the equations, the preconditioner and the device.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -20,12 +21,20 @@ struct CgEnd {
   int most_iterations = 100;
   /// By light: of the error, eᵀ A e, predicted from the last two steps; empty: not asked.
   std::vector<double> energy = {};
+  /// √(r·M⁻¹r) over √(b·x), which estimate the energy norms of e and x; and, where more, the share
+  /// of the first √(r·M⁻¹r).
+  double relative_energy = 0.0;
+  double of_first = 1.0;
 
   bool reached(std::size_t light, double r_r, double b_b, double r_z, double r_z_before) const {
     if (r_r <= residual * residual * b_b) return true;
     // Preconditioned, rᵀ z is the error's energy before a step, which lowers it as the last one
     // did.
     return !energy.empty() && r_z_before > 0.0 && r_z * r_z <= energy[light] * r_z_before;
+  }
+  bool reached_energy(double r_z, double b_x, double first_r_z) const {
+    return r_z <= relative_energy * relative_energy * std::max(0.0, b_x) &&
+           r_z <= of_first * of_first * first_r_z;
   }
 };
 

@@ -1,5 +1,7 @@
 #include "forward/linear/opencl/device_rows.h"
 
+#include "forward/linear/opencl/device_lanes.h"
+
 namespace kappamu::forward::linear {
 
 namespace {
@@ -35,12 +37,6 @@ std::vector<T> sliced(const RowPattern& pattern, const std::vector<T>& values, s
 }
 
 }  // namespace
-
-device::Buffer uploaded(device::Context& context, const void* data, std::size_t bytes) {
-  const device::Buffer buffer = context.allocate(std::max<std::size_t>(bytes, sizeof(double)));
-  if (bytes > 0) context.write(buffer, data, bytes);
-  return buffer;
-}
 
 DevicePattern::DevicePattern(device::Context& context, const RowPattern& pattern, std::size_t slice)
     : start(uploaded(context, slice_starts(pattern, slice))),

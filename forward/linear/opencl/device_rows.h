@@ -8,13 +8,6 @@
 
 namespace kappamu::forward::linear {
 
-/// A buffer with `data`; OpenCL has no empty ones.
-device::Buffer uploaded(device::Context& context, const void* data, std::size_t bytes);
-template <class T>
-device::Buffer uploaded(device::Context& context, const std::vector<T>& values) {
-  return uploaded(context, values.data(), values.size() * sizeof(T));
-}
-
 /// Entries of the pattern in slices of so many rows, as rows.cl has them.
 struct DevicePattern {
   device::Buffer start, column;

@@ -5,75 +5,11 @@
 #include <map>
 #include <utility>
 
-#include "core/parallel.h"
-#include "forward/linear/opencl/device_rows.h"
 #include "forward/polygrid/opencl/row_lists.h"
 
 namespace kappamu::forward::polygrid {
 
 using linear::uploaded;
-
-namespace {
-
-template <class T>
-void write_as(device::Context& context, const device::Buffer& buffer,
-              const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
-  const std::size_t rows = of_lane.front()->size();
-  context.fill(buffer, rows * width * sizeof(T), [&](void* memory) {
-    T* lanes = static_cast<T*>(memory);
-    for_ranges(rows, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        for (std::size_t lane = 0; lane < width; ++lane) {
-          lanes[i * width + lane] =
-              lane < of_lane.size() ? static_cast<T>((*of_lane[lane])[i]) : T(0);
-        }
-      }
-    });
-  });
-}
-
-template <class T>
-void read_as(device::Context& context, const device::Buffer& buffer,
-             const std::vector<std::vector<double>*>& of_lane, std::size_t width) {
-  const std::size_t rows = of_lane.front()->size();
-  context.look(buffer, rows * width * sizeof(T), [&](const void* memory) {
-    const T* lanes = static_cast<const T*>(memory);
-    for_ranges(rows, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
-          (*of_lane[lane])[i] = static_cast<double>(lanes[i * width + lane]);
-        }
-      }
-    });
-  });
-}
-
-}  // namespace
-
-std::string Numbers::build_options(const linear::Lanes& lanes) const {
-  return std::string("-DREAL=") + (precision == Precision::single ? "float" : "double") +
-         " -DSUM=" + (double_sums ? "double" : "float") +
-         " -DWIDTH=" + std::to_string(lanes.width) + " -DOWN=" + (lanes.own() ? "1" : "0") +
-         " -DINTERLEAVED=" + (interleaved ? "1" : "0");
-}
-
-void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
-  if (numbers.precision == Precision::single) {
-    write_as<float>(context, buffer, of_lane, width);
-  } else {
-    write_as<double>(context, buffer, of_lane, width);
-  }
-}
-
-void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                const std::vector<std::vector<double>*>& of_lane, std::size_t width) {
-  if (numbers.precision == Precision::single) {
-    read_as<float>(context, buffer, of_lane, width);
-  } else {
-    read_as<double>(context, buffer, of_lane, width);
-  }
-}
 
 DevicePattern::DevicePattern(device::Context& context, const Pattern& of)
     : pattern(of), rows(static_cast<int>(pattern.rows())) {

@@ -2,33 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "forward/linear/lanes.h"
+#include "forward/linear/opencl/device_lanes.h"
 #include "forward/polygrid/equations/hierarchy.h"
-#include "forward/polygrid/opencl/opencl_solver.h"
 
 namespace kappamu::forward::polygrid {
-
-/// How numbers are kept and sums are made.
-struct Numbers {
-  Precision precision = Precision::single;
-  bool double_sums = true, interleaved = false;
-
-  std::size_t real_bytes() const { return precision == Precision::single ? 4 : 8; }
-  std::size_t sum_bytes() const { return double_sums ? 8 : 4; }
-  /// Those of polygrid.cl for a batch's lanes.
-  std::string build_options(const linear::Lanes& lanes) const;
-};
-
-/// Writes `of_lane` beside each other, [row][lane]; lanes without are zero.
-void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width);
-/// Reads what is [row][width] into the lanes' own vectors, which have their size.
-void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                const std::vector<std::vector<double>*>& of_lane, std::size_t width);
 
 /// A symmetric matrix of which half is stored, [slot][row]: a number of every row, then another of
 /// every row, and so on. Numbers for the same distance of column and row lie in the same slot along

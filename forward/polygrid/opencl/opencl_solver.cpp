@@ -42,7 +42,8 @@ class OpenclSolver final : public LinearSolver {
     for (auto& start : x) start.resize(static_cast<std::size_t>(matrix_.rows), 0.0);
     for (const linear::Batch& batch : linear::batches_of(loads)) {
       batch_for(packed(batch.lanes))
-          .solve(loads, batch.lights, x, tolerance, most_iterations, report);
+          .solve(loads, batch.lights, x,
+                 {.most_iterations = most_iterations, .relative_energy = tolerance}, report);
     }
     return report;
   }
@@ -83,7 +84,7 @@ class OpenclSolver final : public LinearSolver {
   Lights lights_;
   DevicePattern matrix_;
   std::vector<int> all_rows_;
-  Numbers numbers_;
+  linear::Numbers numbers_;
   std::vector<DeviceLevel> levels_;
   std::vector<ChannelLevels> channels_;
   std::vector<std::unique_ptr<BatchSolve>> batches_;
