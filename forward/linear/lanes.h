@@ -18,6 +18,19 @@ struct Lanes {
   std::size_t media() const { return own() ? width : 1; }
 };
 
+/// [number][medium] from number(used lane, k); lanes that are not used have zeros.
+template <class Number>
+std::vector<float> by_medium(std::size_t count, const Lanes& lanes, const Number& number) {
+  const std::size_t media = lanes.media();
+  std::vector<float> result(count * media, 0.0F);
+  for (std::size_t m = 0; m < lanes.channels.size(); ++m) {
+    for (std::size_t k = 0; k < count; ++k) {
+      result[k * media + m] = static_cast<float>(number(m, k));
+    }
+  }
+  return result;
+}
+
 /// Batches of lights: one light of each medium where that fills lanes, else lights of one medium.
 struct Batch {
   Lanes lanes;

@@ -55,19 +55,6 @@ RowMatrix<float> interpolation(const NodeSpace& fine, const NodeSpace& coarse,
   return linear::make_rows(fine.unknowns(), coarse.unknowns(), 1, fill).rounded<float>();
 }
 
-/// [number][medium] from number(channel, k).
-template <class Number>
-std::vector<float> by_medium(std::size_t count, const Lanes& lanes, const Number& number) {
-  const std::size_t media = lanes.media();
-  std::vector<float> result(count * media, 0.0F);
-  for (std::size_t m = 0; m < lanes.channels.size(); ++m) {
-    for (std::size_t k = 0; k < count; ++k) {
-      result[k * media + m] = static_cast<float>(number(lanes.channels[m], k));
-    }
-  }
-  return result;
-}
-
 }  // namespace
 
 RowLevels make_row_levels(const Levels& levels, const Lanes& lanes) {
@@ -82,8 +69,8 @@ RowLevels make_row_levels(const Levels& levels, const Lanes& lanes) {
     level.equations = assembled(from.space, from.elements, lanes);
     if (!coarsest) {
       level.matrix = level.equations.rounded<float>();
-      level.inverse_scale = by_medium(level.rows, lanes, [&](std::size_t channel, std::size_t u) {
-        return from.inverse_scale[channel][u];
+      level.inverse_scale = linear::by_medium(level.rows, lanes, [&](std::size_t m, std::size_t u) {
+        return from.inverse_scale[lanes.channels[m]][u];
       });
       const NodeSpace& coarse = levels.level[l + 1].space;
       level.interpolation = interpolation(from.space, coarse, from.coarser);
@@ -92,8 +79,8 @@ RowLevels make_row_levels(const Levels& levels, const Lanes& lanes) {
     if (l >= solved_levels) level.equations = {};
   }
   const std::size_t size = result.level.back().rows;
-  result.coarsest = by_medium(size * size, lanes, [&](std::size_t channel, std::size_t k) {
-    return levels.coarsest[channel].data()[k];  // symmetric
+  result.coarsest = linear::by_medium(size * size, lanes, [&](std::size_t m, std::size_t k) {
+    return levels.coarsest[lanes.channels[m]].data()[k];  // symmetric
   });
   return result;
 }

@@ -1,6 +1,5 @@
 #include "forward/polygrid/opencl/device_numbers.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <map>
 #include <utility>
@@ -47,27 +46,6 @@ DeviceLevel::DeviceLevel(device::Context& context, const GraphLevel& level, std:
   }
   first_child = uploaded(context, first);
   child = uploaded(context, children);
-}
-
-ChannelLevels::ChannelLevels(const Hierarchy& hierarchy, const MediumValues& medium)
-    : graph(hierarchy.values(medium)) {
-  for (const GraphValues& level : graph) {
-    inverse_diagonal.push_back(level.diagonal);
-    for (double& d : inverse_diagonal.back()) d = 1.0 / d;
-  }
-  const Pattern& links = hierarchy.level().back().links;
-  const auto rows = static_cast<Eigen::Index>(links.rows());
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(rows, rows);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    matrix(i, i) = graph.back().diagonal[row];
-    for (int k = links.start[row]; k < links.start[row + 1]; ++k) {
-      const auto j = static_cast<Eigen::Index>(links.column[static_cast<std::size_t>(k)]);
-      matrix(i, j) = matrix(j, i) = -graph.back().link[static_cast<std::size_t>(k)];
-    }
-  }
-  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(rows, rows));
-  coarsest.assign(inverse.data(), inverse.data() + inverse.size());
 }
 
 }  // namespace kappamu::forward::polygrid
