@@ -24,6 +24,11 @@ struct BoundaryConstants {
   double q_per_entering() const { return 4.0 / (1.0 - r_phi); }
 };
 
+// robin_conductance(κ, h, A), one text for host and kernels.
+#define REAL double
+#include "core/robin_conductance.inc"
+#undef REAL
+
 /// Integrates the Fresnel moments for η (Gauss-Legendre on either side of the critical angle; error
 /// below 1e-12). Throws InputError unless 1 ≤ η ≤ 4.
 BoundaryConstants boundary_constants(double eta);

@@ -56,6 +56,18 @@ void for_pieces(std::size_t size, const Work& work) {
   for_pieces(size, piece_length, work);
 }
 
+/// Calls work(begin, end) for parts of [0, rows), on all cores where that pays.
+template <class Work>
+void for_ranges(std::size_t rows, const Work& work) {
+  constexpr std::size_t range = 4096;
+  if (rows <= 2 * range) {
+    work(std::size_t{0}, rows);
+    return;
+  }
+  for_pieces(rows, range,
+             [&](std::size_t, std::size_t begin, std::size_t end) { work(begin, end); });
+}
+
 /// Whether test(i) holds for every element of a vector of `size`.
 template <class Test>
 bool for_all(std::size_t size, const Test& test) {

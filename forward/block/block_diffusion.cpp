@@ -74,7 +74,7 @@ BlockAnswer BlockDiffusion::solve(const ObjectProblem& problem, const BlockAccur
   // condition: G_b q per pixel.
   std::vector<std::vector<double>> entering(problem.lights.size());
   const auto conductance = [&](std::size_t cell) {  // per area, G_b/h²
-    return 1.0 / (h / (2.0 * medium_.kappa[cell]) + 2.0 * constants.A);
+    return robin_conductance(medium_.kappa[cell], h, constants.A) / (h * h);
   };
   const double q_per_entering = constants.q_per_entering();
   const auto each_pixel = [&](const auto& visit) {

@@ -7,10 +7,10 @@
 #include "core/mesh/surface_norm.h"
 #include "core/process_memory.h"
 #include "core/shown_text.h"
+#include "forward/bodies.h"
 #include "forward/boundary_integral/boundary_solve.h"
 #include "forward/boundary_integral/layer_sum.h"
 #include "forward/boundary_integral/panels/sliver.h"
-#include "forward/embedded/geometry/bodies.h"
 #include "forward/light_entry.h"
 #include "forward/object_verdict.h"
 
@@ -162,14 +162,14 @@ ObjectResult BoundaryIntegralModel::solve(const ObjectProblem& problem,
   result.error_estimate.assign(lights, 0.0);
   result.balance.resize(lights);
   Ended ended;
-  for (const embedded::Body& body : embedded::bodies(problem.mesh, problem.rays)) {
+  for (const Body& body : bodies(problem.mesh, problem.rays)) {
     std::vector<int> local(samples, -1);
     for (std::size_t t = 0; t < body.triangle.size(); ++t) {
       local[static_cast<std::size_t>(body.triangle[t])] = static_cast<int>(t);
     }
     const Surface surface = surface_of(body.mesh);
-    const std::vector<ObjectLight> own = embedded::lights_of(body, local, problem.lights);
-    const embedded::BodyRays rays(problem.rays, std::move(local));
+    const std::vector<ObjectLight> own = lights_of(body, local, problem.lights);
+    const BodyRays rays(problem.rays, std::move(local));
     const ObjectProblem part{body.mesh, surface, rays, problem.medium, problem.eta, own};
     const BodyAnswer answer = BodySolve(part, options, progress).run();
     for (std::size_t l = 0; l < lights; ++l) {

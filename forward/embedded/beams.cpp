@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::embedded {
 
@@ -147,7 +147,7 @@ class Loads {
 void add_lanes(const Octree& tree, const CutMesh& mesh, const NodeSpace& space, BeamPaths& paths,
                std::span<const ChannelBeams> channels) {
   std::vector<CellOptics> optics(mesh.cubes.size());
-  for_row_ranges(optics.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(optics.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       for (std::size_t c = 0; c < channels.size(); ++c) {
         set_lane((*channels[c].coefficients)[k], c, optics[k]);
@@ -166,7 +166,7 @@ void add_lanes(const Octree& tree, const CutMesh& mesh, const NodeSpace& space, 
     }
   });
   for (const std::optional<Loads>& part : loads) part->add_powers();
-  for_row_ranges(space.unknowns(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(space.unknowns(), [&](std::size_t begin, std::size_t end) {
     for (const std::optional<Loads>& part : loads) part->add_loads(begin, end);
   });
 }

@@ -8,9 +8,14 @@
 #include "core/optics.h"
 #include "forward/embedded/beams.h"
 #include "forward/embedded/equations/levels.h"
-#include "forward/embedded/equations/linear_solver.h"
+#include "forward/linear/linear_solver.h"
 
 namespace kappamu::forward::embedded {
+
+using linear::CgEnd;
+using linear::CgReport;
+using linear::LinearSolver;
+using linear::Load;
 
 struct Discretisation {
   Octree tree;

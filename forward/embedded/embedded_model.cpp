@@ -5,9 +5,9 @@
 
 #include "core/error.h"
 #include "core/shown_text.h"
+#include "forward/bodies.h"
 #include "forward/embedded/body_solve.h"
-#include "forward/embedded/geometry/bodies.h"
-#include "forward/embedded/reentry.h"
+#include "forward/light/reentry.h"
 #include "forward/light_entry.h"
 #include "forward/object_verdict.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 #include "forward/surface_rays.h"
 
 namespace kappamu::forward::embedded {
@@ -46,7 +46,7 @@ NarrowPlaces::NarrowPlaces(const ObjectProblem& problem)
       axis_(gap_.size()) {
   const SurfaceRays rays(problem);
   const std::vector<Eigen::Vector3d>& normal = problem.surface.normal;
-  for_row_ranges(gap_.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(gap_.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       if (const auto hit = rays.first_hit(t, normal[t])) {
         gap_[t] = hit->distance;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::embedded {
 
@@ -88,7 +88,7 @@ Indicator gradient_indicator(const Discretisation& d, const std::vector<Answer>&
   std::vector<double> mine(result.node.size());
   for (std::size_t c = 0; c < channels.size(); ++c) {
     for (const std::vector<double>& field : channels[c].fluence) {
-      for_row_ranges(mine.size(), [&](std::size_t begin, std::size_t end) {
+      for_ranges(mine.size(), [&](std::size_t begin, std::size_t end) {
         for (std::size_t n = begin; n < end; ++n) {
           mine[n] = gradient_variation(d, c, field, first[n], first[n + 1]);
         }

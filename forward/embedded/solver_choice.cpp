@@ -1,8 +1,7 @@
 #include "forward/embedded/solver_choice.h"
 
 #include "device/context.h"
-#include "forward/embedded/opencl/opencl_multigrid.h"
-#include "forward/embedded/reference/reference_multigrid.h"
+#include "forward/embedded/equations/row_levels.h"
 
 namespace kappamu::forward::embedded {
 
@@ -24,10 +23,11 @@ bool host_is_faster(const Levels& levels, std::size_t lights) {
 std::unique_ptr<LinearSolver> make_linear_solver(const Levels& levels, std::size_t lights,
                                                  const std::string& device) {
   if (device == "reference" || (device == "auto" && host_is_faster(levels, lights))) {
-    return make_reference_multigrid(levels);
+    return linear::make_host_solver(row_levels_of(levels));
   }
-  return make_opencl_multigrid(
-      levels, device::Context::of(device::choose(device::list_devices(), device).index));
+  return linear::make_opencl_solver(
+      row_levels_of(levels),
+      device::Context::of(device::choose(device::list_devices(), device).index));
 }
 
 }  // namespace kappamu::forward::embedded

@@ -4,7 +4,6 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "forward/embedded/equations/row_ranges.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -152,7 +151,7 @@ bool BeamWalks::same(std::span<const ChannelBeams> channels) const {
 std::vector<char> BeamWalks::changed_cells(std::span<const ChannelBeams> channels) const {
   std::vector<char> changed(grid_.cell.size(), media_.size() == channels.size() ? 0 : 1);
   if (media_.size() != channels.size()) return changed;
-  embedded::for_row_ranges(changed.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(changed.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t c = 0; c < channels.size(); ++c) {
       for (std::size_t k = begin; k < end; ++k) {
         if (!same_numbers(channels[c].of_cell[k], media_[c][k])) changed[k] = 1;
@@ -167,7 +166,7 @@ void BeamWalks::renew_optics(std::span<const ChannelBeams> channels,
   media_.resize(channels.size());
   optics_.resize(changed.size());
   for (auto& of_cell : media_) of_cell.resize(changed.size());
-  embedded::for_row_ranges(changed.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(changed.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (changed[k] == 0) continue;
       for (std::size_t c = 0; c < channels.size(); ++c) {
@@ -270,7 +269,7 @@ void BeamWalks::march_all(const Walls& walls, std::span<const Beam* const> enter
                               part.leaving[c].end());
     }
   }
-  embedded::for_row_ranges(corners, [&](std::size_t begin, std::size_t end) {
+  for_ranges(corners, [&](std::size_t begin, std::size_t end) {
     for (; begin < end; begin += corners_of_block) {
       const std::size_t block = begin / corners_of_block, first = begin * width,
                         last = std::min(end, begin + corners_of_block) * width;
@@ -332,7 +331,7 @@ void BeamWalks::add(const ObjectProblem& problem, std::span<const ChannelBeams> 
     channels[c].balance.unscattered += left_.unscattered[c];
     if (channels[c].leaving != nullptr) *channels[c].leaving = left_.leaving[c];
   }
-  embedded::for_row_ranges(grid_.corner.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(grid_.corner.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       if (left_.touched[i / corners_of_block] == 0) continue;
       for (std::size_t c = 0; c < channels.size(); ++c) {

@@ -10,7 +10,7 @@ std::unique_ptr<LinearSolver> make_linear_solver(const Equations& equations,
                                                  const std::string& device, Lights lights) {
   const auto devices = device::list_devices();
   if (device == "reference" || (device == "auto" && devices.empty())) {
-    return make_reference_solver(equations);
+    return make_host_solver(equations, hierarchy);
   }
   return make_opencl_solver(equations, hierarchy,
                             device::Context::of(device::choose(devices, device).index),

@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-#include "forward/embedded/equations/linear_solver.h"
+#include "forward/linear/linear_solver.h"
 #include "forward/polygrid/equations/hierarchy.h"
 
 namespace kappamu::forward::polygrid {
 
-using embedded::CgReport;
-using embedded::Load;
+using linear::CgReport;
+using linear::Load;
 
 /// What comes from one solve() to the next: `moving` light is like the last ones, so that OpenCL
 /// solvers keep some answers and start from a combination of them instead of from `x`; where media
@@ -37,8 +37,8 @@ class LinearSolver {
   }
   /// Solves A x = load for every light, by conjugate gradients from `x` [light][unknown] until the
   /// relative error in the energy norm √(xᵀA x) is at most `tolerance` by the solver's estimate,
-  /// which `residual` has: with multigrid √(rᵀM⁻¹r / loadᵀx), M⁻¹ being a V-cycle, whose last
-  /// correction is then added; in the reference ‖residual‖/‖load‖. An `x` of another size starts at
+  /// which `residual` has: in OpenCL √(rᵀM⁻¹r / loadᵀx), M⁻¹ being a V-cycle, whose last
+  /// correction is then added; on the host ‖residual‖/‖load‖. An `x` of another size starts at
   /// zero.
   virtual CgReport solve(const std::vector<Load>& loads, std::vector<std::vector<double>>& x,
                          double tolerance, int most_iterations) = 0;
@@ -51,12 +51,13 @@ class LinearSolver {
   std::vector<MediumValues> media_;
 };
 
-/// Serial, in double precision, written to be read: the matrix by rows, conjugate gradients scaled
-/// by its diagonal. Keeps a reference.
-std::unique_ptr<LinearSolver> make_reference_solver(const Equations& equations);
+/// On the host's threads, by forward/linear with the levels of the hierarchy as row matrices. Keeps
+/// references.
+std::unique_ptr<LinearSolver> make_host_solver(const Equations& equations,
+                                               const Hierarchy& hierarchy);
 
-/// "reference" is the serial one; other words name an OpenCL device as device::choose() takes them.
-/// Without any OpenCL device "auto" is the serial one. Keeps references.
+/// "reference" is the host's; other words name an OpenCL device as device::choose() takes them.
+/// Without any OpenCL device "auto" is the host's. Keeps references.
 std::unique_ptr<LinearSolver> make_linear_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
                                                  const std::string& device,

@@ -6,7 +6,6 @@
 #include "core/numbers/dot.h"
 #include "core/parallel.h"
 #include "core/processor_time.h"
-#include "forward/embedded/equations/row_ranges.h"
 #include "forward/light_entry.h"
 
 namespace kappamu::forward::polygrid {
@@ -52,7 +51,7 @@ Coefficients mean_coefficients(const CellCorners& at, const Eigen::AlignedBox3d&
 std::vector<Coefficients> coefficients_of_cells(const Polygrid& grid, const ObjectMedium& medium) {
   std::vector<Coefficients> result(grid.cell.size(), medium.at(Vector3d::Zero()));
   if (medium.homogeneous()) return result;
-  embedded::for_row_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const CellCorners at = corners_of(grid, k);
       result[k] = mean_coefficients(at, box_of(at), medium);
@@ -124,7 +123,7 @@ void PolygridDiffusion::renew_cells(const ObjectMedium& medium, const Eigen::Ali
   Eigen::AlignedBox3d about(region);  // holds the nodes of cells that meet the region
   about.min().array() -= longest_cell_;
   about.max().array() += longest_cell_;
-  embedded::for_row_ranges(of_cell.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(of_cell.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       if (!about.contains(grid_.node[k])) continue;
       const CellCorners at = corners_of(grid_, k);

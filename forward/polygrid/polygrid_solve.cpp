@@ -9,7 +9,7 @@
 #include "core/process_memory.h"
 #include "core/processor_time.h"
 #include "core/shown_text.h"
-#include "forward/embedded/reentry.h"
+#include "forward/light/reentry.h"
 #include "forward/light_entry.h"
 #include "forward/polygrid/polygrid_diffusion.h"
 #include "forward/polygrid/split_polygrid.h"
@@ -225,10 +225,10 @@ std::vector<ObjectResult> solve_on_polygrid(Polygrid first, std::span<const Obje
                                             const PolygridMaker& maker) {
   for (const ObjectProblem& problem : problems) check_problem(problem, options);
   if (problems.empty()) return {};
-  return embedded::with_reentry(
-      problems, options, [&](std::span<const ObjectProblem> asked, const ObjectOptions& how) {
-        return PolygridSolve(asked, how, progress).run(first, maker);
-      });
+  return with_reentry(problems, options,
+                      [&](std::span<const ObjectProblem> asked, const ObjectOptions& how) {
+                        return PolygridSolve(asked, how, progress).run(first, maker);
+                      });
 }
 
 }  // namespace kappamu::forward

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/closest_point.h"
 
@@ -135,7 +135,7 @@ void to_surface(Polygrid& grid, const TriangleMesh& mesh) {
   std::vector<char> was_upright(grid.cell.size());
   for (std::size_t k = 0; k < grid.cell.size(); ++k) was_upright[k] = upright(k);
   const std::vector<Vector3d> before = grid.corner;
-  embedded::for_row_ranges(boundary.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(boundary.size(), [&](std::size_t begin, std::size_t end) {
     int near = 0;
     for (std::size_t k = begin; k < end; ++k) {
       Vector3d& corner = grid.corner[static_cast<std::size_t>(boundary[k])];

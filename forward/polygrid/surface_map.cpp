@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 #include "forward/polygrid/cell_geometry.h"
 #include "forward/polygrid/closest_point.h"
 #include "forward/polygrid/equations/cell_integrals.h"
@@ -38,7 +38,7 @@ SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Sur
   const ClosestPoint of_sides(faces), of_mesh(mesh);
 
   std::vector<std::vector<Share>> shares(mesh.triangles.size());
-  embedded::for_row_ranges(shares.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(shares.size(), [&](std::size_t begin, std::size_t end) {
     int near = 0;
     const auto nearest = [&](const Vector3d& p) {
       const ClosestPoint::Found found = of_sides.from(p, near);
@@ -88,7 +88,7 @@ SurfaceMap::SurfaceMap(const Polygrid& grid, const TriangleMesh& mesh, const Sur
   }
 
   points_.resize(4 * sides);
-  embedded::for_row_ranges(sides, [&](std::size_t begin, std::size_t end) {
+  for_ranges(sides, [&](std::size_t begin, std::size_t end) {
     int near = 0;
     for (std::size_t b = begin; b < end; ++b) {
       const std::array<int, 4> corners = boundary_corners(grid, b);

@@ -59,8 +59,7 @@ struct Assembly {
   CoefficientPair gradient;
 
   double conductance(std::size_t cell) const {
-    const double h = setup.shape.voxel_mm;
-    return h * h / (h / (2.0 * kappa[cell]) + 2.0 * constants.A);
+    return robin_conductance(kappa[cell], setup.shape.voxel_mm, constants.A);
   }
   /// ∂ log G_b/∂ log κ = G_b/(2 h κ).
   double conductance_log_slope(std::size_t cell) const {

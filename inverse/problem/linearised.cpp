@@ -24,8 +24,7 @@ struct Linearisation {
   const CoefficientPair& direction;
 
   double conductance(std::size_t cell) const {
-    const double h = setup.shape.voxel_mm;
-    return h * h / (h / (2.0 * kappa[cell]) + 2.0 * constants.A);
+    return robin_conductance(kappa[cell], setup.shape.voxel_mm, constants.A);
   }
   /// δ log G_b = G_b/(2 h κ) δ log κ.
   double log_conductance(std::size_t cell) const {

@@ -7,6 +7,7 @@
 #include "forward/polygrid/split_polygrid.h"
 #include "studies/polygrid/polygrid_bench.h"
 #include "studies/polygrid/relaxation.h"
+#include "tests/cases/polygrid_reference.h"
 
 namespace kappamu::studies {
 

@@ -28,6 +28,13 @@ BELOW = {
     "studies": {"core", "device", "io", "forward", "inverse", "capture", "calib", "data_synthetic", "render", "pipeline", "app",
                 "tests/cases"},
 }
+# Rooms of forward that some rooms may not look into: what two models share lies below both, in forward/linear or beside it.
+APART = {
+    "forward/polygrid": {"forward/embedded"},
+    "forward/boundary_integral": {"forward/embedded", "forward/polygrid"},
+    "forward/embedded": {"forward/polygrid", "forward/boundary_integral"},
+    "forward/linear": {"forward/embedded", "forward/polygrid", "forward/boundary_integral", "forward/grid"},
+}
 # Of pipeline, the report reads the records that a run leaves, not the stages that make them.
 RECORDS = "pipeline/records"
 MOST_FILES = 25  # of its own in one folder; beyond, rooms by subject
@@ -95,7 +102,15 @@ def violations(root):
                                  f"keep {target} behind the .cpp files of {folder}")
             if kind == "<" and folder in LIGHT_FOLDERS and not LIGHT.match(target):
                 found.append(f"{name} includes <{target}>: {folder} builds with Eigen and OpenCL alone")
-    return found + circles(includes) + crowded(includes)
+    return found + apart(includes) + circles(includes) + crowded(includes)
+
+
+def apart(includes):
+    """Includes between rooms that may not look into each other."""
+    return [f"{name} includes {target}: {room} may not use {other}"
+            for name, targets in includes.items() for _, target in targets
+            for room, others in APART.items() for other in sorted(others)
+            if str(name).startswith(room + "/") and target.startswith(other + "/")]
 
 
 def circles(includes):
@@ -157,6 +172,10 @@ CASES = {
         {"tests/cases/media.cpp": '#include "studies/record.h"\n'}, ["tests/cases may not use studies"]),
     "a study of a case": (
         {"studies/limits/size.cpp": '#include "tests/cases/media.h"\n'}, []),
+    "a model that looks into another": (
+        {"forward/polygrid/opencl/rows.h": '#include "forward/embedded/equations/levels.h"\n',
+         "forward/polygrid/good.h": '#include "forward/linear/lanes.h"\n'},
+        ["forward/polygrid/opencl/rows.h includes forward/embedded/equations/levels.h: forward/polygrid may not use"]),
     "arrows downwards": (
         {"inverse/good.cpp": '#include <Eigen/Core>\n#include "forward/grid/grid_solver.h"\n'}, []),
     "a heavy header within its folder": (

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::embedded {
 
@@ -12,7 +12,7 @@ std::vector<Coefficients> cube_coefficients(const CutMesh& mesh, const Octree& t
                                             const ObjectMedium& medium) {
   std::vector<Coefficients> result(mesh.cubes.size(), medium.smallest());
   if (medium.homogeneous()) return result;
-  for_row_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(result.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const Cube& cube = mesh.cubes[k];
       const int samples =
@@ -58,7 +58,7 @@ Elements cube_elements(const CutMesh& mesh,
     first.push_back(k);
   }
   result.element.resize(first.size() * result.channels);
-  for_row_ranges(first.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(first.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t place = begin; place < end; ++place) {
       const std::size_t k = first[place];
       const auto cut = static_cast<std::size_t>(mesh.cut[k]);

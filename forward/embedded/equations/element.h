@@ -5,23 +5,14 @@
 // it is the balance of power, which therefore holds exactly.
 #pragma once
 
-#include <array>
-
 #include "core/object_medium.h"
 #include "forward/embedded/geometry/cut_cell.h"
+#include "forward/linear/element.h"
 
 namespace kappamu::forward::embedded {
 
-/// A symmetric 8 × 8 matrix, its upper half row by row; nodes as corners of the cube, x fastest.
-struct Element {
-  static constexpr std::size_t entries = 36;
-  std::array<double, entries> entry{};
-
-  static constexpr std::size_t place(std::size_t i, std::size_t j) {
-    return i <= j ? 8 * i - i * (i + 1) / 2 + j : place(j, i);
-  }
-  double operator()(std::size_t i, std::size_t j) const { return entry[place(i, j)]; }
-};
+using linear::Element;
+using linear::shape_functions;
 
 /// ∫ N_i N_j over the volume and the surface in a cube and ∫ ∇N_i·∇N_j over the volume, in units of
 /// the cube: what a cube's matrix is made of, whatever the coefficients.

@@ -24,15 +24,6 @@ void add_load(const NodeSpace& space, std::size_t cube, const std::array<double,
   }
 }
 
-std::array<double, 8> shape_functions(const Eigen::Vector3d& point) {
-  std::array<double, 8> n;
-  for (std::size_t i = 0; i < 8; ++i) {
-    n[i] = ((i & 1) ? point.x() : 1.0 - point.x()) * ((i & 2) ? point.y() : 1.0 - point.y()) *
-           ((i & 4) ? point.z() : 1.0 - point.z());
-  }
-  return n;
-}
-
 void add_surface_load(const CutMesh& mesh, const NodeSpace& space, const std::vector<double>& flux,
                       std::vector<double>& load) {
   for (const CutMesh::Piece& piece : mesh.pieces) {

@@ -14,8 +14,6 @@ std::array<double, 8> corner_values(const NodeSpace& space, std::size_t cube,
 /// Adds a power per corner of a cube [mm²] to a load.
 void add_load(const NodeSpace& space, std::size_t cube, const std::array<double, 8>& power,
               std::vector<double>& load);
-/// The eight shape functions at a point of the unit cube.
-std::array<double, 8> shape_functions(const Eigen::Vector3d& point);
 
 /// Adds ∫ flux N dA, a flux per triangle (dimensionless, of unit irradiance).
 void add_surface_load(const CutMesh& mesh, const NodeSpace& space, const std::vector<double>& flux,

@@ -5,7 +5,7 @@
 #include <map>
 
 #include "core/error.h"
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::embedded {
 
@@ -20,7 +20,7 @@ constexpr double vanishing = 1e-14;
 
 std::vector<std::vector<float>> inverse_scales(const NodeSpace& space, const Elements& elements) {
   std::vector<double> bound(elements.element.size());
-  for_row_ranges(bound.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(bound.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t e = begin; e < end; ++e) bound[e] = scaled_bound(elements.element[e]);
   });
   std::vector<std::vector<float>> result(elements.channels);
@@ -116,7 +116,7 @@ Elements coarsened(const Elements& fine, const Coarser& coarser, std::size_t cub
     k = end;
   }
   result.element.resize(sums.size() * result.channels);
-  for_row_ranges(sums.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(sums.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t place = begin; place < end; ++place) {
       for (std::size_t c = 0; c < result.channels; ++c) {
         Element& sum = result.element[place * result.channels + c];

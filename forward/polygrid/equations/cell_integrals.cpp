@@ -36,11 +36,11 @@ Gradients local_gradients(const Vector3d& at) {
   return result;
 }
 
-embedded::Element packed(const Square& matrix) {
-  embedded::Element element;
+linear::Element packed(const Square& matrix) {
+  linear::Element element;
   for (std::size_t i = 0; i < 8; ++i) {
     for (std::size_t j = i; j < 8; ++j) {
-      element.entry[embedded::Element::place(i, j)] =
+      element.entry[linear::Element::place(i, j)] =
           matrix(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
     }
   }
@@ -61,16 +61,6 @@ Square edge_form(const std::array<double, 3>& conductance) {
 }
 
 }  // namespace
-
-std::array<double, 8> shape_functions(const Vector3d& local) {
-  std::array<double, 8> values{};
-  for (std::size_t c = 0; c < 8; ++c) {
-    values[c] = ((c & 1) != 0 ? local[0] : 1.0 - local[0]) *
-                ((c & 2) != 0 ? local[1] : 1.0 - local[1]) *
-                ((c & 4) != 0 ? local[2] : 1.0 - local[2]);
-  }
-  return values;
-}
 
 std::array<double, 4> side_functions(double u, double v) {
   return {(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v};

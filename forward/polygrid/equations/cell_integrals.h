@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 
-#include "forward/embedded/equations/element.h"
+#include "forward/linear/element.h"
 #include "forward/polygrid/cell_geometry.h"
 
 namespace kappamu::forward::polygrid {
@@ -16,8 +16,8 @@ struct CellIntegrals {
   /// by `edge` (polygrid-diffusion.md). Exact on every deformed cell for linear u, so that the
   /// equations are of second order; on a box all couplings are of the sign that keeps the maximum
   /// principle.
-  embedded::Element stiffness;
-  embedded::Element mass;  ///< ∫ u v dV [mm³]
+  linear::Element stiffness;
+  linear::Element mass;  ///< ∫ u v dV [mm³]
   /// Conductance of each of the four edges along x, y and z of the cell [mm], for κ = 1: the
   /// seven-point form on the same unknowns.
   std::array<double, 3> edge{};
@@ -27,8 +27,7 @@ struct CellIntegrals {
 /// Throws InputError where the cell has no positive volume.
 CellIntegrals cell_integrals(const CellCorners& corners);
 
-/// Of the trilinear functions at a point of the cell, its own coordinates in [0, 1].
-std::array<double, 8> shape_functions(const Eigen::Vector3d& local);
+using linear::shape_functions;
 
 /// The bilinear functions of a side's corners, in the order of side_corners(), at u, v in [0, 1].
 std::array<double, 4> side_functions(double u, double v);

@@ -2,13 +2,11 @@
 
 #include <algorithm>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::polygrid {
 
 namespace {
-
-using embedded::for_row_ranges;
 
 /// Place of a column within its row.
 std::size_t place_in_row(const Pattern& pattern, std::size_t row, int column) {
@@ -31,7 +29,7 @@ void append_row(Pattern& pattern, std::vector<int>& columns, int first) {
 Equations::Equations(const Polygrid& grid, double A) : A_(A) {
   const std::size_t cells = grid.cell.size(), corners = grid.corner.size();
   integrals_.resize(cells);
-  for_row_ranges(cells, [&](std::size_t begin, std::size_t end) {
+  for_ranges(cells, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) integrals_[k] = cell_integrals(corners_of(grid, k));
   });
 
@@ -124,7 +122,7 @@ void Equations::make_row(std::size_t i, std::span<const Coefficients> of_cell,
     const CellIntegrals& integrals = integrals_[cell];
     const auto [kappa, mu] = of_cell[cell];
     for (std::size_t c = 0; c < 8; ++c) {
-      const std::size_t entry = embedded::Element::place(mine, c);
+      const std::size_t entry = linear::Element::place(mine, c);
       const double absorbed = mu * integrals.mass.entry[entry];
       absorption += absorbed;
       if (in_row_[at][c] == elsewhere) continue;
@@ -144,7 +142,7 @@ MediumValues Equations::values(std::span<const Coefficients> of_cell) const {
   result.link.resize(links_.column.size());
   result.leak.resize(unknowns());
   result.absorption.resize(unknowns());
-  for_row_ranges(unknowns(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(unknowns(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) make_row(i, of_cell, result);
   });
   return result;
@@ -152,7 +150,7 @@ MediumValues Equations::values(std::span<const Coefficients> of_cell) const {
 
 void Equations::renew(std::span<const Coefficients> of_cell, std::span<const int> rows,
                       MediumValues& values) const {
-  for_row_ranges(rows.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(rows.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       make_row(static_cast<std::size_t>(rows[k]), of_cell, values);
     }

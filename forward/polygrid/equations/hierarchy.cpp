@@ -1,5 +1,6 @@
 #include "forward/polygrid/equations/hierarchy.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <numeric>
 
@@ -154,6 +155,27 @@ std::vector<GraphValues> Hierarchy::values(const MediumValues& medium) const {
     leak = std::move(coarse);
   }
   return result;
+}
+
+ChannelLevels::ChannelLevels(const Hierarchy& hierarchy, const MediumValues& medium)
+    : graph(hierarchy.values(medium)) {
+  for (const GraphValues& level : graph) {
+    inverse_diagonal.push_back(level.diagonal);
+    for (double& d : inverse_diagonal.back()) d = 1.0 / d;
+  }
+  const Pattern& links = hierarchy.level().back().links;
+  const auto rows = static_cast<Eigen::Index>(links.rows());
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(rows, rows);
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    const auto row = static_cast<std::size_t>(i);
+    matrix(i, i) = graph.back().diagonal[row];
+    for (int k = links.start[row]; k < links.start[row + 1]; ++k) {
+      const auto j = static_cast<Eigen::Index>(links.column[static_cast<std::size_t>(k)]);
+      matrix(i, j) = matrix(j, i) = -graph.back().link[static_cast<std::size_t>(k)];
+    }
+  }
+  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(rows, rows));
+  coarsest.assign(inverse.data(), inverse.data() + inverse.size());
 }
 
 }  // namespace kappamu::forward::polygrid

@@ -39,4 +39,13 @@ class Hierarchy {
   std::vector<GraphLevel> level_;
 };
 
+/// What a channel's medium is on the levels, on the host.
+struct ChannelLevels {
+  ChannelLevels(const Hierarchy& hierarchy, const MediumValues& medium);
+
+  std::vector<GraphValues> graph;
+  std::vector<std::vector<double>> inverse_diagonal;  ///< [level]
+  std::vector<double> coarsest;                       ///< inverse of the coarsest level's matrix
+};
+
 }  // namespace kappamu::forward::polygrid

@@ -5,7 +5,7 @@
 #include <limits>
 #include <numeric>
 
-#include "forward/embedded/equations/row_ranges.h"
+#include "core/parallel.h"
 
 namespace kappamu::forward::polygrid {
 
@@ -14,7 +14,6 @@ extern const device::KernelSource polygrid_cl;
 namespace {
 
 using device::Buffer;
-using embedded::Lanes;
 
 /// Of the residual that changed media leave: what little they change of the whole is solved for,
 /// too.
@@ -25,40 +24,40 @@ constexpr std::size_t most_beyond = 16;
 
 constexpr std::size_t most_fresh = 1 << 16;  ///< rows written at once
 
+std::string number_types(const linear::Numbers& numbers) {
+  return std::string("-DREAL=") + (numbers.precision == Precision::single ? "float" : "double") +
+         " -DSUM=" + (numbers.double_sums ? "double" : "float");
+}
+
 }  // namespace
 
-BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const Lanes& lanes,
-                       const DevicePattern& matrix, const std::vector<DeviceLevel>& levels,
-                       Lights lights)
-    : context_(context),
-      numbers_(numbers),
-      lanes_(lanes),
+BatchSolve::BatchSolve(device::Context& context, const linear::Numbers& numbers,
+                       const linear::Lanes& of, const DevicePattern& matrix,
+                       const std::vector<DeviceLevel>& levels, Lights lights)
+    : DeviceLanes(context, numbers, of, static_cast<std::size_t>(matrix.rows),
+                  numbers.interleaved ? 4096 : 64, FormerAnswers::most + 1),
       matrix_(matrix),
       levels_(levels),
-      program_(context.program(polygrid_cl, numbers_.build_options(lanes))) {
-  const std::size_t media = lanes.media() * numbers.real_bytes();
-  const std::size_t field = lanes.width * numbers.real_bytes();
-  const auto zeros = [&](std::size_t rows) {
-    Buffer made = context.allocate(field_bytes(rows));
+      program_(program(polygrid_cl, number_types(numbers))) {
+  const std::size_t media = of.media() * numbers.real_bytes();
+  const std::size_t field = width() * numbers.real_bytes();
+  const auto zeros = [&](std::size_t count) {
+    Buffer made = context.allocate(field_bytes(count));
     context.zero(made, made.bytes());
     return made;
   };
   value_ = context.allocate((matrix.places() + most_beyond) * media);
   for (const DeviceLevel& level : levels) {
-    const auto rows = static_cast<std::size_t>(level.links.rows);
+    const auto count = static_cast<std::size_t>(level.links.rows);
     links_.push_back(context.allocate((level.links.places() + most_beyond) * media));
-    for (auto* each : {&inverse_diagonal_, &level_r_, &level_y_}) each->push_back(zeros(rows));
+    for (auto* each : {&inverse_diagonal_, &level_r_, &level_y_}) each->push_back(zeros(count));
   }
   const auto coarsest = static_cast<std::size_t>(levels.back().links.rows);
   coarsest_ = context.allocate(coarsest * coarsest * media);
   for (Buffer* each : {&b_, &x_, &z_, &p_, &image_}) *each = zeros(rows());
-  runs_ = std::min<std::size_t>(rows(), context.info().kind == device::Kind::gpu ? 4096 : 64);
-  partial_ =
-      context.allocate((FormerAnswers::most + 1) * runs_ * lanes.width * numbers.sum_bytes());
-  scalars_ = context.allocate(FormerAnswers::most * lanes.width * numbers.sum_bytes());
   std::size_t fresh = 0;
-  const auto count = [&](const DevicePattern& of) {
-    fresh = std::max(fresh, std::min(of.pattern.rows(), most_fresh) * of.slots);
+  const auto count = [&](const DevicePattern& of_pattern) {
+    fresh = std::max(fresh, std::min(of_pattern.pattern.rows(), most_fresh) * of_pattern.slots);
   };
   count(matrix);
   for (const DeviceLevel& level : levels) count(level.links);
@@ -70,15 +69,15 @@ BatchSolve::BatchSolve(device::Context& context, const Numbers& numbers, const L
 template <class Number>
 void BatchSolve::write_rows(const Buffer& buffer, std::size_t slots, std::span<const int> rows,
                             const Number& number, bool every_lane) {
-  const std::size_t media = every_lane ? lanes_.width : lanes_.media();
+  const std::size_t media = every_lane ? width() : lanes().media();
   const auto write_as = [&]<class T>(T, std::span<const int> part, int all) {
     std::vector<T> fresh(part.size() * slots * media, T(0));
-    embedded::for_row_ranges(part.size(), [&](std::size_t begin, std::size_t end) {
+    for_ranges(part.size(), [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         for (std::size_t slot = 0; slot < slots; ++slot) {
           for (std::size_t lane = 0; lane < media; ++lane) {
-            if (lanes_.own() && lane >= lanes_.channels.size()) break;
-            const std::size_t channel = lanes_.channels[lanes_.own() ? lane : 0];
+            if (lanes().own() && lane >= lanes().channels.size()) break;
+            const std::size_t channel = lanes().channels[lanes().own() ? lane : 0];
             fresh[(k * slots + slot) * media + lane] =
                 static_cast<T>(number(channel, part[k], slot));
           }
@@ -129,14 +128,47 @@ void BatchSolve::set_media(const std::vector<MediumValues>& media,
     write_rows(inverse_diagonal_[l], 1, of_level, inverse, true);
   }
   std::vector<const std::vector<double>*> coarsest;
-  for (const std::size_t c : lanes_.channels) coarsest.push_back(&levels[c].coarsest);
-  write_lanes(context_, coarsest_, numbers_, coarsest, lanes_.media());
+  for (const std::size_t c : lanes().channels) coarsest.push_back(&levels[c].coarsest);
+  write_lanes(coarsest_, coarsest, coarsest.front()->size(), lanes().media());
+}
+
+Scalars BatchSolve::start(const std::vector<const std::vector<double>*>& starts) {
+  const Buffer &r = level_r_[0], &y = level_y_[0];
+  if (!former_ || former_->size() == 0) {
+    write_lanes(x_, starts, rows(), width());
+    over(rows(), "residual", matrix_.list, matrix_.step, value_, inverse_diagonal_[0], b_, x_, r,
+         y);
+    return dot(b_, x_);
+  }
+  const FormerAnswers& of = *former_;
+  const std::vector<Scalars> products = sums(FormerAnswers::most, "products_with_images", b_,
+                                             of.image(0), of.image(1), of.image(2), of.image(3));
+  const auto times = of.combination({products[0], products[1], products[2], products[3]});
+  write({times.begin(), times.end()});
+  return sums(1, "start_from_former", scalars(), inverse_diagonal_[0], of.answer(0), of.answer(1),
+              of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2), of.image(3), b_,
+              x_, r, y)[0];
+}
+
+Scalars BatchSolve::direct(const Scalars& along) {
+  if (first_direction_) {
+    std::swap(p_, z_);
+    first_direction_ = false;
+  } else {
+    write({along});
+    in_runs(rows(), "update_direction", scalars(), z_, p_);
+  }
+  return sums(1, "product", matrix_.list, matrix_.step, value_, p_, image_)[0];
+}
+
+Scalars BatchSolve::advance(const Scalars& step) {
+  write({step});
+  return sums(1, "update_solution", scalars(), inverse_diagonal_[0], p_, image_, b_, x_,
+              level_r_[0], level_y_[0])[0];
 }
 
 void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::size_t>& lights,
-                       std::vector<std::vector<double>>& x, double tolerance, int most_iterations,
-                       CgReport& report) {
-  const std::size_t width = lanes_.width;
+                       std::vector<std::vector<double>>& x, linear::CgEnd ends, CgReport& report) {
   std::vector<const std::vector<double>*> powers, starts;
   std::vector<std::vector<double>*> answers;
   for (const std::size_t light : lights) {
@@ -144,75 +176,33 @@ void BatchSolve::solve(const std::vector<Load>& loads, const std::vector<std::si
     starts.push_back(&x[light]);
     answers.push_back(&x[light]);
   }
-  write_lanes(context_, b_, numbers_, powers, width);
-  const Buffer &r = level_r_[0], &y = level_y_[0];
-  const bool changed = former_ && former_->size() == 0;
-  Scalars energy, before(width, 0.0), enough(width, 0.0);
-  if (former_ && !changed) {
-    const FormerAnswers& of = *former_;
-    const std::vector<Scalars> products = sums(FormerAnswers::most, "products_with_images", b_,
-                                               of.image(0), of.image(1), of.image(2), of.image(3));
-    write(of.combination({products[0], products[1], products[2], products[3]}));
-    energy = sums(1, "start_from_former", scalars_, inverse_diagonal_[0], of.answer(0),
-                  of.answer(1), of.answer(2), of.answer(3), of.image(0), of.image(1), of.image(2),
-                  of.image(3), b_, x_, r, y)[0];
-  } else {
-    write_lanes(context_, x_, numbers_, starts, width);
-    over(rows(), "residual", matrix_.list, matrix_.step, value_, inverse_diagonal_[0], b_, x_, r,
-         y);
-    energy = dot(b_, x_);
-  }
+  write_lanes(b_, powers, rows(), width());
+  if (former_ && former_->size() == 0) ends.of_first = of_change;
+  first_direction_ = true;
   // r·z estimates the error's energy, b·x is the answer's.
-  Scalars r_z = cycle();
-  Scalars from_change(width, std::numeric_limits<double>::infinity());
-  if (changed) {
-    for (std::size_t lane = 0; lane < width; ++lane) {
-      from_change[lane] = of_change * of_change * r_z[lane];
-    }
-  }
-  const auto done = [&] {
-    bool all = true;
-    for (std::size_t lane = 0; lane < width; ++lane) {
-      const double of_answer = tolerance * tolerance * std::max(0.0, energy[lane]);
-      enough[lane] = std::min(of_answer, from_change[lane]);
-      all = all && r_z[lane] <= enough[lane];
-    }
-    return all;
+  linear::CgState at(start(starts));
+  Scalars first;
+  const auto reached = [&](std::size_t lane) {
+    return ends.reached_energy(at.r_z[lane], at.size[lane], first[lane]);
   };
-  int iteration = 0;
-  for (; iteration < most_iterations && !done(); ++iteration) {
-    Scalars along(width, 0.0), step(width, 0.0);
-    if (iteration == 0) {
-      std::swap(p_, z_);
-    } else {
-      for (std::size_t lane = 0; lane < width; ++lane) {
-        if (before[lane] > 0.0) along[lane] = r_z[lane] / before[lane];
-      }
-      write(std::array{along});
-      in_runs(rows(), "update_direction", scalars_, z_, p_);
-    }
-    const Scalars p_image = sums(1, "product", matrix_.list, matrix_.step, value_, p_, image_)[0];
-    for (std::size_t lane = 0; lane < width; ++lane) {
-      if (p_image[lane] > 0.0) step[lane] = r_z[lane] / p_image[lane];
-    }
-    write(std::array{step});
-    energy =
-        sums(1, "update_solution", scalars_, inverse_diagonal_[0], p_, image_, b_, x_, r, y)[0];
-    before = r_z;
-    r_z = cycle();
-  }
-  done();
-  report.iterations = std::max(report.iterations, iteration);
+  linear::conjugate_gradients(
+      *this, at, [] { return false; },
+      [&] {
+        if (at.iterations == 0) first = at.r_z;
+        return at.iterations == ends.most_iterations || linear::in_all_lanes(width(), reached);
+      });
+  report.iterations = std::max(report.iterations, at.iterations);
   for (std::size_t lane = 0; lane < lights.size(); ++lane) {
+    const double energy = at.size[lane];
     report.residual[lights[lane]] =
-        energy[lane] > 0.0 ? std::sqrt(std::max(0.0, r_z[lane]) / energy[lane]) : 0.0;
-    report.converged = report.converged && r_z[lane] <= enough[lane];
+        energy > 0.0 ? std::sqrt(std::max(0.0, at.r_z[lane]) / energy) : 0.0;
+    report.converged = report.converged && reached(lane);
   }
   // z = x + 1 z: the last correction is the answer's, too. What is kept goes without, as its image.
-  write(std::array{Scalars(width, 1.0)});
-  in_runs(rows(), "update_direction", scalars_, x_, z_);
-  read_lanes(context_, z_, numbers_, answers, width);
-  if (former_ && iteration > 0) keep(r);
+  write({Scalars(width(), 1.0)});
+  in_runs(rows(), "update_direction", scalars(), x_, z_);
+  read_lanes(z_, answers);
+  if (former_ && at.iterations > 0) keep(level_r_[0]);
 }
 
 void BatchSolve::keep(const Buffer& r) {
@@ -226,7 +216,7 @@ void BatchSolve::keep(const Buffer& r) {
   former_->set_products(products[0], {products[1], products[2], products[3], products[4]});
 }
 
-Scalars BatchSolve::cycle() {
+Scalars BatchSolve::precondition(const Scalars& /*energy*/) {
   const std::size_t coarsest = levels_.size() - 1;
   const auto rows_of = [&](std::size_t l) {
     return static_cast<std::size_t>(levels_[l].links.rows);

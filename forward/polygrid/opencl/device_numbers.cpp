@@ -1,79 +1,14 @@
 #include "forward/polygrid/opencl/device_numbers.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <map>
 #include <utility>
 
-#include "forward/embedded/equations/row_ranges.h"
-#include "forward/embedded/opencl/device_levels.h"
 #include "forward/polygrid/opencl/row_lists.h"
 
 namespace kappamu::forward::polygrid {
 
-using embedded::uploaded;
-
-namespace {
-
-template <class T>
-void write_as(device::Context& context, const device::Buffer& buffer,
-              const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
-  const std::size_t rows = of_lane.front()->size();
-  context.fill(buffer, rows * width * sizeof(T), [&](void* memory) {
-    T* lanes = static_cast<T*>(memory);
-    embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        for (std::size_t lane = 0; lane < width; ++lane) {
-          lanes[i * width + lane] =
-              lane < of_lane.size() ? static_cast<T>((*of_lane[lane])[i]) : T(0);
-        }
-      }
-    });
-  });
-}
-
-template <class T>
-void read_as(device::Context& context, const device::Buffer& buffer,
-             const std::vector<std::vector<double>*>& of_lane, std::size_t width) {
-  const std::size_t rows = of_lane.front()->size();
-  context.look(buffer, rows * width * sizeof(T), [&](const void* memory) {
-    const T* lanes = static_cast<const T*>(memory);
-    embedded::for_row_ranges(rows, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) {
-        for (std::size_t lane = 0; lane < of_lane.size(); ++lane) {
-          (*of_lane[lane])[i] = static_cast<double>(lanes[i * width + lane]);
-        }
-      }
-    });
-  });
-}
-
-}  // namespace
-
-std::string Numbers::build_options(const embedded::Lanes& lanes) const {
-  return std::string("-DREAL=") + (precision == Precision::single ? "float" : "double") +
-         " -DSUM=" + (double_sums ? "double" : "float") +
-         " -DWIDTH=" + std::to_string(lanes.width) + " -DOWN=" + (lanes.own() ? "1" : "0") +
-         " -DINTERLEAVED=" + (interleaved ? "1" : "0");
-}
-
-void write_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                 const std::vector<const std::vector<double>*>& of_lane, std::size_t width) {
-  if (numbers.precision == Precision::single) {
-    write_as<float>(context, buffer, of_lane, width);
-  } else {
-    write_as<double>(context, buffer, of_lane, width);
-  }
-}
-
-void read_lanes(device::Context& context, const device::Buffer& buffer, const Numbers& numbers,
-                const std::vector<std::vector<double>*>& of_lane, std::size_t width) {
-  if (numbers.precision == Precision::single) {
-    read_as<float>(context, buffer, of_lane, width);
-  } else {
-    read_as<double>(context, buffer, of_lane, width);
-  }
-}
+using linear::uploaded;
 
 DevicePattern::DevicePattern(device::Context& context, const Pattern& of)
     : pattern(of), rows(static_cast<int>(pattern.rows())) {
@@ -111,27 +46,6 @@ DeviceLevel::DeviceLevel(device::Context& context, const GraphLevel& level, std:
   }
   first_child = uploaded(context, first);
   child = uploaded(context, children);
-}
-
-ChannelLevels::ChannelLevels(const Hierarchy& hierarchy, const MediumValues& medium)
-    : graph(hierarchy.values(medium)) {
-  for (const GraphValues& level : graph) {
-    inverse_diagonal.push_back(level.diagonal);
-    for (double& d : inverse_diagonal.back()) d = 1.0 / d;
-  }
-  const Pattern& links = hierarchy.level().back().links;
-  const auto rows = static_cast<Eigen::Index>(links.rows());
-  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(rows, rows);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    const auto row = static_cast<std::size_t>(i);
-    matrix(i, i) = graph.back().diagonal[row];
-    for (int k = links.start[row]; k < links.start[row + 1]; ++k) {
-      const auto j = static_cast<Eigen::Index>(links.column[static_cast<std::size_t>(k)]);
-      matrix(i, j) = matrix(j, i) = -graph.back().link[static_cast<std::size_t>(k)];
-    }
-  }
-  const Eigen::MatrixXd inverse = matrix.llt().solve(Eigen::MatrixXd::Identity(rows, rows));
-  coarsest.assign(inverse.data(), inverse.data() + inverse.size());
 }
 
 }  // namespace kappamu::forward::polygrid

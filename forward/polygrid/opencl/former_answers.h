@@ -8,10 +8,11 @@
 #include <vector>
 
 #include "device/context.h"
+#include "forward/linear/conjugate_gradients.h"
 
 namespace kappamu::forward::polygrid {
 
-using Scalars = std::vector<double>;  ///< [lane]
+using linear::Scalars;
 
 class FormerAnswers {
  public:

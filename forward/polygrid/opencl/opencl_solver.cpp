@@ -11,7 +11,7 @@ namespace kappamu::forward::polygrid {
 
 namespace {
 
-using embedded::Lanes;
+using linear::Lanes;
 
 class OpenclSolver final : public LinearSolver {
  public:
@@ -40,9 +40,10 @@ class OpenclSolver final : public LinearSolver {
     report.residual.resize(loads.size());
     x.resize(loads.size());
     for (auto& start : x) start.resize(static_cast<std::size_t>(matrix_.rows), 0.0);
-    for (const embedded::Batch& batch : embedded::batches_of(loads)) {
+    for (const linear::Batch& batch : linear::batches_of(loads)) {
       batch_for(packed(batch.lanes))
-          .solve(loads, batch.lights, x, tolerance, most_iterations, report);
+          .solve(loads, batch.lights, x,
+                 {.most_iterations = most_iterations, .relative_energy = tolerance}, report);
     }
     return report;
   }
@@ -83,7 +84,7 @@ class OpenclSolver final : public LinearSolver {
   Lights lights_;
   DevicePattern matrix_;
   std::vector<int> all_rows_;
-  Numbers numbers_;
+  linear::Numbers numbers_;
   std::vector<DeviceLevel> levels_;
   std::vector<ChannelLevels> channels_;
   std::vector<std::unique_ptr<BatchSolve>> batches_;

@@ -3,17 +3,16 @@
 // of vectors; only sums are read. Equal input gives equal bits.
 #pragma once
 
-#include "device/context.h"
+#include "forward/linear/opencl/device_lanes.h"
 #include "forward/polygrid/linear_solver.h"
 
 namespace kappamu::forward::polygrid {
 
-/// Of fields and matrix. Sums are in double where the device has it. `twofold` is for tests of the
-/// kernels, and for residuals below 1e-6.
-enum class Precision { single, twofold };
+/// `twofold` is for tests of the kernels, and for residuals below 1e-6.
+using linear::Precision;
 
 /// Keeps references to all three. Throws InputError where memory is too little or the device lacks
-/// double precision that is asked for.
+/// double precision that is asked for. Sums are in double where the device has it.
 std::unique_ptr<LinearSolver> make_opencl_solver(const Equations& equations,
                                                  const Hierarchy& hierarchy,
                                                  device::Context& context, Precision precision,

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "embedded_test_tools.h"
-#include "forward/embedded/geometry/bodies.h"
+#include "forward/bodies.h"
 #include "forward/embedded/geometry/cut_mesh.h"
 #include "forward/embedded/refinement.h"
 

@@ -7,7 +7,7 @@
 
 #include "embedded_test_tools.h"
 #include "forward/embedded/discretisation.h"
-#include "forward/embedded/reference/reference_multigrid.h"
+#include "forward/embedded/equations/row_levels.h"
 
 namespace kappamu::forward::embedded {
 namespace {
@@ -64,7 +64,8 @@ int iterations(const TriangleMesh& mesh, const ObjectMedium& medium, int level) 
   std::vector<double> flux(mesh.triangles.size(), 0.0);
   flux[flux.size() / 2] = 1.0;
   add_surface_load(d.mesh, d.space(), flux, b[0].power);
-  const CgReport report = make_reference_multigrid(d.levels)->solve(b, x, {tolerance, 100});
+  const CgReport report =
+      linear::make_host_solver(row_levels_of(d.levels))->solve(b, x, {tolerance, 100});
   EXPECT_TRUE(report.converged);
   return report.iterations;
 }

@@ -7,8 +7,7 @@
 #include "device/device_info.h"
 #include "embedded_test_tools.h"
 #include "forward/embedded/discretisation.h"
-#include "forward/embedded/opencl/opencl_multigrid.h"
-#include "forward/embedded/reference/reference_multigrid.h"
+#include "forward/embedded/equations/row_levels.h"
 
 namespace kappamu::forward::embedded {
 namespace {
@@ -69,10 +68,10 @@ void expect_equal(const System& system, const std::vector<Load>& loads) {
   constexpr double tolerance = 1e-8;  // of the residual, far below what may differ
   constexpr double most_difference = 1e-5;
   std::vector<std::vector<double>> reference, opencl;
-  const CgReport a =
-      make_reference_multigrid(system.d.levels)->solve(loads, reference, {tolerance, 50});
-  const CgReport b =
-      make_opencl_multigrid(system.d.levels, context())->solve(loads, opencl, {tolerance, 50});
+  const CgReport a = linear::make_host_solver(row_levels_of(system.d.levels))
+                         ->solve(loads, reference, {tolerance, 50});
+  const CgReport b = linear::make_opencl_solver(row_levels_of(system.d.levels), context())
+                         ->solve(loads, opencl, {tolerance, 50});
   EXPECT_TRUE(a.converged && b.converged);
   EXPECT_NEAR(a.iterations, b.iterations, 1);
   ASSERT_EQ(reference.size(), opencl.size());
@@ -116,8 +115,9 @@ TEST_F(EmbeddedOpencl, ALightWithoutPowerStaysDark) {
   std::vector<Load> loads{system.light(0, 10), system.light(0, 10)};
   std::fill(loads[1].power.begin(), loads[1].power.end(), 0.0);
   std::vector<std::vector<double>> x;
-  EXPECT_TRUE(
-      make_opencl_multigrid(system.d.levels, context())->solve(loads, x, {1e-6, 50}).converged);
+  EXPECT_TRUE(linear::make_opencl_solver(row_levels_of(system.d.levels), context())
+                  ->solve(loads, x, {1e-6, 50})
+                  .converged);
   for (const double value : x[1]) ASSERT_EQ(value, 0.0);
 }
 
@@ -125,7 +125,7 @@ TEST_F(EmbeddedOpencl, ThePowersBalanceWhateverTheTolerance) {
   const System system({random_medium(6)});
   const std::vector<Load> loads{system.light(0, 10)};
   std::vector<std::vector<double>> x;
-  make_opencl_multigrid(system.d.levels, context())->solve(loads, x, {0.1, 50});
+  linear::make_opencl_solver(row_levels_of(system.d.levels), context())->solve(loads, x, {0.1, 50});
   double given = 0.0, taken = 0.0;
   for (const double power : loads[0].power) given += power;
   taken = absorbed_power(system.d.mesh, system.d.space(), system.d.coefficients[0], x[0]);

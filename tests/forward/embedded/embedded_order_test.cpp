@@ -6,12 +6,11 @@
 #include <random>
 
 #include "core/numbers/dot.h"
+#include "cube_by_cube.h"
 #include "embedded_test_tools.h"
 #include "exact_sphere.h"
 #include "forward/embedded/discretisation.h"
-#include "forward/embedded/reference/cube_by_cube.h"
-#include "forward/embedded/reference/reference_multigrid.h"
-#include "forward/embedded/reference/row_levels.h"
+#include "forward/embedded/equations/row_levels.h"
 
 namespace kappamu::forward::embedded {
 namespace {
@@ -46,7 +45,8 @@ Errors sphere_errors(int level, const ExactSphere& sphere, const Lighting& load,
   std::vector<Load> b(1, {0, std::vector<double>(d.levels.unknowns(), 0.0)});
   std::vector<std::vector<double>> x;
   load(d, surface, b[0].power);
-  EXPECT_TRUE(make_reference_multigrid(d.levels)->solve(b, x, {solved, 50}).converged);
+  EXPECT_TRUE(
+      linear::make_host_solver(row_levels_of(d.levels))->solve(b, x, {solved, 50}).converged);
   const std::vector<double> means = triangle_means(d.mesh, d.space(), x[0], surface.size());
   double error = 0.0, norm = 0.0, most = 0.0, highest = 0.0;
   for (std::size_t t = 0; t < surface.size(); ++t) {
@@ -147,18 +147,19 @@ struct Small {
   }
 };
 
-std::vector<double> product(const SparseRows<double>& matrix, const std::vector<double>& x) {
+std::vector<double> product(const linear::RowMatrix<double>& matrix, const std::vector<double>& x) {
   std::vector<double> y(x.size());
-  for_products<1>(matrix, x.data(), [&](std::size_t row, const auto& sum) { y[row] = sum[0]; });
+  linear::for_products<1, false>(matrix, x.data(),
+                                 [&](std::size_t row, const auto& sum) { y[row] = sum[0]; });
   return y;
 }
 
 TEST(EmbeddedEquations, RowsAreTheReference) {
   const Small small(5);
   const Levels levels = small.levels();
-  const RowLevels rows = make_row_levels(levels, 0);
+  const linear::RowMatrix<double> rows = make_row_levels(levels, {1, {0}}).level[0].equations;
   const std::vector<double> x = small.random(1);
-  const std::vector<double> a = product(rows.matrix, x);
+  const std::vector<double> a = product(rows, x);
   const std::vector<double> b = reference_product(small.space, small.elements, 0, x);
   for (std::size_t u = 0; u < a.size(); ++u) ASSERT_NEAR(a[u], b[u], 1e-12);
 }
@@ -166,11 +167,11 @@ TEST(EmbeddedEquations, RowsAreTheReference) {
 TEST(EmbeddedEquations, AreSymmetricAndPositive) {
   const Small small(5);
   const Levels levels = small.levels();
-  const RowLevels rows = make_row_levels(levels, 0);
+  const linear::RowMatrix<double> rows = make_row_levels(levels, {1, {0}}).level[0].equations;
   for (const unsigned seed : {1U, 3U, 5U}) {
     const std::vector<double> x = small.random(seed), y = small.random(seed + 1);
-    const std::vector<double> a_x = product(rows.matrix, x);
-    const std::vector<double> a_y = product(rows.matrix, y);
+    const std::vector<double> a_x = product(rows, x);
+    const std::vector<double> a_y = product(rows, y);
     EXPECT_NEAR(dot(x, a_y), dot(y, a_x), 1e-11 * std::abs(dot(x, a_x)));
     EXPECT_GT(dot(x, a_x), 0.0);
   }
@@ -218,7 +219,7 @@ TEST(EmbeddedEquations, MultigridSolvesAsTheReferenceDoes) {
   for (unsigned light = 0; light < 3; ++light) {
     b.push_back({0, reference_product(small.space, small.elements, 0, small.random(10 + light))});
   }
-  EXPECT_TRUE(make_reference_multigrid(levels)->solve(b, x, {1e-10, 50}).converged);
+  EXPECT_TRUE(linear::make_host_solver(row_levels_of(levels))->solve(b, x, {1e-10, 50}).converged);
   const std::vector<double> y =
       reference_solution(small.space, small.elements, 0, b[2].power, 1e-11);
   std::vector<double> error = y;

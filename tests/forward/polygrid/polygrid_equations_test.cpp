@@ -14,6 +14,7 @@
 #include "core/optics.h"
 #include "forward/polygrid/linear_solver.h"
 #include "tests/cases/made_polygrid.h"
+#include "tests/cases/polygrid_reference.h"
 
 namespace kappamu::forward::polygrid {
 namespace {

@@ -7,6 +7,7 @@
 #include "device/device_info.h"
 #include "forward/polygrid/opencl/opencl_solver.h"
 #include "tests/cases/made_polygrid.h"
+#include "tests/cases/polygrid_reference.h"
 
 namespace kappamu::forward::polygrid {
 namespace {
@@ -83,6 +84,37 @@ TEST(PolygridOpencl, IsEquivalentToTheReference) {
   std::vector<Load> many;
   for (unsigned l = 0; l < 11; ++l) many.push_back(system.load(l < 9 ? 2 : 0, l));
   expect_equal(system, many, Precision::twofold, 1e-11, 1e-9);
+}
+
+TEST(PolygridHost, IsEquivalentToTheReference) {
+  for (const System& system :
+       {System(bent_polygrid({13, 7, 5}), 3), System(box_polygrid({1, 2, 3}, {1, 1, 1}), 3)}) {
+    const auto reference = make_reference_solver(system.equations);
+    const auto host = make_host_solver(system.equations, system.hierarchy);
+    reference->set_media(system.media);
+    host->set_media(system.media);
+    const std::vector<Load> loads{system.load(0, 1), system.load(1, 2), system.load(2, 3)};
+    std::vector<Vector> a, b;
+    EXPECT_TRUE(reference->solve(loads, a, 1e-12, 5000).converged);
+    EXPECT_TRUE(host->solve(loads, b, 1e-11, 200).converged);
+    for (std::size_t l = 0; l < loads.size(); ++l) {
+      EXPECT_LE(relative_difference(b[l], a[l]), 1e-9) << "light " << l;
+    }
+  }
+}
+
+// Iterations hardly grow with the number of cells on the host either.
+TEST(PolygridHost, TakesFewIterationsOnEveryResolution) {
+  for (const auto& [n, most] : {std::pair{8, 26}, {16, 30}, {32, 34}}) {
+    const System system(bent_polygrid({n, n, n / 2}), 1);
+    const auto solver = make_host_solver(system.equations, system.hierarchy);
+    const std::vector<Coefficients> plain(system.grid.cell.size(), {0.2, 0.002});
+    solver->set_media({system.equations.values(plain)});
+    std::vector<Vector> x;
+    const CgReport report = solver->solve({system.load(0, 1)}, x, 1e-5, 100);
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.iterations, most) << n;
+  }
 }
 
 TEST(PolygridOpencl, SinglePrecisionIsEnoughForPictures) {

@@ -10,6 +10,7 @@
 #include "forward/polygrid/opencl/opencl_solver.h"
 #include "studies/polygrid/relaxation.h"
 #include "tests/cases/made_polygrid.h"
+#include "tests/cases/polygrid_reference.h"
 
 namespace kappamu::studies {
 namespace {

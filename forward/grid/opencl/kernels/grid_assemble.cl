@@ -2,16 +2,16 @@
 // All arrays are scalar, layouts as in grid_operator.cl. One item per row (y, z), or on GPUs per
 // cell of it.
 
-// Boundary faces: G_b = h² / (h/(2κ) + 2A); 0 on mirrors.
-REAL robin(REAL kappa, REAL h, REAL two_a, int open) {
-  return open ? h * h / (h / (2 * kappa) + two_a) : (REAL)0;
+// Boundary faces; 0 on mirrors.
+REAL robin(REAL kappa, REAL h, REAL A, int open) {
+  return open ? robin_conductance(kappa, h, A) : (REAL)0;
 }
 REAL harmonic(REAL a, REAL b, REAL h) {
   return h * 2 * (a * b / (a + b));
 }
 
 // open_x, open_y, open_z: whether the faces across that axis are open.
-kernel void assemble(const int nx, const int ny, const int nz, const REAL h, const REAL two_a,
+kernel void assemble(const int nx, const int ny, const int nz, const REAL h, const REAL A,
                      const int open_x, const int open_y, const int open_z,
                      global const REAL* restrict kappa, global const REAL* restrict mu,
                      global REAL* restrict gx, global REAL* restrict gy, global REAL* restrict gz,
@@ -26,12 +26,12 @@ kernel void assemble(const int nx, const int ny, const int nz, const REAL h, con
     const size_t i = first + x;
     const REAL k = kappa[i];
     sink[i] = mu[i] * h * h * h;
-    face_x[x] = x > 0 ? harmonic(kappa[i - 1], k, h) : robin(k, h, two_a, open_x);
-    face_y[x] = y > 0 ? harmonic(kappa[i - nx], k, h) : robin(k, h, two_a, open_y);
-    gz[i] = z > 0 ? harmonic(kappa[i - plane], k, h) : robin(k, h, two_a, open_z);
-    if (x == nx - 1) face_x[nx] = robin(k, h, two_a, open_x);
-    if (y == ny - 1) face_y[x + nx] = robin(k, h, two_a, open_y);
-    if (z == nz - 1) gz[i + plane] = robin(k, h, two_a, open_z);
+    face_x[x] = x > 0 ? harmonic(kappa[i - 1], k, h) : robin(k, h, A, open_x);
+    face_y[x] = y > 0 ? harmonic(kappa[i - nx], k, h) : robin(k, h, A, open_y);
+    gz[i] = z > 0 ? harmonic(kappa[i - plane], k, h) : robin(k, h, A, open_z);
+    if (x == nx - 1) face_x[nx] = robin(k, h, A, open_x);
+    if (y == ny - 1) face_y[x + nx] = robin(k, h, A, open_y);
+    if (z == nz - 1) gz[i + plane] = robin(k, h, A, open_z);
   }
 }
 

@@ -1,8 +1,8 @@
-#include "forward/embedded/opencl/lanes.h"
+#include "forward/linear/lanes.h"
 
 #include <algorithm>
 
-namespace kappamu::forward::embedded {
+namespace kappamu::forward::linear {
 
 namespace {
 
@@ -42,4 +42,4 @@ std::vector<Batch> batches_of(const std::vector<Load>& loads) {
   return batches;
 }
 
-}  // namespace kappamu::forward::embedded
+}  // namespace kappamu::forward::linear

@@ -1,9 +1,9 @@
+#include "tests/cases/polygrid_reference.h"
+
 #include <algorithm>
 #include <cmath>
 
 #include "core/numbers/dot.h"
-
-#include "forward/polygrid/linear_solver.h"
 
 namespace kappamu::forward::polygrid {
 

@@ -9,7 +9,7 @@
 #include "core/ray_caster.h"
 #include "forward/object_model.h"
 
-namespace kappamu::forward::embedded {
+namespace kappamu::forward {
 
 struct Body {
   TriangleMesh mesh;
@@ -36,4 +36,4 @@ class BodyRays : public RayCaster {
   std::vector<int> local_;
 };
 
-}  // namespace kappamu::forward::embedded
+}  // namespace kappamu::forward

@@ -1,12 +1,12 @@
-// Which lights are solved for together on a device, as lanes of vectors.
+// Which lights are solved for together as lanes of vectors.
 #pragma once
 
 #include <cstddef>
 #include <vector>
 
-#include "forward/embedded/equations/linear_solver.h"
+#include "forward/linear/linear_solver.h"
 
-namespace kappamu::forward::embedded {
+namespace kappamu::forward::linear {
 
 /// How lights lie in a batch: `width` lanes (1, 2, 4 or 8), which share one medium or have one
 /// each.
@@ -18,6 +18,19 @@ struct Lanes {
   std::size_t media() const { return own() ? width : 1; }
 };
 
+/// [number][medium] from number(used lane, k); lanes that are not used have zeros.
+template <class Number>
+std::vector<float> by_medium(std::size_t count, const Lanes& lanes, const Number& number) {
+  const std::size_t media = lanes.media();
+  std::vector<float> result(count * media, 0.0F);
+  for (std::size_t m = 0; m < lanes.channels.size(); ++m) {
+    for (std::size_t k = 0; k < count; ++k) {
+      result[k * media + m] = static_cast<float>(number(m, k));
+    }
+  }
+  return result;
+}
+
 /// Batches of lights: one light of each medium where that fills lanes, else lights of one medium.
 struct Batch {
   Lanes lanes;
@@ -25,4 +38,4 @@ struct Batch {
 };
 std::vector<Batch> batches_of(const std::vector<Load>& loads);
 
-}  // namespace kappamu::forward::embedded
+}  // namespace kappamu::forward::linear

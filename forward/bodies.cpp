@@ -1,10 +1,10 @@
-#include "forward/embedded/geometry/bodies.h"
+#include "forward/bodies.h"
 
 #include <Eigen/Geometry>
 #include <map>
 #include <numeric>
 
-namespace kappamu::forward::embedded {
+namespace kappamu::forward {
 
 namespace {
 
@@ -111,4 +111,4 @@ std::optional<RayHit> BodyRays::first_hit(const Eigen::Vector3d& origin,
   }
 }
 
-}  // namespace kappamu::forward::embedded
+}  // namespace kappamu::forward

@@ -1,18 +1,17 @@
-#include "forward/embedded/reentry.h"
+#include "forward/light/reentry.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "core/mesh/surface_norm.h"
 #include "core/optics.h"
+#include "core/parallel.h"
 #include "core/random.h"
-#include "forward/embedded/body_solve.h"
-#include "forward/embedded/equations/row_ranges.h"
 #include "forward/light/beam_path.h"
 #include "forward/light_entry.h"
 #include "forward/surface_rays.h"
 
-namespace kappamu::forward::embedded {
+namespace kappamu::forward {
 
 namespace {
 
@@ -21,7 +20,7 @@ namespace {
 constexpr std::size_t rays_for_share = 20'000;
 constexpr std::size_t rays_to_follow = 64;
 /// Of the tolerance, the light that is left when it is followed no more.
-constexpr double followed_to = 0.1;
+constexpr double echo_left = 0.1;
 constexpr int most_rounds = 20;
 
 std::size_t rays_per_triangle(std::size_t triangles, bool follow) {
@@ -73,7 +72,7 @@ SeenTriangles::SeenTriangles(const ObjectProblem& problem, std::size_t rays_per_
     : rays_(rays_per_triangle), seen_(problem.surface.size() * rays_per_triangle, -1) {
   const Surface& surface = problem.surface;
   const SurfaceRays rays(problem);
-  for_row_ranges(surface.size(), [&](std::size_t begin, std::size_t end) {
+  for_ranges(surface.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Eigen::Vector3d normal = surface.normal[t];
       const Eigen::Vector3d u = normal.unitOrthogonal(), v = normal.cross(u);
@@ -136,7 +135,7 @@ std::vector<ObjectResult> with_reentry(std::span<const ObjectProblem> problems,
         if (left > 0.0) largest = std::max(largest, arriving / left);
       }
     }
-    if (!options.follow_reentry || largest <= followed_to * options.tolerance ||
+    if (!options.follow_reentry || largest <= echo_left * options.tolerance ||
         round == most_rounds) {
       return total;
     }
@@ -152,4 +151,4 @@ std::vector<ObjectResult> with_reentry(std::span<const ObjectProblem> problems,
   }
 }
 
-}  // namespace kappamu::forward::embedded
+}  // namespace kappamu::forward

@@ -1,4 +1,4 @@
-#include "forward/embedded/reference/cube_by_cube.h"
+#include "cube_by_cube.h"
 
 #include <cmath>
 

@@ -9,7 +9,7 @@
 #include "core/progress.h"
 #include "forward/object_model.h"
 
-namespace kappamu::forward::embedded {
+namespace kappamu::forward {
 
 /// Which triangle each triangle sees along fixed directions.
 class SeenTriangles {
@@ -33,4 +33,4 @@ using SolveOnce = std::function<std::vector<ObjectResult>(std::span<const Object
 std::vector<ObjectResult> with_reentry(std::span<const ObjectProblem> problems,
                                        const ObjectOptions& options, const SolveOnce& once);
 
-}  // namespace kappamu::forward::embedded
+}  // namespace kappamu::forward

@@ -1,0 +1,91 @@
+// Lanes of right-hand sides in a device's memory: fields [row][lane], scalars [lane], sums.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "device/context.h"
+#include "forward/linear/conjugate_gradients.h"
+
+namespace kappamu::forward::linear {
+
+/// Of fields and matrix.
+enum class Precision { single, twofold };
+
+/// How numbers are kept and sums are made.
+struct Numbers {
+  Precision precision = Precision::single;
+  bool double_sums = true, interleaved = false;
+
+  std::size_t real_bytes() const { return precision == Precision::single ? 4 : 8; }
+  std::size_t sum_bytes() const { return double_sums ? 8 : 4; }
+};
+
+/// A buffer with `data`; OpenCL has no empty ones.
+device::Buffer uploaded(device::Context& context, const void* data, std::size_t bytes);
+template <class T>
+device::Buffer uploaded(device::Context& context, const std::vector<T>& values) {
+  return uploaded(context, values.data(), values.size() * sizeof(T));
+}
+
+/// What the work of a batch on a device is made of.
+class DeviceLanes {
+ public:
+  /// Sums of up to `kinds` kinds in a fixed order, of `runs` stretches each (lanes_prelude.cl).
+  DeviceLanes(device::Context& context, const Numbers& numbers, const Lanes& lanes,
+              std::size_t rows, std::size_t runs, std::size_t kinds = 2);
+
+ protected:
+  const Lanes& lanes() const { return lanes_; }
+  std::size_t width() const { return lanes_.width; }
+  std::size_t rows() const { return rows_; }
+  const device::Buffer& scalars() const { return scalars_; }
+  device::Program& program(const device::KernelSource& source, const std::string& options) {
+    return context_.program(source, options + " " + build_options());
+  }
+
+  /// Writes `of_lane` beside each other, [row][width]; lanes without are zero, and fields that are
+  /// shorter than others end in zeros.
+  void write_lanes(const device::Buffer& buffer,
+                   const std::vector<const std::vector<double>*>& of_lane, std::size_t rows,
+                   std::size_t width) const;
+  /// Reads rows() into the lanes' own vectors.
+  void read_lanes(const device::Buffer& buffer,
+                  const std::vector<std::vector<double>*>& of_lane) const;
+
+  /// An item per number in [0, count).
+  template <class... T>
+  void over(device::Program& program, std::size_t count, const char* kernel,
+            const T&... arguments) {
+    context_.launch(program, kernel, {count, 1, 64, 1}, static_cast<int>(count), arguments...);
+  }
+  /// Rows in [0, count) in runs.
+  template <class... T>
+  void in_runs(device::Program& program, std::size_t count, const char* kernel,
+               const T&... arguments) {
+    context_.launch(program, kernel, {runs_, 1, 1, 1}, static_cast<int>(count),
+                    static_cast<int>(runs_), arguments...);
+  }
+  /// Σ per lane of a kernel that leaves partial sums of `count` kinds.
+  template <class... T>
+  std::vector<Scalars> sums(device::Program& program, std::size_t count, const char* kernel,
+                            const T&... arguments) {
+    in_runs(program, rows_, kernel, arguments..., partial_);
+    return read_sums(count);
+  }
+  void write(const std::vector<Scalars>& values);
+
+  device::Context& context_;
+  const Numbers numbers_;
+
+ private:
+  std::string build_options() const;
+  std::vector<Scalars> read_sums(std::size_t count) const;
+
+  Lanes lanes_;
+  std::size_t rows_, runs_;
+  device::Buffer partial_, scalars_;
+};
+
+}  // namespace kappamu::forward::linear
