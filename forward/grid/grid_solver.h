@@ -1,6 +1,6 @@
 // Grid diffusion on a block, many light patterns at once: the interface both backends implement
-// (the serial double reference and OpenCL), and all that the inverse problem needs of the forward
-// model.
+// (the serial double reference and OpenCL). What inverse problems see of it is DiffusionOperator
+// (grid_operator.cpp).
 //
 // Discretisation (docs/theory.md): cell-centred finite volumes on cubic voxels of edge h. With G_ij
 // the conductance of the face between cells i and j, h·2κ_iκ_j/(κ_i+κ_j), and G_b = h²/(h/(2κ_i) +
@@ -20,59 +20,12 @@
 
 #include "core/grid.h"
 #include "core/optics.h"
-#include "core/surface_measurements.h"
+#include "forward/operator.h"
 
 namespace kappamu::forward {
 
-enum class SourceModel {
-  first_collision,  ///< a collimated beam deposits its first collisions along the column below the
-                    ///< lit face, reflected to and fro between that and the far one
-  boundary          ///< diffuse entry through q = 4 E_t/(1 − R_φ) at the lit face
-};
-enum class Convention {
-  physical,  ///< A = (1+R_j)/(1−R_φ): coefficients comparable with published ones
-  wang2008   ///< [W] literally: C = 2.1489, q = E_t, boundary source, exitance reported as π·L of
-             ///< [W] (3)
-};
-
-/// What does not change while κ and μ vary.
-struct GridSetup {
-  GridShape shape;
-  double eta = 1.3;
-  Face lit_face = Face::z_minus;
-  Sides sides =
-      Sides::open;  ///< mirror: no flux through the four faces beside lit_face and its opposite
-  SourceModel source = SourceModel::first_collision;
-  Convention convention = Convention::physical;
-
-  /// From the lit face to its opposite.
-  double thickness_mm() const { return shape.extent(axis_of(lit_face)) * shape.voxel_mm; }
-};
-
-struct SolveOptions {
-  double tolerance = 1e-6;  ///< on ‖b − Aφ‖₂/‖b‖₂ of every pattern
-  int max_iterations = 200;
-};
-
-enum class Termination { converged, ran_out, failed };
-
-struct SolveReport {
-  Termination termination = Termination::failed;
-  int iterations = 0;            ///< of the slowest pattern
-  std::vector<double> residual;  ///< final relative residual of each pattern
-  double seconds = 0.0;
-  std::string message;  ///< one sentence: why it stopped
-};
-
-/// A batch of M volumes, one per pattern, living where the backend computes.
-class BatchField {
- public:
-  virtual ~BatchField() = default;
-  virtual int patterns() const = 0;
-};
-
 /// Sums over patterns of products of two fields; what a gradient is assembled from
-/// (inverse/problem/adjoint.h). Each is a volume [z][y][x].
+/// (derivatives.h). Each is a volume [z][y][x].
 struct PairProducts {
   std::vector<double> cell;  ///< Σ_m λ_i φ_i
   std::vector<double>
@@ -149,8 +102,6 @@ class GridSolver {
 
 /// Serial, double, written for reading.
 std::unique_ptr<GridSolver> make_reference_solver(const GridSetup& setup);
-
-enum class Precision { single_precision, double_precision };
 
 /// `device` selects as device::choose does ("auto", "reference", part of a device name). Falls back
 /// to the reference, with a warning through `progress`-independent SolverChoice::warning, when the

@@ -47,10 +47,7 @@ class Level {
     if (options.correct_grid) refinement_ = levels.refinement(level);
   }
 
-  int depth() const {
-    const forward::GridSetup& setup = objective_.problem().setup;
-    return setup.shape.extent(axis_of(setup.lit_face));
-  }
+  int depth() const { return objective_.space().depth(); }
   std::size_t used() const { return objective_.problem().used(); }
   int most_layers() const { return std::min(depth(), options_.most_layers); }
   const SolveCount& solves() const { return objective_.solves(); }
@@ -131,8 +128,7 @@ class Level {
 
  private:
   CoefficientPair fields(const LayeredMedium& medium) const {
-    const forward::GridSetup& setup = objective_.problem().setup;
-    return to_fields(medium, setup.shape, axis_of(setup.lit_face));
+    return to_fields(medium, objective_.space());
   }
   /// log κ of the layers, then log μ.
   static Eigen::VectorXd unknowns(const LayeredMedium& medium) {

@@ -35,7 +35,9 @@ int layer_of(const std::vector<int>& first, int slice) {
 
 }  // namespace
 
-CoefficientPair to_fields(const LayeredMedium& medium, const GridShape& shape, int axis) {
+CoefficientPair to_fields(const LayeredMedium& medium, const MediumSpace& space) {
+  const GridShape& shape = space.shape;
+  const int axis = space.depth_axis;
   CoefficientPair fields{std::vector<double>(shape.cells()), std::vector<double>(shape.cells())};
   std::size_t i = 0;
   for (int z = 0; z < shape.nz; ++z) {
@@ -98,8 +100,7 @@ LayeredMedium LayerFitter::medium(const Eigen::VectorXd& p) const {
 }
 
 CoefficientPair LayerFitter::fields(const Eigen::VectorXd& p) const {
-  const forward::GridSetup& setup = objective_.problem().setup;
-  return to_fields(medium(p), setup.shape, axis_of(setup.lit_face));
+  return to_fields(medium(p), objective_.space());
 }
 
 Eigen::VectorXd LayerFitter::residual(const Eigen::VectorXd& p) {

@@ -14,8 +14,8 @@
 
 namespace kappamu::inverse {
 
-/// Values of every voxel; `axis` is that of the light.
-CoefficientPair to_fields(const LayeredMedium& medium, const GridShape& shape, int axis);
+/// Values of every voxel.
+CoefficientPair to_fields(const LayeredMedium& medium, const MediumSpace& space);
 
 /// `layers` of equal depth up to rounding, in `depth` slices, with the values that `coarse` has at
 /// their middle. Twice the layers of a medium made this way lie within its own.

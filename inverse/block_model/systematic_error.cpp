@@ -243,9 +243,9 @@ std::vector<double> ErrorCovariance::draw(std::mt19937_64& engine) const {
 
 double structure_ratio(Objective& objective, const std::vector<double>& residual,
                        const ErrorCovariance& errors, int draws, std::uint64_t seed) {
-  const forward::GridSetup& setup = objective.problem().setup;
-  const int axis = axis_of(setup.lit_face);
-  const auto slices = static_cast<std::size_t>(setup.shape.extent(axis));
+  const GridShape& shape = objective.space().shape;
+  const int axis = objective.space().depth_axis;
+  const auto slices = static_cast<std::size_t>(shape.extent(axis));
   // Squares of the gradient by coefficient and slice, less its mean, which layers can follow:
   // voxels differ in sensitivity mostly by depth.
   const auto squares_of = [&](const std::vector<double>& s) {
@@ -253,9 +253,9 @@ double structure_ratio(Objective& objective, const std::vector<double>& residual
     std::vector<double> sums(2 * slices, 0.0);
     std::vector<double> squares(2 * slices, 0.0);
     std::size_t i = 0;
-    for (int z = 0; z < setup.shape.nz; ++z) {
-      for (int y = 0; y < setup.shape.ny; ++y) {
-        for (int x = 0; x < setup.shape.nx; ++x, ++i) {
+    for (int z = 0; z < shape.nz; ++z) {
+      for (int y = 0; y < shape.ny; ++y) {
+        for (int x = 0; x < shape.nx; ++x, ++i) {
           const auto slice = static_cast<std::size_t>(axis == 0 ? x : axis == 1 ? y : z);
           const std::array<double, 2> g{gradient.log_kappa[i], gradient.log_mu[i]};
           for (std::size_t q = 0; q < 2; ++q) {
@@ -265,7 +265,7 @@ double structure_ratio(Objective& objective, const std::vector<double>& residual
         }
       }
     }
-    const auto cells = static_cast<double>(setup.shape.cells() / slices);
+    const auto cells = static_cast<double>(shape.cells() / slices);
     for (std::size_t k = 0; k < sums.size(); ++k) squares[k] -= sums[k] * sums[k] / cells;
     return squares;
   };

@@ -113,8 +113,7 @@ class Exposure final : private Residuals {
             std::vector<double>(p.data() + layers_, p.data() + 2 * layers_)};
   }
   CoefficientPair fields(const LayeredMedium& of) const {
-    const forward::GridSetup& setup = objective_.problem().setup;
-    return to_fields(of, setup.shape, axis_of(setup.lit_face));
+    return to_fields(of, objective_.space());
   }
 
   /// log prediction − log datum of the data used.

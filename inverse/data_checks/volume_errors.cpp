@@ -52,12 +52,12 @@ Eigen::MatrixXd by_error(const Problem& problem, const std::vector<double>& pred
 }
 
 /// α R of H1, drawn to the fields' means, and its gradient.
-Roughness smoothing(const CoefficientPair& fields, const GridShape& shape, const Prior& prior) {
+Roughness smoothing(const CoefficientPair& fields, const MediumSpace& space, const Prior& prior) {
   const auto mean = [](const Vector& values) {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
   };
   const Anchor anchor{mean(fields.log_kappa), mean(fields.log_mu), prior.anchor_length_mm};
-  Roughness r = roughness(shape, prior.thickness_mm, fields, anchor);
+  Roughness r = roughness(space, fields, anchor);
   r.value *= prior.weight;
   for (Vector* values : {&r.gradient.log_kappa, &r.gradient.log_mu}) {
     for (double& v : *values) v *= prior.weight;
@@ -92,7 +92,7 @@ VolumeErrors volume_errors(Objective& objective, const CoefficientPair& fields, 
   }
   Eigen::MatrixXd s = columns.transpose() * weighed;
   Eigen::VectorXd pull = weighed.transpose() * residual;
-  const Roughness rough = smoothing(fields, problem.setup.shape, prior);
+  const Roughness rough = smoothing(fields, objective.space(), prior);
   const Eigen::VectorXd rise =
       hessian.gradient(objective.gradient()) + hessian.gradient(rough.gradient);
   std::vector<Eigen::VectorXd> pulls;

@@ -207,7 +207,9 @@ void solver(Solver& options, Visitor& visit) {
                "Adjoint solves per weight for the data's share of the metric"},
         metric_probes);
   visit(Option{"seed", group, "", "", bounds::any, "Of random probes (--seed)"}, seed);
-  auto& [device, precision, solve, batch, refined_tolerance, refined_memory_mb] = backend;
+  auto& [device, precision, solve, batch, refined_tolerance, refined_memory_mb, operators] =
+      backend;
+  static_cast<void>(operators);  // given by a program, not by a user
   visit(Option{"device", group, "", "", bounds::any, "Part of an OpenCL device's name (--device)"},
         device);
   visit(Option{"precision", group, "--precision", "", bounds::any,

@@ -24,12 +24,11 @@ void add_scaled(CoefficientPair& to, double factor, const CoefficientPair& term)
 
 }  // namespace
 
-FitFunction::FitFunction(Objective& objective, const Basis& basis, double thickness_mm,
-                         const Anchor& anchor, double weight, const Regulariser& regulariser,
-                         CoefficientPair start, const AbsorptionScale& scale)
+FitFunction::FitFunction(Objective& objective, const Basis& basis, const Anchor& anchor,
+                         double weight, const Regulariser& regulariser, CoefficientPair start,
+                         const AbsorptionScale& scale)
     : objective_(objective),
       basis_(basis),
-      thickness_mm_(thickness_mm),
       anchor_(anchor),
       weight_(weight),
       regulariser_(regulariser),
@@ -55,8 +54,7 @@ void FitFunction::go_to(const Vector& z) {
 
 double FitFunction::value(const Vector& z) {
   go_to(z);
-  roughness_ = roughness(objective_.problem().setup.shape, thickness_mm_, here_.fields, anchor_,
-                         regulariser_);
+  roughness_ = roughness(objective_.space(), here_.fields, anchor_, regulariser_);
   return objective_.value(here_.fields) + weight_ * roughness_.value;
 }
 
@@ -72,8 +70,8 @@ void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change)
   const double added = weight_ - before.weight_;
   if (added != 0.0) {
     const CoefficientPair smoothing =
-        smoothing_product(objective_.problem().setup.shape, thickness_mm_, anchor_.length_mm,
-                          roughness_.diffusivity, scale_.by_scaled(here_.fields, moved));
+        smoothing_product(objective_.space(), anchor_.length_mm, roughness_.diffusivity,
+                          scale_.by_scaled(here_.fields, moved));
     add_scaled(by_field, added, scale_.by_scaled(here_.fields, smoothing));
   }
   step = basis_.from_fields(moved);
@@ -84,14 +82,13 @@ void FitFunction::adopt(const FitFunction& before, Vector& step, Vector& change)
 /// step is d = (α − β) H⁻¹ g, and −Δχ² = 2α g·d − d·JᵀWJ d = (α² − β²) g·H⁻¹ g + β d·R'' d.
 double FitFunction::chi2_gain(const CoefficientPair& fields, const Basis& basis,
                               double weight) const {
-  const GridShape& shape = objective_.problem().setup.shape;
-  const Roughness here = roughness(shape, thickness_mm_, fields, anchor_, regulariser_);
+  const Roughness here = roughness(objective_.space(), fields, anchor_, regulariser_);
   Vector root = basis.gradient(here.gradient);
   const double square = dot(root, root);
   for (double& x : root) x *= weight_ - weight;
   const CoefficientPair step = basis.to_fields(root);
   const CoefficientPair smoothing =
-      smoothing_product(shape, thickness_mm_, anchor_.length_mm, here.diffusivity, step);
+      smoothing_product(objective_.space(), anchor_.length_mm, here.diffusivity, step);
   const double bend = dot(step.log_kappa, smoothing.log_kappa) + dot(step.log_mu, smoothing.log_mu);
   return (weight_ * weight_ - weight * weight) * square + weight * bend;
 }

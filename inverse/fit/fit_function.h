@@ -16,8 +16,8 @@ class FitFunction final : public Function {
   /// `basis` is one of (log κ, w), w as `scale` has it. `start`: the fields the optimiser begins
   /// from, at z = coordinates(start). There value() takes these themselves, not what rounding makes
   /// of them on the way to z and back: what the objective has just solved it need not solve again.
-  FitFunction(Objective& objective, const Basis& basis, double thickness_mm, const Anchor& anchor,
-              double weight, const Regulariser& regulariser, CoefficientPair start,
+  FitFunction(Objective& objective, const Basis& basis, const Anchor& anchor, double weight,
+              const Regulariser& regulariser, CoefficientPair start,
               const AbsorptionScale& scale = {});
 
   Vector coordinates(const CoefficientPair& fields) const;
@@ -46,7 +46,6 @@ class FitFunction final : public Function {
 
   Objective& objective_;
   const Basis& basis_;
-  double thickness_mm_;
   Anchor anchor_;
   double weight_;
   Regulariser regulariser_;

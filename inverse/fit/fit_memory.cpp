@@ -4,7 +4,6 @@
 
 #include "core/process_memory.h"
 #include "device/device_info.h"
-#include "forward/grid/opencl/solver_memory.h"
 
 namespace kappamu::inverse {
 
@@ -26,7 +25,7 @@ FitMemory memory_needed(const SurfaceMeasurements& measurements, const FitOption
   const int batch = std::min(patterns, backend.batch);
   const auto solver = [&](const forward::GridSetup& at, int fields, int in_fields, int at_once) {
     return static_cast<double>(
-        forward::solver_memory(at, in_fields, fields, at_once, backend.precision));
+        backend.operators->memory(at, in_fields, fields, at_once, backend.precision));
   };
   // φ of all patterns stays while an adjoint batch, or a refined one, is solved beside it.
   const double fluence = solver(setup, 1, patterns, batch);

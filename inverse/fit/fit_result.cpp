@@ -167,7 +167,7 @@ SharedErrors ChannelRun::shared_errors_now() const {
 
 /// Of the fit's α at its end.
 Prior ChannelRun::prior() const {
-  return {state_.path.weight, grid_.thickness_mm(), anchor().length_mm};
+  return {state_.path.weight, anchor().length_mm};
 }
 
 ChannelFit ChannelRun::result() {
@@ -205,13 +205,13 @@ ChannelFit ChannelRun::result() {
   }
   if (has_prior) {
     fit.prior = prior();
-    const int axis = axis_of(grid_.problem().setup.lit_face);
-    fit.blocks = prior_blocks(rows, shape, axis);
-    fit.missed = missed_structure(
-        grid_.objective(), fields,
-        point_spread(prior_metric(*fit.prior, shape, axis),
-                     posterior_metric(*fit.prior, shape, axis, fit.blocks), shape, axis),
-        *fit.prior);
+    const MediumSpace& space = grid_.space();
+    fit.blocks = prior_blocks(rows, space);
+    fit.missed =
+        missed_structure(grid_.objective(), fields,
+                         point_spread(prior_metric(*fit.prior, space),
+                                      posterior_metric(*fit.prior, space, fit.blocks), space),
+                         *fit.prior);
   }
   fit.correction = grid_.objective().correction();
   fit.simpler = state_.simpler;

@@ -128,7 +128,7 @@ void ChannelRun::require_possible(const FitState& state) const {
   }
   require_possible(state.optimiser, 2 * shape.cells(), options_.solver.optimiser.memory);
   const bool informed = options_.solver.coordinates == Coordinates::informed;
-  const LateralModes modes(shape, axis);
+  const LateralModes modes(problem.space());
   for (const LateralBlocks* blocks : {&state.blocks, &state.scaled_blocks}) {
     require(blocks->size() == (informed ? static_cast<std::size_t>(modes.bins()) : 0));
     for (const Eigen::MatrixXd& block : *blocks) {

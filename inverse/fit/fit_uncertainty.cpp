@@ -26,16 +26,17 @@ std::string with_error(double log_value, const char* unit, double deviation) {
 }
 
 std::string in_words(const LayeredMedium& medium, const Eigen::MatrixXd& covariance,
-                     const GridShape& shape, int axis) {
+                     const MediumSpace& space) {
+  const double voxel_mm = space.shape.voxel_mm;
   std::string words;
   const Eigen::Index layers = medium.layers();
   for (Eigen::Index l = 0; l < layers; ++l) {
     const auto at = static_cast<std::size_t>(l);
     const Eigen::Index m = layers + l;
     if (layers > 1) {
-      const int end = l + 1 < layers ? medium.first[at + 1] : shape.extent(axis);
-      words += formatted("%s%c from %.3g to %.3g mm: ", l > 0 ? " " : "", "xyz"[axis],
-                         medium.first[at] * shape.voxel_mm, end * shape.voxel_mm);
+      const int end = l + 1 < layers ? medium.first[at + 1] : space.depth();
+      words += formatted("%s%c from %.3g to %.3g mm: ", l > 0 ? " " : "", "xyz"[space.depth_axis],
+                         medium.first[at] * voxel_mm, end * voxel_mm);
     }
     const double kappa = std::sqrt(covariance(l, l));
     const double mu = std::sqrt(covariance(m, m));
@@ -76,17 +77,16 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
       make_problem(fitted, channel, options.data.convention, options.data.model_error);
   Refinement finer = refine(problem);
   finer.photons = predict_options(options, fit.report.physics).photons;
-  const GridShape shape = problem.setup.shape;
-  const int axis = axis_of(problem.setup.lit_face);
+  const MediumSpace space = problem.space();
+  const GridShape& shape = space.shape;
   const Face seen_face = problem.seen_face;
-  const LayeredMedium medium = layers_of(fit.medium, axis);
+  const LayeredMedium medium = layers_of(fit.medium, space.depth_axis);
   Objective objective(std::move(problem), options.solver.backend);
   if (options.path.correct_grid) {
-    objective.refresh_correction(finer, to_fields(medium, shape, axis),
-                                 Objective::PhotonSlope::renewed);
+    objective.refresh_correction(finer, to_fields(medium, space), Objective::PhotonSlope::renewed);
     objective.count_all_errors();
   }
-  objective.value(to_fields(medium, shape, axis));
+  objective.value(to_fields(medium, space));
   const std::vector<double> prediction = objective.prediction();
   const SystematicError error = estimate_systematic_error(
       objective.problem(), {prediction, objective.correction().ratio, !finer.photons});
@@ -104,8 +104,8 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
     of_both.log_kappa[at] =
         covariance(l, layers + l) / (of_kappa.log_kappa[at] * of_kappa.log_mu[at]);
   }
-  const CoefficientPair deviation = to_fields(of_kappa, shape, axis);
-  const CoefficientPair correlation = to_fields(of_both, shape, axis);
+  const CoefficientPair deviation = to_fields(of_kappa, space);
+  const CoefficientPair correlation = to_fields(of_both, space);
   Uncertainty found{Volume<float>(shape),       Volume<float>(shape), Volume<float>(shape, 1.0F),
                     Volume<float>(shape, 1.0F), Volume<float>(shape), {}};
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -114,7 +114,7 @@ Uncertainty estimate_model_uncertainty(const ChannelFit& fit, const SurfaceMeasu
     found.correlation[i] = static_cast<float>(correlation.log_kappa[i]);
   }
   found.report.layers = layers_below(found, seen_face);
-  found.report.sentence = in_words(medium, covariance, shape, axis);
+  found.report.sentence = in_words(medium, covariance, space);
   if (error.found(0.0)) {
     found.report.sentence += formatted(
         " They include a systematic error of the data of %.2g %%, as their residuals "
@@ -148,7 +148,7 @@ Uncertainty estimate_volume_uncertainty(const ChannelFit& fit, const SharedDevia
     return Vector(volume.values().begin(), volume.values().end());
   };
   return estimate_uncertainty(
-      *fit.prior, fitted.grid, fitted.lit_face, fitted.seen_face, fit.blocks,
+      *fit.prior, forward::block_space(fitted.grid, fitted.lit_face), fitted.seen_face, fit.blocks,
       {as_vector(fit.sensitivity_kappa), as_vector(fit.sensitivity_mu)}, shared);
 }
 

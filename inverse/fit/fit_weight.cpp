@@ -34,7 +34,7 @@ constexpr double uncoupled_share = 0.5;
 /// What the fields are drawn to.
 Anchor ChannelRun::anchor() const {
   return {std::log(state_.report.homogeneous_kappa), std::log(state_.report.homogeneous_mu),
-          options_.regulariser.anchor_length * grid_.thickness_mm()};
+          options_.regulariser.anchor_length * grid_.space().thickness_mm};
 }
 
 Regulariser ChannelRun::regulariser() const {
@@ -52,12 +52,12 @@ Regulariser ChannelRun::regulariser() const {
 /// μ has `slope`.
 Basis ChannelRun::basis(double weight, const LateralBlocks& blocks, double slope,
                         double uncoupled) const {
-  const double depth = grid_.thickness_mm();
+  const double depth = grid_.space().thickness_mm;
   const double metric =
-      metric_weight(regulariser(), weight, grid_.shape(), depth, state_.report.homogeneous_kappa);
-  return {grid_.shape(),
-          BasisOptions{options_.solver.coordinates, axis_of(grid_.problem().setup.lit_face), depth,
-                       options_.solver.smooth_length * depth, metric, uncoupled, slope},
+      metric_weight(regulariser(), weight, grid_.space(), state_.report.homogeneous_kappa);
+  return {grid_.space(),
+          BasisOptions{options_.solver.coordinates, options_.solver.smooth_length * depth, metric,
+                       uncoupled, slope},
           blocks};
 }
 
@@ -73,8 +73,8 @@ void ChannelRun::set_basis() {
   basis_ = std::make_unique<Basis>(
       basis(state_.path.weight, state_.scaled_blocks, slope, uncoupled_share));
   function_ =
-      std::make_unique<FitFunction>(grid_.objective(), *basis_, grid_.thickness_mm(), anchor(),
-                                    state_.path.weight, regulariser(), state_.fields, scale());
+      std::make_unique<FitFunction>(grid_.objective(), *basis_, anchor(), state_.path.weight,
+                                    regulariser(), state_.fields, scale());
 }
 
 void ChannelRun::begin_weight() {
@@ -84,10 +84,9 @@ void ChannelRun::begin_weight() {
     grid_.objective().value(state_.fields);
     std::vector<CoefficientPair> rows =
         random_rows(grid_.objective(), options_.solver.metric_probes, options_.solver.seed);
-    const int axis = axis_of(grid_.problem().setup.lit_face);
-    state_.blocks = lateral_blocks(rows, grid_.shape(), axis);
+    state_.blocks = lateral_blocks(rows, grid_.space());
     for (CoefficientPair& row : rows) row = scale().by_scaled(state_.fields, std::move(row));
-    state_.scaled_blocks = lateral_blocks(rows, grid_.shape(), axis);
+    state_.scaled_blocks = lateral_blocks(rows, grid_.space());
   }
   const std::unique_ptr<Basis> basis_before = std::move(basis_);
   const std::unique_ptr<FitFunction> function_before = std::move(function_);

@@ -4,7 +4,7 @@
 // Hessian hardly depends on μ and the other does so less than by 1/μ².
 #pragma once
 
-#include "inverse/problem/adjoint.h"
+#include "inverse/problem/fields.h"
 
 namespace kappamu::inverse {
 

@@ -38,16 +38,17 @@ Eigen::MatrixXd depth_laplacian(Eigen::Index depth) {
 
 }  // namespace
 
-Basis::Basis(const GridShape& shape, const BasisOptions& options, const LateralBlocks& blocks)
-    : shape_(shape) {
+Basis::Basis(const MediumSpace& space, const BasisOptions& options, const LateralBlocks& blocks)
+    : cells_(space.cells()) {
   if (options.coordinates == Coordinates::voxels) return;
-  modes_.emplace(shape, options.depth_axis);
+  modes_.emplace(space);
   const bool informed = options.coordinates == Coordinates::informed;
   check(!informed || static_cast<int>(blocks.size()) == modes_->bins(),
         "the data's Hessian does not fit the grid");
   const Eigen::MatrixXd along_depth = depth_laplacian(modes_->depth());
-  const double mass = std::pow(shape.voxel_mm / options.length_mm, 2);
-  const double smooth = options.weight * shape.voxel_mm / options.thickness_mm;
+  const double voxel_mm = space.shape.voxel_mm;
+  const double mass = std::pow(voxel_mm / options.length_mm, 2);
+  const double smooth = options.weight * voxel_mm / space.thickness_mm;
   for (int bin = 0; bin < modes_->bins(); ++bin) {
     Eigen::MatrixXd metric = smooth * along_depth;
     metric.diagonal().array() += smooth * (modes_->mean_laplacian(bin) + mass);
@@ -88,7 +89,7 @@ void Basis::apply(Factor factor, const Waves& from, double* to) const {
 }
 
 CoefficientPair Basis::fields_of(const Vector& z, Factor factor) const {
-  check(z.size() == 2 * shape_.cells(), "coordinates do not fit the basis");
+  check(z.size() == 2 * cells_, "coordinates do not fit the basis");
   if (!modes_) return parted(z);
   const auto waves = static_cast<Eigen::Index>(modes_->laplacian().size());
   Eigen::MatrixXd coefficients(modes_->rows(), waves);
@@ -107,7 +108,7 @@ CoefficientPair Basis::gradient_by_field(const Vector& by_z) const {
 Vector Basis::coordinates_of(const CoefficientPair& fields, Factor factor) const {
   if (!modes_) return joined(fields);
   const Eigen::MatrixXd coefficients = modes_->analyse(fields);
-  Vector z(2 * shape_.cells());
+  Vector z(2 * cells_);
   apply(factor, Waves(coefficients.data(), coefficients.rows(), coefficients.cols()), z.data());
   return z;
 }
@@ -135,8 +136,7 @@ Eigen::MatrixXd Basis::wave_variances() const {
 }
 
 FieldCovariance Basis::covariance() const {
-  const std::size_t cells = shape_.cells();
-  if (!modes_) return {{Vector(cells, 1.0), Vector(cells, 1.0)}, Vector(cells, 0.0)};
+  if (!modes_) return {{Vector(cells_, 1.0), Vector(cells_, 1.0)}, Vector(cells_, 0.0)};
   const Eigen::Index depth = modes_->depth();
   Eigen::MatrixXd diagonal(modes_->rows(), static_cast<Eigen::Index>(modes_->laplacian().size()));
   Eigen::MatrixXd between = Eigen::MatrixXd::Zero(diagonal.rows(), diagonal.cols());

@@ -7,13 +7,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
-#include "core/grid.h"
 #include "core/names.h"
 #include "inverse/optimise/lateral_modes.h"
-#include "inverse/problem/adjoint.h"
+#include "inverse/problem/fields.h"
 
 namespace kappamu::inverse {
 
@@ -41,10 +41,8 @@ struct FieldCovariance {
 
 struct BasisOptions {
   Coordinates coordinates = Coordinates::informed;
-  int depth_axis = 2;
-  double thickness_mm = 1.0;  ///< ℓ
-  double length_mm = 1.0;     ///< beyond which the metric no longer favours smoother fields
-  double weight = 1.0;        ///< α that the metric is made for
+  double length_mm = 1.0;  ///< beyond which the metric no longer favours smoother fields
+  double weight = 1.0;     ///< α that the metric is made for
   /// Of the data's Hessian, the share that is taken for what each depth and coefficient has by
   /// itself, without the rest's.
   double uncoupled = 0.0;
@@ -54,7 +52,7 @@ struct BasisOptions {
 class Basis {
  public:
   /// `blocks`: used by `informed`; one per bin of LateralModes.
-  Basis(const GridShape& shape, const BasisOptions& options, const LateralBlocks& blocks);
+  Basis(const MediumSpace& space, const BasisOptions& options, const LateralBlocks& blocks);
 
   CoefficientPair to_fields(const Vector& z) const;
   Vector from_fields(const CoefficientPair& fields) const;
@@ -84,7 +82,7 @@ class Basis {
   CoefficientPair fields_of(const Vector& z, Factor factor) const;
   Vector coordinates_of(const CoefficientPair& fields, Factor factor) const;
 
-  GridShape shape_;
+  std::size_t cells_;
   std::optional<LateralModes> modes_;     ///< empty: voxels
   std::vector<Eigen::MatrixXd> factors_;  ///< U of each bin, Uᵀ U = the guess of the Hessian
 };

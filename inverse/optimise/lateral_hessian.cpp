@@ -74,9 +74,9 @@ std::vector<CoefficientPair> random_rows(Objective& objective, int probes, std::
   return rows;
 }
 
-LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
-                             int depth_axis, double ridge) {
-  const LateralModes modes(shape, depth_axis);
+LateralBlocks lateral_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space,
+                             double ridge) {
+  const LateralModes modes(space);
   LateralBlocks sums(static_cast<std::size_t>(modes.bins()),
                      Eigen::MatrixXd::Zero(modes.rows(), modes.rows()));
   std::vector<int> samples(sums.size(), 0);

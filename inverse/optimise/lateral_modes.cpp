@@ -21,14 +21,14 @@ double laplacian_eigenvalue(int k, int n) {
   return 2.0 - 2.0 * std::cos(std::numbers::pi * k / n);
 }
 
-LateralModes::LateralModes(const GridShape& shape, int depth_axis)
-    : shape_(shape),
-      axis_a_(depth_axis == 0 ? 1 : 0),
-      axis_b_(depth_axis == 2 ? 1 : 2),
-      depth_axis_(depth_axis),
-      na_(shape.extent(axis_a_)),
-      nb_(shape.extent(axis_b_)),
-      depth_(shape.extent(depth_axis)),
+LateralModes::LateralModes(const MediumSpace& space)
+    : shape_(space.shape),
+      axis_a_(space.depth_axis == 0 ? 1 : 0),
+      axis_b_(space.depth_axis == 2 ? 1 : 2),
+      depth_axis_(space.depth_axis),
+      na_(shape_.extent(axis_a_)),
+      nb_(shape_.extent(axis_b_)),
+      depth_(space.depth()),
       cosines_a_(na_),
       cosines_b_(nb_) {
   // Bins as wide as the lowest frequency of the longer side.

@@ -7,9 +7,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/grid.h"
 #include "core/numbers/cosine_transform.h"
-#include "inverse/problem/adjoint.h"
+#include "inverse/problem/fields.h"
 
 namespace kappamu::inverse {
 
@@ -18,8 +17,7 @@ double laplacian_eigenvalue(int k, int n);
 
 class LateralModes {
  public:
-  /// `depth_axis`: 0, 1, 2 for x, y, z.
-  LateralModes(const GridShape& shape, int depth_axis);
+  explicit LateralModes(const MediumSpace& space);
 
   int depth() const { return depth_; }     ///< voxels along the depth
   int rows() const { return 2 * depth_; }  ///< log κ by depth, then log μ by depth

@@ -68,10 +68,6 @@ void GridPath::open(int level, bool closer) {
   objective_->set_derivative_tolerance(std::max(tolerance, of_gradients));
 }
 
-double GridPath::thickness_mm() const {
-  return problem().setup.thickness_mm();
-}
-
 double GridPath::renew_correction(const CoefficientPair& fields, double photon_noise) {
   if (correction_ == GridCorrection::none) {
     objective_->value(fields);

@@ -33,8 +33,8 @@ class GridPath {
   Objective& objective() { return *objective_; }
   const Objective& objective() const { return *objective_; }
   const Problem& problem() const { return objective_->problem(); }
-  const GridShape& shape() const { return problem().setup.shape; }
-  double thickness_mm() const;  ///< along the light
+  const MediumSpace& space() const { return objective_->space(); }
+  const GridShape& shape() const { return space().shape; }
 
   /// What r is made by on this grid.
   Refinement refinement() const { return levels_.refinement(level_); }

@@ -2,21 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "forward/grid/grid_physics.h"
-#include "inverse/problem/linearised.h"
 
 namespace kappamu::inverse {
 
 namespace {
-
-/// Pixels of the seen face that a thread sums over the patterns at once.
-constexpr std::size_t seen_at_once = 4096;
 
 using forward::SolveReport;
 using forward::Termination;
@@ -28,15 +25,16 @@ bool within_range(const CoefficientPair& fields) {
 }
 
 /// Voxels times iterations of a batch of `part` out of `patterns`.
-double cost(const forward::GridSolver& solver, const SolveReport& report, int part, int patterns) {
-  return static_cast<double>(solver.setup().shape.cells()) * report.iterations * part / patterns;
+double cost(const forward::DiffusionOperator& op, const SolveReport& report, int part,
+            int patterns) {
+  return static_cast<double>(op.space().cells()) * report.iterations * part / patterns;
 }
 
-/// Patterns [begin, end) of an array [M][...].
-std::span<const double> patterns_of(const std::vector<double>& values, int begin, int end,
-                                    std::size_t cells) {
-  return std::span<const double>(values).subspan(static_cast<std::size_t>(begin) * cells,
-                                                 static_cast<std::size_t>(end - begin) * cells);
+/// Patterns [begin, end) of an array [M][...] of `size` values each.
+template <class Values>
+auto patterns_of(Values& values, int begin, int end, std::size_t size) {
+  return std::span(values).subspan(static_cast<std::size_t>(begin) * size,
+                                   static_cast<std::size_t>(end - begin) * size);
 }
 
 }  // namespace
@@ -51,30 +49,22 @@ Refinement refine(const Problem& problem) {
   return refinement;
 }
 
-std::vector<double> solve_exitance(forward::GridSolver& solver, Face face,
-                                   const std::vector<double>& irradiance, int patterns, int batch,
+std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
+                                   const std::vector<double>& light, int patterns, int batch,
                                    const forward::SolveOptions& options, double* voxel_iterations) {
-  const std::size_t lit = face_shape(solver.setup().shape, solver.setup().lit_face).cells();
-  const std::size_t seen = face_shape(solver.setup().shape, face).cells();
-  std::vector<double> exitance(seen * static_cast<std::size_t>(patterns));
+  std::vector<double> exitance(op.exitance_size() * static_cast<std::size_t>(patterns));
   for (int begin = 0; begin < patterns; begin += batch) {
     const int end = std::min(begin + batch, patterns);
-    const auto light = patterns_of(irradiance, begin, end, lit);
-    const auto b = solver.make_field(end - begin);
-    const auto phi = solver.make_field(end - begin);
-    solver.light_source(light, *b);
-    const SolveReport report = solver.solve(*b, *phi, options);
+    const auto lit = patterns_of(light, begin, end, op.light_size());
+    const auto b = op.make_field(end - begin);
+    const auto phi = op.make_field(end - begin);
+    op.load(lit, *b);
+    const SolveReport report = op.solve(*b, *phi, options);
     if (report.termination == Termination::failed) {
       throw InputError("the diffusion solver failed: " + report.message);
     }
-    if (voxel_iterations != nullptr) {
-      *voxel_iterations += cost(solver, report, end - begin, patterns);
-    }
-    const bool needs_light = face == solver.setup().lit_face;
-    solver.exitance(
-        *phi, face, needs_light ? light : std::span<const double>(),
-        std::span<double>(exitance).subspan(static_cast<std::size_t>(begin) * seen,
-                                            static_cast<std::size_t>(end - begin) * seen));
+    if (voxel_iterations != nullptr) *voxel_iterations += cost(op, report, end - begin, patterns);
+    op.exitance(*phi, lit, patterns_of(exitance, begin, end, op.exitance_size()));
   }
   return exitance;
 }
@@ -95,10 +85,10 @@ Objective::Objective(Problem problem, Backend backend, DataTermOptions data_term
       backend_(std::move(backend)),
       derivative_solve_(backend_.solve),
       data_options_(data_term) {
-  forward::SolverChoice choice =
-      forward::make_grid_solver(problem_.setup, backend_.device, backend_.precision);
-  solver_ = std::move(choice.solver);
-  warning_ = std::move(choice.warning);
+  forward::MadeOperator made = backend_.operators->make(problem_.setup, problem_.seen_face,
+                                                        backend_.device, backend_.precision);
+  operator_ = std::move(made.op);
+  warning_ = std::move(made.warning);
   stated_weight_ = problem_.weight;
   correction_.ratio.assign(problem_.data.size(), 1.0);
   ratio_ = correction_.ratio;
@@ -114,35 +104,36 @@ bool Objective::solve_forward(const CoefficientPair& fields) {
   fluence_.clear();
   if (!within_range(fields)) return false;
   fields_ = fields;
-  kappa_ = exponential(fields.log_kappa);
-  mu_ = exponential(fields.log_mu);
-  solver_->set_medium(kappa_, mu_);
+  operator_->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
   ++solves_.forward;
-  const std::size_t lit = problem_.lit_shape().cells();
-  const std::size_t seen = problem_.seen_shape().cells();
   exitance_.assign(problem_.data.size(), 0.0);
   for (int begin = 0; begin < problem_.patterns; begin += backend_.batch) {
     const int end = std::min(begin + backend_.batch, problem_.patterns);
-    const auto light = patterns_of(problem_.irradiance, begin, end, lit);
-    const auto b = solver_->make_field(end - begin);
-    auto phi = solver_->make_field(end - begin);
-    solver_->light_source(light, *b);
-    // From zero, never from the last solution: a resumed fit must repeat the same arithmetic.
-    const SolveReport report = solver_->solve(*b, *phi, backend_.solve);
-    solves_.voxel_iterations += cost(*solver_, report, end - begin, problem_.patterns);
+    const auto light = patterns_of(problem_.irradiance, begin, end, operator_->light_size());
+    const auto b = operator_->make_field(end - begin);
+    auto phi = operator_->make_field(end - begin);
+    operator_->load(light, *b);
+    // From zero, never from the last solution: equal fits end in equal bits.
+    const SolveReport report = operator_->solve(*b, *phi, backend_.solve);
+    solves_.voxel_iterations += cost(*operator_, report, end - begin, problem_.patterns);
     if (report.termination == Termination::failed) {
       fluence_.clear();
       return false;
     }
-    const bool needs_light = problem_.seen_face == problem_.setup.lit_face;
-    solver_->exitance(
-        *phi, problem_.seen_face, needs_light ? light : std::span<const double>(),
-        std::span<double>(exitance_).subspan(static_cast<std::size_t>(begin) * seen,
-                                             static_cast<std::size_t>(end - begin) * seen));
+    operator_->exitance(*phi, light,
+                        patterns_of(exitance_, begin, end, operator_->exitance_size()));
     fluence_.push_back(std::move(phi));
   }
   correct();
   return true;
+}
+
+/// Of those solved by the last value().
+forward::SolvedBatch Objective::batch(std::size_t part) const {
+  const int begin = static_cast<int>(part) * backend_.batch;
+  const int end = std::min(begin + backend_.batch, problem_.patterns);
+  return {*fluence_[part], patterns_of(problem_.irradiance, begin, end, operator_->light_size()),
+          patterns_of(exitance_, begin, end, operator_->exitance_size())};
 }
 
 double Objective::misfit() {
@@ -171,36 +162,28 @@ CoefficientPair Objective::jacobian_transpose(const std::vector<double>& probe) 
 std::vector<double> Objective::jacobian(const CoefficientPair& direction) {
   check(!fluence_.empty(), "a derivative needs the fluence of a successful value()");
   ++solves_.tangent;
-  const std::size_t lit = problem_.lit_shape().cells();
-  const std::size_t seen = problem_.seen_shape().cells();
-  const Tangent tangent =
-      linearise(problem_.setup, solver_->constants(), problem_.seen_face, kappa_, mu_, direction);
-  std::vector<double> change(exitance_.size());
+  std::vector<double> change;
+  change.reserve(exitance_.size());
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
-    const int begin = static_cast<int>(part) * backend_.batch;
-    const int end = std::min(begin + backend_.batch, problem_.patterns);
-    const auto b = solver_->make_field(end - begin);
-    const auto field = solver_->make_field(end - begin);
-    solver_->change_source(tangent.equations, *fluence_[part],
-                           patterns_of(problem_.irradiance, begin, end, lit), *b);
-    const SolveReport report = solver_->solve(*b, *field, derivative_solve_);
+    const forward::SolvedBatch at = batch(part);
+    const int patterns = at.phi.patterns();
+    const auto b = operator_->make_field(patterns);
+    const auto field = operator_->make_field(patterns);
+    std::vector<double> direct(at.exitance.size());
+    operator_->linearise(at, direction, *b, direct);
+    const SolveReport report = operator_->solve(*b, *field, derivative_solve_);
     if (report.termination == Termination::failed) {
       throw InputError("the linearised diffusion solve failed: " + report.message);
     }
-    solves_.voxel_iterations += cost(*solver_, report, end - begin, problem_.patterns);
-    // Light is none of δφ's doing: where the lit face is seen, exitance() must not add it.
-    const std::vector<double> dark(static_cast<std::size_t>(end - begin) * lit, 0.0);
-    solver_->exitance(
-        *field, problem_.seen_face,
-        problem_.seen_face == problem_.setup.lit_face ? dark : std::span<const double>(),
-        std::span<double>(change).subspan(static_cast<std::size_t>(begin) * seen,
-                                          static_cast<std::size_t>(end - begin) * seen));
+    solves_.voxel_iterations += cost(*operator_, report, patterns, problem_.patterns);
+    const std::vector<double> dark(at.light.size(), 0.0);  // light is none of δφ's doing
+    std::vector<double> by_fluence(at.exitance.size());
+    operator_->exitance(*field, dark, by_fluence);
+    std::transform(direct.begin(), direct.end(), by_fluence.begin(), std::back_inserter(change),
+                   std::plus<>());
   }
-  const double apart = exitance_apart();
   const std::array<double, 2> even = means(direction);
   for (std::size_t i = 0; i < change.size(); ++i) {
-    const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
-    change[i] += tangent.observed[i % seen] * (exitance_[i] - entered);
     for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
       change[i] += correction_.slope[k][i] * even[k] * exitance_[i];
     }
@@ -217,49 +200,27 @@ void Objective::weigh_root(std::vector<double>& white) const {
   if (shares_errors(problem_, data_options_)) problem_.precision->apply_root(white);
 }
 
-/// The part of the exitance that no conductance multiplies, per irradiance.
-double Objective::exitance_apart() const {
-  return problem_.seen_face == problem_.setup.lit_face
-             ? forward::exitance_per_irradiance(problem_.setup, solver_->constants())
-             : 0.0;
-}
-
 CoefficientPair Objective::adjoint(const std::vector<double>& by_exitance) {
   check(!fluence_.empty(), "a gradient needs the fluence of a successful value()");
   ++solves_.adjoint;
-  const std::size_t lit = problem_.lit_shape().cells();
-  const std::size_t seen = problem_.seen_shape().cells();
-  const double apart = exitance_apart();
-  AdjointSums sums;
+  const std::size_t cells = space().cells();
+  CoefficientPair gradient{std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)};
+  std::span<const double> weights(by_exitance);
   for (std::size_t part = 0; part < fluence_.size(); ++part) {
-    const int begin = static_cast<int>(part) * backend_.batch;
-    const int end = std::min(begin + backend_.batch, problem_.patterns);
-    const auto b = solver_->make_field(end - begin);
-    const auto lambda = solver_->make_field(end - begin);
-    solver_->exitance_adjoint(problem_.seen_face, patterns_of(by_exitance, begin, end, seen), *b);
-    const SolveReport report = solver_->solve(*b, *lambda, derivative_solve_);
+    const forward::SolvedBatch at = batch(part);
+    const int patterns = at.phi.patterns();
+    const auto of_batch = weights.first(at.exitance.size());
+    weights = weights.subspan(of_batch.size());
+    const auto b = operator_->make_field(patterns);
+    const auto lambda = operator_->make_field(patterns);
+    operator_->exitance_transpose(of_batch, *b);
+    const SolveReport report = operator_->solve(*b, *lambda, derivative_solve_);
     if (report.termination == Termination::failed) {
       throw InputError("the adjoint diffusion solve failed: " + report.message);
     }
-    solves_.voxel_iterations += cost(*solver_, report, end - begin, problem_.patterns);
-    AdjointSums term;
-    term.products = solver_->pair_products(*lambda, *fluence_[part]);
-    term.columns =
-        solver_->column_products(*lambda, patterns_of(problem_.irradiance, begin, end, lit));
-    term.observed.assign(seen, 0.0);
-    for_pieces(seen, seen_at_once, [&](std::size_t, std::size_t first, std::size_t last) {
-      for (int m = begin; m < end; ++m) {
-        for (std::size_t s = first; s < last; ++s) {
-          const std::size_t i = static_cast<std::size_t>(m) * seen + s;
-          const double entered = apart == 0.0 ? 0.0 : apart * problem_.irradiance[i];
-          term.observed[s] += by_exitance[i] * (exitance_[i] - entered);
-        }
-      }
-    });
-    sums.add(std::move(term));
+    solves_.voxel_iterations += cost(*operator_, report, patterns, problem_.patterns);
+    operator_->add_gradient(at, *lambda, of_batch, gradient);
   }
-  CoefficientPair gradient = assemble_gradient(problem_.setup, solver_->constants(),
-                                               problem_.seen_face, kappa_, mu_, sums);
   for (std::size_t k = 0; k < 2 && !correction_.slope[k].empty(); ++k) {
     double even = 0.0;
     for (std::size_t i = 0; i < exitance_.size(); ++i) {

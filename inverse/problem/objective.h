@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
-#include "forward/grid/grid_solver.h"
-#include "inverse/problem/adjoint.h"
+#include "forward/operator.h"
 #include "inverse/problem/data_term.h"
+#include "inverse/problem/fields.h"
 #include "inverse/problem/photon_ratio.h"
 #include "inverse/problem/problem.h"
 
@@ -49,6 +49,7 @@ Refinement refine(const Problem& problem);
 /// Coefficients beyond e^±this are no material but a line search gone astray.
 inline constexpr double max_log_coefficient = 25.0;
 
+/// What solves, and how exactly.
 struct Backend {
   std::string device = "auto";
   forward::Precision precision = forward::Precision::single_precision;
@@ -56,6 +57,8 @@ struct Backend {
   int batch = 16;                   ///< patterns solved at once
   double refined_tolerance = 1e-4;  ///< of a refined solve's residual
   double refined_memory_mb = 6144;  ///< bound on the fields of a refined solve [MiB]
+  /// Makes the operator of every grid: of blocks unless another is given.
+  std::shared_ptr<const forward::OperatorFactory> operators = forward::block_operators();
 };
 
 /// Batched solves, each of all patterns, on whatever grid; what the cost of a fit is counted in.
@@ -79,10 +82,10 @@ struct SolveCount {
   }
 };
 
-/// Exitance of `face` under `irradiance` [M][v][u], solved in batches of at most `batch` patterns.
-/// Throws InputError when the solver fails. `voxel_iterations`, if given, grows by what it cost.
-std::vector<double> solve_exitance(forward::GridSolver& solver, Face face,
-                                   const std::vector<double>& irradiance, int patterns, int batch,
+/// Exitance under `light` [M][light_size()], solved in batches of at most `batch` patterns. Throws
+/// InputError when the solver fails. `voxel_iterations`, if given, grows by what it cost.
+std::vector<double> solve_exitance(const forward::DiffusionOperator& op,
+                                   const std::vector<double>& light, int patterns, int batch,
                                    const forward::SolveOptions& options,
                                    double* voxel_iterations = nullptr);
 
@@ -97,8 +100,9 @@ class Objective {
 
   /// Its weights count what of r's noise remains in single data.
   const Problem& problem() const { return problem_; }
+  const MediumSpace& space() const { return operator_->space(); }
   const std::string& warning() const { return warning_; }
-  std::string backend_name() const { return solver_->backend(); }
+  std::string backend_name() const { return operator_->backend(); }
   const SolveCount& solves() const { return solves_; }
 
   /// ½ χ² at the fields, or what the data term's options make of it; infinite where the solver does
@@ -155,21 +159,19 @@ class Objective {
   void add_to_variance(const std::vector<double>& more);
   void correct();
   static std::array<double, 2> means(const CoefficientPair& fields);
-  double exitance_apart() const;
+  forward::SolvedBatch batch(std::size_t part) const;
 
   Problem problem_;
   Backend backend_;
   forward::SolveOptions derivative_solve_;  ///< of adjoint and tangent solves
   DataTermOptions data_options_;
-  std::unique_ptr<forward::GridSolver> solver_;
+  std::unique_ptr<forward::DiffusionOperator> operator_;
   std::string warning_;
   SolveCount solves_;
   std::vector<double> stated_weight_;  ///< of the data alone
   Correction correction_;
-  std::vector<double> ratio_;  ///< r at fields_
-  CoefficientPair fields_;     ///< of the last value()
-  std::vector<double> kappa_;
-  std::vector<double> mu_;
+  std::vector<double> ratio_;                                  ///< r at fields_
+  CoefficientPair fields_;                                     ///< of the last value()
   std::vector<double> exitance_;                               ///< M of the last value()
   DataTerm data_term_;                                         ///< there
   std::vector<std::unique_ptr<forward::BatchField>> fluence_;  ///< φ of the last value(), by batch

@@ -25,8 +25,10 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
   const GridShape& own = problem_.setup.shape;
   const std::vector<double> kappa = split_voxels(exponential(fields.log_kappa), own, shape, 2);
   const std::vector<double> mu = split_voxels(exponential(fields.log_mu), own, shape, 2);
-  const forward::SolverChoice finer =
-      forward::make_grid_solver(refinement.setup, backend_.device, backend_.precision);
+  const std::unique_ptr<forward::DiffusionOperator> finer =
+      backend_.operators
+          ->make(refinement.setup, problem_.seen_face, backend_.device, backend_.precision)
+          .op;
   const int batch =
       bounded_batch(shape, backend_.batch, backend_.refined_memory_mb, backend_.precision);
   const auto exitance_below = [&](double lower_kappa, double lower_mu) {
@@ -35,12 +37,12 @@ double Objective::refresh_correction(const Refinement& refinement, const Coeffic
       for (double& x : values) x *= std::exp(-lower);
       return values;
     };
-    finer.solver->set_medium(scaled(kappa, lower_kappa), scaled(mu, lower_mu));
-    return restrict_face(
-        solve_exitance(*finer.solver, problem_.seen_face, refinement.irradiance, problem_.patterns,
-                       batch, {backend_.refined_tolerance, backend_.solve.max_iterations},
-                       &solves_.voxel_iterations),
-        face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2, problem_.patterns);
+    finer->set_medium(scaled(kappa, lower_kappa), scaled(mu, lower_mu));
+    return restrict_face(solve_exitance(*finer, refinement.irradiance, problem_.patterns, batch,
+                                        {backend_.refined_tolerance, backend_.solve.max_iterations},
+                                        &solves_.voxel_iterations),
+                         face_shape(shape, problem_.seen_face), problem_.seen_shape(), 2,
+                         problem_.patterns);
   };
   const auto require_forward = [&](const CoefficientPair& at) {
     if (!solve_forward(at)) throw InputError("the diffusion solver failed at the current medium");

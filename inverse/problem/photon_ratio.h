@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/grid.h"
-#include "forward/grid/grid_solver.h"
+#include "forward/block_setup.h"
 
 namespace kappamu::inverse {
 

@@ -46,21 +46,22 @@ std::vector<float> predict(const Medium& medium, const SurfaceMeasurements& ligh
   }
   forward::GridSetup setup = make_setup(light, options.convention);
   setup.shape = shape.refined(options.refine);
-  const auto solver =
-      forward::make_grid_solver(setup, options.backend.device, options.backend.precision).solver;
+  const auto op =
+      options.backend.operators
+          ->make(setup, light.seen_face, options.backend.device, options.backend.precision)
+          .op;
   const std::vector<double> kappa =
       split_voxels(medium.kappa.values(), shape, setup.shape, options.refine);
   const std::vector<double> mu =
       split_voxels(medium.mu.values(), shape, setup.shape, options.refine);
-  solver->set_medium(kappa, mu);
+  op->set_medium(kappa, mu);
   const std::vector<double> incident =
       split_face({light.irradiance.begin(), light.irradiance.end()}, light.lit_shape(),
                  face_shape(setup.shape, setup.lit_face), options.refine, light.patterns);
   const int batch = bounded_batch(setup.shape, options.backend.batch,
                                   options.backend.refined_memory_mb, options.backend.precision);
   std::vector<double> exitance = restrict_face(
-      solve_exitance(*solver, light.seen_face, incident, light.patterns, batch,
-                     options.backend.solve),
+      solve_exitance(*op, incident, light.patterns, batch, options.backend.solve),
       face_shape(setup.shape, light.seen_face), light.seen_shape(), options.refine, light.patterns);
   const double per_value = exitance_per_value(light, setup);
   if (options.photons) {

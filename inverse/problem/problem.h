@@ -8,7 +8,8 @@
 
 #include "core/grid.h"
 #include "core/surface_measurements.h"
-#include "forward/grid/grid_solver.h"
+#include "forward/block_setup.h"
+#include "inverse/problem/fields.h"
 #include "inverse/problem/smooth_error.h"
 
 namespace kappamu::inverse {
@@ -36,6 +37,7 @@ struct Problem {
 
   FaceShape lit_shape() const { return face_shape(setup.shape, setup.lit_face); }
   FaceShape seen_shape() const { return face_shape(setup.shape, seen_face); }
+  MediumSpace space() const { return forward::block_space(setup.shape, setup.lit_face); }
   std::size_t used() const;  ///< data with weight > 0
 };
 

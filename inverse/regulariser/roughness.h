@@ -1,6 +1,7 @@
 // The regulariser R of u = log κ and log μ, dimensionless, independent of the grid and of the unit
-// of length; ℓ is the thickness of the block along the light. [W] smooths κ alone, on which μ runs
-// away.
+// of length; ℓ is the thickness of the block along the light. Of an object only pairs of voxels
+// that both lie inside are compared, and the anchor counts a voxel by its share inside. [W] smooths
+// κ alone, on which μ runs away.
 //
 //   H1        R = (1/ℓ) ∫ ½ |∇v|² dV
 //   Huber-TV  R = (1/ℓ) ∫ ψ(|∇v|) dV,  ψ(s) = ½ s² up to δ = t/ℓ, then δ s − ½ δ²
@@ -24,9 +25,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/grid.h"
 #include "core/names.h"
-#include "inverse/problem/adjoint.h"
+#include "inverse/problem/fields.h"
 
 namespace kappamu::inverse {
 
@@ -66,7 +66,7 @@ struct Roughness {
   /// ψ'(|∇v|)/|∇v| of every voxel, in (0, 1]; empty where it is 1 everywhere: H1.
   std::vector<double> diffusivity;
 };
-Roughness roughness(const GridShape& shape, double thickness_mm, const CoefficientPair& fields,
+Roughness roughness(const MediumSpace& space, const CoefficientPair& fields,
                     const std::optional<Anchor>& anchor = std::nullopt,
                     const Regulariser& regulariser = {});
 
@@ -75,13 +75,13 @@ Roughness roughness(const GridShape& shape, double thickness_mm, const Coefficie
 /// diffusivity, Vogel & Oman 1996). Its quadratic form touches Huber-TV at those fields, with the
 /// same gradient, and lies nowhere below it. An empty diffusivity is H1's own. `anchor_length_mm`
 /// is Anchor::length_mm.
-CoefficientPair smoothing_product(const GridShape& shape, double thickness_mm,
-                                  double anchor_length_mm, const std::vector<double>& diffusivity,
+CoefficientPair smoothing_product(const MediumSpace& space, double anchor_length_mm,
+                                  const std::vector<double>& diffusivity,
                                   const CoefficientPair& change);
 
 /// The weight at which H1's Hessian bounds that of α R: what the fit's metric is made with
 /// (basis.h). For [W]'s R that is at `kappa` [mm] and for log κ.
-double metric_weight(const Regulariser& regulariser, double weight, const GridShape& shape,
-                     double thickness_mm, double kappa);
+double metric_weight(const Regulariser& regulariser, double weight, const MediumSpace& space,
+                     double kappa);
 
 }  // namespace kappamu::inverse

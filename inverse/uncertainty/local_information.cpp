@@ -13,15 +13,17 @@ namespace {
 constexpr double pooling = 1.5;  ///< deviation of the Gaussian mean [voxels]
 
 void share_out(Vector& variance, const Vector& beforehand, const Vector& sensitivity,
-               const GridShape& shape, Face lit) {
-  const FaceShape face = face_shape(shape, lit);
+               const MediumSpace& space) {
+  const Face across = all_faces[2 * static_cast<std::size_t>(space.depth_axis)];
+  const FaceShape face = face_shape(space.shape, across);
   const Vector inside = gaussian_sum(Vector(face.cells(), 1.0), face, pooling, 1);
   std::vector<std::size_t> layer(face.cells());  // its voxels
   Vector information(face.cells());
-  for (int depth = 0; depth < shape.extent(axis_of(lit)); ++depth) {
+  for (int depth = 0; depth < space.depth(); ++depth) {
     for (int v = 0; v < face.nv; ++v) {
       for (int u = 0; u < face.nu; ++u) {
-        layer[static_cast<std::size_t>(v * face.nu + u)] = face_cell(shape, lit, u, v, depth);
+        layer[static_cast<std::size_t>(v * face.nu + u)] =
+            face_cell(space.shape, across, u, v, depth);
       }
     }
     for (std::size_t k = 0; k < layer.size(); ++k) {
@@ -43,9 +45,9 @@ void share_out(Vector& variance, const Vector& beforehand, const Vector& sensiti
 }  // namespace
 
 CoefficientPair shared_out(CoefficientPair variance, const CoefficientPair& beforehand,
-                           const CoefficientPair& sensitivity, const GridShape& shape, Face lit) {
-  share_out(variance.log_kappa, beforehand.log_kappa, sensitivity.log_kappa, shape, lit);
-  share_out(variance.log_mu, beforehand.log_mu, sensitivity.log_mu, shape, lit);
+                           const CoefficientPair& sensitivity, const MediumSpace& space) {
+  share_out(variance.log_kappa, beforehand.log_kappa, sensitivity.log_kappa, space);
+  share_out(variance.log_mu, beforehand.log_mu, sensitivity.log_mu, space);
   return variance;
 }
 

@@ -2,7 +2,6 @@
 // below a part of the face that no pixel shows, the data's own say tells it.
 #pragma once
 
-#include "core/grid.h"
 #include "inverse/optimise/basis.h"
 
 namespace kappamu::inverse {
@@ -12,6 +11,6 @@ namespace kappamu::inverse {
 /// its root (sensitivity.h); it is averaged over some voxels across the light, since few probes
 /// make it.
 CoefficientPair shared_out(CoefficientPair variance, const CoefficientPair& beforehand,
-                           const CoefficientPair& sensitivity, const GridShape& shape, Face lit);
+                           const CoefficientPair& sensitivity, const MediumSpace& space);
 
 }  // namespace kappamu::inverse

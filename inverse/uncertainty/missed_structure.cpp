@@ -11,11 +11,10 @@ namespace kappamu::inverse {
 
 EvenChange missed_structure(Objective& objective, const CoefficientPair& fields,
                             const PointSpread& spread, const Prior& prior) {
-  const GridShape& shape = objective.problem().setup.shape;
-  const Face seen = objective.problem().seen_face;
-  const Face first = is_plus(seen) ? opposite(seen) : seen;
+  const MediumSpace& space = objective.space();
+  const Face first = all_faces[2 * static_cast<std::size_t>(space.depth_axis)];
   const auto smooth = [&](const std::vector<double>& field, const std::vector<double>& fwhm_mm) {
-    return gaussian_means(Volume<double>(shape, field), first, fwhm_mm).values();
+    return gaussian_means(Volume<double>(space.shape, field), first, fwhm_mm).values();
   };
   if (!std::isfinite(objective.value(
           {smooth(fields.log_kappa, spread.kappa_mm), smooth(fields.log_mu, spread.mu_mm)}))) {
@@ -28,7 +27,7 @@ EvenChange missed_structure(Objective& objective, const CoefficientPair& fields,
   for (std::size_t i = 0; i < whole.size(); ++i) {
     change[i] = objective.root_weight()[i] * (whole[i] - smoothed[i]);
   }
-  const std::size_t cells = shape.cells();
+  const std::size_t cells = space.cells();
   const std::array<CoefficientPair, 2> even{
       CoefficientPair{Vector(cells, 1.0), Vector(cells, 0.0)},
       CoefficientPair{Vector(cells, 0.0), Vector(cells, 1.0)}};
@@ -46,8 +45,7 @@ EvenChange missed_structure(Objective& objective, const CoefficientPair& fields,
     objective.weigh(weighed);
     normal.col(k) << dot(by[0], weighed), dot(by[1], weighed);
     right(k) = dot(change, weighed);
-    const CoefficientPair anchored =
-        smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {}, even[at]);
+    const CoefficientPair anchored = smoothing_product(space, prior.anchor_length_mm, {}, even[at]);
     normal(k, k) += prior.weight * (dot(even[at].log_kappa, anchored.log_kappa) +
                                     dot(even[at].log_mu, anchored.log_mu));
   }

@@ -25,9 +25,9 @@ double full_width(const Eigen::VectorXd& found, const Eigen::VectorXd& eigenvalu
 
 }  // namespace
 
-PointSpread point_spread(const Basis& prior, const Basis& posterior, const GridShape& shape,
-                         int depth_axis) {
-  const LateralModes modes(shape, depth_axis);
+PointSpread point_spread(const Basis& prior, const Basis& posterior, const MediumSpace& space) {
+  const GridShape& shape = space.shape;
+  const LateralModes modes(space);
   const Eigen::MatrixXd found =
       1.0 - posterior.wave_variances().array() / prior.wave_variances().array();
   Eigen::VectorXd eigenvalue(modes.bins());

@@ -4,7 +4,6 @@
 // and their deviations are of.
 #pragma once
 
-#include "core/grid.h"
 #include "inverse/optimise/basis.h"
 
 namespace kappamu::inverse {
@@ -17,7 +16,6 @@ struct PointSpread {
 };
 
 /// By the metrics before and after the data.
-PointSpread point_spread(const Basis& prior, const Basis& posterior, const GridShape& shape,
-                         int depth_axis);
+PointSpread point_spread(const Basis& prior, const Basis& posterior, const MediumSpace& space);
 
 }  // namespace kappamu::inverse

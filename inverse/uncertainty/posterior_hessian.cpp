@@ -7,13 +7,11 @@ namespace kappamu::inverse {
 
 PosteriorHessian::PosteriorHessian(Objective& objective, const Prior& prior, int probes,
                                    std::uint64_t seed)
-    : objective_(objective), prior_(prior), basis_([&] {
-        const forward::GridSetup& setup = objective.problem().setup;
-        const int axis = axis_of(setup.lit_face);
-        return posterior_metric(
-            prior, setup.shape, axis,
-            prior_blocks(random_rows(objective, probes, seed), setup.shape, axis));
-      }()) {}
+    : objective_(objective),
+      prior_(prior),
+      basis_(posterior_metric(
+          prior, objective.space(),
+          prior_blocks(random_rows(objective, probes, seed), objective.space()))) {}
 
 Eigen::VectorXd PosteriorHessian::gradient(const CoefficientPair& by_field) const {
   const Vector z = basis_.gradient(by_field);

@@ -6,7 +6,6 @@ namespace kappamu::inverse {
 
 struct Prior {
   double weight = 1.0;            ///< α
-  double thickness_mm = 1.0;      ///< ℓ (roughness.h)
   double anchor_length_mm = 1.0;  ///< L
 };
 

@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "inverse/problem/adjoint.h"
+#include "inverse/problem/fields.h"
 
 namespace kappamu::inverse {
 

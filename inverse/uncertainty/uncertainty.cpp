@@ -36,11 +36,9 @@ CoefficientPair weighed(CoefficientPair variance, const Prior& prior) {
   return variance;
 }
 
-Basis metric(Coordinates coordinates, const Prior& prior, const GridShape& shape, int depth_axis,
+Basis metric(Coordinates coordinates, const Prior& prior, const MediumSpace& space,
              const LateralBlocks& blocks) {
-  return {shape,
-          {coordinates, depth_axis, prior.thickness_mm, prior.anchor_length_mm, prior.weight},
-          blocks};
+  return {space, {coordinates, prior.anchor_length_mm, prior.weight}, blocks};
 }
 
 /// The prior keeps the metric definite.
@@ -48,18 +46,16 @@ constexpr double no_ridge = 0.0;
 
 }  // namespace
 
-LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
-                           int depth_axis) {
-  return lateral_blocks(rows, shape, depth_axis, no_ridge);
+LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space) {
+  return lateral_blocks(rows, space, no_ridge);
 }
 
-Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
-                       const LateralBlocks& blocks) {
-  return metric(Coordinates::informed, prior, shape, depth_axis, blocks);
+Basis posterior_metric(const Prior& prior, const MediumSpace& space, const LateralBlocks& blocks) {
+  return metric(Coordinates::informed, prior, space, blocks);
 }
 
-Basis prior_metric(const Prior& prior, const GridShape& shape, int depth_axis) {
-  return metric(Coordinates::smooth, prior, shape, depth_axis, {});
+Basis prior_metric(const Prior& prior, const MediumSpace& space) {
+  return metric(Coordinates::smooth, prior, space, {});
 }
 
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face) {
@@ -86,8 +82,9 @@ std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_f
   return layers;
 }
 
-CoefficientPair prior_variance(const GridShape& shape, const Prior& prior) {
-  const double scale = shape.voxel_mm / prior.thickness_mm;
+CoefficientPair prior_variance(const MediumSpace& space, const Prior& prior) {
+  const GridShape& shape = space.shape;
+  const double scale = shape.voxel_mm / space.thickness_mm;
   const double pull = std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
   const Eigen::MatrixXd along_x = squared_cosines(shape.nx);
   const Eigen::MatrixXd along_y = squared_cosines(shape.ny);
@@ -121,8 +118,8 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
   std::vector<double> seen = objective.jacobian(v);
   objective.weigh(seen);
   CoefficientPair product = objective.jacobian_transpose(seen);
-  const CoefficientPair smoothness = smoothing_product(
-      objective.problem().setup.shape, prior.thickness_mm, prior.anchor_length_mm, {}, v);
+  const CoefficientPair smoothness =
+      smoothing_product(objective.space(), prior.anchor_length_mm, {}, v);
   for (std::size_t i = 0; i < product.log_mu.size(); ++i) {
     product.log_kappa[i] += prior.weight * smoothness.log_kappa[i];
     product.log_mu[i] += prior.weight * smoothness.log_mu[i];
@@ -130,15 +127,14 @@ CoefficientPair hessian_product(Objective& objective, const Prior& prior,
   return product;
 }
 
-Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
-                                 Face seen_face, const LateralBlocks& blocks,
-                                 const CoefficientPair& sensitivity,
+Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, Face seen_face,
+                                 const LateralBlocks& blocks, const CoefficientPair& sensitivity,
                                  const SharedDeviation& shared) {
-  const Basis metric = posterior_metric(prior, shape, axis_of(lit_face), blocks);
+  const GridShape& shape = space.shape;
+  const Basis metric = posterior_metric(prior, space, blocks);
   const FieldCovariance even = metric.covariance();
-  const CoefficientPair beforehand = prior_variance(shape, prior);
-  const CoefficientPair posterior =
-      shared_out(even.variance, beforehand, sensitivity, shape, lit_face);
+  const CoefficientPair beforehand = prior_variance(space, prior);
+  const CoefficientPair posterior = shared_out(even.variance, beforehand, sensitivity, space);
   Uncertainty found{Volume<float>(shape), Volume<float>(shape), Volume<float>(shape),
                     Volume<float>(shape), Volume<float>(shape), {}};
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -155,8 +151,7 @@ Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Fac
         even.between[i] / std::sqrt(even.variance.log_kappa[i] * even.variance.log_mu[i]));
   }
   found.report.layers = layers_below(found, seen_face);
-  const PointSpread spread =
-      point_spread(prior_metric(prior, shape, axis_of(lit_face)), metric, shape, axis_of(lit_face));
+  const PointSpread spread = point_spread(prior_metric(prior, space), metric, space);
   const std::size_t depth = found.report.layers.size();
   for (std::size_t k = 0; k < depth; ++k) {
     const std::size_t slice = is_plus(seen_face) ? depth - 1 - k : k;

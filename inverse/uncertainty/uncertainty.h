@@ -62,29 +62,27 @@ struct Uncertainty {
 };
 
 /// Variances of (α R″)⁻¹, exact: R″ is diagonal in cosines.
-CoefficientPair prior_variance(const GridShape& shape, const Prior& prior);
+CoefficientPair prior_variance(const MediumSpace& space, const Prior& prior);
 
 /// (JᵀWJ + α R″) v at the fields of the objective's last value(): one tangent and one adjoint
 /// solve.
 CoefficientPair hessian_product(Objective& objective, const Prior& prior, const CoefficientPair& v);
 
 /// JᵀWJ in blocks for what follows, of `rows` by random_rows() (lateral_hessian.h).
-LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const GridShape& shape,
-                           int depth_axis);
+LateralBlocks prior_blocks(std::span<const CoefficientPair> rows, const MediumSpace& space);
 
 /// The guess of the posterior's covariance by these blocks.
-Basis posterior_metric(const Prior& prior, const GridShape& shape, int depth_axis,
-                       const LateralBlocks& blocks);
+Basis posterior_metric(const Prior& prior, const MediumSpace& space, const LateralBlocks& blocks);
 
 /// The same before the data, (α R″)⁻¹.
-Basis prior_metric(const Prior& prior, const GridShape& shape, int depth_axis);
+Basis prior_metric(const Prior& prior, const MediumSpace& space);
 
 /// C by that guess, of `blocks` by prior_blocks() at the minimum, shared out across the light by
 /// the `sensitivity` there (local_information.h); beside it in both deviations what C cannot know,
 /// `shared` (valley.h).
-Uncertainty estimate_uncertainty(const Prior& prior, const GridShape& shape, Face lit_face,
-                                 Face seen_face, const LateralBlocks& blocks,
-                                 const CoefficientPair& sensitivity, const SharedDeviation& shared);
+Uncertainty estimate_uncertainty(const Prior& prior, const MediumSpace& space, Face seen_face,
+                                 const LateralBlocks& blocks, const CoefficientPair& sensitivity,
+                                 const SharedDeviation& shared);
 
 /// Medians of the voxels of each layer, from the seen face down.
 std::vector<LayerUncertainty> layers_below(const Uncertainty& found, Face seen_face);

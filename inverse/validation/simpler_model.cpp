@@ -8,7 +8,7 @@
 
 #include "core/shown_text.h"
 #include "inverse/block_model/model_layers.h"
-#include "inverse/problem/adjoint.h"
+#include "inverse/problem/fields.h"
 #include "inverse/problem/predict.h"
 #include "inverse/problem/problem.h"
 
@@ -88,8 +88,8 @@ void prefer_simpler(ChannelFit& fit, const SurfaceMeasurements& fitted,
   const double per_value = exitance_per_value(validation, problem.setup);
   const std::vector<float> volume = predict(fit.medium, validation, predicting);
   for (const LayeredMedium& layers : fit.simpler) {
-    Medium medium =
-        to_medium(to_fields(layers, fitted.grid, axis_of(fitted.lit_face)), fitted.grid);
+    Medium medium = to_medium(to_fields(layers, forward::block_space(fitted.grid, fitted.lit_face)),
+                              fitted.grid);
     const Difference difference =
         compare(problem, per_value, predict(medium, validation, predicting), volume);
     if (difference.mean > difference.error) continue;

@@ -58,7 +58,7 @@ DenseFit::DenseFit(const SurfaceMeasurements& measurements, int channel,
       inverse::fit_channel(measurements, channel, options_, inverse::Checkpoint{}, silent);
   const double thickness =
       measurements.grid.extent(axis_of(measurements.lit_face)) * measurements.grid.voxel_mm;
-  prior_ = {start.report.weight, thickness, options_.regulariser.anchor_length * thickness};
+  prior_ = {start.report.weight, options_.regulariser.anchor_length * thickness};
   anchor_ = {std::log(start.report.homogeneous_kappa), std::log(start.report.homogeneous_mu),
              prior_.anchor_length_mm};
   inverse::Problem problem = inverse::make_problem(measurements, channel, options_.data.convention,
@@ -84,19 +84,16 @@ inverse::Objective& DenseFit::objective() {
 /// At the fields of the last value().
 VectorXd DenseFit::gradient(inverse::Objective& objective, const std::vector<double>& data) const {
   const VectorXd residual = weighted_residual(objective, data);
-  const GridShape& shape = objective.problem().setup.shape;
   return joined(objective.jacobian_transpose({residual.begin(), residual.end()})) +
-         prior_.weight *
-             joined(inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).gradient);
+         prior_.weight * joined(inverse::roughness(objective.space(), fields_, anchor_).gradient);
 }
 
 double DenseFit::value(inverse::Objective& objective, const std::vector<double>& data,
                        const VectorXd& u) {
   fields_ = fields_of(u);
   if (!std::isfinite(objective.value(fields_))) return std::numeric_limits<double>::infinity();
-  const GridShape& shape = objective.problem().setup.shape;
   return 0.5 * weighted_residual(objective, data).squaredNorm() +
-         prior_.weight * inverse::roughness(shape, prior_.thickness_mm, fields_, anchor_).value;
+         prior_.weight * inverse::roughness(objective.space(), fields_, anchor_).value;
 }
 
 /// The minimum of the full objective by L-BFGS that starts from the fitted block's covariance:
@@ -141,7 +138,6 @@ VectorXd DenseFit::minimise(inverse::Objective& objective, const std::vector<dou
 void DenseFit::build_matrices() {
   const Index n = fitted_.size();
   objective_->value(fields_of(fitted_));
-  const GridShape& shape = objective_->problem().setup.shape;
   jacobian_.resize(static_cast<Index>(objective_->problem().data.size()), n);
   precision_.resize(n, n);
   for (Index k = 0; k < n; ++k) {
@@ -149,8 +145,8 @@ void DenseFit::build_matrices() {
     const std::vector<double> column = objective_->jacobian(unit);
     jacobian_.col(k) = Eigen::Map<const VectorXd>(column.data(), jacobian_.rows());
     precision_.col(k) =
-        prior_.weight * joined(inverse::smoothing_product(shape, prior_.thickness_mm,
-                                                          prior_.anchor_length_mm, {}, unit));
+        prior_.weight *
+        joined(inverse::smoothing_product(objective_->space(), prior_.anchor_length_mm, {}, unit));
   }
   MatrixXd hessian = precision_;
   hessian.selfadjointView<Eigen::Lower>().rankUpdate(jacobian_.transpose());

@@ -101,12 +101,11 @@ Variances Proof::sampled_posterior(int count) {
 
 Variances Proof::estimated_posterior(int probes) {
   const inverse::Problem& problem = fit_.objective().problem();
-  const GridShape& shape = problem.setup.shape;
-  const Face lit = problem.setup.lit_face;
+  const inverse::MediumSpace& space = fit_.objective().space();
   const std::vector<inverse::CoefficientPair> rows =
       inverse::random_rows(fit_.objective(), probes, options_.seed);
   const inverse::Uncertainty found = inverse::estimate_uncertainty(
-      fit_.prior(), shape, lit, problem.seen_face, inverse::prior_blocks(rows, shape, axis_of(lit)),
+      fit_.prior(), space, problem.seen_face, inverse::prior_blocks(rows, space),
       inverse::estimate_sensitivity(rows), {});
   const Index cells = unknowns() / 2;
   Variances variances(unknowns());

@@ -177,17 +177,16 @@ SurfaceMeasurements expose(const Block& block, const CoefficientPair& fine_field
   const forward::GridSetup setup = inverse::make_setup(m, forward::Convention::physical);
   forward::GridSetup fine = setup;
   fine.shape = setup.shape.refined(2);
-  const auto solver = forward::make_grid_solver(fine, "auto", block.precision).solver;
-  solver->set_medium(inverse::exponential(fine_fields.log_kappa),
-                     inverse::exponential(fine_fields.log_mu));
+  const auto op = forward::block_operators()->make(fine, block.seen, "auto", block.precision).op;
+  op->set_medium(inverse::exponential(fine_fields.log_kappa),
+                 inverse::exponential(fine_fields.log_mu));
   const std::vector<double> light = inverse::split_face(
       irradiance, m.lit_shape(), face_shape(fine.shape, block.lit), 2, m.patterns);
   constexpr double memory_mb = 4096.0;
   const int batch = inverse::bounded_batch(fine.shape, 16, memory_mb, block.precision);
-  const std::vector<double> exitance =
-      inverse::restrict_face(inverse::solve_exitance(*solver, block.seen, light, m.patterns, batch,
-                                                     exact(block.precision)),
-                             face_shape(fine.shape, block.seen), m.seen_shape(), 2, m.patterns);
+  const std::vector<double> exitance = inverse::restrict_face(
+      inverse::solve_exitance(*op, light, m.patterns, batch, exact(block.precision)),
+      face_shape(fine.shape, block.seen), m.seen_shape(), 2, m.patterns);
   const double scale = 1.0 / inverse::exitance_per_value(m, setup);
   for (const double x : exitance) m.value.push_back(static_cast<float>(scale * x));
   m.variance.assign(m.value.size(), 1.0F);

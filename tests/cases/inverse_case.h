@@ -9,7 +9,7 @@
 
 #include "core/grid.h"
 #include "core/surface_measurements.h"
-#include "inverse/problem/adjoint.h"
+#include "inverse/problem/fields.h"
 #include "inverse/problem/predict.h"
 
 namespace kappamu::test_cases {

@@ -95,13 +95,14 @@ SurfaceMeasurements expose_figure(const Block& block, const Figure3& figure,
   SurfaceMeasurements m = light_up(block, light, eta);
   forward::GridSetup fine = inverse::make_setup(m, forward::Convention::physical);
   fine.shape = block.grid.refined(factor);
-  const auto solver =
-      forward::make_grid_solver(fine, "auto", forward::Precision::double_precision).solver;
+  const auto op = forward::block_operators()
+                      ->make(fine, block.seen, "auto", forward::Precision::double_precision)
+                      .op;
   const inverse::CoefficientPair fields = on_grid(fine.shape, figure);
-  solver->set_medium(inverse::exponential(fields.log_kappa), inverse::exponential(fields.log_mu));
+  op->set_medium(inverse::exponential(fields.log_kappa), inverse::exponential(fields.log_mu));
   const std::vector<double> exitance = inverse::restrict_face(
       inverse::solve_exitance(
-          *solver, block.seen,
+          *op,
           inverse::split_face(light, m.lit_shape(), face_shape(fine.shape, block.lit), factor,
                               m.patterns),
           m.patterns, 16, {1e-9, 1000}),

@@ -9,8 +9,8 @@
 
 #include "core/grid.h"
 #include "core/surface_measurements.h"
-#include "forward/grid/grid_solver.h"
-#include "inverse/problem/adjoint.h"
+#include "forward/operator.h"
+#include "inverse/problem/fields.h"
 #include "inverse/problem/objective.h"
 #include "inverse/problem/problem.h"
 #include "tests/cases/inverse_case.h"
@@ -75,9 +75,11 @@ inline Problem randomly_lit(const GridShape& shape, int patterns, Noise& noise) 
 inline std::vector<double> simulate(const forward::GridSetup& setup, const CoefficientPair& fields,
                                     Face seen, const std::vector<double>& light, int patterns,
                                     const std::string& device) {
-  auto choice = forward::make_grid_solver(setup, device, forward::Precision::double_precision);
-  choice.solver->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
-  return solve_exitance(*choice.solver, seen, light, patterns, 16, {1e-9, 1000});
+  const auto op = forward::block_operators()
+                      ->make(setup, seen, device, forward::Precision::double_precision)
+                      .op;
+  op->set_medium(exponential(fields.log_kappa), exponential(fields.log_mu));
+  return solve_exitance(*op, light, patterns, 16, {1e-9, 1000});
 }
 
 }  // namespace kappamu::inverse::cases

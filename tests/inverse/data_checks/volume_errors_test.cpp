@@ -26,7 +26,7 @@ using Eigen::VectorXd;
 TEST(VolumeErrors, IsTheJointMinimumToFirstOrder) {
   constexpr GridShape shape{5, 4, 3, 0.5};
   constexpr int patterns = 4;
-  const Prior prior{20.0, 1.5, 15.0};
+  const Prior prior{20.0, 15.0};
   cases::Noise noise(7);
   Problem problem = cases::randomly_lit(shape, patterns, noise);
   const CoefficientPair at = cases::rough_medium(shape, 0.2, 3);
@@ -51,7 +51,7 @@ TEST(VolumeErrors, IsTheJointMinimumToFirstOrder) {
     const CoefficientPair unit = parted(VectorXd::Unit(n, k));
     const std::vector<double> column = objective.jacobian(unit);
     j.col(k) = Eigen::Map<const VectorXd>(column.data(), rows);
-    h.col(k).head(n) = prior.weight * joined(smoothing_product(shape, prior.thickness_mm,
+    h.col(k).head(n) = prior.weight * joined(smoothing_product(objective.space(),
                                                                prior.anchor_length_mm, {}, unit));
   }
   VectorXd residual(rows);
@@ -79,9 +79,8 @@ TEST(VolumeErrors, IsTheJointMinimumToFirstOrder) {
   for (const Index first : {Index{0}, n / 2}) {
     from_mean.segment(first, n / 2).array() -= from_mean.segment(first, n / 2).mean();
   }
-  pull.head(n) -=
-      prior.weight * joined(smoothing_product(shape, prior.thickness_mm, prior.anchor_length_mm, {},
-                                              parted(from_mean)));
+  pull.head(n) -= prior.weight * joined(smoothing_product(objective.space(), prior.anchor_length_mm,
+                                                          {}, parted(from_mean)));
   const MatrixXd covariance = h.llt().solve(MatrixXd::Identity(n + 3, n + 3));
   const VectorXd expected = covariance * pull;
 

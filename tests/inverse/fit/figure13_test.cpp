@@ -53,7 +53,7 @@ class Figure13 : public ::testing::Test {
   double rough(const Medium& medium) const {
     Regulariser plain;
     plain.kind = RegulariserKind::wang2008;
-    return roughness(block_.grid, 1.0, to_fields(medium), {}, plain).value;
+    return roughness({block_.grid, 2, 1.0}, to_fields(medium), {}, plain).value;
   }
 
   cases::Block block_;

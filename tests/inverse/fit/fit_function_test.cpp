@@ -37,13 +37,14 @@ TEST_P(CarriedPair, IsThePairOfTheNewFunction) {
   Objective objective(make_problem(m, 0, forward::Convention::physical, {0.001, 5e-5}), exact);
   const CoefficientPair here = cases::rough_medium(block.grid, 0.1, 3);
   objective.value(here);
-  const LateralBlocks blocks = lateral_blocks(random_rows(objective, 2, 1), block.grid, 2);
-  const Basis first({8, 7, 5, 0.5}, {Coordinates::informed, 2, 2.5, 2.5, 300.0}, blocks);
-  const Basis second({8, 7, 5, 0.5}, {Coordinates::smooth, 2, 2.5, 2.5, 50.0}, {});
+  const LateralBlocks blocks = lateral_blocks(random_rows(objective, 2, 1), objective.space());
+  const MediumSpace space{{8, 7, 5, 0.5}, 2, 2.5};
+  const Basis first(space, {Coordinates::informed, 2.5, 300.0}, blocks);
+  const Basis second(space, {Coordinates::smooth, 2.5, 50.0}, {});
   const Regulariser regulariser{GetParam().regulariser, 100.0, 1.0};
   const Anchor anchor{std::log(0.15), std::log(0.05), 25.0};
-  FitFunction before(objective, first, 2.5, anchor, 300.0, regulariser, here, GetParam().scale);
-  FitFunction after(objective, second, 2.5, anchor, 50.0, regulariser, here, GetParam().scale);
+  FitFunction before(objective, first, anchor, 300.0, regulariser, here, GetParam().scale);
+  FitFunction after(objective, second, anchor, 50.0, regulariser, here, GetParam().scale);
 
   const auto gradient_at = [](FitFunction& function, const Vector& z) {
     function.value(z);
@@ -110,15 +111,15 @@ TEST(FitFunction, TellsChi2UnderTheNextWeightFromTheMinimumUnderThisOne) {
   Objective objective(make_problem(m, 0, options.data.convention, options.data.model_error), {});
   const CoefficientPair fields = to_fields(fit.medium);
   objective.value(fields);
-  const LateralBlocks blocks = lateral_blocks(random_rows(objective, 2, 1), block.grid, 2);
+  const LateralBlocks blocks = lateral_blocks(random_rows(objective, 2, 1), objective.space());
   const double depth = 3.0;
   const auto basis = [&](double weight) {
-    return Basis(block.grid, {Coordinates::informed, 2, depth, depth, weight}, blocks);
+    return Basis({block.grid, 2, depth}, {Coordinates::informed, depth, weight}, blocks);
   };
   const Anchor anchor{std::log(fit.report.homogeneous_kappa), std::log(fit.report.homogeneous_mu),
                       options.regulariser.anchor_length * depth};
   const Basis here = basis(900.0);
-  const FitFunction function(objective, here, depth, anchor, 900.0, {}, fields);
+  const FitFunction function(objective, here, anchor, 900.0, {}, fields);
   for (const double weight : {270.0, 3000.0}) {
     const double gain = function.chi2_gain(fields, basis(weight), weight);
     const double found = (fit.report.chi2_per_value - fit_at(weight).report.chi2_per_value) *

@@ -68,7 +68,7 @@ Spread spread_of_fits(const LayeredMedium& truth, int count) {
     const Problem problem = make_problem(m, 0, forward::Convention::physical, model_error);
     Objective objective(problem, {});
     // One correction for all, as for one block: its own changes are no noise.
-    objective.refresh_correction(refine(problem), to_fields(truth, block.grid, 2));
+    objective.refresh_correction(refine(problem), to_fields(truth, {block.grid}));
     if (k == 0) {
       spread.predicted = LayerFitter(objective, truth).covariance().diagonal().cwiseSqrt();
     }

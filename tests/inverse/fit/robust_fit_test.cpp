@@ -68,10 +68,10 @@ TEST(RobustFit, DerivativeIsExactInTheCoordinatesTheFitMovesIn) {
   const GridShape& shape = objective.problem().setup.shape;
   const double thickness = 2.0;
   const CoefficientPair at = cases::rough_medium(shape, 0.1, 5);
-  const Basis basis(shape, {Coordinates::smooth, 2, thickness, thickness, 10.0}, {});
+  const Basis basis({shape, 2, thickness}, {Coordinates::smooth, thickness, 10.0}, {});
   const Anchor anchor{std::log(0.15), std::log(0.05), 20.0};
-  FitFunction function(objective, basis, thickness, anchor, 10.0,
-                       {RegulariserKind::huber_tv, 0.5, 1.0}, at, AbsorptionScale(0.02));
+  FitFunction function(objective, basis, anchor, 10.0, {RegulariserKind::huber_tv, 0.5, 1.0}, at,
+                       AbsorptionScale(0.02));
   const Vector z = function.coordinates(at);
   const Vector direction = basis.from_fields(cases::random_direction(shape, 6));
   const double value = function.value(z);

@@ -23,7 +23,7 @@ class BasisLaws : public ::testing::TestWithParam<int> {};
 TEST_P(BasisLaws, InverseAndTranspose) {
   const GridShape shape{7, 5, 4, 0.3};
   const int axis = GetParam();
-  const LateralModes modes(shape, axis);
+  const LateralModes modes({shape, axis});
   cases::Noise noise(3);
   LateralBlocks blocks;
   for (int bin = 0; bin < modes.bins(); ++bin) {
@@ -33,7 +33,7 @@ TEST_P(BasisLaws, InverseAndTranspose) {
   }
   constexpr double rounding = 1e-9;  // the random blocks' condition
   for (const Coordinates c : {Coordinates::voxels, Coordinates::smooth, Coordinates::informed}) {
-    const Basis basis(shape, {c, axis, 1.2, 1.2, 10.0}, blocks);
+    const Basis basis({shape, axis, 1.2}, {c, 1.2, 10.0}, blocks);
     const CoefficientPair u = cases::random_direction(shape, 1);
     const CoefficientPair w = cases::random_direction(shape, 2);
     const Vector z = basis.from_fields(u);
@@ -76,9 +76,10 @@ TEST(CosineTransform, IsTheMatrixOfItsDefinitionAtAnyLength) {
 
 TEST(Roughness, DoesNotDependOnGridOrUnitOfLength) {
   const GridShape grid{24, 24, 8, 0.5};
-  const double value = roughness(grid, 4.0, cases::smooth_medium(grid)).value;
+  const double value = roughness({grid, 2, 4.0}, cases::smooth_medium(grid)).value;
   const GridShape metres{24, 24, 8, 0.5e-3};
-  EXPECT_NEAR(roughness(metres, 4.0e-3, cases::smooth_medium(metres)).value, value, 1e-12 * value);
+  EXPECT_NEAR(roughness({metres, 2, 4.0e-3}, cases::smooth_medium(metres)).value, value,
+              1e-12 * value);
   // A linear ramp along x: ∫|∇u|² dV / ℓ is known.
   for (const int n : {16, 32, 64}) {
     const GridShape shape{n, 4, 4, 8.0 / n};
@@ -88,7 +89,7 @@ TEST(Roughness, DoesNotDependOnGridOrUnitOfLength) {
     }
     const double area = 16.0 * shape.voxel_mm * shape.voxel_mm;
     const double exact = 0.5 * 0.01 * area * (8.0 - shape.voxel_mm) / 2.0;
-    EXPECT_NEAR(roughness(shape, 2.0, ramp).value, exact, 1e-12);
+    EXPECT_NEAR(roughness({shape, 2, 2.0}, ramp).value, exact, 1e-12);
   }
 }
 
@@ -96,8 +97,8 @@ TEST(Roughness, AnchorAddsItsPullAlone) {
   const GridShape grid{4, 3, 5, 0.5};
   const CoefficientPair fields = cases::smooth_medium(grid);
   const Anchor anchor{-2.0, -4.0, 3.0};
-  const Roughness plain = roughness(grid, 2.5, fields);
-  const Roughness anchored = roughness(grid, 2.5, fields, anchor);
+  const Roughness plain = roughness({grid, 2, 2.5}, fields);
+  const Roughness anchored = roughness({grid, 2, 2.5}, fields, anchor);
   double sum = 0.0;  // ½ ∫ |v − v*|² dV/(ℓ L²), v = log κ, log μ / 3
   for (std::size_t i = 0; i < grid.cells(); ++i) {
     sum += std::pow(fields.log_kappa[i] + 2.0, 2) +
@@ -112,9 +113,9 @@ TEST(Roughness, AnchorAddsItsPullAlone) {
     CoefficientPair down = fields;
     up.log_mu[i] += step;
     down.log_mu[i] -= step;
-    const double slope =
-        (roughness(grid, 2.5, up, anchor).value - roughness(grid, 2.5, down, anchor).value) /
-        (2.0 * step);
+    const double slope = (roughness({grid, 2, 2.5}, up, anchor).value -
+                          roughness({grid, 2, 2.5}, down, anchor).value) /
+                         (2.0 * step);
     EXPECT_NEAR(anchored.gradient.log_mu[i], slope, 1e-8);
   }
 }

@@ -60,9 +60,9 @@ TEST(Metric, IsTheHessiansInverseForAllButFewDirections) {
   objective.refresh_correction(refine(objective.problem()), truth);
   constexpr double alpha = 270.0;  // where its fit ends
   const double thickness = 5.0;
-  const LateralBlocks blocks = lateral_blocks(random_rows(objective, 2, 1), block.grid, 2);
-  const Basis basis(block.grid, {Coordinates::informed, 2, thickness, thickness, alpha}, blocks);
-  const Prior prior{alpha, thickness, 10.0 * thickness};
+  const LateralBlocks blocks = lateral_blocks(random_rows(objective, 2, 1), objective.space());
+  const Basis basis({block.grid, 2, thickness}, {Coordinates::informed, thickness, alpha}, blocks);
+  const Prior prior{alpha, 10.0 * thickness};
   const Spectrum found = spectrum(
       [&](const Vector& z) {
         return basis.gradient(hessian_product(objective, prior, basis.to_fields(z)));
@@ -88,7 +88,7 @@ TEST(Metric, IsTheHessiansInverseForAllButFewDirections) {
 /// go together, two rows tell the longest waves' squares and correlations.
 TEST(Metric, TellsTheLongestWavesFromTheirOwnBandsAndCorrelationsFromMany) {
   const GridShape grid{40, 40, 20, 0.5};
-  const LateralModes modes(grid, 2);
+  const LateralModes modes({grid});
   constexpr double together = 0.6;
   const auto square = [](int bin) { return std::exp(-bin / 3.0); };
   double squares = 0.0;
@@ -110,7 +110,7 @@ TEST(Metric, TellsTheLongestWavesFromTheirOwnBandsAndCorrelationsFromMany) {
       }
       rows.push_back(modes.synthesise(waves));
     }
-    const Eigen::MatrixXd longest = lateral_blocks(rows, grid, 2, 0.0).front();
+    const Eigen::MatrixXd longest = lateral_blocks(rows, {grid}, 0.0).front();
     squares += longest.trace() / modes.rows() / trials;
     for (int row = 0; row + 1 < modes.rows(); ++row) {
       correlation += longest(row, row + 1) /

@@ -159,51 +159,38 @@ TEST_P(Gradient, TangentIsTheTransposeOfTheAdjoint) {
   EXPECT_EQ(objective_->solves().tangent, 1);
 }
 
-TEST_P(Gradient, SolverIsItsOwnAdjoint) {
-  // ⟨A⁻¹ b, w⟩ = ⟨b, A⁻¹ w⟩ and ⟨M(φ), s⟩ = ⟨φ, Mᵀ s⟩, to rounding.
+TEST_P(Gradient, LightAndExitanceAreEachOthersTranspose) {
+  // ⟨M light, s⟩ = ⟨light, Mᵀ s⟩, to rounding: A is its own adjoint, and load_transpose() and
+  // exitance_transpose() are what they say.
   const GradientCase& c = GetParam();
-  const double rounding = c.precision == Precision::double_precision ? 1e-11 : 1e-4;
+  const bool exact = c.precision == Precision::double_precision;
   const Problem& problem = objective_->problem();
-  const auto choice = forward::make_grid_solver(problem.setup, c.device, c.precision);
-  const forward::GridSolver& solver = *choice.solver;
-  choice.solver->set_medium(exponential(at_.log_kappa), exponential(at_.log_mu));
+  const auto op = forward::block_operators()->make(problem.setup, c.seen, c.device, c.precision).op;
+  op->set_medium(exponential(at_.log_kappa), exponential(at_.log_mu));
   cases::Noise noise(31);
-  const auto random_field = [&] {
-    std::vector<double> values(shape.cells());
+  constexpr int patterns = 2;
+  const auto random = [&](std::size_t size) {
+    std::vector<double> values(patterns * size);
     for (double& x : values) x = noise.uniform();
     return values;
   };
-  const std::vector<double> b = random_field();
-  const std::vector<double> w = random_field();
-  const auto solve = [&](const std::vector<double>& right) {
-    const auto rhs = solver.make_field(1);
-    auto phi = solver.make_field(1);
-    solver.fill(*rhs, right);
-    solver.solve(*rhs, *phi,
-                 c.precision == Precision::double_precision ? forward::SolveOptions{1e-14, 2000}
-                                                            : forward::SolveOptions{1e-6, 200});
-    return phi;
+  const auto solved = [&](const forward::BatchField& right) {
+    auto field = op->make_field(patterns);
+    op->solve(right, *field,
+              exact ? forward::SolveOptions{1e-14, 2000} : forward::SolveOptions{1e-6, 200});
+    return field;
   };
-  const auto values_of = [&](const forward::BatchField& field) {
-    std::vector<double> values(shape.cells());
-    solver.read(field, values);
-    return values;
-  };
-  const auto phi = solve(b);
-  const double left = dot(values_of(*phi), w);
-  const double right = dot(b, values_of(*solve(w)));
-  EXPECT_NEAR(left / right, 1.0, rounding);
-
-  std::vector<double> s(problem.seen_shape().cells());
-  for (double& x : s) x = noise.uniform();
-  std::vector<double> exitance(s.size());
-  const std::vector<double> dark(problem.lit_shape().cells(), 0.0);
-  solver.exitance(*phi, problem.seen_face,
-                  c.seen == c.lit ? std::span<const double>(dark) : std::span<const double>(),
-                  exitance);
-  const auto back = solver.make_field(1);
-  solver.exitance_adjoint(problem.seen_face, s, *back);
-  EXPECT_NEAR(dot(exitance, s) / dot(values_of(*phi), values_of(*back)), 1.0, rounding);
+  const std::vector<double> light = random(op->light_size());
+  const std::vector<double> s = random(op->exitance_size());
+  const auto b = op->make_field(patterns);
+  op->load(light, *b);
+  std::vector<double> seen(s.size());
+  // What the surface reflects without entering is no part of M.
+  op->exitance(*solved(*b), std::vector<double>(light.size(), 0.0), seen);
+  op->exitance_transpose(s, *b);
+  std::vector<double> back(light.size());
+  op->load_transpose(*solved(*b), back);
+  EXPECT_NEAR(dot(seen, s) / dot(light, back), 1.0, exact ? 1e-11 : 1e-4);
 }
 
 std::vector<GradientCase> gradient_cases() {

@@ -42,7 +42,7 @@ TEST_F(GridPathTest, GoesToTheFinestGridWithItsFieldsAndItsCountOfSolves) {
   ASSERT_EQ(grid.levels().coarsest(), 1);
   grid.open(1);
   EXPECT_EQ(grid.shape(), (GridShape{5, 4, 4, 1.0}));
-  EXPECT_DOUBLE_EQ(grid.thickness_mm(), 4.0);
+  EXPECT_DOUBLE_EQ(grid.space().thickness_mm, 4.0);
   EXPECT_EQ(grid.objective().solves().total(), 0);
   grid.renew_correction(even(grid.shape()));
   const SolveCount solves = grid.objective().solves();
@@ -51,7 +51,7 @@ TEST_F(GridPathTest, GoesToTheFinestGridWithItsFieldsAndItsCountOfSolves) {
   EXPECT_EQ(grid.refine(even(grid.shape())), even(block.grid));
   EXPECT_EQ(grid.level(), 0);
   EXPECT_EQ(grid.shape(), block.grid);
-  EXPECT_DOUBLE_EQ(grid.thickness_mm(), 4.0);
+  EXPECT_DOUBLE_EQ(grid.space().thickness_mm, 4.0);
   EXPECT_EQ(grid.objective().solves().total(), solves.total());
   EXPECT_EQ(grid.objective().solves().voxel_iterations, solves.voxel_iterations);
   for (const double r : grid.objective().correction().ratio) {

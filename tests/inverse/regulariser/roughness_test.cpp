@@ -39,7 +39,7 @@ TEST_P(RoughnessOf, TaylorRemainderIsOfOrderTwo) {
   const CoefficientPair at = random_fields(shape, 1, 0.5);
   const CoefficientPair direction = random_fields(shape, 2, 1.0);
   const Anchor anchor{0.3, -0.2, 2.0};
-  const Roughness here = roughness(shape, thickness, at, anchor, GetParam());
+  const Roughness here = roughness({shape, 2, thickness}, at, anchor, GetParam());
   double slope = 0.0;
   for (std::size_t i = 0; i < shape.cells(); ++i) {
     slope += here.gradient.log_kappa[i] * direction.log_kappa[i] +
@@ -52,8 +52,9 @@ TEST_P(RoughnessOf, TaylorRemainderIsOfOrderTwo) {
       moved.log_kappa[i] += step * direction.log_kappa[i];
       moved.log_mu[i] += step * direction.log_mu[i];
     }
-    remainders.push_back(std::abs(roughness(shape, thickness, moved, anchor, GetParam()).value -
-                                  here.value - step * slope));
+    remainders.push_back(
+        std::abs(roughness({shape, 2, thickness}, moved, anchor, GetParam()).value - here.value -
+                 step * slope));
   }
   // Huber's second derivative jumps where a slope crosses the edge's.
   constexpr double blur = 0.2;
@@ -86,15 +87,15 @@ TEST(Roughness, ConvergesToItsIntegralOnFinerGrids) {
   double h1_error = 0.0;
   for (const int n : {8, 16, 32}) {
     const GridShape shape{4 * n / 4, n / 2, n / 4, 4.0 / n};
-    const double found = roughness(shape, thickness, wave(shape)).value;
+    const double found = roughness({shape, 2, thickness}, wave(shape)).value;
     const double error = std::abs(found - h1);
     if (h1_error > 0.0) {
       EXPECT_LT(error, 0.3 * h1_error) << "order 2 at n = " << n;
     }
     h1_error = error;
-    const double found_tv =
-        roughness(shape, thickness, wave(shape), std::nullopt, of(RegulariserKind::huber_tv, t))
-            .value;
+    const double found_tv = roughness({shape, 2, thickness}, wave(shape), std::nullopt,
+                                      of(RegulariserKind::huber_tv, t))
+                                .value;
     // At the ends of the block the mean of the two faces' squares is half of one: order 1.
     EXPECT_NEAR(found_tv / tv, 1.0, 1.5 / n) << n;
   }
@@ -103,9 +104,9 @@ TEST(Roughness, ConvergesToItsIntegralOnFinerGrids) {
 TEST(Roughness, HuberTvIsH1BelowTheEdgeSlope) {
   const GridShape shape{6, 5, 4, 0.5};
   const CoefficientPair fields = random_fields(shape, 3, 1.0);
-  const Roughness h1 = roughness(shape, thickness, fields);
+  const Roughness h1 = roughness({shape, 2, thickness}, fields);
   const Roughness tv =
-      roughness(shape, thickness, fields, std::nullopt, of(RegulariserKind::huber_tv, 1e6));
+      roughness({shape, 2, thickness}, fields, std::nullopt, of(RegulariserKind::huber_tv, 1e6));
   constexpr double rounding = 1e-12;
   EXPECT_NEAR(tv.value / h1.value, 1.0, rounding);
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -124,7 +125,7 @@ TEST(Roughness, HuberTvChargesAnEdgeByItsHeightNotItsSquare) {
     return fields;
   };
   const auto cost = [&](RegulariserKind kind, double height, int width) {
-    return roughness(shape, thickness, edge(height, width), std::nullopt, of(kind, 0.1)).value;
+    return roughness({shape, 2, thickness}, edge(height, width), std::nullopt, of(kind, 0.1)).value;
   };
   const auto h1 = RegulariserKind::h1;
   const auto tv = RegulariserKind::huber_tv;
@@ -145,7 +146,8 @@ TEST(Roughness, HuberTvChargesEdgesOfBothCoefficientsTogether) {
       fields.log_kappa[i] = i % 32 < 16 ? 0.0 : kappa;
       fields.log_mu[i] = i % 32 < 16 ? 0.0 : mu;
     }
-    return roughness(shape, thickness, fields, std::nullopt, of(RegulariserKind::huber_tv, 0.01))
+    return roughness({shape, 2, thickness}, fields, std::nullopt,
+                     of(RegulariserKind::huber_tv, 0.01))
         .value;
   };
   EXPECT_NEAR(cost(0.0, absorbers_vary) / cost(1.0, 0.0), 1.0, 1e-9);
@@ -162,7 +164,7 @@ TEST(Roughness, LaggedDiffusivityMajorises) {
            std::inner_product(a.log_mu.begin(), a.log_mu.end(), b.log_mu.begin(), 0.0);
   };
   for (const RegulariserKind kind : {RegulariserKind::h1, RegulariserKind::huber_tv}) {
-    const Roughness here = roughness(shape, thickness, at, anchor, of(kind, 0.5));
+    const Roughness here = roughness({shape, 2, thickness}, at, anchor, of(kind, 0.5));
     EXPECT_EQ(here.diffusivity.empty(), kind == RegulariserKind::h1);
     double loosest = 0.0;
     for (const double size : {0.01, 0.3, 3.0}) {
@@ -172,10 +174,11 @@ TEST(Roughness, LaggedDiffusivityMajorises) {
         moved.log_kappa[i] += change.log_kappa[i];
         moved.log_mu[i] += change.log_mu[i];
       }
-      const double there = roughness(shape, thickness, moved, anchor, of(kind, 0.5)).value;
-      const double bound = here.value + inner(here.gradient, change) +
-                           0.5 * inner(change, smoothing_product(shape, thickness, anchor.length_mm,
-                                                                 here.diffusivity, change));
+      const double there = roughness({shape, 2, thickness}, moved, anchor, of(kind, 0.5)).value;
+      const double bound =
+          here.value + inner(here.gradient, change) +
+          0.5 * inner(change, smoothing_product({shape, 2, thickness}, anchor.length_mm,
+                                                here.diffusivity, change));
       EXPECT_LE(there, bound * (1.0 + 1e-12)) << static_cast<int>(kind) << ", " << size;
       loosest = std::max(loosest, bound / there - 1.0);
     }
@@ -187,10 +190,10 @@ TEST(Roughness, WangsSmoothsKappaAlone) {
   const GridShape shape{6, 5, 4, 0.5};
   CoefficientPair fields = random_fields(shape, 4, 1.0);
   const Roughness before =
-      roughness(shape, thickness, fields, Anchor{}, of(RegulariserKind::wang2008));
+      roughness({shape, 2, thickness}, fields, Anchor{}, of(RegulariserKind::wang2008));
   for (double& x : fields.log_mu) x *= 3.0;
   const Roughness after =
-      roughness(shape, thickness, fields, Anchor{}, of(RegulariserKind::wang2008));
+      roughness({shape, 2, thickness}, fields, Anchor{}, of(RegulariserKind::wang2008));
   EXPECT_EQ(before.value, after.value);
   EXPECT_THAT(after.gradient.log_mu, ::testing::Each(0.0));
 }
@@ -203,7 +206,7 @@ class Denoising final : public Function {
   double value(const Vector& z) override {
     z_ = z;
     const CoefficientPair fields{z, Vector(z.size(), 0.0)};
-    roughness_ = roughness(shape_, thickness, fields, std::nullopt, regulariser_);
+    roughness_ = roughness({shape_, 2, thickness}, fields, std::nullopt, regulariser_);
     const double volume = std::pow(shape_.voxel_mm, 3);
     double sum = 0.0;
     for (std::size_t i = 0; i < z.size(); ++i) sum += 0.5 * volume * std::pow(z[i] - target(i), 2);

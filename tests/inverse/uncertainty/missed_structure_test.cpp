@@ -17,7 +17,7 @@ namespace {
 class MissedStructure : public ::testing::Test {
  protected:
   static constexpr GridShape shape{8, 8, 4, 0.5};
-  const Prior prior{1.0, 2.0, 20.0};
+  const Prior prior{1.0, 20.0};
 
   void SetUp() override {
     cases::Noise noise(5);
@@ -73,7 +73,7 @@ TEST_F(MissedStructure, IsTheEvenChangeThatBringsBackTheLight) {
 }
 
 TEST_F(MissedStructure, WhatDataDoNotSayIsNotMissed) {
-  const Prior stiff{1e18, 2.0, 20.0};
+  const Prior stiff{1e18, 20.0};
   const EvenChange none = missed_structure(*objective_, rough_, wide(4.0), stiff);
   EXPECT_LT(std::abs(none.log_kappa), 1e-6);
   EXPECT_LT(std::abs(none.log_mu), 1e-6);

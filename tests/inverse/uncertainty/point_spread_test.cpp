@@ -13,21 +13,20 @@ namespace kappamu::inverse {
 namespace {
 
 constexpr GridShape shape{64, 64, 1, 0.5};  // a layer: nothing couples depths
-constexpr int axis = 2;
-const Prior prior{300.0, 4.0, 40.0};
+const MediumSpace space{shape, 2, 4.0};
+const Prior prior{300.0, 40.0};
 
 /// Of data that determine each wave of either coefficient with the same weight.
 PointSpread spread_at(double weight) {
-  const LateralModes modes(shape, axis);
+  const LateralModes modes(space);
   const Eigen::MatrixXd block = weight * Eigen::MatrixXd::Identity(modes.rows(), modes.rows());
   const LateralBlocks blocks(static_cast<std::size_t>(modes.bins()), block);
-  return point_spread(prior_metric(prior, shape, axis),
-                      posterior_metric(prior, shape, axis, blocks), shape, axis);
+  return point_spread(prior_metric(prior, space), posterior_metric(prior, space, blocks), space);
 }
 
 /// Of a coefficient that is charged `charge` times: d = α h/ℓ (λ + (h/L)²) there.
 double expected_mm(double weight, double charge) {
-  const double smooth = charge * prior.weight * shape.voxel_mm / prior.thickness_mm;
+  const double smooth = charge * prior.weight * shape.voxel_mm / space.thickness_mm;
   const double eigenvalue = weight / smooth - std::pow(shape.voxel_mm / prior.anchor_length_mm, 2);
   return 4.0 * std::numbers::ln2 * shape.voxel_mm / std::sqrt(eigenvalue);
 }

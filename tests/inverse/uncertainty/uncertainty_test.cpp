@@ -33,8 +33,8 @@ using ::testing::Not;
 class TinyPosterior : public ::testing::Test {
  protected:
   static constexpr GridShape shape{4, 4, 3, 0.5};
-  static constexpr int axis = 2;
-  const Prior prior{20.0, 1.5, 15.0};
+  const MediumSpace space = forward::block_space(shape, Face::z_minus);
+  const Prior prior{20.0, 15.0};
 
   void SetUp() override {
     cases::Noise noise(11);
@@ -54,14 +54,13 @@ class TinyPosterior : public ::testing::Test {
     }
     covariance_ = hessian_.llt().solve(MatrixXd::Identity(n, n));
     const std::vector<CoefficientPair> rows = random_rows(*objective_, 8, 1);
-    blocks_ = prior_blocks(rows, shape, axis);
+    blocks_ = prior_blocks(rows, space);
     sensitivity_ = estimate_sensitivity(rows);
-    basis_ = std::make_unique<Basis>(posterior_metric(prior, shape, axis, blocks_));
+    basis_ = std::make_unique<Basis>(posterior_metric(prior, space, blocks_));
   }
 
   Uncertainty estimated(const SharedDeviation& shared = {}) const {
-    return estimate_uncertainty(prior, shape, Face::z_minus, Face::z_plus, blocks_, sensitivity_,
-                                shared);
+    return estimate_uncertainty(prior, space, Face::z_plus, blocks_, sensitivity_, shared);
   }
 
   std::unique_ptr<Objective> objective_;
@@ -75,7 +74,7 @@ class TinyPosterior : public ::testing::Test {
 TEST_F(TinyPosterior, HessianIsSymmetricAndAboveThePrior) {
   constexpr double solver_error = 1e-9;
   EXPECT_LT((hessian_ - hessian_.transpose()).norm(), solver_error * hessian_.norm());
-  const VectorXd beforehand = joined(prior_variance(shape, prior));
+  const VectorXd beforehand = joined(prior_variance(space, prior));
   EXPECT_TRUE((covariance_.diagonal().array() <= beforehand.array() * (1.0 + solver_error)).all());
 }
 
@@ -83,13 +82,12 @@ TEST_F(TinyPosterior, PriorVarianceIsThatOfTheDenseRegulariser) {
   const Index n = hessian_.rows();
   MatrixXd precision(n, n);
   for (Index k = 0; k < n; ++k) {
-    precision.col(k) =
-        prior.weight * joined(roughness(shape, prior.thickness_mm, parted(VectorXd::Unit(n, k)),
-                                        Anchor{0.0, 0.0, prior.anchor_length_mm})
-                                  .gradient);
+    precision.col(k) = prior.weight * joined(roughness(space, parted(VectorXd::Unit(n, k)),
+                                                       Anchor{0.0, 0.0, prior.anchor_length_mm})
+                                                 .gradient);
   }
   const VectorXd exact = precision.llt().solve(MatrixXd::Identity(n, n)).diagonal();
-  const VectorXd found = joined(prior_variance(shape, prior));
+  const VectorXd found = joined(prior_variance(space, prior));
   constexpr double rounding = 1e-9;  // the anchor is weak: a condition of 1e4
   EXPECT_LT((found - exact).norm(), rounding * exact.norm());
 }
@@ -113,7 +111,7 @@ TEST_F(TinyPosterior, MetricKnowsItsOwnCovariance) {
 
 TEST_F(TinyPosterior, StatesTheDenseDeviationsWithinAFactorOfTwoAndNoneAboveThePrior) {
   const Uncertainty found = estimated();
-  const CoefficientPair beforehand = prior_variance(shape, prior);
+  const CoefficientPair beforehand = prior_variance(space, prior);
   const Index cells = hessian_.rows() / 2;
   double squares = 0.0;
   for (std::size_t i = 0; i < shape.cells(); ++i) {
@@ -150,13 +148,14 @@ TEST(SharedOut, WhatNoPixelSeesKeepsThePriorsVarianceAndEvenSightChangesNothing)
   const Vector even(shape.cells(), 1.0);
   const CoefficientPair beforehand{Vector(shape.cells(), 0.04), Vector(shape.cells(), 0.36)};
   const CoefficientPair stated{Vector(shape.cells(), 0.01), Vector(shape.cells(), 0.09)};
-  const CoefficientPair same = shared_out(stated, beforehand, {even, even}, shape, Face::z_minus);
+  const MediumSpace space{shape};
+  const CoefficientPair same = shared_out(stated, beforehand, {even, even}, space);
   CoefficientPair half{even, even};
   for (std::size_t i = 0; i < even.size(); ++i) {
     EXPECT_NEAR(same.log_kappa[i], stated.log_kappa[i], 1e-12);
     if (i % 24 >= 12) half.log_kappa[i] = half.log_mu[i] = 0.0;
   }
-  const CoefficientPair found = shared_out(stated, beforehand, half, shape, Face::z_minus);
+  const CoefficientPair found = shared_out(stated, beforehand, half, space);
   const std::size_t seen = shape.index(2, 4, 1);
   const std::size_t unseen = shape.index(21, 4, 1);
   EXPECT_NEAR(found.log_kappa[unseen], 0.04, 1e-9);

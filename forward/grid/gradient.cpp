@@ -1,53 +1,16 @@
-#include "inverse/problem/adjoint.h"
+#include "forward/grid/derivatives.h"
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
 #include "forward/grid/grid_physics.h"
 #include "forward/light/beam_column.h"
 
-namespace kappamu::inverse {
-
-std::vector<double> exponential(const std::vector<double>& log) {
-  std::vector<double> value(log.size());
-  for_pieces(log.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) value[i] = std::exp(log[i]);
-  });
-  return value;
-}
-
-Medium to_medium(const CoefficientPair& fields, const GridShape& shape) {
-  Medium medium{Volume<double>(shape), Volume<double>(shape)};
-  medium.kappa.values() = exponential(fields.log_kappa);
-  medium.mu.values() = exponential(fields.log_mu);
-  return medium;
-}
-
-CoefficientPair to_fields(const Medium& medium) {
-  CoefficientPair fields;
-  for (const double k : medium.kappa.values()) fields.log_kappa.push_back(std::log(k));
-  for (const double m : medium.mu.values()) fields.log_mu.push_back(std::log(m));
-  return fields;
-}
+namespace kappamu::forward {
 
 namespace {
-
-using forward::GridSetup;
-using forward::SourceModel;
-
-void add_to(std::vector<double>& sum, std::vector<double>&& term) {
-  if (sum.empty()) {
-    sum = std::move(term);
-    return;
-  }
-  check(sum.size() == term.size(), "adjoint sums of different grids cannot be added");
-  for_pieces(sum.size(), [&](std::size_t, std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) sum[i] += term[i];
-  });
-}
 
 /// One coefficient grid seen by the terms of the gradient below.
 struct Assembly {
@@ -56,15 +19,9 @@ struct Assembly {
   std::span<const double> kappa;
   std::span<const double> mu;
   const AdjointSums& sums;
-  CoefficientPair gradient;
+  CoefficientPair& gradient;
 
-  double conductance(std::size_t cell) const {
-    return robin_conductance(kappa[cell], setup.shape.voxel_mm, constants.A);
-  }
-  /// ∂ log G_b/∂ log κ = G_b/(2 h κ).
-  double conductance_log_slope(std::size_t cell) const {
-    return conductance(cell) / (2.0 * setup.shape.voxel_mm * kappa[cell]);
-  }
+  RobinFace robin() const { return {setup.shape.voxel_mm, constants.A}; }
 
   void add_faces(const std::vector<double>& face, int axis);
   void add_cells();
@@ -110,12 +67,13 @@ void Assembly::add_cells() {
 
 /// −∂G_b λ φ.
 void Assembly::add_boundary(Face face) {
-  if (!forward::is_open(setup, face)) return;
+  if (!is_open(setup, face)) return;
   const FaceShape shape = face_shape(setup.shape, face);
   for (int v = 0; v < shape.nv; ++v) {
     for (int u = 0; u < shape.nu; ++u) {
       const std::size_t i = face_cell(setup.shape, face, u, v);
-      gradient.log_kappa[i] -= conductance(i) * conductance_log_slope(i) * sums.products.cell[i];
+      gradient.log_kappa[i] -=
+          robin().conductance(kappa[i]) * robin().log_slope(kappa[i]) * sums.products.cell[i];
     }
   }
 }
@@ -127,19 +85,20 @@ void Assembly::add_observation(Face seen_face) {
     for (int u = 0; u < shape.nu; ++u) {
       const std::size_t i = face_cell(setup.shape, seen_face, u, v);
       const std::size_t s = static_cast<std::size_t>(v) * shape.nu + u;
-      gradient.log_kappa[i] += conductance_log_slope(i) * sums.observed[s];
+      gradient.log_kappa[i] += robin().log_slope(kappa[i]) * sums.observed[s];
     }
   }
 }
 
 /// λ ∂(G_b q).
 void Assembly::add_boundary_source() {
-  const double q = forward::boundary_q_per_irradiance(setup, constants);
+  const double q = boundary_q_per_irradiance(setup, constants);
   const FaceShape shape = face_shape(setup.shape, setup.lit_face);
   for (int v = 0; v < shape.nv; ++v) {
     for (int u = 0; u < shape.nu; ++u) {
       const std::size_t i = face_cell(setup.shape, setup.lit_face, u, v);
-      gradient.log_kappa[i] += conductance(i) * conductance_log_slope(i) * q * sums.columns[i];
+      gradient.log_kappa[i] +=
+          robin().conductance(kappa[i]) * robin().log_slope(kappa[i]) * q * sums.columns[i];
     }
   }
 }
@@ -181,23 +140,13 @@ void Assembly::add_first_collisions() {
 
 }  // namespace
 
-void AdjointSums::add(AdjointSums&& other) {
-  add_to(products.cell, std::move(other.products.cell));
-  add_to(products.face_x, std::move(other.products.face_x));
-  add_to(products.face_y, std::move(other.products.face_y));
-  add_to(products.face_z, std::move(other.products.face_z));
-  add_to(columns, std::move(other.columns));
-  add_to(observed, std::move(other.observed));
-}
-
-CoefficientPair assemble_gradient(const GridSetup& setup, const BoundaryConstants& constants,
-                                  Face seen_face, std::span<const double> kappa,
-                                  std::span<const double> mu, const AdjointSums& sums) {
+void add_gradient(const GridSetup& setup, const BoundaryConstants& constants, Face seen_face,
+                  std::span<const double> kappa, std::span<const double> mu,
+                  const AdjointSums& sums, CoefficientPair& gradient) {
   const std::size_t cells = setup.shape.cells();
-  check(kappa.size() == cells && mu.size() == cells, "coefficients do not fit the grid");
-  Assembly assembly{setup, constants,
-                    kappa, mu,
-                    sums,  {std::vector<double>(cells, 0.0), std::vector<double>(cells, 0.0)}};
+  check(kappa.size() == cells && mu.size() == cells && gradient.log_mu.size() == cells,
+        "coefficients do not fit the grid");
+  Assembly assembly{setup, constants, kappa, mu, sums, gradient};
   assembly.add_faces(sums.products.face_x, 0);
   assembly.add_faces(sums.products.face_y, 1);
   assembly.add_faces(sums.products.face_z, 2);
@@ -209,7 +158,6 @@ CoefficientPair assemble_gradient(const GridSetup& setup, const BoundaryConstant
   } else {
     assembly.add_first_collisions();
   }
-  return std::move(assembly.gradient);
 }
 
-}  // namespace kappamu::inverse
+}  // namespace kappamu::forward

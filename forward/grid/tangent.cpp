@@ -1,4 +1,4 @@
-#include "inverse/problem/linearised.h"
+#include "forward/grid/derivatives.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,13 +9,11 @@
 #include "forward/grid/grid_physics.h"
 #include "forward/light/beam_column.h"
 
-namespace kappamu::inverse {
+namespace kappamu::forward {
 
 namespace {
 
-using forward::GridSetup;
-
-/// The derivatives of one medium, term by term as adjoint.cpp has them.
+/// The derivatives of one medium, term by term as gradient.cpp has them.
 struct Linearisation {
   const GridSetup& setup;
   const BoundaryConstants& constants;
@@ -23,13 +21,11 @@ struct Linearisation {
   std::span<const double> mu;
   const CoefficientPair& direction;
 
-  double conductance(std::size_t cell) const {
-    return robin_conductance(kappa[cell], setup.shape.voxel_mm, constants.A);
-  }
-  /// δ log G_b = G_b/(2 h κ) δ log κ.
+  RobinFace robin() const { return {setup.shape.voxel_mm, constants.A}; }
+  double conductance(std::size_t cell) const { return robin().conductance(kappa[cell]); }
+  /// δ log G_b.
   double log_conductance(std::size_t cell) const {
-    return conductance(cell) / (2.0 * setup.shape.voxel_mm * kappa[cell]) *
-           direction.log_kappa[cell];
+    return robin().log_slope(kappa[cell]) * direction.log_kappa[cell];
   }
 
   std::vector<double> faces(int axis) const;
@@ -67,7 +63,7 @@ std::vector<double> Linearisation::diagonal() const {
     for (std::size_t i = begin; i < end; ++i) change[i] = volume * mu[i] * direction.log_mu[i];
   });
   for (const Face face : all_faces) {
-    if (!forward::is_open(setup, face)) continue;
+    if (!is_open(setup, face)) continue;
     const FaceShape shape = face_shape(setup.shape, face);
     for (int v = 0; v < shape.nv; ++v) {
       for (int u = 0; u < shape.nu; ++u) {
@@ -81,7 +77,7 @@ std::vector<double> Linearisation::diagonal() const {
 
 /// b_i = G_b q on the lit face.
 std::vector<double> Linearisation::boundary_source() const {
-  const double q = forward::boundary_q_per_irradiance(setup, constants);
+  const double q = boundary_q_per_irradiance(setup, constants);
   std::vector<double> change(mu.size(), 0.0);
   const FaceShape shape = face_shape(setup.shape, setup.lit_face);
   for (int v = 0; v < shape.nv; ++v) {
@@ -149,9 +145,8 @@ Tangent linearise(const GridSetup& setup, const BoundaryConstants& constants, Fa
         "coefficients or direction do not fit the grid");
   const Linearisation at{setup, constants, kappa, mu, direction};
   return {{at.faces(0), at.faces(1), at.faces(2), at.diagonal(),
-           setup.source == forward::SourceModel::boundary ? at.boundary_source()
-                                                          : at.first_collisions()},
+           setup.source == SourceModel::boundary ? at.boundary_source() : at.first_collisions()},
           at.observed(seen_face)};
 }
 
-}  // namespace kappamu::inverse
+}  // namespace kappamu::forward
