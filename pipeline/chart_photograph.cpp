@@ -134,7 +134,8 @@ ChartPhotograph measure_chart_photograph(const std::filesystem::path& photograph
     if (!found) {
       throw InputError(photograph.string() +
                        ": shows no ColorChecker Classic that can be recognised; fill more of the "
-                       "picture with it, or give the centres of four patches with --corners.");
+                       "picture with it, or give the centres of four patches",
+                       {{"corners"}});
     }
     place = found->corners_px;
     chart.outlines = found->patches;

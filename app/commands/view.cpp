@@ -9,9 +9,10 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/model_options.h"
 #include "app/viewer/viewer.h"
 #include "core/error.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "io/atomic_file.h"
 #include "pipeline/verify.h"
 #include "render/scene/new_scene.h"
@@ -22,7 +23,8 @@ namespace {
 
 struct ViewArguments {
   std::string scene;
-  std::optional<std::string> script, model;
+  std::optional<std::string> script;
+  ModelArguments model;
   std::optional<double> tolerance;
   std::optional<int> width;
   std::string out = ".";
@@ -76,12 +78,16 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   options.height = std::max(1, options.width * scene.film.height / scene.film.width);
   std::vector<std::string> warnings;
   render::LiveScene live(
-      scene, {arguments.model, arguments.tolerance, globals.device, globals.seed}, warnings);
+      scene,
+      {arguments.model.name, arguments.tolerance, globals.device, globals.seed,
+       arguments.model.values()},
+      warnings);
   for (const std::string& warning : warnings) progress->warn(warning);
   const ViewerTimes times = view(scene, live, options);
   for (const std::string& warning : times.warnings) progress->warn(warning);
   if (globals.json) {
     const nlohmann::json summary{{"model", live.model()},
+                                 {"models", render::live_models(live.world())},
                                  {"answers", times.answers},
                                  {"frames", times.frames},
                                  {"light_ms", times.light_ms},
@@ -123,19 +129,19 @@ Edits change kappa or mu of a measured volume: under a brush's stroke down to a 
 box, a layer or below an image on a face. They are undone and done again, and saved as
 `kappamu edit` does: a volume and the recipe that makes it.
 
-A script has one command per line: lamp N, light AZ EL, orbit DX DY (degrees), exposure E,
-panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y ...,
-preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N, save,
-screenshot NAME, quit.)");
+A script has one command per line: lamp N, light AZ EL, model NAME, orbit DX DY (degrees),
+exposure E, panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH,
+paint X Y ..., preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N,
+save, screenshot NAME, quit.)");
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()
       ->type_name("SCENE|RUN");
-  command
-      ->add_option("--model", arguments->model,
-                   "Model of light; by itself grid for boxes of whole voxels, else dipole-rotated "
-                   "where all is homogeneous, else embedded")
-      ->check(CLI::IsMember(forward::object_model_names()));
+  add_model_options(*command, arguments->model,
+                    "Model of light; by itself the first of those that follow lights (\"live\", "
+                    "`kappamu render --help`) and can answer for the objects, the special before "
+                    "the general; the window changes it",
+                    forward::object_model_names());
   command
       ->add_option("--tolerance", arguments->tolerance,
                    "Relative error asked of models that refine; by itself 0.1")

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/viewer/view_state.h"
 #include "render/live/live_scene.h"
@@ -9,7 +10,7 @@
 namespace kappamu::app {
 
 struct PanelNumbers {
-  std::string model;
+  std::vector<std::string> models;             ///< to choose among
   const render::LiveAnswer* answer = nullptr;  ///< that the picture shows; none yet
   double frame_ms = 0.0;                       ///< drawing and panel
   double waiting_ms = 0.0;                     ///< since something was asked that is not shown

@@ -227,8 +227,9 @@ void check_brightness(const Session& session, Progress& progress) {
       if (fault.kind != Fault::Kind::mislabelled) continue;
       throw InputError((session.folder / stack[fault.frame].file).string() + ": " + fault.sentence +
                        " (" + label +
-                       "); correct its exposure time with a table (--table), or "
-                       "photograph the stack again.");
+                           "); correct its exposure time with a table, or photograph the stack "
+                           "again",
+                       {{"table"}});
     }
   };
   const Calibration& calibration = session.calibration;

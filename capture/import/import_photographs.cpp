@@ -198,7 +198,8 @@ void require_exposure_times(const std::vector<Photograph>& photographs) {
     if (photograph.exposure_s == 0.0) {
       throw InputError(photograph.path.string() +
                        ": neither EXIF nor a table states its exposure time; give a CSV with the "
-                       "columns file, shot, exposure_s (--table).");
+                       "columns file, shot, exposure_s",
+                       {{"table"}});
     }
   }
 }
@@ -256,7 +257,8 @@ void settle_orientation(const std::vector<Photograph>& photographs, std::optiona
     if (wish == Orientation::apply) {
       throw InputError(differing +
                        "; an orientation is applied only where all photographs have "
-                       "the same: import with --orientation ignore.");
+                       "the same: ignore it",
+                       {{"orientation", "ignore"}});
     }
     if (!wish) progress.warn(differing + "; orientations are ignored.");
     return;
@@ -270,7 +272,7 @@ void settle_orientation(const std::vector<Photograph>& photographs, std::optiona
                   "orientation " + std::to_string(tag) + " (" +
                   names[static_cast<std::size_t>(tag)] +
                   ") and are taken as they are stored; if the camera was mounted so, have them "
-                  "turned (--orientation apply), otherwise state --orientation ignore.");
+                  "turned: set the orientation to apply, otherwise to ignore.");
   }
 }
 

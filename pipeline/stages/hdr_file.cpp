@@ -67,7 +67,8 @@ capture::HdrImage read_hdr(const std::filesystem::path& file,
     const auto found = exr.channels.find(name);
     if (found == exr.channels.end())
       throw InputError(file.string() + ": channel " + name +
-                       " is missing; make the file again with `kappamu merge --force`");
+                       " is missing; merge again",
+                       {{"force"}});
     return found->second;
   };
   for (std::size_t c = 0; c < channels.size(); ++c) {

@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/options.h"
 #include "render/colour.h"
 
 namespace kappamu::render {
@@ -111,10 +112,10 @@ struct Film {
 };
 
 struct ModelChoice {
-  std::string name = "embedded";      ///< as make_object_model() knows it, or "auto"
-  double tolerance = 0.02;            ///< relative error of the exitance asked for
-  std::uint64_t photons = 1'000'000;  ///< per channel, montecarlo; auto: the most
-  bool follow_reentry = false;        ///< light that leaves an object and meets it again
+  std::string name = "embedded";  ///< in the registry
+  double tolerance = 0.02;        ///< relative error of the exitance asked for
+  bool follow_reentry = false;    ///< light that leaves an object and meets it again
+  OptionValues parameters;        ///< the model's own, where the scene states them
 };
 
 struct Scene {

@@ -159,7 +159,7 @@ TEST_F(Photographs, WhatIsMissingIsNamed) {
               ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("at least two exposure")));
   add(session, session.calibration.camera_boards, "plane_0_board");
   EXPECT_THAT([&] { capture::board_session(source(), session.calibration.board, {}, silent_); },
-              ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("--projector")));
+              ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("give the projector's size")));
   EXPECT_THAT(
       [&] {
         capture::board_session(source(), session.calibration.board, session.projector, silent_);

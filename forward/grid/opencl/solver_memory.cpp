@@ -97,7 +97,8 @@ int lanes_that_fit(const GridSetup& setup, const device::DeviceInfo& device, con
                    " even one pattern at a time, device '" + device.name + "' has " +
                    gigabytes(static_cast<double>(device.global_memory_bytes)) + ", " +
                    gigabytes(static_cast<double>(device.max_allocation_bytes)) +
-                   " at most in one piece; use a coarser grid or another --device");
+                   " at most in one piece; use a coarser grid or another device",
+                   {{"device"}});
 }
 
 }  // namespace kappamu::forward

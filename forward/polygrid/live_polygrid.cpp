@@ -1,4 +1,4 @@
-#include "render/live/live_polygrid.h"
+#include "forward/polygrid/live_polygrid.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,14 +8,14 @@
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
 
-namespace kappamu::render {
+namespace kappamu::forward {
 
 namespace {
 
-using forward::polygrid::PolygridAnswer;
-using forward::polygrid::PolygridDiffusion;
+using polygrid::PolygridAnswer;
+using polygrid::PolygridDiffusion;
 
-constexpr int cells = 20'000;
+constexpr int live_cells = 20'000;
 constexpr double most_places = 12'000.0;
 
 }  // namespace
@@ -24,26 +24,26 @@ double LivePolygrid::beam_spacing_mm(const Surface& surface) {
   return std::sqrt(std::accumulate(surface.area.begin(), surface.area.end(), 0.0) / most_places);
 }
 
-LivePolygrid::LivePolygrid(const WorldObject& object, const std::string& device)
+LivePolygrid::LivePolygrid(const LiveBody& object, const std::string& device)
     : object_(object), device_(device) {
   Progress silent;
-  forward::PolygridOptions options;
-  options.cells = cells;
-  options.drawn = object.drawn();
-  forward::MadePolygrid made = forward::make_polygrid(object.mesh, options, silent);
+  PolygridOptions options;
+  options.cells = live_cells;
+  options.drawn = object.polycube;
+  MadePolygrid made = make_polygrid(object.mesh, options, silent);
   diffusion_ = std::make_unique<PolygridDiffusion>(std::move(made.grid), object.mesh,
-                                                   object.surface, object.boundary.eta, device,
-                                                   forward::polygrid::Lights::moving);
+                                                   object.surface, object.eta, device,
+                                                   polygrid::Lights::moving);
 }
 
 LivePolygrid::Answer LivePolygrid::solve(const LightOfChannels& light) {
-  if (media_ != object_.media.channels) {
-    media_ = object_.media.channels;
+  if (media_ != object_.media) {
+    media_ = object_.media;
     diffusion_->set_media(
         std::array<const ObjectMedium*, 3>{media_[0].get(), media_[1].get(), media_[2].get()});
   }
   const ChannelProblems problems(object_, light);
-  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.of, accuracy);
+  std::vector<PolygridAnswer> solved = diffusion_->solve(problems.all(), accuracy);
   Answer answer;
   answer.iterations = diffusion_->report().iterations;
   answer.converged = diffusion_->report().converged;
@@ -57,14 +57,14 @@ double LivePolygrid::measured_error(const LightOfChannels& light,
                                     const ExitanceOfChannels& exitance) const {
   constexpr std::size_t channel = 1;
   const ChannelProblems problems(object_, light);
-  PolygridDiffusion finer(forward::polygrid::split(diffusion_->grid(), object_.mesh), object_.mesh,
-                          object_.surface, object_.boundary.eta, device_);
-  finer.set_media(std::array<const ObjectMedium*, 1>{object_.media.channels[channel].get()});
+  PolygridDiffusion finer(polygrid::split(diffusion_->grid(), object_.mesh), object_.mesh,
+                          object_.surface, object_.eta, device_);
+  finer.set_media(std::array<const ObjectMedium*, 1>{object_.media[channel].get()});
   const std::vector<PolygridAnswer> fine =
-      finer.solve(std::span(problems.of).subspan(channel, 1), accuracy);
-  return forward::polygrid_errors(problems.of[channel], diffusion_->surface_map().gaps(),
+      finer.solve(problems.all().subspan(channel, 1), accuracy);
+  return polygrid_errors(problems[channel], diffusion_->surface_map().gaps(),
                                   exitance[channel], fine[0].exitance)
       .front();
 }
 
-}  // namespace kappamu::render
+}  // namespace kappamu::forward
