@@ -1,12 +1,11 @@
 #include "app/fit_options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 
 namespace kappamu::app {
 
 namespace {
-
-using inverse::Option;
 
 struct AddToCommand {
   CLI::App& command;
@@ -48,7 +47,7 @@ struct AddToCommand {
     return option.text + (unit.empty() ? "" : " [" + unit + "]");
   }
   static void finish(const Option& option, CLI::Option* added) {
-    added->group("Fit: " + name_of(inverse::option_groups, option.group));
+    added->group("Fit: " + std::string(option.group));
   }
 };
 
@@ -56,6 +55,16 @@ struct AddToCommand {
 
 void add_fit_options(CLI::App& command, pipeline::FitStageOptions& options) {
   pipeline::describe(options, AddToCommand{command});
+}
+
+std::string flag_of(const std::string& key) {
+  std::string flag = "--" + key;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  const pipeline::FitStageOptions options;
+  pipeline::describe(options, [&](const Option& option, const auto&, const auto&...) {
+    if (option.name == key && *option.flag != 0) flag = option.flag;
+  });
+  return flag.substr(0, flag.find(','));
 }
 
 void take_globals(const CLI::App& command, const Globals& globals,

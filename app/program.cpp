@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 
+#include "app/fit_options.h"
 #include "core/error.h"
 #include "core/file_name.h"
 #include "core/shown_text.h"
@@ -42,12 +43,24 @@ class OneLineEach : public CLI::Formatter {
   }
 };
 
+/// The options that are part of the fix, as the command line has them; empty: none.
+std::string advised_options(const std::exception& error) {
+  const auto* input = dynamic_cast<const InputError*>(&error);
+  if (input == nullptr || input->options().empty()) return "";
+  std::string list;
+  for (const auto& [key, value] : input->options()) {
+    list += (list.empty() ? " (" : ", ") + flag_of(key) + (value.empty() ? "" : " " + value);
+  }
+  return list + ")";
+}
+
 /// One sentence on standard error, whatever the names in it contain.
 void report_failure(const std::exception& error) {
   const bool memory = dynamic_cast<const std::bad_alloc*>(&error) != nullptr;
-  std::fprintf(stderr, "kappamu: %s\n",
+  std::fprintf(stderr, "kappamu: %s%s\n",
                memory ? "out of memory; use a coarser grid or fewer patterns at once"
-                      : shown_text(io::json_reason(error)).c_str());
+                      : shown_text(io::json_reason(error)).c_str(),
+               advised_options(error).c_str());
 }
 
 /// All options at once that the command needs and was not given; empty: none.

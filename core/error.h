@@ -4,14 +4,28 @@
 
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace kappamu {
 
-/// Bad input. what() is one clear sentence naming the file, the field and the fix.
+/// An option by its key, as its description names it (core/options.h), and the value advised.
+struct OptionKey {
+  std::string key, value{};
+};
+
+/// Bad input. what() is one clear sentence naming the file, the field and the fix. Where options
+/// are part of the fix, options() holds their keys: the program that shows the sentence words them.
 /// The command line prints it and exits with code 1; libraries never print or exit.
 class InputError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit InputError(const std::string& sentence, std::vector<OptionKey> options = {})
+      : std::runtime_error(sentence), options_(std::move(options)) {}
+
+  const std::vector<OptionKey>& options() const { return options_; }
+
+ private:
+  std::vector<OptionKey> options_;
 };
 
 /// Thrown by a listener (core/progress.h) to stop long work. Whatever was complete on disk stays,

@@ -72,8 +72,9 @@ void check_call(cl_int code, const char* call, const std::string& device) {
   if (code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY ||
       code == CL_INVALID_BUFFER_SIZE) {
     throw InputError("device '" + device +
-                     "' is out of memory; use a coarser grid, fewer patterns at once, or another "
-                     "--device");
+                         "' is out of memory; use a coarser grid, fewer patterns at once, or "
+                         "another device",
+                     {{"device"}});
   }
   throw DeviceError(std::string(call) + " failed with " + error_name(code) + " on device '" +
                     device + "'");

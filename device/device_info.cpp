@@ -96,12 +96,13 @@ std::vector<DeviceInfo> list_devices() {
 }
 
 Choice choose(const std::vector<DeviceInfo>& devices, const std::string& wanted) {
-  const std::string advice = "; install pocl-opencl-icd or pass --device reference";
+  const std::string advice = "; install pocl-opencl-icd or use the device reference";
+  const std::vector<OptionKey> keys{{"device", "reference"}};
   if (devices.empty()) {
     const std::string what =
         wanted == "auto" ? "no OpenCL device was found"
                          : "no OpenCL device matches '" + wanted + "' because none was found";
-    throw InputError(what + advice);
+    throw InputError(what + advice, keys);
   }
   if (wanted == "auto") {
     const auto first = [&](auto wants) {
@@ -122,7 +123,8 @@ Choice choose(const std::vector<DeviceInfo>& devices, const std::string& wanted)
     }
     names += (i == 0 ? "" : ", ") + full;
   }
-  throw InputError("no OpenCL device matches '" + wanted + "' (there is: " + names + ")" + advice);
+  throw InputError("no OpenCL device matches '" + wanted + "' (there is: " + names + ")" + advice,
+                   keys);
 }
 
 }  // namespace kappamu::device

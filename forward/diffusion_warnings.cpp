@@ -80,8 +80,8 @@ std::optional<std::string> dark_far_side(const GridSetup& setup, const Medium& m
       "resolves; what leaves the far face is rounding unless you ask for ",
       std::round(decades));
   if (decades > double_decades) return text + "a thinner block: no precision resolves it";
-  return text + (precision == Precision::single_precision ? "--precision double and " : "") +
-         shown_number(std::ceil(decades), "--tolerance 1e-%.3g");
+  return text + (precision == Precision::single_precision ? "double precision and " : "") +
+         shown_number(std::ceil(decades), "the tolerance 1e-%.3g");
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ const std::vector<Entry>& entries() {
        make_monte_carlo_model},
       {{.name = "auto",
         .description = "multigrid or montecarlo: the cheaper of those measured to be within "
-                       "--model-tolerance",
+                       "the tolerance asked of the model",
         .transport = true},
        make_auto_block_model},
   };
@@ -82,7 +82,7 @@ std::unique_ptr<ForwardModel> make_forward_model(const std::string& method) {
     }
     known += (known.empty() ? "'" : ", '") + entry.name.name + "'";
   }
-  throw InputError("--method '" + method + "' is unknown; choose one of " + known + ".");
+  throw InputError("there is no method '" + method + "'; choose one of " + known, {{"method"}});
 }
 
 }  // namespace kappamu::forward

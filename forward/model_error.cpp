@@ -12,6 +12,7 @@
 #include "core/shown_text.h"
 #include "forward/choice/error_belief.h"
 #include "forward/choice/model_table.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
@@ -66,20 +67,37 @@ double mean_of(const Surface& surface, std::span<const double> values) {
 
 class WithModelError final : public ChannelsModel {
  public:
-  WithModelError(std::unique_ptr<ObjectModel> model, std::string law, bool warns)
-      : model_(std::move(model)), law_(std::move(law)), warns_(warns) {}
+  WithModelError(std::unique_ptr<ObjectModel> model, const ModelDescription& description,
+                 bool warns)
+      : model_(std::move(model)), description_(description), warns_(warns) {}
+
+  void describe(const OptionVisitor& visit) override { model_->describe(visit); }
 
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
                                            const ObjectOptions& options,
                                            Progress& progress) override {
     std::vector<ObjectResult> results = model_->solve_channels(problems, options, progress);
-    for (std::size_t c = 0; c < results.size(); ++c) state(problems[c], results[c]);
+    for (std::size_t c = 0; c < results.size(); ++c) {
+      if (description_.errs_by != nullptr) state(problems[c], *description_.errs_by, results[c]);
+      if (warns_) warn(options, results[c]);
+    }
     return results;
   }
 
  private:
-  void state(const ObjectProblem& problem, ObjectResult& result) const {
-    const ErrorLaw& law = measured(law_).error;
+  void warn(const ObjectOptions& options, ObjectResult& result) const {
+    if (description_.errs_by == nullptr) {
+      result.warnings.push_back("the error of the model " + description_.name +
+                                " against transport was not measured; " + description_.limits);
+    }
+    // A box of whole voxels is convex.
+    if (options.follow_reentry && !description_.can.reentry && description_.can.any_shape) {
+      result.warnings.push_back("the model " + description_.name +
+                                " does not follow light that leaves the object and meets it again");
+    }
+  }
+
+  void state(const ObjectProblem& problem, const ErrorLaw& law, ObjectResult& result) const {
     ObjectFeatures features;
     for (std::size_t l = 0; l < problem.lights.size(); ++l) {
       features = features_of(problem, l);
@@ -103,15 +121,15 @@ class WithModelError final : public ChannelsModel {
   }
 
   std::unique_ptr<ObjectModel> model_;
-  std::string law_;
+  const ModelDescription& description_;
   bool warns_;
 };
 
 }  // namespace
 
-std::unique_ptr<ObjectModel> with_model_error(std::unique_ptr<ObjectModel> model, std::string law,
-                                              bool warns) {
-  return std::make_unique<WithModelError>(std::move(model), std::move(law), warns);
+std::unique_ptr<ObjectModel> with_model_error(std::unique_ptr<ObjectModel> model,
+                                              const ModelDescription& description, bool warns) {
+  return std::make_unique<WithModelError>(std::move(model), description, warns);
 }
 
 std::vector<double> error_map(const ObjectProblem& problem, const ObjectResult& result,

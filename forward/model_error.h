@@ -13,10 +13,13 @@ namespace kappamu::forward {
 /// otherwise; pictures that move have no time for either.
 enum class ModelError { left_out, stated, warned };
 
-/// A model that fills `model_error` by the law of `law` in forward/choice/model_table.h, not
-/// exceeded with a probability of 0.95.
-std::unique_ptr<ObjectModel> with_model_error(std::unique_ptr<ObjectModel> model, std::string law,
-                                              bool warns);
+struct ModelDescription;
+
+/// A model that fills `model_error` by the description's law, not exceeded with a probability of
+/// 0.95. With `warns` it warns of large errors, of those that were not measured and of light that
+/// should be followed where it meets the object again and is not.
+std::unique_ptr<ObjectModel> with_model_error(std::unique_ptr<ObjectModel> model,
+                                              const ModelDescription& description, bool warns);
 
 /// Relative error of every sample of a light's exitance; its 2-norm over the surface is
 /// `result.error(light)`. Of a model of diffusion it is larger at edges, in thin parts and where

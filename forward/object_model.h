@@ -8,6 +8,8 @@
 #include <Eigen/Core>
 #include <cmath>
 #include <cstdint>
+#include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +18,7 @@
 #include "core/mesh/polycube.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/object_medium.h"
+#include "core/options.h"
 #include "core/progress.h"
 #include "core/ray_caster.h"
 
@@ -47,14 +50,19 @@ struct ObjectProblem {
   const Polycube* polycube = nullptr;  ///< that a person has drawn of it, for model `polygrid`
 };
 
+/// Seconds on this machine over those of the table (forward/choice/machine_costs.h), by model; a
+/// model that is absent counts as 1.
+using MachineCosts = std::map<std::string, double>;
+
+/// What every model is asked; what one model alone understands are its own parameters.
 struct ObjectOptions {
   double tolerance = 0.02;  ///< relative error of the exitance in the surface's 2-norm, asked for
   std::string device = "auto";
   std::uint64_t seed = 1;
-  std::uint64_t photons = 1'000'000;          ///< per light, Monte Carlo
   bool follow_reentry = false;                ///< light that leaves and meets the object again
   std::optional<Eigen::Vector3d> eye;         ///< of the picture, in the object's frame [mm]
   std::optional<std::uint64_t> max_elements;  ///< refuse beyond; none: what memory holds
+  MachineCosts costs{};                       ///< for a model that chooses among others
 };
 
 /// Where a light's power goes: `unscattered`, `exiting` and `absorbed` sum to `entering`, which is
@@ -106,9 +114,19 @@ struct ObjectResult {
   }
 };
 
+class LiveModel;
+struct LiveBody;
+
+/// A model and its own parameters. What is known of it before it is made: forward/registry.h.
 class ObjectModel {
  public:
   virtual ~ObjectModel() = default;
+  /// Visits the model's own parameters, as they are.
+  virtual void describe(const OptionVisitor& /*visit*/) {}
+  /// Sets parameters by name. Throws InputError for one that the model does not have, naming those
+  /// it has, and as set_option() does.
+  void set(const OptionValues& parameters);
+  OptionValues parameters();
   /// Throws InputError where the problem is outside what the model can answer.
   virtual ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                              Progress& progress) = 0;
@@ -123,6 +141,9 @@ class ObjectModel {
     }
     return results;
   }
+  /// What the model keeps of an object whose light moves (forward/live_model.h), which outlives
+  /// it; none: every light is answered anew.
+  virtual std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options);
 };
 
 /// A model whose work on the shape serves all channels, and so gives solve_channels() alone.

@@ -54,9 +54,9 @@ RunFolder::RunFolder(const fs::path& folder, RunRecord::InputKind kind, const fs
   const std::optional<RunRecord> earlier = read_run_record(folder_);
   if (earlier && earlier->input_fingerprint != input_fingerprint && results == Results::kept)
     throw InputError(folder_.string() + ": holds a run of another input (" +
-                     earlier->input.string() +
-                     ", or what it was before an edit); choose another -o, or --force to replace "
-                     "it");
+                         earlier->input.string() +
+                         ", or what it was before an edit); choose another folder, or replace it",
+                     {{"out"}, {"force"}});
   if (earlier) record_ = *earlier;
   recover();
   // Of another input nothing is done, but its files may be replaced.

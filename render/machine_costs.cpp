@@ -41,22 +41,20 @@ forward::MachineCosts read_machine_costs(const std::string& device) {
     const json record = json::parse(io::read_text(*file));
     if (record.at("format") != format || record.at("version") != 1) {
       throw InputError(file->string() +
-                       ": is of another version; measure again with `kappamu "
-                       "doctor --measure`");
+                       ": is of another version; measure again with kappamu doctor");
     }
     if (record.at("device") != device) return {};
     auto costs = record.at("costs").get<forward::MachineCosts>();
     for (const auto& [model, cost] : costs) {
       if (!(cost > smallest_factor && cost < largest_factor)) {
         throw InputError(file->string() + ": the cost of " + model +
-                         " is out of bounds; remove the file or measure again with `kappamu doctor "
-                         "--measure`");
+                         " is out of bounds; remove the file or measure again with kappamu doctor");
       }
     }
     return costs;
   } catch (const json::exception& error) {
     throw InputError(file->string() + ": is damaged (" + io::json_reason(error) +
-                     "); remove it or measure again with `kappamu doctor --measure`");
+                     "); remove it or measure again with kappamu doctor");
   }
 }
 

@@ -62,6 +62,14 @@ ordered_json object_json(const ObjectReport& object) {
   return entry;
 }
 
+ordered_json parameters_json(const OptionValues& parameters) {
+  ordered_json object = ordered_json::object();
+  for (const auto& [name, value] : parameters) {
+    std::visit([&, key = name](const auto& own) { object[key] = own; }, value);
+  }
+  return object;
+}
+
 ordered_json summary_json(const RenderResult& result, const Scene& scene,
                           const RenderOptions& options) {
   ordered_json objects = ordered_json::array();
@@ -70,6 +78,7 @@ ordered_json summary_json(const RenderResult& result, const Scene& scene,
           {"version", 1},
           {"scene", scene.file.string()},
           {"model", scene.model.name},
+          {"parameters", parameters_json(scene.model.parameters)},
           {"tolerance", scene.model.tolerance},
           {"device", options.device},
           {"seed", options.seed},

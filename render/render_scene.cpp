@@ -66,11 +66,11 @@ class ObjectSolve {
               const RenderOptions& options, forward::ObjectModel& model)
       : object_(object), light_(light), model_(model) {
     options_.tolerance = scene.model.tolerance;
-    options_.photons = scene.model.photons;
     options_.follow_reentry = scene.model.follow_reentry;
     options_.max_elements = scene.model.max_elements;
     options_.device = options.device;
     options_.seed = options.seed;
+    options_.costs = options.costs;
     options_.eye = object.world_from_object.inverse() * scene.camera.position_mm;
   }
 

@@ -16,6 +16,7 @@ namespace kappamu::render {
 struct RenderOptions {
   std::string device = "auto";
   std::uint64_t seed = 1;
+  forward::MachineCosts costs{};  ///< for a model that chooses
 };
 
 /// A model's answer for one object and channel, its exitance apart.

@@ -34,8 +34,6 @@ LEAST_ABSORBED = 3e-4  # of 1 - albedo: less is nothing
 LOGARITHMS = {"thickness": lambda r: r["thickness_over_mean_free_path"], "absorbed": lambda r: max(1.0 - r["albedo"], LEAST_ABSORBED),
               "contrast": lambda r: r["contrast"], "triangles": lambda r: r["triangles"], "tolerance": lambda r: r["tolerance"]}
 PER_PHOTON = ["thickness", "absorbed", "contrast"]
-ANY_MEDIUM = {"embedded", "grid", "montecarlo"}
-FOLLOW_REENTRY = {"embedded", "montecarlo"}
 # Under a sky rough and thin shapes err twice what the law makes of the few scenes that have one.
 MARGIN_UNDER_SKY = {"embedded": 2.0, "grid": 2.0}
 BOXES = ("cube-", "slab-", "brick-", "plate-", "thin-slab-")
@@ -185,9 +183,7 @@ def main():
         own = [row for row in answered if row["model"] == name]
         error, seconds, spread = laws_of(name, answered)
         error["diffuse"] += float(numpy.log(MARGIN_UNDER_SKY.get(name, 1.0)))
-        traits = [name in ANY_MEDIUM, not all(r["name"].startswith(BOXES) for r in own),
-                  name in FOLLOW_REENTRY]
-        lines.append(f'    {{"{name}", {", ".join(str(trait).lower() for trait in traits)},\n     {text_of(error)},\n'
+        lines.append(f'    {{"{name}",\n     {text_of(error)},\n'
                      f"     {text_of(seconds)},\n     {probe.get(name, 0.0):.4g}}},\n")
         print(f"{name}: {len(own)} rows, error within a factor of {numpy.exp(error['spread']):.2f}, "
               f"seconds within {numpy.exp(spread):.2f} (one standard deviation)")

@@ -11,8 +11,9 @@
 
 namespace kappamu {
 
-/// The sentence of the InputError that `act` throws; fails the test when the text has several lines
-/// or, unless `accepted` is what to return then, when it throws none.
+/// The sentence of the InputError that `act` throws, with the keys of its options; fails the test
+/// when the text has several lines or, unless `accepted` is what to return then, when it throws
+/// none.
 template <class Act>
 std::string sentence_of(const Act& act, const std::optional<std::string>& accepted = {}) {
   try {
@@ -20,7 +21,10 @@ std::string sentence_of(const Act& act, const std::optional<std::string>& accept
   } catch (const InputError& error) {
     std::string sentence = error.what();
     EXPECT_EQ(sentence.find('\n'), std::string::npos) << sentence;
-    return sentence;
+    std::string options;
+    for (const auto& [key, value] : error.options())
+      options += (options.empty() ? "" : ", ") + key + (value.empty() ? "" : " " + value);
+    return sentence + (options.empty() ? "" : " (" + options + ")");
   } catch (const std::exception& error) {
     ADD_FAILURE() << "expected InputError, got " << error.what();
     return "";

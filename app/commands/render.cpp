@@ -5,11 +5,11 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/model_options.h"
 #include "core/error.h"
-#include "forward/choice/auto_model.h"
-#include "forward/object_models.h"
 #include "forward/polygrid/polygrid_model.h"
 #include "forward/polygrid/shape/make_polygrid.h"
+#include "forward/registry.h"
 #include "io/atomic_file.h"
 #include "io/polycube_file.h"
 #include "pipeline/output_folder.h"
@@ -17,6 +17,7 @@
 #include "pipeline/verify.h"
 #include "render/machine_costs.h"
 #include "render/render_scene.h"
+#include "render/scene/model_schema.h"
 #include "render/scene/new_scene.h"
 #include "render/scene/world.h"
 
@@ -26,6 +27,7 @@ namespace {
 
 struct RenderArguments {
   std::string scene, new_scene, polycube, out;
+  ModelArguments model;
 };
 
 void write_new_scene(const RenderArguments& arguments, const Globals& globals) {
@@ -85,17 +87,22 @@ void write_object_polycube(const RenderArguments& arguments, const Globals& glob
 
 void run_render(const RenderArguments& arguments, Globals& globals) {
   const auto progress = make_progress();
-  const render::Scene scene = render::read_scene(arguments.scene);
+  render::Scene scene = render::read_scene(arguments.scene);
+  if (arguments.model.name && *arguments.model.name != scene.model.name) {
+    scene.model.name = *arguments.model.name;
+    scene.model.parameters.clear();
+  }
+  for (const auto& [name, value] : arguments.model.values()) scene.model.parameters[name] = value;
   pipeline::require_as_written(render::files_of(scene));
   const std::filesystem::path out(arguments.out);
   pipeline::OutputFolder folder(
       out, "render", render::files_of(scene),
       {"picture.exr", "picture.png", "exitance.npy", "error.npy", "surface.npy", "summary.json"});
-  const render::RenderOptions options{globals.device, globals.seed};
-  const std::unique_ptr<forward::ObjectModel> model =
-      scene.model.name == forward::auto_model_name
-          ? forward::make_auto_model(render::read_machine_costs(globals.device))
-          : forward::make_object_model(scene.model.name);
+  render::RenderOptions options{globals.device, globals.seed};
+  if (forward::object_model(scene.model.name).can.chooses)
+    options.costs = render::read_machine_costs(globals.device);
+  const std::unique_ptr<forward::ObjectModel> model = forward::make_object_model(
+      scene.model.name, forward::ModelError::warned, scene.model.parameters);
   const render::RenderResult result = render::render_scene(scene, *model, options, *progress);
   const std::string summary = render::write_render(result, scene, options, folder.partial());
   folder.commit();
@@ -126,12 +133,23 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
   std::printf("picture              %s\n", (out / "picture.png").c_str());
 }
 
+/// A flag that prints a text in place of what the command does.
+CLI::Option* add_printed(CLI::App& command, const char* flag, const char* text,
+                         std::string (*printed)()) {
+  return command.add_flag_callback(
+      flag,
+      [printed] {
+        std::printf("%s", printed().c_str());
+        throw CLI::Success();
+      },
+      text);
+}
+
 }  // namespace
 
 void add_render(CLI::App& app, Globals& globals) {
-  auto* command =
-      app.add_subcommand("render",
-                         R"(Render objects of measured or published materials under any light.
+  auto* command = app.add_subcommand(
+      "render", std::string(R"(Render objects of measured or published materials under any light.
 
 SCENE is a file of format kappamu-scene (docs/scene.md): objects (a mesh or a named shape,
 its size, its material), lights, camera, film, model. Into OUT go:
@@ -144,7 +162,9 @@ its size, its material), lights, camera, film, model. Into OUT go:
   summary.json   power in, out and absorbed; errors, seconds, warnings
 
 The error is against transport, numerics and the model's physics together, as measured on
-other objects; "model": {"name": "montecarlo"} has noise alone.)");
+other objects; of the model that solves transport it is noise alone.
+
+)") + models_text());
   auto arguments = std::make_shared<RenderArguments>();
   auto* scene =
       command->add_option("scene", arguments->scene, "What to render")->type_name("SCENE");
@@ -162,6 +182,15 @@ other objects; "model": {"name": "montecarlo"} has noise alone.)");
                        "scene as the object's \"polycube\"")
           ->needs(scene)
           ->type_name("OBJECT");
+  std::vector<std::string> names;
+  for (const forward::ModelDescription& model : forward::object_models())
+    names.push_back(model.name);
+  add_model_options(*command, arguments->model, "Model of light, instead of the scene's", names);
+  add_printed(*command, "--models-page", "The page docs/reference/models.md", models_page)
+      ->group("");
+  add_printed(*command, "--model-schema",
+              "Print the JSON schema of a scene's \"model\", with every parameter, and exit",
+              render::model_schema);
   add_out(*command, arguments->out,
           "Folder for the files; with --new-scene and --polycube the file");
   command->footer(

@@ -10,9 +10,10 @@
 #include <string>
 
 #include "app/command.h"
+#include "app/model_options.h"
 #include "app/viewer/viewer.h"
 #include "core/error.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "io/atomic_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/verify.h"
@@ -24,7 +25,8 @@ namespace {
 
 struct ViewArguments {
   std::string scene;
-  std::optional<std::string> script, model;
+  std::optional<std::string> script;
+  ModelArguments model;
   std::optional<double> tolerance;
   std::optional<int> width;
   std::string out = ".";
@@ -85,8 +87,10 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
       options.script ? scene.film.width : std::max(usual_width, scene.film.width));
   options.height = std::max(1, options.width * scene.film.height / scene.film.width);
   std::vector<std::string> warnings;
-  render::LiveScene live(
-      scene, {arguments.model, arguments.tolerance, globals.device, globals.seed}, warnings);
+  render::LiveScene live(scene,
+                         {arguments.model.name, arguments.tolerance, globals.device, globals.seed,
+                          arguments.model.values()},
+                         warnings);
   for (const std::string& warning : warnings) progress->warn(warning);
   const ViewerTimes times = view(scene, live, options);
   for (const std::string& warning : times.warnings) progress->warn(warning);
@@ -96,6 +100,7 @@ void run_view(const ViewArguments& arguments, const Globals& globals) {
   }
   if (globals.json) {
     const nlohmann::json summary{{"model", live.model()},
+                                 {"models", render::live_models(live.world())},
                                  {"answers", times.answers},
                                  {"frames", times.frames},
                                  {"light_ms", times.light_ms},
@@ -138,19 +143,19 @@ box, a layer or below an image on a face. They are undone and done again, and sa
 `kappamu edit` does: a volume and the recipe that makes it. The same command continues from
 saved edits, and from those of a window that ended before they were saved.
 
-A script has one command per line: lamp N, light AZ EL, orbit DX DY (degrees), exposure E,
-panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH, paint X Y ...,
-preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N, save,
-screenshot NAME, quit.)");
+A script has one command per line: lamp N, light AZ EL, model NAME, orbit DX DY (degrees),
+exposure E, panel on|off, channel all|R|G|B, brush OPERATION kappa|mu AMOUNT RADIUS DEPTH,
+paint X Y ..., preview RECIPE, keep, cancel, undo, redo, slice NAME x|y|z N, photograph N,
+save, screenshot NAME, quit.)");
   auto arguments = std::make_shared<ViewArguments>();
   command->add_option("scene", arguments->scene, "What to look at")
       ->required()
       ->type_name("SCENE|RUN");
-  command
-      ->add_option("--model", arguments->model,
-                   "Model of light; by itself grid for boxes of whole voxels, else dipole-rotated "
-                   "where all is homogeneous, else embedded")
-      ->check(CLI::IsMember(forward::object_model_names()));
+  add_model_options(*command, arguments->model,
+                    "Model of light; by itself the first of those that follow lights (\"live\", "
+                    "`kappamu render --help`) and can answer for the objects, the special before "
+                    "the general; the window changes it",
+                    forward::object_model_names());
   command
       ->add_option("--tolerance", arguments->tolerance,
                    "Relative error asked of models that refine; by itself 0.1")

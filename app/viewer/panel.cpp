@@ -39,6 +39,14 @@ void draw_handles(ViewState& state) {
   }
 }
 
+void draw_models(const std::vector<std::string>& models, ViewState& state) {
+  if (!ImGui::BeginCombo("model", state.model.c_str())) return;
+  for (const std::string& name : models) {
+    if (ImGui::Selectable(name.c_str(), name == state.model)) state.model = name;
+  }
+  ImGui::EndCombo();
+}
+
 }  // namespace
 
 Asked draw_panel(const PanelNumbers& numbers, Painter* painter, ViewState& state) {
@@ -55,9 +63,14 @@ Asked draw_panel(const PanelNumbers& numbers, Painter* painter, ViewState& state
   }
   if (numbers.photographs) ImGui::Checkbox("photographs", &state.photograph.shown);
   ImGui::Separator();
-  ImGui::Text("model      %s", numbers.model.c_str());
+  draw_models(numbers.models, state);
   if (numbers.answer != nullptr) {
     const render::LiveAnswer& answer = *numbers.answer;
+    if (!answer.refused.empty()) {
+      ImGui::PushStyleColor(ImGuiCol_Text, amber);
+      ImGui::TextWrapped("%s", answer.refused.c_str());
+      ImGui::PopStyleColor();
+    }
     const double solve = answer.light_ms + answer.model_ms;
     ImGui::Text("light      %.0f ms", answer.light_ms);
     ImGui::Text("diffusion  %.0f ms", answer.model_ms);

@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <string>
+#include <vector>
 
 #include "app/viewer/view_state.h"
 #include "render/live/live_scene.h"
@@ -13,7 +14,7 @@ namespace kappamu::app {
 inline const ImVec4 amber{1.0F, 0.75F, 0.2F, 1.0F};
 
 struct PanelNumbers {
-  std::string model;
+  std::vector<std::string> models;             ///< to choose among
   const render::LiveAnswer* answer = nullptr;  ///< that the picture shows; none yet
   double frame_ms = 0.0;                       ///< drawing and panel
   double waiting_ms = 0.0;                     ///< since something was asked that is not shown

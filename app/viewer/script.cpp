@@ -46,6 +46,9 @@ std::optional<Command> command_of(const std::string& name, std::istringstream& w
   } else if (name == "light") {
     TurnLight turn;
     if (words >> turn.azimuth_deg >> turn.elevation_deg) return turn;
+  } else if (name == "model") {
+    ChooseModel choice;
+    if (words >> choice.name) return choice;
   } else if (name == "orbit") {
     Orbit orbit;
     if (words >> orbit.right_deg >> orbit.up_deg) return orbit;

@@ -3,6 +3,7 @@
 //
 //   lamp N            takes hold of the N-th light, from 1
 //   light AZ EL       turns it to these angles [degrees]
+//   model NAME        which model answers
 //   orbit DX DY       turns the camera about its target [degrees]
 //   exposure E        factor before the tone curve
 //   panel on|off      the panel of numbers
@@ -36,6 +37,9 @@ struct Lamp {
 struct TurnLight {
   double azimuth_deg = 0.0, elevation_deg = 0.0;
 };
+struct ChooseModel {
+  std::string name;
+};
 struct Orbit {
   double right_deg = 0.0, up_deg = 0.0;
 };
@@ -64,8 +68,9 @@ struct ShowSlice {
 };
 struct Quit {};
 
-using Command = std::variant<Lamp, TurnLight, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
-                             Channel, Preview, Asked, ShowPhotograph, ShowSlice, Quit>;
+using Command =
+    std::variant<Lamp, TurnLight, ChooseModel, Orbit, Exposure, Panel, Screenshot, Brush, Paint,
+                 Channel, Preview, Asked, ShowPhotograph, ShowSlice, Quit>;
 
 /// Throws InputError naming file and line.
 std::vector<Command> read(const std::filesystem::path& file);

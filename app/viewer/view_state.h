@@ -40,6 +40,7 @@ struct Region {
 };
 
 struct ViewState {
+  std::string model;  ///< that shall answer
   std::vector<render::Light> lights;
   std::size_t lamp = 0;                              ///< the light in hand
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< that lights turn about [mm]

@@ -38,8 +38,10 @@ double median(std::vector<double> values) {
 constexpr double longest_wait_s = 0.005;
 constexpr double label_period_ms = 100.0;
 
-ViewState first_state(const render::Scene& scene, const render::World& world) {
+ViewState first_state(const render::Scene& scene, const render::LiveScene& live) {
+  const render::World& world = live.world();
   ViewState state;
+  state.model = live.model();
   state.lights = scene.lights;
   state.camera = scene.camera;
   Eigen::AlignedBox3d box;
@@ -80,7 +82,8 @@ class Viewer {
       : options_(options),
         commands_(commands_of(options)),
         live_(live),
-        state_(first_state(scene, live.world())),
+        models_(render::live_models(live.world())),
+        state_(first_state(scene, live)),
         first_camera_(state_.camera),
         exposure_given_(scene.film.exposure.has_value()),
         window_(options.width, options.height,
@@ -143,13 +146,18 @@ class Viewer {
 
   void ask() {
     if (!asked_since_) asked_since_.emplace();
-    answers_.ask({state_.lights, painter_.media()});
+    answers_.ask({state_.lights, painter_.media(), state_.model});
   }
 
   bool take_answer() {
     std::optional<render::LiveAnswer> answer = answers_.take();
     if (!answer) return false;
     answer_ = std::move(answer);
+    if (!answer_->refused.empty()) {
+      if (options_.script)
+        throw InputError(options_.script->string() + ": model: " + answer_->refused);
+      state_.model = answer_->model;
+    }
     canvas_.set_light(corners_.light(*answer_));
     if (!exposure_given_) {
       state_.exposure = render::usual_exposure(live_.world(), *answer_, state_.camera.position_mm);
@@ -196,7 +204,7 @@ class Viewer {
     ViewState before = state_;
     const std::optional<std::size_t> edited = painter_.in_hand();
     if (state_.panel) {
-      obey_panel(draw_panel({live_.model(), answer_ ? &*answer_ : nullptr, last_frame_ms_,
+      obey_panel(draw_panel({models_, answer_ ? &*answer_ : nullptr, last_frame_ms_,
                              asked_since_ ? asked_since_->milliseconds() : 0.0, note_,
                              photographs_ && photographs_->count() > 0},
                             edited ? &painter_ : nullptr, state_));
@@ -212,6 +220,7 @@ class Viewer {
       follow_keys();
       if (closing_) close(draw_closing_question());
     }
+    if (before.model != state_.model) ask();
     if (state_.has_handle() && before.has_handle() && before.lamp == state_.lamp) {
       const auto was = render::angles_of(before.lights[state_.lamp], state_.centre);
       const auto is = render::angles_of(state_.lights[state_.lamp], state_.centre);
@@ -370,6 +379,10 @@ class Viewer {
     state_.turn_light({turn.azimuth_deg, turn.elevation_deg});
     ask();
   }
+  void obey(const script::ChooseModel& choice) {
+    state_.model = choice.name;
+    ask();
+  }
   void obey(const script::Orbit& orbit) { state_.orbit(orbit.right_deg, orbit.up_deg); }
   void obey(const script::Exposure& exposure) { state_.exposure = exposure.factor; }
   void obey(script::Panel panel) { state_.panel = panel == script::Panel::on; }
@@ -422,6 +435,7 @@ class Viewer {
   ViewerOptions options_;
   std::vector<script::Command> commands_;
   render::LiveScene& live_;
+  std::vector<std::string> models_;
   ViewState state_;
   const render::Camera first_camera_;  ///< that slices stand upright in
   bool exposure_given_ = false, done_ = false;

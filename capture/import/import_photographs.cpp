@@ -196,9 +196,11 @@ std::vector<Photograph> find_photographs(const PhotographSource& source, Progres
 void require_exposure_times(const std::vector<Photograph>& photographs) {
   for (const Photograph& photograph : photographs) {
     if (photograph.exposure_s == 0.0) {
-      throw InputError(photograph.path.string() +
-                       ": neither EXIF nor a table states its exposure time; give a CSV with the "
-                       "columns file, shot, exposure_s (--table).");
+      throw InputError(
+          photograph.path.string() +
+              ": neither EXIF nor a table states its exposure time; give a CSV with the "
+              "columns file, shot, exposure_s",
+          {{"table"}});
     }
   }
 }
@@ -255,8 +257,9 @@ void settle_orientation(const std::vector<Photograph>& photographs, std::optiona
         odd->path.filename().string() + " is " + std::to_string(tag_of(*odd));
     if (wish == Orientation::apply) {
       throw InputError(differing +
-                       "; an orientation is applied only where all photographs have "
-                       "the same: import with --orientation ignore.");
+                           "; an orientation is applied only where all photographs have "
+                           "the same: ignore it",
+                       {{"orientation", "ignore"}});
     }
     if (!wish) progress.warn(differing + "; orientations are ignored.");
     return;
@@ -270,7 +273,7 @@ void settle_orientation(const std::vector<Photograph>& photographs, std::optiona
                   "orientation " + std::to_string(tag) + " (" +
                   names[static_cast<std::size_t>(tag)] +
                   ") and are taken as they are stored; if the camera was mounted so, have them "
-                  "turned (--orientation apply), otherwise state --orientation ignore.");
+                  "turned: set the orientation to apply, otherwise to ignore.");
   }
 }
 

@@ -21,16 +21,26 @@ bool is_motion(const Fault& fault) {
   return fault.kind == Fault::Kind::moved || fault.kind == Fault::Kind::changed;
 }
 
-std::string advice(const Fault& fault) {
+struct Advice {
+  std::string sentence;
+  std::vector<OptionKey> options;
+};
+
+Advice advice(const Fault& fault) {
   if (is_motion(fault)) {
-    return "photograph the stack again, leave the frame out with --on-motion correct, or, where "
-           "camera and sample need not stay fixed, move it back with --on-motion align";
+    return {
+        "photograph the stack again, leave the frame out, or, where camera and sample need not "
+        "stay fixed, move it back",
+        {{"on_motion", "correct"}, {"on_motion", "align"}}};
   }
   if (fault.kind == Fault::Kind::mislabelled) {
-    return "correct exposure_s in session.json, or let it be estimated with --on-flicker correct";
+    return {"correct exposure_s in session.json, or let it be estimated",
+            {{"on_flicker", "correct"}}};
   }
-  return "let lamp and projector warm up and expose multiples of the projector's period, or "
-         "estimate the exposures from the frames with --on-flicker correct";
+  return {
+      "let lamp and projector warm up and expose multiples of the projector's period, or "
+      "estimate the exposures from the frames",
+      {{"on_flicker", "correct"}}};
 }
 
 // Frames, exposure times and file names of a stack, whatever a frame holds.
@@ -79,8 +89,10 @@ class StackMerger {
       const OnFault action = is_motion(fault) ? options.on_motion : options.on_flicker;
       const std::string what = path(fault.frame) + ": " + fault.sentence + " (" + label_ + ")";
       if (action == OnFault::ignore) continue;
-      if (action == OnFault::refuse || action == OnFault::align)
-        throw InputError(what + "; " + advice(fault) + ".");
+      if (action == OnFault::refuse || action == OnFault::align) {
+        const Advice fix = advice(fault);
+        throw InputError(what + "; " + fix.sentence, fix.options);
+      }
       if (is_motion(fault)) {
         left_out.insert(fault.frame);
       } else {

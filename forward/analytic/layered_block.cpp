@@ -112,8 +112,9 @@ class AnalyticModel final : public ForwardModel {
     validate_medium(setup.shape, problem.medium.kappa.values(), problem.medium.mu.values());
     if (setup.sides != Sides::mirror) {
       throw InputError(
-          "method analytic answers only blocks with mirror sides; use --sides mirror or another "
-          "method");
+          "method analytic answers only blocks with mirror sides; use mirror sides or another "
+          "method",
+          {{"sides", "mirror"}, {"method"}});
     }
     const Stopwatch setting_up;
     const std::vector<Layer> layers = layers_along_light(setup, problem.medium);

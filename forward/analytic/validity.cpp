@@ -91,8 +91,7 @@ std::optional<std::string> validity_warning(const GridSetup& setup, const Medium
                   std::max(albedo, table_albedo.front()), std::max(paths, table_thickness.front()));
   }
   return text +
-         "; kappamu forward --method montecarlo shows the truth, kappamu fit --physics transport "
-         "fits to it";
+         "; the method montecarlo shows the truth, a fit with the physics transport fits to it";
 }
 
 }  // namespace kappamu::forward

@@ -8,6 +8,7 @@
 #include "core/processor_time.h"
 #include "core/shown_text.h"
 #include "forward/block/block_diffusion.h"
+#include "forward/block/live_block.h"
 #include "forward/light_entry.h"
 
 namespace kappamu::forward {
@@ -101,6 +102,20 @@ ObjectResult BlockModel::solve(const ObjectProblem& problem, const ObjectOptions
   result.balance = std::move(fine.balance);
   result.setup_seconds = watch.seconds() - result.seconds;
   return result;
+}
+
+std::unique_ptr<LiveModel> BlockModel::keep(const LiveBody& object, const ObjectOptions& options) {
+  return std::make_unique<LiveBlock>(object, options.device);
+}
+
+ModelDescription block_model() {
+  return {.name = "grid",
+          .text = "Diffusion on the voxels of a box, halved until two resolutions agree.",
+          .limits = "Only boxes of whole voxels along the axes; diffusion errs as with embedded.",
+          .can = {.heterogeneous = true, .any_shape = false, .live = true},
+          .make = [] { return std::make_unique<BlockModel>(); },
+          .measured = &measured("grid"),
+          .errs_by = &measured("embedded").error};
 }
 
 }  // namespace kappamu::forward

@@ -2,7 +2,7 @@
 // finer ones until two resolutions agree within the tolerance.
 #pragma once
 
-#include "forward/object_model.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
@@ -15,6 +15,10 @@ class BlockModel : public ObjectModel {
  public:
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override;
+  /// The grid, its equations and the last fluence.
+  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options) override;
 };
+
+ModelDescription block_model();
 
 }  // namespace kappamu::forward

@@ -3,7 +3,7 @@
 // tolerance (docs/boundary-integral.md).
 #pragma once
 
-#include "forward/object_model.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
@@ -12,5 +12,7 @@ class BoundaryIntegralModel : public ObjectModel {
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override;
 };
+
+ModelDescription boundary_integral_model();
 
 }  // namespace kappamu::forward

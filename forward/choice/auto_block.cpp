@@ -1,6 +1,7 @@
 #include "forward/choice/auto_block.h"
 
 #include <algorithm>
+#include <array>
 
 #include "core/error.h"
 #include "forward/choice/choice.h"
@@ -10,14 +11,8 @@ namespace kappamu::forward {
 
 namespace {
 
-constexpr const char* grid_diffusion = "grid";
-
-/// Of the two that answer for blocks.
-const ModelCandidate& taken(const Choice& choice) {
-  return *std::find_if(
-      choice.candidates.begin(), choice.candidates.end(),
-      [](const ModelCandidate& c) { return c.model == grid_diffusion || c.model == random_walks; });
-}
+/// The two that answer for blocks, by their names as methods.
+constexpr const char *diffusion = "multigrid", *transport = "montecarlo";
 
 class AutoBlock final : public ForwardModel {
  public:
@@ -25,25 +20,27 @@ class AutoBlock final : public ForwardModel {
                       Progress& progress) const override {
     if (problem.setup.convention != Convention::physical) {
       throw InputError(
-          "--method auto compares with transport, in the physical convention; leave out "
-          "--convention wang2008 or choose --method multigrid");
+          "method auto compares with transport, in the physical convention; use that convention or "
+          "the method multigrid",
+          {{"convention", "physical"}, {"method", "multigrid"}});
     }
     const ObjectFeatures features = features_of(problem.setup, problem.medium);
-    ObjectOptions asked;
+    ChoiceOptions asked;
     asked.tolerance = options.model_tolerance;
     asked.photons = options.photons;
-    const Choice choice = choose_model({&features, 1}, asked, {}, Remedy::none);
-    const ModelCandidate& model = taken(choice);
-    const bool walks = model.model == random_walks;
+    const std::array models{&object_model("grid"), &transport_model()};
+    const Choice choice = choose_model(models, {&features, 1}, asked, Remedy::none);
+    const ModelCandidate& model = choice.candidates.front();
+    const bool walks = model.model == transport_model().name;
     ForwardOptions own = options;
-    if (walks) own.photons = options_for(random_walks, {&features, 1}, asked).photons;
-    ForwardResult result =
-        make_forward_model(walks ? random_walks : "multigrid")->solve(problem, own, progress);
-    result.message = std::string(walks ? random_walks : "multigrid") + ", " + model.reason + "; " +
-                     result.message;
+    if (walks) own.photons = options_for(transport_model(), {&features, 1}, asked).photons;
+    const std::string method = walks ? transport : diffusion;
+    ForwardResult result = make_forward_model(method)->solve(problem, own, progress);
+    result.message = method + ", " + model.reason + "; " + result.message;
     if (!(model.error.value() <= asked.tolerance)) {
-      result.warnings.push_back("no model is expected to answer within --model-tolerance: " +
-                                result.message);
+      result.warnings.push_back(
+          "no model is expected to answer within the tolerance asked of the model: " +
+          result.message);
     }
     if (!walks) {
       for (std::string& warning :

@@ -5,7 +5,7 @@
 #include "core/error.h"
 #include "core/shown_text.h"
 #include "forward/choice/pilot.h"
-#include "forward/object_models.h"
+#include "forward/montecarlo/object_monte_carlo.h"
 
 namespace kappamu::forward {
 
@@ -26,15 +26,20 @@ double worst_error(std::span<const ObjectResult> results) {
 
 class AutoModel final : public ChannelsModel {
  public:
-  explicit AutoModel(MachineCosts costs) : costs_(std::move(costs)) {}
+  void describe(const OptionVisitor& visit) override {
+    visit({"photons", "Monte Carlo", "", "", photons_bounds,
+           "Photons per light and channel, the most that random walks may take"},
+          &photons_);
+  }
 
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
-                                           const ObjectOptions& asked,
+                                           const ObjectOptions& options,
                                            Progress& progress) override {
     if (problems.empty()) return {};
+    const ChoiceOptions asked{options, photons_};
     std::vector<ObjectFeatures> features;
     for (const ObjectProblem& problem : problems) features.push_back(features_of(problem));
-    Choice choice = choose_model(features, asked, costs_, Remedy::walks);
+    Choice choice = choose_model(choosable_models(), features, asked, Remedy::walks);
     while (true) {
       if (auto pilot = run_pilot(problems, features, asked, choice, progress);
           pilot && pilot->within) {
@@ -44,15 +49,16 @@ class AutoModel final : public ChannelsModel {
       ModelCandidate& first = choice.candidates.front();
       try {
         progress.update("choice of a model", 1.0, first.model + ": " + first.reason);
-        const auto model = make_object_model(first.model, ModelError::stated);
-        ObjectOptions options = options_for(first.model, features, asked);
-        std::vector<ObjectResult> results = model->solve_channels(problems, options, progress);
+        const ModelDescription& model = object_model(first.model);
+        ChoiceOptions own = options_for(model, features, asked);
+        std::vector<ObjectResult> results =
+            make_chosen(model, own)->solve_channels(problems, own, progress);
         const double over = worst_error(results) / asked.tolerance;
-        if (first.model == random_walks && over > 1.0 && options.photons < asked.photons) {
-          options.photons = std::min(
-              asked.photons, static_cast<std::uint64_t>(walked_on * over * over *
-                                                        static_cast<double>(options.photons)));
-          results = model->solve_channels(problems, options, progress);
+        if (model.can.transport && over > 1.0 && own.photons < asked.photons) {
+          own.photons =
+              std::min(asked.photons, static_cast<std::uint64_t>(walked_on * over * over *
+                                                                 static_cast<double>(own.photons)));
+          results = make_chosen(model, own)->solve_channels(problems, own, progress);
         }
         for (ObjectResult& result : results) finish(asked, choice, result);
         return results;
@@ -68,7 +74,7 @@ class AutoModel final : public ChannelsModel {
   static void finish(const ObjectOptions& asked, const Choice& choice, ObjectResult& result) {
     result.candidates = choice.candidates;
     const ModelCandidate& taken = choice.candidates.front();
-    const bool walks = taken.model == random_walks;  // their noise is measured
+    const bool walks = object_model(taken.model).can.transport;  // their noise is measured
     const double error = std::max(walks ? 0.0 : taken.error.value(), worst_error({&result, 1}));
     if (error <= asked.tolerance) return;
     result.converged = false;
@@ -78,13 +84,23 @@ class AutoModel final : public ChannelsModel {
                               " comes nearest: " + taken.reason + "; " + result.message);
   }
 
-  MachineCosts costs_;
+  std::uint64_t photons_ = ChoiceOptions().photons;
 };
 
 }  // namespace
 
-std::unique_ptr<ObjectModel> make_auto_model(const MachineCosts& costs) {
-  return std::make_unique<AutoModel>(costs);
+ModelDescription auto_model() {
+  return {.name = "auto",
+          .text =
+              "Takes the cheapest model whose error on such objects, as measured, is within "
+              "the tolerance, and corrects it by random walks where it is not.",
+          .limits = "Its tolerance is of the whole surface: places may err more.",
+          .can = {.heterogeneous = true,
+                  .voids = true,
+                  .several_bodies = true,
+                  .reentry = true,
+                  .chooses = true},
+          .make = [] { return std::make_unique<AutoModel>(); }};
 }
 
 }  // namespace kappamu::forward

@@ -2,18 +2,12 @@
 // (forward/choice/choice.h).
 #pragma once
 
-#include <memory>
-
-#include "forward/choice/machine_costs.h"
-#include "forward/object_model.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
-inline constexpr const char* auto_model_name = "auto";
-
-/// One model for all channels of an object. The tolerance counts physics and numerics together;
-/// `photons` is the most that `montecarlo` may take. A model that refuses the object is passed
-/// over. `candidates` of the results say why.
-std::unique_ptr<ObjectModel> make_auto_model(const MachineCosts& costs);
+/// One model for all channels of an object. The tolerance counts physics and numerics together. A
+/// model that refuses the object is passed over. `candidates` of the results say why.
+ModelDescription auto_model();
 
 }  // namespace kappamu::forward

@@ -39,13 +39,14 @@ std::string number(double value) {
 }
 
 /// Noise of the patches after one photon.
-double noise_of_one(const MeasuredModel& model, const ObjectFeatures& features) {
-  return error_by(model.error, features) * std::sqrt(static_cast<double>(features.patches));
+double noise_of_one(const ModelDescription& model, const ObjectFeatures& features) {
+  return error_by(model.measured->error, features) *
+         std::sqrt(static_cast<double>(features.patches));
 }
 
 /// Photons of the channel that needs most, or those allowed.
-double photons_for(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                   const ObjectOptions& asked) {
+double photons_for(const ModelDescription& model, std::span<const ObjectFeatures> channels,
+                   const ChoiceOptions& asked) {
   double most = fewest_photons;
   for (const ObjectFeatures& features : channels) {
     const double noise = noise_of_one(model, features);
@@ -55,13 +56,15 @@ double photons_for(const MeasuredModel& model, std::span<const ObjectFeatures> c
 }
 
 /// Why errors of the model on this object are not known; empty where they are.
-std::string unmeasured(const MeasuredModel& model, const ObjectFeatures& features,
-                       const ObjectOptions& asked) {
-  if (!model.any_medium && features.contrast > 1.0) return "the medium is not the same everywhere";
-  if (!model.any_shape && !features.block) return "the object is no box of whole voxels";
-  if (!model.reentry && asked.follow_reentry)
+std::string unmeasured(const ModelDescription& model, const ObjectFeatures& features,
+                       const ChoiceOptions& asked) {
+  if (!model.can.heterogeneous && features.contrast > 1.0)
+    return "the medium is not the same everywhere";
+  if (!model.can.any_shape && !features.block) return "the object is no box of whole voxels";
+  if (!model.can.reentry && asked.follow_reentry)
     return "does not follow light that meets the object again";
-  if (model.name == random_walks) return "";
+  if (model.measured == nullptr) return "its error and cost were not measured";
+  if (model.can.transport) return "";
   const MeasuredRange range = measured_range();
   if (features.thickness * beyond < range.thinnest) {
     return "not measured on objects as thin as " + number(features.thickness) +
@@ -77,17 +80,18 @@ std::string unmeasured(const MeasuredModel& model, const ObjectFeatures& feature
 }
 
 /// What the worst channel's error does not exceed with this probability.
-double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                const ObjectOptions& asked, double probability) {
+double error_of(const ModelDescription& model, std::span<const ObjectFeatures> channels,
+                const ChoiceOptions& asked, double probability) {
   double worst = 0.0;
   for (const ObjectFeatures& features : channels) {
-    if (model.name == random_walks) {
+    if (model.can.transport) {
       const ErrorBelief law{
           noise_of_one(model, features) / std::sqrt(photons_for(model, channels, asked)),
-          model.error.spread};
+          model.measured->error.spread};
       worst = std::max(worst, error_quantile(law, probability));
     } else {
-      const ErrorBelief law{error_by(model.error, features), model.error.spread};
+      const ErrorBelief law{error_by(model.measured->error, features),
+                            model.measured->error.spread};
       worst = std::max(
           worst, std::hypot(error_quantile(law, probability), numerics_share * asked.tolerance));
     }
@@ -96,14 +100,14 @@ double error_of(const MeasuredModel& model, std::span<const ObjectFeatures> chan
 }
 
 /// Of `montecarlo`: of one photon in every channel.
-double seconds_of(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                  const ObjectOptions& asked, const MachineCosts& costs) {
+double seconds_of(const ModelDescription& model, std::span<const ObjectFeatures> channels,
+                  const ChoiceOptions& asked) {
   double seconds = 0.0;
   for (const ObjectFeatures& features : channels) {
-    seconds += seconds_by(model.seconds, features, numerics_share * asked.tolerance);
+    seconds += seconds_by(model.measured->seconds, features, numerics_share * asked.tolerance);
   }
-  const auto here = costs.find(std::string(model.name));
-  return here == costs.end() ? seconds : seconds * here->second;
+  const auto here = asked.costs.find(model.name);
+  return here == asked.costs.end() ? seconds : seconds * here->second;
 }
 
 /// Photons that correct an answer of error `error` to `wanted`, in the channel that needs most.
@@ -111,30 +115,30 @@ double correcting_photons(double error, double wanted, std::span<const ObjectFea
   const double noise = noise_that_leaves(error, wanted);
   double most = 0.0;
   for (const ObjectFeatures& features : channels) {
-    most = std::max(most, std::pow(noise_of_one(measured(random_walks), features) / noise, 2.0));
+    most = std::max(most, std::pow(noise_of_one(transport_model(), features) / noise, 2.0));
   }
   return most;
 }
 
-ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatures> channels,
-                         const ObjectOptions& asked, const MachineCosts& costs, Remedy remedy) {
+ModelCandidate candidate(const ModelDescription& model, std::span<const ObjectFeatures> channels,
+                         const ChoiceOptions& asked, Remedy remedy) {
   ModelCandidate result;
   result.model = model.name;
   for (const ObjectFeatures& features : channels) {
     result.reason = unmeasured(model, features, asked);
     // A volume's voxels may be many more than those of the boxes measured.
-    if (result.reason.empty() && remedy == Remedy::walks && !model.any_shape &&
+    if (result.reason.empty() && remedy == Remedy::walks && !model.can.any_shape &&
         features.contrast > 1.0)
       result.reason = "its seconds are not known where the medium is not the same everywhere";
     if (!result.reason.empty()) return result;
   }
   result.error = error_of(model, channels, asked, expected_at_most);
-  result.seconds = seconds_of(model, channels, asked, costs);
-  const MeasuredModel& walks = measured(random_walks);
-  const double per_photon = seconds_of(walks, channels, asked, costs);
+  result.seconds = seconds_of(model, channels, asked);
+  const ModelDescription& walks = transport_model();
+  const double per_photon = seconds_of(walks, channels, asked);
   const double walk_seconds = per_photon * photons_for(walks, channels, asked);
-  if (model.name == random_walks) result.seconds = walk_seconds;
-  if (remedy == Remedy::none || model.name == random_walks || *result.error <= asked.tolerance)
+  if (model.can.transport) result.seconds = walk_seconds;
+  if (remedy == Remedy::none || model.can.transport || *result.error <= asked.tolerance)
     return result;
   const double start =
       seconds_per_triangle * static_cast<double>(channels.front().triangles * channels.size());
@@ -159,14 +163,23 @@ ModelCandidate candidate(const MeasuredModel& model, std::span<const ObjectFeatu
 
 }  // namespace
 
-Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
-                    const MachineCosts& costs, Remedy remedy) {
+std::vector<const ModelDescription*> choosable_models() {
+  std::vector<const ModelDescription*> models;
+  for (const ModelDescription& model : object_models()) {
+    if (!model.can.chooses) models.push_back(&model);
+  }
+  return models;
+}
+
+Choice choose_model(std::span<const ModelDescription* const> models,
+                    std::span<const ObjectFeatures> channels, const ChoiceOptions& asked,
+                    Remedy remedy) {
   check(!channels.empty(), "choose_model: no channel");
   Choice choice;
-  for (const MeasuredModel& model : measured_models()) {
-    choice.candidates.push_back(candidate(model, channels, asked, costs, remedy));
+  for (const ModelDescription* model : models) {
+    choice.candidates.push_back(candidate(*model, channels, asked, remedy));
   }
-  choice.seconds_per_photon = seconds_of(measured(random_walks), channels, asked, costs);
+  choice.seconds_per_photon = seconds_of(transport_model(), channels, asked);
   rank(choice, asked.tolerance);
   for (ModelCandidate& c : choice.candidates) {
     if (!c.error) continue;
@@ -198,16 +211,22 @@ void rank(Choice& choice, double tolerance) {
   choice.within_tolerance = place(choice.candidates.front()) == 0;
 }
 
-ObjectOptions options_for(const std::string& name, std::span<const ObjectFeatures> channels,
-                          const ObjectOptions& asked) {
-  ObjectOptions options = asked;
-  options.tolerance = numerics_share * asked.tolerance;
-  for (const MeasuredModel& model : measured_models()) {
-    if (model.name != name || model.name != random_walks) continue;
-    options.tolerance = asked.tolerance;
+ChoiceOptions options_for(const ModelDescription& model, std::span<const ObjectFeatures> channels,
+                          const ChoiceOptions& asked) {
+  ChoiceOptions options = asked;
+  if (model.can.transport) {
     options.photons = static_cast<std::uint64_t>(photons_for(model, channels, asked));
+  } else {
+    options.tolerance = numerics_share * asked.tolerance;
   }
   return options;
+}
+
+std::unique_ptr<ObjectModel> make_chosen(const ModelDescription& model,
+                                         const ChoiceOptions& asked) {
+  OptionValues parameters;
+  if (model.can.transport) parameters["photons"] = static_cast<double>(asked.photons);
+  return make_object_model(model.name, ModelError::stated, parameters);
 }
 
 }  // namespace kappamu::forward

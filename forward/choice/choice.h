@@ -2,16 +2,20 @@
 // tolerance on objects like this one.
 #pragma once
 
+#include <cstdint>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "forward/choice/machine_costs.h"
-#include "forward/choice/model_table.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
-/// The model that is right wherever it is given time.
-inline constexpr const char* random_walks = "montecarlo";
+/// What `auto` is asked: the tolerance is of physics and numerics together.
+struct ChoiceOptions : ObjectOptions {
+  std::uint64_t photons = 1'000'000;  ///< per light, the most that random walks may take
+};
 
 /// What is done where a model errs more than is asked.
 enum class Remedy { none, walks };  ///< walks: forward/choice/correction.h
@@ -22,19 +26,25 @@ struct Choice {
   double seconds_per_photon = 0.0;  ///< of all channels' walks
 };
 
-/// `channels` are the same object in the media of its colour channels, which one model answers.
-/// The tolerance is `asked`'s: of physics and numerics together. A model that is beyond it
-/// counts with its remedy.
-Choice choose_model(std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
-                    const MachineCosts& costs, Remedy remedy);
+/// All models that may be chosen.
+std::vector<const ModelDescription*> choosable_models();
+
+/// `channels` are the same object in the media of its colour channels, which one model answers. A
+/// model that is beyond the tolerance counts with its remedy.
+Choice choose_model(std::span<const ModelDescription* const> models,
+                    std::span<const ObjectFeatures> channels, const ChoiceOptions& asked,
+                    Remedy remedy);
 
 /// Orders the candidates by what is now known of them: within the tolerance by cost, beyond it by
 /// error, then those of unknown error.
 void rank(Choice& choice, double tolerance);
 
 /// What to ask of a model for the error that choose_model() expects: half the tolerance of its
-/// numerics; of `montecarlo` the tolerance, and the photons that bring its noise below it.
-ObjectOptions options_for(const std::string& model, std::span<const ObjectFeatures> channels,
-                          const ObjectOptions& asked);
+/// numerics; of random walks the tolerance, and the photons that bring their noise below it.
+ChoiceOptions options_for(const ModelDescription& model, std::span<const ObjectFeatures> channels,
+                          const ChoiceOptions& asked);
+
+/// The model that answers so; random walks take the photons asked.
+std::unique_ptr<ObjectModel> make_chosen(const ModelDescription& model, const ChoiceOptions& asked);
 
 }  // namespace kappamu::forward

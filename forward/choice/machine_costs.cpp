@@ -5,8 +5,7 @@
 #include "core/error.h"
 #include "core/mesh/shapes.h"
 #include "core/processor_time.h"
-#include "forward/choice/model_table.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
@@ -16,7 +15,7 @@ constexpr double kappa_mm = 0.152, mu_per_mm = 0.0021, eta = 1.5;  // marble, re
 constexpr double mean_free_paths = 24.0;
 constexpr int tessellation = 64;
 constexpr double probe_tolerance = 0.03;
-constexpr std::uint64_t probe_photons = 20'000;
+constexpr double probe_photons = 20'000;
 
 ObjectLight parallel_light(const Surface& surface) {
   const Eigen::Vector3d direction = Eigen::Vector3d(-3.0, -5.0, -8.0).normalized();
@@ -46,15 +45,17 @@ std::map<std::string, ProbeTime> probe_times(const RayCaster& rays, const std::s
   ObjectOptions options;
   options.device = device;
   options.tolerance = probe_tolerance;
-  options.photons = probe_photons;
   std::map<std::string, ProbeTime> times;
-  for (const MeasuredModel& model : measured_models()) {
-    const std::string name(model.name);
+  for (const ModelDescription& model : object_models()) {
+    if (model.measured == nullptr) continue;
+    const std::string& name = model.name;
+    OptionValues parameters;
+    if (model.can.transport) parameters["photons"] = probe_photons;
     try {
       for (int repetition = 0; repetition < repetitions; ++repetition) {
         const double processor = processor_seconds();
         const Stopwatch wall;
-        make_object_model(name)->solve(problem, options, progress);
+        make_object_model(name, ModelError::warned, parameters)->solve(problem, options, progress);
         const ProbeTime time{wall.seconds(), processor_seconds() - processor};
         const auto [entry, fresh] = times.try_emplace(name, time);
         if (fresh) continue;
@@ -70,11 +71,10 @@ std::map<std::string, ProbeTime> probe_times(const RayCaster& rays, const std::s
 
 MachineCosts machine_costs(const std::map<std::string, ProbeTime>& times) {
   MachineCosts costs;
-  for (const MeasuredModel& model : measured_models()) {
-    const auto found = times.find(std::string(model.name));
-    if (found != times.end() && model.probe_seconds > 0.0) {
-      costs.emplace(found->first, found->second.wall / model.probe_seconds);
-    }
+  for (const auto& [name, time] : times) {
+    const MeasuredModel* model = object_model(name).measured;
+    if (model != nullptr && model->probe_seconds > 0.0)
+      costs.emplace(name, time.wall / model->probe_seconds);
   }
   return costs;
 }

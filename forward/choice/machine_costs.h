@@ -7,11 +7,9 @@
 #include "core/mesh/triangle_mesh.h"
 #include "core/progress.h"
 #include "core/ray_caster.h"
+#include "forward/object_model.h"
 
 namespace kappamu::forward {
-
-/// Seconds here over processor seconds of the table, by model; a model that is absent counts as 1.
-using MachineCosts = std::map<std::string, double>;
 
 /// The least of several runs [s].
 struct ProbeTime {

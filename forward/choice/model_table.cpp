@@ -14,10 +14,6 @@ constexpr double deep = 3.0;  // studies/fit_choice.py
 
 }  // namespace
 
-std::span<const MeasuredModel> measured_models() {
-  return models;
-}
-
 const MeasuredModel& measured(std::string_view name) {
   return *std::find_if(models.begin(), models.end(),
                        [&](const MeasuredModel& model) { return model.name == name; });

@@ -36,10 +36,7 @@ struct CostLaw {
 };
 
 struct MeasuredModel {
-  std::string_view name;    ///< as make_object_model() knows it
-  bool any_medium = false;  ///< takes κ and μ that vary
-  bool any_shape = false;   ///< else only boxes of whole voxels
-  bool reentry = false;     ///< follows light that meets the object again
+  std::string_view name;  ///< in the registry
   /// Relative error in the 2-norm, of physics: the model's numerics were 1 % or better.
   /// `montecarlo`: the noise of patches, times the root of photons over their number.
   ErrorLaw error;
@@ -56,7 +53,6 @@ struct MeasuredRange {
   double most_slant = 1.0;
 };
 
-std::span<const MeasuredModel> measured_models();
 /// The one of that name, which is there.
 const MeasuredModel& measured(std::string_view name);
 MeasuredRange measured_range();

@@ -10,7 +10,6 @@
 #include "core/shown_text.h"
 #include "forward/choice/correction.h"
 #include "forward/choice/error_belief.h"
-#include "forward/object_models.h"
 #include "forward/patches.h"
 
 namespace kappamu::forward {
@@ -71,7 +70,7 @@ void add(const ObjectResult& more, double share, ObjectResult& sum) {
 /// Random walks of all channels in two halves, lengthened on demand.
 class Walks {
  public:
-  Walks(std::span<const ObjectProblem> problems, const ObjectOptions& asked, Progress& progress)
+  Walks(std::span<const ObjectProblem> problems, const ChoiceOptions& asked, Progress& progress)
       : problems_(problems), asked_(asked), progress_(progress) {}
 
   std::uint64_t photons() const { return 2 * photons_; }
@@ -87,9 +86,9 @@ class Walks {
   void lengthen(double photons) {
     const auto wanted = static_cast<std::uint64_t>(std::ceil(0.5 * photons));
     if (wanted < photons_ + 2) return;
-    ObjectOptions options = asked_;
+    ChoiceOptions options = asked_;
     options.photons = wanted - photons_;
-    const auto model = make_object_model(random_walks);
+    const auto model = make_chosen(transport_model(), options);
     for (std::size_t which = 0; which < halves_.size(); ++which) {
       options.seed = key_of({asked_.seed, which, photons_});
       for (std::size_t c = 0; c < problems_.size(); ++c) {
@@ -107,19 +106,17 @@ class Walks {
 
  private:
   std::span<const ObjectProblem> problems_;
-  const ObjectOptions& asked_;
+  const ChoiceOptions& asked_;
   Progress& progress_;
   std::uint64_t photons_ = 0;  ///< of a half
   std::array<std::vector<ObjectResult>, 2> halves_;
 };
 
-/// Cubes cut by the surface and whole voxels hold one equation: where walks do not correct one's
-/// answer they do not correct the other's.
+/// Models of one equation, such as cubes cut by the surface and whole voxels: where walks do not
+/// correct one's answer they do not correct the other's.
 bool err_alike(const ModelCandidate& one, const ModelCandidate& other) {
-  const auto diffuses = [](const ModelCandidate& c) {
-    return c.model == "embedded" || c.model == "grid";
-  };
-  return diffuses(one) && diffuses(other);
+  const ErrorLaw* law = object_model(one.model).errs_by;
+  return law != nullptr && law == object_model(other.model).errs_by;
 }
 
 /// How many photons the first candidate's answer is worth.
@@ -150,7 +147,7 @@ class Corrected {
   void judge(const Walks& walks, Pilot& pilot) {
     likely_errors_.clear();
     pilot.left = pilot.measured = 0.0;
-    const ErrorLaw& law = measured(pilot.model).error;
+    const ErrorLaw& law = object_model(pilot.model).measured->error;
     for (std::size_t c = 0; c < problems_.size(); ++c) {
       const Surface& surface = problems_[c].surface;
       const ObjectResult both = walks.both(c);
@@ -224,7 +221,7 @@ class Corrected {
 }  // namespace
 
 std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
-                               std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
+                               std::span<const ObjectFeatures> channels, const ChoiceOptions& asked,
                                Choice& choice, Progress& progress) {
   std::optional<Pilot> last;
   if (choice.candidates.front().photons <= 0.0) return last;
@@ -237,9 +234,9 @@ std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
     const double expected = candidate.photons;
     try {
       progress.update("choice of a model", 0.0, candidate.model + ": " + candidate.reason);
-      pilot.results =
-          make_object_model(pilot.model, ModelError::stated)
-              ->solve_channels(problems, options_for(pilot.model, channels, asked), progress);
+      const ModelDescription& model = object_model(pilot.model);
+      const ChoiceOptions options = options_for(model, channels, asked);
+      pilot.results = make_chosen(model, options)->solve_channels(problems, options, progress);
     } catch (const InputError& refusal) {
       candidate = {pilot.model, {}, {}, 0.0, std::string("refused: ") + refusal.what()};
       rank(choice, asked.tolerance);

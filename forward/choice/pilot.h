@@ -25,7 +25,7 @@ struct Pilot {
 /// is left is within the tolerance, and falls behind the others if not. The candidates' reasons
 /// state what was measured. The last pilot; none where the first candidate needs none.
 std::optional<Pilot> run_pilot(std::span<const ObjectProblem> problems,
-                               std::span<const ObjectFeatures> channels, const ObjectOptions& asked,
+                               std::span<const ObjectFeatures> channels, const ChoiceOptions& asked,
                                Choice& choice, Progress& progress);
 
 }  // namespace kappamu::forward

@@ -11,6 +11,7 @@
 #include "forward/dipole/direct/direct_sum.h"
 #include "forward/dipole/hierarchy/hierarchy.h"
 #include "forward/dipole/local/local_diffusion.h"
+#include "forward/dipole/relight.h"
 #include "forward/dipole/sum_check.h"
 #include "forward/dipole/transmitted.h"
 #include "forward/light_entry.h"
@@ -47,6 +48,11 @@ class DipoleModel : public ObjectModel {
  public:
   DipoleModel(std::string profile, Summation summation)
       : profile_(std::move(profile)), summation_(summation) {}
+
+  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options) override {
+    if (summation_ != Summation::hierarchy || profile_ != "dipole") return nullptr;
+    return make_relight(object, options);
+  }
 
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override {
@@ -195,17 +201,52 @@ class DipoleModel : public ObjectModel {
   Summation summation_;
 };
 
+/// `law`: the measured model whose physics it has.
+ModelDescription half_space(const char* name, const char* text, const char* profile,
+                            Summation summation, const char* law) {
+  return {
+      .name = name,
+      .text = text,
+      .limits =
+          "Only homogeneous objects, as if each place were a thick half-space: errs by 10 "
+          "to 40 %, more where the object is thin.",
+      .can = {},
+      .make = [profile, summation] { return std::make_unique<DipoleModel>(profile, summation); },
+      .errs_by = &measured(law).error};
+}
+
 }  // namespace
 
-std::unique_ptr<ObjectModel> make_dipole_model(std::string_view name) {
-  using enum Summation;
-  if (name == "dipole") return std::make_unique<DipoleModel>("dipole", direct);
-  if (name == "dipole-rotated") return std::make_unique<DipoleModel>("dipole", hierarchy);
-  if (name == "local-diffusion") return std::make_unique<DipoleModel>("dipole", local);
-  if (name == "better-dipole" || name == "beam-diffusion") {
-    return std::make_unique<DipoleModel>(std::string(name), hierarchy);
-  }
-  return nullptr;
+ModelDescription dipole_model() {
+  return half_space("dipole", "The classical dipole, over all pairs of triangles.", "dipole",
+                    Summation::direct, "dipole-rotated");
+}
+
+ModelDescription rotated_dipole_model() {
+  ModelDescription model =
+      half_space("dipole-rotated", "The dipole with reciprocal sources, summed by a hierarchy.",
+                 "dipole", Summation::hierarchy, "dipole-rotated");
+  model.measured = &measured("dipole-rotated");
+  model.can.live = true;
+  return model;
+}
+
+ModelDescription local_diffusion_model() {
+  return half_space("local-diffusion",
+                    "The dipole with reciprocal sources, by samples about what the camera sees.",
+                    "dipole", Summation::local, "dipole-rotated");
+}
+
+ModelDescription better_dipole_model() {
+  ModelDescription model = half_space("better-dipole", "The better dipole, summed by a hierarchy.",
+                                      "better-dipole", Summation::hierarchy, "better-dipole");
+  model.measured = &measured("better-dipole");
+  return model;
+}
+
+ModelDescription beam_diffusion_model() {
+  return half_space("beam-diffusion", "Photon beam diffusion, summed by a hierarchy.",
+                    "beam-diffusion", Summation::hierarchy, "better-dipole");
 }
 
 }  // namespace kappamu::forward

@@ -11,9 +11,9 @@ namespace kappamu::forward::dipole {
 
 namespace {
 
-std::vector<Profile> profiles_of(const std::array<const ObjectMedium*, 3>& media, double eta) {
+std::vector<Profile> profiles_of(const MediaOfChannels& media, double eta) {
   std::vector<Profile> profiles;
-  for (const ObjectMedium* medium : media) {
+  for (const auto& medium : media) {
     if (!medium->homogeneous()) {
       throw InputError("the dipole answers for a homogeneous medium alone; use the model embedded");
     }
@@ -23,60 +23,60 @@ std::vector<Profile> profiles_of(const std::array<const ObjectMedium*, 3>& media
   return profiles;
 }
 
-}  // namespace
+class Relight final : public LiveModel {
+ public:
+  Relight(const LiveBody& object, const ObjectOptions& options)
+      : surface_(object.surface),
+        eta_(object.eta),
+        profiles_(profiles_of(object.media, object.eta)),
+        check_(object.mesh, object.surface, object.surface.area, options.seed),
+        hierarchy_(
+            device::Context::of(device::choose(device::list_devices(), options.device).index),
+            object.mesh, profiles_) {}
 
-struct Relight::State {
-  const Surface& surface;
-  double eta;
-  std::vector<Profile> profiles;
-  SumCheck check;
-  Hierarchy hierarchy;
+  Answer solve(const LightOfChannels& light) override {
+    const std::size_t samples = surface_.size();
+    std::vector<Eigen::Array4f> in(samples, Eigen::Array4f::Zero());
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::vector<double> entering = transmitted(surface_, eta_, light[c]);
+      for (std::size_t t = 0; t < samples; ++t) {
+        in[t][static_cast<Eigen::Index>(c)] = static_cast<float>(entering[t]);
+      }
+    }
+    const std::vector<Eigen::Array4f> out = hierarchy_.exitance(in);
+    Answer answer;
+    for (std::size_t c = 0; c < 3; ++c) {
+      answer.exitance[c].reserve(samples);
+      for (const Eigen::Array4f& value : out) {
+        answer.exitance[c].push_back(static_cast<double>(value[static_cast<Eigen::Index>(c)]));
+      }
+    }
+    return answer;
+  }
+
+  double measured_error(const LightOfChannels& light,
+                        const ExitanceOfChannels& exitance) const override {
+    double worst = 0.0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::vector<double> exact =
+          check_.exact(profiles_[c], Placement::rotated, transmitted(surface_, eta_, light[c]));
+      worst = std::max(worst, check_.error(exact, exitance[c]));
+    }
+    return worst;
+  }
+
+ private:
+  const Surface& surface_;
+  double eta_;
+  std::vector<Profile> profiles_;
+  SumCheck check_;
+  Hierarchy hierarchy_;
 };
 
-Relight::Relight(const TriangleMesh& mesh, const Surface& surface,
-                 const std::array<const ObjectMedium*, 3>& media, double eta,
-                 const ObjectOptions& options) {
-  std::vector<Profile> profiles = profiles_of(media, eta);
-  Hierarchy hierarchy(
-      device::Context::of(device::choose(device::list_devices(), options.device).index), mesh,
-      profiles);
-  state_ = std::make_unique<State>(State{surface, eta, std::move(profiles),
-                                         SumCheck(mesh, surface, surface.area, options.seed),
-                                         std::move(hierarchy)});
-}
+}  // namespace
 
-Relight::~Relight() = default;
-
-std::array<std::vector<double>, 3> Relight::exitance(const std::array<ObjectLight, 3>& light) {
-  const std::size_t samples = state_->surface.size();
-  std::vector<Eigen::Array4f> in(samples, Eigen::Array4f::Zero());
-  for (std::size_t c = 0; c < 3; ++c) {
-    const std::vector<double> entering = transmitted(state_->surface, state_->eta, light[c]);
-    for (std::size_t t = 0; t < samples; ++t) {
-      in[t][static_cast<Eigen::Index>(c)] = static_cast<float>(entering[t]);
-    }
-  }
-  const std::vector<Eigen::Array4f> out = state_->hierarchy.exitance(in);
-  std::array<std::vector<double>, 3> result;
-  for (std::size_t c = 0; c < 3; ++c) {
-    result[c].reserve(samples);
-    for (const Eigen::Array4f& value : out) {
-      result[c].push_back(static_cast<double>(value[static_cast<Eigen::Index>(c)]));
-    }
-  }
-  return result;
-}
-
-double Relight::measured_error(const std::array<ObjectLight, 3>& light,
-                               const std::array<std::vector<double>, 3>& exitance) const {
-  double worst = 0.0;
-  for (std::size_t c = 0; c < 3; ++c) {
-    const std::vector<double> exact =
-        state_->check.exact(state_->profiles[c], Placement::rotated,
-                            transmitted(state_->surface, state_->eta, light[c]));
-    worst = std::max(worst, state_->check.error(exact, exitance[c]));
-  }
-  return worst;
+std::unique_ptr<LiveModel> make_relight(const LiveBody& object, const ObjectOptions& options) {
+  return std::make_unique<Relight>(object, options);
 }
 
 }  // namespace kappamu::forward::dipole

@@ -3,7 +3,7 @@
 // the tolerance (docs/embedded.md).
 #pragma once
 
-#include "forward/object_model.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
@@ -15,5 +15,7 @@ class EmbeddedModel : public ChannelsModel {
                                            const ObjectOptions& options,
                                            Progress& progress) override;
 };
+
+ModelDescription embedded_model();
 
 }  // namespace kappamu::forward

@@ -17,9 +17,7 @@ struct RobinFace {
   double voxel_mm;
   double A;
 
-  double conductance(double kappa) const {
-    return robin_conductance(kappa, voxel_mm, A);
-  }
+  double conductance(double kappa) const { return robin_conductance(kappa, voxel_mm, A); }
   /// ∂ log G_b/∂ log κ = G_b/(2hκ).
   double log_slope(double kappa) const { return conductance(kappa) / (2.0 * voxel_mm * kappa); }
 };

@@ -20,8 +20,9 @@ constexpr double slow_majorant_ratio = 20.0;
 device::Context& context_of(const std::string& device) {
   if (device == "reference") {
     throw InputError(
-        "Monte Carlo transport has no serial reference; choose an OpenCL device with --device "
-        "(pocl-opencl-icd makes one of the processor)");
+        "Monte Carlo transport has no serial reference; choose an OpenCL device (pocl-opencl-icd "
+        "makes one of the processor)",
+        {{"device"}});
   }
   return device::Context::of(device::choose(device::list_devices(), device).index);
 }

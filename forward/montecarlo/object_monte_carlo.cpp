@@ -28,7 +28,6 @@ constexpr double slow_tentative_ratio = 20.0;
 /// Of the light, lost by rounding at edges: more than this is worth a warning.
 constexpr double most_slipped = 1e-3;
 constexpr double seconds_per_update = 1.0;
-constexpr std::uint64_t most_photons = 1ULL << 31;
 
 /// Where the photons of one light enter: its beams, then its surface samples.
 class Entry {
@@ -127,17 +126,17 @@ struct LightTally {
 };
 
 LightTally trace(const WalkScene& scene, const Entry& entry, std::uint32_t light,
-                 const ObjectOptions& options, const std::string& stage, Progress& progress) {
+                 std::uint64_t seed, std::uint64_t photons, const std::string& stage,
+                 Progress& progress) {
   constexpr std::uint64_t piece = 256;
-  const PhiloxKey key{static_cast<std::uint32_t>(options.seed),
-                      static_cast<std::uint32_t>(options.seed >> 32)};
+  const PhiloxKey key{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)};
   LightTally tally;
   tally.exits.resize(scene.surface.size());
   std::mutex lock;
   std::uint64_t batch = 16 * piece, last = 0;
-  for (std::uint64_t first = 0; first < options.photons; first = last) {
-    last = std::min(first + batch, options.photons);
-    progress.update(stage, static_cast<double>(first) / static_cast<double>(options.photons), "");
+  for (std::uint64_t first = 0; first < photons; first = last) {
+    last = std::min(first + batch, photons);
+    progress.update(stage, static_cast<double>(first) / static_cast<double>(photons), "");
     const Stopwatch watch;
     for_rows(static_cast<int>((last - first + piece - 1) / piece), [&](int row) {
       PhotonWalk walk(scene, key, light);
@@ -163,9 +162,6 @@ void require(bool holds, const std::string& what) {
 }
 
 void validate(const ObjectProblem& problem, const ObjectOptions& options) {
-  require(options.photons >= 2 && options.photons <= most_photons,
-          "photons per light is " + std::to_string(options.photons) +
-              "; choose a number from 2 to 2147483648");
   boundary_constants(problem.eta);
   check_problem(problem, options);
   for (std::size_t m = 0; m < problem.lights.size(); ++m) {
@@ -189,6 +185,11 @@ void validate(const ObjectProblem& problem, const ObjectOptions& options) {
 
 class ObjectMonteCarlo final : public ObjectModel {
  public:
+  void describe(const OptionVisitor& visit) override {
+    visit({"photons", "Monte Carlo", "", "", photons_bounds, "Photons per light and channel"},
+          &photons_);
+  }
+
   ObjectResult solve(const ObjectProblem& problem, const ObjectOptions& options,
                      Progress& progress) override {
     validate(problem, options);
@@ -206,19 +207,20 @@ class ObjectMonteCarlo final : public ObjectModel {
       if (entry.power() > 0.0) {
         const std::string stage = "photons of light " + std::to_string(m + 1) + " of " +
                                   std::to_string(problem.lights.size());
-        tally = trace(scene, entry, static_cast<std::uint32_t>(m), options, stage, progress);
+        tally = trace(scene, entry, static_cast<std::uint32_t>(m), options.seed, photons_, stage,
+                      progress);
       }
-      add_light(problem, patches, options.photons, entry.power(), tally, result);
+      add_light(problem, patches, photons_, entry.power(), tally, result);
       all += tally.walk;
       slipped = std::max(slipped, static_cast<double>(tally.walk.slipped) / Score::full_weight /
-                                      static_cast<double>(options.photons));
+                                      static_cast<double>(photons_));
     }
     result.seconds = watch.seconds();
-    result.elements = options.photons;
+    result.elements = photons_;
     const auto worst = std::max_element(result.error_estimate.begin(), result.error_estimate.end());
     const double error = worst == result.error_estimate.end() ? 0.0 : *worst;
     result.converged = error <= options.tolerance;
-    result.message = std::to_string(options.photons) +
+    result.message = std::to_string(photons_) +
                      formatted(
                          " photons per light give the exitance within %g %% (one standard "
                          "error, 2-norm over patches of 1/8 of the object)",
@@ -284,12 +286,23 @@ class ObjectMonteCarlo final : public ObjectModel {
                     100.0 * slipped));
     }
   }
+
+  std::uint64_t photons_ = 1'000'000;
 };
 
 }  // namespace
 
-std::unique_ptr<ObjectModel> make_object_monte_carlo() {
-  return std::make_unique<ObjectMonteCarlo>();
+ModelDescription monte_carlo_model() {
+  return {.name = "montecarlo",
+          .text = "Random walks of photons: transport itself, right where diffusion is not.",
+          .limits = "Its error is noise, which four times the photons halve.",
+          .can = {.heterogeneous = true,
+                  .voids = true,
+                  .several_bodies = true,
+                  .reentry = true,
+                  .transport = true},
+          .make = [] { return std::make_unique<ObjectMonteCarlo>(); },
+          .measured = &measured("montecarlo")};
 }
 
 }  // namespace kappamu::forward

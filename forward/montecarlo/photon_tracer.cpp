@@ -57,7 +57,7 @@ void check_generator(device::Context& context) {
   if (philox_blocks(context, {0xa4093822, 0x299f31d0}, counter).front() != known) {
     throw device::DeviceError("device '" + context.info().name +
                               "' draws wrong random numbers (Philox4x32-10, known answer); choose "
-                              "another with --device");
+                              "another device");
   }
 }
 

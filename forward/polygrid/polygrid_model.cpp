@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/processor_time.h"
 #include "forward/light_entry.h"
+#include "forward/polygrid/live_polygrid.h"
 #include "forward/polygrid/polygrid_solve.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 
@@ -61,6 +62,22 @@ std::vector<ObjectResult> PolygridModel::solve_channels(std::span<const ObjectPr
     result.warnings.insert(result.warnings.end(), warnings.begin(), warnings.end());
   }
   return results;
+}
+
+std::unique_ptr<LiveModel> PolygridModel::keep(const LiveBody& object,
+                                               const ObjectOptions& options) {
+  return std::make_unique<LivePolygrid>(object, options.device);
+}
+
+ModelDescription polygrid_model() {
+  return {.name = "polygrid",
+          .text = "Diffusion on the cells of a polycube deformed to the object.",
+          .limits =
+              "Needs a polycube, which thin parts and several surfaces do not have; diffusion "
+              "errs as with embedded.",
+          .can = {.heterogeneous = true, .live = true, .reentry = true},
+          .make = [] { return std::make_unique<PolygridModel>(); },
+          .errs_by = &measured("embedded").error};
 }
 
 }  // namespace kappamu::forward

@@ -2,7 +2,7 @@
 // the tolerance needs.
 #pragma once
 
-#include "forward/object_model.h"
+#include "forward/registry.h"
 
 namespace kappamu::forward {
 
@@ -15,6 +15,10 @@ class PolygridModel : public ChannelsModel {
   std::vector<ObjectResult> solve_channels(std::span<const ObjectProblem> problems,
                                            const ObjectOptions& options,
                                            Progress& progress) override;
+  /// The polygrid, its equations and the last fluence.
+  std::unique_ptr<LiveModel> keep(const LiveBody& object, const ObjectOptions& options) override;
 };
+
+ModelDescription polygrid_model();
 
 }  // namespace kappamu::forward

@@ -218,7 +218,8 @@ HomogeneousFit find_homogeneous(const Problem& problem,
   if (some.used.empty()) {
     throw InputError(
         "no datum stands three standard deviations above zero: the channel is dark; check exposure "
-        "and variance, or fit the others with --channel");
+        "and variance, or fit the other channels alone",
+        {{"channels"}});
   }
   forward::HomogeneousBlock block(problem.setup, problem.seen_face, problem.irradiance,
                                   some.pixels);

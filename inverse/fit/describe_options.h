@@ -8,46 +8,17 @@
 // field: one more in a struct does not compile until it is described here.
 #pragma once
 
-#include <limits>
+#include <array>
 
 #include "core/names.h"
+#include "core/options.h"
 #include "inverse/fit/fit_options.h"
 
 namespace kappamu::inverse {
 
-enum class OptionGroup { data, regulariser, path, solver, uncertainty };
-inline constexpr Names<OptionGroup, 5> option_groups{{{"Data", OptionGroup::data},
-                                                      {"Regulariser", OptionGroup::regulariser},
-                                                      {"Path", OptionGroup::path},
-                                                      {"Solver", OptionGroup::solver},
-                                                      {"Uncertainty", OptionGroup::uncertainty}}};
-
-struct Bounds {
-  double least = -std::numeric_limits<double>::infinity();
-  double most = std::numeric_limits<double>::infinity();  ///< not allowed itself
-  bool closed = false;                                    ///< `least` itself is allowed
-
-  bool hold(double x) const { return (closed ? x >= least : x > least) && x < most; }
-};
-
-namespace bounds {
-inline constexpr Bounds any{};
-inline constexpr Bounds positive{.least = 0.0};
-inline constexpr Bounds not_negative{.least = 0.0, .closed = true};
-inline constexpr Bounds at_least_one{.least = 1.0, .closed = true};
-inline constexpr Bounds below_one{.least = 0.0, .most = 1.0};
-inline constexpr Bounds share{.least = 0.0, .most = 1.0, .closed = true};
-}  // namespace bounds
-
-struct Option {
-  const char* name;  ///< in records
-  OptionGroup group;
-  const char* flag;  ///< on the command line; "": for programs alone
-  const char* unit;  ///< "": dimensionless
-  Bounds bounds;
-  const char* text;            ///< one sentence
-  bool shapes_volumes = true;  ///< whether the bits of κ and μ depend on it
-};
+/// The headings, in the order they are shown.
+inline constexpr std::array<const char*, 5> option_groups{"Data", "Regulariser", "Path", "Solver",
+                                                          "Uncertainty"};
 
 inline constexpr Names<forward::Convention, 2> convention_names{
     {{"physical", forward::Convention::physical}, {"wang2008", forward::Convention::wang2008}}};
@@ -62,7 +33,7 @@ namespace description {
 
 template <class Data, class Visitor>
 void data(Data& options, Visitor& visit) {
-  constexpr OptionGroup group = OptionGroup::data;
+  constexpr const char* group = option_groups[0];
   auto& [term, convention, physics, model_error, coarse_model_error] = options;
   auto& [loss, huber_threshold, student_freedom] = term;
   visit(Option{"loss", group, "--loss", "", bounds::any,
@@ -102,7 +73,7 @@ void data(Data& options, Visitor& visit) {
 
 template <class Regulariser, class Visitor>
 void regulariser(Regulariser& options, Visitor& visit) {
-  constexpr OptionGroup group = OptionGroup::regulariser;
+  constexpr const char* group = option_groups[1];
   auto& [kind, edge_slope, anchor_length] = options;
   visit(Option{"regulariser", group, "--regulariser", "", bounds::any,
                "huber-tv: smooth kappa and mu that may have edges; h1: smooth alone; wang2008: the "
@@ -119,7 +90,7 @@ void regulariser(Regulariser& options, Visitor& visit) {
 
 template <class Path, class Visitor>
 void path(Path& options, Visitor& visit) {
-  constexpr OptionGroup group = OptionGroup::path;
+  constexpr const char* group = option_groups[2];
   auto& [model, start_kappa, start_mu, weight, first_weight, last_weight, weight_factor,
          target_chi2, stagnation, stage_tolerance, final_tolerance, stage_steps, max_levels,
          correct_grid] = options;
@@ -173,7 +144,7 @@ void path(Path& options, Visitor& visit) {
 
 template <class Solver, class Visitor>
 void solver(Solver& options, Visitor& visit) {
-  constexpr OptionGroup group = OptionGroup::solver;
+  constexpr const char* group = option_groups[3];
   auto& [optimiser, coordinates, smooth_length, metric_probes, seed, backend] = options;
   auto& [method, memory, first_step, longest_step, max_backtracks, golden_tolerance] = optimiser;
   visit(
@@ -234,7 +205,7 @@ void solver(Solver& options, Visitor& visit) {
 
 template <class Uncertainty, class Visitor>
 void uncertainty(Uncertainty& options, Visitor& visit) {
-  constexpr OptionGroup group = OptionGroup::uncertainty;
+  constexpr const char* group = option_groups[4];
   auto& [probes, sensitivity_probes] = options;
   visit(Option{"uncertainty_probes", group, "--uncertainty", "", bounds::not_negative,
                "Adjoint solves for the standard deviations of the volumes; 0 gives none", false},
@@ -255,8 +226,5 @@ void describe(Options& options, Visitor&& visit) {
   description::solver(solver, visit);
   description::uncertainty(uncertainty, visit);
 }
-
-/// "must be positive", "must lie in [0, 1)": the end of a sentence; "" where any number will do.
-std::string requirement(const Bounds& bounds);
 
 }  // namespace kappamu::inverse

@@ -112,7 +112,7 @@ void ChannelRun::begin() {
     if (path.start_kappa) guess = {*path.start_kappa, path.start_mu.value()};
     start = find_homogeneous(grid_.levels()[0], guess);
   } catch (const InputError& error) {
-    throw InputError(stage_name_ + ": " + error.what());
+    throw InputError(stage_name_ + ": " + error.what(), error.options());
   }
   const auto fields = [&] {
     const std::size_t cells = grid_.shape().cells();

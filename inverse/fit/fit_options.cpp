@@ -1,13 +1,11 @@
 // The bounds of a fit's options, and the names of how it ends.
 #include "inverse/fit/fit_options.h"
 
-#include <cmath>
 #include <optional>
 #include <string>
 #include <type_traits>
 
 #include "core/error.h"
-#include "core/shown_text.h"
 #include "inverse/fit/describe_options.h"
 #include "inverse/fit/fit.h"
 
@@ -17,10 +15,6 @@ namespace {
 
 void require(bool holds, const std::string& sentence) {
   if (!holds) throw InputError("fit options: " + sentence);
-}
-
-std::string short_number(double x) {
-  return formatted("%g", x);
 }
 
 struct RequireBounds {
@@ -37,16 +31,6 @@ struct RequireBounds {
 };
 
 }  // namespace
-
-std::string requirement(const Bounds& bounds) {
-  if (std::isfinite(bounds.most)) {
-    return "must lie in " + std::string(bounds.closed ? "[" : "(") + short_number(bounds.least) +
-           ", " + short_number(bounds.most) + ")";
-  }
-  if (bounds.closed && bounds.least > 0.0) return "must be at least " + short_number(bounds.least);
-  if (bounds.closed) return "must not be negative";
-  return std::isfinite(bounds.least) ? "must be positive" : "must be finite";
-}
 
 void validate(const FitOptions& o) {
   describe(o, RequireBounds{});

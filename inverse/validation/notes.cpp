@@ -105,7 +105,7 @@ std::optional<std::string> outlier_warning(const ChannelFit& fit, const SurfaceM
   if (outliers < 0.5 * all || share > few) return std::nullopt;
   return formatted(
       "%.2g %% of the values are outliers that make %.0f %% of chi2 and bend the fit: "
-      "mask them, or fit with --loss student, which is robust to outliers.",
+      "mask them, or fit with the loss student, which is robust to outliers.",
       100.0 * share, 100.0 * outliers / all);
 }
 

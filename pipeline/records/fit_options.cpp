@@ -3,6 +3,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <type_traits>
 
 #include "core/error.h"
@@ -13,7 +14,6 @@ namespace kappamu::pipeline {
 
 namespace {
 
-using inverse::Option;
 using Json = nlohmann::ordered_json;
 
 /// [W] 4.2.
@@ -144,13 +144,13 @@ std::string options_page() {
       "command line are for programs (`inverse/fit/fit_options.h`). Volumes: whether the bits of "
       "kappa and mu depend on it.\n";
   const FitStageOptions options = usual_options();
-  for (const auto& [title, group] : inverse::option_groups) {
-    page.append("\n## ").append(title).append(
+  for (const char* group : inverse::option_groups) {
+    page.append("\n## ").append(group).append(
         "\n\n| name | command line | default | unit | allowed | meaning | volumes |\n"
         "|---|---|---|---|---|---|---|\n");
     describe(options,
-             [&page, g = group](const Option& option, const auto& value, const auto&... names) {
-               if (option.group == g) Row{page}(option, value, names...);
+             [&page, group](const Option& option, const auto& value, const auto&... names) {
+               if (std::string_view(option.group) == group) Row{page}(option, value, names...);
              });
   }
   return page;

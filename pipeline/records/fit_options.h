@@ -53,11 +53,10 @@ std::string options_page();
 /// the command.
 template <class Options, class Visitor>
 void describe(Options& options, Visitor&& visit) {
-  using inverse::Option;
   auto& [fit, channels, hold_out, validate, restart, continue_from] = options;
   inverse::describe(fit, visit);
   visit(Option{"hold_out",
-               inverse::OptionGroup::data,
+               inverse::option_groups[0],
                "--hold-out",
                "",
                {},
@@ -66,7 +65,7 @@ void describe(Options& options, Visitor&& visit) {
                "(5,10)"},
         hold_out);
   visit(Option{"channels",
-               inverse::OptionGroup::data,
+               inverse::option_groups[0],
                "--channel",
                "",
                {},

@@ -24,7 +24,7 @@ FinishedFit::FinishedFit(const fs::path& folder)
   const fs::path file = folder_ / "fit.json";
   if (!fs::exists(file)) {
     throw InputError(folder.string() +
-                     ": has no fit.json; --continue takes the folder of a finished fit");
+                     ": has no fit.json; a fit goes on from the folder of a finished one");
   }
   require_as_written(folder_);
   try {
@@ -51,10 +51,8 @@ FinishedFit::FinishedFit(const fs::path& folder)
 
 const fs::path& FinishedFit::present_input() const {
   if (fs::exists(input_)) return input_;
-  throw InputError(
-      folder_.string() + ": was fitted to " + input_.string() +
-      ", which is no longer there; say where it is now: kappamu fit INPUT --continue " +
-      folder_.string());
+  throw InputError(folder_.string() + ": was fitted to " + input_.string() +
+                   ", which is no longer there; name the input's place now");
 }
 
 void FinishedFit::set_options(FitStageOptions& options) const {
@@ -71,14 +69,13 @@ void FinishedFit::require_continuable(const FitStageOptions& options,
   const Json before = Json::parse(options_);
   const Json now = Json::parse(options_json(options));
   const auto refuse = [&](const std::string& what) {
-    throw InputError("--continue " + folder_.string() + ": " + what +
-                     "; fit anew without --continue");
+    throw InputError(folder_.string() + ": cannot go on: " + what + "; fit anew");
   };
   if (before.value("convention", "") != now.value("convention", "")) {
-    refuse("its κ and μ hold under --convention " + before.value("convention", "") + " only");
+    refuse("its κ and μ hold under the convention " + before.value("convention", "") + " only");
   }
   if (before.value("max_levels", Json()) != now.value("max_levels", Json())) {
-    refuse("it goes on from the full grid, so that --levels cannot be changed");
+    refuse("it goes on from the full grid, so that the number of levels cannot be changed");
   }
   for (const int m : validation) {
     if (std::find(validation_.begin(), validation_.end(), m) == validation_.end()) {
@@ -106,8 +103,9 @@ inverse::Continuation FinishedFit::channel(const std::string& channel,
             c.physics,
             c.physics_reason};
   }
-  throw InputError("--continue " + folder_.string() + ": has no channel '" + channel +
-                   "'; choose among its own with --channel, or fit anew without --continue");
+  throw InputError(folder_.string() + ": has no channel '" + channel +
+                       "' to go on from; choose among its own, or fit anew",
+                   {{"channels"}});
 }
 
 }  // namespace kappamu::pipeline

@@ -2,16 +2,21 @@
 
 #include <algorithm>
 
+#include "core/error.h"
 #include "core/processor_time.h"
 #include "forward/block/block_grid.h"
-#include "forward/object_models.h"
+#include "forward/live_model.h"
+#include "forward/registry.h"
 #include "render/light/beam_places.h"
 #include "render/light/incident_light.h"
-#include "render/live/live_object.h"
 
 namespace kappamu::render {
 
 namespace {
+
+using forward::ChannelProblems;
+using forward::ExitanceOfChannels;
+using forward::LightOfChannels;
 
 /// Relative error that a model which refines is asked for, coarse for the sake of time.
 constexpr double usual_tolerance = 0.1;
@@ -34,14 +39,28 @@ bool all_blocks(const World& world) {
 
 }  // namespace
 
-/// One object's model: what it keeps from light to light, or a model that starts anew.
+std::vector<std::string> live_models(const World& world) {
+  const bool homogeneous = all_homogeneous(world), blocks = all_blocks(world);
+  std::vector<std::string> models, general;
+  for (const forward::ModelDescription& model : forward::object_models()) {
+    const auto& can = model.can;
+    if (!can.live || !(can.heterogeneous || homogeneous) || !(can.any_shape || blocks)) continue;
+    (can.heterogeneous && can.any_shape ? general : models).push_back(model.name);
+  }
+  models.insert(models.end(), general.begin(), general.end());
+  return models;
+}
+
+/// One object's model, and what it keeps from light to light, if anything.
 struct LiveScene::Solver {
-  Solver(const WorldObject& lit, const std::string& name, const LiveOptions& asked) : object(lit) {
+  Solver(const WorldObject& lit, const std::string& name, const OptionValues& parameters,
+         const LiveOptions& asked)
+      : object{lit.mesh, lit.surface, *lit.rays, lit.media.channels, lit.boundary.eta, lit.drawn()},
+        model(forward::make_object_model(name, forward::ModelError::left_out, parameters)) {
     options.device = asked.device;
     options.seed = asked.seed;
     options.tolerance = asked.tolerance.value_or(usual_tolerance);
-    kept = make_live_object(name, lit, options);
-    if (!kept) model = forward::make_object_model(name, forward::ModelError::left_out);
+    kept = model->keep(object, options);
     if (kept && kept->beam_spacing_mm() > 0.0) {
       places = beam_places(lit, {kept->beam_spacing_mm(), kept->beam_spacing_mm()});
     }
@@ -49,12 +68,12 @@ struct LiveScene::Solver {
 
   ExitanceOfChannels solve(const LightOfChannels& light, LiveAnswer& answer, Progress& progress) {
     const Stopwatch watch;
-    if (model) {
+    if (!kept) {
       ExitanceOfChannels exitance = solve_anew(light, answer, progress);
       answer.model_ms += watch.milliseconds();
       return exitance;
     }
-    LiveObject::Answer solved = kept->solve(light);
+    forward::LiveModel::Answer solved = kept->solve(light);
     answer.model_ms += watch.milliseconds();
     answer.iterations = std::max(answer.iterations, solved.iterations);
     answer.residual = std::max(answer.residual, solved.residual);
@@ -68,7 +87,7 @@ struct LiveScene::Solver {
                                 Progress& progress) {
     const ChannelProblems problems(object, light);
     std::vector<forward::ObjectResult> results =
-        model->solve_channels(problems.of, options, progress);
+        model->solve_channels(problems.all(), options, progress);
     ExitanceOfChannels exitance;
     for (std::size_t c = 0; c < 3; ++c) {
       exitance[c] = std::move(results[c].exitance);
@@ -79,24 +98,21 @@ struct LiveScene::Solver {
     return exitance;
   }
 
-  const WorldObject& object;
+  forward::LiveBody object;
+  std::unique_ptr<forward::ObjectModel> model;
   forward::ObjectOptions options;
-  std::unique_ptr<LiveObject> kept;
+  std::unique_ptr<forward::LiveModel> kept;
   std::vector<BeamPlace> places;   ///< of a model that says how far apart
   std::optional<double> measured;  ///< error of the first answer
-  std::unique_ptr<forward::ObjectModel> model;
 };
 
 LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
                      std::vector<std::string>& warnings)
     : world_(scene, warnings), options_(options) {
-  model_name_ = options.model.value_or(all_blocks(world_)        ? "grid"
-                                       : all_homogeneous(world_) ? "dipole-rotated"
-                                                                 : "embedded");
+  start(options.model ? *options.model : live_models(world_).front(), options.parameters);
   const std::optional<Environment> environment = make_environment(scene.lights);
   Progress silent;
   for (std::size_t i = 0; i < world_.objects().size(); ++i) {
-    solvers_.push_back(std::make_unique<Solver>(world_.objects()[i], model_name_, options));
     diffuse_.emplace_back();
     if (!environment) continue;
     IncidentLight light = incident_light(world_, i, {}, &*environment, options.seed, silent);
@@ -108,9 +124,25 @@ LiveScene::LiveScene(const Scene& scene, const LiveOptions& options,
 
 LiveScene::~LiveScene() = default;
 
+void LiveScene::start(const std::string& model, const OptionValues& parameters) {
+  std::vector<std::unique_ptr<Solver>> solvers;
+  for (const WorldObject& object : world_.objects())
+    solvers.push_back(std::make_unique<Solver>(object, model, parameters, options_));
+  solvers_ = std::move(solvers);
+  model_ = model;
+}
+
 LiveAnswer LiveScene::answer(const LiveQuestion& question, Progress& progress) {
   for (const auto& [object, media] : question.media) world_.set_media(object, media);
   LiveAnswer answer;
+  if (!question.model.empty() && question.model != model_) {
+    try {
+      start(question.model, {});
+    } catch (const InputError& refusal) {
+      answer.refused = refusal.what();
+    }
+  }
+  answer.model = model_;
   const Stopwatch watch;
   const LightSources sources = make_light_sources(question.lights);
   std::vector<LightOfChannels> incident;

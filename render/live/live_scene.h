@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/options.h"
 #include "core/progress.h"
 #include "render/picture/shading.h"
 #include "render/scene/scene.h"
@@ -16,26 +17,32 @@
 namespace kappamu::render {
 
 struct LiveOptions {
-  /// As make_object_model() knows it, or none: `grid` where every object is a box of whole voxels,
-  /// `dipole-rotated` where every object is homogeneous, else `embedded`.
-  std::optional<std::string> model;
-  std::optional<double> tolerance;  ///< of models that refine; none: 0.1
+  std::optional<std::string> model;  ///< in the registry; none: the first of live_models()
+  std::optional<double> tolerance;   ///< of models that refine; none: 0.1
   std::string device = "auto";
   std::uint64_t seed = 1;
+  OptionValues parameters{};  ///< the model's own
 };
+
+/// Those with the ability `live` that can answer for these objects: first those for boxes or
+/// homogeneous objects alone, which are faster, then the others, each in the registry's order.
+std::vector<std::string> live_models(const World& world);
 
 /// What light comes from where, and what the objects are made of.
 struct LiveQuestion {
   std::vector<Light> lights;  ///< the scene's, those with a place or direction moved as one likes
   std::map<std::size_t, ObjectMedia> media;  ///< of objects whose volume is edited
+  std::string model{};                       ///< that answers from now on; "": as before
 };
 
 /// One answer; what it cost is wall time.
 struct LiveAnswer {
   std::vector<ObjectExitance> exitance;  ///< one per object
   double light_ms = 0.0, model_ms = 0.0;
-  /// Worst relative error that the models estimate of their numerics. Of `grid`,
-  /// `polygrid` and `dipole-rotated` it is measured, for the first lights answered.
+  std::string model;    ///< that answered
+  std::string refused;  ///< why the model asked for did not; empty: it did
+  /// Worst relative error that the model estimates of its numerics. A model that keeps what it can
+  /// from light to light has it measured, for the first lights answered.
   double error_estimate = 0.0;
   int iterations = 0;     ///< of the linear solver; 0 where there is none
   double residual = 0.0;  ///< that it left, relative; 0 where a model does not state it
@@ -50,7 +57,7 @@ class LiveScene {
   ~LiveScene();
 
   const World& world() const { return world_; }
-  const std::string& model() const { return model_name_; }
+  const std::string& model() const { return model_; }  ///< not while answer() is at work
 
   /// The scene's environment stays as it is. A light inside an object lights nothing. Media stay
   /// until others are asked for.
@@ -59,8 +66,10 @@ class LiveScene {
  private:
   struct Solver;
 
+  void start(const std::string& model, const OptionValues& parameters);
+
   World world_;
-  std::string model_name_;
+  std::string model_;
   LiveOptions options_;
   /// Irradiance of the environment on each object's triangles, R, G, B; empty: none.
   std::vector<std::array<std::vector<double>, 3>> diffuse_;

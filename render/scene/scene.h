@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/options.h"
 #include "render/colour.h"
 
 namespace kappamu::render {
@@ -132,11 +133,11 @@ struct Film {
 };
 
 struct ModelChoice {
-  std::string name = "embedded";              ///< as make_object_model() knows it, or "auto"
+  std::string name = "embedded";              ///< in the registry
   double tolerance = 0.02;                    ///< relative error of the exitance asked for
-  std::uint64_t photons = 1'000'000;          ///< per channel, montecarlo; auto: the most
   bool follow_reentry = false;                ///< light that leaves an object and meets it again
   std::optional<std::uint64_t> max_elements;  ///< of a model that refines; none: what memory holds
+  OptionValues parameters;                    ///< the model's own, where the scene states them
 };
 
 struct Scene {

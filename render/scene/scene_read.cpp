@@ -4,8 +4,7 @@
 #include <set>
 
 #include "core/error.h"
-#include "forward/choice/auto_model.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "io/json_node.h"
 #include "render/scene/published_materials.h"
 #include "render/scene/scene.h"
@@ -267,21 +266,42 @@ Film read_film(const Node& node) {
   return film;
 }
 
+OptionValue read_option(const Node& node, const Option& option, OptionReference reference) {
+  OptionValue value = std::holds_alternative<bool*>(reference) ? OptionValue(node.flag())
+                      : std::holds_alternative<std::string*>(reference)
+                          ? OptionValue(node.text())
+                          : OptionValue(node.number());
+  try {
+    set_option(option, reference, value);
+  } catch (const InputError& error) {
+    node.fail(std::string("is wrong: ") + error.what());
+  }
+  return value;
+}
+
 ModelChoice read_model(const Node& node) {
-  node.expect_fields({"name"}, {"tolerance", "photons", "max_elements", "follow_reentry"});
-  ModelChoice model;
-  std::vector<std::string> names = forward::object_model_names();
-  names.insert(names.begin(), forward::auto_model_name);
-  model.name = node["name"].one_of(names);
-  if (node.has("tolerance")) model.tolerance = node["tolerance"].number_between(1e-6, 1.0);
-  if (node.has("photons")) {
-    model.photons = static_cast<std::uint64_t>(node["photons"].number_between(2.0, 2147483648.0));
-  }
+  if (!node.has("name"))
+    node.expect_fields({"name"}, {"tolerance", "max_elements", "follow_reentry"});
+  ModelChoice choice;
+  std::vector<std::string> names;
+  for (const forward::ModelDescription& model : forward::object_models())
+    names.push_back(model.name);
+  choice.name = node["name"].one_of(names);
+  const auto model = forward::object_model(choice.name).make();
+  std::vector<std::string_view> optional{"tolerance", "max_elements", "follow_reentry"};
+  model->describe([&](const Option& option, OptionReference reference) {
+    optional.push_back(option.name);
+    if (node.has(option.name))
+      choice.parameters[option.name] = read_option(node[option.name], option, reference);
+  });
+  node.expect_fields({"name"}, optional);
+  if (node.has("tolerance")) choice.tolerance = node["tolerance"].number_between(1e-6, 1.0);
   if (node.has("max_elements")) {
-    model.max_elements = static_cast<std::uint64_t>(node["max_elements"].number_between(1.0, 1e10));
+    choice.max_elements =
+        static_cast<std::uint64_t>(node["max_elements"].number_between(1.0, 1e10));
   }
-  if (node.has("follow_reentry")) model.follow_reentry = node["follow_reentry"].flag();
-  return model;
+  if (node.has("follow_reentry")) choice.follow_reentry = node["follow_reentry"].flag();
+  return choice;
 }
 
 }  // namespace

@@ -29,19 +29,21 @@ struct Tried {
 /// Every model that answers by itself; of what takes much longer than `seconds`, random walks
 /// alone.
 std::vector<Tried> try_all(const ObjectMeasurement& measurement,
-                           const forward::ObjectOptions& asked, double seconds) {
+                           const forward::ChoiceOptions& asked, double seconds) {
   std::vector<Tried> tried;
   const std::span features(&measurement.features(), 1);
   for (const forward::ModelCandidate& candidate :
-       forward::choose_model(features, asked, {}, forward::Remedy::none).candidates) {
-    const bool random = candidate.model == forward::random_walks;
+       forward::choose_model(forward::choosable_models(), features, asked, forward::Remedy::none)
+           .candidates) {
+    const forward::ModelDescription& model = forward::object_model(candidate.model);
+    const bool random = model.can.transport;
     const double expected = candidate.seconds.value_or(0.0);
     if (!candidate.error || expected > hopeless_cost * seconds) continue;
     if (!random && expected > hopeless_seconds) continue;
-    forward::ObjectOptions options = forward::options_for(candidate.model, features, asked);
+    forward::ChoiceOptions options = forward::options_for(model, features, asked);
     const auto photons = options.photons;
     if (random) options.photons = std::min(photons, walked_photons);
-    const Json row = measurement.row(candidate.model, options);
+    const Json row = measurement.row(candidate.model, options, options.photons);
     if (row.contains("refused")) continue;
     tried.push_back({candidate.model, row.at("error"), row.at("cpu_seconds")});
     if (!random) continue;
@@ -53,9 +55,8 @@ std::vector<Tried> try_all(const ObjectMeasurement& measurement,
 
 Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, double tolerance,
             Progress& progress) {
-  forward::ObjectOptions asked = measurement.options();
+  forward::ChoiceOptions asked{measurement.options(), 1ULL << 31};
   asked.tolerance = tolerance;
-  asked.photons = 1ULL << 31;
   const std::span features(&measurement.features(), 1);
   const forward::ObjectProblem problem = measurement.problem();
   forward::Choice choice;
@@ -63,7 +64,8 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   double pilot_seconds = std::numeric_limits<double>::infinity();
   for (int run = 0; run < 2; ++run) {
     const double before = processor_seconds();
-    choice = forward::choose_model(features, asked, {}, forward::Remedy::walks);
+    choice =
+        forward::choose_model(forward::choosable_models(), features, asked, forward::Remedy::walks);
     pilot = forward::run_pilot(std::span(&problem, 1), features, asked, choice, progress);
     pilot_seconds = pilot ? std::min(pilot_seconds, processor_seconds() - before) : 0.0;
     if (!pilot || pilot_seconds > brief_seconds) break;
@@ -76,9 +78,10 @@ Json row_of(const ObjectCase& object, const ObjectMeasurement& measurement, doub
   if (corrected) taken.error = measurement.error_of(pilot->results.front());
   std::optional<Tried> cheapest;
   Json measured = Json::object();
-  for (const forward::MeasuredModel& model : forward::measured_models()) {
-    measured[std::string(model.name) + "_error"] = nullptr;
-    measured[std::string(model.name) + "_cpu_seconds"] = nullptr;
+  for (const forward::ModelDescription& model : forward::object_models()) {
+    if (model.measured == nullptr) continue;
+    measured[model.name + "_error"] = nullptr;
+    measured[model.name + "_cpu_seconds"] = nullptr;
   }
   for (const Tried& one : tried) {
     measured[one.model + "_error"] = one.error;

@@ -4,7 +4,7 @@
 
 #include "core/error.h"
 #include "core/mesh/shapes.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "render/embree_caster.h"
 #include "studies/objects/object_measurement.h"
 
@@ -29,7 +29,7 @@ void measure_costs(const Request& request, Progress& progress, const Save& save)
   if (request.size == Size::quick) tessellations.resize(1);
   forward::ObjectOptions options;
   options.tolerance = request.number("tolerance", 0.03);
-  options.photons = static_cast<std::uint64_t>(request.number("photons", 5e4));
+  const auto photons = static_cast<std::uint64_t>(request.number("photons", 5e4));
   options.device = request.device;
   Json rows = Json::array();
   for (const int tessellation : tessellations) {
@@ -44,13 +44,14 @@ void measure_costs(const Request& request, Progress& progress, const Save& save)
       Json row{{"model", model}, {"triangles", surface.size()}};
       try {
         const SpentTime spent;
-        const forward::ObjectResult result = forward::make_object_model(model)->solve(
-            {mesh, surface, *rays, medium, cost_eta, sky}, options, progress);
+        const forward::ObjectResult result =
+            make_walking(model, photons)
+                ->solve({mesh, surface, *rays, medium, cost_eta, sky}, options, progress);
         spent.record(row);
         row["elements"] = result.elements;
         row["error_estimate"] = result.error_estimate.front();
         rows.push_back(std::move(row));
-        save({{"tolerance", options.tolerance}, {"photons", options.photons}, {"rows", rows}});
+        save({{"tolerance", options.tolerance}, {"photons", photons}, {"rows", rows}});
       } catch (const InputError&) {  // `grid`: no box of whole voxels
       }
     }

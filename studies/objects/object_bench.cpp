@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/optics.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "studies/objects/object_measurement.h"
 #include "studies/subjects.h"
 
@@ -36,7 +36,7 @@ void measure_models(const Request& request, Progress& progress, const Save& save
   for (const ObjectCase& object : cases) {
     const ObjectMeasurement measurement(object, settings, request, progress);
     for (const std::string& model : settings.models) {
-      rows.push_back(measurement.row(model, measurement.options()));
+      rows.push_back(measurement.row(model, measurement.options(), settings.photons));
       save({{"tolerance", settings.tolerance}, {"photons", settings.photons}, {"rows", rows}});
     }
   }

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "forward/analytic/validity.h"
 #include "forward/model_error.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "io/npy.h"
 #include "studies/objects/object_bench.h"
 
@@ -76,15 +76,23 @@ forward::ObjectOptions ObjectMeasurement::options() const {
   forward::ObjectOptions options;
   options.tolerance = settings_.tolerance;
   options.device = request_.device;
-  options.photons = settings_.photons;
   options.seed = request_.seed + 1;  // the reference has walked the first
   return options;
 }
 
-Json ObjectMeasurement::row(const std::string& model, const forward::ObjectOptions& options) const {
-  Json row{{"name", object_.name}, {"model", model}};
+std::unique_ptr<forward::ObjectModel> make_walking(const std::string& model,
+                                                   std::uint64_t photons) {
+  OptionValues parameters;
+  if (forward::object_model(model).can.transport)
+    parameters["photons"] = static_cast<double>(photons);
+  return forward::make_object_model(model, forward::ModelError::warned, parameters);
+}
+
+Json ObjectMeasurement::row(const std::string& model, const forward::ObjectOptions& options,
+                            std::uint64_t photons) const {
+  Json row{{"name", object_.name}, {"model", model}, {"photons", photons}};
   try {
-    const auto maker = forward::make_object_model(model);
+    const auto maker = make_walking(model, photons);
     SpentTime spent;
     const forward::ObjectResult result = maker->solve(bench_.problem(), options, progress_);
     spent.record(row);
@@ -151,7 +159,6 @@ void ObjectMeasurement::add(const forward::ObjectResult& result,
   row["covered"] = covered(result);
   row["elements"] = result.elements;
   row["tolerance"] = options.tolerance;
-  row["photons"] = options.photons;
   row["reference_photons"] = reference_.photons;
   row["patches"] = patches_.size();
   row["iterations"] = result.iterations;

@@ -36,6 +36,9 @@ class SpentTime {
   double processor_ = processor_seconds();
 };
 
+/// The model; the one that solves transport walks so many photons per light.
+std::unique_ptr<forward::ObjectModel> make_walking(const std::string& model, std::uint64_t photons);
+
 class ObjectMeasurement {
  public:
   /// Makes the scene and reads its reference, or measures and records it.
@@ -43,7 +46,7 @@ class ObjectMeasurement {
                     const Request& request, Progress& progress);
 
   const forward::ObjectFeatures& features() const { return features_; }
-  /// Tolerance and photons of the settings, device and seed of the request.
+  /// Tolerance of the settings, device and seed of the request.
   forward::ObjectOptions options() const;
   /// Noise of the exitance of triangles after so many photons, relative 2-norm, by the reference's
   /// standard errors: a mean's variance falls with its area.
@@ -52,7 +55,8 @@ class ObjectMeasurement {
   /// Relative 2-norm of an answer's difference from the reference, over the patches.
   double error_of(const forward::ObjectResult& result) const;
   /// "name" and "model", and what was measured, or "refused" with the sentence.
-  Json row(const std::string& model, const forward::ObjectOptions& options) const;
+  Json row(const std::string& model, const forward::ObjectOptions& options,
+           std::uint64_t photons) const;
 
  private:
   ObjectReference reference() const;

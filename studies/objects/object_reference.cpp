@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "core/shown_text.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "io/atomic_file.h"
 #include "studies/record.h"
 
@@ -50,10 +50,11 @@ Json description(const ObjectCase& object, const ObjectBench& bench, const Patch
 ObjectReference measure_reference(const ObjectBench& bench, const Patches& patches,
                                   std::uint64_t photons, std::uint64_t seed, Progress& progress) {
   forward::ObjectOptions options;
-  options.photons = photons;
   options.seed = seed;
   const forward::ObjectResult result =
-      forward::make_object_model("montecarlo")->solve(bench.problem(), options, progress);
+      forward::make_object_model("montecarlo", forward::ModelError::warned,
+                                 {{"photons", static_cast<double>(photons)}})
+          ->solve(bench.problem(), options, progress);
   const Surface& surface = bench.object().surface;
   return {patches.mean(result.exitance, surface),
           patches.error_of_mean(result.exitance, result.standard_error, surface), photons,

@@ -4,11 +4,11 @@
 
 #include "core/mesh/surface_norm.h"
 #include "core/processor_time.h"
+#include "forward/polygrid/live_polygrid.h"
 #include "forward/polygrid/polygrid_diffusion.h"
 #include "forward/polygrid/shape/make_polygrid.h"
 #include "forward/polygrid/split_polygrid.h"
 #include "render/light/beam_places.h"
-#include "render/live/live_polygrid.h"
 #include "studies/polygrid/polygrid_bench.h"
 
 namespace kappamu::studies {
@@ -56,8 +56,8 @@ render::Scene scene_of(const std::string& mesh) {
 }
 
 /// A smooth volume with as many voxels in the object as the grid has cells; `edited` in a ball.
-render::MediaOfChannels volume_of(const TriangleMesh& mesh, std::size_t cells, bool edited) {
-  render::MediaOfChannels media;
+forward::MediaOfChannels volume_of(const TriangleMesh& mesh, std::size_t cells, bool edited) {
+  forward::MediaOfChannels media;
   const Eigen::AlignedBox3d box = bounding_box(mesh);
   const double h = std::cbrt(enclosed_volume(mesh) / static_cast<double>(cells));
   const Eigen::Array3i n = (box.sizes() / h).array().ceil().cast<int>();
@@ -117,7 +117,7 @@ class Live {
     options.cells = cells / 8;
     forward::Polygrid grid = forward::polygrid::split(
         forward::make_polygrid(object_.mesh, options, silent).grid, object_.mesh);
-    const double spacing = render::LivePolygrid::beam_spacing_mm(object_.surface);
+    const double spacing = forward::LivePolygrid::beam_spacing_mm(object_.surface);
     places_ = render::beam_places(object_, {spacing, spacing});
     converged_places_ =
         render::beam_places(object_, {converged_spacing * spacing, converged_spacing * spacing});
@@ -133,16 +133,16 @@ class Live {
   std::size_t cells() const { return diffusion_->grid().cell.size(); }
   std::size_t unknowns() const { return diffusion_->grid().corner.size(); }
 
-  void set(const render::MediaOfChannels& media) {
+  void set(const forward::MediaOfChannels& media) {
     media_ = media;
     diffusion_->set_media(
         std::array<const ObjectMedium*, 3>{media[0].get(), media[1].get(), media[2].get()});
   }
 
   /// Of a light at this angle, with another medium where one is given.
-  Frame frame(double degrees, Entry entry, const render::MediaOfChannels* edited = nullptr) {
+  Frame frame(double degrees, Entry entry, const forward::MediaOfChannels* edited = nullptr) {
     return answered(degrees, entry, edited, entry == Entry::beams ? places_ : each_triangle_,
-                    render::LivePolygrid::accuracy);
+                    forward::LivePolygrid::accuracy);
   }
 
   /// Of the last frame's exitance, from the converged one: relative 2-norm, and the largest
@@ -162,7 +162,7 @@ class Live {
   }
 
  private:
-  Frame answered(double degrees, Entry entry, const render::MediaOfChannels* edited,
+  Frame answered(double degrees, Entry entry, const forward::MediaOfChannels* edited,
                  std::span<const render::BeamPlace> places,
                  const forward::polygrid::PolygridAccuracy& accuracy) {
     const Stopwatch watch;
@@ -173,7 +173,7 @@ class Live {
     const double angle = degrees * M_PI / 180.0;
     sun.direction = Vector3d(-std::sin(angle), -0.5, -std::cos(angle)).normalized();
     const render::LightSources sources = render::make_light_sources({sun});
-    const render::LightOfChannels light = render::beams_at(world_, 0, sources, places);
+    const forward::LightOfChannels light = render::beams_at(world_, 0, sources, places);
     std::array<std::vector<forward::ObjectLight>, 3> lights;
     std::vector<forward::ObjectProblem> problems;
     for (std::size_t c = 0; c < 3; ++c) {
@@ -199,7 +199,7 @@ class Live {
   std::vector<render::BeamPlace> places_, converged_places_;
   std::vector<render::BeamPlace> each_triangle_;  ///< of light that enters at the surface
   std::unique_ptr<PolygridDiffusion> diffusion_;
-  render::MediaOfChannels media_;
+  forward::MediaOfChannels media_;
   std::vector<double> exitance_;  ///< of the G channel in the last frame
 };
 

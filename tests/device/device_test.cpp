@@ -50,12 +50,13 @@ TEST(DeviceChoice, NoMatchIsOneSentenceWithTheFix) {
   const std::string sentence = choice_refused(rig, "radeon");
   EXPECT_THAT(sentence, HasSubstr("no OpenCL device matches 'radeon'"));
   EXPECT_THAT(sentence, HasSubstr("NVIDIA H200"));
-  EXPECT_THAT(sentence, HasSubstr("install pocl-opencl-icd or pass --device reference"));
+  EXPECT_THAT(sentence, HasSubstr("install pocl-opencl-icd or use the device reference"));
 }
 
 TEST(DeviceChoice, NoDeviceAtAllIsOneSentenceWithTheFix) {
   EXPECT_EQ(choice_refused({}, "auto"),
-            "no OpenCL device was found; install pocl-opencl-icd or pass --device reference");
+            "no OpenCL device was found; install pocl-opencl-icd or use the device reference "
+            "(device reference)");
   EXPECT_THAT(choice_refused({}, "pocl"), HasSubstr("no OpenCL device matches 'pocl'"));
 }
 

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "forward/object_model.h"
+#include "forward/registry.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
 
 namespace kappamu::forward {
@@ -38,6 +38,13 @@ inline ObjectLight sky(const TriangleMesh& mesh) {
 /// From straight above.
 inline ObjectLight sun(const TriangleMesh& mesh) {
   return parallel_beams(surface_of(mesh), -Eigen::Vector3d::UnitZ());
+}
+
+/// A model of that name; one that walks, or may, takes so many photons.
+inline std::unique_ptr<ObjectModel> make_walking(const std::string& name, double photons) {
+  const ModelDescription& model = object_model(name);
+  if (!model.can.transport && !model.can.chooses) return make_object_model(name);
+  return make_object_model(name, ModelError::warned, {{"photons", photons}});
 }
 
 struct LitObject {

@@ -10,8 +10,7 @@
 
 #include "core/mesh/shapes.h"
 #include "core/mesh/surface_norm.h"
-#include "forward/choice/auto_model.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/choice/lit_object.h"
 
 namespace kappamu::forward {
@@ -29,9 +28,8 @@ Lit cube() {
 ObjectResult solved(const char* model, const Lit& object, double tolerance = 0.02) {
   ObjectOptions options;
   options.tolerance = tolerance;
-  options.photons = 20'000;
   Progress silent;
-  return make_object_model(model)->solve(object.problem(), options, silent);
+  return make_walking(model, 2e4)->solve(object.problem(), options, silent);
 }
 
 class Diffusing : public testing::TestWithParam<const char*> {};
@@ -94,9 +92,8 @@ TEST(ModelError, AutoIsNotConvergedBeyondItsTolerance) {
   const Lit object = cube();
   ObjectOptions asked;
   asked.tolerance = 0.001;
-  asked.photons = 20'000;
   Progress silent;
-  const ObjectResult result = make_auto_model({})->solve(object.problem(), asked, silent);
+  const ObjectResult result = make_walking("auto", 2e4)->solve(object.problem(), asked, silent);
   EXPECT_GT(result.error(0), asked.tolerance);
   EXPECT_FALSE(result.converged);
 }

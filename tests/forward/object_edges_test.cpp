@@ -8,8 +8,7 @@
 
 #include "core/error.h"
 #include "core/mesh/shapes.h"
-#include "forward/choice/auto_model.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/lit_object.h"
 
 namespace kappamu::forward {
@@ -35,12 +34,10 @@ Answer answer(const std::string& name, TriangleMesh mesh, const Coefficients& fi
   object.lights = {sun(object.mesh)};
   ObjectOptions options;
   options.tolerance = 0.1;
-  options.photons = 100'000;
   Progress silent;
   Answer answer;
   try {
-    const auto model = name == "auto" ? make_auto_model({}) : make_object_model(name);
-    answer.result = model->solve(object.problem(), options, silent);
+    answer.result = make_walking(name, 1e5)->solve(object.problem(), options, silent);
     for (const std::string& warning : answer.result.warnings) answer.sentences += warning + "\n";
     for (const ModelCandidate& candidate : answer.result.candidates)
       answer.sentences += candidate.model + ": " + candidate.reason + "\n";
@@ -72,12 +69,10 @@ TriangleMesh with_slivers(TriangleMesh mesh, double part) {
 
 class Edges : public testing::TestWithParam<std::string> {
  protected:
-  bool diffusion() const {
-    return GetParam() == "embedded" || GetParam() == "grid" || GetParam() == "polygrid" ||
-           GetParam() == "boundary_integral";
-  }
-  bool walks() const { return GetParam() == "montecarlo"; }
-  bool chooses() const { return GetParam() == "auto"; }
+  bool diffusion() const { return model().errs_by == &measured("embedded").error; }
+  const ModelDescription& model() const { return object_model(GetParam()); }
+  bool walks() const { return model().can.transport; }
+  bool chooses() const { return model().can.chooses; }
   bool half_space() const { return !diffusion() && !walks() && !chooses(); }
 };
 
@@ -100,7 +95,7 @@ TEST_P(Edges, ThinObjectsAreWarnedOf) {
   const std::string said =
       answer(GetParam(), make_shape("slab", 8.0, 12, 0.5 * mean_free_path / 8.0), marble_like)
           .sentences;
-  if (GetParam() == "grid") {
+  if (!model().can.any_shape) {
     EXPECT_THAT(said, HasSubstr("answers for boxes along the axes whose edges are whole numbers"));
   } else if (diffusion()) {
     EXPECT_THAT(said, AllOf(HasSubstr("the model itself errs by probably more than "),
@@ -121,7 +116,7 @@ TEST_P(Edges, PartsThinnerThanAPolycubesCellsAreRefusedByPolygridAlone) {
       answer(GetParam(), make_shape("slab", 8.0, 12, 0.05 * mean_free_path / 8.0), marble_like);
   if (GetParam() == "polygrid") {
     EXPECT_THAT(thin.sentences, HasSubstr("No polycube of 6000 cells has the object's topology"));
-  } else if (GetParam() == "grid") {
+  } else if (!model().can.any_shape) {
     EXPECT_THAT(thin.sentences, HasSubstr("answers for boxes along the axes"));
   } else {
     EXPECT_GT(thin.leaving(), 0.0);
@@ -132,7 +127,7 @@ TEST_P(Edges, VoidsAreWallsOrWarnedOf) {
   const Answer hollow = answer(GetParam(), make_shape("box-with-void", 8.0, 8), marble_like);
   if (GetParam() == "polygrid") {
     EXPECT_THAT(hollow.sentences, HasSubstr("is made of a mesh in one piece; this one has 2"));
-  } else if (GetParam() == "grid") {
+  } else if (!model().can.any_shape) {
     EXPECT_THAT(hollow.sentences, HasSubstr("answers for boxes along the axes"));
   } else if (half_space()) {
     EXPECT_THAT(hollow.sentences,
@@ -173,8 +168,8 @@ TEST_P(Edges, AlbedosWhereDiffusionIsWrongAreWarnedOf) {
 }
 
 std::vector<std::string> all_names() {
-  std::vector<std::string> names = object_model_names();
-  names.emplace_back("auto");
+  std::vector<std::string> names;
+  for (const ModelDescription& model : object_models()) names.push_back(model.name);
   return names;
 }
 

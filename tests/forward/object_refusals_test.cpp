@@ -6,7 +6,7 @@
 #include <string>
 
 #include "core/mesh/shapes.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/lit_object.h"
 #include "tests/sentence.h"
 
@@ -18,9 +18,8 @@ std::string refusal_by(const std::string& model, const TriangleMesh& mesh) {
   object.lights = {sky(object.surface)};
   ObjectOptions options;
   options.tolerance = 0.2;
-  options.photons = 1000;
   Progress silent;
-  return sentence_of([&] { make_object_model(model)->solve(object.problem(), options, silent); },
+  return sentence_of([&] { make_walking(model, 1e3)->solve(object.problem(), options, silent); },
                      "nothing refused");
 }
 

@@ -83,7 +83,7 @@ TEST_F(ChartPhotographTest, WhereNoneIsSeenCornersTellIt) {
       [&] {
         measure_chart_photograph(folder() / "plain.png", capture::Encoding::response, {}, folder());
       },
-      ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("--corners")));
+      ::testing::ThrowsMessage<InputError>(::testing::HasSubstr("the centres of four patches")));
   const ChartCorners corners{{{30, 30}, {160, 30}, {160, 110}, {30, 110}}};
   const ChartPhotograph chart = measure_chart_photograph(
       folder() / "plain.png", capture::Encoding::response, corners, folder());

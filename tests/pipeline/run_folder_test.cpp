@@ -194,7 +194,7 @@ TEST_F(RunFolderTest, AnotherInputIsRefusedUnlessForced) {
   open("one").run({"fit", "key", {"out"}}, silent_, work());
   const std::string sentence = sentence_of([&] { open("two"); });
   EXPECT_THAT(sentence, HasSubstr("holds a run of another input"));
-  EXPECT_THAT(sentence, HasSubstr("--force"));
+  EXPECT_THAT(sentence, HasSubstr("(out, force)"));
   EXPECT_NO_THROW(open("two", Results::replaced));
 }
 

@@ -56,7 +56,7 @@ TEST(ValidationChoice, WhatCannotBeIsRefusedByName) {
     return sentence_of([&] { choose_validation(choice, measured(4), validated); });
   };
   for (const char* choice : {"some", "-1", "1,x", "", "1;2"}) {
-    EXPECT_THAT(sentence(choice, absent), HasSubstr("--hold-out")) << choice;
+    EXPECT_THAT(sentence(choice, absent), HasSubstr("(hold_out)")) << choice;
   }
   EXPECT_THAT(sentence("4", absent), HasSubstr("keep out fewer"));
   EXPECT_THAT(sentence("4,", absent), HasSubstr("numbered 0 to 3"));

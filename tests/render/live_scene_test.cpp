@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "io/polycube_file.h"
 #include "render/light/incident_light.h"
 #include "render/live/light_handle.h"

@@ -77,11 +77,10 @@ Faces in_object(const ObjectMedium& medium) {
       }
     }
   }
-  ObjectOptions options;
-  options.photons = photons;
   Progress silent;
   const ObjectResult result =
-      make_object_monte_carlo()->solve(object.problem(medium, eta, lights), options, silent);
+      make_object_model("montecarlo", ModelError::warned, {{"photons", double{photons}}})
+          ->solve(object.problem(medium, eta, lights), {}, silent);
   Faces faces;
   for (std::size_t t = 0; t < object.surface.size(); ++t) {
     int axis = 0;

@@ -24,11 +24,10 @@ Quarters traced(const ObjectMedium& medium) {
   const testing::Object object(box_mesh({4.0, 3.0, 2.0}, 8));
   const std::vector<ObjectLight> lights{
       object.diffuse([&](std::size_t i) { return object.surface.normal[i].z() > 0.5; })};
-  ObjectOptions options;
-  options.photons = 300'000;
   Progress silent;
   const ObjectResult result =
-      make_object_monte_carlo()->solve(object.problem(medium, 1.3, lights), options, silent);
+      make_object_model("montecarlo", ModelError::warned, {{"photons", 3e5}})
+          ->solve(object.problem(medium, 1.3, lights), {}, silent);
   Quarters quarters;
   std::array<double, 8> area{};
   for (std::size_t i = 0; i < object.surface.size(); ++i) {

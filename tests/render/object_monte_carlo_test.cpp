@@ -36,11 +36,12 @@ constexpr double sigmas = 4.0;
 ObjectResult traced(const ObjectProblem& problem, std::uint64_t photons, bool follow = false,
                     std::uint64_t seed = 1) {
   ObjectOptions options;
-  options.photons = photons;
   options.follow_reentry = follow;
   options.seed = seed;
   Progress silent;
-  return make_object_monte_carlo()->solve(problem, options, silent);
+  return make_object_model("montecarlo", ModelError::warned,
+                           {{"photons", static_cast<double>(photons)}})
+      ->solve(problem, options, silent);
 }
 
 double total(const Object& object, const ObjectResult& result,

@@ -14,6 +14,7 @@
 
 #include "core/error.h"
 #include "io/volume/volume_file.h"
+#include "render/scene/model_schema.h"
 #include "render/scene/new_scene.h"
 #include "render/scene/published_materials.h"
 #include "render/scene/world.h"
@@ -140,6 +141,13 @@ std::vector<Edited> bad_scenes() {
        "absorption_per_mm is -1"},
       {"index below one", [](json& s) { s["objects"][0]["surface"]["eta"] = 0.5; },
        "objects[0].surface.eta"},
+      {"half a photon", [](json& s) { s["model"]["photons"] = 2.5; },
+       "model.photons is wrong: photons must be a whole number"},
+      {"no photon", [](json& s) { s["model"]["photons"] = 0; },
+       "model.photons is wrong: photons must lie in [2, 2147483649)"},
+      {"a parameter of another model", [](json& s) { s["model"]["name"] = "embedded"; },
+       "model.photons is an unknown field; allowed here are name, tolerance, max_elements, "
+       "follow_reentry"},
       {"no such model", [](json& s) { s["model"]["name"] = "magic"; }, "model.name is 'magic'"},
       {"another format", [](json& s) { s["format"] = "kappamu-session"; }, "format"},
       {"another version", [](json& s) { s["version"] = 2; }, "version is not 1"}};
@@ -165,7 +173,7 @@ TEST_F(SceneFile, ReadsEveryKind) {
   EXPECT_EQ(std::get<PointLight>(scene.lights[1]).irradiance[1], 0.5);
   EXPECT_FALSE(std::get<EnvironmentLight>(scene.lights[4]).visible);
   EXPECT_EQ(scene.film.exposure, 2.0);
-  EXPECT_EQ(scene.model.photons, 1000U);
+  EXPECT_EQ(scene.model.parameters, (OptionValues{{"photons", 1000.0}}));
 }
 
 TEST_F(SceneFile, RefusesByFileAndField) {
@@ -302,6 +310,12 @@ void add_properties(const json& node, std::set<std::string>& names) {
   } else if (node.is_array()) {
     for (const json& item : node) add_properties(item, names);
   }
+}
+
+TEST(SceneSchema, HasTheModelsOfTheRegistry) {
+  std::ifstream file(KAPPAMU_SOURCE_DIR "/docs/scene.schema.json");
+  EXPECT_EQ(json::parse(file).at("properties").at("model"), json::parse(model_schema()))
+      << "renew it: kappamu render --model-schema";
 }
 
 TEST(SceneSchema, EveryFieldIsOnThePage) {

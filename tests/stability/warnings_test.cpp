@@ -78,7 +78,7 @@ TEST(Warnings, SayHowToSeeAVeryDarkFarSide) {
   const MediumSpec spec{.mean_kappa = 0.3, .mu = 0.1};
   EXPECT_THAT(warnings(setup, spec),
               Contains(AllOf(HasSubstr("light falls by about 8 decades across the block"),
-                             HasSubstr("--precision double and --tolerance 1e-8"))));
+                             HasSubstr("double precision and the tolerance 1e-8"))));
   EXPECT_THAT(warnings({.shape = {8, 8, 200, 0.5}}, spec),
               Contains(AllOf(HasSubstr("25 decades"), HasSubstr("no precision resolves it"))));
   // What is double already needs the tolerance only.

@@ -14,7 +14,7 @@ const LaneKernels& TrustedKernels::operator()(int lanes) {
     if (!verdict.trusted) {
       throw device::DeviceError("device '" + context_.info().name +
                                 "' fails its known-answer test (" + verdict.message +
-                                "); use --device reference");
+                                "); use the device reference");
     }
   }
   return made_.try_emplace(lanes, context_, format_, layout_, lanes).first->second;

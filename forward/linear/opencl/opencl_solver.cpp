@@ -187,8 +187,9 @@ class OpenclSolver final : public BatchSolver {
         numbers_{Precision::twofold, true, context.info().kind == device::Kind::gpu},
         slice_(numbers_.interleaved ? gpu_slice : 1) {
     if (!context.info().fp64) {
-      throw InputError("device '" + context.info().name +
-                       "' has no double precision; use another --device");
+      throw InputError(
+          "device '" + context.info().name + "' has no double precision; use another device",
+          {{"device"}});
     }
   }
 

@@ -351,7 +351,7 @@ TEST_F(Import, RefusesAPhotographWithoutExposureTimeUnlessATableTellsIt) {
   const auto frames = shoot_stack(camera, smooth_scene(width, height, 3, 0.05, 2.0), {0.2}, 99);
   io::write_code_image(path("fit_00_1.png"), frames[0].pixels, 12);
   EXPECT_THAT(refusal(), AllOf(StartsWith(path("fit_00_1.png") + ": neither EXIF nor a table"),
-                               HasSubstr("--table")));
+                               HasSubstr("(table)")));
   write_table("fit_00_1.png", "1/5");
   EXPECT_NEAR(import().patterns[0].frames[1].exposure_s, 0.2, 1e-9);
 }
@@ -424,7 +424,7 @@ TEST_P(ImportOrientation, IsAppliedToAllFramesWhereTheyAgree) {
     write_exif(file, {exposure.c_str(), "56/10", 100, tag});
   }
   EXPECT_THAT(warnings(), AllOf(HasSubstr("EXIF orientation " + std::to_string(tag)),
-                                HasSubstr("--orientation apply")));
+                                HasSubstr("set the orientation to apply")));
   const Session stored = read_session(out);
   EXPECT_THAT(warnings(Orientation::ignore), testing::Not(HasSubstr("orientation")));
   EXPECT_THAT(warnings(Orientation::apply), testing::Not(HasSubstr("orientation")));

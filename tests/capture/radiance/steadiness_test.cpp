@@ -307,7 +307,7 @@ TEST_F(UnsteadySession, FlickerIsRefusedCorrectedOrIgnored) {
   EXPECT_THAT(
       sentence_of([&] { merge(OnFault::refuse, OnFault::refuse); }),
       AllOf(StartsWith((folder.path() / "f4.png").string() + ": its light is 4.0 %"),
-            HasSubstr("brighter"), HasSubstr("pattern fit_00"), HasSubstr("--on-flicker correct")));
+            HasSubstr("brighter"), HasSubstr("pattern fit_00"), HasSubstr("(on_flicker correct)")));
   // The mean of the frames is kept, 4 % / 5; ignored, the long frame's error is nearly all there.
   EXPECT_NEAR(error_of(merge(OnFault::correct, OnFault::refuse)), 0.008, 0.002);
   EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("its exposure is taken from the frames.")));
@@ -330,7 +330,7 @@ TEST_F(UnsteadySession, AMovedFrameIsRefusedOrLeftOut) {
   write(shoot(disturbed, 1));
   EXPECT_THAT(sentence_of([&] { merge(OnFault::refuse, OnFault::refuse); }),
               AllOf(StartsWith((folder.path() / "f1.png").string() + ": its picture is shifted by"),
-                    HasSubstr("moved"), HasSubstr("--on-motion correct")));
+                    HasSubstr("moved"), HasSubstr("(on_motion correct, on_motion align)")));
   EXPECT_NEAR(error_of(merge(OnFault::refuse, OnFault::correct)), 0.0, 0.002);
   EXPECT_THAT(notes, testing::ElementsAre(HasSubstr("the frame is left out.")));
 }

@@ -8,9 +8,8 @@
 #include <map>
 
 #include "core/mesh/shapes.h"
-#include "forward/choice/auto_model.h"
 #include "forward/choice/model_table.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/choice/lit_object.h"
 
 namespace kappamu::forward {
@@ -74,10 +73,11 @@ ObjectFeatures features(double thickness, double albedo) {
 }
 
 Choice choice_of(const ObjectFeatures& object, double tolerance, const MachineCosts& costs = {}) {
-  ObjectOptions asked;
+  ChoiceOptions asked;
   asked.tolerance = tolerance;
   asked.photons = 1ULL << 40;
-  return choose_model({&object, 1}, asked, costs, Remedy::none);
+  asked.costs = costs;
+  return choose_model(choosable_models(), {&object, 1}, asked, Remedy::none);
 }
 
 const ModelCandidate& candidate(const Choice& choice, const std::string& name) {
@@ -134,13 +134,13 @@ TEST(Choice, IsTheCheapestWithinTheToleranceAndNeverDearerForALooserOne) {
   }
 }
 
-TEST(Choice, HasEveryMeasuredModelOnceWithAReason) {
+TEST(Choice, HasEveryModelOnceWithAReason) {
   std::map<std::string, int> seen;
   for (const ModelCandidate& c : choice_of(features(5.0, 0.99), 0.1).candidates) {
     ++seen[c.model];
     EXPECT_FALSE(c.reason.empty()) << c.model;
   }
-  EXPECT_EQ(seen.size(), measured_models().size());
+  EXPECT_EQ(seen.size(), object_model_names().size());
   for (const auto& [name, times] : seen) {
     EXPECT_EQ(times, 1) << name;
     EXPECT_THAT(object_model_names(), testing::Contains(name));
@@ -162,13 +162,14 @@ TEST(Choice, LeavesOutWhatCannotAnswer) {
   const Choice thin = choice_of(features(0.1, 0.99), 0.2);
   EXPECT_EQ(thin.candidates.front().model, "montecarlo");
   EXPECT_THAT(candidate(thin, "embedded").reason, HasSubstr("thin"));
-  ObjectOptions asked;
+  ChoiceOptions asked;
   asked.tolerance = 0.2;
   asked.follow_reentry = true;
   const ObjectFeatures usual = features(5.0, 0.99);
-  EXPECT_THAT(
-      candidate(choose_model({&usual, 1}, asked, {}, Remedy::none), "dipole-rotated").reason,
-      HasSubstr("again"));
+  EXPECT_THAT(candidate(choose_model(choosable_models(), {&usual, 1}, asked, Remedy::none),
+                        "dipole-rotated")
+                  .reason,
+              HasSubstr("again"));
 }
 
 TEST(Choice, FollowsTheCostsOfThisMachine) {
@@ -181,10 +182,11 @@ TEST(Choice, FollowsTheCostsOfThisMachine) {
 
 TEST(Choice, AsksTheWorstChannel) {
   const std::vector<ObjectFeatures> channels{features(20.0, 0.999), features(2.0, 0.8)};
-  ObjectOptions asked;
+  ChoiceOptions asked;
   asked.tolerance = 0.1;
   const double both =
-      candidate(choose_model(channels, asked, {}, Remedy::none), "embedded").error.value();
+      candidate(choose_model(choosable_models(), channels, asked, Remedy::none), "embedded")
+          .error.value();
   EXPECT_EQ(both, candidate(choice_of(channels[1], 0.1), "embedded").error.value());
   EXPECT_GT(both, candidate(choice_of(channels[0], 0.1), "embedded").error.value());
 }
@@ -192,10 +194,10 @@ TEST(Choice, AsksTheWorstChannel) {
 TEST(Choice, PhotonsGrowWithTheToleranceSquared) {
   const ObjectFeatures object = features(5.0, 0.99);
   const auto photons = [&](double tolerance) {
-    ObjectOptions asked;
+    ChoiceOptions asked;
     asked.tolerance = tolerance;
     asked.photons = 1ULL << 40;
-    return static_cast<double>(options_for("montecarlo", {&object, 1}, asked).photons);
+    return static_cast<double>(options_for(transport_model(), {&object, 1}, asked).photons);
   };
   EXPECT_NEAR(photons(0.005) / photons(0.01), 4.0, 1e-3);
 }
@@ -205,29 +207,34 @@ ObjectMedium dark() {
   return ObjectMedium(Coefficients{0.2, 0.9});
 }
 
+std::unique_ptr<ObjectModel> made(const ChoiceOptions& asked) {
+  return make_walking("auto", static_cast<double>(asked.photons));
+}
+
 TEST(AutoModel, IsTheModelItTakes) {
   const Lit ball(make_shape("sphere", 5.0, 12), ObjectMedium(Coefficients{0.1, 0.01}));
-  ObjectOptions asked;
+  ChoiceOptions asked;
   asked.tolerance = 0.5;
   Progress silent;
-  const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
-  ASSERT_EQ(result.candidates.size(), measured_models().size());
+  const ObjectResult result = made(asked)->solve(ball.problem(), asked, silent);
+  ASSERT_EQ(result.candidates.size(), choosable_models().size());
   const std::string& taken = result.candidates.front().model;
   EXPECT_THAT(result.candidates.front().reason, HasSubstr("cheapest"));
   const ObjectFeatures object = features_of(ball.problem());
-  const ObjectResult same = make_object_model(taken)->solve(
-      ball.problem(), options_for(taken, {&object, 1}, asked), silent);
+  const ChoiceOptions own = options_for(object_model(taken), {&object, 1}, asked);
+  const ObjectResult same =
+      make_chosen(object_model(taken), own)->solve(ball.problem(), own, silent);
   EXPECT_EQ(result.exitance, same.exitance);
   EXPECT_TRUE(same.candidates.empty());
 }
 
 TEST(AutoModel, PassesOverModelsThatRefuse) {
   const Lit ball(make_shape("sphere", 5.0, 12), ObjectMedium(Coefficients{0.1, 0.01}));
-  ObjectOptions asked;
+  ChoiceOptions asked;
   asked.tolerance = 0.2;
   asked.max_elements = 10;  // fewer than any surface has; photons do not count
   Progress silent;
-  const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
+  const ObjectResult result = made(asked)->solve(ball.problem(), asked, silent);
   EXPECT_EQ(result.candidates.front().model, "montecarlo");
   EXPECT_THAT(result.candidates,
               testing::Contains(testing::Field(&ModelCandidate::reason, HasSubstr("refused: "))));
@@ -235,18 +242,18 @@ TEST(AutoModel, PassesOverModelsThatRefuse) {
 
 TEST(AutoModel, WalksThePhotonsThatTheToleranceNeeds) {
   const Lit ball(make_shape("sphere", 5.0, 16), dark());
-  ObjectOptions asked;
+  ChoiceOptions asked;
   asked.tolerance = 0.2;
   asked.photons = 1 << 30;
   Progress silent;
-  const ObjectResult result = make_auto_model({})->solve(ball.problem(), asked, silent);
+  const ObjectResult result = made(asked)->solve(ball.problem(), asked, silent);
   ASSERT_EQ(result.candidates.front().model, "montecarlo");
   // The table's law of noise, on an object far from those it was made from.
   EXPECT_LT(result.error_estimate[0], asked.tolerance);
   EXPECT_GT(result.error_estimate[0], 0.3 * asked.tolerance);
   asked.photons = 30'000;
   asked.tolerance = 0.01;
-  const ObjectResult few = make_auto_model({})->solve(ball.problem(), asked, silent);
+  const ObjectResult few = made(asked)->solve(ball.problem(), asked, silent);
   EXPECT_EQ(few.elements, 30'000U);
   EXPECT_FALSE(few.converged);
   EXPECT_THAT(few.warnings, testing::Contains(HasSubstr("no model is known")));

@@ -8,9 +8,8 @@
 #include <cmath>
 
 #include "core/mesh/shapes.h"
-#include "forward/choice/auto_model.h"
-#include "forward/object_models.h"
 #include "forward/patches.h"
+#include "forward/registry.h"
 #include "tests/forward/choice/lit_object.h"
 
 namespace kappamu::forward {
@@ -25,13 +24,13 @@ struct Piloted {
         features(features_of(object.problem())) {
     asked.tolerance = part * error_by(measured("embedded").error, features);
     asked.photons = 1ULL << 31;
-    choice = choose_model({&features, 1}, asked, {}, Remedy::walks);
+    choice = choose_model(choosable_models(), {&features, 1}, asked, Remedy::walks);
     const ObjectProblem problem = object.problem();
     pilot = run_pilot({&problem, 1}, {&features, 1}, asked, choice, silent);
   }
   Lit object;
   ObjectFeatures features;
-  ObjectOptions asked;
+  ChoiceOptions asked;
   Choice choice;
   Progress silent;
   std::optional<Pilot> pilot;
@@ -42,10 +41,9 @@ double error_by_a_long_walk(const Piloted& piloted, const std::vector<double>& e
   const ObjectProblem problem = piloted.object.problem();
   const Patches patches = make_patches(problem.surface, bounding_box(problem.mesh), patches_across);
   ObjectOptions options;
-  options.photons = 600'000;
   options.seed = 77;
   Progress silent;
-  const ObjectResult walk = make_object_model("montecarlo")->solve(problem, options, silent);
+  const ObjectResult walk = make_walking("montecarlo", 6e5)->solve(problem, options, silent);
   const std::vector<double> mean = patches.mean(exitance, problem.surface);
   const std::vector<double> walked = patches.mean(walk.exitance, problem.surface);
   const std::vector<double> noise =
@@ -94,7 +92,8 @@ TEST(Pilot, AnswersForModelAuto) {
   const Piloted ball("sphere", 3.0, {0.1, 0.4});
   ASSERT_TRUE(ball.pilot.has_value() && ball.pilot->within);
   Progress silent;
-  const ObjectResult result = make_auto_model({})->solve(ball.object.problem(), ball.asked, silent);
+  const auto made = make_walking("auto", static_cast<double>(ball.asked.photons));
+  const ObjectResult result = made->solve(ball.object.problem(), ball.asked, silent);
   EXPECT_EQ(result.exitance, ball.pilot->results.front().exitance);
   EXPECT_EQ(result.candidates.front().model, ball.pilot->model);
   EXPECT_THAT(result.warnings, testing::Each(testing::Not(HasSubstr("no model is known"))));

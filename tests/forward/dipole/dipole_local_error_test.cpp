@@ -8,7 +8,7 @@
 #include "core/mesh/shapes.h"
 #include "forward/dipole/direct/direct_sum.h"
 #include "forward/dipole/transmitted.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/lit_object.h"
 
 namespace kappamu::forward::dipole {

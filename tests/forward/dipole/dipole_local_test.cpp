@@ -16,7 +16,7 @@
 #include "core/random.h"
 #include "forward/dipole/form_factor/quadrature.h"
 #include "forward/dipole/local/radius.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
 
 namespace kappamu::forward::dipole {

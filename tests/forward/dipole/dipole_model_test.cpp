@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/mesh/shapes.h"
 #include "forward/dipole/profile/profile.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/embedded/embedded_test_tools.h"
 
 namespace kappamu::forward {

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "core/mesh/shapes.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/lit_object.h"
 
 namespace kappamu::forward {

@@ -253,7 +253,7 @@ TEST(SolverChoiceTest, UnknownDeviceIsOneSentence) {
     make_grid_solver({.shape = {3, 3, 3, 1.0}}, "no such device");
   });
   EXPECT_THAT(sentence, HasSubstr("no OpenCL device matches 'no such device'"));
-  EXPECT_THAT(sentence, HasSubstr("install pocl-opencl-icd or pass --device reference"));
+  EXPECT_THAT(sentence, HasSubstr("install pocl-opencl-icd or use the device reference"));
 }
 
 class GridInput : public testing::OnBackend {};

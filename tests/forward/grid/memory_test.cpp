@@ -45,7 +45,7 @@ TEST(SolverMemory, TooLittleIsRefusedWithNeedAndMemory) {
       sentence_of([&] { lanes_that_fit(setup, device_with(0.5), single, Layout::cpu); });
   EXPECT_THAT(sentence, HasSubstr("512 x 512 x 64 voxels needs "));
   EXPECT_THAT(sentence, HasSubstr("device 'Small device' has 0.5 GB"));
-  EXPECT_THAT(sentence, HasSubstr("use a coarser grid or another --device"));
+  EXPECT_THAT(sentence, HasSubstr("use a coarser grid or another device"));
 }
 
 /// The prediction is never less than what is really allocated, and more only by its stated slack

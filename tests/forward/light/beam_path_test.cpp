@@ -8,7 +8,7 @@
 
 #include "core/mesh/shapes.h"
 #include "core/optics.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "tests/forward/lit_object.h"
 
 namespace kappamu::forward {
@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 
 constexpr double eta = 1.3;
 
-ObjectResult solved(const LitObject& object, const std::string& model,
-                    const ObjectOptions& options) {
+ObjectResult solved(const LitObject& object, const std::string& model, const ObjectOptions& options,
+                    double photons = 2e4) {
   Progress silent;
-  return make_object_model(model)->solve(object.problem(), options, silent);
+  return make_walking(model, photons)->solve(object.problem(), options, silent);
 }
 
 /// κ from σs' and σa [1/mm].
@@ -127,11 +127,10 @@ TEST(BeamMarch, DividesPowerAsTheWalkOfPhotonsDoes) {
   for (const Body& body : {Body{"cube", 12.0}, Body{"torus", 30.0}}) {
     const LitObject object = lit(body.shape, body.size, medium(0.79, 0.01));
     ObjectOptions options;
-    options.photons = 20'000;
-    const ObjectBalance walk = solved(object, "montecarlo", options).balance[0];
+    constexpr double photons = 2e4;
+    const ObjectBalance walk = solved(object, "montecarlo", options, photons).balance[0];
     const double passes = walk.unscattered / walk.entering;
-    const double noise =
-        sigmas * std::sqrt(passes * (1.0 - passes) / static_cast<double>(options.photons));
+    const double noise = sigmas * std::sqrt(passes * (1.0 - passes) / photons);
     options.tolerance = 0.05;
     for (const char* model : {"embedded", "polygrid"}) {
       const std::string name = std::string(model) + " " + body.shape;
@@ -153,16 +152,15 @@ TEST(BeamMarch, ComesInAgainAsPhotonsDo) {
   LitObject ring = lit("torus", 10.0, medium(0.4, 0.01));
   ring.lights = {parallel_beams(ring.surface, Vector3d(-1.0, -0.2, -0.1).normalized())};
   ObjectOptions options;
-  options.photons = 200'000;
+  constexpr double photons = 2e5;
   options.tolerance = 0.05;
   const ObjectOptions plain = options;
   options.follow_reentry = true;
-  const ObjectBalance walk = solved(ring, "montecarlo", options).balance[0];
+  const ObjectBalance walk = solved(ring, "montecarlo", options, photons).balance[0];
   const ObjectBalance mine = solved(ring, "embedded", options).balance[0];
   const double once = solved(ring, "embedded", plain).balance[0].unscattered;
   // Of what leaves again, photons count each time: at most twice as noisy as shares of one.
-  const double noise =
-      2.0 * sigmas * walk.entering * 0.5 / std::sqrt(static_cast<double>(options.photons));
+  const double noise = 2.0 * sigmas * walk.entering * 0.5 / std::sqrt(photons);
   EXPECT_GT(std::abs(walk.unscattered - once), noise);
   EXPECT_NEAR(mine.unscattered, walk.unscattered, noise);
   EXPECT_NEAR(mine.reentering, walk.reentering, noise + 0.02 * walk.entering);

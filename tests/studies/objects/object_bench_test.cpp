@@ -12,7 +12,7 @@
 #include <set>
 
 #include "core/mesh/shapes.h"
-#include "forward/object_models.h"
+#include "forward/registry.h"
 #include "studies/objects/object_case.h"
 #include "studies/objects/object_reference.h"
 #include "tests/sentence.h"
@@ -163,9 +163,8 @@ TEST(ObjectPower, InIsAbsorbedOrLeaves) {
     for (const char* model : {"embedded", "montecarlo"}) {
       forward::ObjectOptions options;
       options.tolerance = 0.3;
-      options.photons = 2000;
       const forward::ObjectResult result =
-          forward::make_object_model(model)->solve(bench.problem(), options, silent);
+          make_walking(model, 2000)->solve(bench.problem(), options, silent);
       const forward::ObjectBalance& balance = result.balance.front();
       double exiting = 0.0;
       for (std::size_t i = 0; i < surface.size(); ++i) {

@@ -27,7 +27,8 @@ std::string segment_option(Layout layout) {
 Format format_of(const device::DeviceInfo& device, Precision precision) {
   if (precision == Precision::double_precision && !device.fp64) {
     throw InputError("device '" + device.name +
-                     "' has no double precision; use --precision single or another --device");
+                         "' has no double precision; use single precision or another device",
+                     {{"precision", "single"}, {"device"}});
   }
   return {precision == Precision::single_precision, device.fp64};
 }

@@ -1,22 +1,22 @@
 // A live object on a polygrid: the equations and the last fluence of its channels.
 #pragma once
 
+#include "forward/live_model.h"
 #include "forward/polygrid/polygrid_diffusion.h"
-#include "render/live/live_object.h"
 
-namespace kappamu::render {
+namespace kappamu::forward {
 
-class LivePolygrid final : public LiveObject {
+class LivePolygrid final : public LiveModel {
  public:
   /// What these and the beams' distance leave of the exitance: `kappamu bench polygrid --section
   /// frames`.
-  static constexpr forward::polygrid::PolygridAccuracy accuracy{
+  static constexpr polygrid::PolygridAccuracy accuracy{
       .linear_tolerance = 2e-2, .beam_remainder = 1e-2, .most_iterations = 100};
   /// Of some 12,000 beams on all of the surface: their distance bounds the light's time and error.
   static double beam_spacing_mm(const Surface& surface);
 
   /// Throws InputError as make_polygrid() does.
-  LivePolygrid(const WorldObject& object, const std::string& device);
+  LivePolygrid(const LiveBody& object, const std::string& device);
 
   double beam_spacing_mm() const override { return beam_spacing_mm(object_.surface); }
   Answer solve(const LightOfChannels& light) override;
@@ -25,10 +25,10 @@ class LivePolygrid final : public LiveObject {
                         const ExitanceOfChannels& exitance) const override;
 
  private:
-  const WorldObject& object_;
+  LiveBody object_;
   std::string device_;
-  std::unique_ptr<forward::polygrid::PolygridDiffusion> diffusion_;
+  std::unique_ptr<polygrid::PolygridDiffusion> diffusion_;
   MediaOfChannels media_;  ///< that the equations are of
 };
 
-}  // namespace kappamu::render
+}  // namespace kappamu::forward

@@ -3,14 +3,14 @@
 #pragma once
 
 #include "forward/block/block_diffusion.h"
-#include "render/live/live_object.h"
+#include "forward/live_model.h"
 
-namespace kappamu::render {
+namespace kappamu::forward {
 
-class LiveBlock final : public LiveObject {
+class LiveBlock final : public LiveModel {
  public:
   /// Throws InputError where the object is no block.
-  LiveBlock(const WorldObject& object, const std::string& device);
+  LiveBlock(const LiveBody& object, const std::string& device);
 
   double beam_spacing_mm() const override { return 0.5 * grid_.shape.voxel_mm; }
   Answer solve(const LightOfChannels& light) override;
@@ -19,12 +19,12 @@ class LiveBlock final : public LiveObject {
                         const ExitanceOfChannels& exitance) const override;
 
  private:
-  const WorldObject& object_;
+  LiveBody object_;
   std::string device_;
-  forward::block::BlockGrid grid_;
-  forward::block::FaceMap map_;
-  std::vector<std::unique_ptr<forward::block::BlockDiffusion>> channels_;
+  block::BlockGrid grid_;
+  block::FaceMap map_;
+  std::vector<std::unique_ptr<block::BlockDiffusion>> channels_;
   MediaOfChannels media_;  ///< that the equations are of
 };
 
-}  // namespace kappamu::render
+}  // namespace kappamu::forward
