@@ -27,7 +27,9 @@ std::string advice(const Fault& fault) {
            "camera and sample need not stay fixed, move it back with --on-motion align";
   }
   if (fault.kind == Fault::Kind::mislabelled) {
-    return "correct exposure_s in session.json, or let it be estimated with --on-flicker correct";
+    return "correct exposure_s in session.json or in the photographs' table, or let it be "
+           "estimated "
+           "with --on-flicker correct";
   }
   return "let lamp and projector warm up and expose multiples of the projector's period, or "
          "estimate the exposures from the frames with --on-flicker correct";
