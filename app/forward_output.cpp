@@ -8,6 +8,7 @@
 #include "forward/grid/grid_physics.h"
 #include "io/npy.h"
 #include "io/volume/volume_export.h"
+#include "io/volume/volume_file.h"
 
 namespace kappamu::app {
 
@@ -80,12 +81,16 @@ void write_fluence(const std::filesystem::path& folder, FluenceFormat format, co
   std::vector<io::NamedVolume> named;
   for (std::size_t i = 0; i < names.size(); ++i)
     named.push_back({names[i], "unit of the irradiance", &volumes[i]});
-  io::export_vti(folder / "fluence.vti", named);
+  if (format == FluenceFormat::vdb) {
+    io::write_vdb(folder / "fluence.vdb", named);
+  } else {
+    io::export_vti(folder / "fluence.vti", named);
+  }
 }
 
 std::vector<std::string> forward_outputs() {
   std::vector<std::string> names{"summary.json", "fluence.npy", "standard_error_fluence.npy",
-                                 "fluence.vti"};
+                                 "fluence.vti", "fluence.vdb"};
   for (const Face face : all_faces) {
     names.push_back("exitance_" + to_string(face) + ".npy");
     names.push_back("standard_error_" + to_string(face) + ".npy");

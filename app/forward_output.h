@@ -18,10 +18,10 @@ struct ForwardRun {
   forward::LightGeometry light{};
 };
 
-enum class FluenceFormat { npy, vti };
+enum class FluenceFormat { npy, vti, vdb };
 
-/// fluence.npy [M][z][y][x], or fluence.vti with a volume phi_<m> for each pattern; beside them,
-/// where the model has it, standard_error_fluence.npy or standard_error_phi_<m>.
+/// fluence.npy [M][z][y][x], or fluence.vti or fluence.vdb with a volume phi_<m> for each pattern;
+/// beside them, where the model has it, standard_error_fluence.npy or standard_error_phi_<m>.
 void write_fluence(const std::filesystem::path& folder, FluenceFormat format, const ForwardRun& run,
                    const forward::ForwardResult& result);
 

@@ -218,7 +218,12 @@ CalibrationResult calibrate(const capture::Session& session, Progress& progress,
   Stages stages(result, progress);
   stages.run("response", 0.0,
              [&] { result.radiometry = capture::find_radiometry(session, progress); });
-  const JointCalibration joint = calibrate_lenses(session, stages, result);
+  std::optional<KnownLens> known;
+  if (const auto& lens = session.calibration.lens) {
+    known =
+        read_known_lens(session.folder / lens->file, lens->held ? LensUse::held : LensUse::start);
+  }
+  const JointCalibration joint = calibrate_lenses(session, stages, result, known);
   calibrate_sample(session, result, progress, hdr);
   const GridShape grid = session.sample.shape();
   const auto corners = face_corners(grid, session.sample.seen_face);

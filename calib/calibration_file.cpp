@@ -171,11 +171,13 @@ void transfer(Yaml& yaml, std::optional<ProjectorCurve>& measured, int channels)
   measured = std::move(curve);
 }
 
-/// Negative where absent.
-template <class Yaml>
-void optional_number(Yaml& yaml, const std::string& key, std::optional<double>& value) {
-  double number = value.value_or(-1.0);
-  yaml.number(key, number);
+/// Absent where there is none, as in files of before the number was known.
+void optional_number(YamlWriter& yaml, const std::string& key, std::optional<double>& value) {
+  if (value) yaml.number(key, *value);
+}
+void optional_number(YamlReader& yaml, const std::string& key, std::optional<double>& value) {
+  double number = -1.0;
+  if (yaml.has(key)) yaml.number(key, number);
   value = number < 0.0 ? std::nullopt : std::optional(number);
 }
 

@@ -137,7 +137,7 @@ bool Pipeline::merge(Progress& progress) {
   std::optional<fs::path> calibration;
   if (folder_.done_key("calibrate")) calibration = folder_.path() / "calibration";
   return folder_.run(merge_stage(), progress, [&](const fs::path& output, Progress& listener) {
-    run_merge_stage(session, hdr_, calibration, output, listener);
+    shared_error_ = run_merge_stage(session, hdr_, calibration, output, listener);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "calib/light/shared_error.h"
 #include "capture/radiance/merge.h"
 #include "capture/session/session.h"
 #include "capture/session/session_files.h"
@@ -45,6 +46,8 @@ class Pipeline {
   bool calibrate(Progress& progress);
   /// Needs a session; measures surfaces where the run is calibrated from it.
   bool merge(Progress& progress);
+  /// What merge() found, where it measured surfaces just now.
+  const std::optional<calib::SharedError>& shared_error() const { return shared_error_; }
   /// Fits the run's own measurements, or the input's where that is what the run was given.
   bool fit(const FitStageOptions& options, Progress& progress);
   bool export_all(Progress& progress);
@@ -69,6 +72,7 @@ class Pipeline {
   capture::MergeOptions hdr_;
   std::string fingerprint_;  ///< of the input with all its files, and of this program
   RunFolder folder_;
+  std::optional<calib::SharedError> shared_error_;
   RunFolder::Stage fit_stage_;  ///< set by fit(), for the stages after it
 };
 

@@ -87,7 +87,9 @@ void run_calibrate(const SessionCommand& options, const PhotographCommand& photo
                    const Globals& globals) {
   if (!photographs.board.corners.empty()) return calibrate_lenses(options, photographs, globals);
   if (photographs.held || photographs.start) {
-    throw InputError("--lens and --lens-start are of photographs without a session (--board).");
+    throw InputError(
+        "--lens and --lens-start are of photographs without a session (--board); a session's known "
+        "lens is calibration.lens of its session.json (docs/formats.md).");
   }
   const auto progress = make_progress();
   pipeline::Pipeline stages(options.session, options.run,

@@ -118,8 +118,10 @@ void run_forward(const ForwardArguments& arguments, Globals& globals) {
   write_maps(out.partial(), run, result);
   if (arguments.fluence) {
     write_fluence(out.partial(),
-                  *arguments.fluence == "vti" ? FluenceFormat::vti : FluenceFormat::npy, run,
-                  result);
+                  *arguments.fluence == "vti"   ? FluenceFormat::vti
+                  : *arguments.fluence == "vdb" ? FluenceFormat::vdb
+                                                : FluenceFormat::npy,
+                  run, result);
   }
   const nlohmann::ordered_json summary = forward_summary(run, result);
   io::write_text_atomically(out.partial() / "summary.json", summary.dump(2) + "\n");
@@ -172,8 +174,8 @@ OUTPUT in the folder of -o:
               unit of the irradiance; mean over each surface voxel; unscattered light and
               the specular reflection are not in it
   standard_error_<face>.npy  of the exitance, the same shapes (montecarlo only)
-  fluence.npy [M][z][y][x], or fluence.vti (volumes phi_0, phi_1, ...), with --fluence: the
-              fluence rate phi of scattered light, and of all light of a point, mean over each
+  fluence.npy [M][z][y][x], or fluence.vti or .vdb (volumes phi_0, phi_1, ...), with
+              --fluence: the fluence rate phi of scattered light, and of all light of a point, mean over each
               voxel, in the unit of the irradiance; of montecarlo with standard_error_fluence.npy
   summary.json  per pattern: power entering (after Fresnel), exiting by face, unscattered,
               absorbed [mm^2 times the unit of irradiance], residual; iterations, seconds
@@ -242,8 +244,8 @@ void add_forward(CLI::App& app, Globals& globals) {
       ->type_name("X,Y,Z[,POWER]");
   command
       ->add_option("--fluence", options->fluence,
-                   "Also write the fluence rate in the block, as npy or vti (ParaView)")
-      ->check(CLI::IsMember({"npy", "vti"}));
+                   "Also write the fluence rate in the block, as npy, vti (ParaView) or vdb")
+      ->check(CLI::IsMember({"npy", "vti", "vdb"}));
   add_out(*command, options->out, "Folder for the maps; made if missing");
   command->add_option("--voxel", files.voxel, "Voxel edge [mm]; needed with .npy volumes")
       ->check(CLI::PositiveNumber);

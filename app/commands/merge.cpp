@@ -1,11 +1,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/command.h"
 #include "app/photograph_options.h"
 #include "app/session_command.h"
-#include "io/read_file.h"
 #include "pipeline/output_folder.h"
 #include "pipeline/pipeline.h"
 #include "pipeline/stages/photographs.h"
@@ -57,17 +57,18 @@ void run_merge(const SessionCommand& options, const BracketCommand& bracket,
   const bool worked = stages.merge(*progress);
   const std::filesystem::path& run = stages.folder().path();
   const double seconds = stages.folder().record().stages.at("merge").seconds;
-  const std::filesystem::path header = run / "measurements" / "measurements.json";
-  const bool measured = std::filesystem::exists(header);
-  nlohmann::json shared;  // errors that pixels share, and where that figure comes from
-  if (measured) shared = nlohmann::json::parse(io::read_text(header)).value("smooth_error", shared);
+  const bool measured = std::filesystem::exists(run / "measurements" / "measurements.json");
+  const std::optional<calib::SharedError>& shared = stages.shared_error();
   if (globals.json) {
     nlohmann::json object{{"hdr", (run / "hdr").string()},
                           {"patterns", stages.session()->patterns.size()},
                           {"measurements", nullptr},
                           {"seconds", seconds}};
     if (measured) object["measurements"] = (run / "measurements").string();
-    if (!shared.is_null()) object["smooth_error"] = shared;
+    if (shared) {
+      object["smooth_error"] = {
+          {"common", shared->error.common}, {"own", shared->error.own}, {"source", shared->source}};
+    }
     print_json(object);
     return;
   }
@@ -75,9 +76,7 @@ void run_merge(const SessionCommand& options, const BracketCommand& bracket,
               (run / "hdr").c_str(),
               time_taken(worked ? std::optional(seconds) : std::nullopt).c_str());
   if (measured) std::printf("surface values %s\n", (run / "measurements").c_str());
-  if (shared.contains("source")) {
-    std::printf("errors that pixels share: %s\n", shared["source"].get<std::string>().c_str());
-  }
+  if (shared) std::printf("errors that pixels share: %s\n", shared->source.c_str());
 }
 
 }  // namespace

@@ -297,6 +297,16 @@ Session import_session(const ImportOptions& options, Progress& progress) {
     load_pattern(plan, pattern);
     copy_into(options.out, pattern.image, source);
   }
+  if (const auto& lens = calibration.lens) {
+    const fs::path source = options.plan / lens->file;
+    std::error_code error;
+    if (!fs::is_regular_file(source, error)) {
+      throw InputError(source.string() + ": no such file; calibration.lens.file of " +
+                       shown_session(session) + " names it.");
+    }
+    if (options.links == Links::within) require_inside(options.plan, lens->file);
+    copy_into(options.out, lens->file, source);
+  }
   check_brightness(session, progress);
   write_session(session);
   progress.update("import", 1.0, "done");

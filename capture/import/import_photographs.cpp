@@ -5,6 +5,7 @@
 #include <cctype>
 #include <regex>
 #include <set>
+#include <string>
 #include <utility>
 
 #include "capture/session/frames.h"
@@ -116,6 +117,7 @@ double seconds_in(const std::string& text, const std::string& where) {
 
 std::vector<Photograph> from_table(const PhotographSource& source) {
   std::vector<Photograph> photographs;
+  std::set<std::pair<std::string, std::string>> listed;  // file and shot
   const auto take = [&](const std::vector<std::string>& cells, const std::string& where) {
     const std::string &file = cells[0], &shot = cells[1], &exposure = cells[2];
     if (!stays_inside(file)) {
@@ -123,6 +125,10 @@ std::vector<Photograph> from_table(const PhotographSource& source) {
                        "' leaves the photographs' folder; write file names relative to it.");
     }
     require_plain_name(shot, where + ": the shot");
+    if (!listed.emplace(fs::path(file).lexically_normal().string(), shot).second) {
+      throw InputError(where + ": lists '" + shown_name(file) + "' for '" + shot +
+                       "' once more; each exposure has its own file, take one line out.");
+    }
     Photograph photograph;
     photograph.path = source.folder / file;
     photograph.shot = shot;

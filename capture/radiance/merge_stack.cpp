@@ -34,7 +34,7 @@ Advice advice(const Fault& fault) {
         {{"on_motion", "correct"}, {"on_motion", "align"}}};
   }
   if (fault.kind == Fault::Kind::mislabelled) {
-    return {"correct exposure_s in session.json, or let it be estimated",
+    return {"correct exposure_s in session.json or in the photographs' table, or let it be estimated",
             {{"on_flicker", "correct"}}};
   }
   return {

@@ -27,6 +27,7 @@ class CalibrationCheck : FieldCheck {
     positive(calibration.board.square_mm, "calibration.board.square_mm", " of millimetres");
     if (calibration.board.kind == BoardKind::charuco) markers(calibration.board);
     frames(calibration.camera_boards, "calibration.camera_boards");
+    if (calibration.lens) relative_path(calibration.lens->file, "calibration.lens.file");
 
     if (calibration.projected_board) projected_board(*calibration.projected_board);
     projector_planes();

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/session/frames.h"
 #include "capture/session/session.h"
 #include "core/error.h"
 #include "core/file_name.h"
@@ -17,11 +18,10 @@ namespace kappamu::capture {
 /// session is checked already.
 void check_calibration(const Session& session);
 
-/// Each throws InputError with session.json, the field and what is wrong with it.
+/// Each throws InputError with the session's file (frames.h), the field and what is wrong with it.
 class FieldCheck {
  protected:
-  explicit FieldCheck(const Session& session)
-      : session_(session), file_((session.folder / "session.json").string()) {}
+  explicit FieldCheck(const Session& session) : session_(session), file_(shown_session(session)) {}
 
   [[noreturn]] void fail(const std::string& field, const std::string& what) const {
     throw InputError(file_ + ": " + field + " " + what + ".");

@@ -19,20 +19,23 @@ std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
+// Of a session without a file, made of photographs alone, the first photograph tells the camera.
+bool has_file(const Session& session) {
+  std::error_code ignored;
+  return !session.source.empty() ||
+         std::filesystem::exists(session.folder / "session.json", ignored);
+}
+
 std::filesystem::path existing_path(const Session& session, const Frame& frame) {
   std::filesystem::path path = session.folder / frame.file;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(path, ignored)) {
-    throw InputError(path.string() + ": no such frame; session.json lists it, so put it back or " +
-                     "take it out of session.json.");
+    throw InputError(path.string() + ": no such frame; " +
+                     (has_file(session) ? shown_session(session) + " lists it: put it back or " +
+                                              "take it out there."
+                                        : "it was there a moment ago: put it back."));
   }
   return path;
-}
-
-// Of a session without a file, made of photographs alone, the first photograph tells the camera.
-bool has_file(const Session& session) {
-  std::error_code ignored;
-  return std::filesystem::exists(session.folder / "session.json", ignored);
 }
 
 int orientation_of(const Session& session) {
@@ -47,7 +50,7 @@ void check_extent(const Session& session, const std::filesystem::path& path,
   if (frame.width != camera.width || frame.height != camera.height) {
     throw InputError(
         path.string() + ": the frame is " + size_text(frame.width, frame.height) + " pixels, " +
-        (has_file(session) ? "session.json says camera.width x camera.height = "
+        (has_file(session) ? shown_session(session) + " says camera.width x camera.height = "
                            : "another photograph ") +
         size_text(camera.width, camera.height) + "; all frames must be of the camera's full size.");
   }
@@ -57,10 +60,11 @@ void check_shape(const Session& session, const std::filesystem::path& path,
                  const io::ImageSize& frame) {
   check_extent(session, path, frame);
   if (frame.channels != static_cast<int>(session.channels.size())) {
-    throw InputError(path.string() + ": the frame has " + std::to_string(frame.channels) +
-                     " channels, " +
-                     (has_file(session) ? "session.json lists " : "the session has ") +
-                     std::to_string(session.channels.size()) + " in channels; make the two agree.");
+    throw InputError(
+        path.string() + ": the frame has " + std::to_string(frame.channels) + " channels, " +
+        (has_file(session) ? shown_session(session) + " lists " : "the other photographs have ") +
+        std::to_string(session.channels.size()) + (has_file(session) ? " in channels" : "") +
+        "; make the two agree.");
   }
 }
 
@@ -69,11 +73,13 @@ void check_codes(const Session& session, const std::filesystem::path& path,
   const int top = largest_code(session.camera);
   const std::uint16_t largest = *std::max_element(image.values().begin(), image.values().end());
   if (largest > top) {
-    throw InputError(path.string() + ": the frame holds code " + std::to_string(largest) +
-                     (has_file(session) ? ", session.json says" : ", the session's camera has") +
-                     " camera.bit_depth = " + std::to_string(session.camera.bit_depth) +
-                     ", that is at most " + std::to_string(top) +
-                     "; correct bit_depth or store the codes unshifted.");
+    throw InputError(
+        path.string() + ": the frame holds code " + std::to_string(largest) +
+        (has_file(session) ? ", " + shown_session(session) + " says camera.bit_depth = "
+                           : ", another photograph has bits: ") +
+        std::to_string(session.camera.bit_depth) + ", that is at most " + std::to_string(top) +
+        (has_file(session) ? "; correct bit_depth or store the codes unshifted."
+                           : "; give photographs of one camera and setting."));
   }
 }
 
@@ -86,6 +92,7 @@ Image<std::uint16_t> read_headerless(const Camera& camera, const std::filesystem
 }  // namespace
 
 std::string shown_session(const Session& session) {
+  if (!session.source.empty()) return session.source.string();
   const std::filesystem::path file = session.folder / "session.json";
   std::error_code ignored;
   return (std::filesystem::exists(file, ignored) ? file : session.folder).string();
@@ -120,15 +127,21 @@ io::RawImage load_raw_frame(const Session& session, const Frame& frame) {
   const std::size_t channels = image.layout ? 3 : 1;
   if (session.channels.size() != channels || camera.encoding != Encoding::linear) {
     throw InputError(path.string() + ": this RAW frame is linear and has " +
-                     (channels == 3 ? "channels R, G, B" : "one channel, grey") +
-                     "; write camera.encoding = 'linear' and channels = " +
-                     (channels == 3 ? "[\"R\", \"G\", \"B\"]" : "[\"Y\"]") + " in session.json.");
+                     (channels == 3 ? "channels R, G, B" : "one channel, grey") + "; " +
+                     (has_file(session)
+                          ? std::string("write camera.encoding = 'linear' and channels = ") +
+                                (channels == 3 ? "[\"R\", \"G\", \"B\"]" : "[\"Y\"]") + " in " +
+                                shown_session(session) + "."
+                          : "the others are of another kind: give photographs of one kind."));
   }
   if (!is_headerless(camera, frame.file) && camera.white_level != image.white) {
     throw InputError(path.string() + ": the sensor saturates at code " +
-                     std::to_string(image.white) + ", session.json says camera.white_level = " +
+                     std::to_string(image.white) + ", " +
+                     (has_file(session) ? shown_session(session) + " says camera.white_level = "
+                                        : "another photograph at ") +
                      (camera.white_level ? std::to_string(*camera.white_level) : "nothing") +
-                     "; write " + std::to_string(image.white) + " there.");
+                     (has_file(session) ? "; write " + std::to_string(image.white) + " there."
+                                        : "; give photographs of one camera and setting."));
   }
   check_codes(session, path, image.mosaic);
   image.mosaic = io::turned(std::move(image.mosaic), orientation_of(session));

@@ -15,8 +15,8 @@ inline int largest_code(const Camera& camera) {
   return (1 << camera.bit_depth) - 1;
 }
 
-/// What errors about a session begin with: its session.json or, where it was made of photographs
-/// alone, their folder.
+/// What errors about a session begin with: the session.json that was read or, where it was made
+/// otherwise, the one in its folder or else the folder.
 std::string shown_session(const Session& session);
 
 /// Whether the frame is a linear float image (.exr) rather than code values.

@@ -210,10 +210,17 @@ struct ColourChart {
   std::optional<std::array<std::array<double, 2>, 4>> corners_px;
 };
 
+/// The camera's lens, known from elsewhere.
+struct LensFile {
+  std::string file;  ///< as `kappamu calibrate --lens` reads it, relative to the session folder
+  bool held = true;  ///< false: a start, all of its numbers are estimated anew
+};
+
 /// Camera stations are camera poses relative to the rig. Projector planes, white target and chart
 /// are shot from `calibration_station`, patterns from `pattern_station`; a sample view is needed
 /// from each of the two. Lens, focus and aperture stay the same throughout.
 struct Calibration {
+  std::optional<LensFile> lens{};
   std::vector<Frame> camera_boards;  ///< printed board in many poses
   Board board;
   std::optional<ProjectedBoard> projected_board;  ///< of the planes' `projected`
@@ -228,7 +235,9 @@ struct Calibration {
 };
 
 struct Session {
-  std::filesystem::path folder;  ///< where session.json lies; not part of the file
+  std::filesystem::path folder;  ///< where its files lie; not part of session.json
+  /// The session.json that was read, of a plan where import filled it; empty: made otherwise.
+  std::filesystem::path source;
   /// Where the pictures come from, in words; the report prints it. A simulator says here how it
   /// made them.
   std::string description;

@@ -18,6 +18,7 @@ std::vector<std::string> named_files(const Session& session) {
     add(pattern.frames);
   }
   const Calibration& calibration = session.calibration;
+  if (calibration.lens) files.push_back(calibration.lens->file);
   add(calibration.camera_boards);
   for (const ProjectorPlane& plane : calibration.projector_planes) {
     files.push_back(plane.board.file);

@@ -154,7 +154,15 @@ void describe(Fields& fields, ColourChart& chart) {
 }
 
 template <class Fields>
+void describe(Fields& fields, LensFile& lens) {
+  static constexpr Names<bool, 2> uses{{{"held", true}, {"start", false}}};
+  fields("file", lens.file);
+  fields.named("use", lens.held, uses);
+}
+
+template <class Fields>
 void describe(Fields& fields, Calibration& calibration) {
+  fields("lens", calibration.lens);
   fields("board", calibration.board);
   fields("camera_boards", calibration.camera_boards);
   fields("projected_board", calibration.projected_board);
@@ -203,6 +211,7 @@ Session read_session(const std::filesystem::path& folder) {
   Session session;
   io::FieldReader::read(io::JsonDocument(path, "docs/formats.md").root(), session);
   session.folder = folder;
+  session.source = path;
   validate(session);
   return session;
 }

@@ -4,6 +4,9 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
 
 #include "core/numbers/fnv.h"
 #include "core/shown_text.h"
@@ -30,15 +33,16 @@ class StreamArchive : public openvdb::io::Archive {
   }
 };
 
-/// A UUID (version 8 of RFC 9562, which leaves its bits free) from all numbers and texts of a set,
-/// by the 64-bit hash FNV-1a.
-std::string identity_of(const VolumeSet& set) {
+/// A UUID (version 8 of RFC 9562, which leaves its bits free) from all numbers and texts, by the
+/// 64-bit hash FNV-1a.
+std::string identity_of(const std::vector<NamedVolume>& volumes,
+                        const std::map<std::string, std::string>& metadata) {
   Fnv hash;
-  for (const NamedVolume& named : named_volumes(set)) {
+  for (const NamedVolume& named : volumes) {
     hash.add(named.name.data(), named.name.size());
     hash.add(named.volume->values().data(), named.volume->size() * sizeof(double));
   }
-  for (const auto& [name, text] : set.metadata) {
+  for (const auto& [name, text] : metadata) {
     hash.add(name.data(), name.size());
     hash.add(text.data(), text.size());
   }
@@ -113,18 +117,23 @@ openvdb::Vec3SGrid::Ptr make_colour_grid(const std::string& name, const std::str
   return grid;
 }
 
-openvdb::MetaMap file_metadata(const VolumeSet& set) {
+openvdb::MetaMap common_metadata() {
   openvdb::MetaMap map;
+  map.insertMeta("creator", openvdb::StringMetadata("kappamu"));
+  map.insertMeta("world_units", openvdb::StringMetadata("mm"));
+  return map;
+}
+
+openvdb::MetaMap file_metadata(const VolumeSet& set) {
+  openvdb::MetaMap map = common_metadata();
   const GridShape& shape = set.shape();
   std::string channels;
   for (const std::string& name : set.channels) {
     channels.append(channels.empty() ? "" : " ").append(name);
   }
-  map.insertMeta("creator", openvdb::StringMetadata("kappamu"));
   map.insertMeta("channels", openvdb::StringMetadata(channels));
   map.insertMeta("grid", openvdb::Vec3IMetadata({shape.nx, shape.ny, shape.nz}));
   map.insertMeta("voxel_mm", openvdb::DoubleMetadata(shape.voxel_mm));
-  map.insertMeta("world_units", openvdb::StringMetadata("mm"));
   if (set.eta) map.insertMeta(eta_name, openvdb::DoubleMetadata(*set.eta));
   for (const auto& [name, text] : set.metadata) {
     map.insertMeta(provenance_prefix + name, openvdb::StringMetadata(text));
@@ -165,9 +174,20 @@ void write_vdb(const std::filesystem::path& file, const VolumeSet& set) {
   validate(set, file.string());
   start_openvdb();
   const openvdb::GridCPtrVec grids = make_grids(set);
-  const std::string identity = identity_of(set);
+  const std::string identity = identity_of(named_volumes(set), set.metadata);
   write_stream_atomically(file, [&](std::ostream& out) {
     StreamArchive().write_to(out, grids, file_metadata(set), identity);
+  });
+}
+
+void write_vdb(const std::filesystem::path& file, const std::vector<NamedVolume>& volumes) {
+  start_openvdb();
+  openvdb::GridCPtrVec grids;
+  for (const NamedVolume& named : volumes) {
+    grids.push_back(make_grid(named.name, named.unit, *named.volume));
+  }
+  write_stream_atomically(file, [&](std::ostream& out) {
+    StreamArchive().write_to(out, grids, common_metadata(), identity_of(volumes, {}));
   });
 }
 

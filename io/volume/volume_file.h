@@ -14,6 +14,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "io/volume/volume_set.h"
 
@@ -30,7 +31,10 @@ void check_voxels(const std::filesystem::path& file, const GridShape& shape, std
 /// Validates, then writes.
 void write_vdb(const std::filesystem::path& file, const VolumeSet& set);
 
-/// Reads what write_vdb writes, and any file with pairs of float grids kappa_<channel> and
+/// Any volumes of one grid, one or more, without validation: a float grid each, placed as above.
+void write_vdb(const std::filesystem::path& file, const std::vector<NamedVolume>& volumes);
+
+/// Reads what the first writes, and any file with pairs of float grids kappa_<channel> and
 /// mu_<channel>, or one pair kappa and mu (channel "grey"), on one uniformly scaled grid in mm.
 /// Throws InputError naming file and grid otherwise, and before it makes room for more than
 /// `most_voxels`; what it returns passes validate().

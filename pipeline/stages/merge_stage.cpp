@@ -161,12 +161,13 @@ void warn_of_changing_room(const capture::AmbientLight& ambient, double pattern_
                 percent(ambient.half_range / pattern_light) + " %: darken the room.");
 }
 
-void measure_patterns(const capture::Session& session, const calib::CalibrationResult& calibration,
-                      const std::optional<capture::AmbientLight>& ambient, PatternRole role,
-                      MergedPatterns& merged, const fs::path& folder, Progress& progress) {
+std::optional<calib::SharedError> measure_patterns(
+    const capture::Session& session, const calib::CalibrationResult& calibration,
+    const std::optional<capture::AmbientLight>& ambient, PatternRole role, MergedPatterns& merged,
+    const fs::path& folder, Progress& progress) {
   const auto count = std::count_if(session.patterns.begin(), session.patterns.end(),
                                    [&](const Pattern& pattern) { return pattern.role == role; });
-  if (count == 0) return;
+  if (count == 0) return std::nullopt;
   double patterns_light = 0.0;
   const auto hdr = [&](const std::string&) {
     capture::HdrImage picture = merged.take();
@@ -183,13 +184,15 @@ void measure_patterns(const capture::Session& session, const calib::CalibrationR
   io::write_measurements(folder, measured, shared.source);
   if (ambient)
     warn_of_changing_room(*ambient, patterns_light / static_cast<double>(count), progress);
+  return shared;
 }
 
 }  // namespace
 
-void run_merge_stage(const capture::Session& session, const capture::MergeOptions& hdr,
-                     const std::optional<fs::path>& calibrated, const fs::path& output,
-                     Progress& progress) {
+std::optional<calib::SharedError> run_merge_stage(const capture::Session& session,
+                                                  const capture::MergeOptions& hdr,
+                                                  const std::optional<fs::path>& calibrated,
+                                                  const fs::path& output, Progress& progress) {
   std::optional<calib::CalibrationResult> calibration;
   if (calibrated) calibration = calib::load_calibration(*calibrated);
   const capture::Radiometry radiometry =
@@ -200,15 +203,16 @@ void run_merge_stage(const capture::Session& session, const capture::MergeOption
     progress.warn(
         "there is no calibration in the run folder, so only HDR images were written; run `kappamu "
         "calibrate` first to get surface measurements");
-    return;
+    return std::nullopt;
   }
   std::vector<std::string> notes;
   const auto ambient = capture::merge_ambient(session, radiometry, hdr, &notes);
   for (const std::string& note : notes) progress.warn(note);
-  measure_patterns(session, *calibration, ambient, PatternRole::fit, merged,
-                   output / "measurements", progress);
+  const auto shared = measure_patterns(session, *calibration, ambient, PatternRole::fit, merged,
+                                       output / "measurements", progress);
   measure_patterns(session, *calibration, ambient, PatternRole::validate, merged,
                    output / "measurements_validate", progress);
+  return shared;
 }
 
 }  // namespace kappamu::pipeline

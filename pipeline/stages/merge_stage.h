@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "calib/light/shared_error.h"
 #include "capture/radiance/merge.h"
 #include "capture/session/session.h"
 #include "core/progress.h"
@@ -15,9 +16,11 @@ namespace kappamu::pipeline {
 /// already are kept (an interrupted merge goes on). With the folder of a calibration, uses its
 /// response and writes output/measurements and, where the session has validate patterns,
 /// output/measurements_validate; without, the response is recovered from the session. Frames that
-/// were corrected are warned of. Throws InputError for frames that cannot be used.
-void run_merge_stage(const capture::Session& session, const capture::MergeOptions& hdr,
-                     const std::optional<std::filesystem::path>& calibration,
-                     const std::filesystem::path& output, Progress& progress);
+/// were corrected are warned of. Returns the errors that pixels of the fit's patterns share, where
+/// surfaces were measured. Throws InputError for frames that cannot be used.
+std::optional<calib::SharedError> run_merge_stage(
+    const capture::Session& session, const capture::MergeOptions& hdr,
+    const std::optional<std::filesystem::path>& calibration, const std::filesystem::path& output,
+    Progress& progress);
 
 }  // namespace kappamu::pipeline

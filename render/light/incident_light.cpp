@@ -33,8 +33,12 @@ BeamSpacing spacing_on(const WorldObject& object) {
   return {spacing, shared * spacing};
 }
 
-/// The environment's light on a triangle, before Fresnel: what arrives, and the even light of which
-/// as much would enter. Where the horizon is hidden less is reflected than of even light.
+/// Light that surfaces have mirrored so often is left out: of the sky's below 1e-5.
+constexpr int most_reflections = 4;
+
+/// The environment's light on a triangle, before Fresnel: what arrives from the sky itself, and the
+/// even light of which as much would enter of that and of what surfaces mirror of the sky. Where
+/// the horizon is hidden less is reflected than of even light.
 struct Received {
   Colour arriving = Colour::Zero(), as_even = Colour::Zero();
 };
@@ -61,15 +65,31 @@ class Surroundings {
     const double cosine = std::clamp(direction.dot(normal), 0.0, 1.0);
     return (1.0 - fresnel_external(object_.boundary.eta, cosine)) / transmitted_of_even_;
   }
+  /// The sky's radiance that surfaces mirror towards a point, `hit` being the first; as of smooth
+  /// surfaces, whatever their roughness.
+  Colour mirrored(WorldHit hit, Vector3d direction) const {
+    double share = 1.0;
+    for (int reflection = 0; reflection < most_reflections; ++reflection) {
+      const double cosine = -direction.dot(hit.normal);
+      if (cosine <= 0.0) break;  // rounding at an edge: from inside
+      share *= fresnel_external(world_.objects()[hit.object].boundary.eta, cosine);
+      direction += 2.0 * cosine * hit.normal;
+      const auto next = world_.first_hit(hit.position, direction, world_.skin());
+      if (!next) return share * environment_.radiance(direction);
+      hit = *next;
+    }
+    return Colour::Zero();
+  }
   /// Adds one direction from a point, weighted by the balance heuristic.
   void add(const Vector3d& point, const Vector3d& normal, const Vector3d& direction,
            const Colour& radiance, double density, Received& sum) const {
     const double cosine = direction.dot(normal);
-    if (cosine <= 0.0 || radiance.maxCoeff() <= 0.0) return;
-    if (world_.blocked(point, direction, std::numeric_limits<double>::infinity())) return;
-    const Colour term = radiance * cosine / (density + cosine / std::numbers::pi) / pairs_;
-    sum.arriving += term;
-    sum.as_even += transmitted(normal, direction) * term;
+    if (cosine <= 0.0) return;
+    const double weight = cosine / (density + cosine / std::numbers::pi) / pairs_;
+    const auto hit = world_.first_hit(point, direction, world_.skin());
+    const Colour seen = hit ? mirrored(*hit, direction) : radiance;
+    if (!hit) sum.arriving += weight * seen;
+    sum.as_even += weight * transmitted(normal, direction) * seen;
   }
 
   const World& world_;

@@ -164,6 +164,15 @@ TEST_F(ForwardCommand, TakesObliqueLightAndPointsAndWritesTheFluence) {
   EXPECT_EQ(summary()["patterns"].size(), 1U);
 }
 
+TEST_F(ForwardCommand, FluenceMayBeAVdbWithAGridPerPattern) {
+  ASSERT_EQ(kappamu(block("z-", "--device reference --point 1.5,1.2,0.9 --fluence vdb")).exit_code,
+            0);
+  std::ifstream file(folder() / "out" / "fluence.vdb", std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(bytes.substr(0, 4), " BDV");
+  for (const char* name : {"phi_0", "phi_1"}) EXPECT_THAT(bytes, HasSubstr(name));
+}
+
 TEST_F(ForwardCommand, LightThatIsNoneIsRefused) {
   const auto refused = [&](const std::string& more) {
     const ProcessResult result = kappamu(block("z-", "--device reference " + more));

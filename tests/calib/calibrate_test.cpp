@@ -9,7 +9,9 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "calib/calibration_file.h"
@@ -27,7 +29,9 @@
 namespace kappamu::calib {
 namespace {
 
+using ::testing::Contains;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// One small simulated session, calibrated once for all tests.
 class SimulatedSession : public ::testing::Test {
@@ -106,6 +110,38 @@ TEST_F(SimulatedSession, LensesAreExplainedWithinTheBars) {
   // The focal length within four of its own standard deviations.
   EXPECT_LT(std::abs(found.camera.lens.fx - truth.camera_lens.fx),
             4.0 * found.camera.standard_deviation(0));
+}
+
+/// A copy of the session that states a lens held, its focal length times `factor` of the true one.
+capture::Session with_lens_held(capture::Session session, Lens lens, double factor) {
+  nlohmann::json file{{"camera_matrix",
+                       {{factor * lens.fx, 0, lens.cx}, {0, factor * lens.fy, lens.cy}, {0, 0, 1}}},
+                      {"distortion_coefficients", lens.distortion}};
+  std::ofstream(session.folder / "lens.json") << file.dump();
+  session.calibration.lens = capture::LensFile{"lens.json", true};
+  return session;
+}
+
+TEST_F(SimulatedSession, ALensThatIsHeldStaysThroughTheProjectorsCalibration) {
+  const synthetic::Truth& truth = *state_->truth;
+  Progress silent;
+  const CalibrationResult found =
+      calibrate(with_lens_held(state_->session, truth.camera_lens, 1.0), silent);
+  EXPECT_EQ(found.camera.model, LensModel::held);
+  EXPECT_EQ(found.camera.lens.fx, truth.camera_lens.fx);
+  EXPECT_EQ(found.camera.lens.distortion, truth.camera_lens.distortion);
+  EXPECT_EQ(found.camera.covariance.norm(), 0.0);
+  EXPECT_LT(found.projector.rms_px, 0.3);
+  const double deviation = std::sqrt(found.projector.covariance(0, 0));
+  EXPECT_GT(deviation, 0.0);
+  EXPECT_LT(std::abs(found.projector.lens.fx - truth.projector.lens.fx), 4.0 * deviation);
+  // What the camera left uncertain is gone.
+  EXPECT_LT(found.projector_deviation_px, state_->calibration.projector_deviation_px);
+  EXPECT_THAT(found.warnings, Not(Contains(HasSubstr("the lens held"))));
+
+  const CalibrationResult wrong =
+      calibrate(with_lens_held(state_->session, truth.camera_lens, 1.05), silent);
+  EXPECT_THAT(wrong.warnings, Contains(HasSubstr("was it found at another focus")));
 }
 
 TEST_F(SimulatedSession, SamplePoseIsFound) {

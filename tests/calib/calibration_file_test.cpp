@@ -15,6 +15,7 @@ namespace kappamu::calib {
 namespace {
 
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// Numbers that no such field holds, each in a file that is otherwise good.
 TEST(CalibrationFile, NumbersThatNoFieldHoldsAreNamed) {
@@ -52,6 +53,21 @@ TEST(CalibrationFile, NumbersThatNoFieldHoldsAreNamed) {
     EXPECT_THAT(sentence, HasSubstr(name));
     std::ofstream(file) << whole;
   }
+}
+
+// Written before they were measured, or where nothing tells them.
+TEST(CalibrationFile, ErrorsOfTheWhiteTargetMayBeAbsent) {
+  const OwnFolder folder;
+  CalibrationResult calibration;
+  for (SamplePose* pose : {&calibration.calibration_pose, &calibration.pattern_pose}) {
+    pose->corners_px.fill(Eigen::Vector2d::Zero());
+  }
+  calibration.white.level_error = 2e-3;
+  save_calibration(folder.path(), calibration);
+  EXPECT_THAT(io::read_text(folder / "radiometry.yml"), Not(HasSubstr("white_smooth_error")));
+  const CalibrationResult back = load_calibration(folder.path());
+  EXPECT_FALSE(back.white.smooth_error.has_value());
+  EXPECT_EQ(back.white.level_error, 2e-3);
 }
 
 }  // namespace

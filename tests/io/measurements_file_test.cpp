@@ -75,6 +75,14 @@ TEST_F(MeasurementsFile, NoSmoothErrorIsNone) {
   EXPECT_TRUE(read_measurements(folder_).smooth_error.none());
 }
 
+// For the reader of the file: it is not read back.
+TEST_F(MeasurementsFile, SourceOfSmoothErrorIsWritten) {
+  write_measurements(folder_, example(), "stated by the session");
+  const std::string text = read_text(folder_ / "measurements.json");
+  EXPECT_THAT(text, HasSubstr("\"source\": \"stated by the session\""));
+  EXPECT_EQ(read_measurements(folder_).smooth_error, example().smooth_error);
+}
+
 TEST_F(MeasurementsFile, ArraysHaveTheDocumentedShapes) {
   using testing::ElementsAre;
   EXPECT_THAT(read_npy(folder_ / "irradiance.npy").shape, ElementsAre(3, 2, 3));

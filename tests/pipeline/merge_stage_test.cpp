@@ -1,9 +1,11 @@
 #include "pipeline/stages/merge_stage.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "capture/session/session.h"
 #include "io/measurements_file.h"
+#include "io/read_file.h"
 #include "tests/app/process.h"
 #include "tests/app/tiny_session.h"
 
@@ -44,6 +46,20 @@ TEST_F(MergeStage, MeasuresWhatItMergedWithoutReadingItBack) {
   EXPECT_EQ(once.value, again.value);
   EXPECT_EQ(once.variance, again.variance);
   EXPECT_EQ(once.mask, again.mask);
+}
+
+TEST_F(MergeStage, StatesTheInstrumentThatTheSessionKnows) {
+  capture::Session session = capture::read_session(tiny_session());
+  session.smooth_error = SmoothError{1.5e-3, 4e-3};
+  Progress silent;
+  const auto shared = run_merge_stage(session, {}, tiny_run() / "calibration", folder(), silent);
+  ASSERT_TRUE(shared.has_value());
+  EXPECT_EQ(shared->source, "stated by the session");
+  for (const char* measurements : {"measurements", "measurements_validate"}) {
+    EXPECT_EQ(io::read_measurements(folder() / measurements).smooth_error, *session.smooth_error);
+    EXPECT_THAT(io::read_text(folder() / measurements / "measurements.json"),
+                testing::HasSubstr("stated by the session"));
+  }
 }
 
 }  // namespace

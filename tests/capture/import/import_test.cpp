@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <regex>
 #include <string>
 
@@ -354,6 +355,12 @@ TEST_F(Import, RefusesAPhotographWithoutExposureTimeUnlessATableTellsIt) {
                                HasSubstr("(table)")));
   write_table("fit_00_1.png", "1/5");
   EXPECT_NEAR(import().patterns[0].frames[1].exposure_s, 0.2, 1e-9);
+}
+
+TEST_F(Import, RefusesATableThatListsAFrameTwice) {
+  write_table("fit_00_1.png", "1/5");
+  std::ofstream(*table, std::ios::app) << "day_1/../day_1/fit_00_1.png,fit_00,0.4\n";
+  EXPECT_THAT(refusal(), HasSubstr("for 'fit_00' once more"));
 }
 
 TEST_F(Import, TheTableOverridesExifWithAWarning) {

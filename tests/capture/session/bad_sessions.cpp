@@ -59,6 +59,10 @@ std::vector<EditedSession> good_sessions() {
     s["camera"]["raw_layout"] = {
         {"bits", 16}, {"byte_order", "big"}, {"offset", 32}, {"mosaic", "GBRG"}};
   });
+  add("known instrument", [](json& s) { s["smooth_error"] = {{"common", 0}, {"own", 5e-3}}; });
+  add("known lens", [](json& s) {
+    s["calibration"]["lens"] = {{"file", "calibration/camera.yml"}, {"use", "start"}};
+  });
   add("no read noise", [](json& s) { s["camera"]["read_noise_electrons"] = 0; });
   add("another axis", [](json& s) {
     s["sample"]["lit_face"] = "x+";
@@ -107,6 +111,26 @@ std::vector<BadSession> bad_sessions() {
     sessions.back().schema_sees_it = false;
   };
 
+  add("half of a known instrument", "smooth_error.own", "is missing", [](json& s) {
+    s["smooth_error"] = {{"common", 1e-3}};
+  });
+  add("instrument of per cents", "smooth_error", "is 2; relative errors must lie between 0 and 1",
+      [](json& s) {
+        s["smooth_error"] = {{"common", 2}, {"own", 0.5}};
+      });
+  add("instrument with a source", "smooth_error.source", "is an unknown field", [](json& s) {
+    s["smooth_error"] = {{"common", 1e-3}, {"own", 1e-3}, {"source", "data sheet"}};
+  });
+  add("lens without a use", "calibration.lens.use", "is missing", [](json& s) {
+    s["calibration"]["lens"] = {{"file", "camera.yml"}};
+  });
+  add("lens of another use", "calibration.lens.use", "is 'fixed'; write 'held' or 'start'",
+      [](json& s) {
+        s["calibration"]["lens"] = {{"file", "camera.yml"}, {"use", "fixed"}};
+      });
+  add("lens outside", "calibration.lens.file", "stay inside", [](json& s) {
+    s["calibration"]["lens"] = {{"file", "../camera.yml"}, {"use", "held"}};
+  });
   add("another format", "format", "is 'kappamu-measurements'; write 'kappamu-session'",
       [](json& s) { s["format"] = "kappamu-measurements"; });
   add("a later version", "version", "reads version 1", [](json& s) { s["version"] = 2; });

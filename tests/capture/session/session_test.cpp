@@ -1,6 +1,7 @@
 // Reading and writing session.json. That reader and schema agree is tested in
 // session_schema_test.cpp on the same table of bad documents.
 #include "capture/session/session.h"
+#include "capture/session/session_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -60,12 +61,18 @@ TEST(Session, WritingAndReadingGivesTheSameFileAgain) {
   session.calibration.sample_views[0].corners_px = {{{1.25, 2}, {600, 3}, {610, 400}, {0.1, 399}}};
   session.calibration.colour_chart->corners_px = {{{1, 2}, {600, 3}, {610, 400}, {0.1, 399}}};
   session.patterns[0].frames[0].exposure_s = 1.0 / 30.0;
+  session.smooth_error = SmoothError{1e-3, 3e-3};
+  session.calibration.lens = LensFile{"calibration/camera.yml", false};
   write_session(session);
   const std::string first = read_text(folder.path() / "session.json");
   const Session again = read_session(folder.path());
   write_session(again);
   EXPECT_EQ(read_text(folder.path() / "session.json"), first);
   EXPECT_EQ(again.patterns[0].frames[0].exposure_s, 1.0 / 30.0);
+  EXPECT_EQ(again.smooth_error, session.smooth_error);
+  EXPECT_EQ(again.calibration.lens->file, "calibration/camera.yml");
+  EXPECT_FALSE(again.calibration.lens->held);
+  EXPECT_THAT(named_files(again), testing::Contains("calibration/camera.yml"));
   EXPECT_EQ(again.calibration.sample_views[0].corners_px,
             session.calibration.sample_views[0].corners_px);
 }

@@ -59,6 +59,20 @@ VolumeSet full_set() {
   return set;
 }
 
+TEST_F(VolumeFile, AnyVolumesOfOneGridAreWrittenWhereASetsLie) {
+  const VolumeSet set = marker_set();
+  write_vdb(folder_ / "set.vdb", set);
+  std::vector<NamedVolume> volumes = named_volumes(set);
+  write_vdb(folder_ / "volumes.vdb", volumes);
+  const VolumeSet back = read_vdb(folder_ / "volumes.vdb");
+  const VolumeSet expected = read_vdb(folder_ / "set.vdb");
+  ASSERT_EQ(back.channels, expected.channels);
+  for (std::size_t c = 0; c < back.media.size(); ++c) {
+    expect_same(back.media[c].kappa, expected.media[c].kappa);
+    expect_same(back.media[c].mu, expected.media[c].mu);
+  }
+}
+
 VolumeSet random_set(const GridShape& shape, std::vector<std::string> channels) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(0.01, 1.0);
