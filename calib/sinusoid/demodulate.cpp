@@ -24,23 +24,33 @@ Demodulated empty_result(int width, int height) {
   return {zero, zero, zero, zero, zero, Image<std::uint8_t>(width, height, 1)};
 }
 
-/// Amplitude of cos and sin of `cycles` times the phase in `map`, over `scale`.
+/// Amplitude of the wave of `cycles` times the phase in `map`, over `scale`; a Hann window keeps
+/// slow structure out.
 double wave_in(const Image<float>& map, const Demodulated& at, int cycles, double scale) {
-  double mean = 0.0, c = 0.0, s = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (at.mask.values()[i] == 0) continue;
-    mean += map.values()[i];
-    count += 1.0;
-  }
-  if (count == 0.0) return 0.0;
-  mean /= count;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (at.mask.values()[i] == 0) continue;
-    const double phase = cycles * at.phase.values()[i];
-    c += (map.values()[i] - mean) * std::cos(phase);
-    s += (map.values()[i] - mean) * std::sin(phase);
-  }
-  return 2.0 * std::hypot(c, s) / count / scale;
+  const auto hann = [](int i, int n) {
+    const double s = std::sin(std::numbers::pi * (i + 0.5) / n);
+    return s * s;
+  };
+  double mean = 0.0, weights = 0.0, c = 0.0, s = 0.0;
+  const auto over_valid = [&](const auto& add) {
+    for (int y = 0; y < map.height(); ++y) {
+      for (int x = 0; x < map.width(); ++x) {
+        if (at.mask(x, y) != 0) add(x, y, hann(x, map.width()) * hann(y, map.height()));
+      }
+    }
+  };
+  over_valid([&](int x, int y, double weight) {
+    mean += weight * map(x, y);
+    weights += weight;
+  });
+  if (weights == 0.0) return 0.0;
+  mean /= weights;
+  over_valid([&](int x, int y, double weight) {
+    const double phase = cycles * at.phase(x, y);
+    c += weight * (map(x, y) - mean) * std::cos(phase);
+    s += weight * (map(x, y) - mean) * std::sin(phase);
+  });
+  return 2.0 * std::hypot(c, s) / weights / scale;
 }
 
 double mean_of(const Image<float>& map, const Image<std::uint8_t>& mask) {
