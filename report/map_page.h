@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "pipeline/sfdi/sfdi_map.h"
+#include "pipeline/records/sfdi_maps.h"
 
 namespace kappamu::report {
 

@@ -7,6 +7,7 @@
 #include "core/shown_text.h"
 #include "io/atomic_file.h"
 #include "pipeline/output_folder.h"
+#include "pipeline/sfdi/sfdi_map.h"
 #include "pipeline/sfdi/sfdi_output.h"
 #include "report/map_page.h"
 

@@ -15,29 +15,42 @@ namespace kappamu::calib {
 namespace {
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
+// A sinusoid with less of a picture's variance than this is not taken for one; noise alone reaches
+// 0.01 in pictures of 100 x 100 pixels.
+constexpr double least_part = 0.03;
 
 Demodulated empty_result(int width, int height) {
   const Image<float> zero(width, height, 1);
   return {zero, zero, zero, zero, zero, Image<std::uint8_t>(width, height, 1)};
 }
 
-/// Amplitude of cos and sin of `cycles` times the phase in `map`, over `scale`.
+/// Amplitude of the wave of `cycles` times the phase in `map`, over `scale`; a Hann window keeps
+/// slow structure out.
 double wave_in(const Image<float>& map, const Demodulated& at, int cycles, double scale) {
-  double mean = 0.0, c = 0.0, s = 0.0, count = 0.0;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (at.mask.values()[i] == 0) continue;
-    mean += map.values()[i];
-    count += 1.0;
-  }
-  if (count == 0.0) return 0.0;
-  mean /= count;
-  for (std::size_t i = 0; i < map.size(); ++i) {
-    if (at.mask.values()[i] == 0) continue;
-    const double phase = cycles * at.phase.values()[i];
-    c += (map.values()[i] - mean) * std::cos(phase);
-    s += (map.values()[i] - mean) * std::sin(phase);
-  }
-  return 2.0 * std::hypot(c, s) / count / scale;
+  const auto hann = [](int i, int n) {
+    const double s = std::sin(std::numbers::pi * (i + 0.5) / n);
+    return s * s;
+  };
+  double mean = 0.0, weights = 0.0, c = 0.0, s = 0.0;
+  const auto over_valid = [&](const auto& add) {
+    for (int y = 0; y < map.height(); ++y) {
+      for (int x = 0; x < map.width(); ++x) {
+        if (at.mask(x, y) != 0) add(x, y, hann(x, map.width()) * hann(y, map.height()));
+      }
+    }
+  };
+  over_valid([&](int x, int y, double weight) {
+    mean += weight * map(x, y);
+    weights += weight;
+  });
+  if (weights == 0.0) return 0.0;
+  mean /= weights;
+  over_valid([&](int x, int y, double weight) {
+    const double phase = cycles * at.phase(x, y);
+    c += weight * (map(x, y) - mean) * std::cos(phase);
+    s += weight * (map(x, y) - mean) * std::sin(phase);
+  });
+  return 2.0 * std::hypot(c, s) / weights / scale;
 }
 
 double mean_of(const Image<float>& map, const Image<std::uint8_t>& mask) {
@@ -98,7 +111,8 @@ Demodulated demodulate_phases(std::span<const Image<float>> pictures,
   const double scale = mean_of(result.amplitude, mask);
   if (scale > 0.0) {
     result.stripes =
-        std::hypot(wave_in(result.mean, result, 1, scale), wave_in(result.mean, result, 3, scale));
+        std::max({wave_in(result.mean, result, 1, scale), wave_in(result.mean, result, 3, scale),
+                  wave_in(result.amplitude, result, 1, scale)});
     // Three phases cannot tell the second harmonic from the first: it beats in the amplitude.
     if (n == 3) result.second_harmonic = wave_in(result.amplitude, result, 3, scale);
   }
@@ -110,17 +124,21 @@ Carrier find_carrier(const Image<float>& picture, const Image<std::uint8_t>& mas
   const int width = picture.width(), height = picture.height();
   const double mean = mean_of(picture, mask);
   std::vector<double> windowed(picture.size(), 0.0);
+  double weights = 0.0, squares = 0.0;  // of the window; of what varies in it
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       if (mask(x, y) == 0) continue;
       const double hann = std::sin(std::numbers::pi * (x + 0.5) / width) *
                           std::sin(std::numbers::pi * (y + 0.5) / height);
-      windowed[static_cast<std::size_t>(y) * width + x] = hann * hann * (picture(x, y) - mean);
+      const double weight = hann * hann, varies = picture(x, y) - mean;
+      windowed[static_cast<std::size_t>(y) * width + x] = weight * varies;
+      weights += weight;
+      squares += weight * varies * varies;
     }
   }
   // The spectrum on (2n+1)² carriers about `centre`, first along x, then along y.
   constexpr int n = 12;
-  const auto search = [&](const Carrier& centre, double step, double& mean_power) {
+  const auto search = [&](const Carrier& centre, double step, double& largest) {
     std::vector<double> power((2 * n + 1) * (2 * n + 1));
     for_rows(2 * n + 1, [&](int i) {
       const double u = two_pi * (centre.x + step * (i - n));
@@ -144,17 +162,17 @@ Carrier find_carrier(const Image<float>& picture, const Image<std::uint8_t>& mas
       }
     });
     const auto best = std::max_element(power.begin(), power.end()) - power.begin();
-    mean_power = 0.0;
-    for (const double one : power) mean_power += one / static_cast<double>(power.size());
-    mean_power = power[best] / std::max(mean_power, 1e-300);
+    largest = power[static_cast<std::size_t>(best)];
     return Carrier{centre.x + step * (static_cast<double>(best / (2 * n + 1)) - n),
                    centre.y + step * (static_cast<double>(best % (2 * n + 1)) - n)};
   };
   const double span = 0.1 * stated.frequency();
-  double contrast = 0.0, ignored = 0.0;
-  Carrier found = search(stated, span / n, contrast);
+  double power = 0.0, ignored = 0.0;
+  Carrier found = search(stated, span / n, power);
   const double off = std::max(std::abs(found.x - stated.x), std::abs(found.y - stated.y));
-  if (contrast < 4.0 || off > 0.95 * span) {
+  // The sinusoid's part of what varies: (A²/2)/variance with A = 2 √power/weights.
+  const double part = squares > 0.0 ? 2.0 * power / (weights * squares) : 0.0;
+  if (part < least_part || off > 0.95 * span) {
     throw InputError("no sinusoid of " + std::to_string(1.0 / stated.frequency()) +
                      " pixels a period stands out; check pixel_mm, per_mm and direction_degrees");
   }

@@ -28,13 +28,14 @@ struct Demodulated {
   Image<std::uint8_t> mask;                          ///< 1: valid
   double shared_pixels = 1.0;    ///< how many neighbours share one value's noise
   double second_harmonic = 0.0;  ///< over the amplitude, mean of the picture
-  double stripes = 0.0;          ///< left in the mean, over the amplitude
+  double stripes = 0.0;          ///< left in mean or amplitude, over the amplitude
 };
 
 /// One picture for each of three or more phases [rad], least squares at every pixel: the mean, the
 /// first harmonic and from five phases on the second. Stripes are what varies with the demodulated
-/// phase in the mean: light that drifts between the phases leaves them at one cycle, harmonics of
-/// the projector at three. Throws InputError where the phases do not determine the amplitude.
+/// phase: light that drifts between the phases leaves them at one cycle of mean and amplitude, the
+/// projector's third harmonic at three of the mean. Throws InputError where the phases do not
+/// determine the amplitude.
 Demodulated demodulate_phases(std::span<const Image<float>> pictures,
                               std::span<const double> phases, const Image<std::uint8_t>& mask);
 

@@ -20,8 +20,8 @@ constexpr double window_across = 0.5, window_along = 0.15;
 // Where the mean is known from even light and subtracted, the nearest other frequency is twice as
 // far and half the window separates as well.
 constexpr double narrow_across = 0.25;
-// A pixel with less than this part of its window valid is not demodulated.
-constexpr double least_window = 0.35;
+// A pixel with less than this part of its window valid is not demodulated; a corner has a quarter.
+constexpr double least_window = 0.2;
 
 constexpr int unknowns = 5, moments = unknowns * (unknowns + 1) / 2 + unknowns + 1;
 

@@ -6,8 +6,8 @@
 
 #include "forward/lateral/lateral_reflectance.h"
 #include "inverse/lateral/lateral_fit.h"
+#include "pipeline/records/sfdi_maps.h"
 #include "pipeline/sfdi/sfdi_file.h"
-#include "pipeline/sfdi/sfdi_map.h"
 
 namespace kappamu::pipeline::sfdi {
 

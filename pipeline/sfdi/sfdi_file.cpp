@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/shown_text.h"
+#include "forward/lateral/lateral_reflectance.h"
 #include "io/json_fields.h"
 
 namespace kappamu::pipeline::sfdi {
@@ -165,6 +166,12 @@ Description read_description(const std::filesystem::path& folder_or_file) {
   }
   if (d.medium.anisotropy_deviation) {
     checks.share(*d.medium.anisotropy_deviation, "medium.anisotropy_deviation");
+  }
+  try {
+    const forward::LateralReflectance model(
+        {d.medium.refractive_index, d.medium.anisotropy, d.medium.thickness_mm});
+  } catch (const InputError& error) {
+    checks.require(false, "medium:", error.what());
   }
   checks.require(d.reference.has_value() != d.codes_per_reflectance.has_value(), "reference",
                  "or codes_per_reflectance states the scale of the pictures; give one of them");

@@ -2,57 +2,11 @@
 // calibration by a phantom or an absolute scale, coefficients per pixel by transport, deviations.
 #pragma once
 
-#include <array>
-#include <cstdint>
-#include <string>
-#include <vector>
-
-#include "core/image.h"
 #include "core/progress.h"
-#include "inverse/lateral/lateral_fit.h"
+#include "pipeline/records/sfdi_maps.h"
 #include "pipeline/sfdi/sfdi_file.h"
 
 namespace kappamu::pipeline::sfdi {
-
-/// Where deviations come from.
-enum class Part { noise, pictures, phantom, medium, table };
-inline constexpr Names<Part, 5> part_names{{{"noise", Part::noise},
-                                            {"pictures", Part::pictures},
-                                            {"phantom", Part::phantom},
-                                            {"medium", Part::medium},
-                                            {"table", Part::table}}};
-
-/// What was found in the pictures of one spatial frequency.
-struct LightCheck {
-  double per_mm = 0.0;
-  std::optional<double> found_per_mm;
-  double second_harmonic = 0.0, stripes = 0.0;  ///< over the amplitude
-  std::size_t saturated = 0;
-};
-
-/// Mean over region_px.
-struct RegionMean {
-  std::size_t pixels = 0;
-  inverse::LateralCoefficients mean;
-  std::array<double, 2> deviation{};  ///< standard, of the mean [1/mm]: μa, σs'
-  std::array<double, 2> spread{};     ///< standard deviation over pixels [1/mm]
-};
-
-struct WavelengthMap {
-  double wavelength_nm = 0.0;
-  Image<float> mua, musp;                      ///< [1/mm]; not a number where not valid
-  Image<float> mua_deviation, musp_deviation;  ///< standard [1/mm]
-  Image<float> kappa, kappa_deviation;         ///< κ = 1/(3(μa + σs')) [mm]
-  Image<std::uint8_t> verdict;                 ///< inverse::LateralVerdict; 0: valid
-  std::array<std::array<double, 2>, part_names.size()> parts{};  ///< median, relative: μa, σs'
-  std::vector<LightCheck> checks;
-  std::optional<RegionMean> region;
-};
-
-struct Maps {
-  std::vector<WavelengthMap> wavelengths;
-  std::vector<std::string> warnings;
-};
 
 /// Throws InputError naming file, field and fix.
 Maps measure_maps(const Description& description, Progress& progress);

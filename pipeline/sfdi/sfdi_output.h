@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "pipeline/sfdi/sfdi_map.h"
+#include "pipeline/records/sfdi_maps.h"
+#include "pipeline/sfdi/sfdi_file.h"
 
 namespace kappamu::pipeline::sfdi {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/image.h"
+#include "pipeline/records/sfdi_maps.h"
 #include "pipeline/sfdi/sfdi_file.h"
-#include "pipeline/sfdi/sfdi_map.h"
 
 namespace kappamu::pipeline::sfdi {
 

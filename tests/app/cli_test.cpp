@@ -39,8 +39,8 @@ TEST_P(EverySubcommand, UnknownOptionIsUsageError) {
 
 INSTANTIATE_TEST_SUITE_P(Cli, EverySubcommand,
                          testing::Values("simulate", "plan", "import", "run", "calibrate", "merge",
-                                         "chart", "fit", "export", "report", "forward", "score",
-                                         "doctor"),
+                                         "chart", "fit", "map", "export", "report", "forward",
+                                         "score", "doctor"),
                          [](const auto& parameter) { return parameter.param; });
 
 TEST(Cli, MissingOptionsAreNamedAtOnce) {
@@ -73,8 +73,9 @@ TEST(Cli, HelpIsOneScreenWithALinePerCommand) {
   EXPECT_LE(count, rows) << help;
   for (const char* group : {"Capture:", "Fit:", "Use:", "Check:"})
     EXPECT_THAT(help, HasSubstr(group));
-  for (const char* command : {"plan", "import", "simulate", "calibrate", "merge", "chart", "run",
-                              "fit", "export", "forward", "report", "score", "bench", "doctor"})
+  for (const char* command :
+       {"plan", "import", "simulate", "calibrate", "merge", "chart", "run", "fit", "map", "export",
+        "forward", "report", "score", "bench", "doctor"})
     EXPECT_THAT(help, HasSubstr("\n  " + std::string(command) + " "));
 }
 

@@ -1,0 +1,164 @@
+// Maps from pictures that the forward model itself drew: the chain of description, demodulation,
+// calibration and deviations. Real photographs are `kappamu bench sfdi`.
+#include "pipeline/sfdi/sfdi_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+#include <string>
+
+#include "core/random.h"
+#include "io/npy.h"
+#include "tests/own_folder.h"
+#include "tests/sentence.h"
+
+namespace kappamu::pipeline::sfdi {
+namespace {
+
+constexpr int side = 96;
+constexpr double pixel_mm = 0.3, frequency = 0.2, exposure = 500.0;
+
+struct Sample {
+  double mua = 0.0, musp = 0.0;
+};
+constexpr Sample phantom{0.02, 1.0}, tissue{0.035, 1.4};
+
+/// Writes a picture under 1 + cos, with white noise of `noise` codes.
+void draw(const std::filesystem::path& file, const Sample& sample, double degrees, double per_mm,
+          double noise, std::uint64_t seed) {
+  const forward::LateralReflectance model({1.4, 0.9, {}});
+  const double even = exposure * model(0.0, sample.mua, sample.musp).reflectance;
+  const double wave =
+      per_mm > 0.0 ? exposure * model(per_mm, sample.mua, sample.musp).reflectance : 0.0;
+  std::vector<float> values;
+  for (std::uint64_t y = 0; y < side; ++y) {
+    for (std::uint64_t x = 0; x < side; ++x) {
+      const double phase =
+          2.0 * std::numbers::pi * (per_mm * pixel_mm * static_cast<double>(x) + degrees / 360.0);
+      // The light is darker to the left, for sample and phantom alike.
+      const double shade = 0.8 + 0.2 * static_cast<double>(x) / side;
+      const double white = std::sqrt(12.0) * (uniform(key_of({seed, x, y})) - 0.5);
+      values.push_back(static_cast<float>(shade * (even + wave * std::cos(phase)) + noise * white));
+    }
+  }
+  io::write_npy(file, {side, side}, std::span<const float>(values));
+}
+
+void write_pictures(const OwnFolder& folder, double noise, std::uint64_t seed) {
+  for (const auto& [name, sample] : {std::pair{"t", tissue}, std::pair{"p", phantom}}) {
+    for (const int degrees : {0, 120, 240}) {
+      draw(folder / (name + std::to_string(degrees) + ".npy"), sample, degrees, frequency, noise,
+           ++seed * 1000);
+    }
+    draw(folder / (std::string(name) + "even.npy"), sample, 0.0, 0.0, noise, ++seed * 1000);
+  }
+}
+
+const std::string three_phases =
+    R"({"wavelength_nm": 700, "per_mm": 0.2, "sample": ["t0.npy", "t120.npy", "t240.npy"],
+        "reference": ["p0.npy", "p120.npy", "p240.npy"]})";
+const std::string single =
+    R"({"wavelength_nm": 700, "per_mm": 0, "sample": ["teven.npy"], "reference": ["peven.npy"]},
+       {"wavelength_nm": 700, "per_mm": 0.2, "sample": ["t120.npy"], "reference": ["p0.npy"]})";
+const std::string reference =
+    R"("reference": {"coefficients": [
+       {"wavelength_nm": 600, "absorption_per_mm": 0.03, "reduced_scattering_per_mm": 1.2,
+        "relative_deviation": [0.03, 0.02]},
+       {"wavelength_nm": 800, "absorption_per_mm": 0.01, "reduced_scattering_per_mm": 0.8,
+        "relative_deviation": [0.03, 0.02]}]})";
+
+Maps map(const OwnFolder& folder, const std::string& measurements,
+         const std::string& scale = reference, const std::string& more = "") {
+  std::ofstream(folder / file_name)
+      << R"({"format": "kappamu-sfdi", "version": 1, "pixel_mm": 0.3, "smoothing_mm": 0, )" << more
+      << R"("medium": {"refractive_index": 1.4, "anisotropy": 0.9}, "region_px": [20, 20, 56, 56], )"
+      << scale << R"(, "measurements": [)" << measurements << "]}";
+  Progress quiet;
+  return measure_maps(read_description(folder), quiet);
+}
+
+TEST(SfdiMap, RecoversASampleByAPhantomBetweenItsWavelengths) {
+  const OwnFolder folder;
+  write_pictures(folder, 0.0, 1);
+  for (const std::string& measurements : {three_phases, single}) {
+    const Maps maps = map(folder, measurements);
+    ASSERT_EQ(maps.wavelengths.size(), 1U);
+    EXPECT_TRUE(maps.warnings.empty()) << maps.warnings.front();
+    const RegionMean& region = *maps.wavelengths.front().region;
+    EXPECT_EQ(region.pixels, 56U * 56U);
+    constexpr double window = 3e-3;  // the shade's slope in a single picture's window
+    EXPECT_NEAR(region.mean.mua / tissue.mua, 1.0, window);
+    EXPECT_NEAR(region.mean.musp / tissue.musp, 1.0, window);
+    // The phantom's deviation is most of it, and near its own.
+    EXPECT_NEAR(region.deviation[1] / tissue.musp, 0.02, 0.01);
+  }
+}
+
+TEST(SfdiMap, AbsoluteScaleNeedsNoPhantom) {
+  const OwnFolder folder;
+  write_pictures(folder, 0.0, 1);
+  const std::string measurement =
+      R"({"wavelength_nm": 700, "per_mm": 0.2, "sample": ["t0.npy", "t120.npy", "t240.npy"]})";
+  const Maps maps = map(folder, measurement, R"("codes_per_reflectance": 500)");
+  const WavelengthMap& m = maps.wavelengths.front();
+  const int x = side - 1;  // where the shade is nearly 1
+  EXPECT_NEAR(m.musp(x, 40) / tissue.musp, 1.0, 0.01);
+  EXPECT_NEAR(m.kappa(x, 40), 1.0 / (3.0 * (m.mua(x, 40) + m.musp(x, 40))), 1e-6);
+}
+
+TEST(SfdiMap, NoiseDeviationsAreTheSpreadOverPixels) {
+  const OwnFolder folder;
+  write_pictures(folder, 1.5, 40);
+  const std::string exact =
+      R"("reference": {"coefficients": [{"wavelength_nm": 700, "absorption_per_mm": 0.02,
+         "reduced_scattering_per_mm": 1.0}]})";
+  const WavelengthMap m = map(folder, three_phases, exact).wavelengths.front();
+  const RegionMean& region = *m.region;
+  const auto noise = m.parts[static_cast<std::size_t>(Part::noise)];
+  EXPECT_NEAR(region.spread[0] / (noise[0] * tissue.mua), 1.0, 0.15);
+  EXPECT_NEAR(region.spread[1] / (noise[1] * tissue.musp), 1.0, 0.15);
+}
+
+TEST(SfdiMap, SaturatedPixelsAreLeftOutAndCounted) {
+  const OwnFolder folder;
+  write_pictures(folder, 0.0, 1);
+  const Maps maps = map(folder, three_phases, reference, R"("largest_code": 260, )");
+  const WavelengthMap& m = maps.wavelengths.front();
+  EXPECT_GT(m.checks.front().saturated, 0U);
+  for (std::size_t i = 0; i < m.mua.size(); ++i) {
+    ASSERT_EQ(std::isfinite(m.mua.values()[i]), m.verdict.values()[i] == 0);
+  }
+  std::string all;
+  for (const std::string& warning : maps.warnings) all += warning;
+  EXPECT_NE(all.find("saturated pixels are left out"), std::string::npos) << all;
+}
+
+TEST(SfdiMap, RefusesInOneSentence) {
+  const OwnFolder folder;
+  write_pictures(folder, 0.0, 1);
+  const auto refused = [&](const std::string& measurements, const std::string& scale,
+                           const std::string& part) {
+    const std::string sentence = sentence_of([&] { map(folder, measurements, scale); });
+    EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+    EXPECT_NE(sentence.find(folder.path().string()), std::string::npos) << sentence;
+  };
+  const std::string even =
+      R"({"wavelength_nm": 700, "per_mm": 0, "sample": ["teven.npy"], "reference": ["peven.npy"]})";
+  refused(even, reference, "no sinusoid at 700 nm");
+  refused(R"({"wavelength_nm": 900, "per_mm": 0.2, "sample": ["t0.npy"], "reference": ["p0.npy"]})",
+          reference, "reach from 600 to 800 nm");
+  refused(R"({"wavelength_nm": 700, "per_mm": 0.2, "sample": ["t0.npy"]})", reference,
+          "measurements[0].reference is missing");
+  refused(R"({"wavelength_nm": 700, "per_mm": 0.2, "sample": ["t0.npy", "t120.npy"],
+             "reference": ["p0.npy"]})",
+          reference, "two pictures");
+  refused(
+      R"({"wavelength_nm": 700, "per_mm": 0.2, "sample": ["none.npy"], "reference": ["p0.npy"]})",
+      reference, "none.npy");
+  refused(three_phases, reference + R"(, "codes_per_reflectance": 500)", "give one of them");
+}
+
+}  // namespace
+}  // namespace kappamu::pipeline::sfdi
