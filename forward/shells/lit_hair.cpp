@@ -97,7 +97,9 @@ SeenHair seen_by_ray(const HairTexture& texture, double r, const Vector3d& origi
                      const Vector3d& direction, const TexelRadiance& radiance) {
   SeenHair seen;
   const double top = std::max(0.0, (texture.height() - origin.z()) / direction.z());
-  walk(texture, origin + top * direction, direction, false, [&](std::size_t texel, double length) {
+  Vector3d start = origin + top * direction;
+  start.z() = std::min(start.z(), texture.height() * (1.0 - 1e-12));  // rounding must not lose it
+  walk(texture, start, direction, false, [&](std::size_t texel, double length) {
     const double alpha = -std::expm1(-r * texture.density[texel] * length);
     if (alpha > 0.0) seen.radiance += seen.transmittance * alpha * radiance(texel);
     seen.transmittance *= 1.0 - alpha;

@@ -28,6 +28,8 @@ HairTexture texture_of(const Fur& fur) {
   for (HairCoat& coat : options.coats) {
     coat.hairs = static_cast<int>(std::lround(fur.density * coat.hairs));
     coat.curl = fur.curl;
+    coat.least_radius *= fur.width;
+    coat.most_radius *= fur.width;
   }
   const double lean = fur.lean;
   options.lean = [lean](double, double) { return Eigen::Vector2d(lean, 0.0); };
@@ -95,7 +97,7 @@ void FurryObject::warn(const LightSources& sources, const Vector3d& eye,
   if (texture_.thin > 0.5) {
     add(percent(texture_.thin) +
         " of the hair is thinner than a tenth of a texel and is drawn as mist; write a larger "
-        "density");
+        "width");
   }
   if (texture_.overfull > 0.05) {
     add(percent(texture_.overfull) +

@@ -47,6 +47,7 @@ struct Finish {
 struct Fur {
   double length_mm = 1.0;         ///< of the longest hairs, along the normal
   std::optional<double> tile_mm;  ///< width of the tile that repeats; none: twice the length
+  double width = 1.0;             ///< factor on the hairs' widths, at most 1
   double density = 1.0;           ///< factor on a tile's 55,000 hairs
   double curl = 0.3;              ///< tip's largest distance from a straight hair, over its length
   double lean = 0.4;              ///< along the comb: displacement over height

@@ -120,9 +120,9 @@ int whole_number(const Node& node, int smallest, int largest) {
 }
 
 Fur read_fur(const Node& node) {
-  node.expect_fields({"length_mm"}, {"tile_mm", "density", "curl", "lean", "comb", "comb_turn_deg",
-                                     "root_colour", "tip_colour", "variation", "reflectance",
-                                     "shine", "fins", "bands", "rays", "seed"});
+  node.expect_fields({"length_mm"}, {"tile_mm", "width", "density", "curl", "lean", "comb",
+                                     "comb_turn_deg", "root_colour", "tip_colour", "variation",
+                                     "reflectance", "shine", "fins", "bands", "rays", "seed"});
   Fur fur;
   fur.length_mm = length_of(node["length_mm"]);
   const auto number = [&](const char* field, double smallest, double largest, double& value) {
@@ -131,6 +131,7 @@ Fur read_fur(const Node& node) {
   if (node.has("tile_mm")) {
     fur.tile_mm = node["tile_mm"].number_between(0.1 * fur.length_mm, 20.0 * fur.length_mm);
   }
+  number("width", 0.01, 1.0, fur.width);
   number("density", 0.0, 20.0, fur.density);
   number("curl", 0.0, 4.0, fur.curl);
   number("lean", 0.0, 4.0, fur.lean);

@@ -197,11 +197,10 @@ TEST(Fur, WarnsOfWhatShellsCannotShow) {
   EXPECT_THAT(warnings(scene), testing::Not(says("fur:")));
   scene.objects[0].fur->density = 6.0;
   EXPECT_THAT(warnings(scene), says("full already"));
-  // Without the overcoat's share all hair is thin: of a tile's 55,000 hairs the thick ones round to
-  // none.
-  scene.objects[0].fur->density = 1.0 / 2500.0;
-  EXPECT_THAT(warnings(scene), says("thinner than a tenth of a texel"));
   scene.objects[0].fur->density = 1.0;
+  scene.objects[0].fur->width = 0.2;
+  EXPECT_THAT(warnings(scene), says("thinner than a tenth of a texel"));
+  scene.objects[0].fur->width = 1.0;
   scene.lights.emplace_back(DirectionalLight{-Vector3d::UnitY(), Colour::Ones()});
   EXPECT_THAT(warnings(scene), says("sharper than 4 bands"));
   // A plate seen along its face.

@@ -54,7 +54,7 @@ json full_scene() {
        "material": {"published": "whole milk"}},
       {"name": "c", "shape": "sphere", "size_mm": 5,
        "material": {"reduced_scattering_per_mm": [1, 2, 3], "absorption_per_mm": 0.01, "source": "lab"},
-       "fur": {"length_mm": 2, "tile_mm": 5, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
+       "fur": {"length_mm": 2, "tile_mm": 5, "width": 0.8, "density": 0.5, "curl": 0.1, "lean": 1, "comb": [1, 0, 0],
                "comb_turn_deg": 20, "root_colour": 0.1, "tip_colour": [0.9, 0.8, 0.7], "variation": 0.1,
                "reflectance": "marschner", "shine": 0.5, "fins": false, "bands": 4, "rays": 128, "seed": 3}}],
     "lights": [

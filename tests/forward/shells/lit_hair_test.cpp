@@ -41,6 +41,18 @@ TEST(SeenHair, OfAnEvenCoatIsBeersLaw) {
   }
 }
 
+TEST(SeenHair, StartsAtTheTopFromAnyHeight) {
+  // Rounding of the way to the top must not lose a ray.
+  const HairTexture texture = even_texture(0.3F);
+  for (std::uint64_t i = 0; i < 200; ++i) {
+    const Vector3d down = Vector3d(uniform(key_of({i, 0})), 0.3, -0.7).normalized();
+    const SeenHair seen =
+        seen_by_ray(texture, 1.0, {0.1, 0.2, 20.0 + 9.0 * uniform(key_of({i, 1}))}, down,
+                    [](std::size_t) { return Array3d(Array3d::Ones()); });
+    EXPECT_LT(seen.transmittance, 0.02);
+  }
+}
+
 TEST(SeenHair, ByShellsIsTheIntegralAlongTheRayOnTheAverage) {
   // Over a whole tile. Shells err with the layer's height; of the tile's mean 3 % bound it here.
   HairOptions options;
