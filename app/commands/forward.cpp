@@ -181,7 +181,8 @@ OUTPUT in the folder of -o:
               absorbed [mm^2 times the unit of irradiance], residual; iterations, seconds
 
 SOURCES. first-collision (default): a collimated beam at normal incidence deposits its first
-collisions along the columns below the lit face, which suits projectors. boundary: light
+collisions along the columns below the lit face, reflected to and fro between that and the far
+face, which suits projectors. boundary: light
 enters diffusely at the face, which suits diffuse illumination.
 With --direction the beam falls in obliquely: it is refracted at the face, deposits its first
 collisions along its way, and is reflected and refracted at every face that it meets. Each
