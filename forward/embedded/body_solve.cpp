@@ -35,7 +35,7 @@ constexpr double aimed_at = 0.9, most_left = 0.85;
 constexpr double little_bridged = 0.05;
 /// Memory that a cube takes with its share of the levels, of every channel's numbers there and of
 /// every light that is solved for at once [bytes], measured.
-constexpr double bytes_per_cube = 1700.0, bytes_per_channel = 350.0, bytes_per_light = 150.0;
+constexpr double bytes_per_cube = 1300.0, bytes_per_channel = 1000.0, bytes_per_light = 150.0;
 constexpr std::size_t lights_at_once = 8;
 constexpr double usable_memory = 0.7;
 

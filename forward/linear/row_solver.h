@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "device/context.h"
 #include "forward/linear/lanes.h"
@@ -20,6 +21,8 @@ std::unique_ptr<LinearSolver> make_host_solver(Assembly assembly);
 
 /// Fields stay on the device from the right-hand side to the solution. Keeps a reference to the
 /// context. Throws InputError where the device has no double precision or too little memory.
-std::unique_ptr<LinearSolver> make_opencl_solver(Assembly assembly, device::Context& context);
+/// `slice`: rows whose entries lie together (rows.cl); none: as suits the device.
+std::unique_ptr<LinearSolver> make_opencl_solver(Assembly assembly, device::Context& context,
+                                                 std::optional<std::size_t> slice = {});
 
 }  // namespace kappamu::forward::linear

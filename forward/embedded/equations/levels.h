@@ -34,7 +34,6 @@ struct Levels {
 
   const NodeSpace& space() const { return level.front().space; }
   std::size_t unknowns() const { return space().unknowns(); }
-  std::size_t channels() const { return coarsest.size(); }
 };
 
 Levels make_levels(const std::vector<Cube>& cubes, Elements elements);

@@ -30,10 +30,6 @@ class NodeSpace {
     const auto begin = static_cast<std::size_t>(~code);
     return {masters_.data() + begin + 1, static_cast<std::size_t>(masters_[begin])};
   }
-  /// As parts() reads them: unknown, or ~(place in masters()) where the corner hangs; a place
-  /// there holds a count, then as many unknowns.
-  const std::vector<std::array<int, 8>>& corners() const { return corner_; }
-  const std::vector<int>& masters() const { return masters_; }
   static double weight(std::span<const int> parts) {
     return 1.0 / static_cast<double>(parts.size());
   }

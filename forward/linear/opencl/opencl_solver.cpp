@@ -181,11 +181,11 @@ class DeviceSystem : DeviceLanes {
 
 class OpenclSolver final : public BatchSolver {
  public:
-  OpenclSolver(Assembly assembly, device::Context& context)
+  OpenclSolver(Assembly assembly, device::Context& context, std::optional<std::size_t> slice)
       : BatchSolver(std::move(assembly)),
         context_(context),
         numbers_{Precision::twofold, true, context.info().kind == device::Kind::gpu},
-        slice_(numbers_.interleaved ? gpu_slice : 1) {
+        slice_(slice.value_or(numbers_.interleaved ? gpu_slice : 1)) {
     if (!context.info().fp64) {
       throw InputError(
           "device '" + context.info().name + "' has no double precision; use another device",
@@ -216,8 +216,9 @@ class OpenclSolver final : public BatchSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_opencl_solver(Assembly assembly, device::Context& context) {
-  return std::make_unique<OpenclSolver>(std::move(assembly), context);
+std::unique_ptr<LinearSolver> make_opencl_solver(Assembly assembly, device::Context& context,
+                                                 std::optional<std::size_t> slice) {
+  return std::make_unique<OpenclSolver>(std::move(assembly), context, slice);
 }
 
 }  // namespace kappamu::forward::linear
