@@ -24,7 +24,7 @@ struct Globals {
   int exit_code = 0;  ///< 0 done, 3 finished without converging; failures throw (1), usage is 2
 };
 
-/// A program that calls commands instead of a terminal (app/call.h).
+/// A program that calls commands instead of a terminal, as the Python package does.
 class Caller {
  public:
   virtual ~Caller() = default;

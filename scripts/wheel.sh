@@ -8,4 +8,4 @@ out=${1:-dist}
 scripts/build.sh release kappamu_python >&2
 rm -rf build/wheel-content
 cmake --install build --component python --prefix build/wheel-content >/dev/null
-/usr/bin/python3 scripts/make_wheel.py build/wheel-content "$out"
+/usr/bin/python3 scripts/make_wheel.py build/wheel-content/lib/python "$out"

@@ -8,9 +8,9 @@
 #include "app/command.h"
 #include "app/fit_options.h"
 #include "core/process_memory.h"
+#include "pipeline/fit_folder.h"
 #include "pipeline/records/model_json.h"
 #include "pipeline/stages/continuation.h"
-#include "pipeline/stages/fit_folder.h"
 #include "pipeline/stages/fit_output.h"
 
 namespace kappamu::app {

@@ -4,8 +4,8 @@
 #include "core/surface_measurements.h"
 #include "io/measurements_file.h"
 #include "pipeline/fit_files.h"
+#include "pipeline/fit_folder.h"
 #include "pipeline/stages/continuation.h"
-#include "pipeline/stages/fit_folder.h"
 #include "python/bindings/bind.h"
 #include "python/bindings/listener.h"
 
@@ -15,7 +15,8 @@ namespace {
 
 /// Sets one option at a time, so that the option at fault is known.
 void set(pipeline::FitStageOptions& options, const std::string& json) {
-  for (const auto& [key, value] : nlohmann::json::parse(json).items()) {
+  const nlohmann::json given = nlohmann::json::parse(json);
+  for (const auto& [key, value] : given.items()) {
     try {
       pipeline::set_options(options, nlohmann::json{{key, value}}.dump());
     } catch (const InputError& error) {

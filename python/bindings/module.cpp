@@ -2,10 +2,10 @@
 // shape that people use.
 #include <cstdio>
 
-#include "app/call.h"
 #include "core/error.h"
 #include "device/kernel_cache.h"
 #include "python/bindings/bind.h"
+#include "python/bindings/call.h"
 
 namespace kappamu::python {
 

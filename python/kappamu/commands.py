@@ -90,14 +90,15 @@ class Command:
                 words[option["key"]] = _words(option, value)
             elif bool(value) == (option["kind"] == "on"):
                 words[option["key"]] = []
+        found = []
         try:
-            result, exit_code = _core.call_command(self.name, words, listener(progress))
+            exit_code = _core.call_command(self.name, words, listener(progress), found)
         except InputError as error:
             sentence, key = self.reword(str(error))
             reworded = InputError(sentence, error.key or key)
-            reworded.result = error.result
+            reworded.result = json.loads(found[0]) if found else {}
             raise reworded from None
-        return Answer(json.loads(result), exit_code == 0)
+        return Answer(json.loads(found[0]) if found else {}, exit_code == 0)
 
     def signature(self):
         parameters = []

@@ -1,4 +1,4 @@
-#include "pipeline/stages/fit_folder.h"
+#include "pipeline/fit_folder.h"
 
 #include "pipeline/fit_files.h"
 #include "pipeline/output_folder.h"

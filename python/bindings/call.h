@@ -8,7 +8,7 @@
 
 #include "app/command.h"
 
-namespace kappamu::app {
+namespace kappamu::python {
 
 /// Every command in the order of the help: [{name, group, text, footer, options}]. An option is
 /// {key, flag, text, default, type, group, required, positional, kind, least, most}: `key` is the
@@ -23,6 +23,6 @@ using CommandValues = std::map<std::string, std::vector<std::string>>;
 /// Runs the command in this process; its result and progress go to `caller`. Returns the exit code:
 /// 0, or what the command leaves without an exception. Throws InputError for a command or key that
 /// does not exist and for values that the command line would refuse.
-int call_command(const std::string& command, const CommandValues& values, Caller& caller);
+int call_command(const std::string& command, const CommandValues& values, app::Caller& caller);
 
-}  // namespace kappamu::app
+}  // namespace kappamu::python

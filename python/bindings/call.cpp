@@ -1,4 +1,4 @@
-#include "app/call.h"
+#include "python/bindings/call.h"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "pipeline/records/fit_options.h"
 
-namespace kappamu::app {
+namespace kappamu::python {
 
 namespace {
 
@@ -77,12 +77,12 @@ std::vector<CLI::Option*> options_of(CLI::App& program, CLI::App& command) {
   return options;
 }
 
-void set_up(CLI::App& program, Globals& globals) {
+void set_up(CLI::App& program, app::Globals& globals) {
   globals.json = true;
   program.require_subcommand(1);
   program.fallthrough();
-  add_globals(program, globals);
-  add_commands(program, globals);
+  app::add_globals(program, globals);
+  app::add_commands(program, globals);
 }
 
 void give(CLI::Option& option, const std::vector<std::string>& words) {
@@ -97,7 +97,7 @@ void give(CLI::Option& option, const std::vector<std::string>& words) {
 
 Json describe_commands() {
   CLI::App program;
-  Globals globals;
+  app::Globals globals;
   set_up(program, globals);
   const Keys of_fit = keys_of_fit();
   const Keys none;
@@ -116,10 +116,10 @@ Json describe_commands() {
   return commands;
 }
 
-int call_command(const std::string& name, const CommandValues& values, Caller& caller) {
-  const CalledBy called(caller);
+int call_command(const std::string& name, const CommandValues& values, app::Caller& caller) {
+  const app::CalledBy called(caller);
   CLI::App program;
-  Globals globals;
+  app::Globals globals;
   set_up(program, globals);
   const auto commands =
       program.get_subcommands([&](const CLI::App* command) { return command->get_name() == name; });
@@ -143,4 +143,4 @@ int call_command(const std::string& name, const CommandValues& values, Caller& c
   return globals.exit_code;
 }
 
-}  // namespace kappamu::app
+}  // namespace kappamu::python
