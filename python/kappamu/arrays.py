@@ -12,7 +12,8 @@ class Labelled(np.ndarray):
 
     def __array_finalize__(self, parent):
         self.attrs = dict(getattr(parent, "attrs", {}))
-        self.dims = getattr(parent, "dims", ())
+        dims = getattr(parent, "dims", ())
+        self.dims = dims if len(dims) == self.ndim else ()  # of a part, the axes are not known
 
 
 def labelled(array, dims, units, long_name, coords=None):

@@ -122,7 +122,7 @@ class Command:
             off = " True unless given as False." if option["kind"] == "off" else ""
             lines.append(f"    {name}: {option['text']}{default}.{off}".replace("..", "."))
         lines += ["    progress: function of (stage, fraction, detail), or True for a bar of tqdm.", "",
-                  "Returns:", "    Answer: what the command prints with --json; `ok` where its exit code is 0.", "",
+                  "Returns:", "    Answer: the command's result as JSON; `ok` where its exit code is 0.", "",
                   "Raises:", "    InputError: one sentence, and the key of the argument at fault."]
         return self.reword("\n".join(lines))[0]
 

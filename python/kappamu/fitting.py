@@ -1,4 +1,6 @@
 """A fit, and what it leaves: κ and μ with their standard deviations, the verdict and the report."""
+from __future__ import annotations
+
 import functools
 import json
 import os
@@ -55,19 +57,19 @@ class Fit:
         self.voxel_mm, self.eta = self.report["voxel_mm"], self.report["eta"]
 
     @property
-    def verdict(self):
+    def verdict(self) -> str:
         return self.report["verdict"]["sentence"]
 
     @property
-    def grade(self):
+    def grade(self) -> str:
         return self.report["verdict"]["grade"]
 
     @property
-    def converged(self):
+    def converged(self) -> bool:
         return self.report["status"] == "converged"
 
     @property
-    def validation_E(self):
+    def validation_E(self) -> float | None:
         """Error under validation patterns, Σ(L' − L)²/ΣL²; None without any."""
         return self.report.get("validation_E")
 
@@ -127,7 +129,9 @@ def _plain_option(value):
     return value.tolist() if hasattr(value, "tolist") else os.fspath(value) if hasattr(value, "__fspath__") else value
 
 
-def fit(measurements=None, out=None, *, validate=None, continue_from=None, restart=False, progress=None, **options):
+def fit(measurements: str | os.PathLike | Measurements | None = None, out: str | os.PathLike | None = None, *,
+        validate: str | os.PathLike | Measurements | None = None, continue_from: str | os.PathLike | None = None,
+        restart: bool = False, progress=None, **options) -> Fit:
     """Finds the volumes of κ and μ that explain surface measurements.
 
     Args:
@@ -183,11 +187,11 @@ def fit(measurements=None, out=None, *, validate=None, continue_from=None, resta
     return Fit(folder, kept)
 
 
-def fit_options():
+def fit_options() -> dict:
     """Every option of a fit with its default; docs/reference/fit-options.md explains them."""
     return dict(OPTIONS)
 
 
-def read_fit(folder):
+def read_fit(folder: str | os.PathLike) -> Fit:
     """The finished fit in `folder`, of a fit or of a run."""
     return Fit(folder)

@@ -1,4 +1,6 @@
 """What the surface of a block sends out under each light pattern: the input of a fit."""
+from __future__ import annotations
+
 import dataclasses
 import os
 
@@ -55,7 +57,7 @@ class Measurements:
                 "value": by_channel(self.value), "variance": by_channel(self.variance), "mask": by_channel(self.mask)}
 
 
-def read_measurements(folder):
+def read_measurements(folder: str | os.PathLike) -> Measurements:
     """Reads a folder with measurements.json, or the measurements of a run.
 
     Returns:
@@ -69,6 +71,6 @@ def read_measurements(folder):
     return Measurements(shape=(nz, ny, nx), **fields)
 
 
-def write_measurements(folder, measurements):
+def write_measurements(folder: str | os.PathLike, measurements: Measurements) -> None:
     """Writes Measurements as a folder that `kappamu fit` reads. Raises InputError naming the field that is wrong."""
     _core.write_measurements(os.fspath(folder), measurements._fields())

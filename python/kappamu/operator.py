@@ -3,6 +3,11 @@
 A φ = b with A symmetric positive definite: its own adjoint. φ is the fluence rate [z][y][x], b the power that enters each voxel
 [mm² times the unit of irradiance]. docs/theory.md, sections 2 and 3.
 """
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
 from . import _core
 from .arrays import plain
 
@@ -17,19 +22,19 @@ class Light:
         self._light = light
 
     @property
-    def iterations(self):
+    def iterations(self) -> int:
         """Iterations of the slowest pattern."""
         return self._light.iterations
 
-    def fluence(self):
+    def fluence(self) -> np.ndarray:
         """Fluence rate φ, float64 [M][z][y][x], in the unit of the irradiance."""
         return self._light.fluence()
 
-    def exitance(self, face="z+"):
+    def exitance(self, face: str = "z+") -> np.ndarray:
         """Flux per area that leaves `face`, float64 [M][v][u]."""
         return self._light.exitance(face)
 
-    def gradient(self, weights, face="z+"):
+    def gradient(self, weights: ArrayLike, face: str = "z+") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Derivatives of J = Σ weights · exitance(face), by one more solve: that of the adjoint.
 
         Args:
@@ -68,9 +73,10 @@ class DiffusionOperator:
         NotConverged: where a solve does not reach the tolerance.
     """
 
-    def __init__(self, shape, voxel_mm, kappa=None, mu=None, *, eta=1.3, lit_face="z-", sides="open",
-                 source="first-collision", convention="physical", device="auto", precision="single", tolerance=1e-6,
-                 max_iterations=200):
+    def __init__(self, shape: tuple[int, int, int], voxel_mm: float, kappa: ArrayLike | None = None, mu: ArrayLike | None = None, *,
+                 eta: float = 1.3, lit_face: str = "z-", sides: str = "open", source: str = "first-collision",
+                 convention: str = "physical", device: str = "auto", precision: str = "single", tolerance: float = 1e-6,
+                 max_iterations: int = 200) -> None:
         self.shape, self.voxel_mm, self.lit_face = tuple(map(int, shape)), float(voxel_mm), lit_face
         self._op = _core.Operator(self.shape, self.voxel_mm, eta, lit_face, sides, source, convention, device, precision,
                                   tolerance, max_iterations)
@@ -78,19 +84,19 @@ class DiffusionOperator:
             self.set_medium(kappa, mu)
 
     @property
-    def backend(self):
+    def backend(self) -> str:
         """"reference", or the OpenCL device's name and precision."""
         return self._op.backend
 
-    def set_medium(self, kappa, mu):
+    def set_medium(self, kappa: ArrayLike, mu: ArrayLike) -> None:
         """Sets κ [mm] and μ [1/mm], [z][y][x], and rebuilds the preconditioner."""
         self._op.set_medium(plain(kappa), plain(mu))
 
-    def medium_changed(self, light):
+    def medium_changed(self, light: Light) -> bool:
         """Whether set_medium() was called since `light` was solved."""
         return self._op.media != light._light.medium
 
-    def solve(self, load, start=None):
+    def solve(self, load: ArrayLike, start: ArrayLike | None = None) -> np.ndarray:
         """φ with A φ = load, float64 [M][z][y][x].
 
         Args:
@@ -99,26 +105,27 @@ class DiffusionOperator:
         """
         return self._op.solve(plain(load), plain(start))
 
-    def apply(self, fluence):
+    def apply(self, fluence: ArrayLike) -> np.ndarray:
         """A φ, [M][z][y][x]."""
         return self._op.apply(plain(fluence))
 
-    def load(self, irradiance):
+    def load(self, irradiance: ArrayLike) -> np.ndarray:
         """b of each pattern of irradiance [M][v][u] on the lit face, before Fresnel: [M][z][y][x]."""
         return self._op.load(plain(irradiance))
 
-    def exitance(self, fluence, face="z+"):
+    def exitance(self, fluence: ArrayLike, face: str = "z+") -> np.ndarray:
         """Flux per area that leaves `face` under φ [M][z][y][x]: [M][v][u]."""
         return self._op.exitance(plain(fluence), face)
 
-    def exitance_transposed(self, weights, face="z+"):
+    def exitance_transposed(self, weights: ArrayLike, face: str = "z+") -> np.ndarray:
         """The transpose of exitance(): loads [M][z][y][x] for weights [M][v][u]."""
         return self._op.exitance_transposed(plain(weights), face)
 
-    def illuminate(self, irradiance):
+    def illuminate(self, irradiance: ArrayLike) -> Light:
         """Solves for irradiance [M][v][u] on the lit face and returns the Light, with exitance and derivatives."""
         return Light(_core.Light(self._op, plain(irradiance)))
 
-    def gradient(self, irradiance, weights, face="z+"):
+    def gradient(self, irradiance: ArrayLike, weights: ArrayLike,
+                 face: str = "z+") -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Light.gradient() in one call: two solves."""
         return self.illuminate(irradiance).gradient(weights, face)

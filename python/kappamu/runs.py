@@ -1,4 +1,6 @@
 """Capture sessions, runs, scenes and pictures."""
+from __future__ import annotations
+
 import dataclasses
 import functools
 import json
@@ -15,7 +17,7 @@ from .measurements import read_measurements
 from .volumes import read_image
 
 
-def read_session(folder):
+def read_session(folder: str | os.PathLike) -> dict:
     """session.json of a capture session (docs/formats.md) as a dict, once all of its checks have passed.
 
     Raises:
@@ -25,7 +27,7 @@ def read_session(folder):
     return json.loads((pathlib.Path(folder) / "session.json").read_text())
 
 
-def write_session(folder, session):
+def write_session(folder: str | os.PathLike, session: dict) -> None:
     """Writes `session`, a dict as read_session() returns it, to session.json of `folder`, where its frames lie.
 
     What fails the checks is not kept: session.json is then as it was. Raises InputError naming the field.
@@ -73,7 +75,7 @@ class Run:
         return str(self.folder)
 
 
-def run(input, out, **options):
+def run(input: str | os.PathLike, out: str | os.PathLike, **options) -> Run:
     """Does everything from a capture session, or from measurements, to volumes and a report; kappamu.commands.run().
 
     Args:
@@ -88,7 +90,7 @@ def run(input, out, **options):
     return Run(out)
 
 
-def read_run(folder):
+def read_run(folder: str | os.PathLike) -> Run:
     """The run in `folder`."""
     return Run(folder)
 
@@ -115,7 +117,8 @@ class Picture:
     _kept: object = dataclasses.field(default=None, repr=False)
 
 
-def render(scene, out=None, *, device=None, seed=None, progress=None):
+def render(scene: str | os.PathLike | dict, out: str | os.PathLike | None = None, *, device: str | None = None,
+           seed: int | None = None, progress=None) -> Picture:
     """Renders a scene: a file of format kappamu-scene, or a dict of the same content (docs/scene.md).
 
     Args:

@@ -1,9 +1,12 @@
 """From κ, μ and light to exitance, in arrays."""
+from __future__ import annotations
+
 import dataclasses
 import json
 import os
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _core
 from .arrays import face_map, plain, volume
@@ -49,10 +52,13 @@ def _coefficient(given, channel, key, max_voxels):
     return plain(given), None
 
 
-def forward(kappa, mu, *, voxel_mm=None, irradiance=None, direction=None, points=(), lit_face="z-", eta=1.3,
-            sides="open", source=None, convention="physical", method="multigrid", fluence=False, tolerance=1e-6,
-            max_iterations=200, precision="single", photons=1_000_000, anisotropy=0.0, model_tolerance=0.05,
-            channel=None, max_voxels=None, device="auto", seed=1, progress=None):
+def forward(kappa: ArrayLike | str | os.PathLike, mu: ArrayLike | str | os.PathLike, *, voxel_mm: float | None = None,
+            irradiance: ArrayLike | None = None, direction: tuple[float, float, float] | None = None, points=(),
+            lit_face: str = "z-", eta: float = 1.3, sides: str = "open", source: str | None = None,
+            convention: str = "physical", method: str = "multigrid", fluence: bool = False, tolerance: float = 1e-6,
+            max_iterations: int = 200, precision: str = "single", photons: int = 1_000_000, anisotropy: float = 0.0,
+            model_tolerance: float = 0.05, channel: str | None = None, max_voxels: int | None = None,
+            device: str = "auto", seed: int = 1, progress=None) -> Exitance:
     """Solves ∇·(κ∇φ) − μφ = −S on the voxels given and returns what leaves each face.
 
     Args:
@@ -119,6 +125,6 @@ def forward(kappa, mu, *, voxel_mm=None, irradiance=None, direction=None, points
                     report, report["converged"])
 
 
-def forward_methods():
+def forward_methods() -> dict[str, str]:
     """The methods of forward(): a sentence by name."""
     return dict(_core.forward_methods())

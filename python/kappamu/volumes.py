@@ -1,4 +1,6 @@
 """Volumes of κ and μ: read and written in every format the program knows."""
+from __future__ import annotations
+
 import dataclasses
 import os
 import pathlib
@@ -48,7 +50,7 @@ class Volumes:
     sensitivity: object = None
     metadata: dict = dataclasses.field(default_factory=dict)
 
-    def channel(self, name):
+    def channel(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """(kappa, mu) of a channel, NumPy [z][y][x], without a copy."""
         if name not in self.channels:
             raise InputError(f"channel '{name}' is not among {', '.join(self.channels)}", "channel")
@@ -64,7 +66,7 @@ def _joined(arrays, voxel_mm, channels, key):
     return volume(joined, voxel_mm, *QUANTITIES[key], leading=[("channel", channels)])
 
 
-def read_volume(path, max_voxels=None):
+def read_volume(path: str | os.PathLike, max_voxels: int | None = None) -> Volumes:
     """Reads κ and μ from a .vdb file, a folder with volume.json, or a run or fit folder.
 
     Args:
@@ -84,7 +86,7 @@ def read_volume(path, max_voxels=None):
     return Volumes(voxel_mm=voxel_mm, channels=channels, eta=eta, metadata=metadata, **arrays)
 
 
-def write_volume(path, volumes, format=None):
+def write_volume(path: str | os.PathLike, volumes: Volumes, format: str | None = None) -> list[str]:
     """Writes κ and μ: .vdb and .vti by the name's ending, a folder for `vol` (Mitsuba) and `npy`.
 
     Args:
@@ -110,7 +112,7 @@ def write_volume(path, volumes, format=None):
     return _core.write_volume(os.fspath(path), format or ending or "npy", fields)
 
 
-def read_image(path):
+def read_image(path: str | os.PathLike) -> np.ndarray:
     """Reads a photograph or picture.
 
     Returns:
