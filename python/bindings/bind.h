@@ -60,7 +60,9 @@ py::array_t<T> numbers(const py::object& given, const std::string& key) {
     PyErr_Clear();
     throw KeyedError(key, key + " is not an array of numbers");
   }
-  if (array.ptr() != given.ptr()) copied_bytes += static_cast<std::size_t>(array.nbytes());
+  const bool same = py::isinstance<py::array>(given) &&
+                    py::reinterpret_borrow<py::array>(given).data() == array.data();
+  if (!same) copied_bytes += static_cast<std::size_t>(array.nbytes());
   return array;
 }
 

@@ -66,17 +66,18 @@ class Command:
 
     def reword(self, sentence):
         """The sentence with Python's names in place of flags, and the first of them."""
-        first = ""
-        for name, option in sorted(self.options.items(), key=lambda item: -len(item[1]["flag"])):
-            found = re.search(rf"(?<![\w-]){re.escape(option['flag'])}(?![\w-])", sentence)
-            if found is None:
-                continue
-            if not option["flag"].startswith("--"):
-                first = first or (name if sentence.startswith(option["flag"]) else "")
-                continue
-            sentence = sentence[:found.start()] + name + sentence[found.end():]
-            first = first or name
-        return re.sub(r"--([a-z][a-z-]*)", lambda flag: python_name(flag.group(1)), sentence), first
+        names = {option["flag"]: name for name, option in self.options.items()}
+        found = []
+
+        def name_of(flag):
+            found.append(names.get(flag.group(), python_name(flag.group()[2:])))
+            return found[-1]
+
+        reworded = re.sub(r"(?<![\w-])--[a-z][a-z-]*", name_of, sentence)
+        # A place on the command line is named without dashes: "session is required".
+        place = [name for name, option in self.options.items()
+                 if option["positional"] and sentence.startswith(option["flag"])]
+        return reworded, (found + place + [""])[0]
 
     def call(self, values, progress):
         words = {}
