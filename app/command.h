@@ -24,12 +24,35 @@ struct Globals {
   int exit_code = 0;  ///< 0 done, 3 finished without converging; failures throw (1), usage is 2
 };
 
-/// Progress bar on standard error when it is a terminal, silent otherwise; warnings always go to
-/// standard error.
+/// A program that calls commands instead of a terminal, as the Python package does.
+class Caller {
+ public:
+  virtual ~Caller() = default;
+  /// Who hears of the command's progress.
+  virtual std::unique_ptr<Progress> progress() = 0;
+  /// What --json prints.
+  virtual void result(const nlohmann::ordered_json& object) = 0;
+};
+
+/// As long as it lives, the commands of this thread answer `caller`.
+class CalledBy {
+ public:
+  explicit CalledBy(Caller& caller);
+  ~CalledBy();
+  CalledBy(const CalledBy&) = delete;
+  CalledBy& operator=(const CalledBy&) = delete;
+};
+
+/// The caller's. Without one: a progress bar on standard error when that is a terminal, silent
+/// otherwise; warnings always go to standard error.
 std::unique_ptr<Progress> make_progress();
 
-/// The line of --json. What is not UTF-8, as in a stranger's file name, is replaced.
+/// The line of --json, or the caller's result. What is not UTF-8, as in a stranger's file name, is
+/// replaced.
 void print_json(const nlohmann::ordered_json& object);
+
+/// Adds --json, --device and --seed.
+void add_globals(CLI::App& app, Globals& globals);
 
 /// Adds the required option -o of a file or folder to write.
 void add_out(CLI::App& command, std::string& out, const std::string& text,

@@ -1,8 +1,6 @@
 #include "app/command_list.h"
 
 #include <CLI/CLI.hpp>
-#include <cstdio>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 namespace kappamu::app {
@@ -15,11 +13,6 @@ struct Group {
 };
 
 }  // namespace
-
-void print_json(const nlohmann::ordered_json& object) {
-  std::printf("%s\n",
-              object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
-}
 
 void add_out(CLI::App& command, std::string& out, const std::string& text,
              const std::string& type) {

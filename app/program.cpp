@@ -133,6 +133,13 @@ extern "C" void end_of_crash(int) {
 
 }  // namespace
 
+void add_globals(CLI::App& app, Globals& globals) {
+  app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
+  app.add_option("--device", globals.device,
+                 "auto (default), reference (no OpenCL), or part of a device name");
+  app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
+}
+
 int run_program(int argc, char** argv, void (*add)(CLI::App&, Globals&)) {
   std::set_terminate(end_of_thread);
   for (const int crash : {SIGSEGV, SIGBUS, SIGABRT}) std::signal(crash, end_of_crash);
@@ -153,10 +160,7 @@ int run_program(int argc, char** argv, void (*add)(CLI::App&, Globals&)) {
   app.fallthrough();
   app.set_version_flag("--version", "kappamu 0.1.0");
   Globals globals;
-  app.add_flag("--json", globals.json, "Make the last line on standard output one JSON object");
-  app.add_option("--device", globals.device,
-                 "auto (default), reference (no OpenCL), or part of a device name");
-  app.add_option("--seed", globals.seed, "Seed wherever chance enters (default 1)");
+  add_globals(app, globals);
   add(app, globals);
   try {
     app.parse(argc, argv);

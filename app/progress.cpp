@@ -1,9 +1,10 @@
-// The progress bar people see on standard error.
+// What a command says while it works and at its end: to a terminal, or to the program that called.
 #include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
 #include "app/command.h"
 #include "core/shown_text.h"
@@ -55,9 +56,25 @@ class TerminalProgress : public Progress {
   std::chrono::steady_clock::time_point last_;
 };
 
+thread_local Caller* caller_of_thread = nullptr;
+
 }  // namespace
 
+CalledBy::CalledBy(Caller& caller) {
+  caller_of_thread = &caller;
+}
+CalledBy::~CalledBy() {
+  caller_of_thread = nullptr;
+}
+
+void print_json(const nlohmann::ordered_json& object) {
+  if (caller_of_thread != nullptr) return caller_of_thread->result(object);
+  std::printf("%s\n",
+              object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
+
 std::unique_ptr<Progress> make_progress() {
+  if (caller_of_thread != nullptr) return caller_of_thread->progress();
   return std::make_unique<TerminalProgress>(isatty(STDERR_FILENO) == 1);
 }
 

@@ -11,6 +11,13 @@ if(CCACHE_PROGRAM AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
+# The Python package is a shared object made of the same static libraries. Without interposition their own calls are
+# still inlined.
+set(CMAKE_POSITION_INDEPENDENT_CODE ${KAPPAMU_PYTHON})
+if(KAPPAMU_PYTHON AND CMAKE_CXX_COMPILER_ID MATCHES "GNU|Clang")
+  add_compile_options(-fno-semantic-interposition)
+endif()
+
 # What whoever includes our headers needs, here or after installation: headers name each other from the
 # root of the tree, others name them as <kappamu/...>.
 add_library(kappamu_headers INTERFACE)

@@ -12,6 +12,7 @@ build_packages=(
   libraw-dev libembree-dev libxxhash-dev
   libglfw3-dev libimgui-dev libepoxy-dev pkg-config libgl1-mesa-dri
   libcli11-dev nlohmann-json3-dev
+  python3-dev python3-venv pybind11-dev
 )
 test_packages=(
   libgtest-dev libgmock-dev python3 python3-numpy python3-matplotlib python3-openvdb python3-vtk9 python3-jsonschema

@@ -8,13 +8,10 @@
 #include "app/command.h"
 #include "app/fit_options.h"
 #include "core/process_memory.h"
-#include "pipeline/fit_files.h"
-#include "pipeline/output_folder.h"
-#include "pipeline/records/fingerprint.h"
+#include "pipeline/fit_folder.h"
 #include "pipeline/records/model_json.h"
 #include "pipeline/stages/continuation.h"
 #include "pipeline/stages/fit_output.h"
-#include "pipeline/stages/fit_stage.h"
 
 namespace kappamu::app {
 
@@ -95,32 +92,13 @@ void run_fit(const CLI::App& app, FitCommand& command, Globals& globals) {
     return;
   }
   const auto progress = make_progress();
+  if (!command.continued && command.input.empty()) throw CLI::RequiredError("INPUT");
+  if (!command.continued && command.out.empty()) throw CLI::RequiredError("--out");
   take_globals(app, globals, command.fit);
   pipeline::FitStageOptions options = pipeline::resolve(command.fit);
   if (!command.validate.empty()) options.validate = command.validate;
-  std::filesystem::path input = command.input;
-  std::filesystem::path out = command.out;
-  if (command.continued) {
-    const pipeline::FinishedFit finished(*command.continued);
-    options.continue_from = finished.folder();
-    if (input.empty()) input = finished.present_input();
-    if (out.empty()) out = finished.folder().string() + "_continued";
-  }
-  if (input.empty()) throw CLI::RequiredError("INPUT");
-  if (out.empty()) throw CLI::RequiredError("--out");
-  const std::string key =
-      pipeline::Fingerprint()
-          .add(pipeline::options_json(options))
-          .add(pipeline::measurements_fingerprint(pipeline::find_measurements(input)))
-          .text();
-  pipeline::OutputFolder folder(
-      out, "fit", pipeline::fit_inputs(input, options), pipeline::fit_outputs(out),
-      pipeline::Former::removed, key,
-      options.restart ? pipeline::Interrupted::removed : pipeline::Interrupted::continued);
-  pipeline::FitSummary summary =
-      pipeline::run_fit_stage(input, folder.partial(), options, *progress);
-  summary.volume = out / "volume.vdb";
-  folder.commit();
+  const pipeline::FitSummary summary =
+      pipeline::fit_folder({command.input, command.out, command.continued}, options, *progress);
   if (globals.json) {
     print_json(to_json(summary));
   } else {

@@ -54,9 +54,8 @@ void run_plan(PlanArguments arguments, const Globals& globals) {
   const capture::Plan plan = capture::make_plan(request, out.partial());
   capture::write_plan(plan);
   out.commit();
-  for (const std::string& warning : warnings) {
-    std::fprintf(stderr, "warning: %s\n", warning.c_str());
-  }
+  const auto progress = make_progress();
+  for (const std::string& warning : warnings) progress->warn(warning);
   if (globals.json) {
     print_json({{"plan", arguments.out},
                 {"photographs", plan.shots.size()},

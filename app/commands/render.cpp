@@ -112,7 +112,7 @@ void run_render(const RenderArguments& arguments, Globals& globals) {
     globals.exit_code = 3;
   }
   if (globals.json) {
-    std::printf("%s\n", summary.c_str());
+    print_json(nlohmann::ordered_json::parse(summary));
     return;
   }
   for (const render::ObjectReport& object : result.objects) {

@@ -4,7 +4,7 @@ in a circle, when a folder is crowded, or when a heavy header leaks into one of 
 
     inverse -> forward -> device -> core     calib -> capture -> io -> core     render -> forward, io
     data_synthetic -> forward, capture, calib        pipeline -> all of these but data_synthetic and render
-    report -> pipeline's records        app -> all but studies       studies, tests -> all
+    report -> pipeline's records        app, python -> all but studies       studies, tests -> all
     tests/cases -> inverse, forward: what tests and studies share in any build
 """
 import pathlib
@@ -38,7 +38,7 @@ APART = {
 # Of pipeline, the report reads the records that a run leaves, not the stages that make them.
 RECORDS = "pipeline/records"
 MOST_FILES = 25  # of its own in one folder; beyond, rooms by subject
-TOP = {"app", "tests"}
+TOP = {"app", "python", "tests"}
 # Libraries that must stay behind .cpp files: only a header that none but .cpp files of its own folder
 # include may name them. A header of forward declarations costs its readers nothing.
 HEAVY = re.compile(r"^(opencv2|openvdb|ceres|nlohmann|CLI|OpenImageIO|libraw|embree3)")

@@ -1,0 +1,134 @@
+// What the files of the bindings share: NumPy arrays in and out, and their counter of copies.
+#pragma once
+
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/error.h"
+#include "core/grid.h"
+#include "forward/grid/grid_solver.h"
+
+namespace kappamu::python {
+
+namespace py = pybind11;
+
+inline constexpr Names<forward::SourceModel, 2> source_names{
+    {{"first-collision", forward::SourceModel::first_collision},
+     {"boundary", forward::SourceModel::boundary}}};
+
+void bind_commands(py::module_& module);
+void bind_fit(py::module_& module);
+void bind_forward(py::module_& module);
+void bind_operator(py::module_& module);
+void bind_volumes(py::module_& module);
+
+/// Bad input of which the argument is known.
+class KeyedError : public InputError {
+ public:
+  KeyedError(std::string of, const std::string& sentence)
+      : InputError(sentence), key(std::move(of)) {}
+  std::string key;
+};
+
+/// Bytes that arguments were copied in, because of their type or layout or because the library owns
+/// its volumes; what the package's tests of copies read.
+inline std::atomic<std::size_t> copied_bytes{0};
+
+inline std::string in_words(const py::array& array) {
+  std::string text;
+  for (py::ssize_t i = 0; i < array.ndim(); ++i) text += "[" + std::to_string(array.shape(i)) + "]";
+  return text.empty() ? "one number" : text;
+}
+
+/// `given` as numbers of type T in C order: the same memory where it has them so.
+template <class T>
+py::array_t<T> numbers(const py::object& given, const std::string& key) {
+  using Wanted = py::array_t<T, py::array::c_style | py::array::forcecast>;
+  const Wanted array = Wanted::ensure(given);
+  if (!array) {
+    PyErr_Clear();
+    throw KeyedError(key, key + " is not an array of numbers");
+  }
+  const bool same = py::isinstance<py::array>(given) &&
+                    py::reinterpret_borrow<py::array>(given).data() == array.data();
+  if (!same) copied_bytes += static_cast<std::size_t>(array.nbytes());
+  return array;
+}
+
+template <class T>
+std::span<const T> view(const py::array_t<T>& array) {
+  return {array.data(), static_cast<std::size_t>(array.size())};
+}
+template <class T>
+std::span<T> view_to_fill(py::array_t<T>& array) {
+  return {array.mutable_data(), static_cast<std::size_t>(array.size())};
+}
+
+/// Numbers that the library is to own.
+template <class T>
+std::vector<T> copy(const py::array_t<T>& array) {
+  copied_bytes += static_cast<std::size_t>(array.nbytes());
+  return {array.data(), array.data() + array.size()};
+}
+
+/// Throws KeyedError unless `array` has the extents; `meaning` names them: "[z][y][x]".
+inline void require_shape(const py::array& array, const std::vector<py::ssize_t>& extents,
+                          const std::string& key, const std::string& meaning) {
+  const bool same = array.ndim() == static_cast<py::ssize_t>(extents.size()) &&
+                    std::equal(extents.begin(), extents.end(), array.shape());
+  if (same) return;
+  std::string wanted;
+  for (const py::ssize_t n : extents) wanted += "[" + std::to_string(n) + "]";
+  throw KeyedError(key,
+                   key + " has shape " + in_words(array) + " where " + meaning + " is " + wanted);
+}
+
+/// An array that owns `values` as they are.
+template <class T>
+py::array_t<T> take(std::vector<T>&& values, std::vector<py::ssize_t> shape) {
+  auto owned = std::make_unique<std::vector<T>>(std::move(values));
+  T* const data = owned->data();
+  const py::capsule owner(owned.release(),
+                          [](void* vector) { delete static_cast<std::vector<T>*>(vector); });
+  return py::array_t<T>(std::move(shape), data, owner);
+}
+
+inline std::vector<py::ssize_t> extents(const GridShape& shape) {
+  return {shape.nz, shape.ny, shape.nx};
+}
+inline std::vector<py::ssize_t> extents(int patterns, const GridShape& shape) {
+  return {patterns, shape.nz, shape.ny, shape.nx};
+}
+inline std::vector<py::ssize_t> extents(int patterns, const FaceShape& face) {
+  return {patterns, face.nv, face.nu};
+}
+
+/// The grid of an array [z][y][x]. Throws KeyedError.
+inline GridShape grid_of(const py::array& array, double voxel_mm, const std::string& key) {
+  if (array.ndim() != 3 || array.size() == 0)
+    throw KeyedError(key, key + " has shape " + in_words(array) + "; it must be [z][y][x]");
+  if (!(voxel_mm > 0.0)) throw KeyedError("voxel_mm", "voxel_mm must be positive");
+  return {static_cast<int>(array.shape(2)), static_cast<int>(array.shape(1)),
+          static_cast<int>(array.shape(0)), voxel_mm};
+}
+
+/// The enumerator of a name among `names`. Throws KeyedError listing them.
+template <class Value, std::size_t n>
+Value named(const Names<Value, n>& names, const std::string& name, const std::string& key) {
+  const auto value = value_of(names, name);
+  if (!value) throw KeyedError(key, key + " is '" + name + "'; it must be " + list_of(names));
+  return *value;
+}
+
+}  // namespace kappamu::python

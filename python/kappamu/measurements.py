@@ -1,0 +1,76 @@
+"""What the surface of a block sends out under each light pattern: the input of a fit."""
+from __future__ import annotations
+
+import dataclasses
+import os
+
+import numpy as np
+
+from . import _core
+from .arrays import plain
+
+
+@dataclasses.dataclass
+class Measurements:
+    """Surface measurements of a block (docs/formats.md).
+
+    Attributes:
+        irradiance: on the lit face before Fresnel, relative to white, float32 [M][v][u].
+        value: mean over each surface voxel of the seen face, float32 [channel][M][v][u]; [M][v][u] is one channel.
+        variance: of `value`, its unit squared, the same shape, > 0 where used.
+        shape: (nz, ny, nx) of the voxels to fit.
+        voxel_mm: edge of a voxel [mm].
+        eta: relative refractive index.
+        lit_face, seen_face: "x-" ... "z+".
+        quantity: "exitance" or "radiance_normal".
+        light: "collimated" or "diffuse".
+        sides: "open" or "mirror".
+        channels: names.
+        mask: uint8, the shape of `value`, 1 = use; None: all.
+    """
+
+    irradiance: object
+    value: object
+    variance: object
+    shape: tuple
+    voxel_mm: float
+    eta: float = 1.3
+    lit_face: str = "z-"
+    seen_face: str = "z+"
+    quantity: str = "exitance"
+    light: str = "collimated"
+    sides: str = "open"
+    channels: list = None
+    mask: object = None
+
+    def _fields(self):
+        value = np.asarray(plain(self.value))
+        by_channel = (lambda a: None if a is None else np.asarray(plain(a)).reshape(value.shape if value.ndim == 4 else (1, *value.shape)))
+        names = self.channels
+        if names is None:
+            count = len(value) if value.ndim == 4 else 1
+            names = ["grey"] if count == 1 else ["R", "G", "B"] if count == 3 else [f"c{i}" for i in range(count)]
+        nz, ny, nx = self.shape
+        return {"grid": (int(nx), int(ny), int(nz)), "voxel_mm": float(self.voxel_mm), "eta": float(self.eta),
+                "lit_face": self.lit_face, "seen_face": self.seen_face, "quantity": self.quantity, "light": self.light,
+                "sides": self.sides, "channels": list(names), "irradiance": np.asarray(plain(self.irradiance)),
+                "value": by_channel(self.value), "variance": by_channel(self.variance), "mask": by_channel(self.mask)}
+
+
+def read_measurements(folder: str | os.PathLike) -> Measurements:
+    """Reads a folder with measurements.json, or the measurements of a run.
+
+    Returns:
+        Measurements: float32 arrays.
+
+    Raises:
+        InputError: naming file and field.
+    """
+    fields = _core.read_measurements(os.fspath(folder))
+    nx, ny, nz = fields.pop("grid")
+    return Measurements(shape=(nz, ny, nx), **fields)
+
+
+def write_measurements(folder: str | os.PathLike, measurements: Measurements) -> None:
+    """Writes Measurements as a folder that `kappamu fit` reads. Raises InputError naming the field that is wrong."""
+    _core.write_measurements(os.fspath(folder), measurements._fields())
