@@ -1,4 +1,4 @@
-#include "inverse/fit/simple_model.h"
+#include "inverse/fit/start.h"
 
 #include "core/shown_text.h"
 
