@@ -226,7 +226,7 @@ TEST_F(TransportFit, KilledAnywhereItEndsInTheSameAnswer) {
     }
   }
   EXPECT_GT(kills, 0);
-  cases::expect_same_answer(whole, resumed, 0.02);
+  cases::expect_same_answer(whole, resumed, block.noise);
 }
 
 TEST_F(TransportFit, NeedsTheGridCorrectionAndThePhysicalConvention) {
